@@ -1,0 +1,41 @@
+"""The exception tree: everything a caller may want to catch derives from CurlingError."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class CurlingError(Exception):
+    """Base of every error this project raises on purpose. Its text is one line for a person."""
+
+
+class InputError(CurlingError, ValueError):
+    """Something given from outside cannot be used.
+
+    Parameters
+    ----------
+    problem : what was expected and what was found
+    source : the file or argument it was found in
+    where : the place inside the source, such as ``row 12, column y`` or ``frame 40``
+    """
+
+    def __init__(
+        self, problem: str, *, source: str | Path | None = None, where: str | None = None
+    ) -> None:
+        self.problem = problem
+        self.source = None if source is None else str(source)
+        self.where = where
+        place = ", ".join(part for part in (self.source, where) if part)
+        super().__init__(f"{place}: {problem}" if place else problem)
+
+
+class OutputError(CurlingError, OSError):
+    """A result could not be written; nothing was left half-written."""
+
+
+class OutOfRangeError(InputError):
+    """A number lies outside what the model is valid for."""
+
+
+class TrackTooShortError(InputError):
+    """Too few samples for the quantity that was asked for."""
