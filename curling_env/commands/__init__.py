@@ -1,0 +1,1 @@
+"""Sub-commands of `curling` about the sheet: throwing and simulating on known ice."""

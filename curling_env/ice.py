@@ -1,0 +1,290 @@
+"""The ice: friction per cell with its uncertainty, the active effects, and the file they live in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from curling_env.errors import InputError
+from curling_env.sheet import PAPER_SHEET, Sheet
+from curling_env.stone import RULE_BOOK_STONE, Stone
+from curling_env.storage import read_json, write_json
+
+ICE_FORMAT = "curling-ice/1"
+MAX_FRICTION = 1.0
+"""Largest μ accepted: far above any ice, low enough to catch a file in other units."""
+
+Interpolation = Literal["bilinear", "cell"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionMap:
+    """Coefficient of friction per cell.
+
+    Parameters
+    ----------
+    mu : (rows, columns) coefficient of friction; rows from y=-L/2 upward, columns from x=-W/2
+    sigma : (rows, columns) standard error of mu
+    observed : (rows, columns) whether a measured stone crossed the cell
+    interpolation : ``bilinear`` between cell centres, or ``cell`` for the paper's constant cells
+
+    Raises
+    ------
+    InputError : shapes that differ, a mu that is not positive, a sigma that is negative
+    """
+
+    mu: NDArray[np.float64]
+    sigma: NDArray[np.float64]
+    observed: NDArray[np.bool_]
+    interpolation: Interpolation = "bilinear"
+
+    def __post_init__(self) -> None:
+        shape = self.mu.shape
+        if self.mu.ndim != 2:
+            raise InputError(f"friction mu must be a table of rows and columns, got {shape}")
+        for name in ("sigma", "observed"):
+            if getattr(self, name).shape != shape:
+                raise InputError(
+                    f"friction {name} has shape {getattr(self, name).shape}, mu has {shape}"
+                )
+        wrong = ~((self.mu > 0) & (self.mu <= MAX_FRICTION))
+        if wrong.any():
+            row, column = (int(i) for i in np.argwhere(wrong)[0])
+            raise InputError(
+                f"mu must lie above 0 and at most {MAX_FRICTION}, got {self.mu[row, column]:g}",
+                where=f"friction.mu[{row}][{column}]",
+            )
+        wrong = ~((self.sigma >= 0) & np.isfinite(self.sigma))
+        if wrong.any():
+            row, column = (int(i) for i in np.argwhere(wrong)[0])
+            raise InputError(
+                f"sigma must be a finite number of at least 0, got {self.sigma[row, column]:g}",
+                where=f"friction.sigma[{row}][{column}]",
+            )
+        if self.interpolation not in ("bilinear", "cell"):
+            raise InputError(
+                f"interpolation must be 'bilinear' or 'cell', got {self.interpolation!r}",
+                where="friction.interpolation",
+            )
+
+    @classmethod
+    def uniform(cls, mu: float, sheet: Sheet = PAPER_SHEET, *, sigma: float = 0.0) -> FrictionMap:
+        """The same friction everywhere, on every cell of a sheet."""
+        return cls(
+            mu=np.full(sheet.shape, float(mu)),
+            sigma=np.full(sheet.shape, float(sigma)),
+            observed=np.ones(sheet.shape, dtype=bool),
+        )
+
+    @property
+    def is_uniform(self) -> bool:
+        """Whether every cell has the same mu."""
+        return bool((self.mu == self.mu.flat[0]).all())
+
+
+@dataclass(frozen=True, kw_only=True)
+class ActiveEffect:
+    """An effect of the catalogue with the parameters it has on this ice.
+
+    Parameters
+    ----------
+    name : in the catalogue of effects
+    parameters : values by name, units as on the effect's card
+    sigma : standard errors by the same names; a missing one is unknown
+    """
+
+    name: str
+    parameters: Mapping[str, float] = field(default_factory=dict[str, float])
+    sigma: Mapping[str, float] = field(default_factory=dict[str, float])
+
+    def __post_init__(self) -> None:
+        for kind, values in (("parameters", self.parameters), ("sigma", self.sigma)):
+            for key, value in values.items():
+                if not math.isfinite(value):
+                    raise InputError(
+                        f"effect {self.name}: {kind}.{key} must be a finite number, got {value}"
+                    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ice:
+    """A sheet with its friction map, the effects that act on it, and the stone they were found with.
+
+    Raises
+    ------
+    InputError : a friction map that does not have the sheet's cells
+    """
+
+    friction: FrictionMap
+    sheet: Sheet = PAPER_SHEET
+    effects: tuple[ActiveEffect, ...] = ()
+    stone: Stone = RULE_BOOK_STONE
+
+    def __post_init__(self) -> None:
+        if self.friction.mu.shape != self.sheet.shape:
+            raise InputError(
+                f"a {self.sheet.length} × {self.sheet.width} m sheet with cells of "
+                f"{self.sheet.cell_size} m has {self.sheet.shape[0]} rows and "
+                f"{self.sheet.shape[1]} columns, friction has {self.friction.mu.shape}"
+            )
+
+    @classmethod
+    def uniform(cls, mu: float, sheet: Sheet = PAPER_SHEET, **others: Any) -> Ice:
+        """Ice of the same friction everywhere; `others` are fields of `Ice`."""
+        return cls(friction=FrictionMap.uniform(mu, sheet), sheet=sheet, **others)
+
+    def mu_at(self, xy: ArrayLike) -> NDArray[np.float64]:
+        """Friction of the map at points (..., 2) in the sheet frame, as the force law reads it."""
+        points = np.asarray(xy, dtype=np.float64)
+        mu, sheet = self.friction.mu, self.sheet
+        if self.friction.interpolation == "cell":
+            return mu[sheet.cell_of(points)]
+        rows, columns = mu.shape
+        row = np.clip((points[..., 1] - sheet.y_centres[0]) / sheet.cell_size, 0, rows - 1)
+        column = np.clip((points[..., 0] - sheet.x_centres[0]) / sheet.cell_size, 0, columns - 1)
+        i = np.minimum(row.astype(np.intp), max(rows - 2, 0))
+        j = np.minimum(column.astype(np.intp), max(columns - 2, 0))
+        u, v = row - i, column - j
+        i1, j1 = np.minimum(i + 1, rows - 1), np.minimum(j + 1, columns - 1)
+        return (1 - u) * ((1 - v) * mu[i, j] + v * mu[i, j1]) + u * (
+            (1 - v) * mu[i1, j] + v * mu[i1, j1]
+        )
+
+    def effect(self, name: str) -> ActiveEffect | None:
+        """The first active effect of that name, or None."""
+        return next((effect for effect in self.effects if effect.name == name), None)
+
+    def with_effect(self, effect: ActiveEffect) -> Ice:
+        """This ice with one more effect."""
+        return replace(self, effects=(*self.effects, effect))
+
+
+def save_ice(ice: Ice, path: str | Path) -> None:
+    """Write an ice file, complete or not at all."""
+    document: dict[str, Any] = {
+        "format": ICE_FORMAT,
+        "sheet": {"length": ice.sheet.length, "width": ice.sheet.width},
+        "stone": asdict(ice.stone),
+        "friction": {
+            "cell_size": ice.sheet.cell_size,
+            "interpolation": ice.friction.interpolation,
+            "mu": ice.friction.mu.tolist(),
+            "sigma": ice.friction.sigma.tolist(),
+            "observed": ice.friction.observed.tolist(),
+        },
+        "effects": [
+            {"name": e.name, "parameters": dict(e.parameters), "sigma": dict(e.sigma)}
+            for e in ice.effects
+        ],
+    }
+    write_json(path, document)
+
+
+def load_ice(source: str | Path | Ice) -> Ice:
+    """An ice from a file, or by the name of a preset; an `Ice` is returned as it is.
+
+    Raises
+    ------
+    InputError : no such file or preset, or a file that is not an ice
+    """
+    from curling_env.presets import PRESETS
+
+    if isinstance(source, Ice):
+        return source
+    if str(source) in PRESETS:
+        return PRESETS[str(source)]()
+    if not Path(source).exists():
+        raise InputError(
+            f"no such ice file, and not one of the presets {', '.join(PRESETS)}", source=source
+        )
+    document = read_json(source)
+    try:
+        return _parse_ice(document)
+    except InputError as error:
+        raise InputError(error.problem, source=source, where=error.where) from error
+
+
+def _parse_ice(document: Any) -> Ice:
+    if not isinstance(document, dict) or document.get("format") != ICE_FORMAT:
+        found = document.get("format") if isinstance(document, dict) else type(document).__name__
+        raise InputError(f"expected an ice file of format {ICE_FORMAT!r}, found {found!r}")
+    _check_keys(document, "", required={"sheet", "friction"}, optional={"stone", "effects"})
+    sheet, friction = document["sheet"], document["friction"]
+    _check_keys(sheet, "sheet", required={"length", "width"})
+    _check_keys(
+        friction,
+        "friction",
+        required={"cell_size", "mu"},
+        optional={"sigma", "observed", "interpolation"},
+    )
+    stone = document.get("stone", {})
+    _check_keys(stone, "stone", optional={f.name for f in fields(Stone)})
+    mu = _table(friction["mu"], "friction.mu")
+    return Ice(
+        sheet=Sheet(
+            length=_number(sheet["length"], "sheet.length"),
+            width=_number(sheet["width"], "sheet.width"),
+            cell_size=_number(friction["cell_size"], "friction.cell_size"),
+        ),
+        stone=Stone(**{key: _number(value, f"stone.{key}") for key, value in stone.items()}),
+        friction=FrictionMap(
+            mu=mu,
+            sigma=_table(friction.get("sigma", np.zeros(mu.shape)), "friction.sigma"),
+            observed=_table(friction.get("observed", np.ones(mu.shape)), "friction.observed") > 0,
+            interpolation=friction.get("interpolation", "bilinear"),
+        ),
+        effects=tuple(
+            _parse_effect(effect, f"effects[{i}]")
+            for i, effect in enumerate(document.get("effects", []))
+        ),
+    )
+
+
+def _parse_effect(effect: Any, where: str) -> ActiveEffect:
+    _check_keys(effect, where, required={"name"}, optional={"parameters", "sigma"})
+    values: dict[str, dict[str, float]] = {}
+    for kind in ("parameters", "sigma"):
+        given = effect.get(kind, {})
+        if not isinstance(given, dict):
+            raise InputError("expected an object of numbers", where=f"{where}.{kind}")
+        values[kind] = {
+            key: _number(value, f"{where}.{kind}.{key}")
+            for key, value in given.items()
+            if not (kind == "sigma" and value is None)
+        }
+    return ActiveEffect(name=str(effect["name"]), **values)
+
+
+def _check_keys(
+    given: Any, where: str, *, required: set[str] = frozenset(), optional: set[str] = frozenset()
+) -> None:
+    if not isinstance(given, dict):
+        raise InputError(f"expected an object, found {type(given).__name__}", where=where or None)
+    missing = sorted(required - given.keys())
+    unknown = sorted(given.keys() - required - optional - {"format"})
+    if missing:
+        raise InputError(f"missing {', '.join(missing)}", where=where or None)
+    if unknown:
+        raise InputError(f"unknown key {', '.join(unknown)}", where=where or None)
+
+
+def _number(value: Any, where: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise InputError(f"expected a finite number, found {value!r}", where=where)
+    return float(value)
+
+
+def _table(value: Any, where: str) -> NDArray[np.float64]:
+    try:
+        table = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        table = np.empty(0)
+    if table.ndim != 2:
+        raise InputError("expected rows of equally many numbers", where=where)
+    return table

@@ -1,0 +1,36 @@
+"""Air in the way of the stone."""
+
+from typing import Any
+
+from curling_env.physics.compiled import effect_kernel
+from curling_env.physics.effects.card import EffectCard, Parameter
+from curling_env.physics.effects.motion import ALONG, SPEED
+
+
+@effect_kernel
+def _kernel(motion: Any, theta: Any, push: Any) -> None:
+    push[ALONG] -= theta[0] * motion[SPEED] * motion[SPEED]
+
+
+CARD = EffectCard(
+    name="air_drag",
+    title="Air drag",
+    formula="dv/dt = −coefficient·v², coefficient = ρ·C_d·A/(2m)",
+    parameters=(
+        Parameter(
+            name="coefficient",
+            unit="1/m",
+            meaning="air drag of the stone over its mass; 9.5e-4 ±30 % for a curling stone",
+            low=0.0,
+            high=0.02,
+            neutral=0.0,
+        ),
+    ),
+    source="drag of a short cylinder at Reynolds number 2e4 to 6e4; 1 % of friction at 1 m/s, "
+    "14 % at 3 m/s",
+    validity="still air",
+    evidence="deceleration that grows with v²: needs take-out speeds beside draws",
+    acts="motion",
+    kernel=_kernel,
+    dissipative=True,
+)

@@ -1,0 +1,60 @@
+"""The curl: a turning stone is pushed to the side its front turns to."""
+
+from math import exp, fabs, log
+from typing import Any
+
+from curling_env.physics.compiled import effect_kernel
+from curling_env.physics.effects.card import EffectCard, Parameter
+from curling_env.physics.effects.motion import LEFT, LOG_SPEED, SPIN, spin_sign
+
+REFERENCE_SPIN = 1.5
+"""Spin at which `strength` is quoted [rad/s]."""
+
+
+@effect_kernel
+def _kernel(motion: Any, theta: Any, push: Any) -> None:
+    spin = motion[SPIN]
+    sideways = theta[0] * exp(theta[1] * motion[LOG_SPEED]) * spin_sign(spin)
+    if theta[2] != 0.0:
+        sideways *= exp(theta[2] * log((fabs(spin) + 1e-9) / REFERENCE_SPIN))
+    push[LEFT] += sideways
+
+
+CARD = EffectCard(
+    name="curl",
+    title="Curl",
+    formula="a_left = sign(ω)·strength·v^speed_exponent·(|ω|/1.5)^spin_exponent, v in m/s",
+    parameters=(
+        Parameter(
+            name="strength",
+            unit="m/s²",
+            meaning="sideways acceleration at 1 m/s and 1.5 rad/s, to the left for +ω",
+            low=-0.1,
+            high=0.1,
+            neutral=0.0,
+        ),
+        Parameter(
+            name="speed_exponent",
+            unit="1",
+            meaning="how the sideways push grows with speed",
+            low=-1.0,
+            high=2.0,
+            default=0.2,
+        ),
+        Parameter(
+            name="spin_exponent",
+            unit="1",
+            meaning="how it grows with spin; 0 on real ice within about 30 %",
+            low=0.0,
+            high=2.0,
+            default=0.0,
+        ),
+    ),
+    source="Digital Curling FCV1: heading rate 0.0082·v^(-0.8) rad/s; Nyberg et al. (2013): "
+    "front-back asymmetry of friction alone is insufficient, so the law is empirical",
+    validity="draws and take-outs, |ω| of 0.3 to 5 rad/s",
+    evidence="paths bend to opposite sides for opposite spins, in both directions of play",
+    acts="motion",
+    kernel=_kernel,
+    dissipative=False,
+)

@@ -1,0 +1,56 @@
+"""An area whose friction differs from the map."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from curling_env.physics.compiled import effect_kernel
+from curling_env.physics.effects.card import EffectCard, Parameter
+from curling_env.physics.effects.motion import FRICTION, X, Y
+
+
+@effect_kernel
+def _kernel(motion: Any, theta: Any, push: Any) -> None:
+    inside_x = theta[0] <= motion[X] <= theta[1]
+    if inside_x and theta[2] <= motion[Y] <= theta[3]:
+        push[FRICTION] *= theta[4]
+
+
+def _edge(name: str, meaning: str) -> Parameter:
+    return Parameter(name=name, unit="m", meaning=meaning, low=-25.0, high=25.0)
+
+
+def _x_breaks(given: Mapping[str, float]) -> tuple[float, ...]:
+    return given["x_min"], given["x_max"]
+
+
+def _y_breaks(given: Mapping[str, float]) -> tuple[float, ...]:
+    return given["y_min"], given["y_max"]
+
+
+CARD = EffectCard(
+    name="friction_patch",
+    title="A patch of different ice",
+    formula="μ → factor·μ within x_min ≤ x ≤ x_max, y_min ≤ y ≤ y_max",
+    parameters=(
+        _edge("x_min", "left edge, sheet frame"),
+        _edge("x_max", "right edge, sheet frame"),
+        _edge("y_min", "edge nearer the home end, sheet frame"),
+        _edge("y_max", "edge nearer the away end, sheet frame"),
+        Parameter(
+            name="factor",
+            unit="1",
+            meaning="friction inside over friction of the map",
+            low=0.2,
+            high=5.0,
+            neutral=1.0,
+        ),
+    ),
+    source="a worn, wet or freshly pebbled area",
+    validity="a rectangle larger than the stone",
+    evidence="throws that cross the area change their deceleration at its edges, at any speed",
+    acts="friction",
+    kernel=_kernel,
+    dissipative=True,
+    x_breaks=_x_breaks,
+    y_breaks=_y_breaks,
+)

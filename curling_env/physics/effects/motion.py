@@ -1,0 +1,74 @@
+"""What an effect's kernel reads and writes.
+
+A kernel is a small pure function ``kernel(motion, theta, push)``: it reads how the stone moves
+from `motion`, its own parameters from `theta` in the order of its card, and adds to `push`.
+The names below are the places in `motion` and `push`.
+"""
+
+from __future__ import annotations
+
+import math
+
+from curling_env.physics.compiled import compiled
+
+# --- motion: how the stone moves -------------------------------------------------------------
+X = 0
+"""Centre of the stone across the sheet [m], sheet frame."""
+Y = 1
+"""Centre of the stone along the sheet [m], sheet frame."""
+SPEED = 2
+"""Speed of the centre [m/s]."""
+LOG_SPEED = 3
+"""Natural logarithm of the speed in m/s, already taken: exp(p·LOG_SPEED) is speed^p."""
+TRAVEL_X = 4
+"""Direction of travel, x part of a unit vector in the sheet frame."""
+TRAVEL_Y = 5
+"""Direction of travel, y part of a unit vector in the sheet frame."""
+HEADING = 6
+"""Heading of the handle [rad]."""
+SPIN = 7
+"""Spin, counter-clockwise positive [rad/s]."""
+T = 8
+"""Seconds since release [s]."""
+CLOCK = 9
+"""Seconds into the session [s]."""
+ORDER = 10
+"""Throws already played in the session."""
+STONE = 11
+"""Identifier of the stone."""
+SWEPT = 12
+"""1 while the stone is swept, else 0."""
+SLIP = 13
+"""Sliding speed of the contact over the ice [m/s]: friction kernels that act per contact only."""
+LOG_SLIP = 14
+"""Natural logarithm of the slip in m/s."""
+MOTION_SIZE = 15
+
+# --- push: what the effect does to it ---------------------------------------------------------
+FRICTION = 0
+"""Factor on the coefficient of friction; multiply it."""
+BEND = 1
+"""Factor on the sideways acceleration of all effects together; multiply it."""
+ALONG = 2
+"""Acceleration along the direction of travel [m/s²]; add to it, negative slows the stone."""
+LEFT = 3
+"""Acceleration to the left of the direction of travel [m/s²]; add to it."""
+TURN = 4
+"""Angular acceleration, counter-clockwise positive [rad/s²]; add to it."""
+PUSH_X = 5
+"""Acceleration along the sheet frame's x [m/s²]; add to it."""
+PUSH_Y = 6
+"""Acceleration along the sheet frame's y [m/s²]; add to it."""
+PUSH_SIZE = 7
+
+GRAVITY = 9.80665
+"""Standard gravity [m/s²] (ISO 80000-3)."""
+
+SLOW_SPIN = 0.01
+"""Spin below which the sign of the rotation fades out smoothly [rad/s]."""
+
+
+@compiled
+def spin_sign(spin: float) -> float:
+    """Sign of the spin, smooth through zero so that a stone that stops turning stays at rest."""
+    return spin / math.sqrt(spin * spin + SLOW_SPIN * SLOW_SPIN)

@@ -1,0 +1,39 @@
+"""Ice that is not level."""
+
+from typing import Any
+
+from curling_env.physics.compiled import effect_kernel
+from curling_env.physics.effects.card import EffectCard, Parameter
+from curling_env.physics.effects.motion import GRAVITY, PUSH_X, PUSH_Y
+
+
+@effect_kernel
+def _kernel(motion: Any, theta: Any, push: Any) -> None:
+    push[PUSH_X] += GRAVITY * theta[0]
+    push[PUSH_Y] += GRAVITY * theta[1]
+
+
+def _gradient(axis: str, side: str) -> Parameter:
+    return Parameter(
+        name=axis,
+        unit="m/m",
+        meaning=f"fall of the ice towards {side}",
+        low=-5e-3,
+        high=5e-3,
+        default=0.0,
+        neutral=0.0,
+    )
+
+
+CARD = EffectCard(
+    name="slope",
+    title="Slope of the ice",
+    formula="a = g·(x, y): the gradient of the fall, fixed in the sheet frame",
+    parameters=(_gradient("x", "+x"), _gradient("y", "the away end")),
+    source="mechanics; 1 mm across the sheet moves a draw by 0.3 m",
+    validity="gradients well below the friction, so that a resting stone stays",
+    evidence="a constant acceleration that keeps its world direction when the play turns round",
+    acts="motion",
+    kernel=_kernel,
+    dissipative=False,
+)

@@ -1,0 +1,61 @@
+"""Friction that falls as the contact slides faster."""
+
+from math import exp, log
+from typing import Any
+
+from curling_env.physics.compiled import effect_kernel
+from curling_env.physics.effects.card import EffectCard, Parameter
+from curling_env.physics.effects.motion import FRICTION, LOG_SLIP, SLIP
+
+SLOWEST_SLIP = 0.01
+"""Slip below which friction no longer rises [m/s]; nobody has measured slower contacts."""
+
+
+@effect_kernel
+def _kernel(motion: Any, theta: Any, push: Any) -> None:
+    exponent, offset, share = theta[0], theta[1], theta[2]
+    slow = motion[SLIP] < SLOWEST_SLIP
+    if offset > 0.0:
+        log_slip = log((SLOWEST_SLIP if slow and exponent < 1.0 else motion[SLIP]) + offset)
+    else:
+        log_slip = log(SLOWEST_SLIP) if slow else motion[LOG_SLIP]
+    push[FRICTION] *= 1.0 - share + share * exp(-exponent * log_slip)
+
+
+CARD = EffectCard(
+    name="speed_dependent_friction",
+    title="Friction follows the sliding speed",
+    formula="μ(s) = μ·[1 − share + share·(s + speed_offset)^(−exponent)], s in m/s",
+    parameters=(
+        Parameter(
+            name="exponent",
+            unit="1",
+            meaning="how steeply friction falls with speed; ½ is the Penner–Maeno law",
+            low=-1.0,
+            high=2.0,
+            neutral=0.0,
+        ),
+        Parameter(
+            name="speed_offset",
+            unit="m/s",
+            meaning="added to the slip, which bounds friction at rest",
+            low=0.0,
+            high=1.0,
+            default=0.0,
+        ),
+        Parameter(
+            name="share",
+            unit="1",
+            meaning="part of the friction that follows the speed",
+            low=0.0,
+            high=1.0,
+            default=1.0,
+        ),
+    ),
+    source="Penner (2001) and Maeno (2010): 0.008·v^(-1/2); Digital Curling FCV1: 1/(v + 0.064)",
+    validity="slips of 0.01 to 4 m/s; the map's μ is the friction at 1 m/s",
+    evidence="fast and slow throws over the same cells disagree on μ, in both directions alike",
+    acts="contact_friction",
+    kernel=_kernel,
+    dissipative=True,
+)

@@ -1,0 +1,38 @@
+"""One stone that runs heavier or keener than the others."""
+
+from math import fabs
+from typing import Any
+
+from curling_env.physics.compiled import effect_kernel
+from curling_env.physics.effects.card import EffectCard, Parameter
+from curling_env.physics.effects.motion import FRICTION, STONE
+
+
+@effect_kernel
+def _kernel(motion: Any, theta: Any, push: Any) -> None:
+    if fabs(motion[STONE] - theta[0]) < 0.5:
+        push[FRICTION] *= theta[1]
+
+
+CARD = EffectCard(
+    name="stone_bias",
+    title="A stone of its own",
+    formula="μ → factor·μ for one stone; give the effect once for each such stone",
+    parameters=(
+        Parameter(name="stone", unit="1", meaning="identifier of the stone", low=0.0, high=1e6),
+        Parameter(
+            name="factor",
+            unit="1",
+            meaning="its friction over that of the others",
+            low=0.5,
+            high=2.0,
+            neutral=1.0,
+        ),
+    ),
+    source="stone to stone spread of 0.5–1 % in friction",
+    validity="a matched set of stones",
+    evidence="every throw of one stone stops short, or runs long, by the same factor",
+    acts="friction",
+    kernel=_kernel,
+    dissipative=True,
+)

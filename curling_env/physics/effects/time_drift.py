@@ -1,0 +1,36 @@
+"""Ice that grows heavier or keener as the session goes on."""
+
+from math import exp
+from typing import Any
+
+from curling_env.physics.compiled import effect_kernel
+from curling_env.physics.effects.card import EffectCard, Parameter
+from curling_env.physics.effects.motion import CLOCK, FRICTION
+
+
+@effect_kernel
+def _kernel(motion: Any, theta: Any, push: Any) -> None:
+    push[FRICTION] *= exp(theta[0] * motion[CLOCK])
+
+
+CARD = EffectCard(
+    name="time_drift",
+    title="Friction drifts with time",
+    formula="μ → μ·exp(rate·clock)",
+    parameters=(
+        Parameter(
+            name="rate",
+            unit="1/s",
+            meaning="relative change of friction per second of the session; frost is positive",
+            low=-1e-3,
+            high=1e-3,
+            neutral=0.0,
+        ),
+    ),
+    source="frost and temperature; about 8 % over a game is usual",
+    validity="one session, sheet-wide",
+    evidence="friction follows the session's clock rather than the number of throws",
+    acts="friction",
+    kernel=_kernel,
+    dissipative=True,
+)

@@ -1,0 +1,161 @@
+"""The sheet: every measured length, the cells, and the two frames.
+
+*Sheet frame*: fixed to the ice, origin mid-sheet on the centre line, y from the home end to the
+away end, x to the right looking along +y, counter-clockwise positive. Maps and tracks live here.
+
+*Delivery frame*: origin at the playing tee, +y along the direction of play. Actions and
+observations live here. Between the two lies a half-turn or nothing, and only this module converts.
+
+Lengths are the World Curling rule book's (R1, "Sheet") unless said otherwise, in metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from curling_env.errors import InputError
+
+TEE_Y = 17.3735
+"""Distance of each tee from mid-sheet [m]."""
+HOG_LINE_Y = 10.9725
+"""Distance of each hog line's sheet-side edge from mid-sheet [m]."""
+BACK_LINE_Y = TEE_Y + 1.829
+"""Distance of each back line from mid-sheet [m]."""
+HACK_Y = BACK_LINE_Y + 1.829
+"""Distance of each hack from mid-sheet [m]."""
+HOG_TO_TEE = TEE_Y - HOG_LINE_Y
+"""From a hog line to the tee of the same end [m]."""
+
+HOUSE_RADIUS = 1.829
+"""Outer radius of the 12-foot ring [m]."""
+RING_RADII = (1.829, 1.219, 0.610, 0.152)
+"""Outer radii of the 12-, 8- and 4-foot rings and of the button [m]."""
+HOG_LINE_WIDTH = 0.1016
+"""Width of a painted hog line [m]."""
+LINE_WIDTH = 0.0127
+"""Width of a painted tee, back or centre line [m]."""
+
+
+class Direction(IntEnum):
+    """Which end is played to."""
+
+    AWAY = 1
+    """From the home end towards +y."""
+    HOME = -1
+    """From the away end towards -y."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sheet:
+    """A sheet of ice divided into square cells.
+
+    Parameters
+    ----------
+    length, width : of the ice [m]
+    cell_size : side of a friction cell [m]
+
+    Raises
+    ------
+    InputError : a length is not positive, or the sheet does not hold both houses
+
+    Source
+    ------
+    Default: the paper's table 1, 44.5 × 4.5 m in 9 × 89 cells of 0.5 m.
+    """
+
+    length: float = 44.5
+    width: float = 4.5
+    cell_size: float = 0.5
+
+    def __post_init__(self) -> None:
+        for name in ("length", "width", "cell_size"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value > 0):
+                raise InputError(f"sheet {name} must be a positive length in metres, got {value}")
+        if self.length < 2 * BACK_LINE_Y or self.width < 2 * HOUSE_RADIUS:
+            raise InputError(
+                f"a sheet must hold both houses: at least {2 * BACK_LINE_Y:.2f} × "
+                f"{2 * HOUSE_RADIUS:.2f} m, got {self.length} × {self.width} m"
+            )
+        if self.cell_size > self.width:
+            raise InputError(f"cell_size {self.cell_size} m is wider than the sheet")
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows (along y) and columns (along x) of cells; a last partial cell counts."""
+        return (
+            int(np.ceil(self.length / self.cell_size - 1e-9)),
+            int(np.ceil(self.width / self.cell_size - 1e-9)),
+        )
+
+    @property
+    def x_centres(self) -> NDArray[np.float64]:
+        """Cell centres across the sheet, shape (columns,) [m]."""
+        return -self.width / 2 + (np.arange(self.shape[1]) + 0.5) * self.cell_size
+
+    @property
+    def y_centres(self) -> NDArray[np.float64]:
+        """Cell centres along the sheet, shape (rows,) [m]."""
+        return -self.length / 2 + (np.arange(self.shape[0]) + 0.5) * self.cell_size
+
+    def cell_of(self, xy: ArrayLike) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Row and column of the cell that holds each point.
+
+        Parameters
+        ----------
+        xy : (..., 2) points in the sheet frame [m]; points off the ice take the nearest cell
+        """
+        points = np.asarray(xy, dtype=np.float64)
+        rows, columns = self.shape
+        row = np.floor((points[..., 1] + self.length / 2) / self.cell_size)
+        column = np.floor((points[..., 0] + self.width / 2) / self.cell_size)
+        return (
+            np.clip(row, 0, rows - 1).astype(np.intp),
+            np.clip(column, 0, columns - 1).astype(np.intp),
+        )
+
+    def contains(self, xy: ArrayLike) -> NDArray[np.bool_]:
+        """Whether each point lies on the ice; `xy` (..., 2) in the sheet frame [m]."""
+        points = np.abs(np.asarray(xy, dtype=np.float64))
+        return (points[..., 0] <= self.width / 2) & (points[..., 1] <= self.length / 2)
+
+    @property
+    def corners(self) -> dict[str, tuple[float, float]]:
+        """The four ice corners by the scene file's names, sheet frame [m]."""
+        x, y = self.width / 2, self.length / 2
+        return {
+            "home_left": (-x, -y),
+            "home_right": (x, -y),
+            "away_left": (-x, y),
+            "away_right": (x, y),
+        }
+
+
+PAPER_SHEET = Sheet()
+"""The paper's sheet: 44.5 × 4.5 m, 9 × 89 cells of 0.5 m (its table 1)."""
+WORLD_CURLING_SHEET = Sheet(length=45.720, width=4.750)
+"""The rule book's sheet: 45.720 × 4.750 m."""
+
+
+def tee(direction: Direction) -> NDArray[np.float64]:
+    """Centre of the house played to, sheet frame, shape (2,) [m]."""
+    return np.array([0.0, direction * TEE_Y])
+
+
+def to_delivery(xy: ArrayLike, direction: Direction) -> NDArray[np.float64]:
+    """Points (..., 2) from the sheet frame to the delivery frame [m]."""
+    return direction * np.asarray(xy, dtype=np.float64) - np.array([0.0, TEE_Y])
+
+
+def to_sheet(xy: ArrayLike, direction: Direction) -> NDArray[np.float64]:
+    """Points (..., 2) from the delivery frame to the sheet frame [m]."""
+    return direction * (np.asarray(xy, dtype=np.float64) + np.array([0.0, TEE_Y]))
+
+
+def vector_to_sheet(vector: ArrayLike, direction: Direction) -> NDArray[np.float64]:
+    """A velocity or displacement (..., 2) between the frames; its own inverse."""
+    return direction * np.asarray(vector, dtype=np.float64)

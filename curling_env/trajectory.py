@@ -1,0 +1,187 @@
+"""Paths of stones: one currency for simulated and filmed throws alike."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.errors import InputError
+from curling_env.storage import read_table, write_table
+
+TRACK_COLUMNS = ("throw", "t", "x", "y", "theta")
+OPTIONAL_TRACK_COLUMNS = ("stone", "clock", "swept", "sigma_xy", "sigma_theta")
+
+Floats = NDArray[np.float64]
+
+
+def _nothing() -> Floats:
+    return np.empty(0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trajectory:
+    """One throw's path in the sheet frame.
+
+    Parameters
+    ----------
+    t : (n,) seconds since the track began, strictly increasing [s]
+    xy : (n, 2) centre of the stone [m]
+    theta : (n,) unwrapped heading [rad]; NaN where it is not known
+    swept : (n,) 1 while the stone is swept, else 0
+    sigma_xy : (n,) standard error of each coordinate [m]; empty where nobody measured it
+    sigma_theta : (n,) standard error of the heading [rad]; empty where nobody measured it
+    throw : number that groups the rows in a file
+    stone : identifier of the stone
+    clock : seconds into the session at which the throw began [s]
+
+    Raises
+    ------
+    InputError : lengths that differ, positions that are not finite, time that does not increase
+    """
+
+    t: Floats
+    xy: Floats
+    theta: Floats = field(default_factory=_nothing)
+    swept: Floats = field(default_factory=_nothing)
+    sigma_xy: Floats = field(default_factory=_nothing)
+    sigma_theta: Floats = field(default_factory=_nothing)
+    throw: int = 0
+    stone: int = 0
+    clock: float = 0.0
+
+    def __post_init__(self) -> None:
+        n = len(self.t)
+        if self.xy.shape != (n, 2):
+            raise InputError(f"a path needs xy of shape ({n}, 2), got {self.xy.shape}")
+        for name, default in (("theta", np.nan), ("swept", 0.0)):
+            if getattr(self, name).size == 0:
+                object.__setattr__(self, name, np.full(n, default))
+        for name in ("theta", "swept", "sigma_xy", "sigma_theta"):
+            column = getattr(self, name)
+            if column.shape != (n,) and not (name.startswith("sigma") and column.size == 0):
+                raise InputError(f"a path of {n} samples needs {n} of {name}, got {column.shape}")
+        if not (np.isfinite(self.t).all() and np.isfinite(self.xy).all()):
+            raise InputError("times and positions of a path must be finite numbers")
+        if n > 1 and not (np.diff(self.t) > 0).all():
+            sample = int(np.argmin(np.diff(self.t) > 0)) + 1
+            raise InputError(
+                f"time must increase along a path: sample {sample} is at {self.t[sample]:g} s, "
+                f"after {self.t[sample - 1]:g} s"
+            )
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def duration(self) -> float:
+        """From the first to the last sample [s]."""
+        return float(self.t[-1] - self.t[0]) if len(self) else 0.0
+
+    @property
+    def velocity(self) -> Floats:
+        """Central differences of the positions, (n, 2) [m/s]; noisy for a measured path."""
+        return np.gradient(self.xy, self.t, axis=0)
+
+    @property
+    def path_length(self) -> Floats:
+        """Distance travelled since the first sample, (n,) [m]."""
+        steps = np.hypot(*np.diff(self.xy, axis=0).T)
+        return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def read_tracks(path: str | Path) -> list[Trajectory]:
+    """Tracks from the contract's CSV, in order of play.
+
+    Rows of a throw (and, where several stones move, of each stone in it) must stand together and
+    their times increase; throws are sorted by number.
+
+    Raises
+    ------
+    InputError : unreadable file, missing column, a number that is none, time running backwards
+    """
+    table = read_table(path, required=TRACK_COLUMNS, optional=OPTIONAL_TRACK_COLUMNS)
+    if len(table) == 0:
+        raise InputError("holds no rows; expected one row per frame", source=path)
+    throws = table.integers("throw")
+    columns = {
+        name: table.numbers(name, blank=name not in ("t", "x", "y"))
+        for name in (*TRACK_COLUMNS[1:], *OPTIONAL_TRACK_COLUMNS)
+        if name in table
+    }
+    stones = np.nan_to_num(columns.pop("stone", np.zeros(len(table)))).astype(np.intp)
+    changes = (np.diff(throws) != 0) | (np.diff(stones) != 0)
+    starts = np.concatenate([[0], np.flatnonzero(changes) + 1])
+    ends = np.concatenate([starts[1:], [len(throws)]])
+    seen: set[tuple[int, int]] = set()
+    for start in starts.tolist():
+        key = (int(throws[start]), int(stones[start]))
+        if key in seen:
+            raise InputError(
+                f"throw {key[0]}, stone {key[1]} appears twice; its rows must stand together",
+                source=path,
+                where=f"row {start + 2}",
+            )
+        seen.add(key)
+    tracks: list[Trajectory] = []
+    for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
+        backwards = np.flatnonzero(np.diff(columns["t"][start:end]) <= 0)
+        if backwards.size:
+            row = start + int(backwards[0]) + 1
+            raise InputError(
+                f"time must increase within a throw, but {columns['t'][row]:g} s follows "
+                f"{columns['t'][row - 1]:g} s",
+                source=path,
+                where=f"row {row + 2}, column t",
+            )
+        part = {name: column[start:end] for name, column in columns.items()}
+        clock = part.pop("clock", None)
+        part = {name: column for name, column in part.items() if not np.isnan(column).all()}
+        if "swept" in part:
+            part["swept"] = np.nan_to_num(part["swept"])
+        x, y = part.pop("x"), part.pop("y")
+        tracks.append(
+            Trajectory(
+                **part,  # pyright: ignore[reportArgumentType]
+                xy=np.column_stack([x, y]),
+                throw=int(throws[start]),
+                stone=int(stones[start]),
+                clock=0.0 if clock is None or np.isnan(clock[0]) else float(clock[0]),
+            )
+        )
+    return sorted(tracks, key=lambda track: track.throw)
+
+
+def write_tracks(path: str | Path, tracks: Sequence[Trajectory]) -> None:
+    """Tracks as the contract's CSV, written atomically; positions to 0.01 mm."""
+    measured = [
+        name for name in ("sigma_xy", "sigma_theta") if any(getattr(k, name).size for k in tracks)
+    ]
+
+    def column(name: str) -> Floats:
+        return np.concatenate(
+            [
+                getattr(track, name) if getattr(track, name).size else np.full(len(track), np.nan)
+                for track in tracks
+            ]
+        )
+
+    counts = [len(track) for track in tracks]
+    xy = np.concatenate([track.xy for track in tracks])
+    write_table(
+        path,
+        {
+            "throw": np.repeat([track.throw for track in tracks], counts),
+            "t": np.round(column("t"), 6),
+            "x": np.round(xy[:, 0], 5),
+            "y": np.round(xy[:, 1], 5),
+            "theta": np.round(column("theta"), 5),
+            "stone": np.repeat([track.stone for track in tracks], counts),
+            "clock": np.repeat([track.clock for track in tracks], counts),
+            "swept": column("swept").astype(int),
+            **{name: np.round(column(name), 6) for name in measured},
+        },
+    )
