@@ -93,6 +93,10 @@ def say(text: str) -> None:
     print(text, file=sys.stderr)
 
 
+class CommandError(CurlingError):
+    """A sub-command that is declared but cannot be loaded."""
+
+
 # --- the command -------------------------------------------------------------------------------
 
 
@@ -125,7 +129,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _mute_stdout()
         return BROKEN_PIPE
     except ModuleNotFoundError as error:
-        extra = EXTRAS.get((error.name or "").partition(".")[0])
+        extra = _extra_of(error)
         if extra is None:
             raise
         return _complain(
@@ -141,9 +145,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _app(arguments: Sequence[str]) -> typer.Typer:
     """The command asked for, or all of them where none is recognised (help, misspelling)."""
-    declared = {
-        entry.name: entry for entry in importlib.metadata.entry_points(group=COMMAND_GROUP)
-    }
+    declared = {entry.name: entry for entry in importlib.metadata.entry_points(group=COMMAND_GROUP)}
     app = typer.Typer(
         help=HELP,
         add_completion=False,
@@ -156,10 +158,11 @@ def _app(arguments: Sequence[str]) -> typer.Typer:
     for name in [wanted] if wanted in declared else sorted(declared):
         try:
             command = declared[name].load()
-        except Exception as error:
-            if name == wanted:
-                raise
-            command = _unavailable(name, error)
+        except Exception as error:  # whatever a stranger's module may do
+            # Any arguments: that the command is missing matters more than how it was called.
+            lenient = {"ignore_unknown_options": True, "allow_extra_args": True}
+            app.command(name, context_settings=lenient)(_unavailable(name, error))
+            continue
         if isinstance(command, typer.Typer):
             app.add_typer(command, name=name)
         else:
@@ -183,12 +186,15 @@ def _version_option(
 
 
 def _unavailable(name: str, reason: Exception) -> Callable[[], None]:
-    """Stands in the list of commands for one that cannot be imported."""
+    """Stands in for a command that cannot be imported: in the list, and when it is called."""
+    text = _one_line(str(reason)) or type(reason).__name__
 
-    def command() -> NoReturn:
-        raise reason
+    def command(context: typer.Context) -> NoReturn:
+        if isinstance(reason, ModuleNotFoundError) and _extra_of(reason):
+            raise reason
+        raise CommandError(f"the command {name} cannot be loaded: {text}") from reason
 
-    command.__doc__ = f"(not available: {_one_line(str(reason)) or type(reason).__name__})"
+    command.__doc__ = f"(not available: {text})"
     command.__name__ = name
     return command
 
@@ -209,6 +215,10 @@ def _orderly_termination() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+def _extra_of(error: ModuleNotFoundError) -> str | None:
+    return EXTRAS.get((error.name or "").partition(".")[0])
 
 
 def _help_for(error: typer.TyperException) -> str:

@@ -1,0 +1,65 @@
+# The verbs of the house. Each works on a fresh clone; `make setup` runs by itself where needed.
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+
+PYTHON ?= $(or $(shell command -v python3.11),python3)
+VENV   := .venv
+BIN    := $(VENV)/bin
+STAMP  := $(VENV)/.complete
+JOBS   ?= 2
+
+# One process, one core: the tests run side by side, and numeric libraries that each start a
+# thread per core only get in each other's way.
+SINGLE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS=1
+
+.PHONY: help setup demo test lint format types arch bench docs soak clean
+
+help:  ## this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+setup: $(STAMP)  ## the environment in .venv, with everything development needs
+
+# Installed anew only when what is to be installed changes.
+$(STAMP): pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt \
+		--editable '.[dev,train,viewer,game]'
+	@touch $@
+
+demo: setup  ## the whole loop on a film it renders itself, into runs/demo
+	$(BIN)/curling demo -o runs/demo
+
+test: setup  ## every test
+	$(SINGLE) $(BIN)/pytest -n $(JOBS) -q
+
+lint: setup types arch  ## style, types and architecture
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+
+format: setup  ## put the code into the house's form
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+
+types: setup  ## strict for curling_env, standard for the rest
+	$(BIN)/basedpyright --warnings
+
+arch: setup  ## who may import whom
+	$(BIN)/lint-imports --no-cache
+
+bench: setup  ## how fast it is, one line per measure
+	$(SINGLE) $(BIN)/curling bench
+
+docs: setup  ## the help of every command, into runs/docs
+	@mkdir -p runs/docs
+	$(BIN)/curling --help > runs/docs/curling.txt
+	for command in $$($(BIN)/python -c "import importlib.metadata as m; \
+		print(*sorted(e.name for e in m.entry_points(group='curling.commands')))"); do \
+		$(BIN)/curling $$command --help > runs/docs/$$command.txt || exit 1; done
+
+soak: setup  ## the tests ten times over, each time in another order of events
+	for seed in 1 2 3 4 5 6 7 8 9 10; do \
+		$(SINGLE) $(BIN)/pytest -n $(JOBS) -q -x --hypothesis-seed=$$seed || exit 1; done
+
+clean:  ## remove what can be made again (not the environment)
+	rm -rf build dist *.egg-info .pytest_cache .ruff_cache .hypothesis .import_linter_cache runs
+	find . -name __pycache__ -not -path './$(VENV)/*' -prune -exec rm -rf {} +

@@ -1,0 +1,1 @@
+"""Those who throw: planning on a known ice, learning, and their evaluation."""

@@ -1,0 +1,1 @@
+"""Sub-commands of `curling` about throwing: planning, learning, the demonstration."""

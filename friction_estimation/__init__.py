@@ -1,0 +1,1 @@
+"""From film to ice: calibration, tracking, and the friction map that the tracks reveal."""

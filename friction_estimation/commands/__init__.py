@@ -1,0 +1,1 @@
+"""Sub-commands of `curling` about measuring: films, tracks, ice."""
