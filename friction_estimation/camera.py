@@ -1,0 +1,179 @@
+"""The camera: one pinhole with a distorting lens, and the way back from a pixel to the ice.
+
+Pixels are those of the raw image; its upper left pixel's centre is (0, 0). Points are undistorted,
+never frames: a point costs microseconds, a frame milliseconds and an interpolation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from curling_env.errors import InputError
+from friction_estimation.calibration import pose_from_points, solve_focal_px
+from friction_estimation.scene import Scene
+
+Floats = NDArray[np.float64]
+
+NO_DISTORTION = np.zeros(5)
+_UNDISTORT_UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 60, 1e-10)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Camera:
+    """A calibrated camera that does not move.
+
+    Parameters
+    ----------
+    matrix : (3, 3) focal lengths and principal point [px]
+    distortion : (5,) OpenCV's k1 k2 p1 p2 k3
+    rotation : (3, 3) from the sheet frame (z up) to the camera's (x right, y down, z forward)
+    translation : (3,) the sheet's origin in the camera's frame [m]
+    size : width and height of the image [px]
+    """
+
+    matrix: Floats
+    distortion: Floats
+    rotation: Floats
+    translation: Floats
+    size: tuple[int, int]
+
+    @classmethod
+    def looking_at(
+        cls,
+        *,
+        position: ArrayLike,
+        target: ArrayLike,
+        up: ArrayLike = (0.0, 0.0, 1.0),
+        focal_px: float,
+        size: tuple[int, int],
+        distortion: ArrayLike = NO_DISTORTION,
+    ) -> Camera:
+        """A camera at a place, looking at a point; `up` is the direction that is up in the image.
+
+        The principal point is the image's centre, (width/2, height/2).
+        """
+        position = np.asarray(position, dtype=np.float64)
+        forward = np.asarray(target, dtype=np.float64) - position
+        forward /= np.linalg.norm(forward)
+        right = np.cross(forward, np.asarray(up, dtype=np.float64))
+        if np.linalg.norm(right) < 1e-9:
+            raise InputError("up must not be along the line of sight")
+        right /= np.linalg.norm(right)
+        rotation = np.stack([right, np.cross(forward, right), forward])
+        return cls(
+            matrix=intrinsics(focal_px, size),
+            distortion=np.asarray(distortion, dtype=np.float64),
+            rotation=rotation,
+            translation=-rotation @ position,
+            size=size,
+        )
+
+    @classmethod
+    def from_scene(cls, scene: Scene, size: tuple[int, int]) -> Camera:
+        """The camera that sees the scene's points where they were marked.
+
+        Without a camera matrix the focal length is solved with the pose, for square pixels and a
+        principal point at the image's centre; the lens then counts as free of distortion unless
+        the scene gives it (`landmarks.refine` improves on that).
+
+        Raises
+        ------
+        InputError : points outside the image, or that no camera above the ice can see so
+        """
+        scene.check_inside(size)
+        distortion = NO_DISTORTION if scene.distortion is None else scene.distortion
+        matrix = scene.camera_matrix
+        if matrix is None:
+            focal_px = solve_focal_px(scene.sheet_points, scene.points_px, size, distortion)
+            matrix = intrinsics(focal_px, size)
+        pose = pose_from_points(scene.sheet_points, scene.points_px, matrix, distortion)
+        limit_px = 0.02 * float(np.hypot(*size))
+        if pose is None or pose.rms_px > limit_px:
+            raise InputError(
+                "no camera above the ice sees these points so; check that each is the right one",
+                source=scene.source,
+                where="corners_px" if scene.has_corners else "points",
+            )
+        return cls(
+            matrix=matrix,
+            distortion=distortion,
+            rotation=pose.rotation,
+            translation=pose.translation,
+            size=size,
+        )
+
+    @property
+    def position(self) -> Floats:
+        """(3,) the camera's place in the sheet frame [m]."""
+        return -self.rotation.T @ self.translation
+
+    def project(self, points: ArrayLike) -> Floats:
+        """Points (n, 3) of the sheet frame [m] to the raw image, (n, 2) [px].
+
+        Points behind the camera give NaN.
+        """
+        local = np.asarray(points, dtype=np.float64) @ self.rotation.T + self.translation
+        depth = local[:, 2]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            x, y = local[:, 0] / depth, local[:, 1] / depth
+        k1, k2, p1, p2, k3 = self.distortion
+        r2 = x * x + y * y
+        radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+        xd = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
+        yd = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
+        (fx, skew, cx), (_, fy, cy) = self.matrix[0], self.matrix[1]
+        px = np.stack([fx * xd + skew * yd + cx, fy * yd + cy], axis=1)
+        px[depth <= 0] = np.nan
+        return px
+
+    def rays(self, px: ArrayLike) -> Floats:
+        """Directions (n, 3) in the sheet frame, not normalised, through raw pixels (n, 2)."""
+        points = np.asarray(px, dtype=np.float64).reshape(-1, 1, 2)
+        if len(points) == 0:
+            return np.empty((0, 3))
+        flat = cv2.undistortPoints(
+            points, self.matrix, self.distortion, criteria=_UNDISTORT_UNTIL
+        ).reshape(-1, 2)
+        return np.column_stack([flat, np.ones(len(flat))]) @ self.rotation
+
+    def on_plane(self, px: ArrayLike, z: float = 0.0) -> Floats:
+        """Where the rays through raw pixels (n, 2) meet the plane at height z, (n, 2) [m].
+
+        NaN for a ray that never comes down to it.
+        """
+        rays, position = self.rays(px), self.position
+        with np.errstate(divide="ignore", invalid="ignore"):
+            along = (z - position[2]) / rays[:, 2]
+        along[~(along > 0)] = np.nan
+        return position[:2] + along[:, None] * rays[:, :2]
+
+    def px_per_metre(self, xy: ArrayLike, z: float = 0.0) -> Floats:
+        """Image motion per motion on the plane, (2, 2) d(u, v)/d(x, y) [px/m] at one point (2,)."""
+        x, y = np.asarray(xy, dtype=np.float64)
+        step = 1e-3
+        at = self.project([[x - step, y, z], [x + step, y, z], [x, y - step, z], [x, y + step, z]])
+        return np.stack([at[1] - at[0], at[3] - at[2]], axis=1) / (2 * step)
+
+    def sees(self, points: ArrayLike, margin_px: float = 0.0) -> NDArray[np.bool_]:
+        """Whether each point (n, 3) of the sheet frame falls into the image."""
+        u, v = self.project(points).T
+        width, height = self.size
+        return (
+            (u >= margin_px)
+            & (u <= width - 1 - margin_px)
+            & (v >= margin_px)
+            & (v <= height - 1 - margin_px)
+        )
+
+    def with_pose(self, rotation: Floats, translation: Floats) -> Camera:
+        """The same lens at another place."""
+        return replace(self, rotation=rotation, translation=translation)
+
+
+def intrinsics(focal_px: float, size: tuple[int, int]) -> Floats:
+    """Camera matrix with square pixels and the principal point at the image's centre, (3, 3)."""
+    return np.array([[focal_px, 0, size[0] / 2], [0, focal_px, size[1] / 2], [0, 0, 1.0]])
