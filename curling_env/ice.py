@@ -1,12 +1,12 @@
-"""The ice: friction per cell with its uncertainty, the active effects, and the file they live in."""
+"""The ice: friction per cell with its uncertainty, the active effects, and their file."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -114,7 +114,7 @@ class ActiveEffect:
 
 @dataclass(frozen=True, kw_only=True)
 class Ice:
-    """A sheet with its friction map, the effects that act on it, and the stone they were found with.
+    """A sheet with its friction map, the effects that act on it, and the stone that showed them.
 
     Raises
     ------
@@ -161,7 +161,7 @@ class Ice:
         return next((effect for effect in self.effects if effect.name == name), None)
 
     def with_effect(self, effect: ActiveEffect) -> Ice:
-        """This ice with one more effect."""
+        """The same ice with one more effect."""
         return replace(self, effects=(*self.effects, effect))
 
 
@@ -211,21 +211,22 @@ def load_ice(source: str | Path | Ice) -> Ice:
 
 
 def _parse_ice(document: Any) -> Ice:
-    if not isinstance(document, dict) or document.get("format") != ICE_FORMAT:
-        found = document.get("format") if isinstance(document, dict) else type(document).__name__
+    found = cast("dict[str, Any]", document).get("format") if isinstance(document, dict) else None
+    if found != ICE_FORMAT:
         raise InputError(f"expected an ice file of format {ICE_FORMAT!r}, found {found!r}")
-    _check_keys(document, "", required={"sheet", "friction"}, optional={"stone", "effects"})
-    sheet, friction = document["sheet"], document["friction"]
-    _check_keys(sheet, "sheet", required={"length", "width"})
-    _check_keys(
-        friction,
+    ice = _members(document, "", required={"format", "sheet", "friction"}, optional=_LATER)
+    sheet = _members(ice["sheet"], "sheet", required={"length", "width"})
+    friction = _members(
+        ice["friction"],
         "friction",
         required={"cell_size", "mu"},
         optional={"sigma", "observed", "interpolation"},
     )
-    stone = document.get("stone", {})
-    _check_keys(stone, "stone", optional={f.name for f in fields(Stone)})
+    stone = _members(ice.get("stone", {}), "stone", optional={f.name for f in fields(Stone)})
     mu = _table(friction["mu"], "friction.mu")
+    effects = ice.get("effects", [])
+    if not isinstance(effects, list):
+        raise InputError("expected a list of effects", where="effects")
     return Ice(
         sheet=Sheet(
             length=_number(sheet["length"], "sheet.length"),
@@ -241,13 +242,13 @@ def _parse_ice(document: Any) -> Ice:
         ),
         effects=tuple(
             _parse_effect(effect, f"effects[{i}]")
-            for i, effect in enumerate(document.get("effects", []))
+            for i, effect in enumerate(cast("list[Any]", effects))
         ),
     )
 
 
-def _parse_effect(effect: Any, where: str) -> ActiveEffect:
-    _check_keys(effect, where, required={"name"}, optional={"parameters", "sigma"})
+def _parse_effect(document: Any, where: str) -> ActiveEffect:
+    effect = _members(document, where, required={"name"}, optional={"parameters", "sigma"})
     values: dict[str, dict[str, float]] = {}
     for kind in ("parameters", "sigma"):
         given = effect.get(kind, {})
@@ -255,23 +256,34 @@ def _parse_effect(effect: Any, where: str) -> ActiveEffect:
             raise InputError("expected an object of numbers", where=f"{where}.{kind}")
         values[kind] = {
             key: _number(value, f"{where}.{kind}.{key}")
-            for key, value in given.items()
+            for key, value in cast("dict[str, Any]", given).items()
             if not (kind == "sigma" and value is None)
         }
     return ActiveEffect(name=str(effect["name"]), **values)
 
 
-def _check_keys(
-    given: Any, where: str, *, required: set[str] = frozenset(), optional: set[str] = frozenset()
-) -> None:
+_LATER = {"stone", "effects"}
+"""What an ice file may leave out."""
+
+
+def _members(
+    given: Any,
+    where: str,
+    *,
+    required: Set[str] = frozenset[str](),
+    optional: Set[str] = frozenset[str](),
+) -> dict[str, Any]:
+    """The members of a JSON object, when they are those expected."""
     if not isinstance(given, dict):
         raise InputError(f"expected an object, found {type(given).__name__}", where=where or None)
-    missing = sorted(required - given.keys())
-    unknown = sorted(given.keys() - required - optional - {"format"})
+    members = cast("dict[str, Any]", given)
+    missing = sorted(required - members.keys())
+    unknown = sorted(members.keys() - required - optional)
     if missing:
         raise InputError(f"missing {', '.join(missing)}", where=where or None)
     if unknown:
         raise InputError(f"unknown key {', '.join(unknown)}", where=where or None)
+    return members
 
 
 def _number(value: Any, where: str) -> float:

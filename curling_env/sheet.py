@@ -95,12 +95,14 @@ class Sheet:
     @property
     def x_centres(self) -> NDArray[np.float64]:
         """Cell centres across the sheet, shape (columns,) [m]."""
-        return -self.width / 2 + (np.arange(self.shape[1]) + 0.5) * self.cell_size
+        cells = np.arange(self.shape[1], dtype=np.float64)
+        return -self.width / 2 + (cells + 0.5) * self.cell_size
 
     @property
     def y_centres(self) -> NDArray[np.float64]:
         """Cell centres along the sheet, shape (rows,) [m]."""
-        return -self.length / 2 + (np.arange(self.shape[0]) + 0.5) * self.cell_size
+        cells = np.arange(self.shape[0], dtype=np.float64)
+        return -self.length / 2 + (cells + 0.5) * self.cell_size
 
     def cell_of(self, xy: ArrayLike) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Row and column of the cell that holds each point.
