@@ -86,4 +86,6 @@ def __dir__() -> list[str]:
 
 
 if "CurlingSheet-v0" not in gymnasium.registry:  # once, also when the module is reloaded
-    gymnasium.register("CurlingSheet-v0", entry_point="curling_env.envs.sheet:CurlingSheetEnv")
+    gymnasium.register(  # pyright: ignore[reportUnknownMemberType]  (its kwargs: a bare dict)
+        "CurlingSheet-v0", entry_point="curling_env.envs.sheet:CurlingSheetEnv"
+    )

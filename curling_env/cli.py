@@ -13,7 +13,7 @@ import importlib.metadata
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, NoReturn, TypeVar
@@ -29,8 +29,9 @@ BAD_INPUT = 2
 """Exit status for bad usage, bad input and output that cannot be written."""
 INTERRUPTED = 130
 TERMINATED = 143
-BROKEN_PIPE = 141
-"""128 + signal number, as shells report SIGINT, SIGTERM and SIGPIPE."""
+"""128 + signal number, as shells report SIGINT and SIGTERM."""
+BROKEN_PIPE = 1
+"""Whoever read stdout left early; the status Typer gives when it notices first."""
 
 EXTRAS = {
     "torch": "train",
@@ -185,7 +186,7 @@ def _version_option(
     pass
 
 
-def _unavailable(name: str, reason: Exception) -> Callable[[], None]:
+def _unavailable(name: str, reason: Exception) -> Callable[..., NoReturn]:
     """Stands in for a command that cannot be imported: in the list, and when it is called."""
     text = _one_line(str(reason)) or type(reason).__name__
 
@@ -200,7 +201,7 @@ def _unavailable(name: str, reason: Exception) -> Callable[[], None]:
 
 
 @contextmanager
-def _orderly_termination() -> Iterator[None]:
+def _orderly_termination() -> Generator[None]:
     """Let SIGTERM unwind the stack, so that no half-written file stays behind."""
 
     def stop(signal_number: int, frame: object) -> NoReturn:

@@ -13,7 +13,7 @@ import os
 import secrets
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,7 +37,7 @@ _DISK_TROUBLE = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG,
 
 
 @contextmanager
-def atomic_path(path: str | Path) -> Iterator[Path]:
+def atomic_path(path: str | Path) -> Generator[Path]:
     """A temporary path to write to, which becomes `path` only if the block succeeds.
 
     It lies in the same directory and keeps the suffix, so that writers that choose a format by
@@ -283,7 +283,7 @@ def read_table(path: str | Path, *, required: Iterable[str], optional: Iterable[
     rows: list[int] = []
     records: list[list[str]] = []
     try:
-        header = [name.strip() for name in next(lines, [])]
+        header = [name.strip() for name in next(lines, cast("list[str]", []))]
         for record in lines:
             if not record:
                 continue  # an empty line, usually the last
@@ -363,7 +363,7 @@ def _is_about(error: OSError, path: Path) -> bool:
     return (
         error.errno in _DISK_TROUBLE
         or error.filename is None
-        or (isinstance(error.filename, str | os.PathLike) and Path(error.filename) == path)
+        or str(cast("object", error.filename)) == str(path)
     )
 
 

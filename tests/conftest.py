@@ -1,0 +1,68 @@
+"""What tests of all three packages share."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+# Before NumPy and OpenCV are imported: tests run side by side, each on one core.
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
+# Pictures are drawn to files only, and a window never opens.
+os.environ.setdefault("MPLBACKEND", "Agg")
+os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
+
+import numpy as np
+import pytest
+from hypothesis import settings
+
+# A slow or busy machine must not make a property fail, and every run tries the same cases.
+settings.register_profile("curling", deadline=None, derandomize=True, max_examples=50)
+settings.load_profile("curling")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """What a run of `curling` left: its exit status, and what it said where."""
+
+    status: int
+    out: str
+    err: str
+
+    def json(self) -> Any:
+        return json.loads(self.out)
+
+    @property
+    def complaint(self) -> str:
+        """The one line with which bad input is refused; fails if it was not refused so."""
+        assert self.status == 2, (self.status, self.err)
+        lines = self.err.strip().splitlines()
+        assert len(lines) == 1, self.err
+        assert lines[0].startswith("curling: "), self.err
+        return lines[0].removeprefix("curling: ")
+
+
+@pytest.fixture
+def curling(capfd: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
+    """Run the `curling` command in this process: ``curling("throw", "--ice", "paper", ...)``."""
+    from curling_env.cli import main
+
+    def run(*arguments: object) -> Outcome:
+        capfd.readouterr()
+        try:
+            status = main([str(argument) for argument in arguments])
+        except SystemExit as exit:
+            status = int(exit.code or 0)
+        out, err = capfd.readouterr()
+        return Outcome(status=status, out=out, err=err)
+
+    return run
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    """Randomness that is the same in every run."""
+    return np.random.default_rng(20261121)
