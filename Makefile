@@ -32,9 +32,10 @@ demo: setup  ## the whole loop on a film it renders itself, into runs/demo
 test: setup  ## every test
 	$(SINGLE) $(BIN)/pytest -n $(JOBS) -q
 
-lint: setup types arch  ## style, types and architecture
+lint: setup  ## style, types and architecture
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
+	@$(MAKE) --no-print-directory types arch
 
 format: setup  ## put the code into the house's form
 	$(BIN)/ruff check --fix
