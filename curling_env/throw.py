@@ -164,7 +164,7 @@ def read_releases(path: str | Path) -> list[Release]:
         try:
             releases.append(Release(**values, stone=stone, order=row))  # pyright: ignore[reportArgumentType]
         except InputError as error:
-            raise InputError(error.problem, source=path, where=f"row {row + 2}") from error
+            raise InputError(error.problem, source=path, where=table.where(row)) from error
     return releases
 
 

@@ -123,7 +123,7 @@ def read_tracks(path: str | Path) -> list[Trajectory]:
             raise InputError(
                 f"throw {key[0]}, stone {key[1]} appears twice; its rows must stand together",
                 source=path,
-                where=f"row {start + 2}",
+                where=table.where(start),
             )
         seen.add(key)
     tracks: list[Trajectory] = []
@@ -135,7 +135,7 @@ def read_tracks(path: str | Path) -> list[Trajectory]:
                 f"time must increase within a throw, but {columns['t'][row]:g} s follows "
                 f"{columns['t'][row - 1]:g} s",
                 source=path,
-                where=f"row {row + 2}, column t",
+                where=table.where(row, "t"),
             )
         part = {name: column[start:end] for name, column in columns.items()}
         clock = part.pop("clock", None)
