@@ -1,0 +1,45 @@
+"""Stones that lie on the sheet, from a file."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.errors import InputError
+from curling_env.storage import read_json
+
+
+def read_stones(path: str | Path) -> NDArray[np.float64]:
+    """Centres (k, 2) of resting stones, sheet frame [m], from `[{"x": …, "y": …}, …]`.
+
+    Raises
+    ------
+    InputError : unreadable, or not a list of places
+    """
+    document = read_json(path)
+    if not isinstance(document, list):
+        raise InputError('expected a list of stones, [{"x": …, "y": …}, …]', source=path)
+    places = [_place(stone, path, f"stone {k + 1}") for k, stone in enumerate(document)]
+    return np.array(places, dtype=np.float64).reshape(-1, 2)
+
+
+def _place(stone: Any, path: str | Path, where: str) -> tuple[float, float]:
+    if not isinstance(stone, dict) or not {"x", "y"} <= stone.keys():
+        raise InputError("expected an object with x and y", source=path, where=where)
+    x, y = stone["x"], stone["y"]
+    for name, value in (("x", x), ("y", y)):
+        if (
+            isinstance(value, bool)
+            or not isinstance(value, int | float)
+            or not math.isfinite(value)
+        ):
+            raise InputError(
+                f"{name} must be a finite number of metres, got {value!r}",
+                source=path,
+                where=where,
+            )
+    return float(x), float(y)

@@ -1,0 +1,217 @@
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from agents.planning import plan
+from agents.planning.expectation import possible_ices
+from agents.planning.rollouts import roll_out, states_of
+from agents.planning.search import find_throws
+from agents.planning.words import handles
+from curling_env.errors import InputError
+from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice, save_ice
+from curling_env.physics.slide import play_bounds, slide
+from curling_env.sheet import PAPER_SHEET, TEE_Y, Direction
+from curling_env.throw import Throw
+
+
+def uneven(spread: float = 0.1, interpolation: str = "bilinear") -> Ice:
+    """Championship ice with smooth heavy and keen areas."""
+    ice = load_ice("standard")
+    x, y = np.meshgrid(PAPER_SHEET.x_centres, PAPER_SHEET.y_centres)
+    wave = np.sin(y / 3.0 + 1.0) * np.cos(1.3 * x - 0.4)
+    friction = FrictionMap(
+        mu=ice.friction.mu * (1 + spread * wave),
+        sigma=np.zeros(wave.shape),
+        observed=np.ones(wave.shape, dtype=bool),
+        interpolation=interpolation,
+    )
+    return replace(ice, friction=friction)
+
+
+@pytest.mark.parametrize("ice", ["standard", "fcv1", "paper", "bilinear", "cell", "slope"])
+@pytest.mark.parametrize("target", [(0.0, TEE_Y), (1.1, 15.2), (-0.8, -18.4)])
+def test_lands_within_5_mm_on_known_ice(ice: str, target: tuple[float, float]) -> None:
+    if ice in ("bilinear", "cell"):
+        known = uneven(interpolation=ice)
+    elif ice == "slope":
+        tilted = ActiveEffect(name="slope", parameters={"x": 4e-4, "y": -3e-4})
+        known = load_ice("standard").with_effect(tilted)
+    else:
+        known = load_ice(ice)
+    found = plan(known, target, skill="none")
+    # Judged by the ice itself, not by what the planner says.
+    rest = slide(
+        known, found.best.throw.release(found.direction), bounds=play_bounds(known, found.direction)
+    )
+    assert np.hypot(rest.x - target[0], rest.y - target[1]) < 5e-3
+    assert found.best.expected_miss < 5e-3
+
+
+def test_rollouts_are_slides() -> None:
+    ice = uneven()
+    throws = np.array([[2.1, -0.05, 1.0, 0.0], [1.4, -0.02, -1.3, 0.2]])
+    for direction in Direction:
+        many = roll_out(ice, throws, direction)
+        for k, row in enumerate(throws):
+            throw = Throw(speed=row[0], angle=row[1], spin=row[2], x=row[3])
+            release = throw.release(direction)
+            state = states_of(throws, direction)[k]
+            np.testing.assert_allclose(
+                state[:4], [release.x, release.y, release.vx, release.vy], atol=1e-12
+            )
+            alone = slide(ice, release)
+            np.testing.assert_allclose(many.xy[k], [alone.x, alone.y], atol=1e-3)
+
+
+def test_both_handles_are_found() -> None:
+    throws = find_throws(load_ice("standard"), np.array([0.3, TEE_Y])).throws
+    assert (throws[:, 2] > 0).any()
+    assert (throws[:, 2] < 0).any()
+
+
+def test_a_counter_clockwise_stone_is_aimed_to_the_right_of_its_target() -> None:
+    found = plan(load_ice("standard"), (0.0, TEE_Y), spins=[1.0], skill="none")
+    words = found.best.words
+    assert words.broom_m > 0.5  # it curls left, so the broom is on the right
+    assert words.ice_m == pytest.approx(words.broom_m)
+    assert (words.right_hander, words.left_hander) == ("out-turn", "in-turn")
+    assert 12.5 < words.hog_to_hog_s < 15  # draws on keen ice, physics.md's 13.0-14.5 s
+    assert handles(-1.0) == ("in-turn", "out-turn")
+
+
+def test_half_a_turn_of_the_sheet_changes_nothing() -> None:
+    ice = load_ice("standard")
+    away = plan(ice, (0.7, 16.5), skill="club")
+    home = plan(ice, (-0.7, -16.5), skill="club")
+    assert home.best.throw.speed == pytest.approx(away.best.throw.speed, abs=1e-6)
+    assert home.best.throw.angle == pytest.approx(away.best.throw.angle, abs=1e-6)
+    assert home.best.expected_miss == pytest.approx(away.best.expected_miss, abs=1e-4)
+
+
+def test_expected_miss_follows_skill_and_map() -> None:
+    ice = load_ice("standard")
+    misses = [plan(ice, (0, TEE_Y), skill=s).best.expected_miss for s in ("none", "elite", "club")]
+    assert misses[0] < 1e-3
+    # Along the sheet a draw gains 0.30 m for 0.01 m/s (physics.md, effect sizes).
+    along = 0.0076 * 30.0
+    assert 0.7 * along < misses[1] < 1.2 * along
+    assert misses[2] > 2.5 * misses[1]
+    doubtful = replace(ice, friction=replace(ice.friction, sigma=0.03 * ice.friction.mu))
+    uncertain = plan(doubtful, (0, TEE_Y), skill="none")
+    assert uncertain.map_is_uncertain
+    assert uncertain.best.expected_miss > 0.05
+    assert uncertain.best.miss_without_error < 5e-3
+
+
+def test_possible_ices_have_the_maps_sigma() -> None:
+    ice = load_ice("standard")
+    friction = replace(ice.friction, sigma=0.05 * ice.friction.mu)
+    drawn = possible_ices(replace(ice, friction=friction), 400, np.random.default_rng(1))
+    mu = np.array([one.friction.mu for one in drawn])
+    np.testing.assert_allclose(mu.mean(axis=0), ice.friction.mu, rtol=1e-9)
+    np.testing.assert_allclose(mu.std(axis=0) / ice.friction.mu, 0.05, rtol=0.25)
+    neighbours = np.corrcoef(mu[:, 40, 4], mu[:, 41, 4])[0, 1]
+    far = np.corrcoef(mu[:, 40, 4], mu[:, 60, 4])[0, 1]
+    assert neighbours > 0.9
+    assert abs(far) < 0.25
+
+
+def test_goes_round_a_guard() -> None:
+    ice = load_ice("standard")
+    guard = np.array([[0.2, 14.2]])
+    found = plan(ice, (0.0, TEE_Y), stones=guard, skill="elite")
+    path = slide(ice, found.best.throw.release(), fps=50).trajectory
+    assert np.hypot(*(path.xy - guard).T).min() > 2 * ice.stone.radius
+    assert found.best.spread.expected_miss < 0.5
+    # The handle whose path comes down the guarded side is not taken.
+    free = plan(ice, (0.0, TEE_Y), spins=[found.best.throw.spin], skill="none")
+    assert free.best.throw.angle == pytest.approx(found.best.throw.angle, abs=1e-4)
+
+
+def test_the_same_seed_gives_the_same_plan() -> None:
+    ice = uneven()
+    first = plan(ice, (0.4, 16.9), skill="club", seed=3).as_dict()
+    assert first == plan(ice, (0.4, 16.9), skill="club", seed=3).as_dict()
+
+
+@pytest.mark.parametrize(
+    ("target", "words"),
+    [
+        ((0.0, 30.0), "off the ice"),
+        ((2.2, 17.0), "side line"),
+        ((0.0, 20.5), "past the back line"),
+        ((np.nan, 17.0), "finite"),
+    ],
+)
+def test_refuses_targets_no_stone_can_rest_at(target: tuple[float, float], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        plan(load_ice("standard"), target)
+
+
+def test_says_that_the_way_is_blocked() -> None:
+    ice = load_ice("paper")  # nothing curls: the guard is in the way of every throw
+    with pytest.raises(InputError, match=r"blocked.*\(0, 14\)"):
+        plan(ice, (0.0, TEE_Y), stones=[[0.0, 14.0]], skill="none")
+    with pytest.raises(InputError, match="lies in its place"):
+        plan(ice, (0.0, TEE_Y), stones=[[0.1, TEE_Y]], skill="none")
+
+
+def test_says_that_the_target_is_out_of_reach() -> None:
+    with pytest.raises(InputError, match="out of reach: at 6 m/s"):
+        plan(Ice.uniform(0.5), (0.0, TEE_Y))
+
+
+# --- the command -------------------------------------------------------------------------------
+
+
+def test_command_prints_a_throw_that_gets_there(curling, tmp_path) -> None:
+    save_ice(uneven(), tmp_path / "ice.json")
+    (tmp_path / "stones.json").write_text(json.dumps([{"x": 0.3, "y": 14.4}]))
+    result = curling(
+        "plan", "--ice", tmp_path / "ice.json", "--target", "0.2,17.1", "--skill", "club",
+        "--stones", tmp_path / "stones.json", "--picture", tmp_path / "plan.png",
+    )  # fmt: skip
+    assert result.status == 0
+    found = result.json()
+    throw = Throw(speed=found["speed"], angle=found["angle"], spin=found["spin"])
+    rest = slide(uneven(), throw.release())
+    assert np.hypot(rest.x - 0.2, rest.y - 17.1) < 5e-3
+    assert found["expected_miss_m"] > 0.3
+    assert "hog to hog" in result.err
+    assert (tmp_path / "plan.png").stat().st_size > 20_000
+
+
+def test_command_takes_a_spin_and_plays_home(curling) -> None:
+    found = curling(
+        "plan", "--ice", "standard", "--target=-0.5,-17", "--spin=-0.9", "--skill", "none", "--json"
+    )
+    assert found.json()["spin"] == -0.9
+    assert found.json()["direction"] == "home"
+    assert found.err == ""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--target", "0"], "--target: expected X,Y"),
+        (["--target", "0,here"], "--target: expected X,Y"),
+        (["--target", "0,40"], "off the ice"),
+        (["--target", "0,17", "--skill", "god"], "no skill is named 'god'"),
+        (["--target", "0,17", "--spin", "fast"], "--spin"),
+        (["--target", "0,17", "--stones", "nowhere.json"], "nowhere.json"),
+        (["--target", "0,17", "--picture", "nowhere/plan.png"], "nowhere"),
+    ],
+)
+def test_command_refuses_in_one_line(curling, arguments: list[str], words: str) -> None:
+    assert words in curling("plan", "--ice", "standard", *arguments).complaint
+
+
+@pytest.mark.parametrize("text", ['{"x": 1}', '[{"x": 1}]', '[{"x": 1, "y": "far"}]', "[3]", "["])
+def test_command_refuses_bad_stones(curling, tmp_path, text: str) -> None:
+    (tmp_path / "s.json").write_text(text)
+    result = curling("plan", "--ice", "paper", "--target", "0,17", "--stones", tmp_path / "s.json")
+    assert "s.json" in result.complaint
