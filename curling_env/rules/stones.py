@@ -1,0 +1,59 @@
+"""The two teams, and the stones that lie on the sheet."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import NamedTuple
+
+STONES_A_TEAM = 8
+"""Handles of one colour on a sheet: a stone's number runs from 0 to 7."""
+
+
+class Team(IntEnum):
+    """Who plays; named as on a scoreboard."""
+
+    HOME = 0
+    AWAY = 1
+
+    @property
+    def other(self) -> Team:
+        """The opponent."""
+        return _OTHER[self]
+
+    @property
+    def label(self) -> str:
+        """``home`` or ``away``, as in files."""
+        return self.name.lower()
+
+
+_OTHER = (Team.AWAY, Team.HOME)
+
+
+class Lying(NamedTuple):
+    """A stone at rest on the sheet.
+
+    Parameters
+    ----------
+    team : whose it is
+    number : 0 to 7 within its team, in order of delivery; a placed stone has the number after them
+    x, y : its centre, delivery frame [m]
+    """
+
+    team: Team
+    number: int
+    x: float
+    y: float
+
+    @property
+    def stone(self) -> int:
+        """Identifier on the sheet: the home team's stones are 0 to 7, the away team's 8 to 15."""
+        return STONES_A_TEAM * self.team + self.number
+
+    @property
+    def distance(self) -> float:
+        """From the tee to its centre [m]."""
+        return (self.x * self.x + self.y * self.y) ** 0.5
+
+
+Stones = tuple[Lying, ...]
+"""The stones on a sheet, in the order in which they came there."""
