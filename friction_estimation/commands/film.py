@@ -1,0 +1,106 @@
+"""`curling film`: films of throws on known ice."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from curling_env.cli import IceOption, OutputDirectory, SeedOption, print_json, progress
+from curling_env.errors import InputError
+
+
+def film(
+    ice: IceOption,
+    releases: Annotated[
+        Path, typer.Option(help="The throws to film, one row each.", metavar="R.csv")
+    ],
+    output: OutputDirectory,
+    camera: Annotated[
+        str, typer.Option(metavar="NAME", help="Where from: end, gantry, side or ceiling.")
+    ] = "end",
+    fps: Annotated[float, typer.Option(help="Frames per second.")] = 30.0,
+    size: Annotated[
+        str | None,
+        typer.Option(metavar="WxH", help="Image size in pixels.  [default: 1280 wide]"),
+    ] = None,
+    noise: Annotated[
+        float, typer.Option(help="Sensor noise, standard deviation in grey levels of 255.")
+    ] = 2.0,
+    people: Annotated[
+        bool, typer.Option(help="A thrower, sweepers and walkers in the picture, or nobody.")
+    ] = True,
+    seed: SeedOption = 0,
+) -> None:
+    """Film throws on a known ice as a camera before the sheet would see them.
+
+    Every row of the releases file becomes one film. Beside the films lie the scene file that
+    `curling track` asks for, and the truth to compare its tracks with.
+
+    \b
+    end       the whole sheet from a gallery behind the home end
+    gantry    the whole sheet from above its middle
+    side      the whole sheet from the stand beside its middle
+    ceiling   the away house and its hog line from the ceiling
+
+    \b
+    Example:
+        curling film --ice standard --releases throws.csv --camera end -o films
+        curling track films/end-0.mp4 --scene films/end.scene.json -o tracks.csv
+
+    \b
+    A releases file has the columns throw,x,y,vx,vy,theta,omega; a draw from the home hog line:
+        throw,x,y,vx,vy,theta,omega
+        0,0,-10.9725,0,2.1,0,1.5
+
+    \b
+    Written into DIR:
+        NAME-K.mp4          throw K
+        NAME-K.truth.csv    t,x,y,theta of the stone in every frame of it
+        NAME.scene.json     the corners (or points) as one would mark them, lens and stone
+        NAME.truth.json     friction, release and rest of every throw, the camera's place
+        NAME.ice.json       the ice itself
+    """
+    from curling_env.ice import load_ice, save_ice
+    from curling_env.physics.slide import slide
+    from curling_env.storage import make_directory
+    from curling_env.throw import read_releases
+    from friction_estimation.synthetic import FilmSpec, render_films
+
+    spec = FilmSpec(camera=camera, size=_size(size), fps=fps, noise=noise, people=people, seed=seed)
+    known = load_ice(ice)
+    thrown = [
+        # Four samples a frame: the cubic between them is then exact to a micrometre.
+        slide(known, release, fps=4 * fps, throw=k).trajectory
+        for k, release in enumerate(read_releases(releases))
+    ]
+    folder = make_directory(output)
+    films = render_films(
+        folder,
+        [trajectory for trajectory in thrown if trajectory is not None],
+        spec,
+        sheet=known.sheet,
+        stone=known.stone,
+        notes={"mu": float(known.friction.mu.mean()), "ice": str(ice)},
+        progress=lambda frames, label, total: progress(frames, label, total=total, unit="frame"),
+    )
+    save_ice(known, folder / f"{spec.name}.ice.json")
+    print_json(
+        {
+            "films": [str(path) for path in films],
+            "truth": [str(path.with_suffix(".truth.csv")) for path in films],
+            "scene": str(folder / f"{spec.name}.scene.json"),
+            "camera_truth": str(folder / f"{spec.name}.truth.json"),
+            "ice": str(folder / f"{spec.name}.ice.json"),
+        }
+    )
+
+
+def _size(text: str | None) -> tuple[int, int] | None:
+    if text is None:
+        return None
+    width, _, height = text.lower().replace("×", "x").partition("x")
+    if not (width.strip().isdecimal() and height.strip().isdecimal()):
+        raise InputError(f"a size is WIDTHxHEIGHT in pixels, such as 1280x720; got {text!r}")
+    return int(width), int(height)

@@ -1,0 +1,37 @@
+"""Films of throws on known ice: the truth that trackers, tests, demos and users share.
+
+A film shows what a camera before a sheet would see (perspective, a distorting lens, stones with
+height and a turning handle, light, noise, people), and beside it lies where the stone truly was in
+every frame. Nothing here knows how films are tracked; only the camera's geometry is shared.
+
+    spec = FilmSpec(camera="gantry", people=False)
+    films = render_films("runs/films", [slide(ice, release, fps=120).trajectory], spec)
+"""
+
+from friction_estimation.synthetic.cameras import CAMERAS, View, named_camera, scene_of
+from friction_estimation.synthetic.film import render_film, render_films, write_film
+from friction_estimation.synthetic.paint import Light, Palette
+from friction_estimation.synthetic.people import Cast, Person
+from friction_estimation.synthetic.solid import StoneOnIce, StoneShape
+from friction_estimation.synthetic.spec import FilmSpec, on_film
+from friction_estimation.synthetic.stage import Stage, frames
+
+__all__ = [
+    "CAMERAS",
+    "Cast",
+    "FilmSpec",
+    "Light",
+    "Palette",
+    "Person",
+    "Stage",
+    "StoneOnIce",
+    "StoneShape",
+    "View",
+    "frames",
+    "named_camera",
+    "on_film",
+    "render_film",
+    "render_films",
+    "scene_of",
+    "write_film",
+]

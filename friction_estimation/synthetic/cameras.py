@@ -1,0 +1,175 @@
+"""Named cameras before a sheet, and the scene file that a user of each would give."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.errors import InputError
+from curling_env.sheet import HOG_LINE_Y, HOUSE_RADIUS, PAPER_SHEET, TEE_Y, Sheet
+from curling_env.stone import RULE_BOOK_STONE, Stone
+from friction_estimation.camera import Camera
+from friction_estimation.scene import CORNERS, MIN_POINTS, Scene
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """A place to film from; distances in the sheet frame, pixels at `size`.
+
+    Parameters
+    ----------
+    position, target : of the camera and of what it looks at [m]
+    up : direction that is up in the image
+    focal_px : focal length at `size`
+    size : width and height of the image it was framed for [px]
+    distortion : OpenCV's k1 k2 p1 p2 k3
+    shows : what a user would want to know
+    """
+
+    position: tuple[float, float, float]
+    target: tuple[float, float, float]
+    focal_px: float
+    shows: str
+    up: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    size: tuple[int, int] = (1920, 1080)
+    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+# No view is a measured hall: each is a place where clubs put a camera, framed so that the sheet
+# fills the image and a little off the axis of symmetry, as every hand-mounted camera is.
+CAMERAS: dict[str, View] = {
+    "end": View(
+        position=(0.9, -35.5, 8.5),
+        target=(0.05, -13.2, 0.0),
+        focal_px=2150.0,
+        distortion=(-0.11, 0.025, 0.0004, -0.0003, 0.0),
+        shows="the whole sheet from a gallery behind the home end",
+    ),
+    "gantry": View(
+        position=(0.4, -0.3, 15.0),
+        target=(0.1, 0.0, 0.0),
+        up=(-1.0, 0.0, 0.0),
+        focal_px=620.0,
+        distortion=(-0.045, 0.004, 0.0002, 0.0003, 0.0),
+        shows="the whole sheet from above its middle",
+    ),
+    "side": View(
+        position=(-13.5, 0.5, 10.0),
+        target=(0.6, 0.1, 0.0),
+        focal_px=640.0,
+        distortion=(-0.07, 0.009, -0.0003, 0.0004, 0.0),
+        shows="the whole sheet from the stand beside its middle",
+    ),
+    "ceiling": View(
+        position=(0.25, 15.4, 6.0),
+        target=(0.1, 15.2, 0.0),
+        up=(-1.0, 0.0, 0.0),
+        focal_px=690.0,
+        size=(1280, 960),
+        distortion=(-0.16, 0.02, 0.0003, -0.0002, 0.0),
+        shows="the away house and its hog line from the ceiling",
+    ),
+}
+
+
+def default_size(name: str) -> tuple[int, int]:
+    """Size of a named camera's film where none is asked for [px]: 1280 wide."""
+    width, height = _view(name).size
+    return 1280, 1280 * height // width
+
+
+@lru_cache(maxsize=8)
+def named_camera(name: str, size: tuple[int, int] | None = None) -> Camera:
+    """One of `CAMERAS` for an image of `size` (width, height) [px].
+
+    Raises
+    ------
+    InputError : no camera of that name, or an image too small to show a stone
+    """
+    view = _view(name)
+    width, height = size or default_size(name)
+    if width < 64 or height < 48:
+        raise InputError(f"an image must have 64 × 48 px or more, got {width} × {height}")
+    scale = min(width / view.size[0], height / view.size[1])
+    return Camera.looking_at(
+        position=view.position,
+        target=view.target,
+        up=view.up,
+        focal_px=view.focal_px * scale,
+        size=(width, height),
+        distortion=view.distortion,
+    )
+
+
+def _view(name: str) -> View:
+    if name not in CAMERAS:
+        raise InputError(f"no camera is called {name!r}; there are {', '.join(CAMERAS)}")
+    return CAMERAS[name]
+
+
+def scene_of(
+    camera: Camera,
+    *,
+    sheet: Sheet = PAPER_SHEET,
+    stone: Stone = RULE_BOOK_STONE,
+    click_px: float = 0.0,
+    rng: np.random.Generator | None = None,
+) -> Scene:
+    """What a user would mark in the film of a camera: the four corners, or the landmarks it sees.
+
+    Parameters
+    ----------
+    click_px : standard error of a marked point [px]; 0 marks exactly
+    rng : of the clicks; needed where `click_px` is not 0
+
+    Raises
+    ------
+    InputError : a camera that sees fewer than four known points of the sheet
+    """
+    corners = np.array([sheet.corners[name] for name in CORNERS])
+    points = corners
+    if not camera.sees(_on_ice(corners)).all():
+        points = _landmarks(sheet)
+        points = points[camera.sees(_on_ice(points), margin_px=2.0)]
+    if len(points) < MIN_POINTS:
+        raise InputError(f"the camera sees {len(points)} known points of the ice; it must see four")
+    px = camera.project(_on_ice(points))
+    if click_px:
+        if rng is None:
+            raise ValueError("clicks with an error need a generator")
+        limit = np.array(camera.size) - 1.0
+        px = np.clip(px + rng.normal(0.0, click_px, px.shape), 0.0, limit)
+    return Scene(
+        sheet_points=points,
+        points_px=px,
+        camera_matrix=camera.matrix,
+        distortion=camera.distortion,
+        stone_radius=stone.radius,
+        stone_height=stone.height,
+        sheet=sheet,
+    )
+
+
+def _on_ice(points: Floats) -> Floats:
+    return np.column_stack([points, np.zeros(len(points))])
+
+
+def _landmarks(sheet: Sheet) -> Floats:
+    """Points that paint marks at both ends, (n, 2) [m]; lines count at their sheet-side edge."""
+    side = sheet.width / 2
+    one_end = [
+        (0.0, TEE_Y),
+        (-HOUSE_RADIUS, TEE_Y),
+        (HOUSE_RADIUS, TEE_Y),
+        (0.0, TEE_Y - HOUSE_RADIUS),
+        (0.0, TEE_Y + HOUSE_RADIUS),
+        (0.0, HOG_LINE_Y),
+        (-side, HOG_LINE_Y),
+        (side, HOG_LINE_Y),
+    ]
+    return np.array(one_end + [(x, -y) for x, y in one_end])

@@ -1,0 +1,189 @@
+"""Films and the truth beside them, on disk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from curling_env.errors import InputError, OutputError
+from curling_env.sheet import PAPER_SHEET, Sheet
+from curling_env.stone import RULE_BOOK_STONE, Stone
+from curling_env.storage import atomic_path, make_directory, write_json, write_table
+from curling_env.trajectory import Trajectory
+from friction_estimation.scene import save_scene
+from friction_estimation.synthetic.cameras import scene_of
+from friction_estimation.synthetic.spec import FilmSpec, on_film
+from friction_estimation.synthetic.stage import Frame, Stage
+from friction_estimation.synthetic.stones import StoneOnIce
+
+Progress = Callable[[Iterable[Frame], str, int], Iterable[Frame]]
+"""Passes frames on and shows how far it is: (frames, label, total) -> the same frames."""
+
+
+def write_film(path: str | Path, pictures: Iterable[Frame], fps: float) -> int:
+    """Encode frames as MPEG-4, written atomically.
+
+    Returns
+    -------
+    number of frames
+
+    Raises
+    ------
+    OutputError : the file cannot be written
+    """
+    count = 0
+    with atomic_path(path) as draft:
+        writer: cv2.VideoWriter | None = None
+        try:
+            for picture in pictures:
+                if writer is None:
+                    size = (picture.shape[1], picture.shape[0])
+                    code = cv2.VideoWriter.fourcc(*"mp4v")
+                    writer = cv2.VideoWriter(str(draft), code, fps, size)
+                    if not writer.isOpened():
+                        raise OutputError(f"{path}: cannot be written as a film")
+                writer.write(picture)
+                count += 1
+        finally:
+            if writer is not None:
+                writer.release()
+        # The encoder says nothing when the disk is full: what was written is looked at.
+        reader = cv2.VideoCapture(str(draft))
+        whole = int(reader.get(cv2.CAP_PROP_FRAME_COUNT)) == count
+        reader.release()
+        if not whole:
+            raise OutputError(f"{path}: the film could not be written in full; is the disk full?")
+    return count
+
+
+def render_film(
+    path: str | Path,
+    trajectory: Trajectory,
+    spec: FilmSpec,
+    *,
+    sheet: Sheet = PAPER_SHEET,
+    stone: Stone = RULE_BOOK_STONE,
+    resting: Sequence[StoneOnIce] = (),
+    progress: Progress | None = None,
+) -> Trajectory:
+    """Film one throw; returns the truth: where the stone is in every frame."""
+    stage = Stage(spec, sheet=sheet, stone=stone, resting=resting)
+    return _render(stage, path, trajectory, progress, Path(path).name)
+
+
+def _render(
+    stage: Stage,
+    path: str | Path,
+    trajectory: Trajectory,
+    progress: Progress | None,
+    label: str,
+) -> Trajectory:
+    truth = on_film(trajectory, stage.spec)
+    pictures: Iterable[Frame] = stage.frames(trajectory, seed=trajectory.throw)
+    if progress is not None:
+        pictures = progress(pictures, label, len(truth))
+    write_film(path, pictures, stage.spec.fps)
+    return truth
+
+
+def render_films(
+    directory: str | Path,
+    trajectories: Sequence[Trajectory],
+    spec: FilmSpec,
+    *,
+    sheet: Sheet = PAPER_SHEET,
+    stone: Stone = RULE_BOOK_STONE,
+    resting: Sequence[StoneOnIce] = (),
+    name: str | None = None,
+    notes: dict[str, Any] | None = None,
+    progress: Progress | None = None,
+) -> list[Path]:
+    """Film throws with one camera, and lay the scene and the truth beside them.
+
+    Writes `NAME-K.mp4` and `NAME-K.truth.csv` (t, x, y, theta of every frame) for every throw K,
+    `NAME.scene.json` as a user would give it, and `NAME.truth.json` with the camera, the stone's
+    outline and the times of release and rest.
+
+    Parameters
+    ----------
+    directory : made if it is not there
+    trajectories : one per film, sheet frame, the first sample at the release
+    resting : stones that lie on the sheet in every film
+    name : of the files; the camera's where None
+    notes : more truth for `NAME.truth.json`, such as the friction
+    progress : wraps the frames of each film to show how far it is
+
+    Returns
+    -------
+    the films' paths
+
+    Raises
+    ------
+    InputError : no throws to film
+    OutputError : a file cannot be written
+    """
+    if not trajectories:
+        raise InputError("no throws to film")
+    folder = make_directory(directory)
+    name = name or spec.name
+    stage = Stage(spec, sheet=sheet, stone=stone, resting=resting)
+    clicks = np.random.default_rng([spec.seed, 1])
+    scene = scene_of(stage.camera, sheet=sheet, stone=stone, click_px=spec.click_px, rng=clicks)
+    save_scene(scene, folder / f"{name}.scene.json")
+    films: list[Path] = []
+    throws: list[dict[str, Any]] = []
+    for k, trajectory in enumerate(trajectories):
+        film = folder / f"{name}-{k}.mp4"
+        truth = _render(stage, film, trajectory, progress, film.name)
+        write_table(
+            folder / f"{name}-{k}.truth.csv",
+            {
+                "t": np.round(truth.t, 6),
+                "x": np.round(truth.xy[:, 0], 6),
+                "y": np.round(truth.xy[:, 1], 6),
+                "theta": np.round(truth.theta, 6),
+            },
+        )
+        films.append(film)
+        throws.append(
+            {
+                "film": film.name,
+                "throw": trajectory.throw,
+                "released_at_s": spec.lead_in,
+                "rested_at_s": spec.lead_in + trajectory.duration,
+                "rest": [float(value) for value in trajectory.xy[-1]],
+            }
+        )
+    write_json(folder / f"{name}.truth.json", _truth(stage, throws, notes or {}))
+    return films
+
+
+def _truth(stage: Stage, throws: list[dict[str, Any]], notes: dict[str, Any]) -> dict[str, Any]:
+    spec, camera = stage.spec, stage.camera
+    return {
+        **notes,
+        "fps": spec.fps,
+        "exposure_s": spec.exposure,
+        "noise": spec.noise,
+        "people": spec.people,
+        "seed": spec.seed,
+        "camera": {
+            "size": list(camera.size),
+            "position": camera.position.tolist(),
+            "matrix": camera.matrix.tolist(),
+            "distortion": camera.distortion.tolist(),
+            "rotation": camera.rotation.tolist(),
+            "translation": camera.translation.tolist(),
+        },
+        "stone": {
+            "radius": stage.shape.radius,
+            "height": stage.shape.height,
+            "outline": stage.shape.outline.tolist(),
+        },
+        "resting": [[stone.x, stone.y, stone.theta] for stone in stage.resting],
+        "throws": throws,
+    }

@@ -1,0 +1,139 @@
+"""How a film is taken, and where the stone is in each of its frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
+
+from curling_env.errors import InputError
+from curling_env.trajectory import Trajectory
+from friction_estimation.camera import Camera
+from friction_estimation.synthetic.cameras import named_camera
+from friction_estimation.synthetic.paint import Light, Palette
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FilmSpec:
+    """How a film is taken.
+
+    Parameters
+    ----------
+    camera : the name of one of `CAMERAS`, or any camera
+    size : width and height [px]; the named camera's own where None
+    fps : frames per second
+    exposure : time each frame is exposed, centred on its moment [s]; smears what moves
+    noise : standard deviation of the sensor's noise [grey levels]
+    people : whether a thrower, sweepers and walkers are in the picture
+    lead_in : film before the release [s]
+    held : whether the stone stands still until its release, or comes at its release speed
+    tail : film after the stone has come to rest [s]
+    light, palette : how it looks
+    click_px : standard error of the points marked in the scene file [px]
+    seed : of the ice's texture, the noise, the people and the clicks
+
+    Raises
+    ------
+    InputError : a rate, time or noise that no film has, or an unknown camera
+    """
+
+    camera: str | Camera = "end"
+    size: tuple[int, int] | None = None
+    fps: float = 30.0
+    exposure: float = 0.004
+    noise: float = 2.0
+    people: bool = True
+    lead_in: float = 0.5
+    held: bool = False
+    tail: float = 1.0
+    light: Light = field(default_factory=Light)
+    palette: Palette = field(default_factory=Palette)
+    click_px: float = 0.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not 1.0 <= self.fps <= 1000.0:
+            raise InputError(f"a film has 1 to 1000 frames per second, got {self.fps:g}")
+        for name in ("noise", "lead_in", "tail", "click_px"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value >= 0):
+                raise InputError(f"{name} of a film must not be negative, got {value}")
+        if not 0.0 <= self.exposure <= 1.0 / self.fps:
+            raise InputError(
+                f"exposure must lie within 0 and a frame's {1 / self.fps:.3g} s, "
+                f"got {self.exposure:g} s"
+            )
+        if self.seed < 0:
+            raise InputError(f"a seed must not be negative, got {self.seed}")
+        if not isinstance(self.camera, str) and self.size not in (None, self.camera.size):
+            raise InputError("size belongs to the camera; give it there")
+        self.resolved()
+
+    def resolved(self) -> Camera:
+        """The camera itself."""
+        if isinstance(self.camera, str):
+            return named_camera(self.camera, self.size)
+        return self.camera
+
+    @property
+    def name(self) -> str:
+        """What its files are called."""
+        return self.camera if isinstance(self.camera, str) else "camera"
+
+
+def on_film(trajectory: Trajectory, spec: FilmSpec) -> Trajectory:
+    """Where the stone is in every frame, t from the first: the truth of the film.
+
+    A cubic through the trajectory's samples and velocities; before the release a straight line at
+    the release's speed and spin, after the last sample rest. Headings that are not known are
+    bridged; where none is known the handle points along +x.
+
+    Raises
+    ------
+    InputError : a path without samples
+    """
+    if len(trajectory) == 0:
+        raise InputError("a throw without a path cannot be filmed")
+    state, rate = _states(trajectory, spec)
+    # Times on the film count from its first frame, those of the path from the release.
+    start, stop = float(trajectory.t[0]), float(trajectory.t[-1])
+    count = int(np.floor((spec.lead_in + stop - start + spec.tail) * spec.fps + 1e-9)) + 1
+    t = np.arange(count) / spec.fps
+    since = t - spec.lead_in + start
+    within = np.clip(since, start, stop)
+    values = state(within)
+    if not spec.held:
+        values = values + np.minimum(since - start, 0.0)[:, None] * rate(start)
+    before = np.searchsorted(trajectory.t, since + 1e-9) - 1
+    swept = trajectory.swept[np.maximum(before, 0)] * ((since >= start) & (since <= stop))
+    return Trajectory(
+        t=t,
+        xy=values[:, :2],
+        theta=values[:, 2],
+        swept=swept,
+        throw=trajectory.throw,
+        stone=trajectory.stone,
+        clock=trajectory.clock - spec.lead_in,
+    )
+
+
+def _states(trajectory: Trajectory, spec: FilmSpec) -> tuple[Any, Any]:
+    """Functions of time that give x, y, theta (n, 3) and their rates."""
+    theta = trajectory.theta
+    known = np.isfinite(theta)
+    if known.any():
+        theta = np.interp(trajectory.t, trajectory.t[known], theta[known])
+    else:
+        theta = np.zeros(len(trajectory))
+    values = np.column_stack([trajectory.xy, theta])
+    if len(trajectory) == 1:
+        return (lambda t: np.repeat(values, np.size(t), axis=0)), (lambda t: np.zeros(3))
+    order = 2 if len(trajectory) > 2 else 1
+    rates = np.gradient(values, trajectory.t, axis=0, edge_order=order)
+    curve = CubicHermiteSpline(trajectory.t, values, rates)
+    return curve, curve.derivative()

@@ -1,0 +1,236 @@
+"""A camera before a sheet, and the frames it takes of a throw.
+
+The sheet is rendered once; in every frame only what moves is drawn into it, the farthest first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.sheet import PAPER_SHEET, Sheet
+from curling_env.stone import RULE_BOOK_STONE, Stone
+from curling_env.trajectory import Trajectory
+from friction_estimation.synthetic.paint import PixelRays, paint_sheet
+from friction_estimation.synthetic.people import Cast, Person, draw_person
+from friction_estimation.synthetic.solid import StoneShape
+from friction_estimation.synthetic.spec import FilmSpec, on_film
+from friction_estimation.synthetic.stones import (
+    HANDLE_COLOURS,
+    SHADOW_REACH,
+    Box,
+    StoneOnIce,
+    draw_stones,
+    stone_box,
+)
+
+Floats = NDArray[np.float64]
+Frame = NDArray[np.uint8]
+
+TONES = 16
+"""Steps between two grey levels while a picture is built: noise must not meet rounded values."""
+NOISE_PLAY = 251
+"""Pixels by which the noise field is larger than the image, to start anywhere in it each frame."""
+
+
+class Stage:
+    """A camera before a sheet: everything that stays the same from throw to throw.
+
+    Parameters
+    ----------
+    spec : how it is filmed
+    sheet, stone : what is filmed
+    resting : stones that lie on the sheet throughout
+    """
+
+    def __init__(
+        self,
+        spec: FilmSpec,
+        *,
+        sheet: Sheet = PAPER_SHEET,
+        stone: Stone = RULE_BOOK_STONE,
+        resting: Sequence[StoneOnIce] = (),
+    ) -> None:
+        self.spec = spec
+        self.sheet = sheet
+        self.camera = spec.resolved()
+        self.shape = StoneShape.of(stone)
+        self.resting = tuple(resting)
+        rng = np.random.default_rng(spec.seed)
+        self._rays = PixelRays.of(self.camera)
+        bare = paint_sheet(self._rays, sheet, light=spec.light, palette=spec.palette, rng=rng)
+        self._speckle = rng.standard_normal(65536, dtype=np.float32)
+        self._bare = _to_tones(bare)
+        self._still = self._bare.copy()
+        self._resting_boxes = [self._box_of(stone) for stone in self.resting]
+        for group in _touching(self._resting_boxes):
+            box = _around([self._resting_boxes[k] for k in group])
+            self._draw_stones(self._still, box, [self.resting[k] for k in group])
+        self._noise: NDArray[np.int16] | None = None
+        if spec.noise > 0:
+            width, height = self.camera.size
+            shape = (height + NOISE_PLAY, width + NOISE_PLAY, 3)
+            grain = rng.standard_normal(shape, dtype=np.float32)
+            grain *= TONES * spec.noise
+            self._noise = np.rint(grain, out=grain).astype(np.int16)
+
+    @property
+    def still(self) -> Frame:
+        """The sheet with its resting stones, without noise and people, (height, width, 3)."""
+        return _to_frame(self._still, 1.0)
+
+    def frames(self, trajectory: Trajectory, *, seed: int = 0) -> Iterator[Frame]:
+        """The frames of one throw, (height, width, 3) blue-green-red.
+
+        Parameters
+        ----------
+        trajectory : sheet frame, t = first sample at the release
+        seed : tells throws apart that share a spec
+        """
+        path = on_film(trajectory, self.spec)
+        rng = np.random.default_rng([self.spec.seed, seed])
+        cast = Cast(path, self.spec.lead_in, self.sheet, rng) if self.spec.people else None
+        colour = HANDLE_COLOURS[trajectory.stone % len(HANDLE_COLOURS)]
+        velocity = np.zeros((1, 2)) if len(path) < 2 else np.gradient(path.xy, path.t, axis=0)
+        picture = self._still.copy()
+        touched: list[Box] = []
+        for k in range(len(path)):
+            for box in touched:
+                picture[box.slices] = self._still[box.slices]
+            stone = StoneOnIce(
+                x=float(path.xy[k, 0]),
+                y=float(path.xy[k, 1]),
+                theta=float(path.theta[k]),
+                vx=float(velocity[k, 0]),
+                vy=float(velocity[k, 1]),
+                colour=colour,
+            )
+            touched = self._act(picture, stone, cast.at(k) if cast else [])
+            yield self._expose(picture, rng)
+
+    def _act(
+        self, picture: NDArray[np.int16], stone: StoneOnIce, people: Sequence[Person]
+    ) -> list[Box]:
+        """Draw what moves, the farthest first; returns the boxes it was drawn into."""
+        box, stones = self._box_of(stone), [stone]
+        beside = self._resting_near(box)
+        if beside:
+            stones += [self.resting[k] for k in beside]
+            box = _around([box, *(self._resting_boxes[k] for k in beside)])
+            picture[box.slices] = self._bare[box.slices]
+        acts: list[tuple[float, Box, Callable[[], None]]] = []
+        if not box.empty:
+            paint = partial(self._draw_stones, picture, box, stones)
+            acts.append((self._distance(np.array([stone.x, stone.y])), box, paint))
+        for person in people:
+            where = person.box(self.camera)
+            if not where.empty:
+                paint = partial(self._draw_person, picture, where, person)
+                acts.append((self._distance(person.position), where, paint))
+        for _, _, paint in sorted(acts, key=lambda act: -act[0]):
+            paint()
+        return [where for _, where, _ in acts]
+
+    def _distance(self, position: Floats) -> float:
+        return float(np.linalg.norm(np.array([*position, 0.1]) - self.camera.position))
+
+    def _box_of(self, stone: StoneOnIce) -> Box:
+        return stone_box(self.camera, self.shape, stone, reach=SHADOW_REACH)
+
+    def _resting_near(self, box: Box) -> list[int]:
+        """Resting stones whose pictures the box, grown by theirs, runs into."""
+        near: list[int] = []
+        grown = True
+        while grown and not box.empty:
+            grown = False
+            for k, other in enumerate(self._resting_boxes):
+                if k not in near and not other.empty and box.meets(other):
+                    near.append(k)
+                    box = box.joined(other)
+                    grown = True
+        return near
+
+    def _draw_stones(
+        self, picture: NDArray[np.int16], box: Box, stones: Sequence[StoneOnIce]
+    ) -> None:
+        if box.empty:
+            return
+        patch = picture[box.slices] * np.float32(1 / TONES)
+        draw_stones(
+            patch,
+            self._rays,
+            box,
+            stones,
+            self.shape,
+            light=self.spec.light,
+            speckle=self._speckle,
+            exposure=self.spec.exposure,
+        )
+        picture[box.slices] = _to_tones(patch)
+
+    def _draw_person(self, picture: NDArray[np.int16], box: Box, person: Person) -> None:
+        patch = picture[box.slices] * np.float32(1 / TONES)
+        draw_person(patch, self.camera, box, person, self.spec.light.shadow)
+        picture[box.slices] = _to_tones(patch)
+
+    def _expose(self, picture: NDArray[np.int16], rng: np.random.Generator) -> Frame:
+        """The sensor: noise, flicker, and rounding to eight bits."""
+        gain = 1.0 + self.spec.light.flicker * rng.standard_normal()
+        if self._noise is not None:
+            row, column = rng.integers(0, NOISE_PLAY, 2)
+            height, width = picture.shape[:2]
+            grain = self._noise[row : row + height, column : column + width]
+            picture = np.asarray(cv2.add(picture, grain), dtype=np.int16)
+            # Absolute values would fold the noise of black pixels upwards.
+            np.maximum(picture, 0, out=picture)
+        return _to_frame(picture, gain)
+
+
+def _to_frame(picture: NDArray[np.int16], gain: float) -> Frame:
+    return np.asarray(cv2.convertScaleAbs(picture, alpha=gain / TONES), dtype=np.uint8)
+
+
+def _to_tones(picture: NDArray[np.float32]) -> NDArray[np.int16]:
+    return np.rint(np.clip(picture, 0.0, 255.0) * TONES).astype(np.int16)
+
+
+def _around(boxes: Sequence[Box]) -> Box:
+    whole = boxes[0]
+    for box in boxes[1:]:
+        whole = whole.joined(box)
+    return whole
+
+
+def _touching(boxes: Sequence[Box]) -> list[list[int]]:
+    """Boxes in groups whose joined boxes do not meet; empty ones left out."""
+    groups: list[list[int]] = [[k] for k, box in enumerate(boxes) if not box.empty]
+    merged = True
+    while merged:
+        merged = False
+        for i in range(len(groups)):
+            for j in range(i + 1, len(groups)):
+                one = _around([boxes[k] for k in groups[i]])
+                if one.meets(_around([boxes[k] for k in groups[j]])):
+                    groups[i] += groups.pop(j)
+                    merged = True
+                    break
+            if merged:
+                break
+    return groups
+
+
+def frames(
+    trajectory: Trajectory,
+    spec: FilmSpec,
+    *,
+    sheet: Sheet = PAPER_SHEET,
+    stone: Stone = RULE_BOOK_STONE,
+    resting: Sequence[StoneOnIce] = (),
+) -> Iterator[Frame]:
+    """The frames of one throw, (height, width, 3) blue-green-red; see `Stage` for many throws."""
+    stage = Stage(spec, sheet=sheet, stone=stone, resting=resting)
+    return stage.frames(trajectory, seed=trajectory.throw)
