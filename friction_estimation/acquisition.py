@@ -1,0 +1,152 @@
+"""Finding the thrown stone without a click: a blob of a stone's size that travels along the ice."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+from curling_env.sheet import Sheet
+from friction_estimation.background import Blob
+from friction_estimation.camera import Camera
+from friction_estimation.stone_model import StoneModel
+
+Floats = NDArray[np.float64]
+
+MAX_SPEED = 5.0
+"""No thrown stone is faster [m/s]; the hardest take-outs reach about 4."""
+MIN_TRAVEL = 0.5
+"""Something that moves less over the whole film is not a thrown stone [m]."""
+MIN_SIGHTINGS = 4
+"""Sparse frames in which the same stone must be seen."""
+MISS_COST = 0.15
+"""What a sparse frame without a sighting takes from a path's score; a perfect sighting gives 1."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Sighting:
+    """A blob that may be a stone.
+
+    Parameters
+    ----------
+    frame : index of the sparse frame
+    t : time since the film began [s]
+    xy : (2,) centre on the ice [m]
+    likeness : 1 for exactly the size and shape of a stone there, towards 0 otherwise
+    """
+
+    frame: int
+    t: float
+    xy: Floats
+    likeness: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RoughPath:
+    """Where a stone is, roughly, at any time: sightings joined by a smooth monotone curve."""
+
+    sightings: tuple[Sighting, ...]
+
+    def at(self, t: float) -> Floats:
+        """Place at a time [s], (2,) [m]; beyond the sightings it runs on as it last went."""
+        times = np.array([s.t for s in self.sightings])
+        places = np.array([s.xy for s in self.sightings])
+        if times[0] <= t <= times[-1]:
+            return PchipInterpolator(times, places)(t)
+        if t < times[0]:
+            span = min(3, len(times))
+            speed = (places[span - 1] - places[0]) / (times[span - 1] - times[0])
+            return places[0] + speed * (t - times[0])
+        return places[-1]
+
+
+def stone_likeness(blob: Blob, camera: Camera, model: StoneModel, sheet: Sheet) -> Sighting | None:
+    """How much a blob looks like a stone that stands on the ice where the blob is.
+
+    None for a blob that is off the ice, or of quite another size or shape.
+    """
+    middle = (blob.low_px + blob.high_px) / 2
+    centre = (middle + blob.centre_px) / 2
+    xy = camera.on_plane(centre[None], model.height / 2)[0]
+    if not np.isfinite(xy).all():
+        return None
+    reach = np.abs(xy) - np.array([sheet.width, sheet.length]) / 2
+    if (reach > model.radius).any():
+        return None
+    outline = model.outline_px(camera, xy)
+    if len(outline) == 0:
+        return None
+    expected = np.ptp(outline, axis=0) + 2.0  # the threshold takes in a blurred rim
+    found = blob.high_px - blob.low_px + 1
+    area = float(cv2.contourArea(outline.astype(np.float32))) + 1.0
+    ratios = np.log(np.append(found / expected, blob.area_px / (area * 1.25)))
+    misfit = float(np.abs(ratios).max())
+    if misfit > np.log(2.2):
+        return None
+    return Sighting(frame=0, t=0.0, xy=xy, likeness=float(np.exp(-((misfit / 0.45) ** 2))))
+
+
+def sightings_in(
+    blobs: Sequence[Blob], frame: int, t: float, camera: Camera, model: StoneModel, sheet: Sheet
+) -> list[Sighting]:
+    """All blobs of one sparse frame that may be a stone."""
+    found = (stone_likeness(blob, camera, model, sheet) for blob in blobs)
+    return [
+        Sighting(frame=frame, t=t, xy=s.xy, likeness=s.likeness) for s in found if s is not None
+    ]
+
+
+def thrown_stone(sightings: Sequence[Sighting]) -> RoughPath | None:
+    """The path that a thrown stone most likely took through the sightings.
+
+    The chain of highest likeness in which every link is a stone's motion: along the sheet one way,
+    never faster than any throw, hardly sideways. None where nothing travels like a stone.
+    """
+    best: RoughPath | None = None
+    best_score = 0.0
+    for direction in (1.0, -1.0):
+        chain, score = _best_chain(sightings, direction)
+        if len(chain) < MIN_SIGHTINGS or score <= best_score:
+            continue
+        if np.linalg.norm(chain[-1].xy - chain[0].xy) < MIN_TRAVEL:
+            continue
+        best, best_score = RoughPath(sightings=tuple(chain)), score
+    return best
+
+
+def _best_chain(sightings: Sequence[Sighting], direction: float) -> tuple[list[Sighting], float]:
+    ordered = sorted(sightings, key=lambda s: s.frame)
+    score = [s.likeness for s in ordered]
+    speed = [MAX_SPEED] * len(ordered)
+    before = [-1] * len(ordered)
+    for i, now in enumerate(ordered):
+        for j in range(i):
+            earlier = ordered[j]
+            gap = now.frame - earlier.frame
+            dt = now.t - earlier.t
+            if gap <= 0 or dt <= 0:
+                continue
+            step = now.xy - earlier.xy
+            forward, aside = direction * step[1], abs(step[0])
+            pace = forward / dt
+            # 0.1 m of play: a blob's centre is that uncertain far from the camera.
+            if forward < -0.1 or aside > 0.25 * abs(forward) + 0.15 or pace > MAX_SPEED:
+                continue
+            # A stone never gains speed once it is thrown; a person beside it may.
+            gain = max(pace - speed[j] * 1.05 - 0.2 / dt, 0.0)
+            value = score[j] + now.likeness - MISS_COST * (gap - 1) - min(gain, 2.0)
+            if value > score[i]:
+                score[i], before[i], speed[i] = value, j, pace
+    if not ordered:
+        return [], 0.0
+    at = int(np.argmax(score))
+    total = score[at]
+    chain: list[Sighting] = []
+    while at >= 0:
+        chain.append(ordered[at])
+        at = before[at]
+    return chain[::-1], total

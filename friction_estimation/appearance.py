@@ -1,0 +1,397 @@
+"""Learning a stone's look from a film: the profile that no scene file gives, colours, blur.
+
+The film itself tells: over a throw the camera sees the stone from many distances and sides, and
+only the right profile leaves no residual in all of them. Places are projected out, so that an error
+of the profile cannot hide in them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from friction_estimation.camera import Camera
+from friction_estimation.stone_fit import (
+    MARGIN_PX,
+    OUTLIER_AT,
+    PIXEL_CORRELATION,
+    Appearance,
+    channels_of,
+    fit_stone,
+)
+from friction_estimation.stone_kernels import coverage
+from friction_estimation.stone_model import (
+    PARTS,
+    SHAPE_PARAMETERS,
+    StoneModel,
+    Window,
+    window_at,
+)
+
+Floats = NDArray[np.float64]
+
+SHAPE_SPREAD = {
+    "radius": 0.0003,
+    "height": 0.0003,
+    "foot_inset": 0.03,
+    "foot_height": 0.015,
+    "bevel_height": 0.015,
+    "bevel_inset": 0.03,
+    "handle_rise": 0.02,
+    "handle_back": 0.03,
+    "handle_front": 0.03,
+    "handle_width": 0.015,
+    "blur_px": 0.4,
+    "colour_blur_px": 0.6,
+    "shadow_x": 0.05,
+    "shadow_y": 0.05,
+    "shadow_radius": 0.02,
+    "shadow_blur": 0.02,
+    "shadow": 0.15,
+}
+"""How far stones and cameras differ from the starting values; radius and height are the scene's."""
+SHAPE_BOUNDS = {
+    "foot_inset": (-0.005, 0.11),
+    "foot_height": (0.002, 0.06),
+    "bevel_height": (0.001, 0.06),
+    "bevel_inset": (0.0, 0.09),
+    "handle_rise": (0.0, 0.09),
+    "handle_back": (-0.13, 0.05),
+    "handle_front": (0.02, 0.15),
+    "handle_width": (0.008, 0.08),
+    "blur_px": (0.3, 4.0),
+    "colour_blur_px": (0.3, 5.0),
+    "shadow_radius": (0.05, 0.3),
+    "shadow_blur": (0.001, 0.1),
+    "shadow": (0.0, 0.9),
+}
+MIN_NOISE = 1.0
+"""Residuals are never trusted better than one grey level: that is how films are stored."""
+HEADINGS_TRIED = 24
+SHADOW_TRIED = 0.1
+EXPOSURES = 20
+"""Frames that the look is learnt from; more only cost time."""
+COLOUR_DISTRUST = 5.0
+"""Colour is stored at half resolution and shifted by the codec: it may find a handle, not move a
+stone."""
+HANDLE_CONTRAST = 10.0
+"""How far, in grey levels, a handle's colour must lie from the rest of the stone."""
+
+
+@dataclass(eq=False)
+class Exposure:
+    """One frame's pixels around the stone, with the current estimate of its place."""
+
+    window: Window
+    picture: Floats
+    behind: Floats
+    pose: Floats
+
+
+def exposures_at(
+    frames: Sequence[NDArray[np.uint8]],
+    places: Sequence[Floats],
+    background: Floats,
+    background_origin: tuple[int, int],
+    camera: Camera,
+    model: StoneModel,
+) -> list[Exposure]:
+    """Cut the stone out of the frames in which all of it is in the image."""
+    found: list[Exposure] = []
+    u, v = background_origin
+    for frame, xy in zip(frames, places, strict=True):
+        outline = model.outline_px(camera, xy)
+        # The handle stands out above the body and the place is still rough: look a little wider.
+        size = 0.35 * float(np.ptp(outline, axis=0).max()) if len(outline) else 0.0
+        window = window_at(camera, outline, MARGIN_PX + size)
+        if window is None:
+            continue
+        if not (
+            (outline > 1).all()
+            and (outline < np.array(camera.size) - 2).all()
+            and u <= window.origin_px[0]
+            and v <= window.origin_px[1]
+            and window.origin_px[0] + window.shape[1] <= u + background.shape[1]
+            and window.origin_px[1] + window.shape[0] <= v + background.shape[0]
+        ):
+            continue
+        rows, columns = window.slices
+        behind = background[
+            rows.start - v : rows.stop - v, columns.start - u : columns.stop - u
+        ].reshape(-1, 3)
+        found.append(
+            Exposure(
+                window=window,
+                picture=channels_of(frame[rows, columns]).reshape(-1, 3),
+                behind=np.ascontiguousarray(behind),
+                pose=np.array([xy[0], xy[1], 0.0]),
+            )
+        )
+    return found
+
+
+def learn_appearance(exposures: Sequence[Exposure], model: StoneModel, noise: float) -> Appearance:
+    """Colours, handle, profile and blur that explain all exposures together.
+
+    Parameters
+    ----------
+    exposures : of one stone; their poses are refined in place
+    model : with the scene's radius and height, and typical values for the rest
+    noise : of a pixel, standard deviation in grey levels
+    """
+    sigma = np.maximum([3 * noise, 2 * noise, 2 * noise], MIN_NOISE)
+    exposures = exposures[:: max(1, len(exposures) // EXPOSURES)]
+    body = _body_colour(exposures, model)
+    look = Appearance(
+        model=model, colours=np.tile(body, (len(PARTS), 1)), noise=4 * sigma, has_handle=False
+    )
+    for exposure in exposures:
+        _settle(exposure, look)
+    look = replace(look, colours=_colours(exposures, look))
+    for exposure in exposures:
+        _settle(exposure, look)
+    look = _with_handle(exposures, look)
+    look = _with_shadow(exposures, look)
+    for rounds in (6, 4):
+        look = _refine(exposures, look, model, rounds)
+        look = replace(look, noise=_residual_noise(exposures, look))
+    return look
+
+
+def _settle(exposure: Exposure, look: Appearance) -> float:
+    pose, _, misfit, visible = fit_stone(
+        exposure.picture, exposure.behind, exposure.window, look, exposure.pose
+    )
+    if np.linalg.norm(pose[:2] - exposure.pose[:2]) < 0.5:
+        exposure.pose = pose
+    return misfit / max(visible, 1e-3)
+
+
+def _cover(exposure: Exposure, look: Appearance, pose: Floats | None = None) -> Floats:
+    pose = exposure.pose if pose is None else pose
+    window = exposure.window
+    out = np.empty((2, len(exposure.picture), len(PARTS) + 1))
+    coverage(
+        pose[0],
+        pose[1],
+        pose[2],
+        look.model.shape(),
+        window.foot,
+        window.lean,
+        window.scale,
+        look.has_handle,
+        out,
+    )
+    return out
+
+
+def _rendered(cover: Floats, behind: Floats, colours: Floats) -> Floats:
+    per_channel = cover[[0, 1, 1]]  # brightness is sharp, both colour differences are not
+    parts = per_channel[:, :, :-1]
+    ice = behind.copy()
+    ice[:, 0] *= 1 - per_channel[0, :, -1]  # a shadow takes light, not colour
+    return ice * (1 - parts.sum(axis=2).T) + np.einsum("cnk,kc->nc", parts, colours)
+
+
+def _weights(residual: Floats, noise: Floats) -> Floats:
+    total = np.sum((residual / noise) ** 2, axis=1)
+    return 1 / (1 + total / (3 * OUTLIER_AT**2)) ** 2
+
+
+def _body_colour(exposures: Sequence[Exposure], model: StoneModel) -> Floats:
+    look = Appearance(model=model, colours=np.zeros((4, 3)), noise=np.ones(3), has_handle=False)
+    inside = [
+        exposure.picture[_cover(exposure, look)[0, :, :-1].sum(axis=1) > 0.9]
+        for exposure in exposures
+    ]
+    return np.median(np.concatenate(inside), axis=0)
+
+
+def _colours(exposures: Sequence[Exposure], look: Appearance) -> Floats:
+    """Colours of the parts by robust linear least squares, drawn weakly to the present ones."""
+    colours = look.colours.copy()
+    active = len(PARTS) if look.has_handle else len(PARTS) - 1
+    covers = [_cover(exposure, look) for exposure in exposures]
+    for _ in range(4):
+        normal = np.zeros((3, active, active))
+        right = np.zeros((3, active))
+        for exposure, cover in zip(exposures, covers, strict=True):
+            residual = exposure.picture - _rendered(cover, exposure.behind, colours)
+            weight = _weights(residual, look.noise)
+            for channel, blur in enumerate((0, 1, 1)):
+                share = cover[blur, :, :active]
+                rest = _rendered(cover, exposure.behind, np.zeros_like(colours))[:, channel]
+                target = exposure.picture[:, channel] - rest
+                normal[channel] += (share * weight[:, None]).T @ share
+                right[channel] += (share * weight[:, None]).T @ target
+        for channel in range(3):
+            pull = 1e-3 * np.trace(normal[channel]) / active
+            colours[:active, channel] = np.linalg.solve(
+                normal[channel] + pull * np.eye(active),
+                right[channel] + pull * colours[:active, channel],
+            )
+    return colours
+
+
+def _with_handle(exposures: Sequence[Exposure], look: Appearance) -> Appearance:
+    """Find the handle as what is left on and just above the top, and its heading in each frame."""
+    strange: list[Floats] = []
+    for exposure in exposures:
+        cover = _cover(exposure, look)
+        residual = exposure.picture - _rendered(cover, exposure.behind, look.colours)
+        x, y = exposure.pose[:2]
+        z = look.model.height + look.model.handle_rise
+        above = exposure.window.foot + z * exposure.window.lean - np.array([x, y])
+        near = np.hypot(*above.T) < 0.8 * look.model.radius
+        strange.append(np.column_stack([exposure.picture, np.linalg.norm(residual, axis=1)])[near])
+    pixels = np.concatenate(strange)
+    if len(pixels) < 20:
+        return look
+    limit = max(HANDLE_CONTRAST, float(np.quantile(pixels[:, 3], 0.93)))
+    marked = pixels[pixels[:, 3] >= limit]
+    if len(marked) < 0.02 * len(pixels):
+        return look
+    colour = np.median(marked[:, :3], axis=0)
+    colours = look.colours.copy()
+    colours[3] = colour
+    found = replace(look, colours=colours, has_handle=True)
+    before = after = 0.0
+    for exposure in exposures:
+        before += _settle(exposure, look) ** 2
+        tried: list[tuple[float, Floats]] = []
+        for heading in np.linspace(-np.pi, np.pi, HEADINGS_TRIED, endpoint=False):
+            pose = np.array([*exposure.pose[:2], heading])
+            cover = _cover(exposure, found, pose)
+            residual = exposure.picture - _rendered(cover, exposure.behind, colours)
+            squares = np.sum((residual / found.noise) ** 2, axis=1)
+            cost = float(np.sum(squares / (1 + squares / (3 * OUTLIER_AT**2))))
+            tried.append((cost, pose))
+        exposure.pose = min(tried, key=lambda item: item[0])[1]
+        after += _settle(exposure, found) ** 2
+    return found if after < before else look
+
+
+def _with_shadow(exposures: Sequence[Exposure], look: Appearance) -> Appearance:
+    """Start a shadow on the side where the ice beside the stone is darkest."""
+    costs: list[tuple[float, Appearance]] = []
+    tried = [(0.0, 0.0)]
+    tried += [(0.04 * np.cos(a), 0.04 * np.sin(a)) for a in np.arange(8) * np.pi / 4]
+    for dx, dy in tried:
+        model = replace(
+            look.model,
+            shadow_x=dx,
+            shadow_y=dy,
+            shadow_radius=look.model.radius,
+            shadow=SHADOW_TRIED,
+        )
+        shaded = replace(look, model=model)
+        costs.append((_total_misfit(exposures, shaded), shaded))
+    return min(costs, key=lambda item: item[0])[1]
+
+
+def _total_misfit(exposures: Sequence[Exposure], look: Appearance) -> float:
+    total = 0.0
+    for exposure in exposures:
+        residual = exposure.picture - _rendered(
+            _cover(exposure, look), exposure.behind, look.colours
+        )
+        squares = np.sum((residual / look.noise) ** 2, axis=1)
+        total += float(np.sum(squares / (1 + squares / (3 * OUTLIER_AT**2))))
+    return total
+
+
+def _refine(
+    exposures: Sequence[Exposure], look: Appearance, typical_model: StoneModel, rounds: int
+) -> Appearance:
+    """Gauss-Newton on shape, blur and colours with every exposure's pose projected out."""
+    typical = typical_model.shape()
+    names = [n for n in SHAPE_PARAMETERS if look.has_handle or not n.startswith("handle")]
+    index = [SHAPE_PARAMETERS.index(n) for n in names]
+    spread = np.array([SHAPE_SPREAD[n] for n in names])
+    parts = len(PARTS) if look.has_handle else len(PARTS) - 1
+    shared = len(names) + 3 * parts
+    poses = 3 if look.has_handle else 2
+    for _ in range(rounds):
+        normal = np.zeros((shared, shared))
+        right = np.zeros(shared)
+        for exposure in exposures:
+            jacobian, pose_jacobian, residual, weight = _linearised(
+                exposure, look, index, parts, poses
+            )
+            weighted = jacobian * weight[:, None]
+            pose_weighted = pose_jacobian * weight[:, None]
+            own = pose_weighted.T @ pose_jacobian + 1e-9 * np.eye(poses)
+            cross = weighted.T @ pose_jacobian
+            solved = np.linalg.solve(own, np.column_stack([cross.T, pose_weighted.T @ residual]))
+            normal += weighted.T @ jacobian - cross @ solved[:, :-1]
+            right += weighted.T @ residual - cross @ solved[:, -1]
+        normal /= PIXEL_CORRELATION
+        right /= PIXEL_CORRELATION
+        shape = look.model.shape()
+        prior = np.zeros(shared)
+        prior[: len(names)] = 1 / spread**2
+        pull = np.zeros(shared)
+        pull[: len(names)] = (typical - shape)[index] / spread**2
+        step = np.linalg.solve(
+            normal + np.diag(prior + 1e-6 + 1e-4 * np.diag(normal)), right + pull
+        )
+        shape[index] += np.clip(step[: len(names)], -spread, spread)
+        for i, name in zip(index, names, strict=True):
+            if name in SHAPE_BOUNDS:
+                shape[i] = np.clip(shape[i], *SHAPE_BOUNDS[name])
+        colours = look.colours.copy()
+        colours[:parts] += step[len(names) :].reshape(parts, 3)
+        look = replace(look, model=look.model.with_shape(shape), colours=colours)
+        for exposure in exposures:
+            _settle(exposure, look)
+    return look
+
+
+def _linearised(
+    exposure: Exposure, look: Appearance, index: list[int], parts: int, poses: int
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Derivatives of the weighted residuals by shape and colours, and by pose."""
+    cover = _cover(exposure, look)
+    picture = _rendered(cover, exposure.behind, look.colours)
+    residual = exposure.picture - picture
+    weight = np.repeat(_weights(residual, look.noise), 3)
+    shape = look.model.shape()
+    columns: list[Floats] = []
+    for i in index:
+        moved = shape.copy()
+        step = 0.02 if "blur" in SHAPE_PARAMETERS[i] else 5e-4
+        moved[i] += step
+        changed = replace(look, model=look.model.with_shape(moved))
+        other = _rendered(_cover(exposure, changed), exposure.behind, look.colours)
+        columns.append(((other - picture) / step / look.noise).ravel())
+    per_channel = cover[[0, 1, 1]]
+    for part in range(parts):
+        for channel in range(3):
+            slope = np.zeros_like(residual)
+            slope[:, channel] = per_channel[channel, :, part] / look.noise[channel]
+            columns.append(slope.ravel())
+    pose_columns: list[Floats] = []
+    for p in range(poses):
+        pose = exposure.pose.copy()
+        step = 1e-2 if p == 2 else 1e-3
+        pose[p] += step
+        other = _rendered(_cover(exposure, look, pose), exposure.behind, look.colours)
+        pose_columns.append(((other - picture) / step / look.noise).ravel())
+    return (
+        np.column_stack(columns),
+        np.column_stack(pose_columns),
+        (residual / look.noise).ravel(),
+        weight,
+    )
+
+
+def _residual_noise(exposures: Sequence[Exposure], look: Appearance) -> Floats:
+    """Spread of what the model leaves on and around the stone, per channel."""
+    left = np.concatenate(
+        [e.picture - _rendered(_cover(e, look), e.behind, look.colours) for e in exposures]
+    )
+    noise = np.maximum(1.4826 * np.median(np.abs(left), axis=0), MIN_NOISE)
+    return noise * np.array([1.0, COLOUR_DISTRUST, COLOUR_DISTRUST])

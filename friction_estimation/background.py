@@ -1,0 +1,139 @@
+"""The ice without what moves on it, and the moving blobs in front of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.sheet import Sheet
+from friction_estimation.camera import Camera
+
+Image = NDArray[np.uint8]
+Floats = NDArray[np.float64]
+
+PEOPLE_HEIGHT = 2.0
+"""What lies around the sheet is kept up to this height [m], so that people are seen whole."""
+MIN_CONTRAST = 14.0
+"""Least difference of brightness (of 255) that counts as something in front of the ice."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Background:
+    """The film's region around the sheet, free of what moved.
+
+    Parameters
+    ----------
+    origin_px : column and row of the region's upper left pixel
+    image : (rows, columns, 3) BGR, finer than whole grey levels
+    noise : standard deviation of a pixel that nothing covers
+    """
+
+    origin_px: tuple[int, int]
+    image: NDArray[np.float32]
+    noise: float
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """Rows and columns of the region in a frame."""
+        (u, v), (rows, columns) = self.origin_px, self.image.shape[:2]
+        return slice(v, v + rows), slice(u, u + columns)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Blob:
+    """Connected pixels that differ from the background.
+
+    Parameters
+    ----------
+    low_px, high_px : (2,) bounding box, inclusive [px]
+    centre_px : (2,) mean of its pixels [px]
+    area_px : number of its pixels
+    """
+
+    low_px: Floats
+    high_px: Floats
+    centre_px: Floats
+    area_px: float
+
+
+def sheet_region(camera: Camera, sheet: Sheet, margin_px: int = 12) -> tuple[slice, slice]:
+    """Rows and columns of the image that hold the visible ice and the people on it."""
+    x = np.linspace(-sheet.width / 2, sheet.width / 2, 9)
+    y = np.linspace(-sheet.length / 2, sheet.length / 2, 61)
+    ground = np.array([(a, b) for a in x for b in y])
+    points = np.concatenate(
+        [np.column_stack([ground, np.full(len(ground), z)]) for z in (0.0, PEOPLE_HEIGHT)]
+    )
+    # Only points within the frame count: a lens polynomial means nothing far outside it.
+    seen = points[camera.sees(points)]
+    px = camera.project(seen) if len(seen) else np.array([[0.0, 0.0], camera.size])
+    low = np.floor(px.min(axis=0) - margin_px).astype(int)
+    high = np.ceil(px.max(axis=0) + margin_px).astype(int) + 1
+    width, height = camera.size
+    return (
+        slice(max(int(low[1]), 0), min(int(high[1]), height)),
+        slice(max(int(low[0]), 0), min(int(high[0]), width)),
+    )
+
+
+def find_background(frames: Sequence[Image], region: tuple[slice, slice]) -> Background:
+    """The median of frames, refined by the mean of what agrees with it.
+
+    Parameters
+    ----------
+    frames : whole BGR frames, spread over the film
+    """
+    parts = np.stack([frame[region] for frame in frames])
+    middle = _median(parts)
+    total = np.zeros(middle.shape, dtype=np.float32)
+    count = np.zeros(middle.shape[:2], dtype=np.float32)
+    spread: list[float] = []
+    for part in parts:
+        difference = cv2.absdiff(part, middle)
+        spread.append(float(np.median(difference[::3, ::3].max(axis=2))))
+    noise = max(1.0, 1.4826 * float(np.median(spread)))
+    for part in parts:
+        still = cv2.absdiff(part, middle).max(axis=2) <= max(4.0, 3 * noise)
+        total += part * still[..., None]
+        count += still
+    image = np.where(count[..., None] > 0, total / np.maximum(count, 1)[..., None], middle)
+    return Background(
+        origin_px=(region[1].start, region[0].start), image=image.astype(np.float32), noise=noise
+    )
+
+
+def _median(parts: NDArray[np.uint8]) -> Image:
+    middle = np.empty(parts.shape[1:], dtype=np.uint8)
+    k = len(parts) // 2
+    for row in range(0, parts.shape[1], 32):  # in strips, which stay in the processor's cache
+        strip = parts[:, row : row + 32]
+        middle[row : row + 32] = np.partition(strip, k, axis=0)[k]
+    return middle
+
+
+def moving_blobs(frame: Image, background: Background, min_area_px: float = 6.0) -> list[Blob]:
+    """What differs from the background in a frame, labelled before anything is masked.
+
+    A person is thus one blob, on the ice and beside it; masking the sheet first would cut a foot
+    off that passes for a stone.
+    """
+    flat = background.image.astype(np.uint8)
+    difference = cv2.absdiff(np.ascontiguousarray(frame[background.slices]), flat).max(axis=2)
+    limit = max(MIN_CONTRAST, 5 * background.noise)
+    mask = (cv2.blur(difference, (3, 3)) > limit).astype(np.uint8)
+    _, _, stats, centres = cv2.connectedComponentsWithStats(mask, connectivity=8)
+    origin = np.array(background.origin_px, dtype=np.float64)
+    return [
+        Blob(
+            low_px=origin + stat[:2],
+            high_px=origin + stat[:2] + stat[2:4] - 1,
+            centre_px=origin + centre,
+            area_px=float(stat[4]),
+        )
+        for stat, centre in zip(stats[1:], centres[1:], strict=True)
+        if stat[4] >= min_area_px
+    ]

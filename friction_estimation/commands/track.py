@@ -1,0 +1,109 @@
+"""`curling track`: from films to tracks."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from curling_env.cli import OutputFile, print_json, progress, say
+from curling_env.errors import InputError
+
+
+class FlowChoice(StrEnum):
+    """The forms of Lucas-Kanade."""
+
+    plain = "plain"
+    pyramidal = "pyramidal"
+
+
+def track(
+    films: Annotated[
+        list[Path],
+        typer.Argument(metavar="VIDEO...", help="Films of one camera, in order of play."),
+    ],
+    scene: Annotated[
+        Path, typer.Option(metavar="SCENE.json", help="Where the camera sees the sheet.")
+    ],
+    output: OutputFile = Path("tracks.csv"),
+    overlay: Annotated[
+        Path | None,
+        typer.Option(metavar="OUT.mp4", help="Also draw what was tracked into the (only) film."),
+    ] = None,
+    flow: Annotated[
+        FlowChoice, typer.Option(help="Optical flow that predicts the stone's next place.")
+    ] = FlowChoice.pyramidal,
+) -> None:
+    """Follow the thrown stone through films: from VIDEO to positions in metres.
+
+    Each film shows one throw. The scene file holds the four ice corners in the image
+    (corners_px), or four or more known points (points), and, where known, the camera matrix and
+    the distortion. No click is needed: the stone is what slides along the ice at a stone's size.
+
+    The tracks file has one row per frame in which the stone was seen: throw, t (seconds from the
+    film's first frame), x, y (metres from mid-sheet), theta (heading of the handle), and the
+    standard errors sigma_xy and sigma_theta.
+
+    \b
+    Example:
+        curling track end-0.mp4 end-1.mp4 --scene end.scene.json -o tracks.csv
+        curling track end-0.mp4 --scene end.scene.json --overlay seen.mp4
+    """
+    import cv2
+
+    from curling_env.trajectory import write_tracks
+    from friction_estimation.scene import load_scene
+    from friction_estimation.tracking import TrackingOptions, track_film
+
+    if overlay is not None and len(films) > 1:
+        raise InputError("an overlay is drawn for one film at a time", source="--overlay")
+    cv2.setNumThreads(1)
+    known = load_scene(scene)
+    results = []
+    for i, film in enumerate(films):
+        result = track_film(
+            film,
+            known,
+            throw=i,
+            options=TrackingOptions(flow=flow.value),
+            progress=lambda frames, total, name=film.name: progress(
+                frames, f"track {name}", total=total, unit="frame"
+            ),
+        )
+        results.append(result)
+        say(
+            f"{film.name}: stone seen in {len(result.trajectory)} of {result.frame_count} frames, "
+            f"typically to {1000 * float(_median(result.trajectory.sigma_xy)):.1f} mm"
+        )
+    if overlay is not None:
+        from friction_estimation.overlay import write_overlay
+
+        write_overlay(
+            films[0],
+            known,
+            results[0],
+            overlay,
+            progress=lambda frames, total: progress(frames, "overlay", total=total, unit="frame"),
+        )
+    write_tracks(output, [result.trajectory for result in results])
+    print_json(
+        [
+            {
+                "film": str(film),
+                "throw": result.trajectory.throw,
+                "frames": result.frame_count,
+                "tracked": len(result.trajectory),
+                "from_s": float(result.trajectory.t[0]),
+                "to_s": float(result.trajectory.t[-1]),
+            }
+            for film, result in zip(films, results, strict=True)
+        ]
+    )
+
+
+def _median(values: object) -> float:
+    import numpy as np
+
+    return float(np.median(values))  # pyright: ignore[reportCallIssue, reportArgumentType]

@@ -1,0 +1,119 @@
+"""Lucas-Kanade optical flow, plain and pyramidal: predicts where the stone went, and gates.
+
+On its own it drifts, because each frame's error is added to the last; so it predicts here and the
+fit of the stone measures. `follow` is the tracker as the paper had it, flow alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Literal
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from friction_estimation.camera import Camera
+
+Floats = NDArray[np.float64]
+Image = NDArray[np.uint8]
+Flow = Literal["plain", "pyramidal"]
+
+FLOWS: tuple[Flow, ...] = ("plain", "pyramidal")
+PYRAMID_LEVELS = 3
+"""Halvings of the image in the pyramidal form: motions of up to some 40 px a frame."""
+WINDOW_PX = 9
+BACK_AND_FORTH_PX = 0.5
+"""A point must come back to within this of where it began when the flow is reversed."""
+
+
+def lucas_kanade(
+    before: Image, after: Image, points_px: Floats, flow: Flow = "pyramidal"
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """Where points of one grey image are in the next.
+
+    Parameters
+    ----------
+    before, after : (height, width) grey
+    points_px : (n, 2)
+    flow : ``plain`` looks at one scale, ``pyramidal`` from coarse to fine
+
+    Returns
+    -------
+    (n, 2) places in `after`; (n,) whether a point was found and leads back to where it began
+
+    Source
+    ------
+    Lucas and Kanade 1981; Bouguet, Pyramidal implementation of the Lucas Kanade tracker (2001).
+    """
+    if len(points_px) == 0:
+        return np.empty((0, 2)), np.empty(0, dtype=bool)
+    settings = {
+        "winSize": (WINDOW_PX, WINDOW_PX),
+        "maxLevel": PYRAMID_LEVELS if flow == "pyramidal" else 0,
+        "criteria": (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.01),
+    }
+    start = points_px.astype(np.float32).reshape(-1, 1, 2)
+    there, found, _ = cv2.calcOpticalFlowPyrLK(before, after, start, None, **settings)
+    back, returned, _ = cv2.calcOpticalFlowPyrLK(after, before, there, None, **settings)
+    apart = np.linalg.norm((back - start).reshape(-1, 2), axis=1)
+    good = (found.ravel() == 1) & (returned.ravel() == 1) & (apart < BACK_AND_FORTH_PX)
+    return there.reshape(-1, 2).astype(np.float64), good
+
+
+def points_to_follow(grey: Image, outline_px: Floats, count: int = 12) -> Floats:
+    """Corners of the picture inside an outline that flow can hold on to, (n, 2) [px]."""
+    mask = np.zeros(grey.shape, dtype=np.uint8)
+    cv2.fillConvexPoly(mask, np.round(outline_px).astype(np.int32), 255)
+    found = cv2.goodFeaturesToTrack(grey, count, 0.02, 2, mask=mask, blockSize=3)
+    return np.empty((0, 2)) if found is None else found.reshape(-1, 2).astype(np.float64)
+
+
+def shift_between(
+    before: Image, after: Image, outline_px: Floats, flow: Flow = "pyramidal"
+) -> Floats | None:
+    """Motion of what lies inside an outline from one grey image to the next, (2,) [px].
+
+    The median over points; None where fewer than three can be followed.
+    """
+    low = np.maximum(np.floor(outline_px.min(axis=0)).astype(int) - 32, 0)
+    high = np.ceil(outline_px.max(axis=0)).astype(int) + 33
+    part = (slice(low[1], high[1]), slice(low[0], high[0]))
+    first, second = np.ascontiguousarray(before[part]), np.ascontiguousarray(after[part])
+    points = points_to_follow(first, outline_px - low)
+    there, good = lucas_kanade(first, second, points, flow)
+    if good.sum() < 3:
+        return None
+    return np.median((there - points)[good], axis=0)
+
+
+def follow(
+    frames: Iterable[Image], camera: Camera, start_px: Floats, height: float, flow: Flow
+) -> Floats:
+    """The paper's tracker: points on the stone followed by flow alone, and averaged.
+
+    Parameters
+    ----------
+    frames : BGR frames, the first of which shows the stone inside `start_px`
+    start_px : (n, 2) outline of the stone in the first frame [px]
+    height : of the followed points above the ice [m]
+
+    Returns
+    -------
+    (n, 2) mean of the followed points on their plane [m], up to where all of them are lost
+    """
+    places: list[Floats] = []
+    before: Image | None = None
+    points = np.empty((0, 2))
+    for frame in frames:
+        grey = cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY)
+        if before is None:
+            points = points_to_follow(grey, start_px)
+        else:
+            there, good = lucas_kanade(before, grey, points, flow)
+            points = there[good]
+        if len(points) == 0:
+            break
+        places.append(camera.on_plane(points, height).mean(axis=0))
+        before = grey
+    return np.array(places).reshape(-1, 2)

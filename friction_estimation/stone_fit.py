@@ -1,0 +1,187 @@
+"""Measuring a stone in one frame: its picture fitted over the background, to a fraction of a pixel.
+
+Robust Gauss-Newton on place and heading: a pixel that neither the stone nor the background explains
+(a sweeper's foot, a brush) loses its weight instead of pulling the stone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from friction_estimation.camera import Camera
+from friction_estimation.stone_kernels import gauss_newton
+from friction_estimation.stone_model import (
+    StoneModel,
+    Window,
+    window_at,
+)
+
+Floats = NDArray[np.float64]
+
+MARGIN_PX = 4.0
+"""Ring of background around the stone that the fit looks at: about three blurs wide."""
+OUTLIER_AT = 4.0
+"""Residuals of this many standard deviations count half (Geman-McClure weights)."""
+PIXEL_CORRELATION = 4.0
+"""Neighbouring residuals agree (blur, compression): as many pixels as make one independent one."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Appearance:
+    """What is known of a stone's look in one film.
+
+    Parameters
+    ----------
+    model : shape and blur
+    colours : (4, 3) brightness and two colour differences of side, bevel, top and handle
+    noise : (3,) standard deviation of a residual in each channel, as found on this film
+    has_handle : whether a handle was made out; without one there is no heading
+    """
+
+    model: StoneModel
+    colours: Floats
+    noise: Floats
+    has_handle: bool
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StoneFit:
+    """One frame's measurement.
+
+    Parameters
+    ----------
+    xy : (2,) centre on the ice [m]
+    theta : heading, modulo a turn [rad]; NaN without a handle
+    covariance : (3, 3) of x, y and theta
+    misfit : root mean square of the weighted residuals, in standard deviations
+    visible : share of the stone's pixels that look like the stone, 0 to 1
+    inside : share of the stone's outline that lies in the image, 0 to 1
+    """
+
+    xy: Floats
+    theta: float
+    covariance: Floats
+    misfit: float
+    visible: float
+    inside: float
+
+
+def channels_of(image: NDArray[np.uint8] | Floats) -> Floats:
+    """BGR pixels (..., 3) as brightness and the two colour differences that films store."""
+    blue, green, red = np.moveaxis(np.asarray(image, dtype=np.float64), -1, 0)
+    luma = 0.114 * blue + 0.587 * green + 0.299 * red  # ITU-R BT.601
+    return np.stack([luma, 0.564 * (blue - luma), 0.713 * (red - luma)], axis=-1)
+
+
+def fit_stone(
+    picture: Floats,
+    behind: Floats,
+    window: Window,
+    appearance: Appearance,
+    start: Floats,
+) -> tuple[Floats, Floats, float, float]:
+    """Place and heading that explain the pixels of a window.
+
+    Parameters
+    ----------
+    picture, behind : (n, 3) channels of the frame and of the background in the window
+    start : (3,) x, y [m] and theta [rad] to start from
+
+    Returns
+    -------
+    (3,) best place and heading; (3, 3) covariance; misfit; visible share: see `StoneFit`
+    """
+    pose = np.array(start, dtype=np.float64)
+    covariance = np.full((3, 3), np.nan)
+    quality = np.empty(2)
+    gauss_newton(
+        picture,
+        behind,
+        window.foot,
+        window.lean,
+        window.scale,
+        appearance.model.shape(),
+        appearance.colours,
+        appearance.noise,
+        appearance.has_handle,
+        OUTLIER_AT,
+        pose,
+        covariance,
+        quality,
+    )
+    return pose, covariance * PIXEL_CORRELATION, float(quality[0]), float(quality[1])
+
+
+def measure(
+    frame: NDArray[np.uint8],
+    background: Floats,
+    background_origin: tuple[int, int],
+    camera: Camera,
+    appearance: Appearance,
+    start: Floats,
+) -> StoneFit | None:
+    """The stone near `start` in a frame, or None where nothing of it is in the image.
+
+    Parameters
+    ----------
+    frame : (height, width, 3) BGR
+    background : (rows, columns, 3) channels (`channels_of`) of the ice without the stone
+    background_origin : column and row of the background's upper left pixel in the frame
+    start : (3,) x, y [m], theta [rad]
+    """
+    outline = appearance.model.outline_px(camera, start[:2])
+    window = window_at(camera, outline, MARGIN_PX)
+    if window is None:
+        return None
+    window = _inside(window, camera, outline, background_origin, background.shape[:2])
+    if window is None:
+        return None
+    rows, columns = window.slices
+    u, v = background_origin
+    picture = channels_of(frame[rows, columns]).reshape(-1, 3)
+    behind = background[
+        rows.start - v : rows.stop - v, columns.start - u : columns.stop - u
+    ].reshape(-1, 3)
+    pose, covariance, misfit, visible = fit_stone(
+        picture, np.ascontiguousarray(behind), window, appearance, start
+    )
+    width, height = camera.size
+    at_end = appearance.model.outline_px(camera, pose[:2])
+    inside = 0.0
+    if len(at_end):
+        inside = float(
+            np.mean(
+                (at_end >= 0).all(axis=1)
+                & (at_end <= np.array([width - 1, height - 1])).all(axis=1)
+            )
+        )
+    return StoneFit(
+        xy=pose[:2],
+        theta=float(pose[2]) if appearance.has_handle else np.nan,
+        covariance=covariance,
+        misfit=misfit,
+        visible=visible,
+        inside=inside,
+    )
+
+
+def _inside(
+    window: Window,
+    camera: Camera,
+    outline: Floats,
+    origin: tuple[int, int],
+    shape: tuple[int, ...],
+) -> Window | None:
+    """The window if the background covers it, else one of the part that is covered."""
+    (u, v), (rows, columns) = window.origin_px, window.shape
+    u0, v0 = max(u, origin[0]), max(v, origin[1])
+    u1, v1 = min(u + columns, origin[0] + shape[1]), min(v + rows, origin[1] + shape[0])
+    if (u0, v0, u1, v1) == (u, v, u + columns, v + rows):
+        return window
+    if u1 - u0 < 4 or v1 - v0 < 4:
+        return None
+    corners = np.array([[u0, v0], [u1 - 1, v1 - 1]], dtype=np.float64)
+    return window_at(camera, corners, 0.0)

@@ -1,0 +1,172 @@
+"""What a stone looks like: a body of revolution with a handle, and its coverage of every pixel.
+
+The body is a stack of horizontal discs whose radius follows a broken line: a foot, a side, a bevel,
+a flat top. The handle is a bar above the top. Each has one colour. How much of a pixel each part
+covers is found from signed distances, blurred by the camera's point spread; a picture of the stone
+is then linear in the colours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from friction_estimation.camera import Camera
+from friction_estimation.stone_kernels import sight_lines
+
+Floats = NDArray[np.float64]
+
+PARTS = ("side", "bevel", "top", "handle")
+"""The parts of a stone that have a colour of their own, from the ice up."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoneModel:
+    """Shape of a stone and the blur of the camera that sees it.
+
+    Parameters
+    ----------
+    radius : largest radius of the body [m]
+    height : from the ice to the flat top [m]
+    foot_inset : by how much the radius on the ice is smaller [m]
+    foot_height : where the side begins [m]
+    bevel_height : from the end of the side to the flat top [m]
+    bevel_inset : by how much the flat top's radius is smaller [m]
+    handle_rise : height of the handle above the flat top [m]
+    handle_back, handle_front : where the handle begins and ends along the heading [m]
+    handle_width : of the handle [m]
+    blur_px : standard deviation of the point spread in brightness [px]
+    colour_blur_px : the same in colour, which films store at half the resolution [px]
+    shadow_x, shadow_y : place of the shadow's centre on the ice, from the stone's [m]
+    shadow_radius, shadow_blur : radius and softness of the shadow [m]
+    shadow : share of the light that it takes from the ice
+    """
+
+    radius: float
+    height: float
+    foot_inset: float = 0.05
+    foot_height: float = 0.03
+    bevel_height: float = 0.015
+    bevel_inset: float = 0.025
+    handle_rise: float = 0.03
+    handle_back: float = -0.02
+    handle_front: float = 0.10
+    handle_width: float = 0.03
+    blur_px: float = 0.6
+    colour_blur_px: float = 1.0
+    shadow_x: float = 0.0
+    shadow_y: float = 0.0
+    shadow_radius: float = 0.15
+    shadow_blur: float = 0.02
+    shadow: float = 0.0
+
+    def shape(self) -> Floats:
+        """The parameters in the order the kernels read them, (17,)."""
+        return np.array([getattr(self, name) for name in SHAPE_PARAMETERS])
+
+    def with_shape(self, values: ArrayLike) -> StoneModel:
+        """The model with all parameters replaced, in the same order."""
+        named = zip(SHAPE_PARAMETERS, np.asarray(values).tolist(), strict=True)
+        return replace(self, **dict(named))
+
+    def outline_px(self, camera: Camera, xy: ArrayLike) -> Floats:
+        """Points on the body's outline in the raw image, (n, 2) [px], as a convex polygon."""
+        import cv2
+
+        around = np.linspace(0, 2 * np.pi, 48, endpoint=False)
+        circle = np.column_stack([np.cos(around), np.sin(around)])
+        rings = [
+            np.column_stack([np.asarray(xy) + radius * circle, np.full(len(circle), height)])
+            for height, radius in (
+                (0.0, self.radius - self.foot_inset),
+                (self.foot_height, self.radius),
+                (self.height - self.bevel_height, self.radius),
+                (self.height, self.radius - self.bevel_inset),
+            )
+        ]
+        px = camera.project(np.concatenate(rings))
+        if not np.isfinite(px).all():
+            return np.empty((0, 2))
+        return cv2.convexHull(px.astype(np.float32)).reshape(-1, 2).astype(np.float64)
+
+
+SHAPE_PARAMETERS = (
+    "radius",
+    "height",
+    "foot_inset",
+    "foot_height",
+    "bevel_height",
+    "bevel_inset",
+    "handle_rise",
+    "handle_back",
+    "handle_front",
+    "handle_width",
+    "blur_px",
+    "colour_blur_px",
+    "shadow_x",
+    "shadow_y",
+    "shadow_radius",
+    "shadow_blur",
+    "shadow",
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Window:
+    """A rectangle of pixels with the line of sight of each.
+
+    Parameters
+    ----------
+    origin_px : column and row of the upper left pixel
+    shape : rows and columns
+    foot : (rows·columns, 2) where each line of sight meets the ice [m]
+    lean : (rows·columns, 2) how far it moves per metre of height
+    scale : (2, 2, 2) ice per pixel d(x, y)/d(u, v) at the centre: on the ice, and its change per
+        metre of height [m/px]
+    """
+
+    origin_px: tuple[int, int]
+    shape: tuple[int, int]
+    foot: Floats
+    lean: Floats
+    scale: Floats
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """Rows and columns of the window in the image."""
+        (u, v), (rows, columns) = self.origin_px, self.shape
+        return slice(v, v + rows), slice(u, u + columns)
+
+
+def window_at(camera: Camera, outline_px: Floats, margin_px: float) -> Window | None:
+    """The window around an outline, cut to the image; None where nothing of it is in the image."""
+    if len(outline_px) == 0:
+        return None
+    low = np.floor(outline_px.min(axis=0) - margin_px).astype(int)
+    high = np.ceil(outline_px.max(axis=0) + margin_px).astype(int)
+    u0, v0 = max(int(low[0]), 0), max(int(low[1]), 0)
+    u1, v1 = min(int(high[0]), camera.size[0] - 1), min(int(high[1]), camera.size[1] - 1)
+    if u1 - u0 < 3 or v1 - v0 < 3:
+        return None
+    rows, columns = v1 - v0 + 1, u1 - u0 + 1
+    foot, lean = np.empty((rows * columns, 2)), np.empty((rows * columns, 2))
+    sight_lines(
+        u0,
+        v0,
+        rows,
+        columns,
+        camera.matrix,
+        camera.distortion,
+        camera.rotation,
+        camera.position,
+        foot,
+        lean,
+    )
+    scale = np.empty((2, 2, 2))
+    middle = (rows // 2) * columns + columns // 2
+    for level, values in enumerate((foot, lean)):
+        scale[level, :, 0] = (values[middle + 1] - values[middle - 1]) / 2
+        scale[level, :, 1] = (values[middle + columns] - values[middle - columns]) / 2
+    return Window(origin_px=(u0, v0), shape=(rows, columns), foot=foot, lean=lean, scale=scale)

@@ -1,0 +1,161 @@
+"""Films in and out: frames with their own times, and overlays written whole or not at all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.errors import InputError, OutputError
+from curling_env.storage import atomic_path
+
+Image = NDArray[np.uint8]
+
+DEFAULT_FPS = 30.0
+"""Taken where neither the film nor the scene says anything usable."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Film:
+    """A film on disk that can be decoded.
+
+    Parameters
+    ----------
+    path : of the file
+    size : width and height [px]
+    fps : nominal frames per second
+    frame_count : as the container says; the film may end earlier
+    fps_given : whether the caller's rate replaces the container's times
+    """
+
+    path: Path
+    size: tuple[int, int]
+    fps: float
+    frame_count: int
+    fps_given: bool = False
+
+    @classmethod
+    def open(cls, path: str | Path, fps: float | None = None) -> Film:
+        """Look at a film: it must exist, be a film, and have a first frame.
+
+        Parameters
+        ----------
+        fps : rate that replaces the container's own times; None trusts the container
+
+        Raises
+        ------
+        InputError : missing, not a film, or without a single frame that can be decoded
+        """
+        path = Path(path)
+        if not path.exists():
+            raise InputError("no such film", source=path)
+        if path.is_dir():
+            raise InputError("is a directory; expected a film", source=path)
+        with _capture(path) as capture:
+            ok, frame = capture.read()
+            if not ok:
+                raise InputError("not a film that can be decoded", source=path)
+            said = capture.get(cv2.CAP_PROP_FPS)
+            count = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
+        usable = np.isfinite(said) and 1 <= said <= 1000
+        return cls(
+            path=path,
+            size=(frame.shape[1], frame.shape[0]),
+            fps=fps or (float(said) if usable else DEFAULT_FPS),
+            frame_count=max(count, 1),
+            fps_given=fps is not None,
+        )
+
+    def frames(self) -> Iterator[tuple[float, Image]]:
+        """Every frame, (height, width, 3) BGR, with its time since the first one [s].
+
+        Times are the container's where they increase; a frame without a usable one comes one
+        nominal interval after its predecessor.
+        """
+        first: float | None = None
+        last = -np.inf
+        with _capture(self.path) as capture:
+            while True:
+                ok, frame = capture.read()
+                if not ok:
+                    return
+                stamp = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
+                if first is None:
+                    first, t = stamp, 0.0
+                else:
+                    t = stamp - first
+                    if self.fps_given or not t > last + 0.05 / self.fps:
+                        t = last + 1 / self.fps
+                last = t
+                yield t, frame
+
+    def sample(self, count: int) -> list[tuple[float, Image]]:
+        """About `count` frames spread evenly over the film, with approximate times [s]."""
+        wanted = np.unique(np.linspace(0, self.frame_count - 1, count).round().astype(int))
+        frames: list[tuple[float, Image]] = []
+        with _capture(self.path) as capture:
+            for index in wanted.tolist():
+                capture.set(cv2.CAP_PROP_POS_FRAMES, index)
+                ok, frame = capture.read()
+                if ok and (frame.shape[1], frame.shape[0]) == self.size:
+                    stamp = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
+                    frames.append((index / self.fps if self.fps_given else stamp, frame))
+        return frames
+
+
+@contextmanager
+def _capture(path: Path) -> Iterator[cv2.VideoCapture]:
+    capture = cv2.VideoCapture(str(path))
+    try:
+        if not capture.isOpened():
+            raise InputError("not a film that can be decoded", source=path)
+        yield capture
+    finally:
+        capture.release()
+
+
+class FilmWriter:
+    """Writes BGR frames of one size to a film; see `film_writer`."""
+
+    def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:
+        codec = "MJPG" if path.suffix.lower() == ".avi" else "mp4v"
+        self._size = size
+        self._writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*codec), fps, size)
+        if not self._writer.isOpened():
+            raise OutputError(f"{path}: cannot be written as a film; name it .mp4 or .avi")
+
+    def write(self, frame: Image) -> None:
+        """Append one frame, (height, width, 3) BGR."""
+        if (frame.shape[1], frame.shape[0]) != self._size:
+            raise ValueError(f"expected frames of {self._size} px, got {frame.shape}")
+        self._writer.write(frame)
+
+    def close(self) -> None:
+        self._writer.release()
+
+
+@contextmanager
+def film_writer(path: str | Path, size: tuple[int, int], fps: float) -> Iterator[FilmWriter]:
+    """A film being written, which appears under its name only when it is complete.
+
+    Parameters
+    ----------
+    path : ending in .mp4 or .avi
+    size : width and height of every frame [px]
+    fps : frames per second
+
+    Raises
+    ------
+    OutputError : not writable, or a suffix that OpenCV cannot write
+    """
+    with atomic_path(path) as draft:
+        writer = FilmWriter(draft, size, fps)
+        try:
+            yield writer
+        finally:
+            writer.close()
