@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from curling_env.errors import InputError
@@ -163,14 +164,21 @@ def begin_end(
     return replace(game, end=end, power_plays=had)
 
 
-def deliver(game: Game, result: Result, *, put_back: bool = True) -> tuple[Game, Ruling]:
+def always(_ruling: Ruling) -> bool:
+    """After a tick, have the stones put back whatever happened."""
+    return True
+
+
+def deliver(
+    game: Game, result: Result, *, put_back: Callable[[Ruling], bool] = always
+) -> tuple[Game, Ruling]:
     """Play one delivery.
 
     Parameters
     ----------
     game : with an end in play
     result : what the delivered stone did
-    put_back : what the opponent chooses after a tick: the stones put back, or left
+    put_back : the opponent's choice after a tick: whether the stones are put back or left
 
     Returns
     -------
@@ -185,7 +193,7 @@ def deliver(game: Game, result: Result, *, put_back: bool = True) -> tuple[Game,
         raise InputError("no end is in play")
     ruling = rule_on(game.rules, game.lines, end.stones, end.to_throw, end.delivered, result)
     stones = ruling.stones
-    if ruling.fault is Fault.NO_TICK and ruling.option is not None and put_back:
+    if ruling.fault is Fault.NO_TICK and ruling.option is not None and put_back(ruling):
         stones = ruling.option
     after = End(
         number=end.number,

@@ -1,0 +1,106 @@
+"""From a shot in the sport's words to a throw on the ice as the player knows it.
+
+Positions are in the delivery frame: the tee at the origin, +y along the direction of play.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from curling_env.game import Call, Player, View
+from curling_env.ice import Ice
+from curling_env.physics.aim import Aim
+from curling_env.rules import Lying
+from curling_env.sheet import Direction
+from curling_env.throw import MAX_SPEED, Throw
+
+SPIN = 1.5
+"""Usual spin [rad/s]: about three turns on a draw's way."""
+BOARD_WEIGHT = 1.25
+"""Weight of a takeout over draw weight: it would run a few metres past the house."""
+PEEL_WEIGHT = 1.6
+"""Weight of a peel over draw weight."""
+
+
+class AimingPlayer(Player):
+    """A player who thinks in shots; `aim` turns them into throws."""
+
+    def __init__(self) -> None:
+        self._aims: dict[Direction, tuple[Ice, Aim]] = {}
+        self._to_button: dict[tuple[Direction, float], tuple[Ice, Throw]] = {}
+
+    def aim(self, view: View) -> Aim:
+        """The aim on the known ice towards the end played to."""
+        known = self._aims.get(view.direction)
+        if known is None or known[0] is not view.ice:
+            known = (view.ice, Aim(view.ice, view.direction))
+            self._aims[view.direction] = known
+        return known[1]
+
+    def to_button(self, view: View, spin: float = SPIN) -> Throw:
+        """The draw to the button on an empty sheet, thought out once for each ice."""
+        known = self._to_button.get((view.direction, spin))
+        if known is None or known[0] is not view.ice:
+            throw = self.aim(view).draw(0.0, 0.0, spin) or Throw(speed=2.1, spin=spin)
+            known = (view.ice, throw)
+            self._to_button[view.direction, spin] = known
+        return known[1]
+
+    # --- shots ------------------------------------------------------------------------------------
+
+    def draw_to(self, view: View, x: float, y: float, shot: str) -> Call | None:
+        """A draw or guard to (x, y) that touches nothing on its way, from either side."""
+        aim, stones = self.aim(view), _centres(view)
+        for spin in _sides(x):
+            throw = aim.draw(x, y, spin)
+            if throw is not None and aim.path_clears(throw, stones, until=y + 0.5):
+                return Call(throw=throw, shot=shot)
+        return None
+
+    def hit(
+        self,
+        view: View,
+        target: Lying,
+        shot: str,
+        *,
+        weight: float = BOARD_WEIGHT,
+        off: float = 0.0,
+    ) -> Call | None:
+        """A takeout of a stone that touches nothing before it, from either side.
+
+        Parameters
+        ----------
+        weight : over the weight of a draw to the button
+        off : how far to the right of its centre to run [m]
+        """
+        aim = self.aim(view)
+        speed = min(weight * self.to_button(view).speed, MAX_SPEED)
+        others = _centres(view, but=target)
+        for spin in _sides(target.x):
+            throw = aim.through(target.x + off, target.y, speed, spin)
+            if throw is not None and aim.path_clears(throw, others, until=target.y):
+                return Call(throw=throw, shot=shot)
+        return None
+
+    def through(self, view: View) -> Call:
+        """A stone thrown through the house and away, beside everything that lies there."""
+        aim, stones = self.aim(view), _centres(view)
+        speed = min(1.4 * self.to_button(view).speed, MAX_SPEED)
+        for x in (1.6, -1.6, 1.9, -1.9, 1.0, -1.0):
+            throw = aim.through(x, 0.0, speed, -SPIN if x < 0 else SPIN)
+            if throw is not None and aim.path_clears(throw, stones, until=2.5):
+                return Call(throw=throw, shot="through the house")
+        return Call(throw=Throw(speed=0.5 * self.to_button(view).speed), shot="short")
+
+
+def _centres(view: View, but: Lying | None = None) -> np.ndarray:
+    end = view.game.end
+    stones = () if end is None else end.stones
+    return np.array([(s.x, s.y) for s in stones if s is not but], dtype=np.float64).reshape(-1, 2)
+
+
+def _sides(x: float) -> Iterable[float]:
+    """Spins to try: curling towards the centre first, where most room is."""
+    return (SPIN, -SPIN) if x >= 0 else (-SPIN, SPIN)

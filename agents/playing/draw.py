@@ -1,0 +1,15 @@
+"""The draw player: every stone to the button, whatever lies there."""
+
+from __future__ import annotations
+
+from agents.playing.aiming import AimingPlayer
+from curling_env.game import Call, View
+
+
+class DrawPlayer(AimingPlayer):
+    """Throws a draw to the button, thought out for an empty sheet."""
+
+    name = "draw"
+
+    def call(self, view: View) -> Call:
+        return Call(throw=self.to_button(view), shot="draw to the button")

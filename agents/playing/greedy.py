@@ -1,0 +1,80 @@
+"""The greedy player: tries every shot it can think of, with its own execution error, one ahead."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from agents.playing.aiming import PEEL_WEIGHT, AimingPlayer
+from agents.playing.value import value_of
+from curling_env.game import Call, GameState, Rink, View
+from curling_env.ice import Ice
+from curling_env.rules import shot_order
+from curling_env.rules.free_guard_zone import guards
+
+TRIALS = 8
+"""Times each shot is tried with other errors; the same errors for every shot."""
+DRAWS = (
+    (0.0, 0.0), (0.4, 0.2), (-0.4, 0.2), (0.0, 0.7), (1.0, 0.2), (-1.0, 0.2), (0.0, -1.2),
+)  # fmt: skip
+GUARDS = ((0.0, -3.2), (0.0, -2.4), (0.9, -3.0), (-0.9, -3.0))
+OFF_CENTRE = 0.12
+"""How far beside the centre a stone is hit for a roll [m]."""
+
+
+class GreedyPlayer(AimingPlayer):
+    """Chooses the shot whose position is worth most on average, the opponent's answer unseen."""
+
+    name = "greedy"
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._rink: tuple[Ice, Rink] | None = None
+
+    def call(self, view: View) -> Call:
+        calls = self.shots(view)
+        rink = self._rink_of(view)
+        worth = [self._worth(view, rink, call) for call in calls]
+        return calls[int(np.argmax(worth))]
+
+    def shots(self, view: View) -> list[Call]:
+        """The shots that come to mind."""
+        end = view.game.end
+        assert end is not None
+        protected = guards(view.game.rules, view.game.lines, end.stones, view.team, end.delivered)
+        calls = [self.draw_to(view, x, y, "draw") for x, y in DRAWS]
+        if end.delivered < view.game.rules.deliveries - 1:
+            calls += [self.draw_to(view, x, y, "guard") for x, y in GUARDS]
+        for stone in end.stones:
+            if stone.team is view.team or stone in protected:
+                continue
+            for off in (0.0, OFF_CENTRE, -OFF_CENTRE):
+                calls.append(self.hit(view, stone, "takeout", off=off))
+            calls.append(self.hit(view, stone, "peel", weight=PEEL_WEIGHT))
+        order = shot_order(view.game.lines, end.stones)
+        if order and order[0].team is not view.team:
+            shot = order[0]
+            calls.append(
+                self.draw_to(
+                    view, shot.x, shot.y - 2 * view.game.lines.stone_radius - 0.02, "freeze"
+                )
+            )
+        calls.append(self.through(view))
+        return [call for call in calls if call is not None]
+
+    def _worth(self, view: View, rink: Rink, call: Call) -> float:
+        total = 0.0
+        for trial in range(TRIALS):
+            after, _ = rink.play(GameState(game=view.game, seed=view.seed + trial), call)
+            total += value_of(after.game, view.team)
+        return total / TRIALS
+
+    def _rink_of(self, view: View) -> Rink:
+        """A rink in the mind: the ice as it is known, both hands like one's own."""
+        if self._rink is None or self._rink[0] is not view.ice:
+            rink = Rink(view.ice, rules=replace(view.game.rules), skills=view.skill)
+            self._rink = (view.ice, rink)
+        rink = self._rink[1]
+        rink.skills = (view.skill, view.skill)
+        return rink

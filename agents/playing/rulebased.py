@@ -1,0 +1,149 @@
+"""The rule-based player: what a club skip is taught.
+
+With the hammer it wants two and spreads the stones; without it, it keeps the centre covered and
+tries to steal or hold the other team to one. Ahead it hits, behind it leaves stones in play.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from agents.playing.aiming import PEEL_WEIGHT, AimingPlayer
+from curling_env.game import Call, View
+from curling_env.rules import End, Lying, Team, count, shot_order
+from curling_env.rules.free_guard_zone import guards
+from curling_env.rules.placement import Side
+from curling_env.sheet import HOUSE_RADIUS
+
+CENTRE_GUARD_Y = -3.5
+CORNER_GUARD = (1.2, -3.0)
+COMFORTABLE = 2
+"""A lead from which on the house is kept clean."""
+LIKELY_ONE = 2
+"""Fewer points than this are not worth giving the hammer away for, while ends remain."""
+LOST = 6
+"""Points behind with three ends or fewer to play at which the hand is offered, less one an end."""
+
+BUTTON = ((0.0, 0.0), (0.25, 0.1), (-0.25, 0.1), (0.0, 0.45), (0.5, 0.0), (-0.5, 0.0))
+"""Places for a stone that is to count, the best first."""
+SPREAD = ((1.0, 0.3), (-1.0, 0.3), (0.8, -0.6), (-0.8, -0.6), (0.0, 1.0))
+"""Places for a second stone, away from one that could be hit with it."""
+
+
+class RuleBasedPlayer(AimingPlayer):
+    """Guards early, takes out, draws around guards; knows the score and the hammer."""
+
+    name = "rulebased"
+
+    def call(self, view: View) -> Call:
+        for call in self._wanted(view):
+            if call is not None:
+                return call
+        return Call(throw=self.to_button(view), shot="draw to the button")
+
+    def concedes(self, view: View) -> bool:
+        left = view.game.ends_left
+        return left <= 3 and -view.game.lead(view.team) >= LOST - (3 - left) and left > 0
+
+    def power_play(self, view: View) -> Side | None:
+        return "right" if view.game.ends_left in (2, 3) and view.game.lead(view.team) <= 0 else None
+
+    # --- what is wanted, the best first -----------------------------------------------------------
+
+    def _wanted(self, view: View) -> Iterator[Call | None]:
+        end = view.game.end
+        assert end is not None
+        lines, team = view.game.lines, view.team
+        house = shot_order(lines, end.stones)
+        whose, points = count(lines, end.stones)
+        lead = view.game.lead(team)
+        last = view.own_stones_left == 1
+        protected = guards(view.game.rules, lines, end.stones, team, end.delivered)
+        if last and view.has_hammer:
+            yield from self._hammer(view, house, whose, points)
+            return
+        early = end.number_of_stone < 2
+        if whose is team.other:
+            threat = house[0]
+            if threat not in protected and (lead >= 0 or points > 1 or not early):
+                yield self.hit(view, threat, "takeout")
+            if not early or lead >= COMFORTABLE:
+                yield from self._peels(view, end, protected)
+            yield from self._draws(view, BUTTON, "draw around")
+            for stone in house[1:]:
+                if stone.team is not team and stone not in protected:
+                    yield self.hit(view, stone, "takeout")
+            return
+        if whose is team:
+            if lead >= COMFORTABLE or view.has_hammer:
+                for stone in house:
+                    if stone.team is not team and stone not in protected:
+                        yield self.hit(view, stone, "takeout")
+            if view.has_hammer:
+                yield from self._draws(view, SPREAD, "draw for a second")
+            elif not _guarded(end.stones, house[0]):
+                yield self.draw_to(view, house[0].x * 0.8, CENTRE_GUARD_Y, "guard")
+            yield from self._draws(view, (*BUTTON, *SPREAD), "draw")
+            return
+        yield from self._empty_house(view, end, lead, early)
+
+    def _empty_house(self, view: View, end: End, lead: int, early: bool) -> Iterator[Call | None]:
+        centre = any(abs(stone.x) < 0.5 and stone.y < -HOUSE_RADIUS for stone in end.stones)
+        if not early or lead >= COMFORTABLE:
+            yield from self._draws(view, BUTTON, "draw")
+        elif view.has_hammer:
+            side = 1 if sum(stone.x for stone in end.stones) <= 0 else -1
+            if not centre:
+                yield self.draw_to(view, side * CORNER_GUARD[0], CORNER_GUARD[1], "corner guard")
+            yield from self._draws(view, BUTTON, "come around")
+        else:
+            if not centre:
+                yield self.draw_to(view, 0.0, CENTRE_GUARD_Y, "centre guard")
+            yield from self._draws(view, BUTTON, "come around")
+
+    def _hammer(
+        self, view: View, house: tuple[Lying, ...], whose: Team | None, points: int
+    ) -> Iterator[Call | None]:
+        """The last stone of the end."""
+        team, game = view.team, view.game
+        more_to_play = game.ends_left > 1
+        if whose is team.other:
+            # One has to be scored, or saved: whichever is open.
+            near = house[0].distance
+            hit = self.hit(view, house[0], "takeout for the end")
+            if near < 0.6 or points > 1:
+                yield hit
+            yield from self._draws(view, _inside(near), "draw for the end")
+            yield hit
+            return
+        if points + 1 < LIKELY_ONE and more_to_play and game.lead(team) >= -2:
+            yield self.through(view)  # a blank keeps the hammer
+        yield from self._draws(view, (*BUTTON, *SPREAD), "draw for another")
+
+    def _draws(
+        self, view: View, places: tuple[tuple[float, float], ...], shot: str
+    ) -> Iterator[Call | None]:
+        end = view.game.end
+        assert end is not None
+        room = 2 * view.game.lines.stone_radius + 0.02
+        for x, y in places:
+            if all((s.x - x) ** 2 + (s.y - y) ** 2 > room**2 for s in end.stones):
+                yield self.draw_to(view, x, y, shot)
+
+    def _peels(self, view: View, end: End, protected: tuple[Lying, ...]) -> Iterator[Call | None]:
+        if view.game.lead(view.team) < COMFORTABLE:
+            return
+        for stone in end.stones:
+            opponents = stone.team is not view.team and stone not in protected
+            if opponents and stone.y < -HOUSE_RADIUS:
+                yield self.hit(view, stone, "peel", weight=PEEL_WEIGHT)
+
+
+def _inside(distance: float) -> tuple[tuple[float, float], ...]:
+    """Places nearer to the tee than a stone at that distance."""
+    places = tuple(p for p in BUTTON if (p[0] ** 2 + p[1] ** 2) ** 0.5 < distance - 0.05)
+    return places or BUTTON[:1]
+
+
+def _guarded(stones: tuple[Lying, ...], stone: Lying) -> bool:
+    return any(other.y < stone.y - 1.0 and abs(other.x - stone.x) < 0.4 for other in stones)

@@ -1,0 +1,134 @@
+"""Those who play: what they see, what they decide, and how they are found by name."""
+
+from __future__ import annotations
+
+import importlib.metadata
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from curling_env.errors import InputError
+from curling_env.ice import Ice
+from curling_env.rules.delivery import Ruling
+from curling_env.rules.game import Game
+from curling_env.rules.placement import Side
+from curling_env.rules.scoring import count
+from curling_env.rules.stones import Team
+from curling_env.sheet import Direction
+from curling_env.skill import Skill
+from curling_env.throw import Throw
+
+PLAYER_GROUP = "curling.players"
+"""Entry points under this name are players: a name and a function that makes a `Player`."""
+
+Sweep = tuple[float, float]
+"""Seconds after release at which sweeping begins and ends."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """What a player sees before a delivery.
+
+    Parameters
+    ----------
+    game : score, stones (delivery frame) and whose turn it is
+    team : the player's own
+    ice : as the player knows it, which need not be as it is
+    direction : the end played to
+    skill : of the player's own hand
+    seed : for a player that draws lots; another one before every delivery
+    """
+
+    game: Game
+    team: Team
+    ice: Ice
+    direction: Direction
+    skill: Skill
+    seed: int
+
+    @property
+    def has_hammer(self) -> bool:
+        """Whether the player's team delivers last in this end."""
+        return self.game.end is not None and self.game.end.hammer is self.team
+
+    @property
+    def own_stones_left(self) -> int:
+        """Stones the team has still to deliver in this end."""
+        end = self.game.end
+        return 0 if end is None else self.game.rules.stones - end.number_of_stone
+
+    def rng(self) -> np.random.Generator:
+        """Randomness of the player's own; the same before the same delivery."""
+        return np.random.default_rng(self.seed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Call:
+    """What a player wants of a delivery.
+
+    Parameters
+    ----------
+    throw : as meant
+    sweep : when it is swept, or None to leave that to the sweepers
+    shot : in the sport's words, for the record
+    """
+
+    throw: Throw
+    sweep: Sweep | None = None
+    shot: str = ""
+
+
+class Player(ABC):
+    """Plays for a team. Keeps nothing between deliveries that a view does not tell."""
+
+    name: str = "player"
+
+    @abstractmethod
+    def call(self, view: View) -> Call:
+        """The delivery the player wants."""
+
+    def concedes(self, view: View) -> bool:
+        """Whether the player gives the game up, asked where the rules allow it."""
+        return False
+
+    def puts_back(self, view: View, ruling: Ruling) -> bool:
+        """After the opponent's tick, whether the stones are put back rather than left.
+
+        Put back, unless the stones as they lie count for more.
+        """
+        lines = view.game.lines
+
+        def worth(stones: Any) -> int:
+            team, points = count(lines, stones)
+            return points if team is view.team else -points
+
+        return ruling.option is None or worth(ruling.option) >= worth(ruling.stones)
+
+    def power_play(self, view: View) -> Side | None:
+        """In mixed doubles, the side of a power play in the coming end, asked where it is free."""
+        return None
+
+
+def player_names() -> list[str]:
+    """Names under which players can be had."""
+    return sorted({e.name for e in importlib.metadata.entry_points(group=PLAYER_GROUP)})
+
+
+def player_named(name: str | Player) -> Player:
+    """The player of that name; a `Player` is returned as it is.
+
+    Raises
+    ------
+    InputError : a name under which no installed package declares a player
+    """
+    if isinstance(name, Player):
+        return name
+    for entry in importlib.metadata.entry_points(group=PLAYER_GROUP):
+        if entry.name == name:
+            player = entry.load()()
+            if not isinstance(player, Player):
+                raise InputError(f"what is declared as the player {name!r} is none")
+            return player
+    raise InputError(f"no player is named {name!r}; there are {', '.join(player_names())}")

@@ -1,0 +1,261 @@
+"""A rink: throws are played on it under the rules, on ice that changes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from curling_env.errors import InputError
+from curling_env.game.living_ice import PATH_FPS, STILL, LivingIce, prepared, wear_of, worn
+from curling_env.game.players import Call, Player, Sweep, View
+from curling_env.game.state import GameState
+from curling_env.game.sweepers import sweep_for
+from curling_env.ice import Ice, load_ice
+from curling_env.physics.engine import Engine, Outcome, Status, StoneState
+from curling_env.rules.delivery import Result, Ruling
+from curling_env.rules.game import always, begin_end, deliver, new_game
+from curling_env.rules.lines import Lines
+from curling_env.rules.placement import Side
+from curling_env.rules.rulesets import RuleSet, rule_set
+from curling_env.rules.stones import STONES_A_TEAM, Lying, Team
+from curling_env.sheet import TEE_Y, Direction
+from curling_env.skill import Skill, skill_named
+from curling_env.throw import MAX_SPEED, MAX_SPIN, Throw
+
+SLOWEST = 1e-3
+"""A throw is never slower, however badly it slips [m/s]."""
+_GONE = (Status.OUT_SIDE, Status.OUT_BACK)
+
+
+def direction_of(end: int) -> Direction:
+    """The end of the sheet that an end of the game is played to: the away end first."""
+    return Direction.HOME if end % 2 else Direction.AWAY
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shot:
+    """A delivery and all it led to.
+
+    Parameters
+    ----------
+    end, number : of the end in the game, and of the stone in the end, from 0
+    team : that delivered
+    stone : identifier of the stone
+    call : what was wanted
+    thrown : what left the hand
+    sweep : when it was swept; equal times where it was not
+    direction : the end played to
+    outcome : of the physics, sheet frame
+    ruling : of the rules, delivery frame
+    put_back : after a tick, whether the stones were put back
+    """
+
+    end: int
+    number: int
+    team: Team
+    stone: int
+    call: Call
+    thrown: Throw
+    sweep: Sweep
+    direction: Direction
+    outcome: Outcome
+    ruling: Ruling
+    put_back: bool = False
+
+
+class Rink:
+    """Plays a game's throws; holds no game itself.
+
+    Parameters
+    ----------
+    ice : as it is when the game begins: an `Ice`, a file or a preset
+    known_ice : as the players know it; None: as it is when the game begins
+    rules : a set of rules or its name
+    skills : of home and away, or of both
+    living : how the ice changes
+    sweeping : whether stones may be swept; an ice without that effect is given the usual one
+
+    Raises
+    ------
+    InputError : an ice, rules or a skill that do not exist
+    """
+
+    def __init__(
+        self,
+        ice: str | Ice = "standard",
+        *,
+        known_ice: str | Ice | None = None,
+        rules: str | RuleSet = "world_curling_2024",
+        skills: str | Skill | tuple[str | Skill, str | Skill] = "none",
+        living: LivingIce = STILL,
+        sweeping: bool = False,
+    ) -> None:
+        self.ice = load_ice(ice)
+        self.known_ice = self.ice if known_ice is None else load_ice(known_ice)
+        self.rules = rule_set(rules)
+        pair = skills if isinstance(skills, tuple) else (skills, skills)
+        self.skills = (skill_named(pair[0]), skill_named(pair[1]))
+        self.living = living
+        self.sweeping = sweeping
+        self.lines = Lines(width=self.ice.sheet.width, stone_radius=self.ice.stone.radius)
+        self._engine: tuple[int, Engine] | None = None
+
+    # --- a game's course ------------------------------------------------------------------------
+
+    def new_game(self, seed: int, *, last_stone: Team = Team.AWAY) -> GameState:
+        """A game before its first end."""
+        return GameState(game=new_game(self.rules, self.lines, last_stone=last_stone), seed=seed)
+
+    def begin_end(self, state: GameState, *, power_play: Side | None = None) -> GameState:
+        """The same game with its next end begun."""
+        return replace(state, game=begin_end(state.game, power_play=power_play))
+
+    def view(self, state: GameState, team: Team | None = None) -> View:
+        """What a team sees; without one, the team to throw."""
+        end = state.game.end
+        if team is None:
+            team = state.game.last_stone if end is None else end.to_throw
+        number = len(state.game.line_score) if end is None else end.number
+        return View(
+            game=state.game,
+            team=team,
+            ice=self.known_ice,
+            direction=direction_of(number),
+            skill=self.skills[team],
+            seed=_lot(state, team),
+        )
+
+    def play(
+        self,
+        state: GameState,
+        call: Call,
+        *,
+        opponent: Player | None = None,
+        fps: float | None = None,
+    ) -> tuple[GameState, Shot]:
+        """Play one delivery.
+
+        Parameters
+        ----------
+        state : with an end in play
+        call : of the team to throw
+        opponent : decides after a tick; without one, the stones are put back
+        fps : samples a second of the paths in the shot; none are kept without it
+
+        Raises
+        ------
+        InputError : no end is in play
+        """
+        end = state.game.end
+        if end is None:
+            raise InputError("no end is in play")
+        team, direction = end.to_throw, direction_of(end.number)
+        thrown = self._executed(call.throw, self.skills[team], state)
+        stone = STONES_A_TEAM * team + end.number_of_stone
+        sweep = self._sweep(call, thrown, direction)
+        outcome = self._engine_for(state).play(
+            thrown.release(
+                direction, stone=stone, clock=state.clock, order=state.throws, sweep=sweep
+            ),
+            [on_sheet(lying, direction) for lying in end.stones],
+            fps=fps or (PATH_FPS if self.living.wear else None),
+            throw=state.throws,
+        )
+        result = _result(end.stones, team, end.number_of_stone, outcome, direction)
+        chosen = [False]
+
+        def put_back(ruling: Ruling) -> bool:
+            seen = self.view(state, team.other)
+            chosen[0] = always(ruling) if opponent is None else opponent.puts_back(seen, ruling)
+            return chosen[0]
+
+        game, ruling = deliver(state.game, result, put_back=put_back)
+        wear = state.wear
+        if self.living.wear:
+            added = wear_of(self.living, self.ice.sheet, outcome.trajectories)
+            wear = added if wear is None else wear + added
+        after = GameState(
+            game=game,
+            seed=state.seed,
+            throws=state.throws + 1,
+            clock=state.clock + self.living.pace,
+            wear=wear,
+        )
+        return after, Shot(
+            end=end.number,
+            number=end.delivered,
+            team=team,
+            stone=stone,
+            call=call,
+            thrown=thrown,
+            sweep=sweep,
+            direction=direction,
+            outcome=outcome,
+            ruling=ruling,
+            put_back=chosen[0],
+        )
+
+    # --- the hand, the brooms, the ice ------------------------------------------------------------
+
+    def _executed(self, meant: Throw, skill: Skill, state: GameState) -> Throw:
+        if skill.is_exact:
+            return meant
+        rng = np.random.default_rng((state.seed, state.throws))
+        speed, angle, spin = skill.errors(1, rng)[0].tolist()
+        return Throw(
+            speed=min(max(meant.speed + speed, SLOWEST), MAX_SPEED),
+            angle=meant.angle + angle,
+            spin=min(max(meant.spin + spin, -MAX_SPIN), MAX_SPIN),
+            x=meant.x,
+        )
+
+    def _sweep(self, call: Call, thrown: Throw, direction: Direction) -> Sweep:
+        if not self.sweeping:
+            return (0.0, 0.0)
+        if call.sweep is not None:
+            return call.sweep
+        return sweep_for(self.known_ice, call.throw, thrown, direction)
+
+    def ice_now(self, state: GameState) -> Ice:
+        """The ice as it is at this moment of a game."""
+        ice = prepared(self.ice, self.living, state.seed, sweeping=self.sweeping)
+        return ice if state.wear is None else worn(ice, state.wear)
+
+    def _engine_for(self, state: GameState) -> Engine:
+        if state.wear is not None:
+            return Engine(self.ice_now(state))
+        if self._engine is None or (self.living.stone_spread and self._engine[0] != state.seed):
+            self._engine = (state.seed, Engine(self.ice_now(state)))
+        return self._engine[1]
+
+
+def _lot(state: GameState, team: Team) -> int:
+    """A seed for a team's own decisions before one delivery."""
+    words = np.random.SeedSequence((state.seed, state.throws, team + 1)).generate_state(1)
+    return int(words[0])
+
+
+def on_sheet(lying: Lying, direction: Direction) -> StoneState:
+    """A resting stone, from the delivery to the sheet frame."""
+    return StoneState(x=direction * lying.x, y=direction * (lying.y + TEE_Y), stone=lying.stone)
+
+
+def _result(
+    before: Sequence[Lying], team: Team, number: int, outcome: Outcome, direction: Direction
+) -> Result:
+    """What the rules need of an outcome; a stone that nothing touched lies exactly where it did."""
+    last = len(before)
+    after: list[Lying | None] = []
+    handles = [(stone.team, stone.number) for stone in before] + [(team, number)]
+    for k, (whose, which) in enumerate(handles):
+        if outcome.status[k] in _GONE:
+            after.append(None)
+        elif k < last and outcome.ends[k] == 0.0:
+            after.append(before[k])
+        else:
+            stone = outcome.stones[k]
+            after.append(Lying(whose, which, direction * stone.x, direction * stone.y - TEE_Y))
+    struck = any(last in (contact.first, contact.second) for contact in outcome.contacts)
+    return Result(tuple(after), struck)
