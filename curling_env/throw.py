@@ -35,6 +35,7 @@ class Release:
     clock : seconds into the session at which the throw begins [s]
     order : throws already played in the session
     sweep_start, sweep_end : interval in which it is swept, after release [s]; equal when unswept
+    throw : its number in a file
 
     Raises
     ------
@@ -53,6 +54,7 @@ class Release:
     order: int = 0
     sweep_start: float = 0.0
     sweep_end: float = 0.0
+    throw: int = 0
 
     def __post_init__(self) -> None:
         for name in ("x", "y", "vx", "vy", "theta", "omega", "clock", "sweep_start", "sweep_end"):
@@ -141,11 +143,11 @@ class Throw:
 
 
 def read_releases(path: str | Path) -> list[Release]:
-    """Releases from the contract's CSV, in file order.
+    """Releases from the contract's CSV, in file order, which is the order of play.
 
     Raises
     ------
-    InputError : unreadable file, missing column, or a row that is no release
+    InputError : unreadable file, missing column, a row that is no release, or a number used twice
     """
     table = read_table(path, required=RELEASE_COLUMNS, optional=OPTIONAL_RELEASE_COLUMNS)
     columns = {
@@ -155,14 +157,24 @@ def read_releases(path: str | Path) -> list[Release]:
     }
     if len(table) == 0:
         raise InputError("holds no release", source=path)
+    throws = table.integers("throw").tolist()
     releases: list[Release] = []
     for row in range(len(table)):
+        if throws[row] in throws[:row]:
+            raise InputError(
+                f"throw {throws[row]} appears twice; a release is one row",
+                source=path,
+                where=table.where(row, "throw"),
+            )
         values = {
             name: float(column[row]) for name, column in columns.items() if np.isfinite(column[row])
         }
         stone = int(values.pop("stone", 0))
         try:
-            releases.append(Release(**values, stone=stone, order=row))  # pyright: ignore[reportArgumentType]
+            release = Release(**values, stone=stone, order=row, throw=throws[row])  # pyright: ignore[reportArgumentType]
+            if release.speed == 0:
+                raise InputError("a release needs a speed above 0, got vx = vy = 0")
+            releases.append(release)
         except InputError as error:
             raise InputError(error.problem, source=path, where=table.where(row)) from error
     return releases
@@ -173,10 +185,16 @@ def write_releases(path: str | Path, releases: Sequence[Release]) -> None:
     write_table(
         path,
         {
-            "throw": np.arange(len(releases)),
+            "throw": _numbers(releases),
             **{
                 name: [getattr(release, name) for release in releases]
                 for name in (*RELEASE_COLUMNS[1:], *OPTIONAL_RELEASE_COLUMNS)
             },
         },
     )
+
+
+def _numbers(releases: Sequence[Release]) -> list[int]:
+    """Their own numbers where these tell them apart, else the order they are given in."""
+    own = [release.throw for release in releases]
+    return own if len(set(own)) == len(own) else list(range(len(own)))

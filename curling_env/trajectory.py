@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +22,7 @@ def _nothing() -> Floats:
     return np.empty(0)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Trajectory:
     """One throw's path in the sheet frame.
 
@@ -75,6 +75,15 @@ class Trajectory:
 
     def __len__(self) -> int:
         return len(self.t)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether every sample and every label is the same; unknown headings equal each other."""
+        return isinstance(other, Trajectory) and all(
+            np.array_equal(getattr(self, name.name), getattr(other, name.name), equal_nan=True)
+            for name in fields(self)
+        )
+
+    __hash__ = None  # pyright: ignore[reportAssignmentType]
 
     @property
     def duration(self) -> float:

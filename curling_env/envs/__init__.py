@@ -1,0 +1,1 @@
+"""Gymnasium environments: thin adapters over the physics and the rules."""

@@ -1,0 +1,378 @@
+"""`CurlingSheet-v0`: one throw a step at a target, on a sheet that may hold stones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import ArrayLike, NDArray
+
+from curling_env.envs.action import ThrowRange, throws_on
+from curling_env.envs.observation import Observation, knowledge
+from curling_env.envs.reward import RewardWeights, reward_parts
+from curling_env.errors import InputError
+from curling_env.ice import Ice, load_ice
+from curling_env.physics.engine import Engine, Outcome, Status, StoneState
+from curling_env.sheet import (
+    HOG_TO_TEE,
+    HOUSE_RADIUS,
+    TEE_Y,
+    Direction,
+    to_delivery,
+    to_sheet,
+)
+from curling_env.throw import Throw
+
+if TYPE_CHECKING:
+    from curling_env.render import Scene, SheetPicture
+    from curling_env.render.window import Window
+
+Floats = NDArray[np.float64]
+Aim = Literal["random"] | Sequence[float] | ArrayLike
+Stones = int | Sequence[Sequence[float]] | ArrayLike
+End = Direction | Literal["away", "home", "random"]
+
+FIRST_OWN = 100
+"""Identifiers of the agent's stones start here; stones that lay there before count from 0."""
+LIKELY = ((-1.6, 1.6), (-4.0, 1.6))
+"""Where random stones lie, delivery frame: x and y ranges, the house and the guards [m]."""
+APART = 0.02
+"""Least gap between random stones [m]."""
+HASTE = 8.0
+"""Times as fast as it happens that a throw is shown in a window: a draw takes 25 s."""
+AT_THE_END = 1e6
+"""A time by which everything rests [s]."""
+RESULT = {
+    Status.REST: "at rest",
+    Status.OUT_SIDE: "out, side line",
+    Status.OUT_BACK: "out, back line",
+    Status.HOGGED: "hogged",
+}
+"""Statuses in the words of a picture."""
+RENDER_MODES = ("rgb_array", "human")
+
+
+class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
+    """Throw stones at a target.
+
+    Parameters
+    ----------
+    ice : the ice thrown on: an `Ice`, a file or a preset
+    known_ice : the ice the agent is told of; the ice thrown on by default. With an estimated ice
+        here and the true one in `ice`, an agent is tested on what it could not know
+    throws : throws in an episode; stones in play stay where they rest
+    target : (x, y) in the delivery frame [m], (0, 0) the button; or "random", anywhere in the house
+    stones : on the sheet before the first throw: positions (k, 2) in the delivery frame [m], or
+        how many to lay at random
+    direction : the end played to: "away", "home" or "random"
+    throw_range : throws that actions choose from; chosen for the ice by default
+    weights : of the parts of the reward
+    fps : samples a second of the trajectory in `info`
+    render_mode : "rgb_array", "human" (a window; needs the extra `viewer`) or None
+
+    Raises
+    ------
+    InputError : any of these that makes no sense
+
+    Notes
+    -----
+    ``reset(options=…)`` takes `target`, `stones` and `direction` for one episode.
+
+    ``step`` leaves in `info`: `throw`, `status`, `distance_m`, `in_house`, `reward_parts`,
+    `trajectory` (of the delivered stone), `outcome` (of every stone), `target` (sheet frame),
+    `direction`. A number of each part of the observation is named in `observation.names`.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 30}  # noqa: RUF012
+
+    def __init__(
+        self,
+        ice: Ice | str | Path = "standard",
+        *,
+        known_ice: Ice | str | Path | None = None,
+        throws: int = 1,
+        target: Aim = (0.0, 0.0),
+        stones: Stones = (),
+        direction: End = "away",
+        throw_range: ThrowRange | None = None,
+        weights: RewardWeights | None = None,
+        fps: float = 10.0,
+        render_mode: str | None = None,
+    ) -> None:
+        if render_mode not in (None, *RENDER_MODES):
+            raise InputError(
+                f"render_mode must be {', '.join(RENDER_MODES)} or None, got {render_mode!r}"
+            )
+        if throws < 1:
+            raise InputError(f"an episode needs at least one throw, got {throws}")
+        if not 0 < fps <= 1000:
+            raise InputError(f"fps must lie above 0 and at most 1000, got {fps}")
+        self.ice = load_ice(ice)
+        self.render_mode = render_mode
+        self._engine = Engine(self.ice)
+        self._throws, self._fps = throws, fps
+        self._defaults: dict[str, Any] = {
+            "target": target,
+            "stones": stones,
+            "direction": direction,
+        }
+        resting = stones if isinstance(stones, int) else len(np.reshape(stones, (-1, 2)))
+        self.observation = Observation(slots=resting + throws, width=self.ice.sheet.width)
+        self.throw_range = throw_range or throws_on(self.ice, Direction.AWAY, hits=resting > 0)
+        self.weights = weights or RewardWeights()
+        known = self.ice if known_ice is None else load_ice(known_ice)
+        self._known = {end: knowledge(known, end) for end in Direction}
+        self.observation_space = spaces.Box(
+            -1.0, 1.0, (len(self.observation.names),), dtype=np.float32
+        )
+        self.action_space = spaces.Box(-1.0, 1.0, (3,), dtype=np.float32)
+        self._direction = Direction.AWAY
+        self._target = np.zeros(2)
+        self._stones: tuple[StoneState, ...] = ()
+        self._clock, self._played = 0.0, 0
+        self._before: tuple[StoneState, ...] = ()
+        self._last: Outcome | None = None
+        self._thrown: Throw | None = None
+        self._distance_m = float("nan")
+        self._pictures: dict[Direction, SheetPicture] = {}
+        self._viewer: Window | None = None
+
+    def throw_of(self, action: ArrayLike) -> Throw:
+        """The throw an action means."""
+        return self.throw_range.throw_of(action)
+
+    def action_of(self, throw: Throw) -> NDArray[np.float32]:
+        """The action that means a throw; clipped where the throw is out of range."""
+        return self.throw_range.action_of(throw)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Clear the sheet, lay the stones and choose the target."""
+        super().reset(seed=seed)
+        chosen = {**self._defaults, **(options or {})}
+        unknown = sorted(chosen.keys() - self._defaults.keys())
+        if unknown:
+            raise InputError(
+                f"unknown option {unknown[0]!r}; options are {', '.join(self._defaults)}"
+            )
+        self._direction = _end(chosen["direction"], self.np_random)
+        self._target = self._aim(chosen["target"])
+        self._stones = self._lay(chosen["stones"])
+        self._clock, self._played, self._last = 0.0, 0, None
+        if self.render_mode == "human":
+            self._show()
+        return self._observe(), self._place()
+
+    def step(
+        self, action: NDArray[np.float32]
+    ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """Throw one stone."""
+        throw = self.throw_of(action)
+        release = throw.release(
+            self._direction,
+            stone=FIRST_OWN + self._played,
+            clock=self._clock,
+            order=self._played,
+        )
+        outcome = self._engine.play(release, self._stones, fps=self._fps, throw=self._played)
+        self._played += 1
+        self._clock += outcome.time
+        self._before, self._stones = self._stones, outcome.in_play
+        self._last, self._thrown = outcome, throw
+        stone = outcome.delivered
+        x, y = self._direction * stone.x, self._direction * stone.y - TEE_Y
+        distance_m = float(np.hypot(x - self._target[0], y - self._target[1]))
+        self._distance_m = distance_m
+        in_play = outcome.delivered_status.in_play
+        in_house = float(np.hypot(x, y)) <= HOUSE_RADIUS + self.ice.stone.radius
+        parts = reward_parts(distance_m, in_play=in_play, in_house=in_house)
+        info = {
+            **self._place(),
+            "throw": throw,
+            "status": outcome.delivered_status.value,
+            "distance_m": distance_m,
+            "in_house": in_play and in_house,
+            "reward_parts": parts.as_dict(),
+            "trajectory": outcome.trajectories[-1],
+            "outcome": outcome,
+        }
+        if self.render_mode == "human":
+            self._show()
+        over = self._played >= self._throws
+        return self._observe(), self.weights.total(parts), over, False, info
+
+    def render(self) -> NDArray[np.uint8] | None:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """The sheet from above as an RGB picture, with the last throw's path on it."""
+        if self.render_mode is None:
+            gymnasium.logger.warn(
+                "render() needs a render_mode: gym.make('CurlingSheet-v0', render_mode='rgb_array')"
+            )
+            return None
+        if self.render_mode == "human":
+            return None
+        from curling_env.render import scene_at
+
+        picture, scene = self._sheet_picture(), self._scene()
+        if self._last is not None:
+            scene = scene_at(scene, self._before, self._last, AT_THE_END, _colour)
+        return picture.draw(scene)
+
+    def frames(self, speed: float = 1.0) -> Iterator[NDArray[np.uint8]]:
+        """The last throw as a film: pictures at `metadata["render_fps"]`.
+
+        Parameters
+        ----------
+        speed : times as fast as it happened
+        """
+        from curling_env.render import play_back
+
+        picture, scene = self._sheet_picture(), self._scene()
+        if self._last is None:
+            yield picture.draw(scene)
+            return
+        fps = float(self.metadata["render_fps"])
+        yield from play_back(
+            picture, scene, self._before, self._last, _colour, fps=fps, speed=speed
+        )
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._viewer is not None:
+            self._viewer.close()
+            self._viewer = None
+
+    # --- the parts -----------------------------------------------------------------------------
+
+    def _aim(self, target: Any) -> Floats:
+        if isinstance(target, str):
+            if target != "random":
+                raise InputError(f"target must be (x, y) in metres or 'random', got {target!r}")
+            radius = HOUSE_RADIUS * float(np.sqrt(self.np_random.random()))
+            angle = 2 * np.pi * float(self.np_random.random())
+            return radius * np.array([np.cos(angle), np.sin(angle)])
+        try:
+            aim = np.asarray(target, dtype=np.float64)
+        except (TypeError, ValueError):
+            aim = np.empty(0)
+        half = self.ice.sheet.width / 2
+        if aim.shape != (2,) or not (abs(aim[0]) <= half and abs(aim[1]) <= HOG_TO_TEE):
+            raise InputError(
+                f"target must be (x, y) in metres from the tee, within {half:g} m of the centre "
+                f"line and {HOG_TO_TEE:g} m of the tee, got {target!r}"
+            )
+        return aim
+
+    def _lay(self, stones: Any) -> tuple[StoneState, ...]:
+        resting = self.observation.slots - self._throws
+        if isinstance(stones, int):
+            places = self._scatter(stones)
+        else:
+            places = np.asarray(stones, dtype=np.float64).reshape(-1, 2)
+        if len(places) > resting:
+            raise InputError(
+                f"this environment has places for {resting} stones, got {len(places)}; "
+                "make it with that many"
+            )
+        return tuple(
+            StoneState(x=x, y=y, stone=k)
+            for k, (x, y) in enumerate(to_sheet(places, self._direction).tolist())
+        )
+
+    def _scatter(self, count: int) -> Floats:
+        """Places for stones at random, none touching another; (count, 2) delivery frame [m]."""
+        (left, right), (near, far) = LIKELY
+        least = 2 * self.ice.stone.radius + APART
+        places = np.empty((0, 2))
+        for _ in range(200 * max(count, 1)):
+            if len(places) == count:
+                return places
+            place = self.np_random.uniform((left, near), (right, far))
+            if (np.hypot(*(places - place).T) >= least).all():
+                places = np.vstack([places, place])
+        raise InputError(f"there is no room for {count} stones in the house and before it")
+
+    def _observe(self) -> NDArray[np.float32]:
+        places = np.array([(stone.x, stone.y) for stone in self._stones]).reshape(-1, 2)
+        return self.observation.vector(
+            target=self._target,
+            throws_left=1 - self._played / self._throws,
+            known=self._known[self._direction],
+            stones=to_delivery(places, self._direction),
+            own=[stone.stone >= FIRST_OWN for stone in self._stones],
+        )
+
+    def _place(self) -> dict[str, Any]:
+        return {
+            "target": to_sheet(self._target, self._direction),
+            "direction": self._direction,
+        }
+
+    def _show(self) -> None:
+        """In the window: the last throw as it happened, or the sheet as it lies."""
+        from curling_env.render.window import Window
+
+        picture = self._sheet_picture()
+        if self._viewer is None:
+            self._viewer = Window(picture.size, "CurlingSheet-v0", self.metadata["render_fps"])
+        if self._last is None:
+            self._viewer.show(picture.draw(self._scene()))
+            return
+        for frame in self.frames(speed=HASTE):
+            self._viewer.show(frame)
+
+    def _sheet_picture(self) -> SheetPicture:
+        from curling_env.render import SheetPicture
+
+        if self._direction not in self._pictures:
+            self._pictures[self._direction] = SheetPicture(self.ice, self._direction)
+        return self._pictures[self._direction]
+
+    def _scene(self) -> Scene:
+        """What there is to say of the last throw."""
+        from curling_env.render import Scene, drawn
+
+        end = self._direction.name.lower()
+        number = f"throw {max(self._played, 1)} of {self._throws}" if self._throws > 1 else "throw"
+        facts: list[tuple[str, str]] = []
+        if self._last is not None and self._thrown is not None:
+            facts = [
+                ("Speed", f"{self._thrown.speed:.2f} m/s"),
+                ("Line", _signed(np.degrees(self._thrown.angle), "°")),
+                ("Spin", _signed(self._thrown.spin, " rad/s")),
+                ("Time", f"{self._last.time:.1f} s"),
+                ("From target", f"{self._distance_m:.2f} m"),
+                ("Result", RESULT[self._last.delivered_status]),
+            ]
+        return Scene(
+            stones=drawn(self._stones, _colour),
+            target=to_sheet(self._target, self._direction),
+            title=f"CurlingSheet, {number} to the {end} end",
+            facts=facts,
+        )
+
+
+def _signed(value: float, unit: str) -> str:
+    return f"{value:+.2f}{unit}".replace("-", "−")
+
+
+def _colour(stone: int) -> tuple[int, int, int]:
+    """Handles: the agent's stones are red, the others yellow."""
+    from curling_env.render import RED, YELLOW
+
+    return RED if stone >= FIRST_OWN else YELLOW
+
+
+def _end(direction: Any, rng: np.random.Generator) -> Direction:
+    if isinstance(direction, Direction):
+        return direction
+    if direction == "random":
+        return Direction.AWAY if rng.random() < 0.5 else Direction.HOME
+    names = {end.name.lower(): end for end in Direction}
+    if direction not in names:
+        raise InputError(f"direction must be 'away', 'home' or 'random', got {direction!r}")
+    return names[direction]

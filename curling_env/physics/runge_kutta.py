@@ -1,0 +1,151 @@
+"""Classical Runge–Kutta steps under the law, and the path between their ends.
+
+The engine's own way of integrating, independent of `stride`: fourth order, steps that end wherever
+the law is not smooth (lines of the map, edges of patches, the beginning and end of a sweep), and a
+quintic through both ends' states and accelerations between them.
+"""
+
+from __future__ import annotations
+
+from math import fabs, sqrt
+from typing import Any
+
+import numpy as np
+
+from curling_env.physics.compiled import compiled, inlined
+from curling_env.physics.effects.motion import CLOCK, HEADING, T
+from curling_env.physics.law import Law, accelerate
+
+LONGEST_STEP = 0.5
+"""Longest step [s]."""
+SPEED_SHARE = 0.2
+"""Part of its speed that a stone may lose in one step."""
+NEAR_BREAK = 2e-3
+"""A break closer than this is stepped over [m]: the error is of order 1e-8 m."""
+
+
+@inlined
+def _next_break(breaks: Any, position: float, velocity: float) -> float:
+    """Distance ahead to the next break of an effect, infinite if there is none [m]."""
+    nearest = np.inf
+    for k in range(breaks.shape[0]):
+        ahead = breaks[k] - position if velocity > 0.0 else position - breaks[k]
+        if NEAR_BREAK < ahead < nearest:
+            nearest = ahead
+    return nearest
+
+
+@inlined
+def _next_line(origin: float, cell: float, position: float, velocity: float) -> float:
+    """Distance ahead to the next line of the map [m]."""
+    place = (position - origin) / cell
+    share = place - np.floor(place)
+    ahead = (1.0 - share if velocity > 0.0 else share) * cell
+    return ahead if ahead > NEAR_BREAK else ahead + cell
+
+
+@inlined
+def _time_to(distance: float, velocity: float, acceleration: float) -> float:
+    """Time to cover a distance along one axis at uniform acceleration, or infinity [s]."""
+    speed = fabs(velocity)
+    gain = acceleration if velocity > 0.0 else -acceleration
+    root = speed * speed + 2.0 * gain * distance
+    if distance == np.inf or root <= 0.0:
+        return np.inf
+    return 2.0 * distance / (speed + sqrt(root))
+
+
+@inlined
+def step_length(law: Law, s: Any, a: Any, t: float, sweep_start: float, sweep_end: float) -> float:
+    """How far to step from state s with acceleration a [s]."""
+    speed = max(sqrt(s[2] * s[2] + s[3] * s[3]), fabs(s[5]) * law.band_radius)
+    rate = max(sqrt(a[0] * a[0] + a[1] * a[1]), fabs(a[2]) * law.band_radius)
+    h = min(LONGEST_STEP, SPEED_SHARE * speed / max(rate, 1e-9))
+    h = min(h, _time_to(_next_break(law.x_breaks, s[0], s[2]), s[2], a[0]))
+    h = min(h, _time_to(_next_break(law.y_breaks, s[1], s[3]), s[3], a[1]))
+    if law.patterned:
+        h = min(h, _time_to(_next_line(law.origin_x, law.cell, s[0], s[2]), s[2], a[0]))
+        h = min(h, _time_to(_next_line(law.origin_y, law.cell, s[1], s[3]), s[3], a[1]))
+    if t < sweep_start - 1e-9:
+        h = min(h, sweep_start - t)
+    elif t < sweep_end - 1e-9:
+        h = min(h, sweep_end - t)
+    return h
+
+
+@compiled
+def derivative(
+    law: Law, motion: Any, push: Any, parts: Any, base_clock: float, t: float, s: Any, a: Any
+) -> None:
+    """Acceleration a (3,) of state s (x, y, vx, vy, theta, omega) at time t."""
+    motion[T] = t
+    motion[CLOCK] = base_clock + t
+    motion[HEADING] = s[4]
+    a[0], a[1], a[2] = accelerate(law, motion, push, parts, s[0], s[1], s[2], s[3], s[5])
+
+
+@inlined
+def _offset(s: Any, velocity: Any, a: Any, h: float, out: Any) -> None:
+    """Out = s advanced by h along a stage's velocities and accelerations."""
+    out[0] = s[0] + h * velocity[2]
+    out[1] = s[1] + h * velocity[3]
+    out[4] = s[4] + h * velocity[5]
+    out[2] = s[2] + h * a[0]
+    out[3] = s[3] + h * a[1]
+    out[5] = s[5] + h * a[2]
+
+
+@compiled
+def runge_kutta(
+    law: Law,
+    motion: Any,
+    push: Any,
+    parts: Any,
+    clock: float,
+    t: float,
+    s: Any,
+    a: Any,
+    h: float,
+    stages: Any,
+) -> None:
+    """One step: s becomes the state at t + h; a must be its acceleration at t.
+
+    `stages` is (6, 6): three stages' states in rows 0–2 and accelerations in rows 3–5.
+    """
+    s2, s3, s4 = stages[0], stages[1], stages[2]
+    a2, a3, a4 = stages[3], stages[4], stages[5]
+    _offset(s, s, a, 0.5 * h, s2)
+    derivative(law, motion, push, parts, clock, t + 0.5 * h, s2, a2)
+    _offset(s, s2, a2, 0.5 * h, s3)
+    derivative(law, motion, push, parts, clock, t + 0.5 * h, s3, a3)
+    _offset(s, s3, a3, h, s4)
+    derivative(law, motion, push, parts, clock, t + h, s4, a4)
+    sixth = h / 6.0
+    s[0] += sixth * (s[2] + 2.0 * s2[2] + 2.0 * s3[2] + s4[2])
+    s[1] += sixth * (s[3] + 2.0 * s2[3] + 2.0 * s3[3] + s4[3])
+    s[4] += sixth * (s[5] + 2.0 * s2[5] + 2.0 * s3[5] + s4[5])
+    s[2] += sixth * (a[0] + 2.0 * a2[0] + 2.0 * a3[0] + a4[0])
+    s[3] += sixth * (a[1] + 2.0 * a2[1] + 2.0 * a3[1] + a4[1])
+    s[5] += sixth * (a[2] + 2.0 * a2[2] + 2.0 * a3[2] + a4[2])
+
+
+@inlined
+def _quintic(p0: float, v0: float, a0: float, p1: float, v1: float, a1: float, h: float, u: float):
+    """Position and velocity at the fraction u of a step, from both ends' values."""
+    d = p1 - p0 - h * (v0 + 0.5 * h * a0)
+    e = h * (v1 - v0 - h * a0)
+    f = h * h * (a1 - a0)
+    c3 = 10.0 * d - 4.0 * e + 0.5 * f
+    c4 = -15.0 * d + 7.0 * e - f
+    c5 = 6.0 * d - 3.0 * e + 0.5 * f
+    position = p0 + u * (h * v0 + u * (0.5 * h * h * a0 + u * (c3 + u * (c4 + u * c5))))
+    velocity = v0 + u * (h * a0 + u * (3.0 * c3 + u * (4.0 * c4 + u * 5.0 * c5)) / h)
+    return position, velocity
+
+
+@inlined
+def between(s0: Any, a0: Any, s1: Any, a1: Any, h: float, u: float, out: Any) -> None:
+    """State at the fraction u of a step of length h from s0 to s1."""
+    out[0], out[2] = _quintic(s0[0], s0[2], a0[0], s1[0], s1[2], a1[0], h, u)
+    out[1], out[3] = _quintic(s0[1], s0[3], a0[1], s1[1], s1[3], a1[1], h, u)
+    out[4], out[5] = _quintic(s0[4], s0[5], a0[2], s1[4], s1[5], a1[2], h, u)

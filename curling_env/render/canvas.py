@@ -1,0 +1,113 @@
+"""Drawing in metres: a rectangle of a picture through which part of the sheet is seen.
+
+The sheet lies on its side, play runs to the right: a point (x, y) of the delivery frame is drawn y
+metres along and x metres down.
+"""
+
+# OpenCV's stubs leave images untyped; drawing talks to it here and in text.py only.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+# pyright: reportUnknownArgumentType=false
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Colour = tuple[int, int, int]
+Image = NDArray[np.uint8]
+
+_BITS = 5
+"""Binary places of a pixel in which OpenCV is given coordinates."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Canvas:
+    """A part of a picture that shows a part of the sheet.
+
+    Parameters
+    ----------
+    image : (height, width, 3) RGB, a view into the whole picture; drawn on in place
+    left_y : delivery-frame y at its left edge [m]
+    top_x : delivery-frame x at its upper edge [m]
+    scale : pixels a metre
+    """
+
+    image: Image
+    left_y: float
+    top_x: float
+    scale: float
+
+    def on(self, picture: Image) -> Canvas:
+        """The same view of another picture of the same size, given this view's image from it."""
+        return Canvas(image=picture, left_y=self.left_y, top_x=self.top_x, scale=self.scale)
+
+    def pixels(self, xy: ArrayLike) -> NDArray[np.float64]:
+        """Pixel coordinates (..., 2) of points in the delivery frame [m]."""
+        points = np.asarray(xy, dtype=np.float64)
+        along = (points[..., 1] - self.left_y) * self.scale
+        down = (points[..., 0] - self.top_x) * self.scale
+        return np.stack([along, down], axis=-1) - 0.5
+
+    def points(self) -> NDArray[np.float64]:
+        """The point of the delivery frame under every pixel, (height, width, 2) [m]."""
+        height, width = self.image.shape[:2]
+        y = self.left_y + (np.arange(width) + 0.5) / self.scale
+        x = self.top_x + (np.arange(height) + 0.5) / self.scale
+        return np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
+
+    def _fixed(self, xy: ArrayLike) -> NDArray[np.int32]:
+        return np.round(self.pixels(xy) * (1 << _BITS)).astype(np.int32)
+
+    def disc(self, centre: ArrayLike, radius: float, colour: Colour) -> None:
+        """A filled circle; radius in metres."""
+        self._circle(centre, radius * self.scale, colour, cv2.FILLED)
+
+    def ring(self, centre: ArrayLike, radius: float, colour: Colour, width_px: int = 1) -> None:
+        """The outline of a circle; radius in metres."""
+        self._circle(centre, radius * self.scale, colour, width_px)
+
+    def dot(self, centre: ArrayLike, radius_px: float, colour: Colour) -> None:
+        """A filled circle whose size does not follow the scale."""
+        self._circle(centre, radius_px, colour, cv2.FILLED)
+
+    def _circle(self, centre: ArrayLike, radius_px: float, colour: Colour, width: int) -> None:
+        u, v = (int(k) for k in self._fixed(centre))
+        size = round(radius_px * (1 << _BITS))
+        cv2.circle(self.image, (u, v), size, colour, width, cv2.LINE_AA, _BITS)
+
+    def polygon(self, corners: ArrayLike, colour: Colour) -> None:
+        """A filled polygon through corners (n, 2)."""
+        cv2.fillPoly(self.image, [self._fixed(corners)], colour, cv2.LINE_AA, _BITS)
+
+    def line(self, path: ArrayLike, colour: Colour, width_px: int = 1) -> None:
+        """A line through points (n, 2)."""
+        cv2.polylines(self.image, [self._fixed(path)], False, colour, width_px, cv2.LINE_AA, _BITS)
+
+    def band(self, low: ArrayLike, high: ArrayLike, colour: Colour) -> None:
+        """A rectangle between two corners, at least one pixel thick."""
+        u0, v0 = np.floor(self.pixels(low) + 0.5).astype(int)
+        u1, v1 = np.ceil(self.pixels(high) + 0.5).astype(int)
+        height, width = self.image.shape[:2]
+        u0, u1 = max(u0, 0), min(max(u1, u0 + 1), width)
+        v0, v1 = max(v0, 0), min(max(v1, v0 + 1), height)
+        self.image[v0:v1, u0:u1] = colour
+
+
+def tint(image: Image, colours: NDArray[np.float64]) -> None:
+    """Multiply an image by colours (height, width, 3) in 0–1, as dye in the ice would."""
+    image[:] = np.round(image * colours).astype(np.uint8)
+
+
+def blank(width: int, height: int, colour: Colour) -> Image:
+    """A picture of one colour."""
+    return np.full((height, width, 3), colour, dtype=np.uint8)
+
+
+def shade(image: Image, mask: Any, colour: Colour) -> None:
+    """Lay a colour over an image with opacity mask (height, width) in 0–1."""
+    weight = mask[..., None]
+    image[:] = np.round(image * (1 - weight) + weight * np.array(colour)).astype(np.uint8)

@@ -1,0 +1,80 @@
+"""A throw shown as it happens."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from curling_env.physics.engine import Outcome, StoneState
+from curling_env.render.canvas import Colour, Image
+from curling_env.render.picture import DrawnStone, Scene, SheetPicture
+
+LINGER = 0.5
+"""Seconds for which a stone that left play is still seen [s]."""
+REST = 0.6
+"""Seconds of playing time for which the end of a throw is held [s]."""
+
+
+def drawn(stones: Sequence[StoneState], colour_of: Callable[[int], Colour]) -> list[DrawnStone]:
+    """Resting stones as they are drawn; `colour_of` gives the handle of a stone's identifier."""
+    return [DrawnStone(x=s.x, y=s.y, theta=s.theta, colour=colour_of(s.stone)) for s in stones]
+
+
+def scene_at(
+    scene: Scene,
+    before: Sequence[StoneState],
+    outcome: Outcome,
+    t: float,
+    colour_of: Callable[[int], Colour],
+) -> Scene:
+    """A scene with the stones of a throw where they are at one moment, and their paths so far.
+
+    Parameters
+    ----------
+    scene : title, facts and target
+    before : the stones that lay on the sheet
+    outcome : of the throw, with trajectories
+    t : seconds since release
+    """
+    stones: list[DrawnStone] = []
+    paths: list[tuple[np.ndarray, Colour]] = []
+    moved = dict(zip(outcome.moved, outcome.trajectories, strict=True))
+    for k, final in enumerate(outcome.stones):
+        colour = colour_of(final.stone)
+        if k not in moved:
+            stones += drawn([before[k]], colour_of)
+            continue
+        path = moved[k]
+        gone = not outcome.status[k].in_play
+        x, y, theta = (float(np.interp(t, path.t, column)) for column in (*path.xy.T, path.theta))
+        if not (gone and t > outcome.ends[k] + LINGER):
+            stones.append(DrawnStone(x=x, y=y, theta=theta, colour=colour))
+        if t > path.t[0]:
+            paths.append((np.vstack([path.xy[path.t < t], [x, y]]), colour))
+    return replace(scene, stones=stones, paths=paths)
+
+
+def play_back(
+    picture: SheetPicture,
+    scene: Scene,
+    before: Sequence[StoneState],
+    outcome: Outcome,
+    colour_of: Callable[[int], Colour],
+    *,
+    fps: float = 30.0,
+    speed: float = 1.0,
+) -> Iterator[Image]:
+    """The frames of a throw, from release until everything rests.
+
+    Parameters
+    ----------
+    picture : of the ice, seen along the throw
+    fps : frames a second of playing time
+    speed : times as fast as it happened
+    """
+    frames = int(np.ceil((outcome.time / speed + REST) * fps))
+    for k in range(frames + 1):
+        t = min(k * speed / fps, outcome.time + LINGER + 1e-6)
+        yield picture.draw(scene_at(scene, before, outcome, t, colour_of))
