@@ -1,0 +1,61 @@
+"""The named ices against the numbers they are named for."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from curling_env.physics.slide import Slide, slide
+from curling_env.presets import fcv1, paper, standard
+from curling_env.sheet import HOG_LINE_Y, TEE_Y
+from curling_env.throw import Throw
+
+FAR = np.array([-5.0, 5.0, -30.0, 30.0])
+
+
+def straight(ice, speed: float, spin: float = 1.0) -> Slide:
+    return slide(ice, Throw(speed=speed, angle=0, spin=spin).release(), bounds=FAR, fps=100)
+
+
+def hog_to_hog(path: Slide) -> float:
+    """Time at which the centre reaches the far hog line [s]."""
+    assert path.trajectory is not None
+    y, t = path.trajectory.xy[:, 1], path.trajectory.t
+    return float(np.interp(HOG_LINE_Y, y, t))
+
+
+@pytest.mark.parametrize(
+    ("speed", "stop", "time", "between_hogs", "curl", "turns"),
+    [
+        (1.945, 24.2, 22.26, 16.47, 1.217, 2.71),
+        (2.091, 28.346, 24.32, 13.80, 1.470, 2.95),
+        (2.152, 30.175, 25.18, 13.05, 1.583, 3.05),
+        (2.211, 32.004, 26.03, 12.43, 1.698, 3.14),
+    ],
+)
+def test_fcv1_gives_the_competition_simulators_table(
+    speed: float, stop: float, time: float, between_hogs: float, curl: float, turns: float
+) -> None:
+    path = straight(fcv1(), speed)
+    # The table's speeds are rounded to 1 mm/s, which moves a stone's rest by up to 15 mm.
+    slack = 0.5e-3 * 2 * stop / speed + 0.01
+    assert path.y + HOG_LINE_Y == pytest.approx(stop, abs=slack + (0.05 if stop == 24.2 else 0))
+    assert path.time == pytest.approx(time, abs=0.03)
+    assert hog_to_hog(path) == pytest.approx(between_hogs, abs=0.02)
+    assert -path.x == pytest.approx(curl, abs=0.01)
+    assert path.theta / (2 * np.pi) == pytest.approx(turns, abs=0.01)
+
+
+def test_a_draw_on_standard_ice_is_a_championship_draw() -> None:
+    path = straight(standard(), 2.097)
+    assert path.y == pytest.approx(TEE_Y, abs=0.15)
+    assert 24.0 <= path.time <= 25.0
+    assert 13.0 <= hog_to_hog(path) <= 14.5
+    assert 1.1 <= -path.x <= 1.5
+    assert 2.0 <= path.theta / (2 * np.pi) <= 4.0
+
+
+def test_paper_ice_stops_a_stone_where_coulomb_says() -> None:
+    path = straight(paper(), 0.9, spin=0.0)
+    assert path.y + HOG_LINE_Y == pytest.approx(0.9**2 / (2 * 0.0019 * 9.80665), abs=1e-5)
+    assert path.time == pytest.approx(0.9 / (0.0019 * 9.80665), abs=1e-5)
