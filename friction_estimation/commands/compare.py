@@ -1,0 +1,53 @@
+"""`curling compare`: measured throws thrown again on an ice."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from curling_env.cli import IceOption, print_json, say
+
+
+def compare(
+    tracks: Annotated[Path, typer.Argument(metavar="TRACKS.csv", help="Measured throws.")],
+    ice: IceOption,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="DIR", help="Also write tables and a picture here."),
+    ] = None,
+    window: Annotated[
+        float, typer.Option(help="Seconds of each throw from which its release is taken.", min=0.3)
+    ] = 2.5,
+) -> None:
+    """Throw every measured throw again on an ice: predicted and measured path and rest.
+
+    The release of each throw is taken from its first seconds. Where it goes from there is
+    predicted with the ice and held against what was measured: how far the paths lie apart at
+    equal times (path_rms_m), and how far the places of rest (rest_error_m). too_long_m and
+    too_far_left_m say in which direction the prediction is off, as the thrower sees it.
+
+    With -o, DIR receives throws.csv (a row per throw), paths.csv (both paths, frame by frame)
+    and comparison.png.
+
+    \b
+    Example:
+        curling compare tracks.csv --ice ice.json -o runs/compare
+    """
+    from curling_env.ice import load_ice
+    from curling_env.storage import make_directory
+    from curling_env.trajectory import read_tracks
+    from friction_estimation.compare import compare_tracks, write_comparison
+
+    comparison = compare_tracks(read_tracks(tracks), load_ice(ice), window=window)
+    if output is not None:
+        from friction_estimation.report import save_comparison
+
+        folder = make_directory(output)
+        write_comparison(comparison, folder)
+        save_comparison(comparison, load_ice(ice), folder / "comparison.png")
+        say(f"{folder}: throws.csv, paths.csv, comparison.png")
+    for reason in comparison.skipped:
+        say(f"left out: {reason}")
+    print_json(comparison.summary())

@@ -1,0 +1,99 @@
+"""The paper's own way: differentiate the tracks, then average per cell.
+
+Distance over time gives speed, speed over time acceleration, and every acceleration a μ = −a/g,
+which is averaged over all values that fall into a cell. Frame differences of a real track are
+hopeless (5 mm at 30 frames a second is ±11 m/s² of acceleration against 0.02–0.09 of friction), so
+each derivative is that of a quadratic fitted to a window. Kept as the honest baseline: a joint fit
+(trajectory_fit.py) is 2 to 18 times better.
+
+Source
+------
+The paper, sections 3 and 4.2; "the measurement is the average value of all values obtained".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.ice import FrictionMap, Ice
+from curling_env.physics.effects.motion import GRAVITY
+from friction_estimation.kinematics import FreeSlide, smooth_motion
+
+Floats = NDArray[np.float64]
+
+WINDOW = 1.0
+"""Width of the windows in which a track is differentiated [s]."""
+LEAST_MU = 1e-4
+"""A cell's average is kept at least this: noise can make single cells negative."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PaperFit:
+    """What differentiating and averaging found.
+
+    Parameters
+    ----------
+    ice : the map of averages, or uniform
+    mu, sigma : average of all values and its standard error
+    """
+
+    ice: Ice
+    mu: float
+    sigma: float
+
+
+def average_cells(
+    slides: Sequence[FreeSlide], start: Ice, *, uniform: bool = False, window: float = WINDOW
+) -> PaperFit:
+    """Friction per cell as the average of all values obtained in it.
+
+    Parameters
+    ----------
+    slides : free slides of all throws
+    start : sheet and stone; its effects are left out of the result, this method knows none
+    uniform : whether one μ is wanted instead of a map
+    window : of the differentiation [s]
+    """
+    sheet = start.sheet
+    rows, columns = sheet.shape
+    values: list[Floats] = []
+    cells: list[NDArray[np.intp]] = []
+    means, variances, spacing = [], [], []
+    for slide in slides:
+        motion = smooth_motion(slide.t, slide.xy, window=window, noise=slide.noise)
+        mu = -motion.acceleration / GRAVITY
+        row, column = sheet.cell_of(slide.xy)
+        values.append(mu)
+        cells.append(row * columns + column)
+        means.append(float(mu.mean()))
+        # The average of a derivative is the difference of the speeds at both ends.
+        ends = np.hypot(motion.speed_sigma[0], motion.speed_sigma[-1])
+        variances.append(float(ends / (GRAVITY * slide.duration)) ** 2)
+        spacing.append(float(np.median(np.diff(slide.t))))
+    pooled, place = np.concatenate(values), np.concatenate(cells)
+    mean = float(pooled.mean())
+    between = float(np.var(means, ddof=1)) if len(means) > 1 else 0.0
+    sigma = float(np.sqrt(max(between, float(np.mean(variances))) / len(means)))
+    if uniform:
+        friction = FrictionMap.uniform(max(mean, LEAST_MU), sheet, sigma=sigma)
+        return PaperFit(ice=Ice(sheet=sheet, friction=friction, stone=start.stone),
+                        mu=mean, sigma=sigma)  # fmt: skip
+    count = np.bincount(place, minlength=rows * columns)
+    total = np.bincount(place, weights=pooled, minlength=rows * columns)
+    observed = count > 0
+    average = np.where(observed, total / np.maximum(count, 1), mean)
+    spread = float(pooled.std())
+    # Neighbouring values share their window: only every window's worth is a new one.
+    independent = np.maximum(count * float(np.median(spacing)) / window, 0.25)
+    error = np.where(observed, spread / np.sqrt(independent), spread)
+    friction = FrictionMap(
+        mu=np.maximum(average, LEAST_MU).reshape(rows, columns),
+        sigma=error.reshape(rows, columns),
+        observed=observed.reshape(rows, columns),
+        interpolation=start.friction.interpolation,
+    )
+    return PaperFit(ice=replace(start, friction=friction, effects=()), mu=mean, sigma=sigma)

@@ -1,0 +1,250 @@
+"""What is believed of an ice before it is measured: friction varies smoothly over the sheet.
+
+ln μ is a constant of which nothing is known, plus a Matérn field whose spread and length the data
+choose by their evidence (marginal likelihood), plus, if throws scatter, an offset per throw whose
+spread is chosen the same way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve, eigh, solve_triangular
+from scipy.optimize import minimize
+
+from curling_env.sheet import Sheet
+
+Floats = NDArray[np.float64]
+
+LEVEL_SPREAD = 1.0
+"""Spread of the constant part of ln μ: a factor e either way, which is next to nothing known."""
+USUAL_SPREAD, USUAL_LENGTH = 0.04, 3.0
+"""Centres of the weak preferences: spatial variation of 2–5 % at 1–3 m (physics, section 4; low
+confidence, hence a factor e [spread] and 2 [length] either way)."""
+SPREAD_FREEDOM, LENGTH_FREEDOM = 1.0, 0.7
+USUAL_SCATTER = 0.003
+"""Scale of the half-Cauchy belief in the throw-to-throw spread of ln μ."""
+SMOOTHNESS = (1.5, 2.5, np.inf)
+"""Orders of Matérn fields that the evidence may choose from: of rough to of perfect slopes."""
+LEAST_INFORMATION, CLEAR_INFORMATION = 0.5, 10.0
+"""Directions of ln μ of which the data know less than this (1/variance) are left out: at a spread
+of 0.1 they would tell 0.5 % of what is unknown. The second number serves for a first look."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Belief:
+    """Hyperparameters of the prior.
+
+    Parameters
+    ----------
+    spread : standard deviation of ln μ over the sheet
+    length : over which it is alike [m]
+    scatter : standard deviation of ln μ from throw to throw
+    smoothness : of the field, a Matérn order of `SMOOTHNESS`
+    """
+
+    spread: float
+    length: float
+    scatter: float
+    smoothness: float = 2.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class Posterior:
+    """Estimate of ln μ relative to the reference.
+
+    Parameters
+    ----------
+    field : (cells,) mean, and `field_sigma` its standard error
+    offsets : (throws,) of each throw
+    level, level_sigma : mean of the field over the cells asked for, and its standard error
+    resolved : number of independent numbers that the data determine
+    belief : the prior that was used
+    """
+
+    field: Floats
+    field_sigma: Floats
+    offsets: Floats
+    level: float
+    level_sigma: float
+    resolved: float
+    belief: Belief
+
+
+def matern(distance: Floats, length: float, smoothness: float) -> Floats:
+    """Matérn correlation at distances [m], of order 3/2, 5/2 or infinity (Gaussian)."""
+    if smoothness == np.inf:
+        return np.exp(-0.5 * (distance / length) ** 2)
+    r = np.sqrt(2.0 * smoothness) * distance / length
+    return (1.0 + r + (r**2 / 3.0 if smoothness == 2.5 else 0.0)) * np.exp(-r)
+
+
+class Evidence:
+    """Linear knowledge of ln μ from all throws, release states already projected out.
+
+    Parameters
+    ----------
+    information : (m + throws, m + throws) Gram matrix of the sensitivities to the m cells that
+        were crossed, then to each throw's offset
+    pull : (m + throws,) sensitivities times residuals, with the present estimate added back
+    crossed : (m,) flat indices of the cells
+    sheet : whose cells they are
+    """
+
+    def __init__(
+        self, information: Floats, pull: Floats, crossed: NDArray[np.intp], sheet: Sheet
+    ) -> None:
+        self.m = len(crossed)
+        self.throws = len(pull) - self.m
+        self.sheet = sheet
+        columns = sheet.shape[1]
+        x = sheet.x_centres[np.arange(sheet.shape[0] * columns) % columns]
+        y = sheet.y_centres[np.arange(sheet.shape[0] * columns) // columns]
+        self.centres = np.column_stack([x, y])
+        own = self.centres[crossed]
+        self.between = np.hypot(*(own[:, None] - own[None]).transpose(2, 0, 1))
+        self.to_all = np.hypot(*(self.centres[:, None] - own[None]).transpose(2, 0, 1))
+        values, vectors = eigh(information)
+        known = values > LEAST_INFORMATION
+        root = np.sqrt(values[known])
+        self.clear = int((values[known] <= CLEAR_INFORMATION).sum())
+        self.data = (vectors[:, known].T @ pull) / root
+        self.rows = root[:, None] * vectors[:, known].T
+        self.level = self.rows[:, : self.m].sum(axis=1)
+        offsets = self.rows[:, self.m :]
+        self.offset_square = offsets @ offsets.T
+
+    def covariance(self, belief: Belief, first: int = 0) -> Floats:
+        """Of the compressed data from the first one on, (r, r); they are sorted by information."""
+        cells, level = self.rows[first:, : self.m], self.level[first:]
+        field = belief.spread**2 * matern(self.between, belief.length, belief.smoothness)
+        total = cells @ field @ cells.T
+        total += LEVEL_SPREAD**2 * np.outer(level, level)
+        total += belief.scatter**2 * self.offset_square[first:, first:]
+        total.flat[:: len(total) + 1] += 1.0
+        return total
+
+    def misfit(self, belief: Belief, first: int = 0) -> float:
+        """−2·ln of evidence times hyperprior."""
+        chol = np.linalg.cholesky(self.covariance(belief, first))
+        white = solve_triangular(chol, self.data[first:], lower=True)
+        return (
+            float(white @ white)
+            + 2 * float(np.log(np.diag(chol)).sum())
+            + (np.log(belief.spread / USUAL_SPREAD) / SPREAD_FREEDOM) ** 2
+            + (np.log(belief.length / USUAL_LENGTH) / LENGTH_FREEDOM) ** 2
+            + 2 * float(np.log1p((belief.scatter / USUAL_SCATTER) ** 2))
+        )
+
+    def best_belief(self, start: Belief, *, scatter: bool, coarse: bool = False) -> Belief:
+        """Hyperparameters of the greatest evidence, of the smoothness of the start."""
+
+        def belief(p: Floats) -> Belief:
+            return Belief(
+                spread=float(np.exp(np.clip(p[0], np.log(1e-3), np.log(0.5)))),
+                length=float(np.exp(np.clip(p[1], np.log(0.4), np.log(20.0)))),
+                scatter=float(np.exp(np.clip(p[2], np.log(1e-5), np.log(0.1)))) if scatter else 0.0,
+                smoothness=start.smoothness,
+            )
+
+        guess = np.log([start.spread, start.length, max(start.scatter, 1e-4)])
+        guess = guess if scatter else guess[:2]
+        tolerance = 0.1 if coarse else 0.03
+        found = minimize(
+            lambda p: self.misfit(belief(p), self.clear if coarse else 0),
+            guess,
+            method="Nelder-Mead",
+            options={
+                "initial_simplex": np.vstack([guess, guess + 0.4 * np.eye(len(guess))]),
+                "xatol": tolerance,
+                "fatol": tolerance,
+                "maxfev": 40 if coarse else 80,
+            },
+        )
+        return belief(found.x)
+
+    def first_belief(self, *, scatter: bool) -> Belief:
+        """Hyperparameters and smoothness of the greatest evidence, roughly."""
+        start = Belief(spread=USUAL_SPREAD, length=USUAL_LENGTH, scatter=USUAL_SCATTER)
+        middle = self.best_belief(start, scatter=scatter, coarse=True)
+        tried = [middle]
+        for smoothness, stretch in ((1.5, 1.4), (np.inf, 0.6)):
+            like = replace(middle, smoothness=smoothness, length=middle.length * stretch)
+            tried.append(self.best_belief(like, scatter=scatter, coarse=True))
+        return min(tried, key=lambda belief: self.misfit(belief, self.clear))
+
+    def posterior(self, belief: Belief, over: NDArray[np.bool_]) -> Posterior:
+        """Estimate and standard errors of ln μ in every cell of the sheet.
+
+        Parameters
+        ----------
+        belief : hyperparameters
+        over : (cells,) those over which the level is the mean
+        """
+        cells, offsets = self.rows[:, : self.m], self.rows[:, self.m :]
+        factor = cho_factor(self.covariance(belief), lower=True)
+        weights = cho_solve(factor, self.data)
+        field = belief.spread**2 * matern(self.to_all, belief.length, belief.smoothness)
+        cross = field @ cells.T + LEVEL_SPREAD**2 * self.level
+        shrink = (cross * cho_solve(factor, cross.T).T).sum(axis=1)
+        variance = belief.spread**2 + LEVEL_SPREAD**2 - shrink
+        places = self.centres[over]
+        apart = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))
+        alike = matern(apart, belief.length, belief.smoothness)
+        mean = cross[over].mean(axis=0)
+        level_variance = (
+            belief.spread**2 * float(alike.mean())
+            + LEVEL_SPREAD**2
+            - float(mean @ cho_solve(factor, mean))
+        )
+        inverse = cho_solve(factor, np.eye(len(self.data)))
+        return Posterior(
+            field=cross @ weights,
+            field_sigma=np.sqrt(np.maximum(variance, 0.0)),
+            offsets=belief.scatter**2 * (offsets.T @ weights),
+            level=float(mean @ weights),
+            level_sigma=float(np.sqrt(max(level_variance, 0.0))),
+            resolved=float(len(self.data) - np.trace(inverse)),
+            belief=belief,
+        )
+
+
+def uniform_posterior(
+    information: Floats, pull: Floats, *, scatter: bool
+) -> tuple[float, float, float]:
+    """One ln μ for all throws, the scatter between throws integrated out.
+
+    Parameters
+    ----------
+    information, pull : (throws,) of each throw for its own ln μ, release projected out
+    scatter : whether throws may differ; needs three of them to be seen at all
+
+    Returns
+    -------
+    ln μ, its standard error, and the expected scatter
+    """
+    own = pull / information
+    variance = 1.0 / information
+    if not scatter or len(own) < 3:
+        weight = 1.0 / variance
+        return float((weight @ own) / weight.sum()), float(weight.sum() ** -0.5), 0.0
+    grid = np.concatenate([[0.0], np.geomspace(1e-5, 0.2, 80)])
+    means, spreads, scores = (np.empty(len(grid)) for _ in range(3))
+    for k, spread in enumerate(grid):
+        weight = 1.0 / (variance + spread**2)
+        means[k] = (weight @ own) / weight.sum()
+        spreads[k] = 1.0 / weight.sum()
+        scores[k] = (
+            0.5 * np.log(weight).sum()
+            - 0.5 * np.log(weight.sum())
+            - 0.5 * float(weight @ (own - means[k]) ** 2)
+            - np.log1p((spread / USUAL_SCATTER) ** 2)
+        )
+    width = np.gradient(grid)
+    share = np.exp(scores - scores.max()) * width
+    share /= share.sum()
+    mean = float(share @ means)
+    total = float(share @ (spreads + (means - mean) ** 2))
+    return mean, float(np.sqrt(total)), float(share @ grid)

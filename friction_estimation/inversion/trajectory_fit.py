@@ -1,0 +1,445 @@
+"""Friction by matching trajectories: all throws and all cells at once.
+
+Each throw rides its measured course (course.py) under the force law (ride.py). Its start and speed
+are its own and are projected out; what is left of the residuals is explained by the friction of
+the cells, jointly for all throws, under a smooth prior (prior.py) and with noise estimated from
+the residuals (noise.py). The ride is exact and is repeated about each new estimate (Gauss–Newton).
+
+Source
+------
+Differentiating a track and averaging per cell loses a factor 2 to 18 against this; a joint fit
+reaches the Cramér–Rao bound (bound.py). Effects of the starting ice stay in the law throughout.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.ice import FrictionMap, Ice
+from curling_env.physics.law import acceleration
+from friction_estimation.inversion.course import lay_course
+from friction_estimation.inversion.noise import Noise, estimate_noise
+from friction_estimation.inversion.prior import Belief, Evidence, Posterior, uniform_posterior
+from friction_estimation.inversion.ride import Passenger, Ride, Track, sensitivities
+from friction_estimation.kinematics import FreeSlide, smooth_motion
+
+Floats = NDArray[np.float64]
+Progress = Callable[[str, float], None]
+"""Called with what is being done and the part of it that is done, 0 to 1."""
+
+UNIFORM_ROUNDS, MAP_ROUNDS = 8, 4
+"""Gauss–Newton rounds at most; the path is nearly linear in ln μ and two to four are enough."""
+LONGEST_STEP = 0.7
+"""Largest change of ln μ in one round: a factor 2."""
+CONVERGED = 2e-4
+"""Change of ln μ, in its standard errors or absolutely, below which a fit is done."""
+SLOW_NOISE_MAP = 0.5
+"""Longest correlation time of noise beside a map [s]: what lasts longer belongs to the ice."""
+
+
+def _silent(_what: str, _part: float) -> None:
+    pass
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ridden:
+    """One throw as it was fitted.
+
+    Parameters
+    ----------
+    slide : the rows of its track
+    passenger : course, spin and the rest that its ride needs
+    measured : (k,) distance of each row along the course [m]
+    scale : (k,) noise of each row relative to the common noise
+    start, speed : fitted distance and speed at the first row [m, m/s]
+    offset : its own departure in ln μ
+    keep : (k,) rows that agree with the noise
+    left : (k,) measured minus ridden distance [m]
+    """
+
+    slide: FreeSlide
+    passenger: Passenger
+    measured: Floats
+    scale: Floats
+    start: float
+    speed: float
+    offset: float = 0.0
+    keep: NDArray[np.bool_]
+    left: Floats
+
+    @property
+    def t(self) -> Floats:
+        """Times of the rows since the first [s]."""
+        return self.slide.t - self.slide.t[0]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fit:
+    """What a trajectory fit found.
+
+    Parameters
+    ----------
+    ice : the estimate, effects of the start kept
+    mu, sigma : level of μ over the crossed cells and its standard error
+    scatter : standard deviation of ln μ from throw to throw
+    noise : of a measured distance
+    throws : as fitted
+    resolved : independent numbers that the data determine in the map; 1 for a uniform ice
+    belief : the prior's hyperparameters; None for a uniform ice
+    """
+
+    ice: Ice
+    mu: float
+    sigma: float
+    scatter: float
+    noise: Noise
+    throws: tuple[Ridden, ...]
+    resolved: float
+    belief: Belief | None
+
+
+def fit_trajectories(
+    slides: Sequence[FreeSlide],
+    start: Ice,
+    *,
+    uniform: bool = False,
+    scatter: bool = True,
+    progress: Progress = _silent,
+) -> Fit:
+    """Estimate the friction of an ice from the free slides of its throws.
+
+    Parameters
+    ----------
+    slides : in order of play
+    start : sheet, stone, effects and a first guess of the friction
+    uniform : whether one μ is wanted instead of a map
+    scatter : whether each throw may have a μ of its own about the ice's
+    progress : told how far the fit is
+    """
+    track = Track(start)
+    throws = [_board(slide, order) for order, slide in enumerate(slides)]
+    level = float(np.median([_first_level(throw, start) for throw in throws]))
+    throws, noise, found = _fit_level(throws, track, level, scatter, progress)
+    level, level_sigma, spread = found
+    mu = float(np.exp(level))
+    if uniform:
+        friction = FrictionMap.uniform(mu, start.sheet, sigma=mu * level_sigma)
+        return Fit(
+            ice=replace(start, friction=friction),
+            mu=mu,
+            sigma=mu * level_sigma,
+            scatter=spread,
+            noise=noise,
+            throws=tuple(throws),
+            resolved=1.0,
+            belief=None,
+        )
+    observed = crossed_cells(throws, start)
+    throws, noise, posterior = _fit_map(throws, track, level, noise, scatter, observed, progress)
+    shape = start.sheet.shape
+    cells = np.exp(level + posterior.field.reshape(shape))
+    friction = replace(
+        start.friction,
+        mu=cells,
+        sigma=cells * posterior.field_sigma.reshape(shape),
+        observed=observed,
+    )
+    mu = float(np.exp(level + posterior.level))
+    return Fit(
+        ice=replace(start, friction=friction),
+        mu=mu,
+        sigma=mu * posterior.level_sigma,
+        scatter=posterior.belief.scatter,
+        noise=noise,
+        throws=tuple(throws),
+        resolved=posterior.resolved,
+        belief=posterior.belief,
+    )
+
+
+def crossed_cells(throws: Sequence[Ridden], ice: Ice) -> NDArray[np.bool_]:
+    """Cells that a stone's centre crossed while it was measured, (rows, columns)."""
+    observed = np.zeros(ice.sheet.shape, dtype=np.bool_)
+    for throw in throws:
+        reached = throw.measured[throw.keep]
+        on_way = np.arange(reached.min(), reached.max(), 0.02)
+        observed[ice.sheet.cell_of(throw.passenger.course.at(on_way))] = True
+    return observed
+
+
+# --- one throw -----------------------------------------------------------------------------------
+
+
+def _board(slide: FreeSlide, order: int) -> Ridden:
+    """A throw with its course laid, and first values of its start, speed and spin."""
+    course, measured = lay_course(slide)
+    t = slide.t - slide.t[0]
+    early = max(int(np.searchsorted(t, 3.0)), 8)
+    fit = np.polynomial.polynomial.polyfit(t[:early], measured[:early], 2)
+    scale = slide.track.sigma_xy[slide.rows] if slide.track.sigma_xy.size else np.ones(len(t))
+    usable = scale[np.isfinite(scale) & (scale > 0)]
+    usual = float(np.median(usable)) if usable.size else 1.0
+    scale = np.where(np.isfinite(scale) & (scale > 0), scale, usual) / usual
+    spin, power, speed, heading = fit_spin(slide)
+    passenger = Passenger(
+        course=course,
+        duration=float(t[-1]),
+        spin=spin,
+        spin_power=power,
+        spin_speed=speed,
+        heading=heading,
+        clock=slide.track.clock + float(slide.t[0]),
+        order=order,
+        stone=slide.track.stone,
+        sweeps=swept_intervals(t, slide.track.swept[slide.rows]),
+    )
+    return Ridden(
+        slide=slide,
+        passenger=passenger,
+        measured=measured,
+        scale=scale,
+        start=float(fit[0]),
+        speed=float(fit[1]),
+        keep=np.ones(len(t), dtype=np.bool_),
+        left=np.zeros(len(t)),
+    )
+
+
+def swept_intervals(t: Floats, swept: Floats) -> Floats:
+    """Beginnings and ends of sweeping, (k, 2) [s], from flags per row."""
+    flags = np.concatenate([[0], (swept > 0.5).astype(int), [0]])
+    edges = np.diff(flags)
+    first, last = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    ends = np.append(t, t[-1] + 1.0)
+    return np.column_stack([t[first], ends[last]]) if len(first) else np.empty((0, 2))
+
+
+def fit_spin(slide: FreeSlide) -> tuple[float, float, float, float]:
+    """Spin ω₀ and power p of ω = ω₀ (v/v₀)^p, with v₀ and the heading at the start.
+
+    Returns
+    -------
+    ω₀ [rad/s], p, v₀ [m/s], heading [rad]; no spin where the heading was not measured
+    """
+    motion = smooth_motion(slide.t, slide.xy, window=2.0)
+    v0 = float(np.median(motion.speed[:10]))
+    theta = slide.track.theta[slide.rows]
+    known = np.isfinite(theta)
+    if known.sum() < 20:
+        return 0.0, 0.2, v0, 0.0
+    ratio = np.maximum(motion.speed / v0, 1e-3)
+    t = slide.t - slide.t[0]
+    best = (np.inf, 0.0, 0.2, 0.0)
+    for power in np.arange(0.0, 1.25, 0.1):
+        rate = ratio**power
+        turned = np.concatenate([[0.0], np.cumsum(np.diff(t) * 0.5 * (rate[1:] + rate[:-1]))])
+        basis = np.column_stack([np.ones_like(turned), turned])[known]
+        weights = np.ones(len(basis))
+        for _ in range(4):
+            coefficients = np.linalg.lstsq(
+                basis * weights[:, None], theta[known] * weights, rcond=None
+            )[0]
+            left = np.abs(theta[known] - basis @ coefficients)
+            limit = 2.0 * max(1.4826 * float(np.median(left)), 1e-4)
+            weights = np.sqrt(np.minimum(1.0, limit / np.maximum(left, 1e-12)))
+        cost = float(np.minimum(left, limit).sum())
+        if cost < best[0]:
+            best = (cost, float(coefficients[1]), float(power), float(coefficients[0]))
+    _, spin, power, heading = best
+    return spin, power, v0, heading
+
+
+def _first_level(throw: Ridden, ice: Ice) -> float:
+    """Logarithm of μ of one throw from its smoothed deceleration, under the law of the ice."""
+    slide = throw.slide
+    motion = smooth_motion(slide.t, slide.xy, window=3.0)
+    rows = np.flatnonzero(motion.speed > 0.4 * motion.speed.max())[::5]
+    heading = throw.passenger.course.heading_at(throw.measured[rows])
+    states = np.column_stack(
+        [slide.xy[rows], motion.speed[rows, None] * heading, np.full(len(rows), 0.0)]
+    )
+    one, two = (
+        (acceleration(_flat(ice, mu), states)[:, :2] * heading).sum(axis=1) for mu in (0.01, 0.02)
+    )
+    mu = 0.01 * (1.0 + (motion.acceleration[rows] - one) / (two - one))
+    return float(np.log(np.clip(np.median(mu), 5e-4, 0.2)))
+
+
+def _flat(ice: Ice, mu: float) -> Ice:
+    return replace(ice, friction=FrictionMap.uniform(mu, ice.sheet))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Linear:
+    """A throw linearised about its ride, whitened, its start and speed projected out."""
+
+    crossed: NDArray[np.intp]
+    friction: Floats
+    left: Floats
+    release_root: Floats
+    release_left: Floats
+    release_friction: Floats
+
+    def release_step(self, change: Floats) -> Floats:
+        """Change of start and speed that goes with a change of ln μ in the crossed cells."""
+        goal = self.release_left - self.release_friction @ change
+        return np.linalg.solve(self.release_root, goal)
+
+
+def _ride(throw: Ridden, track: Track, gate: Noise) -> tuple[Ridden, Ride]:
+    """The throw ridden once more, its residuals and good rows up to date."""
+    ride = track.ride(throw.passenger, throw.start, throw.speed, throw.offset)
+    left = throw.measured - ride.distance_at(throw.t)
+    keep = gate.keep(throw.t, left, throw.scale)
+    if keep.sum() < 0.5 * len(keep):  # the path is still far off: nothing can be called wild yet
+        keep = np.ones(len(keep), dtype=np.bool_)
+    return replace(throw, left=left, keep=keep), ride
+
+
+def _linearise(throw: Ridden, ride: Ride, track: Track, noise: Noise) -> _Linear:
+    cells, weights = track.cell_weights(throw.passenger.course.at(ride.distance))
+    shares = weights * track.mu.ravel()[cells]
+    shares /= shares.sum(axis=1, keepdims=True)
+    crossed, release, friction = sensitivities(ride, cells, shares)
+    columns = ride.tangents_at(np.hstack([release, friction]), throw.t)
+    white = noise.whiten(throw.t, np.column_stack([throw.left, columns]), throw.scale, throw.keep)
+    q, root = np.linalg.qr(white[:, 1:3])
+    free = white - q @ (q.T @ white)
+    return _Linear(
+        crossed=crossed,
+        friction=free[:, 3:],
+        left=free[:, 0],
+        release_root=root,
+        release_left=q.T @ white[:, 0],
+        release_friction=q.T @ white[:, 3:],
+    )
+
+
+def _residuals(throws: Sequence[Ridden]) -> list[tuple[Floats, Floats, Floats]]:
+    return [(k.t[k.keep], k.left[k.keep], k.scale[k.keep]) for k in throws]
+
+
+# --- all throws ----------------------------------------------------------------------------------
+
+
+def _fit_level(
+    throws: list[Ridden], track: Track, level: float, scatter: bool, progress: Progress
+) -> tuple[list[Ridden], Noise, tuple[float, float, float]]:
+    """One μ for the sheet: its logarithm, its standard error and the scatter between throws."""
+    # Nothing is known of the noise while the path may be off by metres.
+    noise = Noise(white=float(np.median([throw.slide.noise for throw in throws])))
+    gate = Noise(white=noise.white, slow=1.0, time=5.0)
+    sigma, spread = 1.0, 0.0
+    for number in range(UNIFORM_ROUNDS):
+        track.set_level(level)
+        information, pull = np.empty(len(throws)), np.empty(len(throws))
+        linear: list[_Linear] = []
+        for k, throw in enumerate(throws):
+            throws[k], ride = _ride(throw, track, gate)
+            linear.append(_linearise(throws[k], ride, track, noise))
+            own = linear[k].friction.sum(axis=1)
+            information[k] = own @ own
+            pull[k] = own @ linear[k].left + information[k] * (level + throw.offset)
+        found, sigma, spread = uniform_posterior(information, pull, scatter=scatter)
+        step = float(np.clip(found - level, -LONGEST_STEP, LONGEST_STEP))
+        level += step
+        worst = 0.0
+        for k, throw in enumerate(throws):
+            shrink = spread**2 / (spread**2 + 1.0 / information[k])
+            offset = shrink * (pull[k] / information[k] - found)
+            offset = float(np.clip(offset, -LONGEST_STEP, LONGEST_STEP))
+            change = np.full(len(linear[k].crossed), step + offset - throw.offset)
+            worst = max(worst, abs(change[0]))
+            throws[k] = _moved(throws[k], linear[k].release_step(change), offset)
+        progress("one friction for the sheet", (number + 1) / UNIFORM_ROUNDS)
+        if abs(step) > 0.05:
+            continue
+        for k, throw in enumerate(throws):
+            throws[k], _ = _ride(throw, track.set_level(level), gate)
+        before = noise
+        noise = gate = estimate_noise(_residuals(throws), slowest=5.0)
+        settled = abs(np.log(noise.total / before.total)) < 0.02
+        if settled and worst < CONVERGED and abs(step) < max(0.05 * sigma, 1e-6):
+            break
+    return throws, noise, (level, sigma, spread)
+
+
+def _fit_map(
+    throws: list[Ridden],
+    track: Track,
+    level: float,
+    gate: Noise,
+    scatter: bool,
+    observed: NDArray[np.bool_],
+    progress: Progress,
+) -> tuple[list[Ridden], Noise, Posterior]:
+    """The map of ln μ about the level, jointly with an offset of each throw."""
+    sheet = track.ice.sheet
+    field = np.zeros(sheet.shape[0] * sheet.shape[1])
+    track.set_field(level, field)
+    noise = Noise(white=float(np.median([throw.slide.noise for throw in throws])))
+    scatter = scatter and len(throws) >= 3
+    belief: Belief | None = None
+    posterior: Posterior | None = None
+    for number in range(MAP_ROUNDS):
+        linear: list[_Linear] = []
+        for k, throw in enumerate(throws):
+            throws[k], ride = _ride(throw, track, gate)
+            linear.append(_linearise(throws[k], ride, track, noise))
+        evidence = _gather(linear, throws, field, track)
+        final = number == MAP_ROUNDS - 1
+        if belief is None:
+            belief = evidence.first_belief(scatter=scatter)
+        elif final:
+            belief = evidence.best_belief(belief, scatter=scatter)
+        posterior = evidence.posterior(belief, observed.ravel())
+        change = posterior.field - field
+        limit = min(1.0, LONGEST_STEP / max(float(np.abs(change).max()), 1e-9))
+        for k, throw in enumerate(throws):
+            offset = throw.offset + limit * (posterior.offsets[k] - throw.offset)
+            own = limit * change[linear[k].crossed] + offset - throw.offset
+            throws[k] = _moved(throw, linear[k].release_step(own), float(offset))
+        field = field + limit * change
+        track.set_field(level, field)
+        for k, throw in enumerate(throws):
+            throws[k], _ = _ride(throw, track, gate)
+        progress("the friction map", (number + 1) / MAP_ROUNDS)
+        # After one round the path is still bent by its first linearisation: no noise yet.
+        if 0 < number < MAP_ROUNDS - 1:
+            noise = estimate_noise(_residuals(throws), slowest=SLOW_NOISE_MAP, start=noise)
+            gate = noise
+    assert posterior is not None
+    return throws, noise, posterior
+
+
+def _gather(
+    linear: Sequence[_Linear], throws: Sequence[Ridden], field: Floats, track: Track
+) -> Evidence:
+    """Normal equations of all throws in the cells crossed and the throws' offsets."""
+    crossed = np.unique(np.concatenate([part.crossed for part in linear]))
+    m = len(crossed)
+    size = m + len(linear)
+    information, pull = np.zeros((size, size)), np.zeros(size)
+    for k, part in enumerate(linear):
+        places = np.append(np.searchsorted(crossed, part.crossed), m + k)
+        columns = np.column_stack([part.friction, part.friction.sum(axis=1)])
+        present = np.append(field[part.crossed], throws[k].offset)
+        square = columns.T @ columns
+        information[np.ix_(places, places)] += square
+        pull[places] += columns.T @ part.left + square @ present
+    return Evidence(information, pull, crossed, track.ice.sheet)
+
+
+def _moved(throw: Ridden, step: Floats, offset: float) -> Ridden:
+    """The throw with its start, speed and offset changed by what a fit found."""
+    limit = min(1.0, 0.3 * throw.speed / max(abs(float(step[1])), 1e-12))
+    return replace(
+        throw,
+        start=throw.start + limit * float(step[0]),
+        speed=throw.speed + limit * float(step[1]),
+        offset=offset,
+    )
