@@ -197,7 +197,8 @@ def _best_first(throws: Floats, expected: Floats) -> list[int]:
     good = expected <= ALIKE * expected.min() + 1e-3
     unusual = np.abs(np.abs(throws[:, 2]) - USUAL_SPIN)
     return sorted(
-        range(len(throws)), key=lambda i: (not good[i], unusual[i] if good[i] else 0.0, expected[i])
+        range(len(throws)),
+        key=lambda i: (0, unusual[i], i) if good[i] else (1, expected[i], i),
     )
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from curling_env.ice import Ice
 from curling_env.physics.effects.motion import MOTION_SIZE
 from curling_env.physics.law import compile_law
-from curling_env.physics.slide import NO_OBSTACLES, SlideEnd, slide_kernel
+from curling_env.physics.slide import NO_OBSTACLES, SlideEnd, new_work, slide_kernel
 from curling_env.sheet import HOG_LINE_Y, Direction
 
 Floats = NDArray[np.float64]
@@ -85,9 +85,10 @@ def roll_out(
     time = np.empty(len(throws))
     motion = np.zeros(MOTION_SIZE)
     no_samples = np.empty((0, 4))
+    work = new_work()
     for i, state in enumerate(states):
         end[i], time[i], _ = slide_kernel(
-            law, state, motion, 0.0, 0.0, 0.0, bounds, stones, reach, 1.0, no_samples
+            law, state, motion, 0.0, 0.0, 0.0, bounds, stones, reach, 1.0, no_samples, work
         )
     xy = states[:, :2].copy()
     xy[end == SlideEnd.NEVER_STOPS] = np.nan

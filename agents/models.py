@@ -1,0 +1,98 @@
+"""Trained models on disk: arrays and JSON in one file, nothing that could run.
+
+stable-baselines3's own zip holds pickled Python objects, which run code when they are loaded. Here
+a model is a NumPy archive: every weight is an array, and one of them holds a JSON document that
+says what belongs where. Loading reads numbers and text, whoever made the file.
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.errors import InputError
+from curling_env.storage import atomic_path
+
+MODEL_FORMAT = "curling-agent/1"
+_ARRAY = "$array"
+_DOCUMENT = "document"
+
+
+def write_model(path: str | Path, document: Mapping[str, Any]) -> None:
+    """Write a nested document of dicts, lists, numbers, text, None and arrays.
+
+    Keys of dicts may be text or whole numbers (an optimiser numbers its parameters).
+
+    Raises
+    ------
+    TypeError : something that is neither
+    OutputError : the file cannot be written
+    """
+    arrays: dict[str, NDArray[Any]] = {}
+    layout = json.dumps({"format": MODEL_FORMAT, "content": _take_apart(document, arrays)})
+    arrays[_DOCUMENT] = np.frombuffer(layout.encode(), dtype=np.uint8)
+    with atomic_path(path) as draft, draft.open("wb") as file:
+        np.savez_compressed(file, allow_pickle=False, **arrays)  # pyright: ignore[reportArgumentType]
+
+
+def read_model(path: str | Path) -> dict[str, Any]:
+    """The document of `write_model`, arrays as NumPy arrays.
+
+    Raises
+    ------
+    InputError : no such file, or not a model of this project
+    """
+    if not Path(path).is_file():
+        raise InputError("no such file", source=path)
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            if _DOCUMENT not in archive.files:
+                raise InputError("is not a trained model of this project", source=path)
+            layout = json.loads(archive[_DOCUMENT].tobytes().decode())
+            if not isinstance(layout, dict) or layout.get("format") != MODEL_FORMAT:
+                raise InputError(f"expected a model of format {MODEL_FORMAT!r}", source=path)
+            return _put_together(layout["content"], archive)
+    except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError("is not a trained model of this project", source=path) from error
+
+
+def _take_apart(value: Any, arrays: dict[str, NDArray[Any]]) -> Any:
+    if isinstance(value, Mapping):
+        return {
+            "$dict": [
+                [key if isinstance(key, str | int) else str(key), _take_apart(item, arrays)]
+                for key, item in value.items()
+            ]
+        }
+    if isinstance(value, list | tuple):
+        return [_take_apart(item, arrays) for item in value]
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if hasattr(value, "detach"):  # a tensor
+        value = value.detach().cpu().numpy()
+    if isinstance(value, np.ndarray | np.generic):
+        array = np.asarray(value)
+        if array.dtype == object:
+            raise TypeError("an array of Python objects cannot be saved")
+        name = f"a{len(arrays)}"
+        arrays[name] = array
+        return {_ARRAY: name}
+    raise TypeError(f"cannot be saved in a model: {type(value).__name__}")
+
+
+def _put_together(value: Any, archive: Any) -> Any:
+    if isinstance(value, list):
+        return [_put_together(item, archive) for item in value]
+    if isinstance(value, dict):
+        if _ARRAY in value:
+            return archive[str(value[_ARRAY])]
+        return {key: _put_together(item, archive) for key, item in value["$dict"]}
+    return value
