@@ -76,6 +76,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name == "curling_v0":  # the module, as PettingZoo's own games are reached
+        return importlib.import_module(f"{__name__}.envs.curling_v0")
     if name not in _HOME_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(importlib.import_module(f"{__name__}.{_HOME_OF[name]}"), name)
@@ -88,4 +90,8 @@ def __dir__() -> list[str]:
 if "CurlingSheet-v0" not in gymnasium.registry:  # once, also when the module is reloaded
     gymnasium.register(  # pyright: ignore[reportUnknownMemberType]  (its kwargs: a bare dict)
         "CurlingSheet-v0", entry_point="curling_env.envs.sheet:CurlingSheetEnv"
+    )
+if "CurlingEnd-v0" not in gymnasium.registry:
+    gymnasium.register(  # pyright: ignore[reportUnknownMemberType]
+        "CurlingEnd-v0", entry_point="curling_env.envs.end:CurlingEndEnv"
     )

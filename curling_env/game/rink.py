@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from curling_env.rules.game import always, begin_end, deliver, new_game
 from curling_env.rules.lines import Lines
 from curling_env.rules.placement import Side
 from curling_env.rules.rulesets import RuleSet, rule_set
-from curling_env.rules.stones import STONES_A_TEAM, Lying, Team
+from curling_env.rules.stones import STONES_A_TEAM, Lying, Stones, Team
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.skill import Skill, skill_named
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Throw
@@ -64,6 +65,12 @@ class Shot:
     ruling: Ruling
     put_back: bool = False
 
+    @property
+    def lying(self) -> Stones:
+        """The position it left, delivery frame."""
+        option = self.ruling.option
+        return option if self.put_back and option is not None else self.ruling.stones
+
 
 class Rink:
     """Plays a game's throws; holds no game itself.
@@ -84,9 +91,9 @@ class Rink:
 
     def __init__(
         self,
-        ice: str | Ice = "standard",
+        ice: str | Path | Ice = "standard",
         *,
-        known_ice: str | Ice | None = None,
+        known_ice: str | Path | Ice | None = None,
         rules: str | RuleSet = "world_curling_2024",
         skills: str | Skill | tuple[str | Skill, str | Skill] = "none",
         living: LivingIce = STILL,
