@@ -122,6 +122,7 @@ def draw_stones(
     """
     rows, columns = np.mgrid[box.slices[0], box.slices[1]].reshape(2, -1)
     single = rays.within(rows, columns, 1)
+    # A copy where the box is part of a larger picture; written back below.
     flat = picture.reshape(-1, 3)
     _shade_ice(flat, rays.camera, single[0], stones, shape, light, speckle, picture.shape)
 
@@ -130,21 +131,20 @@ def draw_stones(
     inner = [stone_box(rays.camera, shape, stone) for stone in stones]
     for b in inner:
         near |= (rows >= b.top) & (rows < b.bottom) & (columns >= b.left) & (columns < b.right)
-    cover = np.zeros(picture.shape[:2], dtype=np.float32)
-    if not near.any():
-        return cover
-    n = FEW_SAMPLES if near.sum() > SMALL_PX else MANY_SAMPLES
-    fine = rays.within(rows[near], columns[near], n)
-    moments = _schedule(n) * exposure
-    colour = np.zeros((*fine.shape[:2], 3), dtype=np.float32)
-    nearest = np.full(fine.shape[:2], np.inf, dtype=np.float32)
-    hit = np.zeros(fine.shape[:2], dtype=bool)
-    for stone in stones:
-        trace(rays.camera.position, fine, stone, shape, moments, speckle, colour, nearest, hit)
-    share = hit.mean(axis=0, dtype=np.float32)[:, None]
-    flat[near] = flat[near] * (1.0 - share) + colour.mean(axis=0)
-    cover.reshape(-1)[near] = share[:, 0]
-    return cover
+    cover = np.zeros(len(rows), dtype=np.float32)
+    if near.any():
+        n = FEW_SAMPLES if near.sum() > SMALL_PX else MANY_SAMPLES
+        fine = rays.within(rows[near], columns[near], n)
+        moments = _schedule(n) * exposure
+        colour = np.zeros((*fine.shape[:2], 3), dtype=np.float32)
+        nearest = np.full(fine.shape[:2], np.inf, dtype=np.float32)
+        hit = np.zeros(fine.shape[:2], dtype=bool)
+        for stone in stones:
+            trace(rays.camera.position, fine, stone, shape, moments, speckle, colour, nearest, hit)
+        cover[near] = hit.mean(axis=0, dtype=np.float32)
+        flat[near] = flat[near] * (1.0 - cover[near, None]) + colour.mean(axis=0)
+    picture[...] = flat.reshape(picture.shape)
+    return cover.reshape(picture.shape[:2])
 
 
 def _schedule(n: int) -> Floats:
