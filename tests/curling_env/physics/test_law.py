@@ -59,8 +59,10 @@ def test_pure_rotation_feels_the_full_torque_and_no_force() -> None:
 
 @pytest.mark.parametrize(
     "ratio",
-    [1e-4, 0.05, 0.11, 0.13, 0.3, 0.49, 0.51, 0.7, 0.84, 0.86, 0.95, 0.999, 1.0, 1.0001, 1.02]
-    + [1.2, 1.6, 2.0, 3.0, 8.0, 9.0, 30.0, 1e3],
+    [
+        *(1e-4, 0.05, 0.11, 0.13, 0.3, 0.49, 0.51, 0.7, 0.84, 0.86, 0.95, 0.999, 1.0, 1.0001),
+        *(1.02, 1.2, 1.6, 2.0, 3.0, 8.0, 9.0, 30.0, 1e3),
+    ],
 )
 def test_band_is_the_thin_ring(ratio: float) -> None:
     assert band(ratio) == pytest.approx(thin_ring(ratio), abs=1e-4)

@@ -1,0 +1,386 @@
+"""Very many throws: lone stones by the thousand, or positions of up to sixteen.
+
+The same law and the same slide as everywhere else, called from compiled loops. Throws do not
+depend on each other, so the result is the same, to the last bit, on any number of threads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.errors import InputError
+from curling_env.ice import Ice
+from curling_env.physics.compiled import compiled
+from curling_env.physics.effects.motion import MOTION_SIZE, ORDER, STONE
+from curling_env.physics.glide import MAX_TIME, SlideEnd, glide
+from curling_env.physics.law import Law, compile_law
+from curling_env.physics.positions import (
+    GONE,
+    MAX_MEETINGS,
+    MOVING,
+    REST,
+    Hands,
+    Table,
+    hands_of,
+    new_table,
+    play,
+)
+from curling_env.physics.slide import NO_OBSTACLES, edge_bounds
+from curling_env.physics.stride import Work, new_work
+from curling_env.throw import Release
+
+Floats = NDArray[np.float64]
+
+RELEASE_FIELDS = (
+    *("x", "y", "vx", "vy", "theta", "omega", "stone", "clock", "order"),
+    *("sweep_start", "sweep_end"),
+)
+"""Columns of a table of releases; the fields of `Release` that move a stone."""
+RELEASE_DTYPE = np.dtype([(name, np.float64) for name in RELEASE_FIELDS])
+"""One release as a structured array's element; numbers only, so that a table is one block."""
+_X, _Y, _VX, _VY, _THETA, _OMEGA, _STONE, _CLOCK, _ORDER, _SWEEP, _SWEEP_END = range(11)
+CHUNK = 256
+"""Throws a thread takes at a time."""
+MOST_STONES = 16
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rests:
+    """Where lone throws ended.
+
+    Parameters
+    ----------
+    x, y, theta : (n,) final place and heading, sheet frame [m, rad]
+    time : (n,) since release [s]
+    end : (n,) a `SlideEnd` each
+    paths : (n, m, 3) x, y, theta every 1/fps seconds, NaN after the end; None if not asked for
+    """
+
+    x: Floats
+    y: Floats
+    theta: Floats
+    time: Floats
+    end: NDArray[np.int8]
+    paths: Floats | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Positions:
+    """Positions after throws among other stones.
+
+    Parameters
+    ----------
+    xy : (n, k + 1, 2) centres afterwards, the thrown stone last; NaN where there is none, or none
+        any more [m]
+    theta : (n, k + 1) headings [rad]
+    time : (n,) until all rest [s]
+    meetings : (n,) collisions; -1 where the stones would not come to rest
+    """
+
+    xy: Floats
+    theta: Floats
+    time: Floats
+    meetings: NDArray[np.int32]
+
+
+def release_table(releases: Sequence[Release]) -> NDArray[Any]:
+    """Releases as a structured array of RELEASE_DTYPE, (n,)."""
+    rows = [tuple(getattr(release, name) for name in RELEASE_FIELDS) for release in releases]
+    return np.array(rows, dtype=RELEASE_DTYPE)
+
+
+def _as_rows(releases: NDArray[Any] | Sequence[Release]) -> Floats:
+    """(n, 11) view of a table of releases.
+
+    Raises
+    ------
+    InputError : another dtype, or a number that is not finite
+    """
+    table = releases if isinstance(releases, np.ndarray) else release_table(releases)
+    if table.dtype != RELEASE_DTYPE or table.ndim != 1:
+        raise InputError(
+            f"expected releases as a structured array of {', '.join(RELEASE_FIELDS)}, "
+            f"got {table.dtype} of shape {table.shape}"
+        )
+    rows = np.ascontiguousarray(table).view(np.float64).reshape(-1, len(RELEASE_FIELDS))
+    if not np.isfinite(rows).all():
+        bad = int(np.flatnonzero(~np.isfinite(rows).all(axis=1))[0])
+        raise InputError("a release must hold finite numbers", where=f"release {bad}")
+    return rows
+
+
+@compiled
+def _slide_all(
+    law: Law,
+    rows: Any,
+    bounds: Any,
+    dt: float,
+    paths: Any,
+    out: Any,
+    end: Any,
+    motion: Any,
+    work: Work,
+    samples: Any,
+    no_obstacles: Any,
+) -> None:
+    for i in range(rows.shape[0]):
+        release = rows[i]
+        state = work.states[2]
+        state[0] = release[_X]
+        state[1] = release[_Y]
+        state[2] = release[_THETA]
+        state[3] = release[_VX]
+        state[4] = release[_VY]
+        state[5] = release[_OMEGA]
+        motion[STONE] = release[_STONE]
+        motion[ORDER] = release[_ORDER]
+        end[i], t, count, _ = glide(
+            law,
+            motion,
+            release[_CLOCK],
+            release[_SWEEP],
+            release[_SWEEP_END],
+            bounds,
+            no_obstacles,
+            0.0,
+            dt,
+            samples,
+            work.knots[:0],
+            0.0,
+            work,
+        )
+        out[i, 0] = state[0]
+        out[i, 1] = state[1]
+        out[i, 2] = state[2]
+        out[i, 3] = t
+        for k in range(paths.shape[1]):
+            for c in range(3):
+                paths[i, k, c] = samples[k, 1 + c] if k < count else np.nan
+
+
+def throw_batch(
+    ice: Ice | Sequence[Ice],
+    releases: NDArray[Any] | Sequence[Release],
+    *,
+    which: NDArray[np.intp] | None = None,
+    bounds: Floats | None = None,
+    fps: float | None = None,
+    longest: float = 40.0,
+    workers: int = 1,
+) -> Rests:
+    """Slide very many lone stones.
+
+    Parameters
+    ----------
+    ice : one for all throws, or several
+    releases : structured array of RELEASE_DTYPE, or `Release`s
+    which : (n,) index of each throw's ice where several are given; all throws on every ice is
+        ``np.repeat(np.arange(len(ices)), n)`` with tiled releases
+    bounds : (4,) x_min, x_max, y_min, y_max of centres that end a throw; the ice's edges by default
+    fps : samples a second of the paths; none are kept without it
+    longest : seconds of path that are kept [s]
+    workers : threads
+
+    Raises
+    ------
+    InputError : releases that are none, or an index without an ice
+    """
+    rows = _as_rows(releases)
+    n = len(rows)
+    ices = [ice] if isinstance(ice, Ice) else list(ice)
+    chosen = np.zeros(n, dtype=np.intp) if which is None else np.asarray(which)
+    if chosen.shape != (n,) or (n and not 0 <= chosen.min() <= chosen.max() < len(ices)):
+        raise InputError(f"expected for each of {n} releases the index of one of {len(ices)} ices")
+    out, end = np.empty((n, 4)), np.empty(n, dtype=np.int8)
+    kept = int(min(longest, MAX_TIME) * fps) + 1 if fps else 0
+    paths = np.empty((n, kept, 3))
+    for index, surface in enumerate(ices):
+        law = compile_law(surface)
+        limits = edge_bounds(surface) if bounds is None else bounds
+
+        def slide_some(
+            part: NDArray[np.intp] | slice, law: Law = law, limits: Floats = limits
+        ) -> None:
+            # A slice is worked on in place; a scattered choice is copied there and back.
+            places, ends, ways = out[part], end[part], paths[part]
+            _slide_all(
+                law,
+                rows[part],
+                limits,
+                1.0 / fps if fps else 1.0,
+                ways,
+                places,
+                ends,
+                np.zeros(MOTION_SIZE),
+                new_work(),
+                np.empty((kept, 4)),
+                NO_OBSTACLES,
+            )
+            if not isinstance(part, slice):
+                out[part], end[part], paths[part] = places, ends, ways
+
+        if len(ices) == 1:
+            _share(slide_some, n, workers)
+        else:
+            mine = np.flatnonzero(chosen == index)
+            _share(lambda part, mine=mine, slide=slide_some: slide(mine[part]), len(mine), workers)
+    x, y, theta, time = (np.ascontiguousarray(column) for column in out.T)
+    return Rests(x=x, y=y, theta=theta, time=time, end=end, paths=paths if fps else None)
+
+
+def _share(work: Callable[[slice], None], n: int, workers: int) -> None:
+    """Do work on slices that cover n, on so many threads."""
+    if workers <= 1:
+        if n:
+            work(slice(0, n))
+        return
+    chunk = max(CHUNK, n // (8 * workers))
+    parts = [slice(start, min(start + chunk, n)) for start in range(0, n, chunk)]
+    with ThreadPoolExecutor(workers) as pool:
+        for done in [pool.submit(work, part) for part in parts]:
+            done.result()
+
+
+@compiled
+def _play_all(
+    law: Law,
+    hands: Hands,
+    rows: Any,
+    before: Any,
+    identity: Any,
+    bounds: Any,
+    table: Table,
+    after: Any,
+    theta: Any,
+    time: Any,
+    meetings: Any,
+) -> None:
+    k = before.shape[1]
+    for i in range(rows.shape[0]):
+        release = rows[i]
+        for s in range(k):
+            present = before[i, s, 0] == before[i, s, 0]
+            table.status[s] = REST if present else GONE
+            for c in range(6):
+                table.stones[s, c] = 0.0
+            if present:
+                table.stones[s, 0] = before[i, s, 0]
+                table.stones[s, 1] = before[i, s, 1]
+        thrown = table.stones[k]
+        thrown[0] = release[_X]
+        thrown[1] = release[_Y]
+        thrown[2] = release[_THETA]
+        thrown[3] = release[_VX]
+        thrown[4] = release[_VY]
+        thrown[5] = release[_OMEGA]
+        table.status[k] = MOVING
+        identity[k] = release[_STONE]
+        table.motion[ORDER] = release[_ORDER]
+        t, met = play(
+            law,
+            hands,
+            table,
+            k + 1,
+            identity,
+            release[_CLOCK],
+            release[_SWEEP],
+            release[_SWEEP_END],
+            bounds,
+        )
+        time[i] = t
+        meetings[i] = -1 if met > MAX_MEETINGS else met
+        for s in range(k + 1):
+            here = table.status[s] != GONE
+            after[i, s, 0] = table.stones[s, 0] if here else np.nan
+            after[i, s, 1] = table.stones[s, 1] if here else np.nan
+            theta[i, s] = table.stones[s, 2] if here else np.nan
+
+
+def play_batch(
+    ice: Ice,
+    stones: Floats,
+    releases: NDArray[Any] | Sequence[Release],
+    *,
+    identity: Sequence[int] | None = None,
+    bounds: Floats | None = None,
+    workers: int = 1,
+) -> Positions:
+    """Throw a stone into each of many positions.
+
+    Parameters
+    ----------
+    ice : for all of them
+    stones : (n, k, 2) centres of resting stones, sheet frame; NaN where a position has fewer [m]
+    releases : n of them, as in `throw_batch`
+    identity : (k,) identifiers of the resting stones, for effects that ask; 0 by default
+    bounds : (4,) x_min, x_max, y_min, y_max of centres in play; the ice's edges by default
+    workers : threads
+
+    Raises
+    ------
+    InputError : shapes that do not fit, more than sixteen stones, stones that overlap
+    """
+    rows = _as_rows(releases)
+    stones = np.ascontiguousarray(stones, dtype=np.float64)
+    n = len(rows)
+    if stones.ndim != 3 or stones.shape[0] != n or stones.shape[2] != 2:
+        raise InputError(f"expected stones of shape ({n}, k, 2), got {stones.shape}")
+    k = stones.shape[1]
+    if k + 1 > MOST_STONES:
+        raise InputError(f"a position holds at most {MOST_STONES} stones, got {k} and the thrown")
+    _refuse_overlaps(stones, ice.stone.radius)
+    law, hands = compile_law(ice), hands_of(ice)
+    names = np.zeros(k + 1)
+    if identity is not None:
+        names[:k] = identity
+    limits = edge_bounds(ice) if bounds is None else bounds
+    after, theta = np.empty((n, k + 1, 2)), np.empty((n, k + 1))
+    time, meetings = np.empty(n), np.empty(n, dtype=np.int32)
+
+    def play_some(part: slice) -> None:
+        _play_all(
+            law,
+            hands,
+            rows[part],
+            stones[part],
+            names.copy(),
+            limits,
+            new_table(ice, k + 1),
+            after[part],
+            theta[part],
+            time[part],
+            meetings[part],
+        )
+
+    _share(play_some, n, workers)
+    return Positions(xy=after, theta=theta, time=time, meetings=meetings)
+
+
+def _refuse_overlaps(stones: Floats, radius: float) -> None:
+    for a in range(stones.shape[1]):
+        gaps = np.hypot(*(stones[:, a + 1 :] - stones[:, a : a + 1]).transpose(2, 0, 1))
+        overlap = gaps < 2 * radius - 1e-6
+        if overlap.any():
+            position, b = (int(index) for index in np.argwhere(overlap)[0])
+            raise InputError(
+                f"stones {a} and {a + 1 + b} overlap: their centres are "
+                f"{gaps[position, b]:.3f} m apart",
+                where=f"position {position}",
+            )
+
+
+__all__ = [
+    "RELEASE_DTYPE",
+    "Positions",
+    "Rests",
+    "SlideEnd",
+    "play_batch",
+    "release_table",
+    "throw_batch",
+]

@@ -1,0 +1,177 @@
+"""Many throws at once: the same as one by one, on any number of threads, and among other stones."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from curling_env.errors import InputError
+from curling_env.ice import Ice
+from curling_env.physics.batch import play_batch, release_table, throw_batch
+from curling_env.physics.positions import collide, hands_of
+from curling_env.physics.slide import slide
+from curling_env.presets import paper, standard
+from curling_env.sheet import TEE_Y
+from curling_env.stone import RULE_BOOK_STONE
+from curling_env.throw import Release, Throw
+
+G = 9.80665
+R = RULE_BOOK_STONE.radius
+
+
+def mapped(rng: np.random.Generator) -> Ice:
+    ice = standard()
+    mu = ice.friction.mu * np.exp(0.05 * rng.standard_normal(ice.friction.mu.shape))
+    return replace(ice, friction=replace(ice.friction, mu=mu))
+
+
+def some_releases(rng: np.random.Generator, n: int) -> list[Release]:
+    return [
+        Throw(speed=v, angle=a, spin=w).release()
+        for v, a, w in rng.uniform([1.5, -0.03, -3], [3, 0.03, 3], (n, 3))
+    ]
+
+
+def test_a_batch_is_its_throws_one_by_one(rng: np.random.Generator) -> None:
+    ice, releases = mapped(rng), some_releases(rng, 40)
+    rests = throw_batch(ice, releases)
+    alone = [slide(ice, release) for release in releases]
+    assert rests.x.tolist() == [path.x for path in alone]
+    assert rests.y.tolist() == [path.y for path in alone]
+    assert rests.theta.tolist() == [path.theta for path in alone]
+    assert rests.time.tolist() == [path.time for path in alone]
+    assert rests.end.tolist() == [int(path.end) for path in alone]
+
+
+def test_any_number_of_threads_gives_the_same_bits(rng: np.random.Generator) -> None:
+    ice, releases = mapped(rng), release_table(some_releases(rng, 1500))
+    one, three = throw_batch(ice, releases), throw_batch(ice, releases, workers=3)
+    assert one.x.tobytes() == three.x.tobytes()
+    assert one.time.tobytes() == three.time.tobytes()
+    stones = np.tile([[0.3, TEE_Y], [-0.4, TEE_Y - 1]], (1500, 1, 1))
+    one, three = play_batch(ice, stones, releases), play_batch(ice, stones, releases, workers=3)
+    assert one.xy.tobytes() == three.xy.tobytes()
+
+
+def test_each_throw_may_have_its_own_ice(rng: np.random.Generator) -> None:
+    ices, releases = [paper(), mapped(rng), standard()], some_releases(rng, 9)
+    which = np.array([0, 1, 2] * 3)
+    rests = throw_batch(ices, releases, which=which, workers=2)
+    for i, release in enumerate(releases):
+        assert rests.x[i] == slide(ices[which[i]], release).x
+
+
+def test_paths_end_where_the_stone_does(rng: np.random.Generator) -> None:
+    releases = [Throw(speed=2.0, angle=0.01, spin=1).release()] * 2
+    rests = throw_batch(mapped(rng), releases, fps=20)
+    assert rests.paths is not None
+    path = rests.paths[0]
+    path = path[np.isfinite(path[:, 0])]
+    assert len(path) == int(rests.time[0] * 20) + 1
+    assert path[-1, :2] == pytest.approx([rests.x[0], rests.y[0]], abs=1e-3)
+
+
+def test_a_million_throws_fit_in_little_memory() -> None:
+    releases = release_table([Throw(speed=0.2, angle=0, spin=0).release()])
+    assert releases.dtype.itemsize * 1_000_000 < 100e6
+    rests = throw_batch(paper(), np.repeat(releases, 1000))
+    kept = sum(column.nbytes for column in (rests.x, rests.y, rests.theta, rests.time, rests.end))
+    assert kept / 1000 < 40
+
+
+def test_releases_that_are_none_are_refused() -> None:
+    table = release_table([Throw(speed=1, angle=0, spin=0).release()] * 3)
+    table["vy"][1] = np.nan
+    with pytest.raises(InputError, match="release 1"):
+        throw_batch(paper(), table)
+    with pytest.raises(InputError, match="structured array"):
+        throw_batch(paper(), np.zeros((3, 4)))
+    with pytest.raises(InputError, match="index"):
+        throw_batch([paper()], table[:1], which=np.array([1]))
+    overlapping = np.array([[[0.0, 17.0], [0.1, 17.0]]])
+    with pytest.raises(InputError, match="stones 0 and 1 overlap"):
+        play_batch(paper(), overlapping, table[:1])
+
+
+@given(
+    st.floats(-1.3, 1.3),
+    st.lists(st.floats(-3, 3), min_size=4, max_size=4),
+    st.floats(-5, 5),
+    st.floats(-5, 5),
+)
+def test_a_collision_keeps_momentum_and_makes_no_energy(
+    direction: float, velocities: list[float], spin_a: float, spin_b: float
+) -> None:
+    hands = hands_of(standard())
+    a = np.array([0, 0, 0, velocities[0], velocities[1], spin_a])
+    b = np.array([2 * R * np.cos(direction), 2 * R * np.sin(direction), 0, *velocities[2:], spin_b])
+    inertia = RULE_BOOK_STONE.inertia / RULE_BOOK_STONE.mass
+    before = np.array([a, b])
+    hit = collide(hands, a, b)
+    after = np.array([a, b])
+
+    def energy(s: np.ndarray) -> float:
+        return float((s[:, 3:5] ** 2).sum() + inertia * (s[:, 5] ** 2).sum())
+
+    def turning(s: np.ndarray) -> float:
+        return float((s[:, 0] * s[:, 4] - s[:, 1] * s[:, 3] + inertia * s[:, 5]).sum())
+
+    assert after[:, 3:5].sum(0) == pytest.approx(before[:, 3:5].sum(0), abs=1e-12)
+    assert turning(after) == pytest.approx(turning(before), abs=1e-12)
+    assert energy(after) <= energy(before) + 1e-5  # stones that touch part at 1 mm/s
+    if not hit:
+        assert (after == before).all()
+
+
+def test_a_head_on_hit_follows_the_textbook() -> None:
+    ice, speed = paper(), 1.0
+    ice = replace(ice, stone=replace(ice.stone, radius=R))
+    mu, e = 0.0019 * G, ice.stone.restitution
+    after = play_batch(
+        ice, np.array([[[0.0, -4.0]]]), [Throw(speed=speed, angle=0, spin=0).release()]
+    )
+    v = np.sqrt(speed**2 - 2 * mu * (6.9725 - 2 * R))
+    assert after.meetings.tolist() == [1]
+    assert after.xy[0, 0] == pytest.approx([0, -4 + ((1 + e) / 2 * v) ** 2 / (2 * mu)], abs=2e-5)
+    assert after.xy[0, 1] == pytest.approx(
+        [0, -4 - 2 * R + ((1 - e) / 2 * v) ** 2 / (2 * mu)], abs=2e-5
+    )
+
+
+def test_stones_never_overlap_and_far_ones_are_not_moved(rng: np.random.Generator) -> None:
+    n = 400
+    grid = np.array([[x, TEE_Y + y] for x in (-0.6, 0.0, 0.6) for y in (-0.9, 0.0, 0.9)])
+    stones = grid + rng.uniform(-0.14, 0.14, (n, 9, 2))
+    stones = np.concatenate([stones, np.tile([1.9, 5.0], (n, 1, 1))], axis=1)
+    ice = mapped(rng)
+    after = play_batch(ice, stones, some_releases(rng, n))
+    assert (after.meetings >= 0).all()
+    assert (after.meetings > 1).mean() > 0.1
+    gaps = np.hypot(*(after.xy[:, :, None] - after.xy[:, None]).transpose(3, 0, 1, 2))
+    gaps[:, range(11), range(11)] = np.inf
+    assert np.nanmin(gaps) >= 2 * R - 1e-5
+    quiet = after.meetings == 0
+    assert (after.xy[quiet, :10] == stones[quiet]).all()
+
+
+def test_a_throw_that_meets_nothing_is_a_lone_throw(rng: np.random.Generator) -> None:
+    ice, releases = mapped(rng), [Throw(speed=1.9, angle=0, spin=1.0).release()]
+    lone = throw_batch(ice, releases)
+    after = play_batch(ice, np.array([[[2.0, 20.0], [np.nan, np.nan]]]), releases)
+    assert after.xy[0, 2].tolist() == [lone.x[0], lone.y[0]]
+    assert np.isnan(after.xy[0, 1]).all()
+
+
+def test_a_row_of_touching_stones_passes_the_hit_on() -> None:
+    ice = paper()
+    ice = replace(ice, stone=replace(ice.stone, radius=R))
+    row = np.array([[[0.0, 2 * R * k] for k in range(5)]])
+    after = play_batch(ice, row, [Throw(speed=1.0, angle=0, spin=0).release()])
+    assert after.meetings[0] >= 5
+    travelled = after.xy[0, :5, 1] - row[0, :, 1]
+    assert travelled[4] > 3 * np.abs(travelled[:4]).max()
+    assert (np.diff(after.xy[0, :5, 1]) >= 2 * R - 1e-6).all()
