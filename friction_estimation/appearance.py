@@ -22,7 +22,7 @@ from friction_estimation.stone_fit import (
     channels_of,
     fit_stone,
 )
-from friction_estimation.stone_kernels import coverage
+from friction_estimation.stone_kernels import coverage, normal_equations
 from friction_estimation.stone_model import (
     PARTS,
     SHAPE_PARAMETERS,
@@ -34,8 +34,8 @@ from friction_estimation.stone_model import (
 Floats = NDArray[np.float64]
 
 SHAPE_SPREAD = {
-    "radius": 0.0003,
-    "height": 0.0003,
+    "radius": 1e-5,
+    "height": 1e-5,
     "foot_inset": 0.03,
     "foot_height": 0.015,
     "bevel_height": 0.015,
@@ -51,6 +51,7 @@ SHAPE_SPREAD = {
     "shadow_radius": 0.02,
     "shadow_blur": 0.02,
     "shadow": 0.15,
+    "handle_depth": 0.015,
 }
 """How far stones and cameras differ from the starting values; radius and height are the scene's."""
 SHAPE_BOUNDS = {
@@ -67,6 +68,7 @@ SHAPE_BOUNDS = {
     "shadow_radius": (0.05, 0.3),
     "shadow_blur": (0.001, 0.1),
     "shadow": (0.0, 0.9),
+    "handle_depth": (0.001, 0.08),
 }
 MIN_NOISE = 1.0
 """Residuals are never trusted better than one grey level: that is how films are stored."""
@@ -154,6 +156,8 @@ def learn_appearance(exposures: Sequence[Exposure], model: StoneModel, noise: fl
     for exposure in exposures:
         _settle(exposure, look)
     look = _with_handle(exposures, look)
+    for exposure in exposures:
+        _keep_near(exposure, look)
     look = _with_shadow(exposures, look)
     for rounds in (6, 4):
         look = _refine(exposures, look, model, rounds)
@@ -168,6 +172,22 @@ def _settle(exposure: Exposure, look: Appearance) -> float:
     if np.linalg.norm(pose[:2] - exposure.pose[:2]) < 0.5:
         exposure.pose = pose
     return misfit / max(visible, 1e-3)
+
+
+def _keep_near(exposure: Exposure, look: Appearance) -> None:
+    """Drop the pixels that neither stone nor shadow can reach, now that the place is known."""
+    reach = replace(
+        look.model, blur_px=MARGIN_PX / 3, shadow_radius=1.3 * look.model.radius, shadow=1.0
+    )
+    near = _cover(exposure, replace(look, model=reach))[0].sum(axis=1) > 0
+    window = exposure.window
+    exposure.window = replace(
+        window,
+        foot=np.ascontiguousarray(window.foot[near]),
+        lean=np.ascontiguousarray(window.lean[near]),
+    )
+    exposure.picture = np.ascontiguousarray(exposure.picture[near])
+    exposure.behind = np.ascontiguousarray(exposure.behind[near])
 
 
 def _cover(exposure: Exposure, look: Appearance, pose: Floats | None = None) -> Floats:
@@ -318,16 +338,15 @@ def _refine(
         normal = np.zeros((shared, shared))
         right = np.zeros(shared)
         for exposure in exposures:
-            jacobian, pose_jacobian, residual, weight = _linearised(
-                exposure, look, index, parts, poses
-            )
-            weighted = jacobian * weight[:, None]
-            pose_weighted = pose_jacobian * weight[:, None]
-            own = pose_weighted.T @ pose_jacobian + 1e-9 * np.eye(poses)
-            cross = weighted.T @ pose_jacobian
-            solved = np.linalg.solve(own, np.column_stack([cross.T, pose_weighted.T @ residual]))
-            normal += weighted.T @ jacobian - cross @ solved[:, :-1]
-            right += weighted.T @ residual - cross @ solved[:, -1]
+            jacobian, residual, weight = _linearised(exposure, look, index, parts, poses)
+            full = np.zeros((shared + poses, shared + poses))
+            pulled = np.zeros(shared + poses)
+            normal_equations(jacobian, residual, weight, full, pulled)
+            own = full[shared:, shared:] + 1e-9 * np.eye(poses)
+            cross = full[:shared, shared:]
+            solved = np.linalg.solve(own, np.column_stack([cross.T, pulled[shared:]]))
+            normal += full[:shared, :shared] - cross @ solved[:, :-1]
+            right += pulled[:shared] - cross @ solved[:, -1]
         normal /= PIXEL_CORRELATION
         right /= PIXEL_CORRELATION
         shape = look.model.shape()
@@ -352,8 +371,8 @@ def _refine(
 
 def _linearised(
     exposure: Exposure, look: Appearance, index: list[int], parts: int, poses: int
-) -> tuple[Floats, Floats, Floats, Floats]:
-    """Derivatives of the weighted residuals by shape and colours, and by pose."""
+) -> tuple[Floats, Floats, Floats]:
+    """Derivatives of the standardised residuals by shape, colours and pose; residuals; weights."""
     cover = _cover(exposure, look)
     picture = _rendered(cover, exposure.behind, look.colours)
     residual = exposure.picture - picture
@@ -362,7 +381,7 @@ def _linearised(
     columns: list[Floats] = []
     for i in index:
         moved = shape.copy()
-        step = 0.02 if "blur" in SHAPE_PARAMETERS[i] else 5e-4
+        step = 0.02 if SHAPE_PARAMETERS[i].endswith("blur_px") else 5e-4
         moved[i] += step
         changed = replace(look, model=look.model.with_shape(moved))
         other = _rendered(_cover(exposure, changed), exposure.behind, look.colours)
@@ -373,16 +392,14 @@ def _linearised(
             slope = np.zeros_like(residual)
             slope[:, channel] = per_channel[channel, :, part] / look.noise[channel]
             columns.append(slope.ravel())
-    pose_columns: list[Floats] = []
     for p in range(poses):
         pose = exposure.pose.copy()
         step = 1e-2 if p == 2 else 1e-3
         pose[p] += step
         other = _rendered(_cover(exposure, look, pose), exposure.behind, look.colours)
-        pose_columns.append(((other - picture) / step / look.noise).ravel())
+        columns.append(((other - picture) / step / look.noise).ravel())
     return (
         np.column_stack(columns),
-        np.column_stack(pose_columns),
         (residual / look.noise).ravel(),
         weight,
     )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 JERKS = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
-"""Candidate spectral densities of the jerk, square roots [m/s³/√Hz]; 0.003 is a stone left alone."""
+"""Candidate square roots of the jerk's spectral density [m/s³/√Hz]; 0.003: a stone left alone."""
 OUTLIER_AT = 4.0
 """Measurements this many standard deviations from what all others say are left out."""
 ROUNDS = 4

@@ -51,6 +51,7 @@ def sight_lines(u0, v0, rows, columns, matrix, distortion, rotation, position, f
 
 FOOT_LEVELS = 3
 SIDE_LEVELS = 7
+HANDLE_LEVELS = 4
 BEVEL_LEVELS = 3
 
 
@@ -72,7 +73,7 @@ def coverage(x, y, theta, shape, foot, lean, scale, with_handle, out):
     Parameters
     ----------
     x, y, theta : place and heading of the stone, sheet frame [m, rad]
-    shape : (17,) see `SHAPE_PARAMETERS`
+    shape : (18,) see `SHAPE_PARAMETERS`
     foot, lean, scale : of a `Window`
     with_handle : whether there is a handle
     out : (2, n, 5) filled with the visible share of side, bevel, top and handle, and the share of
@@ -102,12 +103,16 @@ def coverage(x, y, theta, shape, foot, lean, scale, with_handle, out):
         level[k, 4] = scale[0, 1, 0] + z * scale[1, 1, 0]
         level[k, 5] = scale[0, 1, 1] + z * scale[1, 1, 1]
     cosine, sine = math.cos(theta), math.sin(theta)
-    h00 = scale[0, 0, 0] + handle_z * scale[1, 0, 0]
-    h01 = scale[0, 0, 1] + handle_z * scale[1, 0, 1]
-    h10 = scale[0, 1, 0] + handle_z * scale[1, 1, 0]
-    h11 = scale[0, 1, 1] + handle_z * scale[1, 1, 1]
-    along_m = math.hypot(cosine * h00 + sine * h10, cosine * h01 + sine * h11)
-    across_m = math.hypot(-sine * h00 + cosine * h10, -sine * h01 + cosine * h11)
+    bars = np.empty((HANDLE_LEVELS, 3))
+    for k in range(HANDLE_LEVELS):
+        z = handle_z - shape[17] * k / (HANDLE_LEVELS - 1)
+        h00 = scale[0, 0, 0] + z * scale[1, 0, 0]
+        h01 = scale[0, 0, 1] + z * scale[1, 0, 1]
+        h10 = scale[0, 1, 0] + z * scale[1, 1, 0]
+        h11 = scale[0, 1, 1] + z * scale[1, 1, 1]
+        bars[k, 0] = z
+        bars[k, 1] = math.hypot(cosine * h00 + sine * h10, cosine * h01 + sine * h11)
+        bars[k, 2] = math.hypot(-sine * h00 + cosine * h10, -sine * h01 + cosine * h11)
     for i in range(foot.shape[0]):
         side, bevel, top = 1e9, 1e9, 1e9
         for k in range(levels):
@@ -125,10 +130,6 @@ def coverage(x, y, theta, shape, foot, lean, scale, with_handle, out):
             else:
                 bevel = min(bevel, distance)
                 top = distance
-        ax = foot[i, 0] + handle_z * lean[i, 0] - x
-        ay = foot[i, 1] + handle_z * lean[i, 1] - y
-        along = cosine * ax + sine * ay
-        across = -sine * ax + cosine * ay
         body = min(side, bevel)
         dx = foot[i, 0] - x - shape[12]
         dy = foot[i, 1] - y - shape[13]
@@ -142,13 +143,20 @@ def coverage(x, y, theta, shape, foot, lean, scale, with_handle, out):
             blur = shape[10 + channel]
             c_handle = 0.0
             if with_handle:
-                bar = _filled((shape[7] - along) / along_m, blur) - _filled(
-                    (shape[8] - along) / along_m, blur
-                )
-                width = _filled((-0.5 * shape[9] - across) / across_m, blur) - _filled(
-                    (0.5 * shape[9] - across) / across_m, blur
-                )
-                c_handle = bar * width
+                for k in range(HANDLE_LEVELS):
+                    ax = foot[i, 0] + bars[k, 0] * lean[i, 0] - x
+                    ay = foot[i, 1] + bars[k, 0] * lean[i, 1] - y
+                    along = cosine * ax + sine * ay
+                    across = -sine * ax + cosine * ay
+                    bar = _filled((shape[7] - along) / bars[k, 1], blur) - _filled(
+                        (shape[8] - along) / bars[k, 1], blur
+                    )
+                    if bar <= c_handle:
+                        continue
+                    width = _filled((-0.5 * shape[9] - across) / bars[k, 2], blur) - _filled(
+                        (0.5 * shape[9] - across) / bars[k, 2], blur
+                    )
+                    c_handle = max(c_handle, bar * width)
             c_body = _filled(body, blur)
             c_bevel = min(_filled(bevel, blur), c_body)
             c_top = min(_filled(top, blur), c_bevel)
@@ -256,3 +264,20 @@ def gauss_newton(
             covariance[p, q] = inverse[p, q] * spread
     quality[0] = np.sqrt(squares / max(weights, 1e-9))
     quality[1] = seen_pixels / max(stone_pixels, 1e-9)
+
+
+@compiled
+def normal_equations(jacobian, residual, weight, normal, right):
+    """Add a weighted least-squares problem, (n, m), to its normal equations.
+
+    Written out, because a threaded library call on such slim matrices mostly waits for its threads.
+    """
+    n, m = jacobian.shape
+    for i in range(n):
+        for p in range(m):
+            scaled = weight[i] * jacobian[i, p]
+            if scaled == 0.0:
+                continue
+            right[p] += scaled * residual[i]
+            for q in range(m):
+                normal[p, q] += scaled * jacobian[i, q]

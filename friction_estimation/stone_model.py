@@ -34,13 +34,14 @@ class StoneModel:
     foot_height : where the side begins [m]
     bevel_height : from the end of the side to the flat top [m]
     bevel_inset : by how much the flat top's radius is smaller [m]
-    handle_rise : height of the handle above the flat top [m]
+    handle_rise : height of the handle's upper face above the flat top [m]
     handle_back, handle_front : where the handle begins and ends along the heading [m]
     handle_width : of the handle [m]
     blur_px : standard deviation of the point spread in brightness [px]
     colour_blur_px : the same in colour, which films store at half the resolution [px]
     shadow_x, shadow_y : place of the shadow's centre on the ice, from the stone's [m]
     shadow_radius, shadow_blur : radius and softness of the shadow [m]
+    handle_depth : vertical thickness of the handle, downward from its upper face [m]
     shadow : share of the light that it takes from the ice
     """
 
@@ -61,9 +62,10 @@ class StoneModel:
     shadow_radius: float = 0.15
     shadow_blur: float = 0.02
     shadow: float = 0.0
+    handle_depth: float = 0.02
 
     def shape(self) -> Floats:
-        """The parameters in the order the kernels read them, (17,)."""
+        """The parameters in the order the kernels read them, (18,)."""
         return np.array([getattr(self, name) for name in SHAPE_PARAMETERS])
 
     def with_shape(self, values: ArrayLike) -> StoneModel:
@@ -110,6 +112,7 @@ SHAPE_PARAMETERS = (
     "shadow_radius",
     "shadow_blur",
     "shadow",
+    "handle_depth",
 )
 
 

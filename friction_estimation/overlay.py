@@ -1,0 +1,170 @@
+"""A film to show: the stone's outline and path drawn into it, its speed, and a map of the sheet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, RING_RADII, TEE_Y
+from friction_estimation.scene import Scene
+from friction_estimation.top_view import TopView
+from friction_estimation.tracking import FilmTrack
+from friction_estimation.video import Film, film_writer
+
+Image = NDArray[np.uint8]
+Floats = NDArray[np.float64]
+Progress = Callable[[Iterable[tuple[float, Image]], int], Iterable[tuple[float, Image]]]
+
+PATH = (40, 170, 255)
+OUTLINE = (80, 230, 120)
+TEXT = (255, 255, 255)
+PANEL = (46, 38, 32)
+ICE = (246, 243, 238)
+BLUE, RED, LINE = (190, 120, 50), (60, 60, 205), (150, 150, 150)
+"""Colours are BGR, as films are."""
+
+
+def write_overlay(
+    film_path: str | Path,
+    scene: Scene,
+    track: FilmTrack,
+    output: str | Path,
+    *,
+    progress: Progress | None = None,
+) -> None:
+    """Draw what was tracked into the film it was tracked in.
+
+    Raises
+    ------
+    OutputError : `output` cannot be written as a film
+    """
+    film = Film.open(film_path, scene.fps)
+    picture = _Overlay(track, scene, film.size)
+    frames: Iterable[tuple[float, Image]] = film.frames()
+    if progress is not None:
+        frames = progress(frames, film.frame_count)
+    with film_writer(output, film.size, film.fps) as writer:
+        for index, (t, frame) in enumerate(frames):
+            writer.write(picture.draw(frame, index, t))
+
+
+class _Overlay:
+    def __init__(self, track: FilmTrack, scene: Scene, size: tuple[int, int]) -> None:
+        self._track, self._scene = track, scene
+        self._unit = max(size[1] / 1080, 0.35)
+        self._row_of = {int(frame): row for row, frame in enumerate(track.frame)}
+        xy = track.trajectory.xy
+        flat = np.column_stack([xy, np.zeros(len(xy))])
+        self._path_px = track.camera.project(flat)
+        self._inset, self._view = self._map(size)
+        self._path_view = self._view.to_view(xy)
+
+    def draw(self, frame: Image, index: int, t: float) -> Image:
+        """The frame with everything drawn into it."""
+        row = self._row_of.get(index)
+        until = int(np.searchsorted(self._track.frame, index, side="right"))
+        self._polyline(frame, self._path_px[:until], PATH, 3)
+        if row is not None:
+            self._stone(frame, row)
+        self._draw_map(frame, until, row)
+        self._draw_numbers(frame, row, until, t)
+        return frame
+
+    def _stone(self, frame: Image, row: int) -> None:
+        track = self._track
+        xy, theta = track.trajectory.xy[row], track.trajectory.theta[row]
+        outline = track.look.model.outline_px(track.camera, xy)
+        self._polyline(frame, np.concatenate([outline, outline[:1]]), OUTLINE, 2)
+        if np.isfinite(theta):
+            z = track.look.model.height + track.look.model.handle_rise
+            ahead = xy + 2.2 * track.look.model.radius * np.array([np.cos(theta), np.sin(theta)])
+            line = track.camera.project([[*xy, z], [*ahead, z]])
+            self._polyline(frame, line, OUTLINE, 2)
+
+    def _map(self, size: tuple[int, int]) -> tuple[Image, TopView]:
+        sheet = self._scene.sheet
+        view = TopView.of(sheet, px_per_m=max(0.72 * size[1] / sheet.length, 4.0))
+        image = np.full((view.size[1], view.size[0], 3), ICE, dtype=np.uint8)
+
+        def at(x: float, y: float) -> tuple[int, int]:
+            u, v = np.round(16 * view.to_view(np.array([[x, y]]))[0]).astype(int)
+            return int(u), int(v)
+
+        for side in (-1, 1):
+            for radius, colour in zip(RING_RADII, (BLUE, ICE, RED, ICE), strict=True):
+                r = round(16 * radius * view.px_per_m)
+                cv2.circle(image, at(0, side * TEE_Y), r, colour, -1, cv2.LINE_AA, 4)
+            for y, colour, width in (
+                (HOG_LINE_Y, RED, 2),
+                (TEE_Y, LINE, 1),
+                (BACK_LINE_Y, LINE, 1),
+            ):
+                ends = at(-sheet.width, side * y), at(sheet.width, side * y)
+                cv2.line(image, *ends, colour, width, cv2.LINE_AA, 4)
+        cv2.line(image, at(0, -sheet.length), at(0, sheet.length), LINE, 1, cv2.LINE_AA, 4)
+        return image, view
+
+    def _draw_map(self, frame: Image, until: int, row: int | None) -> None:
+        image = self._inset.copy()
+        self._polyline(image, self._path_view[:until], PATH, 2)
+        if row is not None:
+            radius = max(self._track.look.model.radius * self._view.px_per_m, 3.5)
+            u, v = np.round(16 * self._path_view[row]).astype(int)
+            centre = int(u), int(v)
+            cv2.circle(image, centre, round(16 * radius), PANEL, -1, cv2.LINE_AA, 4)
+            cv2.circle(image, centre, round(16 * radius), OUTLINE, 2, cv2.LINE_AA, 4)
+        edge = round(8 * self._unit)
+        margin = round(28 * self._unit)
+        rows, columns = image.shape[:2]
+        top = (frame.shape[0] - rows) // 2
+        left = frame.shape[1] - margin - columns
+        if top < edge or left < edge:
+            return
+        frame[top - edge : top + rows + edge, left - edge : left + columns + edge] = PANEL
+        frame[top : top + rows, left : left + columns] = image
+
+    def _draw_numbers(self, frame: Image, row: int | None, until: int, t: float) -> None:
+        track = self._track
+        lines = [f"{t:6.2f} s"]
+        if row is not None:
+            v = track.velocity[row]
+            x, y = track.trajectory.xy[row]
+            lines.append(f"{np.hypot(*v):6.2f} m/s")
+            if np.isfinite(track.spin[row]):
+                lines.append(f"{track.spin[row]:+6.2f} rad/s")
+            lines.append(f"x {x:+.2f}  y {y:+.2f} m")
+        else:
+            lines.append("not seen" if 0 < until < len(track.frame) else "no stone yet")
+            if until == len(track.frame):
+                lines[-1] = "out of view"
+        unit = self._unit
+        step, left, top = round(40 * unit), round(28 * unit), round(28 * unit)
+        width, height = round(330 * unit), step * len(lines) + round(24 * unit)
+        panel = frame[top : top + height, left : left + width]
+        panel[:] = (0.25 * panel + 0.75 * np.array(PANEL)).astype(np.uint8)
+        for i, text in enumerate(lines):
+            origin = (left + round(18 * unit), top + round(10 * unit) + step * (i + 1) - 8)
+            cv2.putText(
+                frame,
+                text,
+                origin,
+                cv2.FONT_HERSHEY_DUPLEX,
+                0.95 * unit,
+                TEXT,
+                max(1, round(unit)),
+                cv2.LINE_AA,
+            )
+
+    def _polyline(
+        self, image: Image, px: Floats, colour: tuple[int, int, int], width: float
+    ) -> None:
+        px = px[np.isfinite(px).all(axis=1)]
+        if len(px) < 2:
+            return
+        points = np.round(px * 16).astype(np.int32).reshape(-1, 1, 2)
+        thickness = max(1, round(width * self._unit))
+        cv2.polylines(image, [points], False, colour, thickness, cv2.LINE_AA, 4)

@@ -1,0 +1,226 @@
+"""From film to track, on a small film drawn here by other means than the tracker's own model."""
+
+from __future__ import annotations
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+from curling_env.cli import main
+from curling_env.errors import InputError
+from curling_env.trajectory import read_tracks
+from friction_estimation.camera import Camera
+from friction_estimation.optical_flow import follow, lucas_kanade
+from friction_estimation.scene import Scene, load_scene, save_scene
+from friction_estimation.stone_model import StoneModel
+from friction_estimation.tracking import TrackingOptions, track_film
+from friction_estimation.video import Film, film_writer
+
+SIZE = (480, 270)
+FPS = 20.0
+RADIUS, HEIGHT = 0.145, 0.114
+CAMERA = Camera.looking_at(
+    position=(0.8, 6.0, 7.0),
+    target=(0.0, 11.0, 0.0),
+    focal_px=330.0,
+    size=SIZE,
+    distortion=(-0.05, 0.01, 0, 0, 0),
+)
+FINE = 4
+"""Pixels are drawn four times finer and averaged, so that edges have their right share."""
+
+
+def truth_at(t):
+    """A stone that slides, curls a little, turns, and comes to rest after 3.6 s."""
+    t = np.minimum(t, 3.6)
+    y = 7.6 + 1.8 * t - 0.25 * t**2
+    return np.array([-0.3 + 0.02 * t**2, y, 0.4 + 1.1 * t])
+
+
+def fill(image, points, colour):
+    px = (CAMERA.project(points) + 0.5) * FINE - 0.5
+    hull = cv2.convexHull(px.astype(np.float32)).reshape(-1, 2)
+    cv2.fillConvexPoly(image, np.round(hull * 16).astype(np.int32), colour, cv2.LINE_AA, 4)
+
+
+def ring(centre, radius, z):
+    a = np.linspace(0, 2 * np.pi, 60)
+    return np.column_stack(
+        [centre[0] + radius * np.cos(a), centre[1] + radius * np.sin(a), np.full(60, z)]
+    )
+
+
+def draw_stone(image, x, y, theta):
+    side = [ring((x, y), RADIUS - 0.02, 0.0), ring((x, y), RADIUS, 0.02)]
+    side += [ring((x, y), RADIUS, 0.1), ring((x, y), RADIUS - 0.015, HEIGHT)]
+    fill(image, np.concatenate(side), (90, 92, 95))
+    fill(image, ring((x, y), RADIUS - 0.015, HEIGHT), (128, 130, 132))
+    along = np.array([np.cos(theta), np.sin(theta)])
+    across = np.array([-along[1], along[0]])
+    bar = [np.array([x, y]) + a * along + b * across for a in (-0.02, 0.11) for b in (-0.02, 0.02)]
+    fill(image, np.column_stack([bar, np.full(4, HEIGHT + 0.03)]), (30, 190, 230))
+
+
+def draw_ice():
+    image = np.full((SIZE[1] * FINE, SIZE[0] * FINE, 3), (50, 44, 40), dtype=np.uint8)
+    grid = [(x, y) for x in (-2.25, 2.25) for y in np.linspace(6.5, 22.25, 40)]
+    fill(image, np.array([[x, y, 0.0] for x, y in grid]), (232, 230, 228))
+    tee = (0.0, 17.3735)
+    for radius, colour in (
+        (1.829, (190, 120, 50)),
+        (1.219, (232, 230, 228)),
+        (0.61, (50, 50, 200)),
+    ):
+        fill(image, ring(tee, radius, 0.0), colour)
+    fill(
+        image, np.array([[x, y, 0.0] for x in (-2.25, 2.25) for y in (10.97, 11.07)]), (60, 60, 200)
+    )
+    return image
+
+
+def draw_film(path, *, stone=True, walker=True, frames=90):
+    rng = np.random.default_rng(11)
+    ice = draw_ice()
+    with film_writer(path, SIZE, FPS) as writer:
+        for i in range(frames):
+            image = ice.copy()
+            if stone:
+                draw_stone(image, *truth_at(i / FPS))
+            if walker:
+                x, y = 1.2, 9.0 + 0.05 * i
+                body = [(x + a, y, z) for a in (-0.25, 0.25) for z in (0.0, 1.7)]
+                fill(image, np.array(body), (120, 60, 60))
+            frame = cv2.resize(image, SIZE, interpolation=cv2.INTER_AREA).astype(np.float64)
+            writer.write(np.clip(frame + rng.normal(0, 1.5, frame.shape), 0, 255).astype(np.uint8))
+    return path
+
+
+def scene():
+    known = np.array([[-1.5, 14.0], [1.5, 14.0], [-2.0, 10.9725], [2.0, 10.9725], [0.0, 9.0]])
+    return Scene(
+        sheet_points=known,
+        points_px=CAMERA.project(np.column_stack([known, np.zeros(5)])),
+        camera_matrix=CAMERA.matrix,
+        distortion=CAMERA.distortion,
+        stone_radius=RADIUS,
+        stone_height=HEIGHT,
+    )
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory):
+    return draw_film(tmp_path_factory.mktemp("film") / "throw.mp4")
+
+
+@pytest.fixture(scope="module")
+def tracked(film):
+    return track_film(film, scene())
+
+
+def test_the_stone_is_found_and_measured_to_millimetres(tracked):
+    path = tracked.trajectory
+    truth = np.array([truth_at(t) for t in path.t])
+    error = path.xy - truth[:, :2]
+    assert len(path) >= 0.9 * tracked.frame_count
+    assert np.sqrt(np.mean(np.sum(error**2, axis=1))) < 0.008
+    assert 0 < np.median(path.sigma_xy) < 0.02
+
+
+def test_the_heading_follows_the_handle_without_jumps(tracked):
+    path = tracked.trajectory
+    truth = np.array([truth_at(t)[2] for t in path.t])
+    assert np.abs(np.diff(path.theta)).max() < 0.3
+    assert np.sqrt(np.mean((path.theta - truth) ** 2)) < 0.1
+
+
+def test_speed_comes_from_the_smoother(tracked):
+    at = np.searchsorted(tracked.trajectory.t, 1.5)
+    assert tracked.velocity[at] == pytest.approx([0.06, 1.05], abs=0.03)
+
+
+def test_times_count_from_the_first_frame(tracked):
+    assert tracked.trajectory.t[0] < 0.5
+    assert tracked.trajectory.t == pytest.approx(tracked.frame / FPS, abs=1e-6)
+
+
+def test_plain_flow_serves_as_well_as_pyramidal(film, tracked):
+    plain = track_film(film, scene(), options=TrackingOptions(flow="plain"))
+    assert len(plain.trajectory) >= 0.9 * len(tracked.trajectory)
+
+
+def test_a_film_without_a_stone_is_refused(tmp_path):
+    path = draw_film(tmp_path / "empty.mp4", stone=False, frames=40)
+    with pytest.raises(InputError, match=r"empty\.mp4: no thrown stone found"):
+        track_film(path, scene())
+
+
+def test_flow_alone_follows_the_stone_for_a_while(film):
+    outline = StoneModel(radius=RADIUS, height=HEIGHT).outline_px(CAMERA, truth_at(0.0)[:2])
+    frames = [frame for _, frame in Film.open(film).frames()][:10]
+    path = follow(frames, CAMERA, outline, HEIGHT, "pyramidal")
+    assert len(path) == 10
+    moved = path[-1] - path[0]
+    assert moved == pytest.approx(truth_at(9 / FPS)[:2] - truth_at(0.0)[:2], abs=0.06)
+
+
+def test_only_the_pyramid_follows_a_large_motion():
+    rng = np.random.default_rng(0)
+    picture = cv2.GaussianBlur(rng.integers(0, 255, (160, 160), dtype=np.uint8), (0, 0), 3)
+    picture = cv2.normalize(picture, None, 0, 255, cv2.NORM_MINMAX)
+    moved = np.roll(picture, 14, axis=1)
+    points = np.array([[80.0, 80.0], [70.0, 60.0], [60.0, 90.0]])
+    near, found = lucas_kanade(picture, moved, points, "pyramidal")
+    assert found.all()
+    assert near - points == pytest.approx(np.tile([14.0, 0.0], (3, 1)), abs=0.2)
+    far, plain_found = lucas_kanade(picture, moved, points, "plain")
+    assert not (plain_found & (np.abs(far[:, 0] - points[:, 0] - 14) < 0.5)).any()
+
+
+def test_the_command_writes_tracks_and_an_overlay(film, tmp_path, capsys):
+    save_scene(scene(), tmp_path / "scene.json")
+    arguments = ["track", str(film), "--scene", str(tmp_path / "scene.json")]
+    arguments += ["-o", str(tmp_path / "tracks.csv"), "--overlay", str(tmp_path / "seen.mp4")]
+    assert main(arguments) == 0
+    (track,) = read_tracks(tmp_path / "tracks.csv")
+    (report,) = json.loads(capsys.readouterr().out)
+    assert report["tracked"] == len(track)
+    shown = [frame for _, frame in Film.open(tmp_path / "seen.mp4").frames()]
+    plain = [frame for _, frame in Film.open(film).frames()]
+    assert len(shown) == len(plain)
+    assert np.abs(shown[60].astype(int) - plain[60]).max() > 100
+
+
+@pytest.mark.parametrize(
+    ("film_name", "scene_text", "complaint"),
+    [
+        ("missing.mp4", None, "no such film"),
+        ("noise.mp4", None, "not a film that can be decoded"),
+        ("throw.mp4", "{", "not JSON"),
+        ("throw.mp4", '{"points": []}', "four points"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_2(film, tmp_path, capsys, film_name, scene_text, complaint):
+    (tmp_path / "noise.mp4").write_bytes(b"\x00" * 500)
+    path = film if film_name == "throw.mp4" else tmp_path / film_name
+    save_scene(scene(), tmp_path / "scene.json")
+    if scene_text is not None:
+        (tmp_path / "scene.json").write_text(scene_text)
+    output = tmp_path / "tracks.csv"
+    status = main(["track", str(path), "--scene", str(tmp_path / "scene.json"), "-o", str(output)])
+    lines = capsys.readouterr().err.strip().splitlines()
+    assert status == 2
+    assert len(lines) == 1
+    assert complaint in lines[0]
+    assert not output.exists()
+
+
+def test_points_outside_the_image_end_the_command(film, tmp_path, capsys):
+    save_scene(scene(), tmp_path / "scene.json")
+    document = json.loads((tmp_path / "scene.json").read_text())
+    document["points"][0]["px"] = [900.0, 20.0]
+    (tmp_path / "scene.json").write_text(json.dumps(document))
+    assert load_scene(tmp_path / "scene.json").points_px[0, 0] == 900
+    assert main(["track", str(film), "--scene", str(tmp_path / "scene.json")]) == 2
+    assert "outside the image" in capsys.readouterr().err
