@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from curling_env.envs.game_scene import GameScreen
 
 RENDER_MODES = ("rgb_array", "human")
-RENDERED_FPS = 30.0
-"""Samples a second of the paths that are drawn."""
 
 
 def env(**settings: Any) -> AECEnv[str, Any, Any]:
@@ -228,8 +226,8 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
             self._was_dead_step(action)
             return
         before = self.state
-        fps = RENDERED_FPS if self.render_mode else None
-        after, shot = self.rink.play(before, self.action.call_of(action), fps=fps)
+        paths = self.render_mode is not None
+        after, shot = self.rink.play(before, self.action.call_of(action), paths=paths)
         self._shown = after
         if self.render_mode == "human":
             self._screen().show(before, after, shot)

@@ -28,8 +28,6 @@ Hammer = Literal["own", "opponent", "random"]
 AGENT = Team.HOME
 """The agent plays the home team's stones."""
 RENDER_MODES = ("rgb_array", "human")
-RENDERED_FPS = 30.0
-"""Samples a second of the paths that are drawn."""
 
 
 class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
@@ -199,8 +197,8 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
 
     def _play(self, call: Call) -> GameRewardParts:
         before = self.state
-        fps = RENDERED_FPS if self.render_mode else None
-        self._state, shot = self.rink.play(before, call, opponent=self.opponent, fps=fps)
+        paths = self.render_mode is not None
+        self._state, shot = self.rink.play(before, call, opponent=self.opponent, paths=paths)
         self._shots = (*self._shots, shot)
         if self.render_mode == "human":
             self._screen().show(before, self._state, shot)

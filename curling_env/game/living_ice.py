@@ -16,8 +16,12 @@ from curling_env.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
 
-PATH_FPS = 15.0
-"""Samples a second of the paths that wear ice: a stone stays in a cell for several."""
+PATH_FPS = 30.0
+"""Samples a second of paths: those that wear the ice, and those that are drawn or recorded."""
+
+
+WORN_WIDTH = 0.125
+"""Width of the track a stone wears, that of its running band [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +30,8 @@ class LivingIce:
 
     Parameters
     ----------
-    wear : relative change of μ in a cell for each stone that runs over it; negative runs keener
+    wear : relative change of μ where a stone's band ran, for each pass; negative runs keener. A
+        cell changes by the share of its width that the band covers
     frost : relative change of μ over the whole sheet in an hour; positive runs heavier
     stone_spread : standard deviation of μ from stone to stone, relative
     pace : seconds from one delivery to the next
@@ -104,4 +109,4 @@ def wear_of(living: LivingIce, sheet: Sheet, paths: Sequence[Trajectory]) -> Flo
         touched = np.zeros(sheet.shape, dtype=bool)
         touched[sheet.cell_of(path.xy)] = True
         passes += touched
-    return living.wear * passes
+    return living.wear * min(WORN_WIDTH / sheet.cell_size, 1.0) * passes

@@ -140,7 +140,7 @@ class Rink:
         call: Call,
         *,
         opponent: Player | None = None,
-        fps: float | None = None,
+        paths: bool = False,
     ) -> tuple[GameState, Shot]:
         """Play one delivery.
 
@@ -149,7 +149,7 @@ class Rink:
         state : with an end in play
         call : of the team to throw
         opponent : decides after a tick; without one, the stones are put back
-        fps : samples a second of the paths in the shot; none are kept without it
+        paths : whether the shot keeps the stones' paths, 30 samples a second
 
         Raises
         ------
@@ -167,7 +167,7 @@ class Rink:
                 direction, stone=stone, clock=state.clock, order=state.throws, sweep=sweep
             ),
             [on_sheet(lying, direction) for lying in end.stones],
-            fps=fps or (PATH_FPS if self.living.wear else None),
+            fps=PATH_FPS if paths or self.living.wear else None,
             throw=state.throws,
         )
         result = _result(end.stones, team, end.number_of_stone, outcome, direction)

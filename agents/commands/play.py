@@ -1,0 +1,128 @@
+"""`curling play`: a game between two players."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from curling_env.cli import IceOption, SeedOption, print_json, progress, say
+
+PlayerOption = Annotated[
+    str,
+    typer.Option(
+        metavar="AGENT", help="draw, rulebased, greedy, or the file of a model of `curling train`."
+    ),
+]
+RulesOption = Annotated[
+    str, typer.Option(help="world_curling_2024, mixed_doubles_2024 or digital_curling.")
+]
+SkillOption = Annotated[
+    str, typer.Option(help="Execution error of both hands: none, elite, champion or club.")
+]
+StillOption = Annotated[
+    bool,
+    typer.Option("--still", help="Ice that neither wears nor frosts over, and stones all alike."),
+]
+SweepOption = Annotated[
+    bool, typer.Option("--sweep/--no-sweep", help="Whether sweepers help a stone that is light.")
+]
+
+
+def play(
+    home: PlayerOption,
+    away: PlayerOption,
+    ends: Annotated[
+        int | None, typer.Option(min=1, help="Of the game; the rules' own number without it.")
+    ] = None,
+    ice: IceOption = "standard",
+    rules: RulesOption = "world_curling_2024",
+    skill: SkillOption = "elite",
+    known_ice: Annotated[
+        str | None,
+        typer.Option(metavar="ICE", help="The ice as the players know it; the true one without."),
+    ] = None,
+    hammer: Annotated[
+        str, typer.Option(help="Who has the last stone in the first end: home, away or lot.")
+    ] = "lot",
+    still: StillOption = False,
+    sweep: SweepOption = True,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="DIR",
+            help="Directory for the record (game.jsonl) and its replay (game.html).",
+        ),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="The result as JSON.")] = False,
+    seed: SeedOption = 0,
+) -> None:
+    """Play a game between two players and hang up its line score.
+
+    The ice wears along the stones' paths and frosts over, no two stones are quite alike, sweepers
+    sweep what is light, and no hand is exact; options switch each of these off. With -o the game is
+    recorded with every stone's path, and written as a page that replays it in any browser.
+
+    \b
+    Examples:
+        curling play --home rulebased --away draw --ends 8 -o runs/game
+        curling play --home greedy --away rulebased --ice ice.json --seed 7 --json
+        curling play --home rulebased --away greedy --rules mixed_doubles_2024
+    """
+    from agents.playing.match import Match, Played
+    from agents.playing.page import write_page
+    from agents.playing.record import result_of, write_record
+    from agents.playing.scoreboard import outcome, scoreboard
+    from agents.playing.trained import player_from
+    from curling_env.errors import InputError
+    from curling_env.game import STILL, USUAL, Rink
+    from curling_env.rules import Team, rule_set
+    from curling_env.storage import make_directory
+
+    if hammer not in ("home", "away", "lot"):
+        raise InputError(f"--hammer is home, away or lot, got {hammer!r}")
+    chosen = rule_set(rules) if ends is None else rule_set(rules, ends=ends)
+    players = (player_from(home), player_from(away))
+    rink = Rink(
+        ice,
+        known_ice=known_ice,
+        rules=chosen,
+        skills=skill,
+        living=STILL if still else USUAL,
+        sweeping=sweep,
+    )
+    match = Match(
+        rink,
+        players,
+        seed=seed,
+        last_stone=None if hammer == "lot" else Team[hammer.upper()],
+        paths=output is not None,
+    )
+    stones = chosen.ends * chosen.deliveries
+    deliveries = tuple(progress(match, "playing", total=stones, unit="stone"))
+    played = Played(players=players, deliveries=deliveries, game=match.game)
+    if output is not None:
+        folder = make_directory(output)
+        lines = write_record(folder / "game.jsonl", played, rink, ice=ice, seed=seed)
+        write_page(folder / "game.html", lines)
+        say(f"recorded in {folder / 'game.jsonl'}; open {folder / 'game.html'} to watch it")
+    names = (players[0].name, players[1].name)
+    if as_json:
+        print_json(
+            {
+                "home": names[0],
+                "away": names[1],
+                "rules": chosen.name,
+                "ends": chosen.ends,
+                "ice": ice,
+                "seed": seed,
+                "deliveries": len(deliveries),
+                **result_of(played),
+            }
+        )
+        return
+    print(scoreboard(played.game, names))
+    print(outcome(played.game, names))

@@ -1,0 +1,110 @@
+"""A game between two players."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from curling_env.errors import InputError
+from curling_env.game import GameState, Player, Rink, Shot
+from curling_env.rules import Game, Team, concede, may_concede
+
+
+class Delivery(NamedTuple):
+    """One delivery of a game and the game on either side of it."""
+
+    before: GameState
+    shot: Shot
+    after: GameState
+
+
+@dataclass(frozen=True, kw_only=True)
+class Played:
+    """A game that was played.
+
+    Parameters
+    ----------
+    players : of home and away
+    deliveries : in order, with paths if they were asked for
+    game : as it ended
+    """
+
+    players: tuple[Player, Player]
+    deliveries: tuple[Delivery, ...]
+    game: Game
+
+
+class Match:
+    """Plays one game, delivery by delivery.
+
+    Parameters
+    ----------
+    rink : the ice, the rules and the hands
+    players : of home and away
+    seed : of everything random; the same seed, the same game
+    last_stone : who has the hammer in the first end; by lot without it
+    paths : whether each delivery keeps its stones' paths
+
+    Iterating plays the game and gives its deliveries; `game` is the game so far.
+    """
+
+    def __init__(
+        self,
+        rink: Rink,
+        players: tuple[Player, Player],
+        *,
+        seed: int,
+        last_stone: Team | None = None,
+        paths: bool = False,
+    ) -> None:
+        if seed < 0:
+            raise InputError(f"a seed must be at least 0, got {seed}")
+        self.rink, self.players, self.paths = rink, players, paths
+        first = Team(seed % 2) if last_stone is None else last_stone
+        self.state = rink.new_game(seed, last_stone=first)
+
+    @property
+    def game(self) -> Game:
+        """The game so far."""
+        return self.state.game
+
+    def __iter__(self) -> Iterator[Delivery]:
+        while not self.game.is_over:
+            if self.game.end is None:
+                self._begin_end()
+            end = self.game.end
+            assert end is not None
+            team = end.to_throw
+            player, opponent = self.players[team], self.players[team.other]
+            view = self.rink.view(self.state)
+            if may_concede(self.game, team) and player.concedes(view):
+                self.state = replace(self.state, game=concede(self.game, team))
+                return
+            before = self.state
+            self.state, shot = self.rink.play(
+                before, player.call(view), opponent=opponent, paths=self.paths
+            )
+            yield Delivery(before, shot, self.state)
+
+    def _begin_end(self) -> None:
+        decides = self.game.last_stone
+        side = None
+        free = self.game.rules.power_play and decides not in self.game.power_plays
+        if free and not self.game.is_extra_end:
+            side = self.players[decides].power_play(self.rink.view(self.state, decides))
+        self.state = self.rink.begin_end(self.state, power_play=side)
+
+
+def play_game(
+    rink: Rink,
+    players: tuple[Player, Player],
+    *,
+    seed: int,
+    last_stone: Team | None = None,
+    paths: bool = False,
+) -> Played:
+    """Play a game to its end; parameters as of `Match`."""
+    match = Match(rink, players, seed=seed, last_stone=last_stone, paths=paths)
+    deliveries = tuple(match)
+    return Played(players=players, deliveries=deliveries, game=match.game)

@@ -1,0 +1,32 @@
+"""A recorded game as one page that plays itself: no network, no other file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from curling_env.storage import write_text
+
+PLACE = "/*RECORD*/"
+"""Where the template takes the record."""
+
+
+def page_of(lines: Sequence[dict[str, Any]]) -> str:
+    """The page of a recorded game, HTML.
+
+    Parameters
+    ----------
+    lines : the documents of `record.lines_of` or `record.read_record`
+    """
+    template = files("agents.playing").joinpath("replay.html").read_text(encoding="utf-8")
+    # A name must not end the script element that it is written into.
+    record = json.dumps(list(lines), separators=(",", ":")).replace("<", "\\u003c")
+    return template.replace(PLACE, record)
+
+
+def write_page(path: str | Path, lines: Sequence[dict[str, Any]]) -> None:
+    """Write the page of a recorded game, complete or not at all."""
+    write_text(path, page_of(lines))

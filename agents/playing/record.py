@@ -1,0 +1,199 @@
+"""A game as JSON lines: what was meant, what was thrown, and every stone's path.
+
+The first line says who played by which rules, then comes a line for every delivery, and the last
+one is the result. Positions and paths are in the sheet frame [m], times in seconds since release.
+Throws are written with all their digits, so that the same game can be played again from them.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from agents.playing.match import Delivery, Played
+from curling_env.errors import InputError
+from curling_env.game import Call, GameState, Player, Rink, View
+from curling_env.game.rink import on_sheet
+from curling_env.rules import Ruling, Team, concede
+from curling_env.storage import read_text, write_text
+from curling_env.throw import Throw
+from curling_env.trajectory import Trajectory
+
+FORMAT = "curling-game/1"
+EVERY = 3
+"""Of a path's 30 samples a second, one in so many is written."""
+
+
+def lines_of(played: Played, rink: Rink, *, ice: str, seed: int) -> list[dict[str, Any]]:
+    """A game as the documents of its lines.
+
+    Parameters
+    ----------
+    played : with paths
+    ice : the name or file it was asked for by
+    seed : of the game
+    """
+    game = played.game
+    first = played.deliveries[0].before.game if played.deliveries else game
+    head = {
+        "format": FORMAT,
+        "home": played.players[Team.HOME].name,
+        "away": played.players[Team.AWAY].name,
+        "rules": game.rules.name,
+        "ends": game.rules.ends,
+        "ice": ice,
+        "sheet": {"length": rink.ice.sheet.length, "width": rink.ice.sheet.width},
+        "stone_radius": rink.ice.stone.radius,
+        "skill": [skill.name for skill in rink.skills],
+        "seed": seed,
+        "last_stone": first.last_stone.label,
+    }
+    return [head, *(_delivery(d) for d in played.deliveries), result_of(played)]
+
+
+def result_of(played: Played) -> dict[str, Any]:
+    """How a game ended."""
+    game = played.game
+    return {
+        "line_score": [list(end) for end in game.line_score],
+        "hammers": [team.label for team in game.hammers],
+        "score": list(game.score),
+        "winner": None if game.winner is None else game.winner.label,
+        "conceded": None if game.conceded is None else game.conceded.label,
+        "power_plays": [team.label for team in game.power_plays],
+    }
+
+
+def write_record(
+    path: str | Path, played: Played, rink: Rink, *, ice: str, seed: int
+) -> list[dict[str, Any]]:
+    """Write a game, complete or not at all; returns the lines' documents."""
+    lines = lines_of(played, rink, ice=ice, seed=seed)
+    write_text(path, "\n".join(json.dumps(line, separators=(",", ":")) for line in lines) + "\n")
+    return lines
+
+
+def read_record(path: str | Path) -> list[dict[str, Any]]:
+    """The documents of a recorded game.
+
+    Raises
+    ------
+    InputError : unreadable, or not a recorded game
+    """
+    lines: list[dict[str, Any]] = []
+    for number, text in enumerate(read_text(path).splitlines(), start=1):
+        if not text.strip():
+            continue
+        try:
+            line = json.loads(text)
+        except json.JSONDecodeError as error:
+            raise InputError("is not JSON", source=path, where=f"line {number}") from error
+        if not isinstance(line, dict):
+            raise InputError("expected an object", source=path, where=f"line {number}")
+        lines.append(cast("dict[str, Any]", line))
+    if not lines or lines[0].get("format") != FORMAT:
+        raise InputError(
+            f"expected a recorded game of format {FORMAT!r}", source=path, where="line 1"
+        )
+    if len(lines) < 2 or "line_score" not in lines[-1]:
+        raise InputError("the game breaks off: its last line is no result", source=path)
+    return lines
+
+
+def play_again(lines: Sequence[dict[str, Any]], rink: Rink) -> GameState:
+    """Play a recorded game again from what was meant; the same rink gives the same game.
+
+    Raises
+    ------
+    InputError : the game goes otherwise than it was recorded
+    """
+    head, *deliveries, result = lines
+    state = rink.new_game(int(head["seed"]), last_stone=Team[str(head["last_stone"]).upper()])
+    for line in deliveries:
+        if state.game.end is None:
+            state = rink.begin_end(state, power_play=line["power_play"])
+        meant = line["meant"]
+        sweep = tuple(line["sweep"])
+        call = Call(throw=Throw(**meant), sweep=sweep if rink.sweeping else None, shot=line["shot"])
+        state, shot = rink.play(state, call, opponent=_Chooser(bool(line["put_back"])))
+        if _lying(shot.lying, shot.direction) != line["lying"]:
+            raise InputError(
+                f"end {line['end']}, stone {line['stone']} went otherwise than it was recorded: "
+                "another ice, other rules or another hand"
+            )
+    if result["conceded"] is not None:
+        team = Team[str(result["conceded"]).upper()]
+        state = replace(state, game=concede(state.game, team))
+    if [list(end) for end in state.game.line_score] != result["line_score"]:
+        raise InputError("the game ended with another line score than was recorded")
+    return state
+
+
+class _Chooser(Player):
+    """Chooses after a tick as was chosen."""
+
+    def __init__(self, put_back: bool) -> None:
+        self._put_back = put_back
+
+    def call(self, view: View) -> Call:
+        raise AssertionError("a recorded game has its own calls")
+
+    def puts_back(self, view: View, ruling: Ruling) -> bool:
+        return self._put_back
+
+
+def _delivery(delivery: Delivery) -> dict[str, Any]:
+    before, shot, after = delivery
+    end = before.game.end
+    assert end is not None
+    line: dict[str, Any] = {
+        "end": shot.end + 1,
+        "stone": shot.number + 1,
+        "team": shot.team.label,
+        "hammer": end.hammer.label,
+        "direction": shot.direction.name.lower(),
+        "power_play": end.power_play,
+        "shot": shot.call.shot,
+        "meant": _throw(shot.call.throw),
+        "thrown": _throw(shot.thrown),
+        "sweep": list(shot.sweep),
+        "fault": None if shot.ruling.fault is None else shot.ruling.fault.value,
+        "put_back": shot.put_back,
+        "time": round(shot.outcome.time, 3),
+        "before": _lying(end.stones, shot.direction),
+        "lying": _lying(shot.lying, shot.direction),
+        "paths": [_path(path) for path in shot.outcome.trajectories],
+    }
+    if after.game.end is None and after.game.line_score:
+        line["score_of_end"] = list(after.game.line_score[-1])
+    return line
+
+
+def _throw(throw: Throw) -> dict[str, float]:
+    return {"speed": throw.speed, "angle": throw.angle, "spin": throw.spin, "x": throw.x}
+
+
+def _lying(stones: Any, direction: Any) -> list[dict[str, Any]]:
+    """Resting stones in the sheet frame, with all digits."""
+    places = [(lying, on_sheet(lying, direction)) for lying in stones]
+    return [
+        {"stone": lying.stone, "team": lying.team.label, "x": place.x, "y": place.y}
+        for lying, place in places
+    ]
+
+
+def _path(path: Trajectory) -> dict[str, Any]:
+    keep = np.arange(len(path)) % EVERY == 0
+    keep[-1] = True
+    return {
+        "stone": path.stone,
+        "t": np.round(path.t[keep], 3).tolist(),
+        "x": np.round(path.xy[keep, 0], 3).tolist(),
+        "y": np.round(path.xy[keep, 1], 3).tolist(),
+        "theta": np.round(path.theta[keep], 2).tolist(),
+    }
