@@ -1,1 +1,1 @@
-"""The physics of sliding stones: one force law, the effects it sums, and the engines that use it."""
+"""Sliding stones: one force law, the effects it sums, and the engines that use it."""

@@ -286,12 +286,8 @@ def feel(
     parts : (6,) filled with P along x, y and of the spin, then Q likewise [m/s², rad/s²]
     """
     speed = math.sqrt(vx * vx + vy * vy)
-    if speed > SLOWEST:
-        travel_x = vx / speed
-        travel_y = vy / speed
-    else:
-        travel_x = 0.0
-        travel_y = 1.0
+    travel_x = vx / max(speed, SLOWEST)
+    travel_y = vy / max(speed, SLOWEST)
     motion[X] = x
     motion[Y] = y
     motion[SPEED] = speed

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.physics.compiled import compiled, inlined
-from curling_env.physics.effects.motion import CLOCK, HEADING, MOTION_SIZE, PUSH_SIZE, T
+from curling_env.physics.effects.motion import CLOCK, HEADING, PUSH_SIZE, T
 from curling_env.physics.law import Law, feel, patch_of
 
 MOST_KNOTS = 256
@@ -333,7 +333,7 @@ def stride(
                     curves[1, k] = 0.0
                     curves[2, k] = 0.0
         first_node = 1
-        m1, m2, m3, mu = moments
+        m1, m2, m3 = moments[0], moments[1], moments[2]
         last = 0.0
         for k in range(3):
             # The parabolas through the new P and Q at middle and end, less those marched with.

@@ -84,9 +84,7 @@ class EffectCard:
         unknown = sorted(given.keys() - {parameter.name for parameter in self.parameters})
         if unknown:
             names = ", ".join(parameter.name for parameter in self.parameters)
-            raise InputError(
-                f"effect {self.name} has no parameter {unknown[0]!r}; it has: {names}"
-            )
+            raise InputError(f"effect {self.name} has no parameter {unknown[0]!r}; it has: {names}")
         values: list[float] = []
         for parameter in self.parameters:
             value = given.get(parameter.name, parameter.default)

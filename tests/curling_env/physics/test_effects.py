@@ -1,0 +1,219 @@
+"""Every effect of the catalogue against the contract of its card, and an effect from outside."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from dataclasses import replace
+from math import exp
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from curling_env.errors import InputError
+from curling_env.ice import ActiveEffect, Ice, load_ice, save_ice
+from curling_env.physics.effects import EffectCard, catalogue, register
+from curling_env.physics.law import acceleration, compile_law
+from curling_env.physics.slide import slide
+from curling_env.throw import Throw
+
+NAMES = (
+    *("speed_dependent_friction", "curl", "slope", "pebble_wear", "stone_bias", "sweeping"),
+    *("friction_patch", "time_drift", "spin_drag", "air_drag", "residual"),
+)
+CARDS = list(catalogue().values())
+STATES = np.array(
+    [
+        [0.5, y, v * np.sin(a), v * np.cos(a), w]
+        for y in (-12.0, 3.0)
+        for v in (1e-9, 1e-3, 0.05, 1.0, 2.2, 5.0)
+        for a in (0.0, 1.0, 3.5)
+        for w in (-3.0, 0.0, 1e-6, 1.5)
+    ]
+)
+MOTION = {"heading": 1.0, "t": 5.0, "clock": 900.0, "order": 12, "stone": 3, "swept": True}
+
+
+def typical(card: EffectCard) -> dict[str, float]:
+    """Parameters at which the effect shows, within its bounds."""
+    chosen = {
+        "speed_dependent_friction": {"exponent": 0.3, "speed_offset": 0.02, "share": 0.7},
+        "curl": {"strength": 0.008, "spin_exponent": 0.1},
+        "slope": {"x": 2e-4, "y": -1e-4},
+        "stone_bias": {"stone": 3, "factor": 1.02},
+        "friction_patch": {"x_min": -1, "x_max": 1, "y_min": 0, "y_max": 6, "factor": 1.3},
+        "residual": {"variable": 2, "low": -10, "high": 10, "log_factor_4": 0.1},
+    }
+    given = chosen.get(card.name, {})
+    return {
+        parameter.name: given.get(
+            parameter.name,
+            parameter.default
+            if parameter.default is not None
+            else parameter.low + 0.3 * (parameter.high - parameter.low),
+        )
+        for parameter in card.parameters
+    }
+
+
+def with_only(card: EffectCard, parameters: dict[str, float]) -> Ice:
+    return Ice.uniform(0.009, effects=(ActiveEffect(name=card.name, parameters=parameters),))
+
+
+def test_the_catalogue_holds_what_ice_files_may_name() -> None:
+    assert set(NAMES) <= set(catalogue())
+
+
+@pytest.mark.parametrize("card", CARDS, ids=lambda card: card.name)
+class TestEveryCard:
+    def test_says_what_it_is(self, card: EffectCard) -> None:
+        for text in (card.title, card.formula, card.source, card.validity, card.evidence):
+            assert text
+        names = [parameter.name for parameter in card.parameters]
+        assert len(set(names)) == len(names) > 0
+        for parameter in card.parameters:
+            assert parameter.unit
+            assert parameter.meaning
+            assert parameter.low < parameter.high
+            for value in (parameter.default, parameter.neutral):
+                assert value is None or parameter.low <= value <= parameter.high
+
+    def test_theta_follows_the_names(self, card: EffectCard) -> None:
+        given = typical(card)
+        assert card.theta(given) == [given[parameter.name] for parameter in card.parameters]
+        bound = next((p for p in card.parameters if np.isfinite(p.high)), None)
+        if bound is not None:
+            with pytest.raises(InputError, match=bound.name):
+                card.theta(given | {bound.name: bound.high + 1.0})
+        with pytest.raises(InputError, match="no parameter"):
+            card.theta(given | {"colour": 1.0})
+
+    def test_is_finite_everywhere_also_at_rest(self, card: EffectCard) -> None:
+        states = np.vstack([STATES, np.zeros((1, 5)), [[0, 0, 0, 0, 2.0]]])
+        assert np.isfinite(acceleration(with_only(card, typical(card)), states, **MOTION)).all()
+
+    def test_shows_and_can_be_switched_off(self, card: EffectCard) -> None:
+        plain = acceleration(Ice.uniform(0.009), STATES, **MOTION)
+        shown = acceleration(with_only(card, typical(card)), STATES, **MOTION)
+        assert np.abs(shown - plain).max() > 1e-6
+        neutral = {p.name: p.neutral for p in card.parameters if p.neutral is not None}
+        if neutral:
+            off = acceleration(with_only(card, typical(card) | neutral), STATES, **MOTION)
+            assert off == pytest.approx(plain, abs=1e-15)
+
+    def test_makes_no_energy_if_it_says_so(self, card: EffectCard) -> None:
+        if not card.dissipative:
+            pytest.skip("may drive the stone")
+        ice = with_only(card, typical(card))
+        a = acceleration(ice, STATES, **MOTION)
+        inertia = ice.stone.inertia / ice.stone.mass
+        power = (a[:, :2] * STATES[:, 2:4]).sum(1) + inertia * a[:, 2] * STATES[:, 4]
+        assert (power <= 1e-15).all()
+
+    def test_knows_no_left_from_right(self, card: EffectCard) -> None:
+        """The mirror image of a motion under the mirrored effect, and its half-turn."""
+        given = typical(card)
+        here = acceleration(with_only(card, given), STATES, **MOTION)
+        for flip_x, flip_y in [(-1, 1), (-1, -1)]:
+            turned = self._turned(card, given, flip_x, flip_y)
+            spin = flip_x * flip_y
+            states = STATES * [flip_x, flip_y, flip_x, flip_y, spin]
+            there = acceleration(with_only(card, turned), states, **MOTION)
+            assert there * [flip_x, flip_y, spin] == pytest.approx(here, abs=1e-13)
+
+    @staticmethod
+    def _turned(
+        card: EffectCard, given: dict[str, float], flip_x: int, flip_y: int
+    ) -> dict[str, float]:
+        """Parameters of the same effect on the turned sheet: those fixed to the ice turn too."""
+        turned = dict(given)
+        for axis, flip in (("x", flip_x), ("y", flip_y)):
+            if axis in given:
+                turned[axis] = flip * given[axis]
+            if f"{axis}_min" in given and flip < 0:
+                turned[f"{axis}_min"] = -given[f"{axis}_max"]
+                turned[f"{axis}_max"] = -given[f"{axis}_min"]
+        if card.name == "residual" and flip_y < 0:
+            turned |= {"low": -given["high"], "high": -given["low"]}
+            turned |= {f"log_factor_{k}": given[f"log_factor_{6 - k}"] for k in range(7)}
+        return turned
+
+    def test_survives_the_ice_file_and_a_throw(self, card: EffectCard, tmp_path: Path) -> None:
+        ice = with_only(card, typical(card))
+        save_ice(ice, tmp_path / "ice.json")
+        release = Throw(speed=1.2, angle=0, spin=1.5).release()
+        path = slide(load_ice(tmp_path / "ice.json"), release)
+        assert (path.x, path.y) == (slide(ice, release).x, slide(ice, release).y)
+
+
+def test_residual_is_the_table_it_was_given() -> None:
+    values = [0.0, 0.1, -0.1, 0.2, 0.0, 0.05, 0.3]
+    table = {f"log_factor_{k}": value for k, value in enumerate(values)}
+    ice = with_only(catalogue()["residual"], {"variable": 0, "low": 0.5, "high": 3.5, **table})
+    speeds = np.linspace(0.1, 4.0, 50)
+    states = np.column_stack([0 * speeds, 0 * speeds, 0 * speeds, speeds, 0 * speeds])
+    expected = np.exp(np.interp(speeds, np.linspace(0.5, 3.5, 7), values)) * 0.009 * 9.80665
+    assert -acceleration(ice, states)[:, 1] == pytest.approx(expected, rel=1e-12)
+
+
+OUTSIDE = '''
+"""A magnet under the ice: an effect that someone else wrote, in one file."""
+
+from curling_env.physics.compiled import effect_kernel
+from curling_env.physics.effects import EffectCard, Parameter, register
+from curling_env.physics.effects.motion import ALONG, SPEED
+
+
+@effect_kernel
+def _kernel(motion, theta, push):
+    push[ALONG] -= theta[0] * motion[SPEED]
+
+
+CARD = register(
+    EffectCard(
+        name="eddy_brake",
+        title="Eddy-current brake",
+        formula="dv/dt = -rate * v",
+        parameters=(
+            Parameter(name="rate", unit="1/s", meaning="decay", low=0.0, high=1.0, neutral=0.0),
+        ),
+        source="Lenz",
+        validity="stones with a metal handle",
+        evidence="deceleration that grows with v",
+        acts="motion",
+        kernel=_kernel,
+        dissipative=True,
+    )
+)
+'''
+
+
+def test_an_effect_from_outside_in_one_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "eddy_brake.py").write_text(OUTSIDE, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    card = importlib.import_module("eddy_brake").CARD
+    try:
+        ice = replace(
+            Ice.uniform(1e-9), effects=(ActiveEffect(name="eddy_brake", parameters={"rate": 0.1}),)
+        )
+        save_ice(ice, tmp_path / "ice.json")
+        run = slide(
+            load_ice(tmp_path / "ice.json"),
+            Throw(speed=2.0, angle=0, spin=0).release(),
+            bounds=np.array([-2.0, 2.0, -20.0, 5.0]),
+        )
+        assert run.vy == pytest.approx(2.0 - 0.1 * (run.y + 10.9725), abs=5e-5)
+        assert run.vy == pytest.approx(2.0 * exp(-0.1 * run.time), abs=5e-5)
+        assert register(card) is card
+        with pytest.raises(InputError, match="already registered"):
+            register(replace(card, title="Another"))
+    finally:
+        from curling_env.physics import effects
+
+        effects._cards().pop("eddy_brake")  # pyright: ignore[reportPrivateUsage]
+        sys.modules.pop("eddy_brake")
+    with pytest.raises(InputError, match="unknown effect 'eddy_brake'"):
+        compile_law(ice)
