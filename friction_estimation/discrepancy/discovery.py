@@ -1,0 +1,282 @@
+"""Discovery from tracks to a verdict: what is missing, what it explains, what stays open."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.ice import Ice
+from curling_env.trajectory import Trajectory
+from friction_estimation.discrepancy.acceptance import Gap, choose_held_out, forecast, noise_floor
+from friction_estimation.discrepancy.baseline import base_model
+from friction_estimation.discrepancy.candidates import pushes_of
+from friction_estimation.discrepancy.fit import Fit
+from friction_estimation.discrepancy.proof import (
+    STRUCTURE,
+    Proof,
+    between_throws,
+    friction_structure,
+    prove,
+)
+from friction_estimation.discrepancy.residuals import Misfit
+from friction_estimation.discrepancy.screening import holm
+from friction_estimation.discrepancy.selection import (
+    Progress,
+    Selection,
+    closure,
+    fit_with_noise,
+    misfit_of,
+    prune,
+    refit,
+    select,
+    silent,
+)
+from friction_estimation.discrepancy.session import Session, open_session
+from friction_estimation.discrepancy.unknown import Follows, what_it_follows
+
+ENOUGH_THROWS = 8
+"""Fewer throws than this name nothing (methods)."""
+BY_CHANCE = 0.05
+"""Corrected probability below which an effect is proved."""
+CLOSES = 0.9
+"""Part of the misfit that named effects must close."""
+CLOSES_BESIDE_UNKNOWN = 0.97
+"""Part that they must close where something is left that follows nothing known: a proxy closes up
+to 0.97."""
+MOST_EVENTS = 0.15
+"""Part of the throws in which something may have happened once; more is no accident."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Discovery:
+    """What was found.
+
+    Parameters
+    ----------
+    session : all throws that slide freely, less those of `events`
+    selection : how the effects were chosen, on the training throws
+    named : fit of the training throws with the effects that are named
+    base : baseline on the same throws with the same noise
+    final_base, final : both fitted to all throws, for the files
+    proofs : of the named effects
+    unproved : labels that were selected but not proved: proxies of something else
+    follows : variables of what is unknown; empty where nothing is
+    unknown : whether something is missing that no effect explains
+    structure : what the throws' frictions still follow, and the p that it is chance
+    events : numbers of throws in which something happened once
+    held_out : indices into `session`
+    gaps : forecast gap before, after and at the noise floor; None without held-out throws
+    """
+
+    session: Session
+    selection: Selection
+    named: Fit
+    base: Fit
+    final_base: Fit
+    final: Fit
+    proofs: list[Proof]
+    unproved: list[str]
+    unknown: bool
+    follows: list[Follows]
+    structure: tuple[str, float]
+    events: list[int]
+    held_out: NDArray[np.intp]
+    gaps: dict[str, Gap] = field(default_factory=dict)
+    before: Misfit
+    after: Misfit
+
+    @property
+    def enough(self) -> bool:
+        """Whether there are throws enough to name anything."""
+        return len(self.session) >= ENOUGH_THROWS
+
+
+def discover(
+    tracks: Sequence[Trajectory],
+    ice: Ice | None = None,
+    *,
+    seed: int = 0,
+    progress: Progress = silent,
+) -> Discovery:
+    """Find what a model of the ice lacks.
+
+    Parameters
+    ----------
+    tracks : measured throws, in order of play
+    ice : the model; uniform Coulomb friction on a symmetric running band by default
+    seed : of the held-out throws and of permutations
+    progress : told what is being done and which part of all is behind
+
+    Raises
+    ------
+    TrackTooShortError : no throw slides freely
+    InputError : an ice that does not fit these tracks at all
+    """
+    rng = np.random.default_rng(seed)
+    progress("reading tracks", 0.0)
+    session = open_session(tracks)
+    progress("fitting the baseline", 0.05)
+    start = base_model(ice, session)
+    everything = fit_with_noise(start, session)
+    session = everything.session
+    if len(session) < ENOUGH_THROWS:
+        return _too_few(everything)
+    events: list[int] = []
+    for _ in range(2):
+        found = _search(everything, rng, progress)
+        odd = _odd_throws(found)
+        if not len(odd):
+            break
+        events += session.throws[odd].tolist()
+        rest = np.setdiff1d(np.arange(len(session)), odd)
+        if len(rest) < ENOUGH_THROWS:
+            break
+        session = session.only(rest)
+        everything = fit_with_noise(start, session)
+        session = everything.session
+    return replace(found, events=sorted(events))
+
+
+def _follow(
+    named: Fit,
+    after: Misfit,
+    structure: tuple[str, float],
+    rng: np.random.Generator,
+    progress: Progress,
+) -> list[Follows]:
+    """What is unknown follows: within throws, and from throw to throw."""
+    progress("asking what it follows", 0.8)
+    follows = [] if after.white else what_it_follows(named, rng)
+    if structure[1] < STRUCTURE:
+        variable = structure[0].split()[0].replace("direction", "y")
+        if variable not in {f.variable for f in follows}:
+            own = Follows(variable=variable, share=0.0, p=structure[1], push="along")
+            follows.insert(0 if after.white else len(follows), own)
+    return follows
+
+
+def _doubtful(proofs: list[Proof], follows: list[Follows], closes: float) -> list[str]:
+    """Labels of effects that may be proxies: they push where the unknown still pushes."""
+    pushes = {f.push for f in follows}
+    if not follows and closes < CLOSES_BESIDE_UNKNOWN:
+        return [proof.label for proof in proofs]
+    return [p.label for p in proofs if pushes & pushes_of(p.label.partition("[")[0])]
+
+
+def _too_few(everything: Fit) -> Discovery:
+    misfit = misfit_of(everything)
+    selection = Selection(base=everything, best=everything, before=misfit, after=misfit, steps=[])
+    return Discovery(
+        session=everything.session,
+        selection=selection,
+        named=everything,
+        base=everything,
+        final_base=everything,
+        final=everything,
+        proofs=[],
+        unproved=[],
+        unknown=False,
+        follows=[],
+        structure=("", 1.0),
+        events=[],
+        held_out=np.empty(0, dtype=np.intp),
+        before=misfit,
+        after=misfit,
+    )
+
+
+def _search(everything: Fit, rng: np.random.Generator, progress: Progress) -> Discovery:
+    """Select, prove and accept on one session."""
+    session = everything.session
+    held_out = choose_held_out(session, rng)
+    training = session.only(np.setdiff1d(np.arange(len(session)), held_out))
+    unseen = session.only(held_out)
+    base = fit_with_noise(everything.model, training, everything.noise)
+    selection = select(base, progress=lambda what, share: progress(what, 0.1 + 0.6 * share))
+    progress("testing throw by throw", 0.7)
+    selection = replace(selection, best=between_throws(selection.best, session, rng))
+    named, proofs, unproved = _proved(selection, unseen, session, rng)
+    base, after = selection.base, misfit_of(named)
+    structure = friction_structure(named, rng)
+    open_ = not after.white or structure[1] < STRUCTURE
+    closes = closure(selection.before, after)
+    follows = _follow(named, after, structure, rng, progress) if open_ else []
+    doubtful = _doubtful(proofs, follows, closes) if open_ else []
+    if closes < CLOSES:
+        doubtful = [proof.label for proof in proofs]
+    if doubtful:
+        # A proxy of what is unknown must not stand as a name: the rest is fitted without it.
+        unproved = doubtful + unproved
+        proofs = [proof for proof in proofs if proof.label not in doubtful]
+        model = replace(
+            named.model, terms=tuple(t for t in named.model.terms if t.label not in doubtful)
+        )
+        named, open_ = refit(named, model) if proofs else base, True
+        after, structure = misfit_of(named), friction_structure(named, rng)
+        follows = _follow(named, after, structure, rng, progress)
+    progress("forecasting throws held out", 0.9)
+    gaps = {
+        "before": forecast(base.model, unseen, named.noise),
+        "after": forecast(named.model, unseen, named.noise),
+        "noise_floor": noise_floor(named, unseen),
+    }
+    progress("fitting all throws", 0.95)
+    final = fit_with_noise(named.model, session, named.noise)
+    final_base = refit(final, base.model)
+    return Discovery(
+        session=session,
+        selection=selection,
+        named=named,
+        base=base,
+        final_base=final_base,
+        final=final,
+        proofs=proofs,
+        unproved=unproved,
+        unknown=open_,
+        follows=follows,
+        structure=structure,
+        events=[],
+        held_out=held_out,
+        gaps=gaps,
+        before=selection.before,
+        after=after,
+    )
+
+
+def _proved(
+    selection: Selection, unseen: Session, whole: Session, rng: np.random.Generator
+) -> tuple[Fit, list[Proof], list[str]]:
+    """The model with only those effects that throws prove one by one."""
+    fitted = selection.best
+    own = {term.label for term in selection.base.model.terms}
+    unproved: list[str] = []
+    while True:
+        labels = [t.label for t in fitted.model.terms if t.label not in own]
+        proofs = [prove(fitted, label, unseen, whole, rng) for label in labels]
+        corrected = holm([proof.p for proof in proofs])
+        proofs = [replace(p, corrected=c) for p, c in zip(proofs, corrected, strict=True)]
+        failed = [p for p in proofs if p.corrected > BY_CHANCE]
+        if not failed:
+            return fitted, proofs, unproved
+        worst = max(failed, key=lambda p: (p.p, -p.gain))
+        unproved.append(worst.label)
+        fitted = prune(refit(fitted, fitted.model.without(worst.label)), own)
+
+
+def _odd_throws(found: Discovery) -> NDArray[np.intp]:
+    """Indices of a few throws without which nothing unknown is left."""
+    none = np.empty(0, dtype=np.intp)
+    if not found.unknown or found.after.white:
+        return none
+    order = np.argsort(-(found.after.chi2 - found.after.dof))
+    most = max(1, int(MOST_EVENTS * len(found.session)))
+    for count in range(1, most + 1):
+        odd = order[:count]
+        rest = found.after.without(odd)
+        if rest.ratio < 1.3 and found.after.ratio > 2.0 * rest.ratio:
+            numbers = found.named.session.throws[odd]
+            return np.flatnonzero(np.isin(found.session.throws, numbers))
+    return none

@@ -1,0 +1,225 @@
+"""Predicted paths of all throws of a session at the very times at which they were measured.
+
+The one force law, integrated by classical Runge–Kutta steps with quintics between them, at uneven
+times, with any number of sweeps and a friction factor per throw: what matching of trajectories asks
+for, some thousand times per session. Paths are good to some micrometres, and change smoothly with
+every parameter, so that finite differences can be trusted.
+"""
+
+from __future__ import annotations
+
+from math import fabs, sqrt
+from typing import Any
+
+import numpy as np
+
+from curling_env.physics.compiled import compiled, inlined
+from curling_env.physics.effects.motion import (
+    CLOCK,
+    HEADING,
+    ORDER,
+    STONE,
+    SWEPT,
+    T,
+)
+from curling_env.physics.law import feel, mu_of_map
+
+LONGEST_STEP = 0.5
+"""Longest step on ice whose law is smooth [s]."""
+PATTERNED_STEP = 0.15
+"""Longest step on a map: a few to a cell [s]."""
+SPEED_SHARE = 0.2
+"""Part of its speed that a stone may lose in one step."""
+REST_SPEED = 2e-3
+"""Speed of centre and band below which the rest is uniform deceleration [m/s]: 20 µm on ice."""
+WORK_SHAPE = (9, 6)
+"""Of the array a slide works in."""
+MAX_STEPS = 5_000
+"""Steps after which a stone that never stops is left where it is."""
+
+
+@inlined
+def _derivative(law: Any, motion: Any, push: Any, parts: Any, clock: float, t: float, s: Any, d: Any):
+    """Rate d of change of the state s (x, y, vx, vy, theta, omega) at time t."""
+    motion[T] = t
+    motion[CLOCK] = clock + t
+    motion[HEADING] = s[4]
+    feel(law, motion, push, s[0], s[1], s[2], s[3], s[5], parts)
+    mu = mu_of_map(law, s[0], s[1])
+    d[0] = s[2]
+    d[1] = s[3]
+    d[4] = s[5]
+    d[2] = mu * parts[0] + parts[3]
+    d[3] = mu * parts[1] + parts[4]
+    d[5] = mu * parts[2] + parts[5]
+
+
+@inlined
+def _copy(source: Any, target: Any) -> None:
+    """Copy a state; compiled code allocates nothing, and a slice would."""
+    for j in range(6):
+        target[j] = source[j]
+
+
+@inlined
+def _scale(source: Any, factor: float, target: Any) -> None:
+    for i in range(source.shape[0]):
+        for j in range(source.shape[1]):
+            target[i, j] = factor * source[i, j]
+
+
+@inlined
+def _time_to_break(breaks: Any, position: float, velocity: float) -> float:
+    """Time until the next place where the law is not smooth, at the present speed [s]."""
+    ahead = np.inf
+    if velocity != 0.0:
+        for k in range(breaks.shape[0]):
+            time = (breaks[k] - position) / velocity
+            if time > 1e-4:
+                ahead = min(ahead, time)
+    return ahead
+
+
+@inlined
+def _between(s0: Any, d0: Any, s1: Any, d1: Any, h: float, u: float, out: Any) -> None:
+    """State at the fraction u of a step: quintics through both ends' motion."""
+    for p in (0, 1, 4):
+        v = p + 2 if p < 2 else 5
+        v0, a0, v1, a1 = s0[v], d0[v], s1[v], d1[v]
+        d = s1[p] - s0[p] - h * (v0 + 0.5 * h * a0)
+        e = h * (v1 - v0 - h * a0)
+        f = h * h * (a1 - a0)
+        c3 = 10.0 * d - 4.0 * e + 0.5 * f
+        c4 = -15.0 * d + 7.0 * e - f
+        c5 = 6.0 * d - 3.0 * e + 0.5 * f
+        out[p] = s0[p] + u * (h * v0 + u * (0.5 * h * h * a0 + u * (c3 + u * (c4 + u * c5))))
+        out[v] = v0 + u * (h * a0 + u * (3.0 * c3 + u * (4.0 * c4 + u * 5.0 * c5)) / h)
+
+
+@compiled
+def _slide_at(
+    law: Any,
+    s: Any,
+    motion: Any,
+    push: Any,
+    clock: float,
+    switches: Any,
+    times: Any,
+    out: Any,
+    work: Any,
+) -> None:
+    """Fill out (n, 6) with the states at `times` of a stone released with state s at t = 0."""
+    parts = work[8]
+    before, d, d0, middle, d2, d3, d4 = work[0], work[1], work[2], work[3], work[4], work[5], work[6]
+    n = times.shape[0]
+    longest = PATTERNED_STEP if law.patterned else LONGEST_STEP
+    t = 0.0
+    row = 0
+    switch = 0
+    while row < n and times[row] <= 0.0:
+        _copy(s, out[row])
+        row += 1
+    _derivative(law, motion, push, parts, clock, t, s, d)
+    for _ in range(MAX_STEPS):
+        if row >= n:
+            return
+        speed = sqrt(s[2] * s[2] + s[3] * s[3])
+        fastest = max(speed, fabs(s[5]) * law.band_radius)
+        rate = sqrt(d[2] * d[2] + d[3] * d[3])
+        if fastest < REST_SPEED:
+            tail = speed / max(rate, 1e-6)
+            while row < n:
+                u = min(times[row] - t, tail)
+                left = 1.0 - u / tail if tail > 0.0 else 0.0
+                fade = u * (0.5 + 0.5 * left)
+                for p in (0, 1, 4):
+                    v = p + 2 if p < 2 else 5
+                    out[row, p] = s[p] + fade * s[v]
+                    out[row, v] = s[v] * left
+                row += 1
+            return
+        if switch < switches.shape[0] and switches[switch] <= t + 1e-9:
+            motion[SWEPT] = 1.0 - motion[SWEPT]
+            _derivative(law, motion, push, parts, clock, t, s, d)
+            switch += 1
+        h = SPEED_SHARE * fastest / max(rate, fabs(d[5]) * law.band_radius, 1e-9)
+        h = min(longest, h)
+        if switch < switches.shape[0]:
+            h = min(h, switches[switch] - t)
+        h = min(h, _time_to_break(law.x_breaks, s[0], s[2]))
+        h = max(min(h, _time_to_break(law.y_breaks, s[1], s[3])), 1e-6)
+        _copy(s, before)
+        _copy(d, d0)
+        for j in range(6):
+            middle[j] = s[j] + 0.5 * h * d0[j]
+        _derivative(law, motion, push, parts, clock, t + 0.5 * h, middle, d2)
+        for j in range(6):
+            middle[j] = s[j] + 0.5 * h * d2[j]
+        _derivative(law, motion, push, parts, clock, t + 0.5 * h, middle, d3)
+        for j in range(6):
+            middle[j] = s[j] + h * d3[j]
+        _derivative(law, motion, push, parts, clock, t + h, middle, d4)
+        for j in range(6):
+            s[j] += h / 6.0 * (d0[j] + 2.0 * d2[j] + 2.0 * d3[j] + d4[j])
+        _derivative(law, motion, push, parts, clock, t + h, s, d)
+        while row < n and times[row] <= t + h:
+            _between(before, d0, s, d, h, (times[row] - t) / h, out[row])
+            row += 1
+        t += h
+    while row < n:
+        _copy(s, out[row])
+        row += 1
+
+
+@compiled
+def slide_session(
+    law: Any,
+    mu: Any,
+    factors: Any,
+    states: Any,
+    orders: Any,
+    stones: Any,
+    clocks: Any,
+    swept_first: Any,
+    switches: Any,
+    switch_starts: Any,
+    times: Any,
+    starts: Any,
+    out: Any,
+    motion: Any,
+    push: Any,
+    work: Any,
+) -> None:
+    """States of every throw at its measured times.
+
+    Parameters
+    ----------
+    law : the ice; its map is a place to work in
+    mu : (rows, columns) the map's friction
+    factors : (k,) factor on the map's friction, per throw
+    states : (k, 6) at release
+    orders, stones, clocks, swept_first : (k,) what a throw brings along; swept_first is 0 or 1
+    switches, switch_starts : times at which sweeping begins or ends, of throw i from
+        switch_starts[i] to switch_starts[i+1] [s]
+    times, starts : measured times, of throw i from starts[i] to starts[i+1] [s]
+    out : (rows, 6) filled
+    motion, push, work : (MOTION_SIZE,), (PUSH_SIZE,) and WORK_SHAPE to work in
+    """
+    s = work[7]
+    for i in range(states.shape[0]):
+        _scale(mu, factors[i], law.mu)
+        _copy(states[i], s)
+        motion[ORDER] = orders[i]
+        motion[STONE] = stones[i]
+        motion[SWEPT] = swept_first[i]
+        _slide_at(
+            law,
+            s,
+            motion,
+            push,
+            clocks[i],
+            switches[switch_starts[i] : switch_starts[i + 1]],
+            times[starts[i] : starts[i + 1]],
+            out[starts[i] : starts[i + 1]],
+            work,
+        )

@@ -1,0 +1,236 @@
+"""The model of a session: an ice, its terms with their parameters, and how it predicts tracks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.ice import Ice
+from curling_env.physics.effects.motion import MOTION_SIZE, PUSH_SIZE
+from curling_env.physics.law import Law, compile_law
+from friction_estimation.discrepancy.candidates import Term
+from friction_estimation.discrepancy.forward import WORK_SHAPE, slide_session
+from friction_estimation.discrepancy.session import Session
+
+Floats = NDArray[np.float64]
+
+GLOBALS = ("ln_mu", "ln_coupling")
+"""Shared parameters of every model: the friction of the whole map, and how friction turns a stone.
+The latter is m·r²/I, which nobody knows to better than ten per cent."""
+COUPLING_SIGMA = 0.15
+"""Prior standard deviation of ln_coupling: inertia ±10 %, radius of the band ±5 %."""
+STATE_STEPS = (1e-3, 1e-3, 2e-4, 2e-4, 2e-3, 1e-3)
+"""Steps of finite differences in x, y, vx, vy, theta, omega."""
+PATH_STEP = 3e-3
+"""How far a finite difference in a parameter should move a path [m]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Model:
+    """A base ice and the terms added to it.
+
+    Parameters
+    ----------
+    ice : map, sheet and stone; its own effects are among the terms
+    terms : effects of the ice and of the measurement
+    ln_mu, ln_coupling : see `GLOBALS`
+    spread : standard deviation of ln μ from throw to throw
+    """
+
+    ice: Ice
+    terms: tuple[Term, ...] = ()
+    ln_mu: float = 0.0
+    ln_coupling: float = 0.0
+    spread: float = 0.0
+    steps: dict[tuple[str, str], float] = field(default_factory=dict, repr=False)
+
+    @property
+    def names(self) -> list[tuple[str, str]]:
+        """(term, parameter) of every shared parameter; the globals' term is empty."""
+        return [("", name) for name in GLOBALS] + [
+            (term.label, name) for term in self.terms for name in term.free
+        ]
+
+    @property
+    def vector(self) -> Floats:
+        """Values of the shared parameters in the order of `names`."""
+        values = [self.ln_mu, self.ln_coupling]
+        return np.array(values + [term.values[n] for term in self.terms for n in term.free])
+
+    def at(self, vector: Floats) -> Model:
+        """The model with other shared parameters, kept within their bounds."""
+        position = len(GLOBALS)
+        terms: list[Term] = []
+        for term in self.terms:
+            changed: dict[str, float] = {}
+            for name in term.free:
+                p = term.form.parameter(name)
+                changed[name] = float(np.clip(vector[position], p.low, p.high))
+                position += 1
+            terms.append(term.with_values(**changed))
+        return replace(
+            self,
+            terms=tuple(terms),
+            ln_mu=float(np.clip(vector[0], -3.0, 3.0)),
+            ln_coupling=float(np.clip(vector[1], -1.0, 1.0)),
+        )
+
+    def with_terms(self, *terms: Term) -> Model:
+        return replace(self, terms=(*self.terms, *terms))
+
+    def without(self, label: str) -> Model:
+        return replace(self, terms=tuple(t for t in self.terms if t.label != label))
+
+    def term(self, label: str) -> Term:
+        return next(t for t in self.terms if t.label == label)
+
+    @cached_property
+    def law(self) -> Law:
+        """The force law of the ice with the terms."""
+        effects = tuple(t.effect() for t in self.terms if t.form.kind == "physics")
+        law = compile_law(replace(self.ice, effects=effects))
+        mu = law.mu[:1, :1] if self.ice.friction.is_uniform else law.mu
+        return law._replace(
+            mu=np.ascontiguousarray(mu) * np.exp(self.ln_mu),
+            turning=law.turning * float(np.exp(self.ln_coupling)),
+        )
+
+    def improved_ice(self, sigma: Mapping[tuple[str, str], float]) -> Ice:
+        """The ice as an ordinary ice file holds it.
+
+        Parameters
+        ----------
+        sigma : standard errors by (term, parameter)
+        """
+        factor = float(np.exp(self.ln_mu))
+        friction = self.ice.friction
+        own = np.hypot(friction.sigma, friction.mu * sigma.get(("", "ln_mu"), 0.0))
+        stone = self.ice.stone
+        inertia = stone.inertia / float(np.exp(self.ln_coupling))
+        return replace(
+            self.ice,
+            friction=replace(friction, mu=friction.mu * factor, sigma=own * factor),
+            stone=replace(stone, inertia=inertia),
+            effects=tuple(
+                term.effect(
+                    {n: sigma[term.label, n] for n in term.free if (term.label, n) in sigma}
+                )
+                for term in self.terms
+            ),
+        )
+
+
+def predict(
+    model: Model, session: Session, states: Floats, ln_factors: Floats, *, camera: bool = True
+) -> Floats:
+    """States of every row as the model predicts them.
+
+    Parameters
+    ----------
+    states : (k, 6) release states x, y, vx, vy, theta, omega
+    ln_factors : (k,) deviation of ln μ of each throw
+    camera : whether x and y are those a camera reports, with the measurement's effects
+
+    Returns
+    -------
+    (rows, 6)
+    """
+    switches, firsts, swept_first = session.sweeps
+    out = np.empty((len(session.times), 6))
+    law = model.law
+    slide_session(
+        law._replace(mu=np.empty_like(law.mu)),
+        law.mu,
+        np.exp(ln_factors),
+        states,
+        session.orders,
+        session.stones,
+        session.clocks,
+        swept_first,
+        switches,
+        firsts,
+        session.times,
+        session.starts,
+        out,
+        np.zeros(MOTION_SIZE),
+        np.zeros(PUSH_SIZE),
+        np.zeros(WORK_SHAPE),
+    )
+    if camera:
+        true = out[:, :2].copy()
+        for term in model.terms:
+            if term.form.displacement is not None:
+                out[:, :2] += term.form.displacement(true, out[:, 4], term.values)
+    return out
+
+
+MEASURED = [0, 1, 4]
+"""Columns of a prediction that are measured: x, y, theta."""
+
+
+def sensitivities(
+    model: Model, session: Session, states: Floats, ln_factors: Floats
+) -> tuple[Floats, Floats]:
+    """Prediction and its derivatives by finite differences.
+
+    Returns
+    -------
+    predicted : (rows, 6)
+    columns : (rows, 3, 7 + P) derivative of x, y, theta by the six release states, by ln μ of the
+        throw, and by the P shared parameters
+    """
+    base = predict(model, session, states, ln_factors)
+    measured = base[:, MEASURED]
+    vector = model.vector
+    columns = np.empty((len(base), 3, 7 + len(vector)))
+    for j, step in enumerate(STATE_STEPS):
+        moved = states.copy()
+        moved[:, j] += step
+        change = predict(model, session, moved, ln_factors)[:, MEASURED] - measured
+        columns[:, :, j] = change / step
+    step = 2e-4
+    columns[:, :, 6] = (
+        predict(model, session, states, ln_factors + step)[:, MEASURED] - measured
+    ) / step
+    columns[:, :, 7] = columns[:, :, 6]  # the map's friction acts as that of every throw
+    for j in range(1, len(vector)):
+        step = _step(model, session, states, ln_factors, measured, j)
+        moved = vector.copy()
+        moved[j] += step
+        change = predict(model.at(moved), session, states, ln_factors)[:, MEASURED] - measured
+        columns[:, :, 7 + j] = change / step
+    return base, columns
+
+
+def _step(
+    model: Model, session: Session, states: Floats, ln_factors: Floats, measured: Floats, j: int
+) -> float:
+    """A step of parameter j that moves the paths by some millimetres and stays in its bounds."""
+    label, name = model.names[j]
+    value = model.vector[j]
+    if not label:
+        return 0.01
+    p = model.term(label).form.parameter(name)
+    known = model.steps.get((label, name))
+    if known is None:
+        width = p.high - p.low if np.isfinite(p.high - p.low) else 1.0
+        known = 1e-3 * width
+        for _ in range(3):
+            if value + known > p.high:
+                known = -known
+            moved = model.vector
+            moved[j] += known
+            change = predict(model.at(moved), session, states, ln_factors)[:, MEASURED] - measured
+            reach = float(np.abs(change[:, :2]).max())
+            turn = float(np.abs(change[:, 2]).max())
+            scale = PATH_STEP / max(reach, 0.1 * turn, 1e-9)
+            known *= float(np.clip(scale, 1e-3, 30.0))
+            if 0.3 < scale < 3.0:
+                break
+        known = float(np.clip(known, -0.02 * width, 0.02 * width))
+        model.steps[label, name] = abs(known)
+    return -abs(known) if value + abs(known) > p.high else abs(known)

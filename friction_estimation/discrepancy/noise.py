@@ -1,0 +1,255 @@
+"""Noise of a tracker: its size, its memory from frame to frame, and its wild rows.
+
+A row's error is white noise plus a part that fades over some tenths of a second (a tracker's
+smoother, compression, a ripple of the calibration): an Ornstein–Uhlenbeck process. Residuals are
+whitened by the Kalman filter of that process, which takes lost frames in its stride; what comes
+out is independent and of unit variance, so that one frame counts once.
+
+The size is learnt from what no slide can do: the residuals' part faster than `SLOWEST_PERIOD`.
+Slow residuals may be an effect the model lacks, and must not be mistaken for noise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+from scipy.optimize import minimize
+
+from curling_env.physics.compiled import compiled
+from friction_estimation.discrepancy.session import Session
+
+Floats = NDArray[np.float64]
+
+SLOWEST_PERIOD = 2.0
+"""Residuals that swing slower than this may be physics [s]."""
+MEMORY_BOUNDS = (0.05, 0.7)
+"""Memory of the fading part [s]; a longer one could not be told from physics."""
+WILD = 4.5
+"""Robust standard deviations of the fast residual beyond which a row is wild: one good row in
+150 000."""
+LEAST = (2e-4, 2e-4)
+"""Smallest noise assumed [m, rad]: simulated tracks are rounded, and none is perfect."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Noise:
+    """Noise of positions and of the heading.
+
+    Parameters
+    ----------
+    white : independent part, of a coordinate and of the heading [m, rad]
+    fading : the part with a memory, likewise
+    memory : time in which it fades to 1/e [s]
+    """
+
+    white: tuple[float, float]
+    fading: tuple[float, float]
+    memory: tuple[float, float]
+
+    @property
+    def total(self) -> tuple[float, float]:
+        """Standard deviation of a row [m, rad]."""
+        xy, theta = (float(np.hypot(w, f)) for w, f in zip(self.white, self.fading, strict=True))
+        return xy, theta
+
+    def table(self) -> Floats:
+        """(3, 3): white, fading, memory of x, y and theta, for the kernel."""
+        rows = np.array([self.white, self.fading, self.memory]).T
+        return np.ascontiguousarray(rows[[0, 0, 1]])
+
+
+@compiled
+def _whiten(
+    columns: Any,
+    times: Any,
+    sigma: Any,
+    white: float,
+    fading: float,
+    memory: float,
+    state: Any,
+) -> float:
+    """Innovations of every column (n, m) under the noise, in place; returns Σ log variance."""
+    n, m = columns.shape
+    for j in range(m):
+        state[j] = 0.0
+    log_variance = 0.0
+    prior = fading * fading
+    last = 0.0
+    started = False
+    for i in range(n):
+        if np.isnan(columns[i, m - 1]):
+            for j in range(m):
+                columns[i, j] = 0.0
+            continue
+        if started:
+            keep = exp(-(times[i] - last) / memory) if fading > 0.0 else 0.0
+        else:
+            keep = 0.0
+        started = True
+        last = times[i]
+        # `prior` carries the filter's variance of the fading part from the row before.
+        predicted = keep * keep * prior + fading * fading * (1.0 - keep * keep)
+        noise = white * sigma[i]
+        variance = predicted + noise * noise
+        gain = predicted / variance
+        scale = 1.0 / np.sqrt(variance)
+        for j in range(m):
+            expected = keep * state[j]
+            innovation = columns[i, j] - expected
+            state[j] = expected + gain * innovation
+            columns[i, j] = innovation * scale
+        prior = (1.0 - gain) * predicted
+        log_variance += np.log(variance)
+    return log_variance
+
+
+@compiled
+def whiten_session(columns: Any, times: Any, sigma: Any, starts: Any, table: Any, state: Any) -> float:
+    """Whiten columns (rows, 3, m) of x, y, theta throw by throw, in place.
+
+    Rows whose last column is NaN (no heading) become zero and are not counted.
+
+    Returns
+    -------
+    Σ log variance of the innovations
+    """
+    total = 0.0
+    for i in range(starts.shape[0] - 1):
+        first, last = starts[i], starts[i + 1]
+        for channel in range(3):
+            total += _whiten(
+                columns[first:last, channel, :],
+                times[first:last],
+                sigma[first:last],
+                table[channel, 0],
+                table[channel, 1],
+                table[channel, 2],
+                state,
+            )
+    return total
+
+
+def _slow_basis(t: Floats) -> Floats:
+    """Cosines slower than `SLOWEST_PERIOD` and a parabola: what physics may look like, (n, K)."""
+    span = max(float(t[-1] - t[0]), 1e-9)
+    count = int(max(1, min(2 * span / SLOWEST_PERIOD + 2, len(t) / 3)))
+    phase = np.pi * (t - t[0]) / span
+    return np.column_stack([np.cos(phase[:, None] * np.arange(count)), phase, phase**2])
+
+
+def fast_part(session: Session, residuals: Floats) -> Floats:
+    """Residuals (rows, 3) less their slow cosines and a running median over two thirds of a second.
+
+    The cosines are fitted twice, the second time without rows far off, which would bend them.
+    """
+    out = np.full_like(residuals, np.nan)
+    for i in range(len(session)):
+        rows = session.rows(i)
+        for channel in range(3):
+            values = residuals[rows, channel]
+            known = np.isfinite(values)
+            if known.sum() < 20:
+                continue
+            values = values[known]
+            basis = _slow_basis(session.times[rows][known])
+            near = np.ones(len(values), dtype=bool)
+            left = values
+            for _ in range(2):
+                gram = basis[near].T @ basis[near] + 1e-8 * near.sum() * np.eye(basis.shape[1])
+                left = values - basis @ np.linalg.solve(gram, basis[near].T @ values[near])
+                near = np.abs(left) <= 4.0 * 1.4826 * np.median(np.abs(left)) + 1e-12
+            fast = np.full(len(known), np.nan)
+            fast[known] = left - median_filter(left, min(21, len(left) // 2 * 2 - 1))
+            out[rows, channel] = fast
+    return out
+
+
+def wild_rows(session: Session, residuals: Floats) -> NDArray[np.bool_]:
+    """Rows that do not lie where their neighbours say; never the first of a throw."""
+    fast = fast_part(session, residuals)
+    wild = np.zeros(len(fast), dtype=bool)
+    for channel in range(3):
+        values = fast[:, channel] / (session.sigma if channel < 2 else 1.0)
+        known = np.isfinite(values)
+        if known.sum() < 20:
+            continue
+        spread = 1.4826 * float(np.median(np.abs(values[known])))
+        wild |= known & (np.abs(values) > WILD * max(spread, LEAST[channel // 2]))
+    wild[session.starts[:-1]] = False
+    return wild
+
+
+def estimate_noise(session: Session, residuals: Floats, *, throws: int = 8) -> Noise:
+    """Noise by maximum likelihood of the residuals' fast part.
+
+    Slow cosines of each throw are projected out, so that an effect the model lacks does not count
+    as noise.
+
+    Parameters
+    ----------
+    residuals : (rows, 3) measured less predicted x, y, theta
+    throws : how many throws are used at most, spread over the session
+    """
+    chosen = np.unique(np.linspace(0, len(session) - 1, min(throws, len(session))).astype(int))
+    found = [_estimate_channel(session, residuals, chosen, c) for c in ((0, 1), (2,))]
+    white, fading, memory = (tuple(values) for values in zip(*found, strict=True))
+    return Noise(white=white, fading=fading, memory=memory)  # pyright: ignore[reportArgumentType]
+
+
+def _estimate_channel(
+    session: Session, residuals: Floats, chosen: NDArray[Any], channels: tuple[int, ...]
+) -> tuple[float, float, float]:
+    least = LEAST[channels[0] // 2]
+    parts: list[tuple[Floats, Floats, Floats]] = []
+    for i in chosen:
+        rows = session.rows(int(i))
+        for channel in channels:
+            values = residuals[rows, channel]
+            known = np.isfinite(values)
+            if known.sum() < 40:
+                continue
+            t = session.times[rows][known]
+            basis = _slow_basis(t)
+            sigma = session.sigma[rows][known] if channel < 2 else np.ones(int(known.sum()))
+            parts.append((t, sigma, np.column_stack([basis, values[known]])))
+    if not parts:
+        return least, 0.0, 0.1
+    fast = fast_part(session, residuals)[:, list(channels)]
+    start = max(1.4826 * float(np.nanmedian(np.abs(fast))), least)
+
+    def deviance(guess: Floats) -> float:
+        white, fading = np.exp(guess[:2])
+        memory = float(np.exp(np.clip(guess[2], *np.log(MEMORY_BOUNDS))))
+        total = 0.0
+        for t, sigma, columns in parts:
+            work = columns.copy()
+            log_variance = _whiten(work, t, sigma, white, fading, memory, np.empty(work.shape[1]))
+            gram = work.T @ work
+            inner = gram[:-1, :-1] + 1e-9 * np.trace(gram[:-1, :-1]) * np.eye(len(gram) - 1)
+            left = gram[-1, -1] - gram[-1, :-1] @ np.linalg.solve(inner, gram[:-1, -1])
+            total += log_variance + left + float(np.linalg.slogdet(inner)[1])
+        outside = guess[2] - np.clip(guess[2], *np.log(MEMORY_BOUNDS))
+        return total + 1e3 * outside**2
+
+    best: Any = None
+    for share, memory in ((0.1, 0.15), (0.9, 0.15)):
+        begin = np.log([start * np.sqrt(1 - share), start * np.sqrt(share), memory])
+        simplex = begin + np.vstack([np.zeros(3), 0.5 * np.eye(3)])
+        found = minimize(
+            deviance,
+            begin,
+            method="Nelder-Mead",
+            options={"initial_simplex": simplex, "maxfev": 90, "xatol": 0.03, "fatol": 0.5},
+        )
+        if best is None or found.fun < best.fun:
+            best = found
+    white, fading = np.exp(best.x[:2])
+    memory = float(np.exp(np.clip(best.x[2], *np.log(MEMORY_BOUNDS))))
+    if fading < 0.05 * white:
+        fading = 0.0
+    return max(float(white), 0.1 * least), float(fading), memory

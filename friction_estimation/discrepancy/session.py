@@ -1,0 +1,184 @@
+"""A session as discovery sees it: the free slides of all throws, laid out for the forward model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.trajectory import Trajectory
+from friction_estimation.kinematics import FreeSlide, free_slides
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+FULL_RATE = 40.0
+"""Frames a second that are kept of faster films [1/s]: a slide is smooth over 25 ms, its noise is
+not independent, and time is spent per row."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Session:
+    """Throws in order of play.
+
+    Parameters
+    ----------
+    throws : (k,) their numbers in the file
+    orders : (k,) throws already played before each
+    stones : (k,) identifiers
+    clocks : (k,) session time at which each release was [s]
+    rests : (k,) whether the stone was seen to come to rest by itself
+    times : (rows,) since the release of the throw [s]
+    xy : (rows, 2) [m]
+    theta : (rows,) [rad]; NaN where unknown
+    swept : (rows,)
+    sigma : (rows,) relative noise of the rows, mean 1
+    starts : (k+1,) first row of each throw
+    left_out : why other throws are not here
+    """
+
+    throws: Indices
+    orders: Indices
+    stones: Indices
+    clocks: Floats
+    rests: NDArray[np.bool_]
+    times: Floats
+    xy: Floats
+    theta: Floats
+    swept: Floats
+    sigma: Floats
+    starts: Indices
+    left_out: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.throws)
+
+    def rows(self, i: int) -> slice:
+        """Rows of the i-th throw."""
+        return slice(int(self.starts[i]), int(self.starts[i + 1]))
+
+    @cached_property
+    def owner(self) -> Indices:
+        """Index of the throw of each row, (rows,)."""
+        return np.repeat(np.arange(len(self)), np.diff(self.starts))
+
+    @cached_property
+    def observed(self) -> Floats:
+        """Measured x, y, theta, (rows, 3)."""
+        return np.column_stack([self.xy, self.theta])
+
+    @cached_property
+    def sweeps(self) -> tuple[Floats, Indices, Floats]:
+        """Times at which sweeping switches, where each throw's begin, and whether swept first."""
+        switches: list[float] = []
+        firsts = [0]
+        initially: list[float] = []
+        for i in range(len(self)):
+            rows = self.rows(i)
+            swept, t = self.swept[rows] > 0.5, self.times[rows]
+            at = np.flatnonzero(np.diff(swept.astype(int)))
+            switches += (0.5 * (t[at] + t[at + 1])).tolist()
+            firsts.append(len(switches))
+            initially.append(float(swept[0]))
+        return np.array(switches), np.array(firsts, dtype=np.intp), np.array(initially)
+
+    @cached_property
+    def first_states(self) -> Floats:
+        """Release states by quadratics through the first two seconds, (k, 6)."""
+        states = np.zeros((len(self), 6))
+        for i in range(len(self)):
+            rows = self.rows(i)
+            t = self.times[rows]
+            early = t <= max(2.0, t[min(len(t) - 1, 20)])
+            fit = np.polyfit(t[early], self.xy[rows][early], 2)
+            states[i, 0:2], states[i, 2:4] = fit[2], fit[1]
+            heading = self.theta[rows]
+            known = early & np.isfinite(heading)
+            if known.sum() > 10:
+                states[i, 5], states[i, 4] = np.polyfit(t[known], heading[known], 1)
+        return states
+
+    @cached_property
+    def turns(self) -> NDArray[np.bool_]:
+        """Whether the heading of each throw was measured, (k,)."""
+        known = np.isfinite(self.theta).astype(int)
+        return np.add.reduceat(known, self.starts[:-1]) > 10
+
+    def without_rows(self, wild: NDArray[np.bool_]) -> Session:
+        """The session without some rows; the first of each throw stays, as does its release."""
+        keep = ~wild
+        counts = np.add.reduceat(keep.astype(int), self.starts[:-1])
+        return replace(
+            self,
+            times=self.times[keep],
+            xy=self.xy[keep],
+            theta=self.theta[keep],
+            swept=self.swept[keep],
+            sigma=self.sigma[keep],
+            starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
+        )
+
+    def only(self, chosen: Sequence[int] | Indices) -> Session:
+        """The session of some of its throws, by index; they keep their order of play."""
+        chosen = np.asarray(chosen, dtype=np.intp)
+        rows = np.concatenate([np.arange(self.starts[i], self.starts[i + 1]) for i in chosen])
+        counts = np.diff(self.starts)[chosen]
+        return replace(
+            self,
+            throws=self.throws[chosen],
+            orders=self.orders[chosen],
+            stones=self.stones[chosen],
+            clocks=self.clocks[chosen],
+            rests=self.rests[chosen],
+            times=self.times[rows],
+            xy=self.xy[rows],
+            theta=self.theta[rows],
+            swept=self.swept[rows],
+            sigma=self.sigma[rows],
+            starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
+        )
+
+
+def open_session(tracks: Sequence[Trajectory]) -> Session:
+    """The free slides of measured tracks.
+
+    Raises
+    ------
+    TrackTooShortError : no throw slides freely
+    """
+    slides, reasons = free_slides(list(tracks))
+    order_of = {throw: k for k, throw in enumerate(sorted({track.throw for track in tracks}))}
+    kept = [_thinned(slide) for slide in slides]
+    counts = [len(rows) for rows in kept]
+    pairs = list(zip(slides, kept, strict=True))
+    sigma = [
+        s.track.sigma_xy[rows] if s.track.sigma_xy.size else np.full(len(rows), np.nan)
+        for s, rows in pairs
+    ]
+    relative = np.concatenate(sigma)
+    known = np.isfinite(relative) & (relative > 0)
+    relative = np.where(known, relative, 1.0) / (relative[known].mean() if known.any() else 1.0)
+    return Session(
+        throws=np.array([s.track.throw for s in slides], dtype=np.intp),
+        orders=np.array([order_of[s.track.throw] for s in slides], dtype=np.intp),
+        stones=np.array([s.track.stone for s in slides], dtype=np.intp),
+        clocks=np.array([s.track.clock + s.released_at for s in slides]),
+        rests=np.array([s.rests for s in slides]),
+        times=np.concatenate([s.track.t[rows] - s.track.t[rows[0]] for s, rows in pairs]),
+        xy=np.concatenate([s.track.xy[rows] for s, rows in pairs]),
+        theta=np.concatenate([s.track.theta[rows] for s, rows in pairs]),
+        swept=np.concatenate([s.track.swept[rows] for s, rows in pairs]),
+        sigma=relative,
+        starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
+        left_out=tuple(reasons),
+    )
+
+
+def _thinned(slide: FreeSlide) -> Indices:
+    """Rows of a slide, every second or third only where the film is faster than needed."""
+    t = slide.t
+    every = max(1, round((len(t) - 1) / max(t[-1] - t[0], 1e-9) / FULL_RATE))
+    return slide.rows[::every]
