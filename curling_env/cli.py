@@ -86,7 +86,8 @@ def progress(
     """The same items with a progress bar on stderr, which vanishes when done."""
     from tqdm import tqdm
 
-    return tqdm(items, desc=label, total=total, unit=unit, leave=False, file=sys.stderr)
+    # Delayed, so that work which is refused or done at once says only that.
+    return tqdm(items, desc=label, total=total, unit=unit, leave=False, delay=0.5, file=sys.stderr)
 
 
 def say(text: str) -> None:

@@ -43,7 +43,7 @@ class RewardWeights:
     distance: float = 1.0
     precision: float = 1.0
     in_house: float = 0.25
-    out_of_play: float = 1.0
+    out_of_play: float = 2.0
 
     def __post_init__(self) -> None:
         for part in fields(self):

@@ -3,7 +3,7 @@
 Until the delivered stone reaches another it slides by the same kernel as a lone stone (`slide`);
 from then on all that move do so as if alone, in common steps (`together`). Contacts are found on
 those paths, where they happen, so none has a time step to be wrong by. When two stones touch, a
-pymunk space is made of those that touch, steps for a nanosecond, and hands back their velocities:
+pymunk space is made of those that touch, steps for a picosecond, and hands back their velocities:
 pymunk's solver knows restitution and friction between stones, and several contacts at once, and
 never moves anything. Its traps are avoided rather than corrected: elasticities and frictions of two
 shapes multiply, so each stone has √e and √μ; semi-implicit steps, which shorten a draw by 18 mm at
@@ -43,8 +43,8 @@ TOUCHING = 1e-6
 """Gap within which stones that close on each other collide in the same instant [m]."""
 OVERLAP_ALLOWED = 1e-3
 """How far stones on the sheet may overlap as given [m]: positions written to a millimetre."""
-INSTANT = 1e-9
-"""Time pymunk steps for a contact [s]; the stones it may not move go a few nanometres."""
+INSTANT = 1e-12
+"""Time pymunk steps for a contact [s]; the stones it may not move do not go anywhere."""
 MAX_CONTACTS = 2000
 """Contacts after which a throw is given up; a crowded take-out has some tens."""
 
@@ -244,7 +244,7 @@ class Engine:
             touching = _touching(states, phases, int(i), int(j), 2 * radius)
             speed = _closing(states, int(i), int(j))
             contacts.append(Contact(time=time, first=int(i), second=int(j), speed=speed))
-            _collide(states, touching, self.ice.stone)
+            resolve_contact(states, touching, self.ice.stone)
             moved = [k for k in touching if (states[k, [2, 3, 5]] != 0).any()]
             phases[moved] = Phase.MOVING
             starts[moved] = np.minimum(starts[moved], time)
@@ -364,7 +364,7 @@ def _touching(states: Floats, phases: NDArray[np.int64], i: int, j: int, reach: 
     return together
 
 
-def _collide(states: Floats, touching: list[int], stone: Stone) -> None:
+def resolve_contact(states: Floats, touching: list[int], stone: Stone) -> None:
     """Let pymunk resolve the contacts between stones; only velocities and spins change."""
     space = pymunk.Space()
     space.iterations = 10 if len(touching) == 2 else 60

@@ -1,0 +1,162 @@
+"""Friction maps, ice and its file."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from curling_env.errors import InputError
+from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice, save_ice
+from curling_env.physics.law import acceleration
+from curling_env.presets import PRESETS
+from curling_env.sheet import PAPER_SHEET, WORLD_CURLING_SHEET, Sheet
+
+
+def uneven(sheet: Sheet = PAPER_SHEET, interpolation="bilinear") -> Ice:
+    rng = np.random.default_rng(5)
+    mu = rng.uniform(0.006, 0.010, sheet.shape)
+    return Ice(
+        sheet=sheet,
+        friction=FrictionMap(
+            mu=mu, sigma=0.02 * mu, observed=rng.random(mu.shape) < 0.5, interpolation=interpolation
+        ),
+        effects=(
+            ActiveEffect(name="curl", parameters={"strength": 0.008}, sigma={"strength": 1e-4}),
+        ),
+    )
+
+
+def equal(a: Ice, b: Ice) -> bool:
+    tables = ("mu", "sigma", "observed")
+    return (
+        all(np.array_equal(getattr(a.friction, k), getattr(b.friction, k)) for k in tables)
+        and a.friction.interpolation == b.friction.interpolation
+        and (a.sheet, a.effects, a.stone) == (b.sheet, b.effects, b.stone)
+    )
+
+
+@pytest.mark.parametrize("interpolation", ["bilinear", "cell"])
+@pytest.mark.parametrize("sheet", [PAPER_SHEET, WORLD_CURLING_SHEET, Sheet(cell_size=0.25)])
+def test_ice_survives_its_file_to_the_last_bit(tmp_path, sheet, interpolation):
+    ice = uneven(sheet, interpolation)
+    save_ice(ice, tmp_path / "ice.json")
+    assert equal(load_ice(tmp_path / "ice.json"), ice)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_presets_are_ice_and_have_a_file(tmp_path, name):
+    ice = load_ice(name)
+    save_ice(ice, tmp_path / "ice.json")
+    assert equal(load_ice(str(tmp_path / "ice.json")), ice)
+    assert load_ice(ice) is ice
+
+
+def test_the_contracts_smallest_file_is_read(tmp_path):
+    document = {
+        "format": "curling-ice/1",
+        "sheet": {"length": 44.5, "width": 4.5},
+        "friction": {
+            "cell_size": 0.5,
+            "mu": [[0.008] * 9] * 89,
+            "sigma": [[0.0001] * 9] * 89,
+            "observed": [[True] * 9] * 89,
+        },
+        "effects": [
+            {"name": "curl", "parameters": {"strength": 0.008}, "sigma": {"strength": None}}
+        ],
+    }
+    (tmp_path / "ice.json").write_text(json.dumps(document))
+    ice = load_ice(tmp_path / "ice.json")
+    assert ice.sheet == PAPER_SHEET
+    assert ice.friction.is_uniform
+    assert ice.effect("curl").parameters == {"strength": 0.008}
+    assert ice.effect("slope") is None
+
+
+def broken(document, path, value):
+    *parents, last = path
+    place = document
+    for key in parents:
+        place = place[key]
+    if value is KeyError:
+        del place[last]
+    else:
+        place[last] = value
+    return document
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "says"),
+    [
+        (("format",), "curling-ice/9", "curling-ice/1"),
+        (("sheet",), KeyError, "missing sheet"),
+        (("sheet", "width"), "wide", "sheet.width"),
+        (("sheet", "length"), -44.5, "length"),
+        (("friction", "mu"), [[0.008] * 9] * 88, "sigma has shape"),
+        (("friction", "mu", 3, 4), -0.001, r"friction.mu\[3\]\[4\]"),
+        (("friction", "mu", 3, 4), 0, r"friction.mu\[3\]\[4\]"),
+        (("friction", "mu", 3, 4), 8.2, r"friction.mu\[3\]\[4\]"),
+        (("friction", "mu", 3, 4), None, r"friction.mu"),
+        (("friction", "mu", 3), [0.008], "equally many"),
+        (("friction", "sigma", 0, 0), -1, r"friction.sigma\[0\]\[0\]"),
+        (("friction", "cell_size"), 0.25, "rows"),
+        (("friction", "interpolation"), "cubic", "interpolation"),
+        (("friction", "colour"), 1, "unknown key colour"),
+        (("stone",), {"weight": 19}, "unknown key weight"),
+        (("effects",), {}, "list of effects"),
+        (("effects", 0, "name"), KeyError, r"effects\[0\]"),
+        (("effects", 0, "parameters", "strength"), "strong", r"effects\[0\].parameters.strength"),
+    ],
+)
+def test_broken_files_are_refused_with_the_place(tmp_path, path, value, says):
+    source = tmp_path / "ice.json"
+    save_ice(uneven(), source)
+    source.write_text(json.dumps(broken(json.loads(source.read_text()), path, value)))
+    with pytest.raises(InputError, match=says) as caught:
+        load_ice(source)
+    assert caught.value.source == str(source)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "3", '"ice"'])
+def test_what_is_no_ice_is_refused(tmp_path, text):
+    (tmp_path / "ice.json").write_text(text)
+    with pytest.raises(InputError):
+        load_ice(tmp_path / "ice.json")
+
+
+def test_a_name_that_is_neither_file_nor_preset_lists_the_presets():
+    with pytest.raises(InputError, match="standard, fcv1, paper"):
+        load_ice("championship")
+
+
+@given(st.floats(-3, 3), st.floats(-24, 24))
+def test_the_map_reads_the_same_as_in_the_force_law(x, y):
+    for interpolation in ("bilinear", "cell"):
+        ice = replace(uneven(interpolation=interpolation), effects=())
+        ((_, ay, _),) = acceleration(ice, np.array([[x, y, 0.0, 2.0, 0.0]]))
+        assert -ay / 9.80665 == pytest.approx(float(ice.mu_at((x, y))), rel=1e-9)
+
+
+def test_the_map_is_exact_at_centres_and_halfway_between():
+    ice = uneven()
+    x, y, mu = PAPER_SHEET.x_centres, PAPER_SHEET.y_centres, ice.friction.mu
+    points = np.stack(np.meshgrid(x, y), axis=-1)
+    np.testing.assert_allclose(ice.mu_at(points), mu)
+    between = ice.mu_at(((x[2] + x[3]) / 2, (y[7] + y[8]) / 2))
+    assert between == pytest.approx(mu[7:9, 2:4].mean())
+
+
+def test_a_map_must_have_the_sheets_cells():
+    with pytest.raises(InputError, match="89 rows and 9 columns"):
+        Ice(friction=FrictionMap.uniform(0.008, WORLD_CURLING_SHEET))
+
+
+def test_parameters_are_finite():
+    with pytest.raises(InputError, match=r"curl: parameters\.strength"):
+        ActiveEffect(name="curl", parameters={"strength": float("nan")})

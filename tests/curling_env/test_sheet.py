@@ -1,0 +1,115 @@
+"""Lengths, cells and frames."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from curling_env.errors import InputError
+from curling_env.sheet import (
+    BACK_LINE_Y,
+    HACK_Y,
+    HOG_LINE_Y,
+    HOG_TO_TEE,
+    PAPER_SHEET,
+    RING_RADII,
+    TEE_Y,
+    WORLD_CURLING_SHEET,
+    Direction,
+    Sheet,
+    tee,
+    to_delivery,
+    to_sheet,
+    vector_to_sheet,
+)
+
+directions = st.sampled_from(list(Direction))
+places = st.tuples(st.floats(-2.5, 2.5), st.floats(-23, 23))
+
+
+def test_the_lines_are_the_rule_books():
+    assert pytest.approx(34.747) == 2 * TEE_Y
+    assert pytest.approx(21.945) == 2 * HOG_LINE_Y
+    assert pytest.approx(6.401) == HOG_TO_TEE
+    assert pytest.approx(1.829) == BACK_LINE_Y - TEE_Y
+    assert pytest.approx(1.829) == HACK_Y - BACK_LINE_Y
+    assert RING_RADII == (1.829, 1.219, 0.610, 0.152)
+
+
+def test_the_papers_sheet_has_89_rows_of_9_cells():
+    assert PAPER_SHEET.shape == (89, 9)
+    assert (PAPER_SHEET.length, PAPER_SHEET.width) == (44.5, 4.5)
+    assert PAPER_SHEET.x_centres[[0, 4, 8]] == pytest.approx([-2.0, 0.0, 2.0])
+    assert PAPER_SHEET.y_centres[[0, 44, 88]] == pytest.approx([-22.0, 0.0, 22.0])
+
+
+def test_a_last_partial_cell_counts():
+    assert WORLD_CURLING_SHEET.shape == (92, 10)
+    assert Sheet(cell_size=0.25).shape == (178, 18)
+
+
+@pytest.mark.parametrize("sheet", [PAPER_SHEET, WORLD_CURLING_SHEET, Sheet(cell_size=0.3)])
+def test_every_centre_lies_in_its_own_cell(sheet):
+    points = np.stack(np.meshgrid(sheet.x_centres, sheet.y_centres), axis=-1)
+    rows, columns = sheet.cell_of(points)
+    np.testing.assert_array_equal(
+        rows, np.arange(sheet.shape[0])[:, None].repeat(sheet.shape[1], 1)
+    )
+    np.testing.assert_array_equal(columns[0], np.arange(sheet.shape[1]))
+
+
+def test_points_off_the_ice_take_the_nearest_cell():
+    rows, columns = PAPER_SHEET.cell_of([(-9.0, 99.0), (9.0, -99.0)])
+    assert rows.tolist() == [88, 0]
+    assert columns.tolist() == [0, 8]
+
+
+def test_the_ice_ends_at_its_corners():
+    for corner in PAPER_SHEET.corners.values():
+        assert PAPER_SHEET.contains(corner)
+        assert not PAPER_SHEET.contains(np.array(corner) * 1.001)
+    assert PAPER_SHEET.corners["home_left"] == (-2.25, -22.25)
+    assert PAPER_SHEET.corners["away_right"] == (2.25, 22.25)
+
+
+@given(places, directions)
+def test_frames_convert_both_ways(place, direction):
+    np.testing.assert_allclose(
+        to_sheet(to_delivery(place, direction), direction), place, atol=1e-12
+    )
+
+
+@given(places, directions)
+def test_frames_keep_distances_and_velocities_follow_positions(place, direction):
+    start, step = np.array(place), np.array([0.3, -0.2])
+    moved = to_delivery(start + step, direction) - to_delivery(start, direction)
+    np.testing.assert_allclose(vector_to_sheet(step, direction), moved, atol=1e-12)
+    assert np.hypot(*moved) == pytest.approx(np.hypot(*step))
+
+
+def test_the_playing_tee_is_the_origin_and_play_runs_along_y():
+    for direction in Direction:
+        assert to_delivery(tee(direction), direction) == pytest.approx((0, 0))
+        start, line = to_delivery([(0, -direction * HOG_LINE_Y), (0, 0)], direction)
+        assert start[1] < line[1] < 0
+    # x is to the right of play: what is right at one end is left at the other.
+    assert to_delivery((1.0, 0.0), Direction.AWAY)[0] == 1.0
+    assert to_delivery((1.0, 0.0), Direction.HOME)[0] == -1.0
+
+
+@pytest.mark.parametrize(
+    "lengths",
+    [
+        {"length": -1},
+        {"width": float("nan")},
+        {"cell_size": 0},
+        {"length": 30},
+        {"width": 3},
+        {"cell_size": 5},
+    ],
+)
+def test_sheets_that_cannot_be_are_refused(lengths):
+    with pytest.raises(InputError):
+        Sheet(**lengths)
