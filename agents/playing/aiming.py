@@ -67,6 +67,7 @@ class AimingPlayer(Player):
         *,
         weight: float = BOARD_WEIGHT,
         off: float = 0.0,
+        clear: bool = True,
     ) -> Call | None:
         """A takeout of a stone that touches nothing before it, from either side.
 
@@ -74,13 +75,16 @@ class AimingPlayer(Player):
         ----------
         weight : over the weight of a draw to the button
         off : how far to the right of its centre to run [m]
+        clear : whether the way there must be free; else what lies in it is driven onto the stone
         """
         aim = self.aim(view)
         speed = min(weight * self.to_button(view).speed, MAX_SPEED)
         others = _centres(view, but=target)
         for spin in _sides(target.x):
             throw = aim.through(target.x + off, target.y, speed, spin)
-            if throw is not None and aim.path_clears(throw, others, until=target.y):
+            if throw is None:
+                continue
+            if not clear or aim.path_clears(throw, others, until=target.y):
                 return Call(throw=throw, shot=shot)
         return None
 

@@ -21,6 +21,8 @@ COMFORTABLE = 2
 """A lead from which on the house is kept clean."""
 LIKELY_ONE = 2
 """Fewer points than this are not worth giving the hammer away for, while ends remain."""
+HALF = 0.12
+"""How far beside its centre a half-hidden stone is hit [m]."""
 LOST = 6
 """Points behind with three ends or fewer to play at which the hand is offered, less one an end."""
 
@@ -64,21 +66,18 @@ class RuleBasedPlayer(AimingPlayer):
             return
         early = end.number_of_stone < 2
         if whose is team.other:
-            threat = house[0]
-            if threat not in protected and (lead >= 0 or points > 1 or not early):
-                yield self.hit(view, threat, "takeout")
+            patient = early and points == 1 and lead < -COMFORTABLE
+            if not patient:
+                yield from self._hits(view, house, protected, "takeout")
             if not early or lead >= COMFORTABLE:
                 yield from self._peels(view, end, protected)
             yield from self._draws(view, BUTTON, "draw around")
-            for stone in house[1:]:
-                if stone.team is not team and stone not in protected:
-                    yield self.hit(view, stone, "takeout")
+            if points > 1 and house[0] not in protected:
+                yield self.hit(view, house[0], "raise", weight=PEEL_WEIGHT, clear=False)
             return
         if whose is team:
             if lead >= COMFORTABLE or view.has_hammer:
-                for stone in house:
-                    if stone.team is not team and stone not in protected:
-                        yield self.hit(view, stone, "takeout")
+                yield from self._hits(view, house, protected, "takeout")
             if view.has_hammer:
                 yield from self._draws(view, SPREAD, "draw for a second")
             elif not _guarded(end.stones, house[0]):
@@ -110,11 +109,11 @@ class RuleBasedPlayer(AimingPlayer):
         if whose is team.other:
             # One has to be scored, or saved: whichever is open.
             near = house[0].distance
-            hit = self.hit(view, house[0], "takeout for the end")
             if near < 0.6 or points > 1:
-                yield hit
+                yield from self._hits(view, house[:1], (), "takeout for the end")
             yield from self._draws(view, _inside(near), "draw for the end")
-            yield hit
+            yield from self._hits(view, house, (), "takeout for the end")
+            yield self.hit(view, house[0], "raise", weight=PEEL_WEIGHT, clear=False)
             return
         if points + 1 < LIKELY_ONE and more_to_play and game.lead(team) >= -2:
             yield self.through(view)  # a blank keeps the hammer
@@ -129,6 +128,15 @@ class RuleBasedPlayer(AimingPlayer):
         for x, y in places:
             if all((s.x - x) ** 2 + (s.y - y) ** 2 > room**2 for s in end.stones):
                 yield self.draw_to(view, x, y, shot)
+
+    def _hits(
+        self, view: View, house: tuple[Lying, ...], protected: tuple[Lying, ...], shot: str
+    ) -> Iterator[Call | None]:
+        """Takeouts of the opponent's stones, the nearest first, full or half."""
+        for stone in house:
+            if stone.team is not view.team and stone not in protected:
+                for off in (0.0, HALF, -HALF):
+                    yield self.hit(view, stone, shot, off=off)
 
     def _peels(self, view: View, end: End, protected: tuple[Lying, ...]) -> Iterator[Call | None]:
         if view.game.lead(view.team) < COMFORTABLE:
