@@ -60,6 +60,10 @@ class _Overlay:
         xy = track.trajectory.xy
         flat = np.column_stack([xy, np.zeros(len(xy))])
         self._path_px = track.camera.project(flat)
+        x, y = scene.sheet.width / 2, scene.sheet.length / 2
+        edge = np.array([[a * x, b * y, 0.0] for a in (-1, 1) for b in np.linspace(-1, 1, 40)])
+        seen = track.camera.sees(edge)
+        self._sheet_px = track.camera.project(edge)[seen] if seen.any() else self._path_px
         self._inset, self._view = self._map(size)
         self._path_view = self._view.to_view(xy)
 
@@ -117,25 +121,33 @@ class _Overlay:
             centre = int(u), int(v)
             cv2.circle(image, centre, round(16 * radius), PANEL, -1, cv2.LINE_AA, 4)
             cv2.circle(image, centre, round(16 * radius), OUTLINE, 2, cv2.LINE_AA, 4)
+        if self._lies_flat(frame.shape):
+            image = cv2.rotate(image, cv2.ROTATE_90_CLOCKWISE)
         edge = round(8 * self._unit)
         margin = round(28 * self._unit)
         rows, columns = image.shape[:2]
         top = (frame.shape[0] - rows) // 2
         left = frame.shape[1] - margin - columns
+        if self._lies_flat(frame.shape):
+            top, left = frame.shape[0] - margin - rows, (frame.shape[1] - columns) // 2
         if top < edge or left < edge:
             return
         frame[top - edge : top + rows + edge, left - edge : left + columns + edge] = PANEL
         frame[top : top + rows, left : left + columns] = image
 
+    def _lies_flat(self, shape: tuple[int, ...]) -> bool:
+        """Whether the map goes along the lower edge: where the right one would cover the ice."""
+        return bool(np.nanmax(self._sheet_px[:, 0]) > 0.9 * shape[1])
+
     def _draw_numbers(self, frame: Image, row: int | None, until: int, t: float) -> None:
         track = self._track
-        lines = [f"{t:6.2f} s"]
+        lines = [f"{t:.2f} s"]
         if row is not None:
             v = track.velocity[row]
             x, y = track.trajectory.xy[row]
-            lines.append(f"{np.hypot(*v):6.2f} m/s")
+            lines.append(f"{np.hypot(*v):.2f} m/s")
             if np.isfinite(track.spin[row]):
-                lines.append(f"{track.spin[row]:+6.2f} rad/s")
+                lines.append(f"spin {track.spin[row]:+.2f} rad/s")
             lines.append(f"x {x:+.2f}  y {y:+.2f} m")
         else:
             lines.append("not seen" if 0 < until < len(track.frame) else "no stone yet")
@@ -143,7 +155,7 @@ class _Overlay:
                 lines[-1] = "out of view"
         unit = self._unit
         step, left, top = round(40 * unit), round(28 * unit), round(28 * unit)
-        width, height = round(330 * unit), step * len(lines) + round(24 * unit)
+        width, height = round(350 * unit), step * len(lines) + round(24 * unit)
         panel = frame[top : top + height, left : left + width]
         panel[:] = (0.25 * panel + 0.75 * np.array(PANEL)).astype(np.uint8)
         for i, text in enumerate(lines):

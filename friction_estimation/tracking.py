@@ -41,6 +41,10 @@ Progress = Callable[[Iterable[tuple[float, Image]], int], Iterable[tuple[float, 
 SPARSE_FRAMES = 40
 """Frames looked at before tracking: for the background, the rough path and the stone's look."""
 BACKGROUND_FRAMES = 15
+MAX_HEADING_MISS = 0.7
+"""A heading further from where the spin leads [rad] is a misread handle, not a turn."""
+HEADING_GAIN = 0.35
+"""How far the expected heading gives way to each frame's; the spin by half its square."""
 MIN_LIKENESS = 0.3
 """Sightings less like a stone than this do not teach its look."""
 
@@ -90,6 +94,7 @@ class FilmTrack:
 class _Record:
     t: list[float] = field(default_factory=list)
     fits: list[StoneFit | None] = field(default_factory=list)
+    theta: list[float] = field(default_factory=list)
 
 
 def track_film(
@@ -201,7 +206,24 @@ def _measure_all(
     pilot = _Pilot(rough=rough, camera=camera, look=look, options=options, region=background.slices)
     for t, frame in frames:
         start = pilot.predict(t, frame)
-        fit = measure(frame, ice, background.origin_px, camera, look, start)
+        fit = min(
+            (
+                found
+                for turn in pilot.headings_to_try
+                if (
+                    found := measure(
+                        frame,
+                        ice,
+                        background.origin_px,
+                        camera,
+                        look,
+                        start + np.array([0.0, 0.0, turn]),
+                    )
+                )
+            ),
+            key=lambda found: found.misfit / max(found.visible, 1e-3),
+            default=None,
+        )
         if fit is None or not pilot.accepts(fit, start):
             fit = None
             again = pilot.fallback(t)
@@ -209,7 +231,7 @@ def _measure_all(
                 second = measure(frame, ice, background.origin_px, camera, look, again)
                 if second is not None and pilot.accepts(second, again):
                     fit = second
-        pilot.note(t, fit)
+        record.theta.append(pilot.note(t, fit))
         record.t.append(t)
         record.fits.append(fit)
     return record
@@ -233,7 +255,7 @@ class _Pilot:
         self._last: StoneFit | None = None
         self._last_t = 0.0
         self._theta, self._spin = 0.0, 0.0
-        self._seen = False
+        self._headings = 0
 
     def predict(self, t: float, frame: Image) -> Floats:
         grey = cv2.cvtColor(np.ascontiguousarray(frame[self._region]), cv2.COLOR_BGR2GRAY)
@@ -251,6 +273,13 @@ class _Pilot:
         there = self._camera.on_plane(here + shift, middle)[0]
         return np.array([*there, theta])
 
+    @property
+    def headings_to_try(self) -> Floats:
+        """Turns from the expected heading [rad] to begin a fit at; many until one is known."""
+        if self._headings or not self._look.has_handle:
+            return np.zeros(1)
+        return np.arange(8) * (np.pi / 4)
+
     def fallback(self, t: float) -> Floats:
         return np.array([*self._rough.at(t), self._theta + self._spin * (t - self._last_t)])
 
@@ -262,16 +291,24 @@ class _Pilot:
             and np.linalg.norm(fit.xy - start[:2]) <= self._options.gate + footprint
         )
 
-    def note(self, t: float, fit: StoneFit | None) -> None:
-        if fit is not None:
-            if self._look.has_handle and np.isfinite(fit.theta):
-                turned = np.angle(np.exp(1j * (fit.theta - self._theta)))
-                dt = t - self._last_t
-                if self._seen and 0 < dt < 0.5:
-                    self._spin += 0.1 * (np.clip(turned / dt, -8, 8) - self._spin)
-                self._theta += turned
-            self._last_t, self._seen = t, True
+    def note(self, t: float, fit: StoneFit | None) -> float:
+        """Remember a frame; its unwrapped heading [rad], NaN where it is not to be trusted."""
         self._last = fit
+        if fit is None or not self._look.has_handle or not np.isfinite(fit.theta):
+            return np.nan
+        dt = t - self._last_t
+        expected = self._theta + self._spin * dt if self._headings else self._theta
+        miss = float(np.angle(np.exp(1j * (fit.theta - expected))))
+        trusted = abs(miss) < MAX_HEADING_MISS
+        if self._headings == 0:
+            self._theta = fit.theta
+        else:
+            gain = HEADING_GAIN if trusted else 0.0
+            self._theta = expected + gain * miss
+            self._spin += gain**2 / 2 * miss / max(dt, 1e-3)
+        self._last_t = t
+        self._headings += 1
+        return expected + miss if trusted else np.nan
 
 
 def _joined(
@@ -289,10 +326,10 @@ def _joined(
         [[np.nan] * 2 if f is None else np.sqrt(np.diag(f.covariance)[:2]) for f in fits]
     )
     smoothed = [smooth(t, xy[:, axis], sigma[:, axis]) for axis in range(2)]
-    kept = smoothed[0].used & smoothed[1].used
+    kept = np.isfinite(xy[:, 0])  # wild frames did not pull; their rows carry the joint estimate
     theta = spin = sigma_theta = np.full(len(t), np.nan)
     if look.has_handle:
-        theta, spin, sigma_theta = _heading(t, fits)
+        theta, spin, sigma_theta = _heading(t, fits, np.array(record.theta[first : last + 1]))
     place = np.column_stack([axis.value for axis in smoothed])
     trajectory = Trajectory(
         t=t[kept],
@@ -313,11 +350,13 @@ def _joined(
     )
 
 
-def _heading(t: Floats, fits: Sequence[StoneFit | None]) -> tuple[Floats, Floats, Floats]:
-    """Unwrapped heading, spin and the heading's standard error, each (n,)."""
-    raw = np.array([np.nan if fit is None else fit.theta for fit in fits])
+def _heading(
+    t: Floats, fits: Sequence[StoneFit | None], theta: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Smoothed heading, spin and the heading's standard error, each (n,)."""
     sigma = np.array([np.nan if fit is None else np.sqrt(fit.covariance[2, 2]) for fit in fits])
-    known = np.isfinite(raw)
-    raw[known] = np.unwrap(raw[known])
-    result = smooth(t, raw, np.maximum(sigma, 1e-3))
+    if np.isfinite(theta).sum() < 5:
+        nothing = np.full(len(t), np.nan)
+        return nothing, nothing, nothing
+    result = smooth(t, theta, np.clip(sigma, 1e-3, 1.0))
     return result.value, result.rate, result.sigma
