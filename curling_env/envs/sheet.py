@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from math import hypot
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -53,6 +54,8 @@ RESULT = {
     Status.HOGGED: "hogged",
 }
 """Statuses in the words of a picture."""
+TRIES = 100
+"""Places tried for each random stone before the house counts as full."""
 RENDER_MODES = ("rgb_array", "human")
 
 
@@ -287,13 +290,14 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         """Places for stones at random, none touching another; (count, 2) delivery frame [m]."""
         (left, right), (near, far) = LIKELY
         least = 2 * self.ice.stone.radius + APART
-        places = np.empty((0, 2))
-        for _ in range(200 * max(count, 1)):
+        places: list[tuple[float, float]] = []
+        for _ in range(TRIES * max(count, 1)):
             if len(places) == count:
-                return places
-            place = self.np_random.uniform((left, near), (right, far))
-            if (np.hypot(*(places - place).T) >= least).all():
-                places = np.vstack([places, place])
+                return np.array(places).reshape(-1, 2)
+            u, v = self.np_random.random(2).tolist()
+            x, y = left + u * (right - left), near + v * (far - near)
+            if all(hypot(x - other_x, y - other_y) >= least for other_x, other_y in places):
+                places.append((x, y))
         raise InputError(f"there is no room for {count} stones in the house and before it")
 
     def _observe(self) -> NDArray[np.float32]:
