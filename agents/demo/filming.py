@@ -1,0 +1,191 @@
+"""The demo's films: each throw filmed and tracked, two side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.ice import Ice
+from curling_env.physics.slide import play_bounds, slide
+from curling_env.sheet import Sheet
+from curling_env.stone import Stone
+from curling_env.storage import make_directory
+from curling_env.throw import Release
+from curling_env.trajectory import Trajectory
+
+Floats = NDArray[np.float64]
+
+CAMERA = "gantry"
+"""Above the middle of the sheet: the place that measures best."""
+FPS = 15.0
+"""Frames a second: friction needs long paths, not many frames."""
+PEOPLE = False
+"""Whether players walk through the picture."""
+TRUE_PATH_RATE = 120.0
+"""Samples a second of the true path that is filmed."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """One throw to film and track, in a process of its own."""
+
+    film: Path
+    scene: Path
+    path: Trajectory
+    sheet: Sheet
+    stone: Stone
+    fps: float
+    seed: int
+    overlay: Path | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Films:
+    """What the films gave.
+
+    Parameters
+    ----------
+    tracks : measured, in order of play
+    errors : (n,) RMS distance of each from the truth [m]
+    frames : filmed in all
+    size : width and height [px]
+    still : picture of a frame with the track; None if there is none
+    """
+
+    tracks: list[Trajectory]
+    errors: Floats
+    frames: int
+    size: tuple[int, int]
+    still: Path | None
+
+
+def film_and_track(
+    folder: Path,
+    ice: Ice,
+    releases: Sequence[Release],
+    *,
+    seed: int,
+    fps: float,
+    workers: int,
+    tell: Callable[[str, float], None],
+) -> Films:
+    """Film the throws on an ice, and track every film.
+
+    Parameters
+    ----------
+    folder : gets films/ and overlay.mp4
+    ice : the true one; what is returned knows it only through the films
+    workers : processes; 1 works in this one
+
+    Raises
+    ------
+    OutputError : a file cannot be written
+    """
+    from friction_estimation.scene import save_scene
+    from friction_estimation.synthetic import FilmSpec, scene_of
+
+    films = make_directory(folder / "films")
+    spec = FilmSpec(camera=CAMERA, fps=fps, seed=seed, people=PEOPLE)
+    scene = films / f"{CAMERA}.scene.json"
+    save_scene(scene_of(spec.resolved(), sheet=ice.sheet, stone=ice.stone), scene)
+    jobs: list[Job] = []
+    for k, release in enumerate(releases):
+        bounds = play_bounds(ice, release.direction)
+        path = slide(ice, release, bounds=bounds, fps=TRUE_PATH_RATE, throw=k).trajectory
+        assert path is not None  # a rate was given
+        jobs.append(
+            Job(
+                film=films / f"{CAMERA}-{k}.mp4",
+                scene=scene,
+                path=path,
+                sheet=ice.sheet,
+                stone=ice.stone,
+                fps=fps,
+                seed=seed,
+                overlay=folder / "overlay.mp4" if k == 0 else None,
+            )
+        )
+    results: dict[int, tuple[Trajectory, float, int]] = {}
+
+    def finished(k: int, result: tuple[Trajectory, float, int]) -> None:
+        results[k] = result
+        tell(f"filmed and tracked {len(results)} of {len(jobs)} throws", len(results) / len(jobs))
+
+    tell("filming the first throws", 0.0)
+    if workers > 1:
+        # Fresh processes: forking one that holds OpenCV's and numba's threads may hang.
+        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+            pending = {pool.submit(_film_and_track, job): k for k, job in enumerate(jobs)}
+            for future in as_completed(pending):
+                finished(pending[future], future.result())
+    else:
+        for k, job in enumerate(jobs):
+            finished(k, _film_and_track(job))
+    ordered = [results[k] for k in range(len(jobs))]
+    return Films(
+        tracks=[track for track, _, _ in ordered],
+        errors=np.array([error for _, error, _ in ordered]),
+        frames=sum(frames for _, _, frames in ordered),
+        size=spec.resolved().size,
+        still=_still(folder / "overlay.mp4", folder / "overlay.png"),
+    )
+
+
+def _film_and_track(job: Job) -> tuple[Trajectory, float, int]:
+    """The measured track, its RMS distance from the truth [m], and how many frames there were."""
+    import cv2
+
+    from friction_estimation.overlay import write_overlay
+    from friction_estimation.scene import load_scene
+    from friction_estimation.synthetic import FilmSpec, render_film
+    from friction_estimation.tracking import track_film
+
+    cv2.setNumThreads(1)  # one process a core
+    spec = FilmSpec(camera=CAMERA, fps=job.fps, seed=job.seed, people=PEOPLE)
+    truth = render_film(job.film, job.path, spec, sheet=job.sheet, stone=job.stone)
+    scene = load_scene(job.scene)
+    result = track_film(job.film, scene, throw=job.path.throw)
+    if job.overlay is not None:
+        write_overlay(job.film, scene, result, job.overlay)
+    track = result.trajectory
+    true_x, true_y = (np.interp(track.t, truth.t, truth.xy[:, k]) for k in range(2))
+    error = np.hypot(track.xy[:, 0] - true_x, track.xy[:, 1] - true_y)
+    return track, float(np.sqrt(np.mean(error**2))), len(truth)
+
+
+def estimate(tracks: list[Trajectory], law: Ice, *, uniform: bool = False) -> Ice:
+    """The ice that the tracks ran on; the effects of `law` are taken as known.
+
+    Parameters
+    ----------
+    uniform : one friction for all of it instead of a map
+    """
+    from friction_estimation.inversion import estimate_ice
+
+    return estimate_ice(tracks, start=law, uniform=uniform).ice
+
+
+def _still(film: Path, picture: Path) -> Path | None:
+    """A frame from two thirds into a film, as a PNG."""
+    import cv2
+
+    from curling_env.storage import atomic_path
+
+    if not film.exists():
+        return None
+    reader = cv2.VideoCapture(str(film))
+    count = int(reader.get(cv2.CAP_PROP_FRAME_COUNT))
+    reader.set(cv2.CAP_PROP_POS_FRAMES, 2 * count // 3)
+    read, frame = reader.read()
+    reader.release()
+    if not read:
+        return None
+    with atomic_path(picture) as draft:
+        cv2.imwrite(str(draft), frame)
+    return picture

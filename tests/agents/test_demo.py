@@ -1,0 +1,111 @@
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from agents.demo import filming
+from agents.demo.areas import find_areas, relative
+from agents.demo.hidden import hidden_ice, practice_throws
+from curling_env.ice import FrictionMap, Ice, load_ice
+from curling_env.physics.slide import SlideEnd, slide
+from curling_env.sheet import PAPER_SHEET, TEE_Y
+from curling_env.trajectory import read_tracks
+
+
+def believed(difference: np.ndarray, sigma: float = 0.005) -> Ice:
+    mu = 0.0082 * (1 + difference)
+    return Ice(
+        friction=FrictionMap(
+            mu=mu, sigma=sigma * mu, observed=np.ones(PAPER_SHEET.shape, dtype=bool)
+        )
+    )
+
+
+def test_areas_are_found_where_they_are() -> None:
+    x, y = np.meshgrid(PAPER_SHEET.x_centres, PAPER_SHEET.y_centres)
+    difference = np.zeros(PAPER_SHEET.shape)
+    difference[(x > 0.4) & (np.abs(y + 5) < 2)] = 0.08
+    difference[(x < -0.4) & (np.abs(y - 14) < 1.5)] = -0.06
+    heavy, keen = find_areas(believed(difference))
+    assert (heavy.kind, keen.kind) == ("heavy", "keen")
+    assert heavy.place == "right of the centre line, 4 m past the near hog line to 8 m past the " \
+        "near hog line"  # fmt: skip
+    assert keen.place.startswith("left of the centre line")
+    assert heavy.difference == pytest.approx(0.08, abs=0.01)
+
+
+def test_even_or_uncertain_ice_has_no_areas() -> None:
+    _, y = np.meshgrid(PAPER_SHEET.x_centres, PAPER_SHEET.y_centres)
+    assert find_areas(believed(0.02 * np.sin(y))) == []
+    assert find_areas(believed(0.08 * np.sin(y), sigma=0.06)) == []
+
+
+def test_practice_throws_stay_on_the_ice_and_cross_it_both_ways() -> None:
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        ice = hidden_ice(rng)
+        assert 0.05 < np.abs(relative(ice.friction.mu, ice.friction.observed)).max() < 0.15
+        releases = practice_throws(8, rng)
+        assert {np.sign(release.omega) for release in releases} == {-1.0, 1.0}
+        rests = [slide(ice, release) for release in releases]
+        assert all(rest.end == SlideEnd.REST for rest in rests)
+        assert np.ptp([rest.x for rest in rests]) > 1.0
+
+
+def test_the_hidden_areas_are_read_from_measured_paths() -> None:
+    rng = np.random.default_rng(0)
+    ice = hidden_ice(rng)
+    tracks = []
+    for k, release in enumerate(practice_throws(8, rng)):
+        path = slide(ice, release, fps=15, throw=k).trajectory
+        tracks.append(replace(path, xy=path.xy + 0.002 * rng.standard_normal(path.xy.shape)))
+    found = filming.estimate(tracks, load_ice("standard"))
+    observed = found.friction.observed
+    error = (found.friction.mu / ice.friction.mu - 1)[observed]
+    assert np.sqrt(np.mean(error**2)) < 0.015
+    true = relative(ice.friction.mu, observed)
+    areas = find_areas(found)
+    assert len(areas) >= 3
+    for area in areas:
+        assert true[area.cells].mean() == pytest.approx(area.difference, abs=0.02)
+
+
+@pytest.mark.slow
+def test_the_demo_leaves_all_it_promises(curling, tmp_path: Path) -> None:
+    from agents.demo.session import run_demo
+
+    told: list[float] = []
+    found = run_demo(
+        tmp_path / "demo", seed=2, throws=2, fps=10, draws=2, workers=1,
+        tell=lambda what, part: told.append(part),
+    )  # fmt: skip
+    folder = tmp_path / "demo"
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+    for name in ("overlay.mp4", "films/gantry-1.mp4", "films/gantry.scene.json"):
+        assert (folder / name).stat().st_size > 100
+    assert len(read_tracks(folder / "tracks.csv")) == 2
+    assert load_ice(folder / "ice.json").friction.observed.any()
+    picture = cv2.imread(str(folder / "page.png"))
+    assert picture.shape[1] > 1000
+    page = (folder / "index.html").read_text()
+    assert found.headline() in page.replace("&#x27;", "'")
+    assert page.count("data:image/png;base64,") == 4
+    assert 'src="http' not in page
+    numbers = json.loads((folder / "findings.json").read_text())
+    assert numbers["miss_on_true_ice_m"] == pytest.approx(
+        np.hypot(found.on_true[0], found.on_true[1] - TEE_Y)
+    )
+    # What was planned on the estimated ice lands there to the millimetre: the loop is closed.
+    assert numbers["miss_on_estimated_ice_m"] < 5e-3
+    assert found.sentences()[-1].startswith("Over 2 draws")
+
+
+def test_command_refuses_a_folder_that_cannot_be(curling, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    assert "file" in curling("demo", "-o", tmp_path / "file" / "demo").complaint
