@@ -160,7 +160,7 @@ class Outcome:
 
 
 class Engine:
-    """Plays throws on one ice among resting stones.
+    """Plays throws on one ice among resting stones; one engine for each thread.
 
     Parameters
     ----------
