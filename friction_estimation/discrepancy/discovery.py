@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from curling_env.trajectory import Trajectory
 from friction_estimation.discrepancy.acceptance import Gap, choose_held_out, forecast, noise_floor
 from friction_estimation.discrepancy.baseline import base_model
 from friction_estimation.discrepancy.candidates import pushes_of
+from friction_estimation.discrepancy.confounding import Alternative, alternatives
 from friction_estimation.discrepancy.fit import Fit
 from friction_estimation.discrepancy.proof import (
     STRUCTURE,
@@ -68,7 +70,11 @@ class Discovery:
     structure : what the throws' frictions still follow, and the p that it is chance
     events : numbers of throws in which something happened once
     held_out : indices into `session`
-    gaps : forecast gap before, after and at the noise floor; None without held-out throws
+    gaps : forecast gap before, after and at the noise floor; empty without held-out throws
+    before, after : slow misfit of the training throws
+    alternatives : by label, what the data cannot rule out in place of a named effect
+    trial_closures : by label, what each candidate of the first round closes by itself
+    residual_term : what of the unknown is in the improved ice as a fitted table; None if nothing
     """
 
     session: Session
@@ -87,11 +93,27 @@ class Discovery:
     gaps: dict[str, Gap] = field(default_factory=dict)
     before: Misfit
     after: Misfit
+    alternatives: dict[str, list[Alternative]] = field(default_factory=dict)
+    trial_closures: dict[str, float] = field(default_factory=dict)
+    residual_term: dict[str, Any] | None = None
 
     @property
     def enough(self) -> bool:
         """Whether there are throws enough to name anything."""
         return len(self.session) >= ENOUGH_THROWS
+
+    @property
+    def closure(self) -> float:
+        """Part of the slow misfit that the named effects close."""
+        return closure(self.before, self.after)
+
+    def runner_up(self, label: str) -> dict[str, Any] | None:
+        """The next best candidate of the round in which an effect was chosen."""
+        for step in self.selection.steps:
+            if step.chosen == label and len(step.trials) > 1:
+                second = step.trials[1]
+                return {"name": second.term.label, "gain": float(f"{second.gain:.6g}")}
+        return None
 
 
 def discover(
@@ -216,16 +238,23 @@ def _search(everything: Fit, rng: np.random.Generator, progress: Progress) -> Di
         )
         named, open_ = refit(named, model) if proofs else base, True
         after, structure = misfit_of(named), friction_structure(named, rng)
-        follows = _follow(named, after, structure, rng, progress)
+        # Without its proxies the unknown may be too large for a linear look: then what it
+        # follows beside them stands.
+        follows = _follow(named, after, structure, rng, progress) or follows
     progress("forecasting throws held out", 0.9)
     gaps = {
         "before": forecast(base.model, unseen, named.noise),
         "after": forecast(named.model, unseen, named.noise),
         "noise_floor": noise_floor(named, unseen),
     }
-    progress("fitting all throws", 0.95)
+    closures = {
+        trial.term.label: closure(selection.before, misfit_of(trial.fit))
+        for trial in (selection.steps[0].trials if selection.steps else [])
+    }
+    progress("fitting all throws", 0.96)
     final = fit_with_noise(named.model, session, named.noise)
     final_base = refit(final, base.model)
+    others = {proof.label: alternatives(final, proof.label) for proof in proofs}
     return Discovery(
         session=session,
         selection=selection,
@@ -243,6 +272,8 @@ def _search(everything: Fit, rng: np.random.Generator, progress: Progress) -> Di
         gaps=gaps,
         before=selection.before,
         after=after,
+        alternatives=others,
+        trial_closures=closures,
     )
 
 

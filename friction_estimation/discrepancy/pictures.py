@@ -1,0 +1,257 @@
+"""Pictures of a discovery: the gap, the residuals with the effect drawn through, the forecasts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from friction_estimation.discrepancy.discovery import Discovery
+from friction_estimation.discrepancy.fit import Fit
+from friction_estimation.discrepancy.model import predict
+from friction_estimation.discrepancy.proof import own_frictions
+from friction_estimation.drawing import (
+    FAINT,
+    INK,
+    draw_sheet,
+    lengthwise,
+    new_figure,
+    plain_axes,
+)
+from friction_estimation.kinematics import local_fit
+
+Floats = NDArray[np.float64]
+
+BEFORE, AFTER, FLOOR, MEASURED = "#c8433f", "#2b7a4b", "#8a97a6", "#22313f"
+WINDOW = 3.0
+"""Width of the windows from which residual accelerations are drawn [s]."""
+SHOWN_OVER = {
+    "speed_dependent_friction": "speed",
+    "air_drag": "speed",
+    "curl": "speed",
+    "spin_drag": "speed",
+    "friction_patch": "y",
+    "lens_distortion": "y",
+    "slope": "y",
+    "tracking_offset": "theta",
+    "pebble_wear": "order",
+    "time_drift": "clock",
+    "stone_bias": "stone",
+    "sweeping": "swept",
+}
+LABELS = {
+    "speed": "speed [m/s]",
+    "y": "along the sheet, y [m]",
+    "x": "across the sheet, x [m]",
+    "t": "seconds since release",
+    "theta": "heading of the handle [rad]",
+    "spin": "spin [rad/s]",
+    "order": "throws played before",
+    "clock": "session clock [min]",
+    "stone": "stone",
+    "swept": "unswept | swept",
+}
+
+
+def gap_picture(found: Discovery) -> Figure:
+    """The forecast gap before, after, and of a perfect model."""
+    figure = new_figure(6.2, 2.3)
+    ax = figure.subplots()
+    plain_axes(ax)
+    names = ("before", "after", "noise_floor")
+    labels = ("the model as it was", "the improved model", "a perfect model")
+    values = [100 * found.gaps[name].rest_error for name in names]
+    ax.barh(range(3), values, color=(BEFORE, AFTER, FLOOR), height=0.62)
+    for k, value in enumerate(values):
+        ax.text(value, k, f" {value:.0f} cm" if value >= 2 else f" {value:.1f} cm", va="center")
+    ax.set_yticks(range(3), labels)
+    ax.invert_yaxis()
+    ax.set_xlim(0, 1.18 * max(values))
+    ax.set_xlabel("how far from the forecast the stones came to rest, throws never fitted [cm]")
+    ax.grid(visible=False)
+    return figure
+
+
+def forecast_picture(found: Discovery) -> Figure:
+    """Measured and forecast paths of the throws held out."""
+    session = found.session.only(found.held_out)
+    count = len(session)
+    figure = new_figure(11.0, 1.55 * count + 0.4)
+    axes = np.atleast_1d(figure.subplots(count, 1))
+    for i, ax in enumerate(axes):
+        rows = session.rows(i)
+        draw_sheet(ax, found.final.model.ice.sheet)
+        for xy, colour, width, name, style in (
+            (session.xy[rows], MEASURED, 3.2, "measured", "-"),
+            (found.gaps["before"].predicted[rows], BEFORE, 1.6, "model as it was", "--"),
+            (found.gaps["after"].predicted[rows], AFTER, 1.6, "improved model", "-"),
+        ):
+            u, v = lengthwise(xy)
+            alpha = 0.35 if name == "measured" else 1.0
+            ax.plot(u, v, style, color=colour, lw=width, label=name, alpha=alpha, zorder=4)
+            ax.plot(u[-1], v[-1], "o", color=colour, ms=5, alpha=alpha, zorder=5)
+        off = [100 * found.gaps[key].per_throw[i] for key in ("before", "after")]
+        ax.set_title(
+            f"throw {session.throws[i]}: {off[0]:.0f} cm off before, {off[1]:.0f} cm after",
+            fontsize=9,
+            loc="left",
+            color=INK,
+        )
+        if i < count - 1:
+            ax.set_xticks([])
+    axes[0].legend(loc="upper right", ncols=3, fontsize=8, frameon=False, bbox_to_anchor=(1, 1.45))
+    return figure
+
+
+def residual_pictures(found: Discovery) -> list[tuple[str, Figure]]:
+    """For every named effect, and for each variable of what is unknown: before and after."""
+    wanted = [(p.label, SHOWN_OVER.get(p.label.partition("[")[0], "speed")) for p in found.proofs]
+    wanted += [("unknown", f.variable) for f in found.follows if f.variable in LABELS]
+    out: list[tuple[str, Figure]] = []
+    before, after = _same_throws(found)
+    for label, variable in wanted:
+        if variable in ("order", "clock", "stone"):
+            out.append((label, _between_throws(before, after, variable)))
+        else:
+            out.append((label, _within_throws(before, after, label, variable)))
+    return out
+
+
+def _same_throws(found: Discovery) -> tuple[Fit, Fit]:
+    return found.final_base, found.final
+
+
+def _between_throws(before: Fit, after: Fit, variable: str) -> Figure:
+    """The throws' own frictions against what may move them."""
+    figure = new_figure(8.6, 2.9)
+    axes = figure.subplots(1, 2, sharey=True)
+    session = before.session
+    place = {
+        "order": session.orders.astype(float),
+        "clock": session.clocks / 60.0,
+        "stone": session.stones.astype(float),
+    }[variable]
+    for ax, fitted, colour, name in (
+        (axes[0], before, BEFORE, "before"),
+        (axes[1], after, AFTER, "after"),
+    ):
+        plain_axes(ax)
+        own, sigma = own_frictions(fitted)
+        jitter = 0.04 * np.arange(len(own)) / len(own) if variable == "stone" else 0.0
+        ax.errorbar(place + jitter, 100 * own, 100 * sigma, fmt="o", color=colour, ms=5)
+        ax.axhline(0, color=FAINT, lw=0.8)
+        ax.set_title(name, fontsize=9, loc="left")
+        ax.set_xlabel(LABELS[variable])
+        if variable == "stone":
+            ax.set_xticks(np.unique(place))
+    axes[0].set_ylabel("friction of the throw\nbeyond the model [%]")
+    return figure
+
+
+def _within_throws(before: Fit, after: Fit, label: str, variable: str) -> Figure:
+    """Residual accelerations, averaged over the variable, and what the effect adds."""
+    session = before.session
+    value = _value(after, variable)
+    shape = predict(after.model, session, before.states, before.ln_factors) - predict(
+        before.model, session, before.states, before.ln_factors
+    )
+    shown = _sideways_sign(after, label)
+    figure = new_figure(8.6, 2.9)
+    axes = figure.subplots(1, 2, sharey=True)
+    pieces = (
+        (axes[0], before.residuals[:, :2], BEFORE, "before"),
+        (axes[1], after.residuals[:, :2], AFTER, "after"),
+    )
+    part = _best_part(before, shape[:, :2], shown)
+    for ax, residual, colour, name in pieces:
+        plain_axes(ax)
+        acceleration = _accelerations(after, residual)[:, part] * shown[:, part]
+        middle, mean, error = _averaged(value, acceleration, session.owner)
+        ax.errorbar(middle, 1e3 * mean, 1e3 * error, fmt="o", color=colour, ms=4.5, lw=1)
+        ax.axhline(0, color=FAINT, lw=0.8)
+        ax.set_title(name, fontsize=9, loc="left")
+        ax.set_xlabel(LABELS[variable])
+    if label != "unknown":
+        acceleration = _accelerations(after, shape[:, :2])[:, part] * shown[:, part]
+        middle, mean, _ = _averaged(value, acceleration, session.owner)
+        axes[0].plot(middle, 1e3 * mean, color=INK, lw=1.6, label="the effect found")
+        axes[0].legend(fontsize=8, frameon=False)
+    what = ("along the travel", "to the side")[part]
+    axes[0].set_ylabel(f"unexplained push\n{what} [mm/s²]")
+    return figure
+
+
+def _value(fitted: Fit, variable: str) -> Floats:
+    path, session = fitted.predicted, fitted.session
+    return {
+        "speed": np.hypot(path[:, 2], path[:, 3]),
+        "y": path[:, 1],
+        "x": path[:, 0],
+        "t": session.times,
+        "theta": np.mod(path[:, 4], 2 * np.pi),
+        "spin": path[:, 5],
+        "swept": session.swept,
+    }[variable]
+
+
+def _sideways_sign(fitted: Fit, label: str) -> Floats:
+    """Signs by which pushes of different throws are laid over each other, (rows, 2)."""
+    sign = np.ones((len(fitted.predicted), 2))
+    if label.startswith("curl"):
+        sign[:, 1] = np.sign(fitted.predicted[:, 5])
+    if label.startswith("slope"):
+        sign *= np.sign(fitted.predicted[:, 3])[:, None]
+    return sign
+
+
+def _best_part(fitted: Fit, shape: Floats, sign: Floats) -> int:
+    """0 if the effect pushes mostly along the travel, 1 if to the side."""
+    acceleration = _accelerations(fitted, shape) * sign
+    return int(np.nanmean(np.abs(acceleration[:, 1])) > np.nanmean(np.abs(acceleration[:, 0])))
+
+
+def _accelerations(fitted: Fit, difference: Floats) -> Floats:
+    """Acceleration of a difference of paths, along the travel and to its left, (rows, 2)."""
+    session, path = fitted.session, fitted.predicted
+    out = np.full((len(path), 2), np.nan)
+    for i in range(len(session)):
+        rows = session.rows(i)
+        t = session.times[rows]
+        if t[-1] - t[0] < 2 * WINDOW:
+            continue
+        every = slice(rows.start, rows.stop, 8)
+        x = local_fit(t, difference[rows, 0], WINDOW)[0][2][::8]
+        y = local_fit(t, difference[rows, 1], WINDOW)[0][2][::8]
+        speed = np.maximum(np.hypot(path[every, 2], path[every, 3]), 1e-6)
+        along, across = path[every, 2] / speed, path[every, 3] / speed
+        out[every, 0] = x * along + y * across
+        out[every, 1] = y * along - x * across
+        inside = (t[::8] - t[0] > WINDOW / 2) & (t[-1] - t[::8] > WINDOW / 2)
+        out[np.arange(rows.start, rows.stop, 8)[~inside]] = np.nan
+    return out
+
+
+def _averaged(value: Floats, push: Floats, owner: Any, bins: int = 14) -> tuple[Floats, Floats, Floats]:
+    """Means over bins of the variable, with errors from the spread between throws."""
+    seen = np.isfinite(push)
+    value, push, owner = value[seen], push[seen], owner[seen]
+    levels = np.unique(value)
+    edges = (
+        np.quantile(value, np.linspace(0, 1, bins + 1))
+        if len(levels) > bins
+        else np.concatenate([levels - 1e-9, [levels[-1] + 1e-9]])
+    )
+    middle, mean, error = [], [], []
+    for low, high in zip(edges[:-1], edges[1:], strict=True):
+        inside = (value >= low) & (value <= high)
+        if inside.sum() < 3:
+            continue
+        per_throw = [push[inside & (owner == k)].mean() for k in np.unique(owner[inside])]
+        middle.append(value[inside].mean())
+        mean.append(float(np.mean(per_throw)))
+        error.append(float(np.std(per_throw) / np.sqrt(len(per_throw))))
+    return np.array(middle), np.array(mean), np.array(error)
+
+

@@ -1,0 +1,269 @@
+"""A discovery in words and numbers: the report's document and the two ice files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from curling_env.ice import ActiveEffect, Ice, save_ice
+from curling_env.storage import write_json
+from friction_estimation.discrepancy.candidates import UNDECIDABLE, Term
+from friction_estimation.discrepancy.discovery import ENOUGH_THROWS, Discovery
+from friction_estimation.discrepancy.fit import standard_errors
+from friction_estimation.discrepancy.residuals import TOLERATED
+
+READABLE = {
+    "speed_dependent_friction": "friction that follows the sliding speed",
+    "curl": "curl",
+    "slope": "a slope of the ice",
+    "pebble_wear": "pebble that wears from throw to throw",
+    "stone_bias": "a stone with a friction of its own",
+    "sweeping": "sweeping",
+    "friction_patch": "a patch of different ice",
+    "time_drift": "friction that drifts with time",
+    "spin_drag": "spin that fades faster than the band explains",
+    "air_drag": "air drag",
+    "tracking_offset": "a tracked point beside the stone's centre",
+    "lens_distortion": "lens distortion left in the tracks",
+}
+
+
+def readable(name: str) -> str:
+    """A name in plain words."""
+    return READABLE.get(name, name.replace("_", " "))
+
+
+def number(value: float) -> float:
+    """Six significant digits: enough for any of these."""
+    return float(f"{value:.6g}")
+
+
+def document(found: Discovery) -> dict[str, Any]:
+    """The report, as `report.json` holds it."""
+    effects = [_named(found, k) for k in range(len(found.proofs))]
+    if found.unknown:
+        effects.append(_unknown(found))
+    elif found.events:
+        effects.append(_event(found))
+    model = found.final_base.model
+    sigma = standard_errors(found.final_base)
+    mu = float(np.mean(model.ice.friction.mu) * np.exp(model.ln_mu))
+    noise = found.final.noise
+    return {
+        "verdict": sentence(found),
+        "effects": effects,
+        "gap": {
+            **{key: gap.numbers() for key, gap in found.gaps.items()},
+            "held_out_throws": found.session.throws[found.held_out].tolist(),
+            "closure": number(found.closure),
+        },
+        "baseline": {
+            "mu": number(mu),
+            "mu_stderr": number(mu * sigma[("", "ln_mu")]),
+            "mu_spread": number(model.spread),
+            "spin_coupling": number(
+                model.ice.stone.spin_coupling * float(np.exp(model.ln_coupling))
+            ),
+            "effects": [term.name for term in model.terms],
+            "slow_misfit": number(found.before.ratio),
+        },
+        "remaining": {
+            "slow_misfit": number(found.after.ratio),
+            "white": bool(found.after.white),
+            "mu_spread": number(found.final.model.spread),
+            "mu_follows": found.structure[0],
+            "mu_follows_p": number(found.structure[1]),
+        },
+        "noise": {
+            "position_m": number(noise.total[0]),
+            "heading_rad": number(noise.total[1]),
+            "memory_s": number(noise.memory[0] if noise.fading[0] > 0 else 0.0),
+        },
+        "candidates": league(found),
+        "smallest_detectable": smallest(found),
+        "undecidable": {
+            "names": list(UNDECIDABLE),
+            "why": "throws alone cannot show that all lengths or all times are off by a factor: "
+            "friction absorbs it. Check a known length (hog line to hog line 21.945 m, tee to tee "
+            "34.747 m) and a clock.",
+        },
+        "left_out": list(found.session.left_out),
+    }
+
+
+def sentence(found: Discovery) -> str:
+    """The verdict."""
+    if not found.enough:
+        count = len(found.session)
+        return (
+            f"Nothing is named: {count} {'throw slides' if count == 1 else 'throws slide'} freely, "
+            f"and fewer than {ENOUGH_THROWS} cannot tell an effect from chance."
+        )
+    names = list(dict.fromkeys(readable(p.label.partition("[")[0]) for p in found.proofs))
+    parts: list[str] = []
+    if names:
+        listed = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+        before, after = found.gaps["before"].rest_error, found.gaps["after"].rest_error
+        floor = found.gaps["noise_floor"].rest_error
+        parts.append(
+            f"The model lacks {listed}; with it, throws it never saw are forecast to "
+            f"{after:.2f} m instead of {before:.2f} m at rest (a perfect model: {floor:.2f} m)"
+        )
+    if found.unknown:
+        follows = [f.variable for f in found.follows]
+        what = f" that follows {', '.join(follows)}" if follows else ""
+        parts.append(f"{'something' if names else 'Something'} unknown{what} is missing")
+    if found.events:
+        throws = ", ".join(str(throw) for throw in found.events)
+        parts.append(f"something happened once in throw {throws}")
+    if not parts:
+        return "Nothing is missing: what is left is noise, by these throws."
+    text = "; ".join(parts)
+    return text[0].upper() + text[1:] + "."
+
+
+def _parameters(found: Discovery, term: Term) -> dict[str, Any]:
+    sigma = standard_errors(found.final)
+    out: dict[str, Any] = {}
+    for p in term.form.parameters:
+        fitted = p.name in term.free
+        if not fitted and p.default is not None:
+            continue  # left at its usual value: it says nothing of these data
+        error = sigma.get((term.label, p.name), 0.0) if fitted else _placed(p.name)
+        out[p.name] = {
+            "value": number(term.values[p.name]),
+            "stderr": number(error),
+            "unit": p.unit,
+        }
+    return out
+
+
+def _placed(name: str) -> float:
+    """Error of a side that was sought on a grid; none for an identifier."""
+    return 0.25 if name in ("x_min", "x_max") else 0.0
+
+
+def _named(found: Discovery, k: int) -> dict[str, Any]:
+    proof = found.proofs[k]
+    term = found.final.model.term(proof.label)
+    others = found.alternatives.get(proof.label, [])
+    clear = np.argsort(-proof.improvements)[:3]
+    numbers = np.sort(found.session.throws)[np.sort(clear)]
+    where = f"{term.form.sign}; clearest in throws {', '.join(str(n) for n in numbers)}"
+    return {
+        "name": term.name,
+        "kind": term.form.kind,
+        "parameters": _parameters(found, term),
+        "depends_on": [],
+        "where": where,
+        "evidence": {
+            "gain": number(proof.gain),
+            "p": number(proof.p),
+            "p_holm": number(proof.corrected),
+            "throws_improved": int((proof.improvements > 0).sum()),
+            "throws": len(proof.improvements),
+            "closure": number(found.closure),
+            "runner_up": found.runner_up(proof.label),
+            "separating_throws": {a.name: a.throw for a in others},
+        },
+        "alternatives": [a.name for a in others],
+    }
+
+
+def _unknown(found: Discovery) -> dict[str, Any]:
+    return {
+        "name": "unknown",
+        "kind": "unknown",
+        "parameters": {},
+        "depends_on": [f.variable for f in found.follows],
+        "where": "; ".join(
+            f"a push {f.push} that follows {f.variable}" for f in found.follows
+        )
+        or "no single variable stands out",
+        "evidence": {
+            "slow_misfit": number(found.after.ratio),
+            "tolerated": TOLERATED,
+            "shares": {f.variable: number(f.share) for f in found.follows},
+            "p": {f.variable: number(f.p) for f in found.follows},
+            "proxies": list(dict.fromkeys(label.partition("[")[0] for label in found.unproved)),
+            "residual_term": found.residual_term,
+        },
+        "alternatives": [],
+    }
+
+
+def _event(found: Discovery) -> dict[str, Any]:
+    throws = ", ".join(str(throw) for throw in found.events)
+    return {
+        "name": "unknown",
+        "kind": "unknown",
+        "parameters": {},
+        "depends_on": ["event"],
+        "where": f"only in throw {throws}: a pick, a touch or a lost track",
+        "evidence": {"throws": found.events},
+        "alternatives": [],
+    }
+
+
+def league(found: Discovery) -> list[dict[str, Any]]:
+    """Candidates in the order of what they would gain over the baseline."""
+    if not found.selection.steps:
+        return []
+    first = found.selection.steps[0]
+    fitted = {trial.term.label: trial for trial in first.trials}
+    rows = [
+        {
+            "name": label,
+            "gain": number(trial.gain),
+            "needed": number(trial.needed),
+            "closure": number(found.trial_closures.get(label, float("nan")))
+            if label in found.trial_closures
+            else None,
+        }
+        for label, trial in fitted.items()
+    ]
+    rows += [
+        {"name": look.term.label, "gain": number(look.gain), "needed": None, "closure": None}
+        for look in first.looks
+        if look.term.label not in fitted
+    ]
+    return rows
+
+
+def smallest(found: Discovery) -> dict[str, dict[str, float]]:
+    """Smallest effect that these throws could have shown, by candidate and parameter."""
+    if not found.selection.steps:
+        return {}
+    looks = found.selection.steps[-1].looks
+    return {
+        look.term.label: {name: number(value) for name, value in look.smallest.items()}
+        for look in looks
+    }
+
+
+def baseline_ice(found: Discovery) -> Ice:
+    """The refitted baseline."""
+    fitted = found.final_base
+    return fitted.model.improved_ice(standard_errors(fitted))
+
+
+def improved_ice(found: Discovery) -> Ice:
+    """The model with what was found."""
+    fitted = found.final
+    ice = fitted.model.improved_ice(standard_errors(fitted))
+    if found.unknown and found.residual_term is None:
+        ice = ice.with_effect(ActiveEffect(name="unknown"))
+    return ice
+
+
+def write_files(found: Discovery, folder: Path) -> dict[str, Any]:
+    """report.json, baseline.json and ice.json; returns the report."""
+    report = document(found)
+    save_ice(baseline_ice(found), folder / "baseline.json")
+    save_ice(improved_ice(found), folder / "ice.json")
+    write_json(folder / "report.json", report)
+    return report
+
+
