@@ -67,10 +67,10 @@ frame, and the friction of each cell of the ice was estimated from how the stone
 friction follows speed, and how a turning stone curls, was taken as known; where the ice is heavy
 and keen was not. The draws were planned on the estimated ice, without execution error, and thrown
 on the hidden one.</p>
-<p>In this folder: $files. Try
-<code>curling plan --ice $folder/ice.json --target 0,17.37</code>.</p>
+<p>In this folder: $files. Try, in it,
+<code>curling plan --ice ice.json --target 0,17.37</code>.</p>
 <footer>$frames frames of $size, $seconds s in all. Every number on this page was computed in this
-run; the same seed gives the same page.</footer>
+run; the same seed gives the same ice, throws and films.</footer>
 </body>
 </html>
 """)
@@ -117,7 +117,6 @@ def write_page(
         call=escape(found.sentences()[-3] + " " + found.sentences()[-2]),
         film=film,
         files=", ".join(f"<code>{escape(name)}</code>" for name in files),
-        folder=escape(directory.name),
         frames=f"{found.film_frames:,}".replace(",", " "),
         size=f"{found.film_size[0]} × {found.film_size[1]}",
         seconds=f"{found.seconds:.0f}",

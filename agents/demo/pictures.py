@@ -27,7 +27,7 @@ ON_TRUE, ON_ESTIMATED, BY_AVERAGE = "#c8433f", "#2f6fb3", "#e0a100"
 
 def draw_maps(found: Findings, path: str | Path) -> None:
     """Hidden ice, found ice with the filmed paths, and its uncertainty, one under the other."""
-    figure = Figure(figsize=(13, 7.4), dpi=110, layout="constrained", facecolor="white")
+    figure = Figure(figsize=(13, 6.2), dpi=110, layout="constrained", facecolor="white")
     axes = [figure.add_subplot(3, 1, k) for k in (1, 2, 3)]
     _three_maps(figure, axes, found)
     _save(figure, path)
