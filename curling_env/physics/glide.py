@@ -27,12 +27,14 @@ LONGEST_SHARE = 0.5
 LONGEST_STRIDE = 8.0
 """Longest stride [s]."""
 AIM = 2e-4
-"""Error of a stride's prediction that is aimed at [m]; what is left after its correction is a
-hundredth of that."""
-CLOSE = 3e-4
-"""Prediction error above which the law is asked again [m]."""
-FAR = 5e-3
-"""Prediction error above which a shorter stride is taken [m]."""
+"""Error of a stride's prediction that is aimed at, at the least [m]; what is left of it after the
+correction is some fiftieth."""
+AIM_SHARE = 1e-4
+"""The same as a part of speed × time to rest, twice the way that is left."""
+CLOSE = 2.0
+"""Prediction error above which the law is asked again, over the one aimed at."""
+FAR = 15.0
+"""Prediction error above which a shorter stride is taken, over the one aimed at."""
 EDGE = 2e-5
 """Strides end this far before the edge of an effect, and hop over it [m]."""
 TOUCHING = 1e-7
@@ -315,14 +317,15 @@ def glide(
         for k in range(6):
             states[0, k] = now[k]
         ratio = 0.0 if fresh else h / before
-        first, last = stride(law, motion, work, t, clock, h, ratio, time_left, CLOSE)
-        if (last > CLOSE or (first > FAR and not fresh)) and h > SHORTEST_STRIDE:
+        aim = AIM + AIM_SHARE * speed * time_left
+        first, last = stride(law, motion, work, t, clock, h, ratio, time_left, CLOSE * aim)
+        if (last > CLOSE * aim or (first > FAR * aim and not fresh)) and h > SHORTEST_STRIDE:
             for k in range(6):
                 now[k] = states[0, k]
                 parts[2, k] = parts[0, k]
             work.moments[3] = mu
             fresh = fresh or last > CLOSE
-            longest = h * (0.3 if fresh else max(0.3, 0.8 * math.sqrt(math.sqrt(AIM / first))))
+            longest = h * (0.3 if fresh else max(0.3, 0.8 * math.sqrt(math.sqrt(aim / first))))
             continue
         if watched or _may_touch(states, rate * h * h / 16.0 + 2e-3, bounds, obstacles, reach):
             for k in range(6):
@@ -350,7 +353,7 @@ def glide(
                 end = SlideEnd.CONTACT if contact else SlideEnd.LEFT_BOUNDS
                 break
         # The error of a prediction grows with the fourth power of the stride.
-        factor = 1.0 if fresh else math.sqrt(math.sqrt(AIM / max(first, 1e-2 * AIM)))
+        factor = 1.0 if fresh else math.sqrt(math.sqrt(aim / max(first, 1e-2 * aim)))
         longest = min(LONGEST_STRIDE, h * min(max(factor, 0.3), 2.5))
         for row in range(3):
             for k in range(6):

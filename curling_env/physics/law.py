@@ -39,6 +39,8 @@ from curling_env.physics.effects.motion import (
     ALONG,
     BEND,
     CLOCK,
+    CONTACT_FRICTION,
+    CONTACTS,
     FRICTION,
     GRAVITY,
     HEADING,
@@ -62,6 +64,7 @@ from curling_env.physics.effects.motion import (
     X,
     Y,
 )
+from curling_env.physics.powers import quick_log
 
 SLOWEST = 1e-9
 """Speeds below this are treated as this in directions and logarithms [m/s]."""
@@ -78,6 +81,7 @@ def _front_half(pairs: int, crowding: float) -> NDArray[np.float64]:
     return np.column_stack([np.cos(beyond), np.sin(beyond), (1 - crowding * np.cos(u)) / pairs])
 
 
+_POINT = np.array([[0.0, 0.0, 1.0]])
 _SIX, _EIGHT = _front_half(3, 0.0), _front_half(4, 0.4)
 _SIXTEEN, _MOST = _front_half(8, 0.7), _front_half(16, 1.0)
 
@@ -203,32 +207,16 @@ def mu_of_map(law: Law, x: float, y: float) -> float:
 
 
 @inlined
-def _contact_factor(law: Law, slip: float, motion: Any, push: Any) -> float:
-    """Factor on μ for a contact that slides at `slip` [m/s]."""
-    if law.per_contact == 0:
-        return 1.0
-    motion[SLIP] = slip
-    motion[LOG_SLIP] = math.log(slip)
-    push[FRICTION] = 1.0
-    for k in range(law.per_contact):
-        call_kernel(law.kernels[k], motion, law.theta, law.offsets[k], push)
-    return push[FRICTION]
-
-
-@inlined
-def _sum_contacts(law: Law, front: Any, speed: float, rim: float, motion: Any, push: Any) -> Any:
-    """Drag and torque summed over contacts in pairs at φ and π − φ, for a rim speed above 0."""
-    drag = 0.0
-    torque = 0.0
-    for q in range(front.shape[0]):
-        sine = front[q, 0]
-        along = speed - rim * sine
-        across = rim * front[q, 1]
-        slip = max(math.sqrt(along * along + across * across), SLOWEST)
-        weight = front[q, 2] * _contact_factor(law, slip, motion, push) / slip
-        drag += weight * along
-        torque -= weight * (rim - speed * sine)
-    return drag, torque
+def _ask_contacts(law: Law, contacts: int, motion: Any, push: Any) -> None:
+    """Factors on μ of contacts whose slips stand in `motion`."""
+    for q in range(contacts):
+        push[CONTACT_FRICTION + q] = 1.0
+    if law.per_contact > 0:
+        motion[CONTACTS] = contacts
+        for q in range(contacts):
+            motion[LOG_SLIP + q] = quick_log(motion[SLIP + q])
+        for k in range(law.per_contact):
+            call_kernel(law.kernels[k], motion, law.theta, law.offsets[k], push)
 
 
 @inlined
@@ -247,18 +235,32 @@ def running_band(law: Law, speed: float, spin: float, motion: Any, push: Any) ->
     drag, torque : F/(μmg) against the travel and τ/(μmgr) counter-clockwise
     """
     rim = law.band_radius * math.fabs(spin)
-    if rim < SLOWEST:
-        slip = max(speed, SLOWEST)
-        return _contact_factor(law, slip, motion, push) * speed / slip, 0.0
-    ratio = min(rim, speed) / max(rim, speed)
-    front = _SIX
-    if ratio > 0.85:
-        front = _MOST
-    elif ratio > 0.5:
-        front = _SIXTEEN
-    elif ratio > 0.12:
-        front = _EIGHT
-    drag, torque = _sum_contacts(law, front, speed, rim, motion, push)
+    # A point contact is a band of one place, which slips as the centre does.
+    front = _POINT
+    if rim >= SLOWEST:
+        ratio = min(rim, speed) / max(rim, speed)
+        front = _SIX
+        if ratio > 0.85:
+            front = _MOST
+        elif ratio > 0.5:
+            front = _SIXTEEN
+        elif ratio > 0.12:
+            front = _EIGHT
+    else:
+        rim = 0.0
+    # Contacts at φ and π − φ slip equally fast: each stands for both.
+    n = front.shape[0]
+    for q in range(n):
+        along = speed - rim * front[q, 0]
+        across = rim * front[q, 1]
+        motion[SLIP + q] = max(math.sqrt(along * along + across * across), SLOWEST)
+    _ask_contacts(law, n, motion, push)
+    drag = 0.0
+    torque = 0.0
+    for q in range(n):
+        weight = front[q, 2] * push[CONTACT_FRICTION + q] / motion[SLIP + q]
+        drag += weight * (speed - rim * front[q, 0])
+        torque -= weight * (rim - speed * front[q, 0])
     return drag, torque if spin > 0.0 else -torque
 
 
@@ -291,7 +293,7 @@ def feel(
     motion[X] = x
     motion[Y] = y
     motion[SPEED] = speed
-    motion[LOG_SPEED] = math.log(max(speed, SLOWEST))
+    motion[LOG_SPEED] = quick_log(max(speed, SLOWEST))
     motion[TRAVEL_X] = travel_x
     motion[TRAVEL_Y] = travel_y
     motion[SPIN] = spin

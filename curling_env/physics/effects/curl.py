@@ -1,11 +1,12 @@
 """The curl: a turning stone is pushed to the side its front turns to."""
 
-from math import exp, fabs, log
+from math import fabs, log
 from typing import Any
 
 from curling_env.physics.compiled import effect_kernel
 from curling_env.physics.effects.card import EffectCard, Parameter
 from curling_env.physics.effects.motion import LEFT, LOG_SPEED, SPIN, spin_sign
+from curling_env.physics.powers import quick_exp
 
 REFERENCE_SPIN = 1.5
 """Spin at which `strength` is quoted [rad/s]."""
@@ -14,9 +15,9 @@ REFERENCE_SPIN = 1.5
 @effect_kernel
 def _kernel(motion: Any, theta: Any, push: Any) -> None:
     spin = motion[SPIN]
-    sideways = theta[0] * exp(theta[1] * motion[LOG_SPEED]) * spin_sign(spin)
+    sideways = theta[0] * quick_exp(theta[1] * motion[LOG_SPEED]) * spin_sign(spin)
     if theta[2] != 0.0:
-        sideways *= exp(theta[2] * log((fabs(spin) + 1e-9) / REFERENCE_SPIN))
+        sideways *= quick_exp(theta[2] * log((fabs(spin) + 1e-9) / REFERENCE_SPIN))
     push[LEFT] += sideways
 
 

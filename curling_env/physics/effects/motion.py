@@ -38,11 +38,15 @@ STONE = 11
 """Identifier of the stone."""
 SWEPT = 12
 """1 while the stone is swept, else 0."""
-SLIP = 13
-"""Sliding speed of the contact over the ice [m/s]: friction kernels that act per contact only."""
-LOG_SLIP = 14
-"""Natural logarithm of the slip in m/s."""
-MOTION_SIZE = 15
+CONTACTS = 13
+"""How many contacts of the band are asked about: friction kernels that act per contact only."""
+MOST_CONTACTS = 16
+"""Most contacts a kernel is asked about at once."""
+SLIP = 14
+"""Sliding speed of contact q over the ice at SLIP + q [m/s]: kernels that act per contact only."""
+LOG_SLIP = SLIP + MOST_CONTACTS
+"""Natural logarithm of the slip in m/s of contact q at LOG_SLIP + q."""
+MOTION_SIZE = LOG_SLIP + MOST_CONTACTS
 
 # --- push: what the effect does to it ---------------------------------------------------------
 FRICTION = 0
@@ -59,7 +63,9 @@ PUSH_X = 5
 """Acceleration along the sheet frame's x [m/s²]; add to it."""
 PUSH_Y = 6
 """Acceleration along the sheet frame's y [m/s²]; add to it."""
-PUSH_SIZE = 7
+CONTACT_FRICTION = 7
+"""Factor on the friction of contact q at CONTACT_FRICTION + q; multiply it."""
+PUSH_SIZE = CONTACT_FRICTION + MOST_CONTACTS
 
 GRAVITY = 9.80665
 """Standard gravity [m/s²] (ISO 80000-3)."""

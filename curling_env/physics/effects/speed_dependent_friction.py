@@ -1,11 +1,12 @@
 """Friction that falls as the contact slides faster."""
 
-from math import exp, log
+from math import log
 from typing import Any
 
 from curling_env.physics.compiled import effect_kernel
 from curling_env.physics.effects.card import EffectCard, Parameter
-from curling_env.physics.effects.motion import FRICTION, LOG_SLIP, SLIP
+from curling_env.physics.effects.motion import CONTACT_FRICTION, CONTACTS, LOG_SLIP, SLIP
+from curling_env.physics.powers import quick_exp, quick_log
 
 SLOWEST_SLIP = 0.01
 """Slip below which friction no longer rises [m/s]; nobody has measured slower contacts."""
@@ -14,12 +15,16 @@ SLOWEST_SLIP = 0.01
 @effect_kernel
 def _kernel(motion: Any, theta: Any, push: Any) -> None:
     exponent, offset, share = theta[0], theta[1], theta[2]
-    slow = motion[SLIP] < SLOWEST_SLIP
     if offset > 0.0:
-        log_slip = log((SLOWEST_SLIP if slow and exponent < 1.0 else motion[SLIP]) + offset)
+        slowest = SLOWEST_SLIP if exponent < 1.0 else 0.0
+        for q in range(int(motion[CONTACTS])):
+            log_slip = quick_log(max(motion[SLIP + q], slowest) + offset)
+            push[CONTACT_FRICTION + q] *= 1.0 - share + share * quick_exp(-exponent * log_slip)
     else:
-        log_slip = log(SLOWEST_SLIP) if slow else motion[LOG_SLIP]
-    push[FRICTION] *= 1.0 - share + share * exp(-exponent * log_slip)
+        slowest = log(SLOWEST_SLIP)
+        for q in range(int(motion[CONTACTS])):
+            log_slip = max(motion[LOG_SLIP + q], slowest)
+            push[CONTACT_FRICTION + q] *= 1.0 - share + share * quick_exp(-exponent * log_slip)
 
 
 CARD = EffectCard(

@@ -1,18 +1,19 @@
 """A torque that slows the rotation beyond what the running band explains."""
 
-from math import exp, log
+from math import log
 from typing import Any
 
 from curling_env.physics.compiled import effect_kernel
 from curling_env.physics.effects.card import EffectCard, Parameter
 from curling_env.physics.effects.motion import LOG_SPEED, SPEED, SPIN, TURN, spin_sign
+from curling_env.physics.powers import quick_exp
 
 
 @effect_kernel
 def _kernel(motion: Any, theta: Any, push: Any) -> None:
     floor = theta[2]
     log_speed = motion[LOG_SPEED] if motion[SPEED] > floor else log(floor)
-    push[TURN] -= spin_sign(motion[SPIN]) * theta[0] * exp(-theta[1] * log_speed)
+    push[TURN] -= spin_sign(motion[SPIN]) * theta[0] * quick_exp(-theta[1] * log_speed)
 
 
 CARD = EffectCard(
