@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.ice import Ice
+from curling_env.physics.batch import RELEASE_DTYPE, throw_batch
 from curling_env.physics.effects.motion import MOTION_SIZE
 from curling_env.physics.law import compile_law
 from curling_env.physics.slide import NO_OBSTACLES, SlideEnd, new_work, slide_kernel
@@ -79,8 +80,16 @@ def roll_out(
     stones : (k, 2) centres of resting stones, sheet frame [m]
     reach : distance between centres that ends a slide [m]
     """
-    law = compile_law(ice)
     states = states_of(throws, direction)
+    if len(stones) == 0:
+        table = np.zeros(len(states), dtype=RELEASE_DTYPE)
+        for name, column in zip(("x", "y", "vx", "vy", "theta", "omega"), states.T, strict=True):
+            table[name] = column
+        rests = throw_batch(ice, table, bounds=bounds)
+        return _rollouts(
+            np.column_stack([rests.x, rests.y]), rests.end.astype(np.int64), rests.time
+        )
+    law = compile_law(ice)
     end = np.empty(len(throws), dtype=np.int64)
     time = np.empty(len(throws))
     motion = np.zeros(MOTION_SIZE)
@@ -90,6 +99,9 @@ def roll_out(
         end[i], time[i], _ = slide_kernel(
             law, state, motion, 0.0, 0.0, 0.0, bounds, stones, reach, 1.0, no_samples, work
         )
-    xy = states[:, :2].copy()
+    return _rollouts(states[:, :2].copy(), end, time)
+
+
+def _rollouts(xy: Floats, end: NDArray[np.int64], time: Floats) -> Rollouts:
     xy[end == SlideEnd.NEVER_STOPS] = np.nan
     return Rollouts(xy=xy, end=end, time=time)

@@ -35,7 +35,8 @@ class GreedyPlayer(AimingPlayer):
     def call(self, view: View) -> Call:
         calls = self.shots(view)
         rink = self._rink_of(view)
-        worth = [self._worth(view, rink, call) for call in calls]
+        seed = view.seed
+        worth = [self._worth(view, rink, call, seed) for call in calls]
         return calls[int(np.argmax(worth))]
 
     def shots(self, view: View) -> list[Call]:
@@ -63,10 +64,10 @@ class GreedyPlayer(AimingPlayer):
         calls.append(self.through(view))
         return [call for call in calls if call is not None]
 
-    def _worth(self, view: View, rink: Rink, call: Call) -> float:
+    def _worth(self, view: View, rink: Rink, call: Call, seed: int) -> float:
         total = 0.0
         for trial in range(TRIALS):
-            after, _ = rink.play(GameState(game=view.game, seed=view.seed + trial), call)
+            after, _ = rink.play(GameState(game=view.game, seed=seed + trial), call)
             total += value_of(after.game, view.team)
         return total / TRIALS
 
