@@ -93,5 +93,7 @@ if "CurlingSheet-v0" not in gymnasium.registry:  # once, also when the module is
     )
 if "CurlingEnd-v0" not in gymnasium.registry:
     gymnasium.register(  # pyright: ignore[reportUnknownMemberType]
-        "CurlingEnd-v0", entry_point="curling_env.envs.end:CurlingEndEnv"
+        "CurlingEnd-v0",
+        entry_point="curling_env.envs.end:CurlingEndEnv",
+        vector_entry_point="curling_env.envs.end_vector:CurlingEndVectorEnv",
     )

@@ -235,7 +235,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         self._cumulative_rewards[agent] = 0.0
         for label in self.agents:
             team = Team(self.possible_agents.index(label))
-            parts = parts_of(before.game, after.game, shot, team)
+            parts = parts_of(before.game, after.game, shot.team, shot.ruling, team)
             self.rewards[label] = self.weights.total(parts)
             self.infos[label] = {"shot": shot, "reward_parts": parts.as_dict()}
         over = after.game.is_over

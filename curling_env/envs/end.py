@@ -152,17 +152,21 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         if "state" in options:
             self.state = options["state"]
             return self._observe(), {"shots": ()}
-        hammer = _checked(options.get("hammer", self._hammer))
-        own = hammer == "own" or (hammer == "random" and self.np_random.random() < 0.5)
-        state = self.rink.new_game(
-            int(self.np_random.integers(2**31)), last_stone=AGENT if own else AGENT.other
-        )
-        self._state = self.rink.begin_end(state)
+        self._state = self.new_state(options.get("hammer"))
         self._shots = ()
         self._answer()
         if self.render_mode == "human":
             self._screen().show_position(self.state)
         return self._observe(), {"shots": self._shots}
+
+    def new_state(self, hammer: Hammer | None = None) -> GameState:
+        """An end before its first stone, with luck of this environment's own randomness."""
+        chosen = self._hammer if hammer is None else _checked(hammer)
+        own = chosen == "own" or (chosen == "random" and self.np_random.random() < 0.5)
+        state = self.rink.new_game(
+            int(self.np_random.integers(2**31)), last_stone=AGENT if own else AGENT.other
+        )
+        return self.rink.begin_end(state)
 
     def step(self, action: NDArray[np.float32]) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Deliver a stone, and let the opponent answer."""
@@ -202,7 +206,7 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         self._shots = (*self._shots, shot)
         if self.render_mode == "human":
             self._screen().show(before, self._state, shot)
-        return parts_of(before.game, self._state.game, shot, AGENT)
+        return parts_of(before.game, self._state.game, shot.team, shot.ruling, AGENT)
 
     def _answer(self) -> GameRewardParts:
         """The opponent delivers while it is its turn."""

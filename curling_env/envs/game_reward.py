@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 from curling_env.errors import InputError
-from curling_env.game.rink import Shot
-from curling_env.rules.delivery import Fault
+from curling_env.rules.delivery import Fault, Ruling
 from curling_env.rules.game import Game
 from curling_env.rules.stones import Team
 
@@ -62,13 +61,15 @@ class GameRewardWeights:
         return sum(getattr(self, part.name) * getattr(parts, part.name) for part in fields(self))
 
 
-def parts_of(before: Game, after: Game, shot: Shot, team: Team) -> GameRewardParts:
+def parts_of(
+    before: Game, after: Game, thrower: Team, ruling: Ruling, team: Team
+) -> GameRewardParts:
     """What one delivery was to a team.
 
     Parameters
     ----------
     before, after : the game on either side of it
-    shot : the delivery
+    thrower, ruling : of the delivery
     team : whose reward it is
     """
     points = win = 0.0
@@ -77,5 +78,5 @@ def parts_of(before: Game, after: Game, shot: Shot, team: Team) -> GameRewardPar
         points = float(last[team] - last[team.other])
     if after.winner is not None:
         win = 1.0 if after.winner is team else -1.0
-    own_fault = shot.team is team and shot.ruling.fault not in (None, Fault.HOG_LINE)
+    own_fault = thrower is team and ruling.fault not in (None, Fault.HOG_LINE)
     return GameRewardParts(points=points, win=win, fault=-1.0 if own_fault else 0.0)

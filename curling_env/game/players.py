@@ -38,7 +38,7 @@ class View:
     ice : as the player knows it, which need not be as it is
     direction : the end played to
     skill : of the player's own hand
-    seed : for a player that draws lots; another one before every delivery
+    lot : numbers that make `seed`: of the game, the delivery and the team
     """
 
     game: Game
@@ -46,7 +46,7 @@ class View:
     ice: Ice
     direction: Direction
     skill: Skill
-    seed: int
+    lot: tuple[int, int, int]
 
     @property
     def has_hammer(self) -> bool:
@@ -59,9 +59,14 @@ class View:
         end = self.game.end
         return 0 if end is None else self.game.rules.stones - end.number_of_stone
 
+    @property
+    def seed(self) -> int:
+        """For a player that draws lots; another one before every delivery."""
+        return int(np.random.SeedSequence(self.lot).generate_state(1)[0])
+
     def rng(self) -> np.random.Generator:
         """Randomness of the player's own; the same before the same delivery."""
-        return np.random.default_rng(self.seed)
+        return np.random.default_rng(self.lot)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.game.living_ice import PATH_FPS, STILL, LivingIce, prepared, wear_of, worn
@@ -16,7 +17,7 @@ from curling_env.game.sweepers import sweep_for
 from curling_env.ice import Ice, load_ice
 from curling_env.physics.engine import Engine, Outcome, Status, StoneState
 from curling_env.rules.delivery import Result, Ruling
-from curling_env.rules.game import always, begin_end, deliver, new_game
+from curling_env.rules.game import End, Game, always, begin_end, deliver, new_game
 from curling_env.rules.lines import Lines
 from curling_env.rules.placement import Side
 from curling_env.rules.rulesets import RuleSet, rule_set
@@ -24,6 +25,8 @@ from curling_env.rules.stones import STONES_A_TEAM, Lying, Stones, Team
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.skill import Skill, skill_named
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Throw
+
+Floats = NDArray[np.float64]
 
 SLOWEST = 1e-3
 """A throw is never slower, however badly it slips [m/s]."""
@@ -131,7 +134,7 @@ class Rink:
             ice=self.known_ice,
             direction=direction_of(number),
             skill=self.skills[team],
-            seed=_lot(state, team),
+            lot=(state.seed, state.throws, team + 1),
         )
 
     def play(
@@ -159,7 +162,7 @@ class Rink:
         if end is None:
             raise InputError("no end is in play")
         team, direction = end.to_throw, direction_of(end.number)
-        thrown = self._executed(call.throw, self.skills[team], state)
+        thrown = self.executed(call.throw, self.skills[team], state)
         stone = STONES_A_TEAM * team + end.number_of_stone
         sweep = self._sweep(call, thrown, direction)
         outcome = self._engine_for(state).play(
@@ -170,7 +173,7 @@ class Rink:
             fps=PATH_FPS if paths or self.living.wear else None,
             throw=state.throws,
         )
-        result = _result(end.stones, team, end.number_of_stone, outcome, direction)
+        result = _result(end, outcome, direction)
         chosen = [False]
 
         def put_back(ruling: Ruling) -> bool:
@@ -183,13 +186,7 @@ class Rink:
         if self.living.wear:
             added = wear_of(self.living, self.ice.sheet, outcome.trajectories)
             wear = added if wear is None else wear + added
-        after = GameState(
-            game=game,
-            seed=state.seed,
-            throws=state.throws + 1,
-            clock=state.clock + self.living.pace,
-            wear=wear,
-        )
+        after = self.after(state, game, wear)
         return after, Shot(
             end=end.number,
             number=end.delivered,
@@ -204,9 +201,20 @@ class Rink:
             put_back=chosen[0],
         )
 
+    def after(self, state: GameState, game: Game, wear: Floats | None = None) -> GameState:
+        """The state one delivery later."""
+        return GameState(
+            game=game,
+            seed=state.seed,
+            throws=state.throws + 1,
+            clock=state.clock + self.living.pace,
+            wear=wear,
+        )
+
     # --- the hand, the brooms, the ice ------------------------------------------------------------
 
-    def _executed(self, meant: Throw, skill: Skill, state: GameState) -> Throw:
+    def executed(self, meant: Throw, skill: Skill, state: GameState) -> Throw:
+        """What leaves the hand when a throw is meant: the state decides by how much it slips."""
         if skill.is_exact:
             return meant
         rng = np.random.default_rng((state.seed, state.throws))
@@ -238,31 +246,49 @@ class Rink:
         return self._engine[1]
 
 
-def _lot(state: GameState, team: Team) -> int:
-    """A seed for a team's own decisions before one delivery."""
-    words = np.random.SeedSequence((state.seed, state.throws, team + 1)).generate_state(1)
-    return int(words[0])
-
-
 def on_sheet(lying: Lying, direction: Direction) -> StoneState:
     """A resting stone, from the delivery to the sheet frame."""
     return StoneState(x=direction * lying.x, y=direction * (lying.y + TEE_Y), stone=lying.stone)
 
 
-def _result(
-    before: Sequence[Lying], team: Team, number: int, outcome: Outcome, direction: Direction
+def result_of_places(
+    end: End,
+    places: Sequence[Sequence[float] | None],
+    unmoved: Sequence[bool],
+    struck: bool,
 ) -> Result:
-    """What the rules need of an outcome; a stone that nothing touched lies exactly where it did."""
-    last = len(before)
+    """What the rules need of where stones came to rest.
+
+    Parameters
+    ----------
+    end : before the delivery
+    places : of its stones and of the delivered one, delivery frame [m]; None or NaN for one that
+        left play
+    unmoved : for each stone of the end, whether nothing touched it: it lies exactly where it did
+    struck : whether the delivered stone touched another
+    """
     after: list[Lying | None] = []
-    handles = [(stone.team, stone.number) for stone in before] + [(team, number)]
-    for k, (whose, which) in enumerate(handles):
-        if outcome.status[k] in _GONE:
-            after.append(None)
-        elif k < last and outcome.ends[k] == 0.0:
-            after.append(before[k])
+    for before, place, still in zip(end.stones, places, unmoved, strict=False):
+        if still:
+            after.append(before)
         else:
-            stone = outcome.stones[k]
-            after.append(Lying(whose, which, direction * stone.x, direction * stone.y - TEE_Y))
-    struck = any(last in (contact.first, contact.second) for contact in outcome.contacts)
+            after.append(_lying(before.team, before.number, place))
+    after.append(_lying(end.to_throw, end.number_of_stone, places[-1]))
     return Result(tuple(after), struck)
+
+
+def _lying(team: Team, number: int, place: Sequence[float] | None) -> Lying | None:
+    if place is None or place[0] != place[0]:
+        return None
+    return Lying(team, number, place[0], place[1])
+
+
+def _result(end: End, outcome: Outcome, direction: Direction) -> Result:
+    last = len(end.stones)
+    places = [
+        None if status in _GONE else (direction * stone.x, direction * stone.y - TEE_Y)
+        for stone, status in zip(outcome.stones, outcome.status, strict=True)
+    ]
+    unmoved = [time == 0.0 for time in outcome.ends[:last]]
+    struck = any(last in (contact.first, contact.second) for contact in outcome.contacts)
+    return result_of_places(end, places, unmoved, struck)

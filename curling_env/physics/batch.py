@@ -48,6 +48,8 @@ _X, _Y, _VX, _VY, _THETA, _OMEGA, _STONE, _CLOCK, _ORDER, _SWEEP, _SWEEP_END = r
 CHUNK = 256
 """Throws a thread takes at a time."""
 MOST_STONES = 16
+OVERLAP_ALLOWED = 1e-3
+"""How far resting stones may overlap as given [m]: as the pymunk engine allows."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,12 +80,15 @@ class Positions:
     ----------
     xy : (n, k + 1, 2) centres afterwards, the thrown stone last; NaN where there is none, or none
         any more [m]
+    last : (n, k + 1, 2) the same, with a stone that left play where it left; NaN where there is
+        none [m]
     theta : (n, k + 1) headings [rad]
     time : (n,) until all rest [s]
     meetings : (n,) collisions; -1 where the stones would not come to rest
     """
 
     xy: Floats
+    last: Floats
     theta: Floats
     time: Floats
     meetings: NDArray[np.int32]
@@ -257,6 +262,7 @@ def _play_all(
     bounds: Any,
     table: Table,
     after: Any,
+    last: Any,
     theta: Any,
     time: Any,
     meetings: Any,
@@ -297,6 +303,9 @@ def _play_all(
         meetings[i] = -1 if met > MAX_MEETINGS else met
         for s in range(k + 1):
             here = table.status[s] != GONE
+            was_there = s == k or before[i, s, 0] == before[i, s, 0]
+            last[i, s, 0] = table.stones[s, 0] if was_there else np.nan
+            last[i, s, 1] = table.stones[s, 1] if was_there else np.nan
             after[i, s, 0] = table.stones[s, 0] if here else np.nan
             after[i, s, 1] = table.stones[s, 1] if here else np.nan
             theta[i, s] = table.stones[s, 2] if here else np.nan
@@ -340,7 +349,7 @@ def play_batch(
     if identity is not None:
         names[:k] = identity
     limits = edge_bounds(ice) if bounds is None else bounds
-    after, theta = np.empty((n, k + 1, 2)), np.empty((n, k + 1))
+    after, last, theta = (np.empty((n, k + 1, *pair)) for pair in ((2,), (2,), ()))
     time, meetings = np.empty(n), np.empty(n, dtype=np.int32)
 
     def play_some(part: slice) -> None:
@@ -353,19 +362,20 @@ def play_batch(
             limits,
             new_table(ice, k + 1),
             after[part],
+            last[part],
             theta[part],
             time[part],
             meetings[part],
         )
 
     _share(play_some, n, workers)
-    return Positions(xy=after, theta=theta, time=time, meetings=meetings)
+    return Positions(xy=after, last=last, theta=theta, time=time, meetings=meetings)
 
 
 def _refuse_overlaps(stones: Floats, radius: float) -> None:
     for a in range(stones.shape[1]):
         gaps = np.hypot(*(stones[:, a + 1 :] - stones[:, a : a + 1]).transpose(2, 0, 1))
-        overlap = gaps < 2 * radius - 1e-6
+        overlap = gaps < 2 * radius - OVERLAP_ALLOWED
         if overlap.any():
             position, b = (int(index) for index in np.argwhere(overlap)[0])
             raise InputError(

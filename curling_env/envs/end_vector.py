@@ -1,0 +1,200 @@
+"""Many ends of `CurlingEnd-v0` at once: their throws go through the physics together."""
+
+# Gymnasium leaves the spaces of a VectorEnv partly untyped.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any, ClassVar
+
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space, iterate
+from numpy.typing import NDArray
+
+from curling_env.envs.end import AGENT, CurlingEndEnv
+from curling_env.envs.game_reward import GameRewardParts, parts_of
+from curling_env.errors import InputError
+from curling_env.game import STILL, Call, GameState
+from curling_env.game.living_ice import prepared
+from curling_env.game.rink import direction_of, result_of_places
+from curling_env.physics.batch import RELEASE_DTYPE, play_batch
+from curling_env.physics.slide import play_bounds
+from curling_env.rules import Ruling, Team
+from curling_env.rules.game import deliver
+from curling_env.sheet import HOG_LINE_Y, TEE_Y
+
+DIRECTION = direction_of(0)
+
+
+class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
+    """Play an end against an opponent, in many ends side by side.
+
+    The same ends as `CurlingEndEnv` plays with the same seeds, in less time: all throws of a step
+    go to the batch engine in two calls. An end that is over begins anew at the next step.
+
+    Parameters
+    ----------
+    num_envs : ends side by side
+    settings : as for `CurlingEndEnv`, on ice that stays as it is and with sweeping "none" or
+        "action"
+
+    Raises
+    ------
+    InputError : settings that make no sense, or that only one end at a time can be played with
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {  # pyright: ignore[reportIncompatibleVariableOverride]
+        "autoreset_mode": AutoresetMode.NEXT_STEP
+    }
+
+    def __init__(self, num_envs: int = 1, **settings: Any) -> None:
+        if num_envs < 1:
+            raise InputError(f"num_envs must be at least 1, got {num_envs}")
+        for name, only in (("living", STILL), ("render_mode", None)):
+            if settings.get(name, only) != only:
+                raise InputError(f"many ends at once have no {name}; make one environment for it")
+        if settings.get("sweeping") == "scripted":
+            raise InputError("many ends at once are swept by 'action' or not at all")
+        self.single = CurlingEndEnv(**settings)
+        if self.single.rink.ice.effect("stone_bias") is not None:
+            raise InputError("many ends at once are played with stones that are all alike")
+        self.num_envs = num_envs
+        self.single_observation_space = self.single.observation_space
+        self.single_action_space = self.single.action_space
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._bounds = play_bounds(self.single.rink.ice, DIRECTION)
+        rink = self.single.rink
+        self._ice = prepared(rink.ice, STILL, 0, sweeping=rink.sweeping)
+        self._states: list[GameState] = []
+
+    @property
+    def states(self) -> tuple[GameState, ...]:
+        """The ends as they are."""
+        return tuple(self._states)
+
+    def reset(
+        self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin all ends; a seed s gives s, s + 1, …"""
+        if isinstance(seed, list):
+            seeds = seed
+        else:
+            seeds = [None if seed is None else seed + i for i in range(self.num_envs)]
+        first = next((s for s in seeds if s is not None), None)
+        if first is not None or not hasattr(self, "_rngs"):
+            self._rngs = [np.random.Generator(np.random.PCG64(s)) for s in seeds]
+        hammer = (options or {}).get("hammer")
+        self._states = [self._new(i, hammer) for i in range(self.num_envs)]
+        self._answer(range(self.num_envs))
+        return self._observe(), {}
+
+    def step(
+        self, actions: Any
+    ) -> tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """Deliver a stone in every end, and let the opponents answer."""
+        if not self._states:
+            raise InputError("call reset() before the first step")
+        n = self.num_envs
+        anew = [i for i in range(n) if self._states[i].game.end is None]
+        going = [i for i in range(n) if self._states[i].game.end is not None]
+        for i in anew:
+            self._states[i] = self._new(i, None)
+        rows = list(iterate(self.action_space, actions))
+        calls = {i: self.single.action.call_of(rows[i]) for i in going}
+        parts = self._play(calls)
+        for i, answered in self._answer(range(n)).items():
+            parts[i] = parts.get(i, GameRewardParts()) + answered
+        rewards, over = np.zeros(n), np.zeros(n, dtype=np.bool_)
+        points = np.zeros(n)
+        for i in going:
+            rewards[i] = self.single.weights.total(parts[i])
+            over[i] = self._states[i].game.end is None
+            points[i] = parts[i].points
+        info = {"points": points, "_points": over.copy()} if over.any() else {}
+        return self._observe(), rewards, over, np.zeros(n, dtype=np.bool_), info
+
+    # --- the parts ------------------------------------------------------------------------------
+
+    def _new(self, i: int, hammer: Any) -> GameState:
+        self.single.np_random = self._rngs[i]
+        return self.single.new_state(hammer)
+
+    def _answer(self, among: Iterable[int]) -> dict[int, GameRewardParts]:
+        """The opponents deliver where it is their turn."""
+        total: dict[int, GameRewardParts] = {}
+        single = self.single
+        while True:
+            calls: dict[int, Call] = {}
+            for i in among:
+                end = self._states[i].game.end
+                if end is not None and end.to_throw is not AGENT:
+                    state: GameState = self._states[i]
+                    calls[i] = single.opponent.call(single.rink.view(state))
+            if not calls:
+                return total
+            for i, parts in self._play(calls).items():
+                total[i] = total.get(i, GameRewardParts()) + parts
+
+    def _play(self, calls: dict[int, Call]) -> dict[int, GameRewardParts]:
+        """Play one delivery in each of some ends."""
+        if not calls:
+            return {}
+        rink, states = self.single.rink, self._states
+        most = max(len(states[i].game.end.stones) for i in calls)  # pyright: ignore[reportOptionalMemberAccess]
+        places = np.full((len(calls), most, 2), np.nan)
+        releases = np.zeros(len(calls), dtype=RELEASE_DTYPE)
+        for row, (i, call) in enumerate(calls.items()):
+            end = states[i].game.end
+            assert end is not None
+            throw = rink.executed(call.throw, rink.skills[end.to_throw], states[i])
+            begin, until = call.sweep or (0.0, 0.0)
+            if end.stones:
+                places[row, : len(end.stones)] = [(s.x, s.y + TEE_Y) for s in end.stones]
+            releases[row] = (
+                throw.x,
+                -HOG_LINE_Y,
+                -throw.speed * np.sin(throw.angle),
+                throw.speed * np.cos(throw.angle),
+                0.0,
+                throw.spin,
+                0.0,
+                states[i].clock,
+                states[i].throws,
+                begin,
+                until,
+            )
+        after = play_batch(self._ice, places, releases, bounds=self._bounds)
+        if (after.meetings < 0).any():
+            raise InputError("a stone never stops on this ice; check its friction and slope")
+        xy = after.xy - np.array([0.0, TEE_Y])
+        parts: dict[int, GameRewardParts] = {}
+        for row, i in enumerate(calls):
+            state = states[i]
+            end = state.game.end
+            assert end is not None
+            lying = xy[row, [*range(len(end.stones)), -1]].tolist()
+            same = (after.xy[row, : len(end.stones)] == places[row, : len(end.stones)]).all(axis=1)
+            unmoved: list[bool] = same.tolist()
+            result = result_of_places(end, lying, unmoved, bool(after.meetings[row]))
+            team = end.to_throw
+            game, ruling = deliver(state.game, result, put_back=self._chooser(state, team))
+            parts[i] = parts_of(state.game, game, team, ruling, AGENT)
+            states[i] = rink.after(state, game)
+        return parts
+
+    def _chooser(self, state: GameState, team: Team) -> Callable[[Ruling], bool]:
+        """The choice after a tick, as `CurlingEndEnv` has it made."""
+        single = self.single
+        return lambda ruling: single.opponent.puts_back(single.rink.view(state, team.other), ruling)
+
+    def _observe(self) -> Any:
+        seen: list[Any] = [
+            self.single.observation.observe(state.game, AGENT, DIRECTION) for state in self._states
+        ]
+        if not isinstance(seen[0], dict):
+            return np.stack(seen)
+        names = ("context", "ice", "stones")
+        return {name: np.stack([one[name] for one in seen]) for name in names}

@@ -1,0 +1,230 @@
+"""Players, games between them, their record, and what a tournament says."""
+
+from __future__ import annotations
+
+import json
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from agents.playing.draw import DrawPlayer
+from agents.playing.greedy import GreedyPlayer
+from agents.playing.match import Match, play_game
+from agents.playing.page import page_of
+from agents.playing.record import lines_of, play_again, read_record, write_record
+from agents.playing.rulebased import RuleBasedPlayer
+from agents.playing.scoreboard import outcome, scoreboard
+from agents.playing.tournament import play_tournament, ratings, wilson
+from curling_env.errors import InputError
+from curling_env.game import STILL, USUAL, Rink
+from curling_env.rules import Game, Team, rule_set
+
+PLAYERS = {"draw": DrawPlayer, "rulebased": RuleBasedPlayer, "greedy": GreedyPlayer}
+
+
+def rink(ends=2, rules="world_curling_2024", living=USUAL, **settings):
+    settings.setdefault("skills", "elite")
+    return Rink(rules=rule_set(rules, ends=ends), living=living, sweeping=True, **settings)
+
+
+@pytest.mark.parametrize("rules", ["world_curling_2024", "mixed_doubles_2024", "digital_curling"])
+@pytest.mark.parametrize("name", PLAYERS)
+def test_every_player_plays_every_rules(name, rules):
+    player = PLAYERS[name]()
+    played = play_game(rink(1, rules), (player, DrawPlayer()), seed=1)
+    assert played.game.is_over
+    assert all(d.shot.call.shot for d in played.deliveries)
+    faults = [d.shot.ruling.fault for d in played.deliveries if d.shot.team is Team.HOME]
+    assert sum(f in ("free_guard_zone", "early_takeout") for f in faults) <= 1
+
+
+def test_the_draw_player_draws_to_the_button_on_the_ice_it_knows():
+    game = play_game(rink(1, living=STILL, skills="none"), (DrawPlayer(), DrawPlayer()), seed=0)
+    first = game.deliveries[0].shot.lying[0]
+    assert np.hypot(first.x, first.y) < 0.01
+    fooled = play_game(
+        rink(1, living=STILL, skills="none", known_ice="fcv1"), (DrawPlayer(), DrawPlayer()), seed=0
+    )
+    lying = fooled.deliveries[0].shot.lying
+    assert not lying or np.hypot(lying[0].x, lying[0].y) > 0.05
+
+
+@pytest.mark.parametrize(("better", "games", "ends"), [("rulebased", 8, 4), ("greedy", 4, 2)])
+def test_thinking_pays(better, games, ends):
+    table = play_tournament(
+        rink(ends),
+        [PLAYERS[better](), DrawPlayer()],
+        games=games,
+        seed=3,
+        through=lambda x, _: x,
+    )
+    assert table.standings[0].name == better
+    assert table.standings[0].points_for > table.standings[0].points_against
+    assert table.wins.sum() == games
+
+
+def test_the_same_seed_is_the_same_game():
+    runs = [
+        lines_of(
+            play_game(rink(1), (RuleBasedPlayer(), GreedyPlayer()), seed=seed, paths=True),
+            rink(1),
+            ice="standard",
+            seed=seed,
+        )
+        for seed in (4, 4, 5)
+    ]
+    assert runs[0] == runs[1]
+    assert runs[0] != runs[2]
+
+
+@pytest.mark.parametrize("rules", ["world_curling_2024", "mixed_doubles_2024"])
+def test_a_record_played_again_is_the_same_game_bit_for_bit(tmp_path, rules):
+    place = rink(3, rules)
+    played = play_game(place, (RuleBasedPlayer(), DrawPlayer()), seed=6, paths=True)
+    path = tmp_path / "game.jsonl"
+    write_record(path, played, place, ice="standard", seed=6)
+    lines = read_record(path)
+    again = play_again(lines, rink(3, rules))
+    assert again.game == played.game
+    assert np.array_equal(again.wear, played.deliveries[-1].after.wear)
+    with pytest.raises(InputError, match="otherwise"):
+        play_again(lines, rink(3, rules, living=STILL))
+
+
+def test_every_stone_that_moved_has_its_path(tmp_path):
+    place = rink(1)
+    played = play_game(place, (RuleBasedPlayer(), RuleBasedPlayer()), seed=2, paths=True)
+    path = tmp_path / "game.jsonl"
+    lines = write_record(path, played, place, ice="standard", seed=2)
+    assert len(lines) == 16 + 2
+    for line in lines[1:-1]:
+        before = {s["stone"]: (s["x"], s["y"]) for s in line["before"]}
+        paths = {p["stone"]: p for p in line["paths"]}
+        for stone in line["lying"]:
+            end = (stone["x"], stone["y"])
+            if line["fault"] is None and before.get(stone["stone"]) != end:
+                walked = paths[stone["stone"]]
+                assert (walked["x"][-1], walked["y"][-1]) == pytest.approx(end, abs=2e-3)
+                assert np.all(np.diff(walked["t"]) > 0)
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("", "expected a recorded game"),
+        ('{"format": "else"}\n', "expected a recorded game"),
+        ('{"format": "curling-game/1"}\n{"end": 1}\n', "breaks off"),
+        ('{"format": "curling-game/1"}\n{nonsense\n', "line 2"),
+    ],
+)
+def test_what_is_no_record_is_refused_with_its_place(tmp_path, text, problem):
+    path = tmp_path / "game.jsonl"
+    path.write_text(text)
+    with pytest.raises(InputError, match=problem):
+        read_record(path)
+
+
+def test_the_page_stands_alone_and_holds_the_record():
+    place = rink(1)
+    played = play_game(place, (RuleBasedPlayer(), DrawPlayer()), seed=2, paths=True)
+    lines = lines_of(played, place, ice="</script><b>", seed=2)
+    page = page_of(lines)
+    found = re.search(r'<script id="record"[^>]*>(.*?)</script>', page, re.S)
+    assert found is not None
+    assert json.loads(found[1]) == json.loads(json.dumps(lines))
+    assert not re.search(r"(src|href)\s*=", page)
+
+    class Tags(HTMLParser):
+        open_tags: list[str] = []
+
+        def handle_starttag(self, tag, attrs):
+            if tag not in ("meta", "input"):
+                self.open_tags.append(tag)
+
+        def handle_endtag(self, tag):
+            assert self.open_tags.pop() == tag
+
+    parser = Tags()
+    parser.feed(page)
+    assert parser.open_tags == []
+
+
+def test_a_line_score_as_in_a_hall():
+    game = Game(
+        rules=rule_set("world_curling_2024", ends=4),
+        line_score=((0, 1), (2, 0), (0, 0), (1, 0)),
+        hammers=(Team.AWAY, Team.HOME, Team.AWAY, Team.AWAY),
+    )
+    lines = scoreboard(game, ("Reds", "Yellows")).splitlines()
+    assert lines[0].split() == ["1", "2", "3", "4", "Total"]
+    assert lines[1].split() == ["Reds", "0", "2", "0", "1", "3"]
+    assert lines[2].split() == ["Yellows", "*", "1", "0", "0", "0", "1"]
+    assert outcome(game, ("Reds", "Yellows")) == "Reds wins 3 : 1."
+
+
+def test_a_game_conceded_ends_at_once():
+    class Quitter(DrawPlayer):
+        def concedes(self, view):
+            return True
+
+    match = Match(rink(4, "digital_curling"), (DrawPlayer(), Quitter()), seed=0)
+    deliveries = list(match)
+    assert len(deliveries) <= 1
+    assert match.game.winner is Team.HOME
+    assert "concedes" in outcome(match.game, ("a", "b"))
+    assert " X" in scoreboard(match.game, ("a", "b"))
+
+
+def test_ratings_and_intervals():
+    wins = np.array([[0.0, 30.0], [10.0, 0.0]])
+    high, low = ratings(wins)
+    assert high + low == pytest.approx(0, abs=1e-6)
+    assert high - low == pytest.approx(400 * np.log10(30.5 / 10.5), rel=1e-3)
+    assert wilson(30, 40) == pytest.approx((0.598, 0.858), abs=2e-3)
+    with pytest.raises(InputError, match="another name"):
+        play_tournament(
+            rink(), [DrawPlayer(), DrawPlayer()], games=1, seed=0, through=lambda x, _: x
+        )
+
+
+def test_the_command_prints_the_score_and_writes_record_and_page(curling, tmp_path):
+    common = ("play", "--home", "rulebased", "--away", "draw", "--ends", "2", "--seed", "3")
+    shown = curling(*common, "-o", tmp_path / "game")
+    assert shown.status == 0
+    assert "Total" in shown.out
+    lines = read_record(tmp_path / "game" / "game.jsonl")
+    assert (tmp_path / "game" / "game.html").read_text().startswith("<!doctype html>")
+    told = curling(*common, "--json").json()
+    assert told["line_score"] == lines[-1]["line_score"]
+    assert told["winner"] == lines[-1]["winner"]
+    assert sum(end[0] for end in told["line_score"]) == told["score"][0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (("--home", "nobody", "--away", "draw"), "nobody"),
+        (("--home", "missing.npz", "--away", "draw"), "missing.npz"),
+        (("--home", "draw", "--away", "draw", "--rules", "backyard"), "backyard"),
+        (("--home", "draw", "--away", "draw", "--hammer", "ours"), "hammer"),
+        (("--home", "draw", "--away", "draw", "--ice", "none.json"), "none.json"),
+        (("--home", "draw", "--away", "draw", "--ends", "0"), "ends"),
+    ],
+)
+def test_the_command_refuses_what_makes_no_sense(curling, arguments, word):
+    assert word in curling("play", *arguments).complaint
+
+
+def test_the_tournament_command(curling):
+    told = curling(
+        "tournament", "draw", "rulebased", "--games", "4", "--ends", "1", "--json"
+    ).json()
+    assert {s["name"] for s in told["standings"]} == {"draw", "rulebased"}
+    for standing in told["standings"]:
+        assert standing["share_low"] <= standing["share"] <= standing["share_high"]
+        assert standing["elo_low"] <= standing["elo_high"]
+    shown = curling("tournament", "draw", "rulebased", "--games", "2", "--ends", "1")
+    assert "Elo" in shown.out
+    assert "two players" in curling("tournament", "draw").complaint
