@@ -20,7 +20,8 @@ from curling_env.physics.slide import Slide, slide
 from curling_env.storage import write_table
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Release
 from curling_env.trajectory import Trajectory
-from friction_estimation.inversion.trajectory_fit import fit_spin, swept_intervals
+from friction_estimation.inversion.spin import fit_spin
+from friction_estimation.inversion.trajectory_fit import swept_intervals
 from friction_estimation.kinematics import FreeSlide, free_slides, robust_deviation
 
 Floats = NDArray[np.float64]
@@ -32,6 +33,8 @@ SAMPLES_PER_S = 60.0
 """Of a predicted path [1/s]: straight lines between them are within 2 µm."""
 FAR = np.array([-100.0, 100.0, -100.0, 100.0])
 """Bounds that no stone reaches: a prediction ends at rest, on the sheet or beyond [m]."""
+ARRIVED = 0.05
+"""A stone this close to its place of rest has arrived [m]."""
 ROUNDS = 4
 
 
@@ -48,8 +51,9 @@ class Rethrow:
     tested : (n,) rows after the release window: the prediction's test
     rest : where the stone was measured at rest, (2,); None if the track ends before
     predicted_rest : where the prediction rests, (2,)
-    rest_time : measured from the release to rest [s]; None if the track ends before
-    predicted_time : from the release to rest [s]
+    rest_time : measured from the release to the last 5 cm before rest [s], which noise does not
+        blur as it does the very end; None if the track ends before
+    predicted_time : predicted likewise [s]
     """
 
     throw: int
@@ -181,10 +185,12 @@ def rethrow(part: FreeSlide, ice: Ice, order: int, window: float = RELEASE_WINDO
     early = t <= max(window, t[min(len(t), 12) - 1])
     release = _fit_release(part, t, early, ice, order)
     again = _throw(ice, release)
+    path = again.trajectory
+    assert path is not None
     if part.rests:
         last = part.track.t > part.t[-1] - 0.1
         rest = np.median(part.track.xy[last], axis=0)
-        rest_time = _arrival(t, part.xy, rest, part.noise)
+        rest_time = _arrival(t, part.xy, rest)
     else:
         rest, rest_time = None, None
     return Rethrow(
@@ -198,7 +204,7 @@ def rethrow(part: FreeSlide, ice: Ice, order: int, window: float = RELEASE_WINDO
         rest=rest,
         predicted_rest=np.array([again.x, again.y]),
         rest_time=rest_time,
-        predicted_time=again.time,
+        predicted_time=_arrival(path.t, path.xy, np.array([again.x, again.y])),
     )
 
 
@@ -240,7 +246,8 @@ def _fit_release(
         size = np.hypot(*left.T)
         limit = 2.5 * max(robust_deviation(left.ravel() - np.median(left)), 1e-6)
         weights = np.sqrt(np.minimum(1.0, limit / np.maximum(size, 1e-12)))[:, None]
-        state = state + np.linalg.lstsq(basis * weights, left * weights, rcond=None)[0]
+        change = np.linalg.lstsq(basis * weights, left * weights, rcond=None)[0]
+        state = np.asarray(state + change, dtype=np.float64)
         release = _release(state, heading, spin, part, order, sweeps)
     return release
 
@@ -276,15 +283,7 @@ def _path_at(path: Slide, t: Floats) -> Floats:
     return np.column_stack([np.interp(t, trajectory.t, trajectory.xy[:, k]) for k in range(2)])
 
 
-def _arrival(t: Floats, xy: Floats, rest: Floats, noise: float) -> float:
-    """Time at which the stone came to rest, from how it approached [s].
-
-    Under uniform deceleration the distance left is ½a(T−t)²: its root is a line that falls to
-    zero at T. Fitted over the last metre, which no other friction bends much.
-    """
-    left = np.hypot(*(xy - rest).T)
-    rows = (left < 1.0) & (left > max(4 * noise, 0.01))
-    if rows.sum() < 5:
-        return float(t[-1])
-    slope, level = np.polyfit(t[rows], np.sqrt(left[rows]), 1)
-    return float(-level / slope) if slope < 0 else float(t[-1])
+def _arrival(t: Floats, xy: Floats, rest: Floats) -> float:
+    """First time within `ARRIVED` of a place of rest [s]."""
+    near = np.hypot(*(xy - rest).T) <= ARRIVED
+    return float(t[np.argmax(near)]) if near.any() else float(t[-1])

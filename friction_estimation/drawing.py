@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.patches import Circle, Rectangle
 from numpy.typing import NDArray
 
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, RING_RADII, TEE_Y, Sheet
@@ -37,8 +38,6 @@ def draw_sheet(ax: Axes, sheet: Sheet, *, over_map: bool = False) -> None:
     """Ice, lines and both houses, lengthwise."""
     half = sheet.length / 2, sheet.width / 2
     ice = ((-half[0], -half[1]), 2 * half[0], 2 * half[1])
-    from matplotlib.patches import Rectangle
-
     ax.add_patch(
         Rectangle(*ice, facecolor="none" if over_map else "#f4f8fb", edgecolor=FAINT, lw=1)
     )
@@ -87,9 +86,8 @@ def stone_at(ax: Axes, xy: Floats, radius: float, colour: str, *, filled: bool =
 
 def new_figure(width: float, height: float) -> Figure:
     """An empty figure [inches] in the reports' style."""
-    figure = Figure(figsize=(width, height), layout="constrained", facecolor="white")
-    figure.get_layout_engine().set(w_pad=0.08, h_pad=0.08)  # pyright: ignore[reportOptionalMemberAccess]
-    return figure
+    layout = ConstrainedLayoutEngine(w_pad=0.08, h_pad=0.08)
+    return Figure(figsize=(width, height), layout=layout, facecolor="white")
 
 
 def plain_axes(ax: Axes) -> None:

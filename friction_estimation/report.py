@@ -350,7 +350,8 @@ def _draw_parting(ax: Any, comparison: Comparison, colours: dict[int, str]) -> N
         # The eye wants the trend: a median over two thirds of a second quiets single frames.
         ahead = median_filter(ahead, size=min(21, len(ahead)), mode="nearest")
         run = np.hypot(*(k.predicted - k.predicted[0]).T)
-        ax.plot(run, 100 * ahead, color=colours[k.throw], lw=1, alpha=0.8)
+        whole = slice(10, -10) if len(run) > 60 else slice(None)  # medians cut short at the ends
+        ax.plot(run[whole], 100 * ahead[whole], color=colours[k.throw], lw=1, alpha=0.8)
         outside = np.flatnonzero(k.tested)
         if outside.size:
             ax.plot(run[outside[0]], 100 * ahead[outside[0]], "|", color=INK, ms=9)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -16,19 +16,22 @@ from curling_env.errors import InputError
 class ProgressBar:
     """A bar on stderr for work that knows what part of it is done."""
 
-    def __init__(self, label: str) -> None:
-        from tqdm import tqdm
-
-        self._bar = tqdm(total=100, desc=label, unit="%", leave=False, file=sys.stderr)
+    def __init__(self) -> None:
+        self._bar: Any = None
 
     def __enter__(self) -> ProgressBar:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._bar.close()
+        if self._bar is not None:
+            self._bar.close()
 
     def show(self, what: str, part: float) -> None:
         """Move the bar to a part, 0 to 1, of what is being done."""
+        if self._bar is None:  # bad input is refused before any bar appears
+            from tqdm import tqdm
+
+            self._bar = tqdm(total=100, unit="%", leave=False, file=sys.stderr)
         self._bar.set_description(what, refresh=False)
         self._bar.n = round(100 * part)
         self._bar.refresh()
@@ -112,7 +115,7 @@ def estimate(
             load_scene(scene),
             progress=lambda frames, total: progress(frames, "track", total=total, unit="frame"),
         )
-    with ProgressBar("estimate") as bar:
+    with ProgressBar() as bar:
         found = estimate_ice(
             tracks, start=beginning, method=method.value, uniform=uniform, progress=bar.show
         )

@@ -26,6 +26,10 @@ GATE = 5.0
 """Standard deviations from its prediction beyond which a row is left out."""
 WORTHWHILE = 6.0
 """Gain in 2·ln likelihood that two more parameters must bring (χ²: 5 %)."""
+FOLLOWING = 0.2
+"""Correlation of successive increments above which a track counts as smoothed."""
+LONGEST_SMOOTHING = 1.0
+"""Longest smoothing considered [s]."""
 SMALLEST = 1e-5
 """Least noise considered [m]: noise-free tracks must not divide by zero."""
 
@@ -39,11 +43,14 @@ class Noise:
     white : of the part that is independent from frame to frame [m]
     slow : of the part that is correlated in time [m]
     time : after which that part's correlation has fallen to 1/e [s]
+    spacing : rows closer than this to the last one used are passed over [s]: those of a smoothed
+        track between them tell nothing new
     """
 
     white: float
     slow: float = 0.0
     time: float = 0.1
+    spacing: float = 0.0
 
     @property
     def total(self) -> float:
@@ -65,8 +72,9 @@ class Noise:
         return keep
 
     def whiten(self, t: Floats, columns: Floats, scale: Floats, keep: Flags) -> Floats:
-        """Columns (n, k) made independent with unit noise, (kept rows, k)."""
+        """Columns (n, k) made independent with unit noise, (rows used, k)."""
         out = np.zeros_like(columns)
+        keep = keep & spaced_rows(t, keep, self.spacing)
         _whiten(
             t,
             columns / scale[:, None],
@@ -81,6 +89,19 @@ class Noise:
     @property
     def _numbers(self) -> tuple[float, float, float]:
         return max(self.white, SMALLEST) ** 2, self.slow**2, max(self.time, 1e-3)
+
+
+def spaced_rows(t: Floats, keep: Flags, spacing: float) -> Flags:
+    """Kept rows at least `spacing` apart, (n,) flags."""
+    if spacing <= 0:
+        return keep
+    out = np.zeros(len(t), dtype=np.bool_)
+    last = -np.inf
+    for i in np.flatnonzero(keep):
+        if t[i] - last >= spacing - 1e-6:
+            out[i] = True
+            last = t[i]
+    return out
 
 
 Residual = tuple[Floats, Floats, Floats]
@@ -102,6 +123,13 @@ def estimate_noise(
     -------
     the noise; without a slow part unless the residuals clearly ask for one
     """
+    spacing = smoothing_time(residuals)
+    if spacing > 0:
+        thin = []
+        for t, left, scale in residuals:
+            rows = spaced_rows(t, np.ones(len(t), dtype=np.bool_), spacing)
+            thin.append((t[rows], left[rows], scale[rows]))
+        residuals = thin
     pooled = np.concatenate([left / scale for _, left, scale in residuals])
     size = max(1.4826 * float(np.median(np.abs(pooled))), SMALLEST)
     steps = np.concatenate([np.diff(left / scale) for _, left, scale in residuals])
@@ -134,9 +162,32 @@ def estimate_noise(
         if found.fun < best.fun:
             best = found
     if plain.fun - best.fun < WORTHWHILE:
-        return Noise(white=max(float(np.exp(plain.x[0])), SMALLEST))
+        return Noise(white=max(float(np.exp(plain.x[0])), SMALLEST), spacing=spacing)
     white, slow, time = (float(value) for value in np.exp(best.x))
-    return Noise(white=max(white, SMALLEST), slow=slow, time=time)
+    return Noise(white=max(white, SMALLEST), slow=slow, time=time, spacing=spacing)
+
+
+def smoothing_time(residuals: Sequence[Residual]) -> float:
+    """How far apart rows must be for their errors to be rough again [s]; 0 for raw tracks.
+
+    Increments of white noise are anticorrelated, those of an Ornstein–Uhlenbeck process
+    independent. Where they follow one another the track was smoothed: its errors then have no
+    high frequencies from which the low ones, which bend μ, could be judged.
+    """
+    step = float(np.median(np.concatenate([np.diff(t) for t, _, _ in residuals])))
+    for lag in range(1, int(LONGEST_SMOOTHING / step) + 2):
+        product = square = 0.0
+        for _, left, scale in residuals:
+            rise = (left / scale)[::lag]
+            rise = np.diff(rise)
+            if len(rise) > 1:
+                limit = GATE * 1.4826 * float(np.median(np.abs(rise))) + 1e-12
+                rise = np.clip(rise, -limit, limit)
+                product += float(rise[1:] @ rise[:-1])
+                square += float(rise @ rise)
+        if square == 0.0 or product < FOLLOWING * square:
+            return 0.0 if lag == 1 else lag * step
+    return LONGEST_SMOOTHING
 
 
 @compiled

@@ -65,15 +65,19 @@ def average_cells(
     means, variances, spacing = [], [], []
     for slide in slides:
         motion = smooth_motion(slide.t, slide.xy, window=window, noise=slide.noise)
-        mu = -motion.acceleration / GRAVITY
-        row, column = sheet.cell_of(slide.xy)
+        # One-sided windows at both ends of a track differentiate far worse than whole ones.
+        t = slide.t
+        whole = (t >= t[0] + window / 2) & (t <= t[-1] - window / 2)
+        whole = whole if whole.sum() >= 5 else np.ones(len(t), dtype=bool)
+        mu = -motion.acceleration[whole] / GRAVITY
+        row, column = sheet.cell_of(slide.xy[whole])
         values.append(mu)
         cells.append(row * columns + column)
         means.append(float(mu.mean()))
         # The average of a derivative is the difference of the speeds at both ends.
-        ends = np.hypot(motion.speed_sigma[0], motion.speed_sigma[-1])
-        variances.append(float(ends / (GRAVITY * slide.duration)) ** 2)
-        spacing.append(float(np.median(np.diff(slide.t))))
+        ends = np.hypot(*motion.speed_sigma[whole][[0, -1]])
+        variances.append(float(ends / (GRAVITY * np.ptp(t[whole]))) ** 2)
+        spacing.append(float(np.median(np.diff(t))))
     pooled, place = np.concatenate(values), np.concatenate(cells)
     mean = float(pooled.mean())
     between = float(np.var(means, ddof=1)) if len(means) > 1 else 0.0

@@ -36,8 +36,9 @@ Floats = NDArray[np.float64]
 
 TICK = 0.02
 """Between the instants of a ride [s]: Runge–Kutta then errs by micrometres on the paper's cells."""
-NEARBY = 0.02
-"""Half the distance over which the law's change along the course is taken [m]."""
+NEARBY = 0.1
+"""Half the distance over which the law's change along the course is taken [m]: several ticks, so
+that the jump at the edge of a constant cell is neither missed nor counted twice."""
 SLOWEST = 2e-3
 """Below this speed the rest is uniform deceleration, 20 µm of it [m/s]."""
 
@@ -150,7 +151,7 @@ class Track:
             course.origin, spin, sweeps, start, max(speed, 0.0), out,
         )  # fmt: skip
         return Ride(
-            t=np.arange(n) * TICK,
+            t=np.arange(n, dtype=np.float64) * TICK,
             distance=out[:, 0],
             speed=out[:, 1],
             acceleration=out[:, 2],

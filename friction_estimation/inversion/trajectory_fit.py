@@ -25,6 +25,7 @@ from friction_estimation.inversion.course import lay_course
 from friction_estimation.inversion.noise import Noise, estimate_noise
 from friction_estimation.inversion.prior import Belief, Evidence, Posterior, uniform_posterior
 from friction_estimation.inversion.ride import Passenger, Ride, Track, sensitivities
+from friction_estimation.inversion.spin import fit_spin
 from friction_estimation.kinematics import FreeSlide, smooth_motion
 
 Floats = NDArray[np.float64]
@@ -218,41 +219,6 @@ def swept_intervals(t: Floats, swept: Floats) -> Floats:
     return np.column_stack([t[first], ends[last]]) if len(first) else np.empty((0, 2))
 
 
-def fit_spin(slide: FreeSlide) -> tuple[float, float, float, float]:
-    """Spin ω₀ and power p of ω = ω₀ (v/v₀)^p, with v₀ and the heading at the start.
-
-    Returns
-    -------
-    ω₀ [rad/s], p, v₀ [m/s], heading [rad]; no spin where the heading was not measured
-    """
-    motion = smooth_motion(slide.t, slide.xy, window=2.0)
-    v0 = float(np.median(motion.speed[:10]))
-    theta = slide.track.theta[slide.rows]
-    known = np.isfinite(theta)
-    if known.sum() < 20:
-        return 0.0, 0.2, v0, 0.0
-    ratio = np.maximum(motion.speed / v0, 1e-3)
-    t = slide.t - slide.t[0]
-    best = (np.inf, 0.0, 0.2, 0.0)
-    for power in np.arange(0.0, 1.25, 0.1):
-        rate = ratio**power
-        turned = np.concatenate([[0.0], np.cumsum(np.diff(t) * 0.5 * (rate[1:] + rate[:-1]))])
-        basis = np.column_stack([np.ones_like(turned), turned])[known]
-        weights = np.ones(len(basis))
-        for _ in range(4):
-            coefficients = np.linalg.lstsq(
-                basis * weights[:, None], theta[known] * weights, rcond=None
-            )[0]
-            left = np.abs(theta[known] - basis @ coefficients)
-            limit = 2.0 * max(1.4826 * float(np.median(left)), 1e-4)
-            weights = np.sqrt(np.minimum(1.0, limit / np.maximum(left, 1e-12)))
-        cost = float(np.minimum(left, limit).sum())
-        if cost < best[0]:
-            best = (cost, float(coefficients[1]), float(power), float(coefficients[0]))
-    _, spin, power, heading = best
-    return spin, power, v0, heading
-
-
 def _first_level(throw: Ridden, ice: Ice) -> float:
     """Logarithm of μ of one throw from its smoothed deceleration, under the law of the ice."""
     slide = throw.slide
@@ -287,7 +253,7 @@ class _Linear:
     def release_step(self, change: Floats) -> Floats:
         """Change of start and speed that goes with a change of ln μ in the crossed cells."""
         goal = self.release_left - self.release_friction @ change
-        return np.linalg.solve(self.release_root, goal)
+        return np.asarray(np.linalg.solve(self.release_root, goal), dtype=np.float64)
 
 
 def _ride(throw: Ridden, track: Track, gate: Noise) -> tuple[Ridden, Ride]:

@@ -1,0 +1,133 @@
+"""Measured throws from a path that shares no code with the estimator.
+
+Plain NumPy, fourth-order Runge–Kutta in time for many throws at once, with its own sum over the
+contacts of the running band and a smooth field of friction that is a function, not a map.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from curling_env.trajectory import Trajectory
+
+G = 9.80665
+BAND = 0.0625
+COUPLING = 0.3716  # m r²/I of a rule-book stone
+PHI = 2 * np.pi * (np.arange(24) + 0.5) / 24
+
+Field = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+def uniform(mu: float) -> Field:
+    return lambda x, y: np.full(np.shape(x), mu)
+
+
+def random_field(
+    rng: np.random.Generator, *, mu: float, spread: float, length: float, rough: bool = False
+) -> Field:
+    """A Gaussian field of Gaussian (or, if rough, Matérn 3/2) correlation: random cosines."""
+    waves = rng.normal(0, 1 / length, (120, 2))
+    if rough:
+        waves /= np.sqrt(rng.gamma(1.5, 1 / 1.5, 120))[:, None]
+    phase = rng.uniform(0, 2 * np.pi, 120)
+
+    def field(x, y):
+        inner = np.multiply.outer(x, waves[:, 0]) + np.multiply.outer(y, waves[:, 1]) + phase
+        return mu * (1 + spread * np.sqrt(2 / 120) * np.cos(inner).sum(axis=-1))
+
+    return field
+
+
+def varied_starts(rng: np.random.Generator, count: int, *, spin: float = 1.2) -> np.ndarray:
+    """Throws of several speeds, lines, turns and both directions, (n, 5): x, y, vx, vy, ω."""
+    away = np.where(np.arange(count) % 2 == 0, 1.0, -1.0)
+    speed = rng.uniform(1.3, 2.4, count)
+    x, aim = rng.uniform(-1.5, 1.5, (2, count))
+    angle = np.arctan2(aim - x, 33.0)
+    omega = spin * rng.choice([-1.0, 1.0], count) * rng.uniform(0.6, 1.4, count)
+    return np.column_stack(
+        [x, -away * 10.9725, speed * np.sin(angle), away * speed * np.cos(angle), omega]
+    )
+
+
+def measured_throws(
+    field: Field,
+    starts: np.ndarray,
+    rng: np.random.Generator,
+    *,
+    noise: float = 0.005,
+    fps: int = 30,
+    curl: float = 0.0,
+    factor: np.ndarray | None = None,
+    exponent: float = 0.0,
+    until: float = 21.9,
+    rest: float = 0.0,
+) -> list[Trajectory]:
+    """Tracks with noise on position and heading, until the stones rest or pass |y| = until.
+
+    Parameters
+    ----------
+    curl : a stone turns left of its travel with curl·sgn(ω)·v^0.2 [m/s²]
+    factor : of each throw on μ
+    exponent : μ falls with the speed as v^-exponent
+    rest : how long the resting stone is filmed [s]
+    """
+    count = len(starts)
+    factor = np.ones(count) if factor is None else factor
+    step, every = 1 / (2 * fps), 2
+    state = np.column_stack([starts[:, :4], np.zeros(count), starts[:, 4]])
+
+    def rates(s):
+        speed = np.maximum(np.hypot(s[:, 2], s[:, 3]), 1e-6)
+        ahead = s[:, 2:4] / speed[:, None]
+        rim = BAND * s[:, 5][:, None]
+        along, across = speed[:, None] - rim * np.sin(PHI), rim * np.cos(PHI)
+        slip = np.hypot(along, across) + 1e-9
+        mu = field(s[:, 0], s[:, 1]) * factor * speed**-exponent
+        drag = G * mu * (along / slip).mean(axis=1)
+        torque = ((speed[:, None] * np.sin(PHI) - rim) / slip).mean(axis=1)
+        left = np.column_stack([-ahead[:, 1], ahead[:, 0]])
+        pull = (np.sign(s[:, 5]) * curl * speed**0.2)[:, None] * left - drag[:, None] * ahead
+        return np.column_stack([s[:, 2:4], pull, s[:, 5], G * COUPLING / BAND * mu * torque])
+
+    frames, ended = [state.copy()], np.full(count, -1)
+    moving = np.ones(count, dtype=bool)
+    ticks = 0
+    while moving.any() and ticks * step < 90:
+        k1 = rates(state)
+        speed = np.hypot(state[:, 2], state[:, 3])
+        stops = moving & (speed < 1.5 * step * np.hypot(k1[:, 2], k1[:, 3]) + 1e-4)
+        k2 = rates(state + step / 2 * k1)
+        k3 = rates(state + step / 2 * k2)
+        k4 = rates(state + step * k3)
+        after = state + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        state = np.where((moving & ~stops)[:, None], after, state)
+        ticks += 1
+        moving &= ~stops & (np.abs(state[:, 1]) <= until)
+        ended[~moving & (ended < 0)] = ticks
+        if ticks % every == 0:
+            frames.append(state.copy())
+    whole = np.array(frames + [frames[-1]] * int(rest * fps + 1))
+    tracks = []
+    for k in range(count):
+        rests = abs(whole[-1, k, 1]) <= until
+        n = ended[k] // every + 1 + (int(rest * fps) if rests else 0)
+        xy = whole[:n, k, :2] + rng.normal(0, noise, (n, 2))
+        theta = whole[:n, k, 4] + rng.normal(0, 0.01, n)
+        tracks.append(Trajectory(t=np.arange(n) / fps, xy=xy, theta=theta, throw=k))
+    return tracks
+
+
+@pytest.fixture(scope="session")
+def sliding() -> SimpleNamespace:
+    """The generator of measured throws: uniform, random_field, varied_starts, measured_throws."""
+    return SimpleNamespace(
+        uniform=uniform,
+        random_field=random_field,
+        varied_starts=varied_starts,
+        measured_throws=measured_throws,
+    )
