@@ -13,15 +13,16 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
-from llvmlite import ir
+from llvmlite import ir  # pyright: ignore[reportMissingTypeStubs]
 from numba import cfunc, config, njit, types  # pyright: ignore[reportMissingTypeStubs]
 from numba.extending import intrinsic  # pyright: ignore[reportMissingTypeStubs]
 
+_compile: Any = njit
 _DOUBLES = types.CPointer(types.float64)
 _KERNEL_SIGNATURE = types.void(_DOUBLES, _DOUBLES, _DOUBLES)
 
@@ -44,13 +45,14 @@ CACHE_FOLDER = _cache_folder()
 
 
 @contextmanager
-def _own_cache() -> Iterator[None]:
-    before = config.CACHE_DIR
-    config.CACHE_DIR = str(CACHE_FOLDER)
+def _own_cache() -> Generator[None]:
+    settings: Any = config
+    before = settings.CACHE_DIR
+    settings.CACHE_DIR = str(CACHE_FOLDER)
     try:
         yield
     finally:
-        config.CACHE_DIR = before
+        settings.CACHE_DIR = before
 
 
 def compiled(function: Callable[..., Any]) -> Any:
@@ -62,7 +64,7 @@ def compiled(function: Callable[..., Any]) -> Any:
     increments at every call that passes an array, the force law runs four times as fast.
     """
     with _own_cache():
-        return njit(cache=True, nogil=True, error_model="numpy", _nrt=False)(function)
+        return _compile(cache=True, nogil=True, error_model="numpy", _nrt=False)(function)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
@@ -71,7 +73,7 @@ def inlined(function: Callable[..., Any]) -> Any:
     Passing a `Law` by value costs more than the arithmetic of a small function.
     """
     with _own_cache():
-        return njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)(
+        return _compile(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)(
             function
         )
 
@@ -82,7 +84,7 @@ def effect_kernel(function: Callable[..., None]) -> Any:
         return cfunc(_KERNEL_SIGNATURE, cache=True, error_model="numpy")(function)
 
 
-@intrinsic
+@cast("Any", intrinsic)
 def call_kernel(_context: Any, address: Any, motion: Any, theta: Any, offset: Any, push: Any):
     """Call the effect kernel at `address` with its part of theta, from compiled code."""
 

@@ -29,7 +29,7 @@ LONGEST_STRIDE = 8.0
 AIM = 2e-4
 """Error of a stride's prediction that is aimed at, at the least [m]; what is left of it after the
 correction is some fiftieth."""
-AIM_SHARE = 1e-4
+AIM_SHARE = 2e-5
 """The same as a part of speed × time to rest, twice the way that is left."""
 CLOSE = 2.0
 """Prediction error above which the law is asked again, over the one aimed at."""
