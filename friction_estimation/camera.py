@@ -86,7 +86,7 @@ class Camera:
         """
         scene.check_inside(size)
         distortion = NO_DISTORTION if scene.distortion is None else scene.distortion
-        matrix = scene.camera_matrix
+        matrix = _matrix_for(scene, size)
         if matrix is None:
             focal_px = solve_focal_px(scene.sheet_points, scene.points_px, size, distortion)
             matrix = intrinsics(focal_px, size)
@@ -172,6 +172,25 @@ class Camera:
     def with_pose(self, rotation: Floats, translation: Floats) -> Camera:
         """The same lens at another place."""
         return replace(self, rotation=rotation, translation=translation)
+
+
+def _matrix_for(scene: Scene, size: tuple[int, int]) -> Floats | None:
+    """The scene's camera matrix for frames of `size`, which may be a resized picture."""
+    matrix, own = scene.camera_matrix, scene.image_size
+    if matrix is None or own is None or own == size:
+        return matrix
+    scale = size[0] / own[0]
+    if abs(size[1] - scale * own[1]) > 1.0:
+        raise InputError(
+            f"the camera was calibrated on {own[0]} × {own[1]} px and the film has "
+            f"{size[0]} × {size[1]} px; calibrate it as it films",
+            source=scene.source,
+            where="image_size",
+        )
+    resized = matrix.copy()
+    resized[:2] *= scale
+    resized[:2, 2] += (scale - 1) / 2  # pixels are counted from the first one's centre
+    return resized
 
 
 def intrinsics(focal_px: float, size: tuple[int, int]) -> Floats:

@@ -19,6 +19,8 @@ Floats = NDArray[np.float64]
 
 CORNERS = ("home_left", "home_right", "away_right", "away_left")
 """The ice corners in order around the sheet, counter-clockwise seen from above."""
+LENS_KEYS = ("camera_matrix", "distortion", "image_size", "reprojection_px")
+"""What a camera file holds; a scene file may hold the same."""
 MIN_POINTS = 4
 MIN_SPREAD = 1e-3
 """Points whose narrower extent is below this share of their wider one count as lying in a line."""
@@ -34,6 +36,7 @@ class Scene:
     points_px : (n, 2) the same points in the raw image [px]
     camera_matrix : (3, 3) [px], None where it is not known
     distortion : (5,) OpenCV's k1 k2 p1 p2 k3, None where it is not known
+    image_size : width and height that the camera matrix belongs to [px]; None: those of the film
     stone_radius, stone_height : of the body [m]; the height is without the handle
     sheet : the ice whose corners were clicked
     fps : frames per second, overriding what the film says; None takes the film's own times
@@ -48,6 +51,7 @@ class Scene:
     points_px: Floats
     camera_matrix: Floats | None = None
     distortion: Floats | None = None
+    image_size: tuple[int, int] | None = None
     stone_radius: float = 0.145
     stone_height: float = 0.1143
     sheet: Sheet = PAPER_SHEET
@@ -109,14 +113,21 @@ class Scene:
                 )
 
 
-def load_scene(path: str | Path) -> Scene:
+def load_scene(path: str | Path, camera: str | Path | None = None) -> Scene:
     """A scene from its JSON file.
+
+    Parameters
+    ----------
+    camera : a camera file (`curling calibrate`) whose lens replaces the scene's own
 
     Raises
     ------
     InputError : unreadable file, unknown or missing key, wrong shape, points that span no sheet
     """
     document = read_json(path)
+    if camera is not None and isinstance(document, dict):
+        document = {key: value for key, value in document.items() if key not in LENS_KEYS}
+        document |= _camera_file(camera)
     try:
         return _parse(document, str(path))
     except InputError as error:
@@ -139,6 +150,8 @@ def save_scene(scene: Scene, path: str | Path) -> None:
         document["camera_matrix"] = scene.camera_matrix.tolist()
     if scene.distortion is not None:
         document["distortion"] = scene.distortion.tolist()
+    if scene.image_size is not None:
+        document["image_size"] = list(scene.image_size)
     document["stone"] = {"radius": scene.stone_radius, "height": scene.stone_height}
     document["sheet"] = {"length": scene.sheet.length, "width": scene.sheet.width}
     if scene.fps is not None:
@@ -146,8 +159,20 @@ def save_scene(scene: Scene, path: str | Path) -> None:
     write_json(path, document)
 
 
+def _camera_file(path: str | Path) -> dict[str, Any]:
+    document = read_json(path)
+    try:
+        _check_keys(document, "", required={"camera_matrix"}, optional=set(LENS_KEYS))
+        _camera_matrix(document["camera_matrix"])
+        if "distortion" in document:
+            _distortion(document["distortion"])
+    except InputError as error:
+        raise InputError(error.problem, source=path, where=error.where) from error
+    return document
+
+
 def _parse(document: Any, source: str) -> Scene:
-    known = {"corners_px", "points", "camera_matrix", "distortion", "stone", "sheet", "fps"}
+    known = {"corners_px", "points", "stone", "sheet", "fps", *LENS_KEYS}
     _check_keys(document, "", optional=known)
     given: dict[str, Any] = {"source": source}
     if "sheet" in document:
@@ -165,6 +190,11 @@ def _parse(document: Any, source: str) -> Scene:
         given["camera_matrix"] = _camera_matrix(document["camera_matrix"])
     if "distortion" in document:
         given["distortion"] = _distortion(document["distortion"])
+    if "image_size" in document:
+        width, height = _array(document["image_size"], (2,), "image_size")
+        if min(width, height) < 1:
+            raise InputError("expected width and height in pixels", where="image_size")
+        given["image_size"] = (int(width), int(height))
     sheet_points, points_px = _points(document, given.get("sheet", PAPER_SHEET))
     return Scene(sheet_points=sheet_points, points_px=points_px, **given)
 

@@ -28,6 +28,12 @@ def track(
         Path, typer.Option(metavar="SCENE.json", help="Where the camera sees the sheet.")
     ],
     output: OutputFile = Path("tracks.csv"),
+    camera: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="CAMERA.json", help="Lens from `curling calibrate`, instead of the scene's."
+        ),
+    ] = None,
     overlay: Annotated[
         Path | None,
         typer.Option(metavar="OUT.mp4", help="Also draw what was tracked into the (only) film."),
@@ -60,7 +66,7 @@ def track(
     if overlay is not None and len(films) > 1:
         raise InputError("an overlay is drawn for one film at a time", source="--overlay")
     cv2.setNumThreads(1)
-    known = load_scene(scene)
+    known = load_scene(scene, camera)
     results = []
     for i, film in enumerate(films):
         result = track_film(

@@ -1,0 +1,100 @@
+"""`curling calibrate`: from pictures of a board to the camera's lens."""
+
+from __future__ import annotations
+
+import re
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from curling_env.cli import OutputFile, print_json, progress, say
+from curling_env.errors import InputError
+
+
+class BoardChoice(StrEnum):
+    """Boards that calibrate a camera."""
+
+    chessboard = "chessboard"
+    charuco = "charuco"
+
+
+def calibrate(
+    images: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="IMAGE...", help="Pictures of the board, taken as the camera films."
+        ),
+    ],
+    squares: Annotated[
+        str, typer.Option(metavar="CxR", help="Squares of the board, columns x rows.")
+    ] = "9x7",
+    square_size: Annotated[float, typer.Option(metavar="M", help="Side of a square [m].")] = 0.03,
+    board: Annotated[BoardChoice, typer.Option(help="What is drawn on it.")] = (
+        BoardChoice.chessboard
+    ),
+    marker_size: Annotated[
+        float | None,
+        typer.Option(
+            metavar="M", help="Side of a ChArUco marker [m]; 0.75 of a square if not given."
+        ),
+    ] = None,
+    dictionary: Annotated[
+        str, typer.Option(help="Dictionary of the ChArUco markers, as OpenCV calls it.")
+    ] = "4X4_250",
+    output: OutputFile = Path("camera.json"),
+) -> None:
+    """Measure a camera's lens from pictures of a chessboard or ChArUco board.
+
+    Print a board, fix it to something flat, and take ten or more pictures with the camera as it
+    films (same size, same zoom, same focus): near the middle and in every corner of the picture,
+    tilted to all sides. Count squares, not inner corners: a usual chessboard is 8x8.
+
+    The camera file holds camera_matrix, distortion, image_size and the reprojection error in
+    pixels (good: below 0.5). Give it to `curling track --camera`, or copy its keys into a scene.
+
+    \b
+    Example:
+        curling calibrate board-*.png --squares 9x7 --square-size 0.03 -o camera.json
+        curling calibrate board-*.png --board charuco --squares 8x6 --square-size 0.04
+        curling track end.mp4 --scene end.scene.json --camera camera.json
+    """
+    from friction_estimation.boards import Board, calibrate_lens, save_lens
+
+    size = re.fullmatch(r"(\d{1,3})[x×X](\d{1,3})", squares)
+    if size is None:
+        raise InputError(
+            f"expected columns x rows such as 9x7, got {squares!r}", source="--squares"
+        )
+    lens = calibrate_lens(
+        images,
+        Board(
+            kind=board.value,
+            columns=int(size[1]),
+            rows=int(size[2]),
+            square=square_size,
+            marker=marker_size,
+            dictionary=dictionary,
+        ),
+        progress=lambda paths, total: progress(paths, "calibrate", total=total, unit="picture"),
+    )
+    save_lens(lens, output)
+    for name in lens.unused:
+        say(f"{name}: no board found")
+    say(
+        f"board found in {len(lens.used)} of {len(images)} pictures; focal length "
+        f"{lens.matrix[0, 0]:.1f} ± {lens.focal_sigma_px:.1f} px, corners met to "
+        f"{lens.rms_px:.2f} px"
+    )
+    print_json(
+        {
+            "camera": str(output),
+            "focal_px": [lens.matrix[0, 0], lens.matrix[1, 1]],
+            "principal_point_px": [lens.matrix[0, 2], lens.matrix[1, 2]],
+            "distortion": lens.distortion.tolist(),
+            "reprojection_px": lens.rms_px,
+            "used": list(lens.used),
+            "unused": list(lens.unused),
+        }
+    )
