@@ -100,9 +100,7 @@ def score(report: dict[str, Any], truth: dict[str, Any], seconds: float) -> dict
             row["inside"].append(bool(abs(got["value"] - true) < 1.96 * got["stderr"]))
     gap = report["gap"]
     if "before" in gap:
-        before, after, floor = (
-            gap[k]["rest_error_m"] for k in ("before", "after", "noise_floor")
-        )
+        before, after, floor = (gap[k]["rest_error_m"] for k in ("before", "after", "noise_floor"))
         if named and before > 2 * floor:
             row["gap_left"] = max(after - floor, 0.0) / (before - floor)
     return row
@@ -125,7 +123,10 @@ def table(rows: list[dict[str, Any]]) -> str:
         ("one effect: exactly named", share([r["exact"] for r in of("one")])),
         ("no effect: something named", share([bool(r["named"] or r["unknown"]) for r in quiet])),
         ("outside the catalogue: given a name", share([bool(r["named"]) for r in of("outside")])),
-        ("outside the catalogue: called unknown", share([bool(r["unknown"]) for r in of("outside")])),
+        (
+            "outside the catalogue: called unknown",
+            share([bool(r["unknown"]) for r in of("outside")]),
+        ),
         ("two effects: both named, nothing else", share([r["exact"] for r in of("two")])),
         ("parameter error, median", f"{100 * np.median(errors):.2f} %" if errors else "–"),
         ("95 % intervals that hold the truth", share(inside)),
@@ -136,7 +137,9 @@ def table(rows: list[dict[str, Any]]) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
     parser.add_argument("--sessions", type=int, default=4, help="per effect")
     parser.add_argument("--throws", type=int, default=16)
     parser.add_argument("--seed", type=int, default=1)
@@ -159,10 +162,14 @@ def main() -> None:
         row = {"session": name, "kind": kind, **score(report, opened, seconds)}
         rows.append(row)
         if not (row["exact"] or kind == "outside"):
-            tqdm.write(f"{name} {kind}: hidden {row['hidden']}, named {row['named']}, "
-                       f"unknown {row['unknown']}")
+            tqdm.write(
+                f"{name} {kind}: hidden {row['hidden']}, named {row['named']}, "
+                f"unknown {row['unknown']}"
+            )
         elif kind == "outside":
-            tqdm.write(f"{name} outside {row['hidden']}: named {row['named']}, unknown {row['unknown']}")
+            tqdm.write(
+                f"{name} outside {row['hidden']}: named {row['named']}, unknown {row['unknown']}"
+            )
         write_json(arguments.output / "scores.json", rows)
     print(table(rows))
 

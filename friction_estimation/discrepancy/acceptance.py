@@ -20,7 +20,7 @@ from friction_estimation.discrepancy.session import Session
 Floats = NDArray[np.float64]
 
 FIRST_SECONDS = 4.0
-"""Part of a throw that its forecast is made from [s]: about what passes before the sweepers call."""
+"""Part of a throw that its forecast is made from [s]: a sweeper has called by then."""
 HELD_OUT_SHARE = 0.25
 """Part of the throws that is held out."""
 

@@ -46,7 +46,9 @@ def base_model(ice: Ice | None, session: Session) -> Model:
             for p in form.parameters
             if p.name not in PLACES and (p.neutral is not None or p.name in effect.sigma)
         )
-        terms.append(Term(form=form, values={k: float(v or 0.0) for k, v in values.items()}, free=free))
+        terms.append(
+            Term(form=form, values={k: float(v or 0.0) for k, v in values.items()}, free=free)
+        )
     return Model(ice=ice, terms=tuple(terms))
 
 

@@ -80,9 +80,10 @@ def separating_throw(one: Fit, other: Fit) -> tuple[str, float]:
     k = int(np.argmax(scores))
     way = "towards the away end" if states[k, 3] > 0 else "towards the home end"
     side = "counter-clockwise" if states[k, 5] > 0 else "clockwise"
+    swept = "swept" if session.swept[session.rows(k)].any() else "unswept"
     words = (
         f"{np.hypot(states[k, 2], states[k, 3]):.1f} m/s {way}, {abs(states[k, 5]):.1f} rad/s "
-        f"{side}, stone {session.stones[k]}, {'swept' if session.swept[session.rows(k)].any() else 'unswept'}"
+        f"{side}, stone {session.stones[k]}, {swept}"
     )
     wait = session.clocks[k] - one.session.clocks.max()
     if wait > 600:
@@ -105,10 +106,13 @@ def _trial_throws(session: Session) -> tuple[Session, Floats]:
     ]
     n = len(grid)
     states = np.array(
-        [[0.5 * (-1) ** k, -way * HOG_LINE_Y, 0.0, way * v, 0.0, w] for k, (way, v, w, _, _) in enumerate(grid)]
+        [
+            [0.5 * (-1) ** k, -way * HOG_LINE_Y, 0.0, way * v, 0.0, w]
+            for k, (way, v, w, _, _) in enumerate(grid)
+        ]
     )
     swept = np.concatenate(
-        [((t > 2.0) & (t < 8.0)) * float(entry[3]) for entry in grid]
+        [((t > 2.0) & (t < 8.0)).astype(np.float64) * entry[3] for entry in grid]
     )
     return Session(
         throws=np.arange(n),

@@ -23,6 +23,7 @@ from friction_estimation.discrepancy.proof import (
     friction_structure,
     prove,
 )
+from friction_estimation.discrepancy.residual_term import NAME, try_table
 from friction_estimation.discrepancy.residuals import Misfit
 from friction_estimation.discrepancy.screening import holm
 from friction_estimation.discrepancy.selection import (
@@ -146,19 +147,13 @@ def discover(
     session = everything.session
     if len(session) < ENOUGH_THROWS:
         return _too_few(everything)
-    events: list[int] = []
-    for _ in range(2):
-        found = _search(everything, rng, progress)
-        odd = _odd_throws(found)
-        if not len(odd):
-            break
-        events += session.throws[odd].tolist()
-        rest = np.setdiff1d(np.arange(len(session)), odd)
-        if len(rest) < ENOUGH_THROWS:
-            break
-        session = session.only(rest)
-        everything = fit_with_noise(start, session)
-        session = everything.session
+    found = _search(everything, rng, progress)
+    odd = _odd_throws(found)
+    events = session.throws[odd].tolist()
+    if len(odd) and len(session) - len(odd) >= ENOUGH_THROWS:
+        # What happened once must not poison the rest: the other throws are searched by themselves.
+        session = session.only(np.setdiff1d(np.arange(len(session)), odd))
+        found = _search(fit_with_noise(start, session), rng, progress)
     return replace(found, events=sorted(events))
 
 
@@ -251,6 +246,16 @@ def _search(everything: Fit, rng: np.random.Generator, progress: Progress) -> Di
         trial.term.label: closure(selection.before, misfit_of(trial.fit))
         for trial in (selection.steps[0].trials if selection.steps else [])
     }
+    described = try_table(named, follows, unseen) if open_ else None
+    table: dict[str, Any] | None = None
+    if described is not None:
+        table = {
+            "rest_error_m_without": float(f"{gaps['after'].rest_error:.4g}"),
+            "rest_error_m_with": float(f"{described[1].rest_error:.4g}"),
+            "parameters": dict(described[0].model.term(NAME).values),
+        }
+        named, gaps["after"] = described
+        gaps["noise_floor"] = noise_floor(named, unseen)
     progress("fitting all throws", 0.96)
     final = fit_with_noise(named.model, session, named.noise)
     final_base = refit(final, base.model)
@@ -274,6 +279,7 @@ def _search(everything: Fit, rng: np.random.Generator, progress: Progress) -> Di
         after=after,
         alternatives=others,
         trial_closures=closures,
+        residual_term=table,
     )
 
 

@@ -19,7 +19,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from friction_estimation.discrepancy.model import COUPLING_SIGMA, GLOBALS, Model, predict, sensitivities
+from friction_estimation.discrepancy.model import (
+    COUPLING_SIGMA,
+    GLOBALS,
+    Model,
+    predict,
+    sensitivities,
+)
 from friction_estimation.discrepancy.noise import Noise, whiten_session
 from friction_estimation.discrepancy.session import Session
 
@@ -68,9 +74,7 @@ def gram_matrices(session: Session, noise: Noise, columns: Floats) -> Floats:
     """Whitened Gram matrices per throw, (k, m, m), of columns (rows, 3, m); the last measured."""
     work = np.ascontiguousarray(columns).copy()
     m = work.shape[2]
-    whiten_session(
-        work, session.times, session.sigma, session.starts, noise.table(), np.empty(m)
-    )
+    whiten_session(work, session.times, session.sigma, session.starts, noise.table(), np.empty(m))
     out = np.empty((len(session), m, m))
     for i in range(len(session)):
         part = work[session.rows(i)].reshape(-1, m)

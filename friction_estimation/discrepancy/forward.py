@@ -39,7 +39,9 @@ MAX_STEPS = 5_000
 
 
 @inlined
-def _derivative(law: Any, motion: Any, push: Any, parts: Any, clock: float, t: float, s: Any, d: Any):
+def _derivative(
+    law: Any, motion: Any, push: Any, parts: Any, clock: float, t: float, s: Any, d: Any
+):
     """Rate d of change of the state s (x, y, vx, vy, theta, omega) at time t."""
     motion[T] = t
     motion[CLOCK] = clock + t
@@ -110,7 +112,15 @@ def _slide_at(
 ) -> None:
     """Fill out (n, 6) with the states at `times` of a stone released with state s at t = 0."""
     parts = work[8]
-    before, d, d0, middle, d2, d3, d4 = work[0], work[1], work[2], work[3], work[4], work[5], work[6]
+    before, d, d0, middle, d2, d3, d4 = (
+        work[0],
+        work[1],
+        work[2],
+        work[3],
+        work[4],
+        work[5],
+        work[6],
+    )
     n = times.shape[0]
     longest = PATTERNED_STEP if law.patterned else LONGEST_STEP
     t = 0.0

@@ -5,7 +5,7 @@ smoother, compression, a ripple of the calibration): an Ornstein–Uhlenbeck pro
 whitened by the Kalman filter of that process, which takes lost frames in its stride; what comes
 out is independent and of unit variance, so that one frame counts once.
 
-The size is learnt from what no slide can do: the residuals' part faster than `SLOWEST_PERIOD`.
+The size is learnt from what no slide can do: the residuals' part that no slow cosine follows.
 Slow residuals may be an effect the model lacks, and must not be mistaken for noise.
 """
 
@@ -17,23 +17,23 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 from scipy.optimize import minimize
 
 from curling_env.physics.compiled import compiled
+from friction_estimation.discrepancy.cleaning import (
+    FEWEST,
+    LEAST,
+    WILD,
+    fast_series,
+    robust_deviation,
+    slow_basis,
+)
 from friction_estimation.discrepancy.session import Session
 
 Floats = NDArray[np.float64]
 
-SLOWEST_PERIOD = 2.0
-"""Residuals that swing slower than this may be physics [s]."""
 MEMORY_BOUNDS = (0.05, 0.7)
 """Memory of the fading part [s]; a longer one could not be told from physics."""
-WILD = 4.5
-"""Robust standard deviations of the fast residual beyond which a row is wild: one good row in
-150 000."""
-LEAST = (2e-4, 2e-4)
-"""Smallest noise assumed [m, rad]: simulated tracks are rounded, and none is perfect."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,10 +86,9 @@ def _whiten(
             for j in range(m):
                 columns[i, j] = 0.0
             continue
-        if started:
-            keep = exp(-(times[i] - last) / memory) if fading > 0.0 else 0.0
-        else:
-            keep = 0.0
+        keep = 0.0
+        if started and fading > 0.0:
+            keep = exp(-(times[i] - last) / memory)
         started = True
         last = times[i]
         # `prior` carries the filter's variance of the fading part from the row before.
@@ -109,7 +108,9 @@ def _whiten(
 
 
 @compiled
-def whiten_session(columns: Any, times: Any, sigma: Any, starts: Any, table: Any, state: Any) -> float:
+def whiten_session(
+    columns: Any, times: Any, sigma: Any, starts: Any, table: Any, state: Any
+) -> float:
     """Whiten columns (rows, 3, m) of x, y, theta throw by throw, in place.
 
     Rows whose last column is NaN (no heading) become zero and are not counted.
@@ -134,38 +135,15 @@ def whiten_session(columns: Any, times: Any, sigma: Any, starts: Any, table: Any
     return total
 
 
-def _slow_basis(t: Floats) -> Floats:
-    """Cosines slower than `SLOWEST_PERIOD` and a parabola: what physics may look like, (n, K)."""
-    span = max(float(t[-1] - t[0]), 1e-9)
-    count = int(max(1, min(2 * span / SLOWEST_PERIOD + 2, len(t) / 3)))
-    phase = np.pi * (t - t[0]) / span
-    return np.column_stack([np.cos(phase[:, None] * np.arange(count)), phase, phase**2])
-
-
 def fast_part(session: Session, residuals: Floats) -> Floats:
-    """Residuals (rows, 3) less their slow cosines and a running median over two thirds of a second.
-
-    The cosines are fitted twice, the second time without rows far off, which would bend them.
-    """
+    """The part of residuals (rows, 3) that is faster than physics; NaN where not measured."""
     out = np.full_like(residuals, np.nan)
     for i in range(len(session)):
         rows = session.rows(i)
         for channel in range(3):
-            values = residuals[rows, channel]
-            known = np.isfinite(values)
-            if known.sum() < 20:
-                continue
-            values = values[known]
-            basis = _slow_basis(session.times[rows][known])
-            near = np.ones(len(values), dtype=bool)
-            left = values
-            for _ in range(2):
-                gram = basis[near].T @ basis[near] + 1e-8 * near.sum() * np.eye(basis.shape[1])
-                left = values - basis @ np.linalg.solve(gram, basis[near].T @ values[near])
-                near = np.abs(left) <= 4.0 * 1.4826 * np.median(np.abs(left)) + 1e-12
-            fast = np.full(len(known), np.nan)
-            fast[known] = left - median_filter(left, min(21, len(left) // 2 * 2 - 1))
-            out[rows, channel] = fast
+            known = rows.start + np.flatnonzero(np.isfinite(residuals[rows, channel]))
+            if len(known) >= FEWEST:
+                out[known, channel] = fast_series(session.times[known], residuals[known, channel])
     return out
 
 
@@ -178,13 +156,15 @@ def wild_rows(session: Session, residuals: Floats) -> NDArray[np.bool_]:
         known = np.isfinite(values)
         if known.sum() < 20:
             continue
-        spread = 1.4826 * float(np.median(np.abs(values[known])))
+        spread = robust_deviation(values[known])
         wild |= known & (np.abs(values) > WILD * max(spread, LEAST[channel // 2]))
     wild[session.starts[:-1]] = False
     return wild
 
 
-def estimate_noise(session: Session, residuals: Floats, *, throws: int = 8) -> Noise:
+def estimate_noise(
+    session: Session, residuals: Floats, *, throws: int = 8, start: Noise | None = None
+) -> Noise:
     """Noise by maximum likelihood of the residuals' fast part.
 
     Slow cosines of each throw are projected out, so that an effect the model lacks does not count
@@ -194,15 +174,29 @@ def estimate_noise(session: Session, residuals: Floats, *, throws: int = 8) -> N
     ----------
     residuals : (rows, 3) measured less predicted x, y, theta
     throws : how many throws are used at most, spread over the session
+    start : an earlier estimate, from which fewer steps are needed
     """
     chosen = np.unique(np.linspace(0, len(session) - 1, min(throws, len(session))).astype(int))
-    found = [_estimate_channel(session, residuals, chosen, c) for c in ((0, 1), (2,))]
+    found = [
+        _estimate_channel(
+            session,
+            residuals,
+            chosen,
+            channels,
+            start and (start.white[k], start.fading[k], start.memory[k]),
+        )
+        for k, channels in enumerate(((0, 1), (2,)))
+    ]
     white, fading, memory = (tuple(values) for values in zip(*found, strict=True))
     return Noise(white=white, fading=fading, memory=memory)  # pyright: ignore[reportArgumentType]
 
 
 def _estimate_channel(
-    session: Session, residuals: Floats, chosen: NDArray[Any], channels: tuple[int, ...]
+    session: Session,
+    residuals: Floats,
+    chosen: NDArray[Any],
+    channels: tuple[int, ...],
+    before: tuple[float, float, float] | None,
 ) -> tuple[float, float, float]:
     least = LEAST[channels[0] // 2]
     parts: list[tuple[Floats, Floats, Floats]] = []
@@ -214,7 +208,7 @@ def _estimate_channel(
             if known.sum() < 40:
                 continue
             t = session.times[rows][known]
-            basis = _slow_basis(t)
+            basis = slow_basis(t)
             sigma = session.sigma[rows][known] if channel < 2 else np.ones(int(known.sum()))
             parts.append((t, sigma, np.column_stack([basis, values[known]])))
     if not parts:
@@ -236,15 +230,23 @@ def _estimate_channel(
         outside = guess[2] - np.clip(guess[2], *np.log(MEMORY_BOUNDS))
         return total + 1e3 * outside**2
 
+    begins = [(start * np.sqrt(1 - share), start * np.sqrt(share), 0.15) for share in (0.1, 0.9)]
+    if before is not None:
+        begins = [(before[0], max(before[1], 0.05 * before[0]), before[2])]
     best: Any = None
-    for share, memory in ((0.1, 0.15), (0.9, 0.15)):
-        begin = np.log([start * np.sqrt(1 - share), start * np.sqrt(share), memory])
-        simplex = begin + np.vstack([np.zeros(3), 0.5 * np.eye(3)])
+    for begin in begins:
+        first = np.log(begin)
+        simplex = first + np.vstack([np.zeros(3), (0.5 if before is None else 0.25) * np.eye(3)])
         found = minimize(
             deviance,
-            begin,
+            first,
             method="Nelder-Mead",
-            options={"initial_simplex": simplex, "maxfev": 90, "xatol": 0.03, "fatol": 0.5},
+            options={
+                "initial_simplex": simplex,
+                "maxfev": 90 if before is None else 45,
+                "xatol": 0.03,
+                "fatol": 0.5,
+            },
         )
         if best is None or found.fun < best.fun:
             best = found

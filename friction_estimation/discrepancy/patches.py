@@ -48,9 +48,7 @@ def find_patch(fitted: Fit) -> Term | None:
         cell += np.clip(((path[:, 1] - y_low) / CELL_Y).astype(int), 0, ny - 1)
         crossed, owner = np.unique(cell, return_inverse=True)
         response = _responses(path, t, owner, len(crossed), columns[rows, :, 6])
-        stacked = np.concatenate(
-            [columns[rows], response, residual[rows][:, :, None]], axis=2
-        )
+        stacked = np.concatenate([columns[rows], response, residual[rows][:, :, None]], axis=2)
         gram = gram_matrices(session.only([i]), fitted.noise, stacked)[0]
         own = gram[:7, :7].copy()
         if model.spread > 0:
@@ -86,7 +84,9 @@ def find_patch(fitted: Fit) -> Term | None:
     return Term(form=form, values={k: float(v) for k, v in values.items()}, free=("factor",))
 
 
-def _responses(path: Floats, t: Floats, owner: NDArray[np.intp], count: int, unit: Floats) -> Floats:
+def _responses(
+    path: Floats, t: Floats, owner: NDArray[np.intp], count: int, unit: Floats
+) -> Floats:
     """Columns (n, 3, count): paths' change for more friction in each cell.
 
     Parameters

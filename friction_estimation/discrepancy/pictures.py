@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from curling_env.physics.law import acceleration
 from friction_estimation.discrepancy.discovery import Discovery
 from friction_estimation.discrepancy.fit import Fit
-from friction_estimation.discrepancy.model import predict
 from friction_estimation.discrepancy.proof import own_frictions
 from friction_estimation.drawing import (
     FAINT,
@@ -27,6 +28,8 @@ Floats = NDArray[np.float64]
 BEFORE, AFTER, FLOOR, MEASURED = "#c8433f", "#2b7a4b", "#8a97a6", "#22313f"
 WINDOW = 3.0
 """Width of the windows from which residual accelerations are drawn [s]."""
+EVERY = 8
+"""Rows from one drawn acceleration to the next."""
 SHOWN_OVER = {
     "speed_dependent_friction": "speed",
     "air_drag": "speed",
@@ -69,7 +72,7 @@ def gap_picture(found: Discovery) -> Figure:
     ax.set_yticks(range(3), labels)
     ax.invert_yaxis()
     ax.set_xlim(0, 1.18 * max(values))
-    ax.set_xlabel("how far from the forecast the stones came to rest, throws never fitted [cm]")
+    ax.set_xlabel("between forecast and rest, for throws never fitted [cm]", fontsize=9)
     ax.grid(visible=False)
     return figure
 
@@ -110,17 +113,13 @@ def residual_pictures(found: Discovery) -> list[tuple[str, Figure]]:
     wanted = [(p.label, SHOWN_OVER.get(p.label.partition("[")[0], "speed")) for p in found.proofs]
     wanted += [("unknown", f.variable) for f in found.follows if f.variable in LABELS]
     out: list[tuple[str, Figure]] = []
-    before, after = _same_throws(found)
+    before, after = found.final_base, found.final
     for label, variable in wanted:
         if variable in ("order", "clock", "stone"):
             out.append((label, _between_throws(before, after, variable)))
         else:
             out.append((label, _within_throws(before, after, label, variable)))
     return out
-
-
-def _same_throws(found: Discovery) -> tuple[Fit, Fit]:
-    return found.final_base, found.final
 
 
 def _between_throws(before: Fit, after: Fit, variable: str) -> Figure:
@@ -143,44 +142,81 @@ def _between_throws(before: Fit, after: Fit, variable: str) -> Figure:
         ax.errorbar(place + jitter, 100 * own, 100 * sigma, fmt="o", color=colour, ms=5)
         ax.axhline(0, color=FAINT, lw=0.8)
         ax.set_title(name, fontsize=9, loc="left")
-        ax.set_xlabel(LABELS[variable])
+        ax.set_xlabel(LABELS[variable], fontsize=9)
         if variable == "stone":
             ax.set_xticks(np.unique(place))
-    axes[0].set_ylabel("friction of the throw\nbeyond the model [%]")
+    axes[0].set_ylabel("friction of the throw\nbeyond the model [%]", fontsize=9)
     return figure
 
 
 def _within_throws(before: Fit, after: Fit, label: str, variable: str) -> Figure:
-    """Residual accelerations, averaged over the variable, and what the effect adds."""
-    session = before.session
+    """Unexplained accelerations, averaged over the variable, and what the effect adds."""
+    session = after.session
+    window = 1.0 if variable == "theta" else WINDOW
+    seen = _accelerations(after, session.xy, window)
+    model = _accelerations(after, after.predicted[:, :2], window)
+    base = _law_accelerations(before, after)
+    sign = _sideways_sign(after, label)
+    effect = (model - base) * sign
+    spread = np.nanstd(effect, axis=0) + np.abs(np.nanmean(effect, axis=0))
+    part = int(spread[1] > spread[0]) if label != "unknown" else 0
     value = _value(after, variable)
-    shape = predict(after.model, session, before.states, before.ln_factors) - predict(
-        before.model, session, before.states, before.ln_factors
-    )
-    shown = _sideways_sign(after, label)
     figure = new_figure(8.6, 2.9)
     axes = figure.subplots(1, 2, sharey=True)
-    pieces = (
-        (axes[0], before.residuals[:, :2], BEFORE, "before"),
-        (axes[1], after.residuals[:, :2], AFTER, "after"),
-    )
-    part = _best_part(before, shape[:, :2], shown)
-    for ax, residual, colour, name in pieces:
+    for ax, push, colour, name in (
+        (axes[0], (seen - base) * sign, BEFORE, "before"),
+        (axes[1], (seen - model) * sign, AFTER, "after"),
+    ):
         plain_axes(ax)
-        acceleration = _accelerations(after, residual)[:, part] * shown[:, part]
-        middle, mean, error = _averaged(value, acceleration, session.owner)
+        middle, mean, error = _averaged(value, push[:, part], session.owner)
         ax.errorbar(middle, 1e3 * mean, 1e3 * error, fmt="o", color=colour, ms=4.5, lw=1)
         ax.axhline(0, color=FAINT, lw=0.8)
         ax.set_title(name, fontsize=9, loc="left")
-        ax.set_xlabel(LABELS[variable])
+        ax.set_xlabel(LABELS[variable], fontsize=9)
+        if variable == "swept":
+            ax.set_xticks([0, 1], ["unswept", "swept"])
     if label != "unknown":
-        acceleration = _accelerations(after, shape[:, :2])[:, part] * shown[:, part]
-        middle, mean, _ = _averaged(value, acceleration, session.owner)
+        middle, mean, _ = _averaged(value, effect[:, part], session.owner)
         axes[0].plot(middle, 1e3 * mean, color=INK, lw=1.6, label="the effect found")
         axes[0].legend(fontsize=8, frameon=False)
     what = ("along the travel", "to the side")[part]
-    axes[0].set_ylabel(f"unexplained push\n{what} [mm/s²]")
+    axes[0].set_ylabel(f"unexplained push\n{what} [mm/s²]", fontsize=9)
     return figure
+
+
+def _law_accelerations(before: Fit, after: Fit) -> Floats:
+    """The baseline's accelerations on the paths, along the travel and to its left, (rows, 2)."""
+    ice = before.model.improved_ice({})
+    session, path = after.session, after.predicted
+    out = np.full((len(path), 2), np.nan)
+    for i in range(len(session)):
+        rows = np.arange(session.starts[i], session.starts[i + 1], EVERY)
+        states = path[rows][:, [0, 1, 2, 3, 5]]
+        a = np.empty((len(rows), 3))
+        for swept in (False, True):
+            chosen = (session.swept[rows] > 0.5) == swept
+            if chosen.any():
+                a[chosen] = acceleration(
+                    ice,
+                    states[chosen],
+                    clock=float(session.clocks[i]),
+                    order=int(session.orders[i]),
+                    stone=int(session.stones[i]),
+                    swept=swept,
+                )
+        out[rows] = _in_travel(a[:, :2], states[:, 2:4])
+    return out
+
+
+def _in_travel(vectors: Floats, velocity: Floats) -> Floats:
+    """Vectors (n, 2) of the sheet frame as parts along the travel and to its left."""
+    travel = velocity / np.maximum(np.hypot(*velocity.T), 1e-6)[:, None]
+    return np.column_stack(
+        [
+            (vectors * travel).sum(axis=1),
+            vectors[:, 1] * travel[:, 0] - vectors[:, 0] * travel[:, 1],
+        ]
+    )
 
 
 def _value(fitted: Fit, variable: str) -> Floats:
@@ -206,34 +242,31 @@ def _sideways_sign(fitted: Fit, label: str) -> Floats:
     return sign
 
 
-def _best_part(fitted: Fit, shape: Floats, sign: Floats) -> int:
-    """0 if the effect pushes mostly along the travel, 1 if to the side."""
-    acceleration = _accelerations(fitted, shape) * sign
-    return int(np.nanmean(np.abs(acceleration[:, 1])) > np.nanmean(np.abs(acceleration[:, 0])))
+def _accelerations(fitted: Fit, xy: Floats, window: float) -> Floats:
+    """Accelerations of paths by local quadratics, along the travel and to its left, (rows, 2).
 
-
-def _accelerations(fitted: Fit, difference: Floats) -> Floats:
-    """Acceleration of a difference of paths, along the travel and to its left, (rows, 2)."""
+    Every eighth row; NaN elsewhere and near the ends.
+    """
     session, path = fitted.session, fitted.predicted
     out = np.full((len(path), 2), np.nan)
     for i in range(len(session)):
-        rows = session.rows(i)
-        t = session.times[rows]
-        if t[-1] - t[0] < 2 * WINDOW:
+        whole = session.rows(i)
+        t = session.times[whole]
+        if t[-1] - t[0] < 2 * window:
             continue
-        every = slice(rows.start, rows.stop, 8)
-        x = local_fit(t, difference[rows, 0], WINDOW)[0][2][::8]
-        y = local_fit(t, difference[rows, 1], WINDOW)[0][2][::8]
-        speed = np.maximum(np.hypot(path[every, 2], path[every, 3]), 1e-6)
-        along, across = path[every, 2] / speed, path[every, 3] / speed
-        out[every, 0] = x * along + y * across
-        out[every, 1] = y * along - x * across
-        inside = (t[::8] - t[0] > WINDOW / 2) & (t[-1] - t[::8] > WINDOW / 2)
-        out[np.arange(rows.start, rows.stop, 8)[~inside]] = np.nan
+        second = [local_fit(t, xy[whole, axis], window)[0][2][::EVERY] for axis in (0, 1)]
+        rows = np.arange(whole.start, whole.stop, EVERY)
+        parts = _in_travel(np.column_stack(second), path[rows, 2:4])
+        u = t[::EVERY]
+        slow = np.hypot(path[rows, 2], path[rows, 3]) < 0.15
+        parts[(u - t[0] < window / 2) | (t[-1] - u < window / 2) | slow] = np.nan
+        out[rows] = parts
     return out
 
 
-def _averaged(value: Floats, push: Floats, owner: Any, bins: int = 14) -> tuple[Floats, Floats, Floats]:
+def _averaged(
+    value: Floats, push: Floats, owner: Any, bins: int = 14
+) -> tuple[Floats, Floats, Floats]:
     """Means over bins of the variable, with errors from the spread between throws."""
     seen = np.isfinite(push)
     value, push, owner = value[seen], push[seen], owner[seen]
@@ -244,7 +277,7 @@ def _averaged(value: Floats, push: Floats, owner: Any, bins: int = 14) -> tuple[
         else np.concatenate([levels - 1e-9, [levels[-1] + 1e-9]])
     )
     middle, mean, error = [], [], []
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in pairwise(edges):
         inside = (value >= low) & (value <= high)
         if inside.sum() < 3:
             continue
@@ -253,5 +286,3 @@ def _averaged(value: Floats, push: Floats, owner: Any, bins: int = 14) -> tuple[
         mean.append(float(np.mean(per_throw)))
         error.append(float(np.std(per_throw) / np.sqrt(len(per_throw))))
     return np.array(middle), np.array(mean), np.array(error)
-
-

@@ -149,7 +149,7 @@ def _correlations(columns: Floats, values: Floats) -> Floats:
 
 
 def _permutation_p(fitted: Fit, rng: np.random.Generator) -> float:
-    """p of the best correlation of the throws' frictions with order, clock or a stone."""
+    """P of the best correlation of the throws' frictions with order, clock or a stone."""
     columns = throw_covariates(fitted.session, fitted.states)
     chosen = [v for k, v in columns.items() if k in ("order", "clock") or k.startswith("stone")]
     return _best_of(np.column_stack(chosen), own_frictions(fitted)[0], rng)[1]

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from friction_estimation.discrepancy.cleaning import SLOWEST_PERIOD
 from friction_estimation.discrepancy.fit import Fit, gram_matrices
-from friction_estimation.discrepancy.noise import SLOWEST_PERIOD
 
 Floats = NDArray[np.float64]
 
@@ -82,9 +82,7 @@ def misfit(fitted: Fit, columns: Floats) -> Misfit:
         basis = np.zeros((len(slow), 3, channels * k))
         for channel in range(channels):
             basis[:, channel, channel * k : (channel + 1) * k] = slow
-        stacked = np.concatenate(
-            [columns[rows, :, :7], basis, residual[rows][:, :, None]], axis=2
-        )
+        stacked = np.concatenate([columns[rows, :, :7], basis, residual[rows][:, :, None]], axis=2)
         gram = gram_matrices(one, noise, stacked)[0]
         scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
         scale[-1] = 1.0

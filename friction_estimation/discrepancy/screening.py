@@ -25,6 +25,7 @@ from friction_estimation.discrepancy.fit import (
 )
 
 Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 LOOKS_ALIKE = 0.95
 """|cosine| of projected sensitivities above which two candidates cannot be told apart."""
@@ -55,9 +56,7 @@ def screen(fitted: Fit, terms: Sequence[Term]) -> list[Look]:
     if not terms:
         return []
     model = fitted.model.with_terms(*terms)
-    _, _, reduced = linearise(
-        model, fitted.session, fitted.noise, fitted.states, fitted.ln_factors
-    )
+    _, _, reduced = linearise(model, fitted.session, fitted.noise, fitted.states, fitted.ln_factors)
     own = len(fitted.model.vector)
     places: list[list[int]] = []
     position = own
@@ -70,7 +69,7 @@ def screen(fitted: Fit, terms: Sequence[Term]) -> list[Look]:
     total = grams.sum(axis=0) + prior
     projected = _project(total, own)
     looks: list[Look] = []
-    directions: list[Floats] = []
+    directions: list[Indices] = []
     for term, place in zip(terms, places, strict=True):
         gain = base - _least(reduced, fitted, prior, [*range(own), *place])
         inner = projected[np.ix_(np.array(place) - own, np.array(place) - own)]
@@ -78,7 +77,7 @@ def screen(fitted: Fit, terms: Sequence[Term]) -> list[Look]:
         sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
         smallest = {n: CLEARLY * float(s) for n, s in zip(term.free, sigma, strict=True)}
         looks.append(Look(term=term, gain=float(gain), smallest=smallest, alike={}))
-        directions.append(np.array(place) - own)
+        directions.append(np.array(place, dtype=np.intp) - own)
     for i, look in enumerate(looks):
         for j, other in enumerate(looks):
             if i != j and look.term.name != other.term.name:
@@ -107,7 +106,7 @@ def _project(total: Floats, own: int) -> Floats:
     return total[own:-1, own:-1] - cross.T @ np.linalg.solve(scaled, cross)
 
 
-def _cosine(projected: Floats, a: Floats, b: Floats) -> float:
+def _cosine(projected: Floats, a: Indices, b: Indices) -> float:
     """Largest cosine between two sets of columns (canonical correlation)."""
     aa, bb = projected[np.ix_(a, a)], projected[np.ix_(b, b)]
     ab = projected[np.ix_(a, b)]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from friction_estimation.discrepancy.candidates import FINER, SHAPES, Term, candidates
-from friction_estimation.discrepancy.fit import SPREADS, Fit, fit
+from friction_estimation.discrepancy.fit import Fit, fit
 from friction_estimation.discrepancy.model import Model, sensitivities
 from friction_estimation.discrepancy.noise import Noise, estimate_noise, wild_rows
 from friction_estimation.discrepancy.patches import find_patch
@@ -140,7 +140,7 @@ def fit_with_noise(
     first = fit(model, session, noise, states=states, ln_factors=factors)
     session = session.without_rows(wild_rows(session, first.residuals))
     first = fit(first.model, session, noise, states=first.states, ln_factors=first.ln_factors)
-    noise = estimate_noise(session, first.residuals)
+    noise = estimate_noise(session, first.residuals, start=start)
     return fit(first.model, session, noise, states=first.states, ln_factors=first.ln_factors)
 
 
@@ -204,7 +204,7 @@ def select(base: Fit, *, most: int = MOST_EFFECTS, progress: Progress = silent) 
         steps.append(Step(looks=looks, trials=trials, chosen=good[0].term.label))
         present = refine(good[0].fit)
         present = prune(present, {t.label for t in base.model.terms})
-        noise = estimate_noise(present.session, present.residuals)
+        noise = estimate_noise(present.session, present.residuals, start=present.noise)
         present = replace(present, noise=noise)
         present = refit(present, present.model)
     base = fit(

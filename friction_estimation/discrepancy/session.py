@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.trajectory import Trajectory
+from friction_estimation.discrepancy.cleaning import without_wild_rows
 from friction_estimation.kinematics import FreeSlide, free_slides
 
 Floats = NDArray[np.float64]
@@ -124,7 +125,9 @@ class Session:
     def only(self, chosen: Sequence[int] | Indices) -> Session:
         """The session of some of its throws, by index; they keep their order of play."""
         chosen = np.asarray(chosen, dtype=np.intp)
-        rows = np.concatenate([np.arange(self.starts[i], self.starts[i + 1]) for i in chosen])
+        rows = np.concatenate(
+            [np.arange(self.rows(i).start, self.rows(i).stop) for i in chosen.tolist()]
+        )
         counts = np.diff(self.starts)[chosen]
         return replace(
             self,
@@ -149,7 +152,7 @@ def open_session(tracks: Sequence[Trajectory]) -> Session:
     ------
     TrackTooShortError : no throw slides freely
     """
-    slides, reasons = free_slides(list(tracks))
+    slides, reasons = free_slides([without_wild_rows(track) for track in tracks])
     order_of = {throw: k for k, throw in enumerate(sorted({track.throw for track in tracks}))}
     kept = [_thinned(slide) for slide in slides]
     counts = [len(rows) for rows in kept]

@@ -178,9 +178,7 @@ def _unknown(found: Discovery) -> dict[str, Any]:
         "kind": "unknown",
         "parameters": {},
         "depends_on": [f.variable for f in found.follows],
-        "where": "; ".join(
-            f"a push {f.push} that follows {f.variable}" for f in found.follows
-        )
+        "where": "; ".join(f"a push {f.push} that follows {f.variable}" for f in found.follows)
         or "no single variable stands out",
         "evidence": {
             "slow_misfit": number(found.after.ratio),
@@ -265,5 +263,3 @@ def write_files(found: Discovery, folder: Path) -> dict[str, Any]:
     save_ice(improved_ice(found), folder / "ice.json")
     write_json(folder / "report.json", report)
     return report
-
-
