@@ -164,7 +164,7 @@ def _environment() -> Iterator[Measure]:
         env.close()
     if gymnasium.spec("CurlingSheet-v0").vector_entry_point is None:
         return
-    envs = gymnasium.make_vec("CurlingSheet-v0", num_envs=256, ice=ice)
+    envs: Any = gymnasium.make_vec("CurlingSheet-v0", num_envs=256, ice=ice)
     envs.action_space.seed(0)
     envs.reset(seed=0)
 

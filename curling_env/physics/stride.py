@@ -102,31 +102,33 @@ def march(law: Law, curves: Any, h: float, states: Any, moments: Any, knots: Any
     -------
     number of knots
     """
-    x = states[0, 0]
-    y = states[0, 1]
-    theta = states[0, 2]
-    vx = states[0, 3]
-    vy = states[0, 4]
-    spin = states[0, 5]
-    cell = law.cell
+    x: Any = states[0, 0]
+    y: Any = states[0, 1]
+    theta: Any = states[0, 2]
+    vx: Any = states[0, 3]
+    vy: Any = states[0, 4]
+    spin: Any = states[0, 5]
+    cell: Any = law.cell
     per_cell = 1.0 / cell
     i = math.floor((y - law.origin_y) * per_cell)
     j = math.floor((x - law.origin_x) * per_cell)
-    low_y = law.origin_y + i * cell
-    low_x = law.origin_x + j * cell
+    low_y: Any = law.origin_y + i * cell
+    low_x: Any = law.origin_x + j * cell
     base, across, along, twist = patch_of(law, i, j)
-    u = (y - low_y) * per_cell
-    v = (x - low_x) * per_cell
-    mu = base + across * v + along * u + twist * u * v
+    u: Any = (y - low_y) * per_cell
+    v: Any = (x - low_x) * per_cell
+    mu: Any = base + across * v + along * u + twist * u * v
     px = curves[0, 0]
     py = curves[0, 1]
     pt = curves[0, 2]
-    ax = mu * px + curves[0, 3]
-    ay = mu * py + curves[0, 4]
-    at = mu * pt + curves[0, 5]
-    m1 = m2 = m3 = 0.0
+    ax: Any = mu * px + curves[0, 3]
+    ay: Any = mu * py + curves[0, 4]
+    at: Any = mu * pt + curves[0, 5]
+    m1: Any = 0.0
+    m2: Any = 0.0
+    m3: Any = 0.0
     per_h = 1.0 / h
-    begun = 0.0
+    begun: float = 0.0
     target = 0.5 * h
     row = 1
     keep = knots.shape[0] > 0
@@ -135,7 +137,7 @@ def march(law: Law, curves: Any, h: float, states: Any, moments: Any, knots: Any
         _keep(knots, 0, 0.0, x, y, theta, vx, vy, spin, ax, ay, at)
         n = 1
     while True:
-        dt = target - begun
+        dt: float = target - begun
         line = 0
         step_i = step_j = 0
         if law.patterned:
