@@ -23,6 +23,10 @@ MIN_TRAVEL = 0.5
 """Something that moves less over the whole film is not a thrown stone [m]."""
 MIN_SIGHTINGS = 4
 """Sparse frames in which the same stone must be seen."""
+CROWN = 0.06
+"""How far a handle stands above the body, roughly [m]."""
+MAX_GROWTH = 2.5
+"""A stone's shadow and mirror image make its blob at most this many times as wide or high."""
 MISS_COST = 0.15
 """What a sparse frame without a sighting takes from a path's score; a perfect sighting gives 1."""
 
@@ -67,24 +71,42 @@ class RoughPath:
 def stone_likeness(blob: Blob, camera: Camera, model: StoneModel, sheet: Sheet) -> Sighting | None:
     """How much a blob looks like a stone that stands on the ice where the blob is.
 
+    The body alone, with its handle, or with part of its mirror image in the ice, whichever fits.
     None for a blob that is off the ice, or of quite another size or shape.
     """
-    middle = (blob.low_px + blob.high_px) / 2
-    centre = (middle + blob.centre_px) / 2
-    xy = camera.on_plane(centre[None], model.height / 2)[0]
+    if (blob.whole_px > MAX_GROWTH * (blob.high_px - blob.low_px + 3.0)).any():
+        return None  # the core of something much larger: a person's jacket, say
+    tries = (_as_stone(blob, camera, model, sheet, *extent) for extent in _extents(model))
+    return max((s for s in tries if s is not None), key=lambda s: s.likeness, default=None)
+
+
+def _extents(model: StoneModel) -> tuple[tuple[float, float], ...]:
+    """Heights between which a blob of a stone may reach [m]: body, with handle, with mirror."""
+    crown = model.height + CROWN
+    return (0.0, model.height), (0.0, crown), (-model.height / 2, crown)
+
+
+def _as_stone(
+    blob: Blob, camera: Camera, model: StoneModel, sheet: Sheet, low: float, high: float
+) -> Sighting | None:
+    xy = camera.on_plane(((blob.low_px + blob.high_px) / 2)[None], (low + high) / 2)[0]
     if not np.isfinite(xy).all():
         return None
-    reach = np.abs(xy) - np.array([sheet.width, sheet.length]) / 2
-    if (reach > model.radius).any():
+    if (np.abs(xy) - np.array([sheet.width, sheet.length]) / 2 > model.radius).any():
         return None
-    outline = model.outline_px(camera, xy)
-    if len(outline) == 0:
+    body = model.outline_px(camera, xy)
+    if len(body) == 0:
         return None
-    expected = np.ptp(outline, axis=0) + 2.0  # the threshold takes in a blurred rim
+    around = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    slim = 0.6 * model.radius * np.column_stack([np.cos(around), np.sin(around)])
+    ends = [np.column_stack([xy + slim, np.full(24, z)]) for z in (low, high)]
+    outline = np.concatenate([body, camera.project(np.concatenate(ends))])
+    expected = np.ptp(outline, axis=0) + 1.5  # the threshold takes in a blurred rim
     found = blob.high_px - blob.low_px + 1
-    area = float(cv2.contourArea(outline.astype(np.float32))) + 1.0
-    ratios = np.log(np.append(found / expected, blob.area_px / (area * 1.25)))
-    misfit = float(np.abs(ratios).max())
+    least = 0.9 * cv2.contourArea(body.astype(np.float32)) + 1.0
+    most = 1.3 * cv2.contourArea(cv2.convexHull(outline.astype(np.float32))) + 4.0
+    area = max(np.log(least / blob.area_px), np.log(blob.area_px / most), 0.0)
+    misfit = max(float(np.abs(np.log(found / expected)).max()), area)
     if misfit > np.log(2.2):
         return None
     return Sighting(frame=0, t=0.0, xy=xy, likeness=float(np.exp(-((misfit / 0.45) ** 2))))

@@ -19,6 +19,10 @@ PEOPLE_HEIGHT = 2.0
 """What lies around the sheet is kept up to this height [m], so that people are seen whole."""
 MIN_CONTRAST = 14.0
 """Least difference of brightness (of 255) that counts as something in front of the ice."""
+CORE_SHARE = 0.5
+"""Of a blob's strongest contrast, what its solid core has; shadow and mirror image have less."""
+LARGEST_CORE_PX = 40_000
+"""Blobs whose box is larger than this are no stones, and keep their outline as it is."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,15 +53,17 @@ class Blob:
 
     Parameters
     ----------
-    low_px, high_px : (2,) bounding box, inclusive [px]
-    centre_px : (2,) mean of its pixels [px]
-    area_px : number of its pixels
+    low_px, high_px : (2,) bounding box of its solid core, inclusive [px]
+    centre_px : (2,) mean of the core's pixels [px]
+    area_px : number of the core's pixels
+    whole_px : (2,) width and height of all of it, with shadow and whatever touches it [px]
     """
 
     low_px: Floats
     high_px: Floats
     centre_px: Floats
     area_px: float
+    whole_px: Floats
 
 
 def sheet_region(camera: Camera, sheet: Sheet, margin_px: int = 12) -> tuple[slice, slice]:
@@ -125,15 +131,36 @@ def moving_blobs(frame: Image, background: Background, min_area_px: float = 6.0)
     difference = cv2.absdiff(np.ascontiguousarray(frame[background.slices]), flat).max(axis=2)
     limit = max(MIN_CONTRAST, 5 * background.noise)
     mask = (cv2.blur(difference, (3, 3)) > limit).astype(np.uint8)
-    _, _, stats, centres = cv2.connectedComponentsWithStats(mask, connectivity=8)
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
     origin = np.array(background.origin_px, dtype=np.float64)
     return [
-        Blob(
-            low_px=origin + stat[:2],
-            high_px=origin + stat[:2] + stat[2:4] - 1,
-            centre_px=origin + centre,
-            area_px=float(stat[4]),
-        )
-        for stat, centre in zip(stats[1:], centres[1:], strict=True)
+        _blob(k, stat, labels, difference, origin)
+        for k, stat in enumerate(stats[1:], start=1)
         if stat[4] >= min_area_px
     ]
+
+
+def _blob(
+    label: int, stat: NDArray[np.int32], labels: NDArray[np.int32], difference: Image, origin: Floats
+) -> Blob:
+    """One blob, cut down to its solid core: what a soft shadow beside it adds is left out."""
+    left, top, width, height, _ = (int(value) for value in stat)
+    box = slice(top, top + height), slice(left, left + width)
+    own = labels[box] == label
+    if width * height <= LARGEST_CORE_PX:
+        contrast = difference[box]
+        strong = own & (contrast >= CORE_SHARE * np.quantile(contrast[own], 0.95))
+        _, parts, part_stats, _ = cv2.connectedComponentsWithStats(
+            strong.astype(np.uint8), connectivity=8
+        )
+        if len(part_stats) > 1:
+            own = parts == 1 + int(np.argmax(part_stats[1:, 4]))
+    rows, columns = np.nonzero(own)
+    corner = origin + [left, top]
+    return Blob(
+        low_px=corner + [columns.min(), rows.min()],
+        high_px=corner + [columns.max(), rows.max()],
+        centre_px=corner + [columns.mean(), rows.mean()],
+        area_px=float(len(rows)),
+        whole_px=np.array([width, height], dtype=np.float64),
+    )
