@@ -57,9 +57,10 @@ docs: setup  ## the help of every command, into runs/docs
 		print(*sorted(e.name for e in m.entry_points(group='curling.commands')))"); do \
 		$(BIN)/curling $$command --help > runs/docs/$$command.txt || exit 1; done
 
-soak: setup  ## the tests ten times over, each time in another order of events
+soak: setup  ## the tests ten times over with other seeds, and ten thousand ends by random hands
 	for seed in 1 2 3 4 5 6 7 8 9 10; do \
-		$(SINGLE) $(BIN)/pytest -n $(JOBS) -q -x --hypothesis-seed=$$seed || exit 1; done
+		$(SINGLE) CURLING_SOAK_ENDS=1000 CURLING_SOAK_SEED=$$seed \
+		$(BIN)/pytest -n $(JOBS) -q -x --hypothesis-seed=$$seed || exit 1; done
 
 clean:  ## remove what can be made again (not the environment)
 	rm -rf build dist *.egg-info .pytest_cache .ruff_cache .hypothesis .import_linter_cache runs

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from agents.playing.aiming import PEEL_WEIGHT, AimingPlayer
@@ -74,7 +72,7 @@ class GreedyPlayer(AimingPlayer):
     def _rink_of(self, view: View) -> Rink:
         """A rink in the mind: the ice as it is known, both hands like one's own."""
         if self._rink is None or self._rink[0] is not view.ice:
-            rink = Rink(view.ice, rules=replace(view.game.rules), skills=view.skill)
+            rink = Rink(view.ice, rules=view.game.rules, skills=view.skill)
             self._rink = (view.ice, rink)
         rink = self._rink[1]
         rink.skills = (view.skill, view.skill)
