@@ -239,7 +239,8 @@ def _fit_release(
     spin, _, _, heading = fit_spin(part)
     sweeps = swept_intervals(t, part.track.swept[part.rows])
     basis = np.column_stack([np.ones_like(at), at])
-    state = np.linalg.lstsq(np.column_stack([basis, at**2]), xy, rcond=None)[0][:2]
+    curve = np.linalg.lstsq(np.column_stack([basis, at**2]), xy, rcond=None)[0]
+    state = np.asarray(curve[:2], dtype=np.float64)
     release = _release(state, heading, spin, part, order, sweeps)
     for _ in range(ROUNDS):
         left = xy - _path_at(_throw(ice, release), at)

@@ -317,7 +317,12 @@ def _end_of_slide(t: Floats, motion: Motion, begin: int, end: int) -> tuple[int,
         until = t[hit[0]] - 0.4
         return max(int(np.searchsorted(t, until)), begin), False
     if end == len(t):
-        return end, bool(motion.speed[-1] < 2 * MOVING_SPEED)
+        # The track ends with the slide: at rest if the last two seconds lead to a standstill.
+        last = t >= t[-1] - 2.0
+        if last.sum() < 8:
+            return end, False
+        slowing = np.polynomial.polynomial.polyfit(t[last] - t[-1], motion.distance[last], 2)
+        return end, bool(slowing[1] < MOVING_SPEED)
     # The last centimetres belong to the slide: they last speed/deceleration.
     until = t[end - 1] + 1.2 * motion.speed[end - 1] / usual
     return int(np.searchsorted(t, until, side="right")), True

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from curling_env.ice import FrictionMap, Ice
 from curling_env.physics.law import acceleration
@@ -121,6 +122,14 @@ def fit_trajectories(
     scatter : whether each throw may have a μ of its own about the ice's
     progress : told how far the fit is
     """
+    # The matrices are too small to share: threads of the linear algebra only wait for each other.
+    with threadpool_limits(limits=1, user_api="blas"):
+        return _fit(slides, start, uniform, scatter, progress)
+
+
+def _fit(
+    slides: Sequence[FreeSlide], start: Ice, uniform: bool, scatter: bool, progress: Progress
+) -> Fit:
     track = Track(start)
     throws = [_board(slide, order) for order, slide in enumerate(slides)]
     level = float(np.median([_first_level(throw, start) for throw in throws]))

@@ -128,9 +128,7 @@ def test_lost_frames_do_no_harm(rng):
 
 
 def test_resting_stones_are_skipped_and_named(rng):
-    still = Trajectory(
-        t=np.arange(100) / 30, xy=rng.normal([0.5, 17.0], 0.002, (100, 2)), throw=7
-    )
+    still = Trajectory(t=np.arange(100) / 30, xy=rng.normal([0.5, 17.0], 0.002, (100, 2)), throw=7)
     moving, _ = filmed(rng)
     slides, reasons = free_slides([moving, still])
     assert len(slides) == 1
@@ -138,3 +136,10 @@ def test_resting_stones_are_skipped_and_named(rng):
     assert "throw 7" in reasons[0]
     with pytest.raises(TrackTooShortError, match="no throw slides freely"):
         free_slides([still])
+
+
+@pytest.mark.parametrize(("speed", "rests"), [(0.0, True), (0.15, False), (0.5, False)])
+def test_stone_that_leaves_the_picture_moving_did_not_rest(rng, speed, rests):
+    track, _ = filmed(rng, rest=0.0, noise=0.003)
+    rows = track.t <= (2.0 - speed) / A
+    assert free_slide(Trajectory(t=track.t[rows], xy=track.xy[rows])).rests == rests
