@@ -1,0 +1,76 @@
+"""How fast ends and games are played; one core."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+import gymnasium
+import numpy as np
+
+import curling_env  # noqa: F401  (registers the environments)
+from agents.playing.match import play_game
+from agents.playing.rulebased import RuleBasedPlayer
+from curling_env.benchmarks import Measure, rate
+from curling_env.envs.end import CurlingEndEnv
+from curling_env.envs.end_vector import CurlingEndVectorEnv
+from curling_env.game import USUAL, Rink
+from curling_env.rules import rule_set
+
+SIDE_BY_SIDE = 256
+
+
+def measures() -> Iterator[Measure]:
+    """Ends against the draw player, and games between rule-based players."""
+    yield Measure(name="end_env_ends_per_s", value=rate(_end_alone()), unit="ends/s")
+    yield Measure(name="end_vector_env_ends_per_s", value=rate(_ends_together()), unit="ends/s")
+    yield Measure(name="game_of_8_ends_s", value=_game(), unit="s")
+
+
+def _end_alone():
+    """An end in which both draw to the button: the house fills and every stone collides."""
+    env = gymnasium.make("CurlingEnd-v0").unwrapped
+    assert isinstance(env, CurlingEndEnv)
+    env.reset(seed=0)
+    action = env.action_of(env.opponent.call(env.rink.view(env.state)))
+
+    def work() -> int:
+        env.reset()
+        over = False
+        while not over:
+            over = env.step(action)[2]
+        return 1
+
+    return work
+
+
+def _ends_together():
+    env = gymnasium.make_vec(
+        "CurlingEnd-v0", num_envs=SIDE_BY_SIDE, vectorization_mode="vector_entry_point"
+    )
+    assert isinstance(env, CurlingEndVectorEnv)
+    env.reset(seed=0)
+    single = env.single
+    action = single.action_of(single.opponent.call(single.rink.view(env.states[0])))
+    actions = np.tile(action, (SIDE_BY_SIDE, 1))
+
+    def work() -> int:
+        ends = 0
+        while ends == 0:
+            ends = int(env.step(actions)[2].sum())
+        return ends
+
+    return work
+
+
+def _game() -> float:
+    """Processor time of a game of eight ends with living ice and paths, the best of three [s]."""
+    rink = Rink(
+        rules=rule_set("world_curling_2024", ends=8), skills="elite", living=USUAL, sweeping=True
+    )
+    spent: list[float] = []
+    for seed in range(4):  # the first one warms up
+        start = time.process_time()
+        play_game(rink, (RuleBasedPlayer(), RuleBasedPlayer()), seed=seed, paths=True)
+        spent.append(time.process_time() - start)
+    return min(spent[1:])
