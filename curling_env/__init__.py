@@ -89,7 +89,9 @@ def __dir__() -> list[str]:
 
 if "CurlingSheet-v0" not in gymnasium.registry:  # once, also when the module is reloaded
     gymnasium.register(  # pyright: ignore[reportUnknownMemberType]  (its kwargs: a bare dict)
-        "CurlingSheet-v0", entry_point="curling_env.envs.sheet:CurlingSheetEnv"
+        "CurlingSheet-v0",
+        entry_point="curling_env.envs.sheet:CurlingSheetEnv",
+        vector_entry_point="curling_env.envs.vector:CurlingSheetVectorEnv",
     )
 if "CurlingEnd-v0" not in gymnasium.registry:
     gymnasium.register(  # pyright: ignore[reportUnknownMemberType]

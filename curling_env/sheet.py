@@ -148,13 +148,22 @@ def tee(direction: Direction) -> NDArray[np.float64]:
     return np.array([0.0, direction * TEE_Y])
 
 
-def to_delivery(xy: ArrayLike, direction: Direction) -> NDArray[np.float64]:
-    """Points (..., 2) from the sheet frame to the delivery frame [m]."""
+def to_delivery(
+    xy: ArrayLike, direction: Direction | NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Points (..., 2) from the sheet frame to the delivery frame [m].
+
+    Parameters
+    ----------
+    direction : for all of them, or an array of 1 (away) and -1 (home) that goes with `xy`
+    """
     return direction * np.asarray(xy, dtype=np.float64) - np.array([0.0, TEE_Y])
 
 
-def to_sheet(xy: ArrayLike, direction: Direction) -> NDArray[np.float64]:
-    """Points (..., 2) from the delivery frame to the sheet frame [m]."""
+def to_sheet(
+    xy: ArrayLike, direction: Direction | NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Points (..., 2) from the delivery frame to the sheet frame [m]; see `to_delivery`."""
     return direction * (np.asarray(xy, dtype=np.float64) + np.array([0.0, TEE_Y]))
 
 

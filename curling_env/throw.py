@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -128,11 +129,12 @@ class Throw:
         sweep: tuple[float, float] = (0.0, 0.0),
     ) -> Release:
         """The release of this throw towards an end, sheet frame."""
+        vx, vy = velocity_of(self.speed, self.angle, direction)
         return Release(
             x=direction * self.x,
             y=-direction * HOG_LINE_Y,
-            vx=-direction * self.speed * float(np.sin(self.angle)),
-            vy=direction * self.speed * float(np.cos(self.angle)),
+            vx=float(vx),
+            vy=float(vy),
             omega=self.spin,
             stone=stone,
             clock=clock,
@@ -140,6 +142,17 @@ class Throw:
             sweep_start=sweep[0],
             sweep_end=sweep[1],
         )
+
+
+def velocity_of(speed: Any, angle: Any, direction: Any = Direction.AWAY) -> tuple[Any, Any]:
+    """Velocity of a throw towards an end, sheet frame: vx, vy [m/s].
+
+    Parameters
+    ----------
+    speed, angle : as of `Throw`, numbers or arrays of one shape
+    direction : a `Direction`, or an array of 1 (away) and -1 (home)
+    """
+    return -direction * speed * np.sin(angle), direction * speed * np.cos(angle)
 
 
 def read_releases(path: str | Path) -> list[Release]:

@@ -68,10 +68,22 @@ class ThrowRange:
         InputError : not three finite numbers
         """
         numbers = np.asarray(action, dtype=np.float64)
-        if numbers.shape != (3,) or not np.isfinite(numbers).all():
+        if numbers.shape != (3,):
             raise InputError(f"an action must be three finite numbers in [-1, 1], got {action}")
-        speed, angle, spin = (self.middle + self.half * np.clip(numbers, -1.0, 1.0)).tolist()
+        speed, angle, spin = self.numbers_of(numbers).tolist()
         return Throw(speed=speed, angle=angle, spin=spin)
+
+    def numbers_of(self, actions: ArrayLike) -> NDArray[np.float64]:
+        """Speed, angle and spin that actions (..., 3) mean; beyond ±1 they are taken as ±1.
+
+        Raises
+        ------
+        InputError : not three finite numbers each
+        """
+        numbers = np.asarray(actions, dtype=np.float64)
+        if numbers.ndim == 0 or numbers.shape[-1] != 3 or not np.isfinite(numbers).all():
+            raise InputError(f"an action must be three finite numbers in [-1, 1], got {actions}")
+        return self.middle + self.half * np.minimum(np.maximum(numbers, -1.0), 1.0)
 
     def action_of(self, throw: Throw) -> NDArray[np.float32]:
         """The action that means a throw, (3,); clipped to ±1 where the throw is out of range."""

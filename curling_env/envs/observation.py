@@ -6,7 +6,6 @@ end serves towards the other. `names` says what each number is.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -105,31 +104,35 @@ class Observation:
         self,
         *,
         target: Floats,
-        throws_left: float,
+        throws_left: ArrayLike,
         known: NDArray[np.float32],
         stones: Floats,
-        own: Sequence[bool],
+        own: ArrayLike,
     ) -> NDArray[np.float32]:
-        """The observation.
+        """The observation; with leading axes, of many sheets at once.
 
         Parameters
         ----------
-        target : (2,) delivery frame [m]
-        throws_left : share of the episode's throws still to come
-        known : of `knowledge`
-        stones : (k, 2) delivery frame [m], at most `slots`
-        own : for each stone, whether it is the agent's
+        target : (..., 2) delivery frame [m]
+        throws_left : (...) share of the episode's throws still to come
+        known : (..., m) of `knowledge`
+        stones : (..., k, 2) delivery frame, at most `slots`; NaN where there is none [m]
+        own : (..., k) for each stone, whether it is the agent's
 
         Returns
         -------
-        (n,) within ±1, in the order of `names`
+        (..., n) within ±1, in the order of `names`
         """
-        out = np.zeros(3 + len(known) + 3 * self.slots, dtype=np.float32)
-        out[:2] = self.scaled(target)
-        out[2] = throws_left
-        out[3 : 3 + len(known)] = known
-        if len(stones):
-            places = out[3 + len(known) :].reshape(self.slots, 3)
-            places[: len(stones), 0] = np.where(own, 1.0, -1.0)
-            places[: len(stones), 1:] = self.scaled(stones)
+        first = 3 + known.shape[-1]
+        out = np.zeros((*known.shape[:-1], first + 3 * self.slots), dtype=np.float32)
+        out[..., :2] = self.scaled(target)
+        out[..., 2] = throws_left
+        out[..., 3:first] = known
+        count = stones.shape[-2]
+        if count:
+            seen = np.empty((*stones.shape[:-1], 3))
+            seen[..., 0] = np.where(own, 1.0, -1.0)
+            seen[..., 1:] = self.scaled(stones)
+            seen[np.isnan(stones[..., 0])] = 0.0
+            out[..., first : first + 3 * count] = seen.reshape(*known.shape[:-1], 3 * count)
         return np.clip(out, -1.0, 1.0, out=out)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from math import hypot
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
@@ -14,35 +13,20 @@ from numpy.typing import ArrayLike, NDArray
 
 from curling_env.envs.action import ThrowRange, throws_on
 from curling_env.envs.observation import Observation, knowledge
-from curling_env.envs.reward import RewardWeights, reward_parts
+from curling_env.envs.opening import Aim, End, Opening, Stones, opening
+from curling_env.envs.reward import RewardWeights, judge
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.physics.engine import Engine, Outcome, Status, StoneState
-from curling_env.sheet import (
-    HOG_TO_TEE,
-    HOUSE_RADIUS,
-    TEE_Y,
-    Direction,
-    to_delivery,
-    to_sheet,
-)
+from curling_env.sheet import Direction, to_delivery, to_sheet
 from curling_env.throw import Throw
 
 if TYPE_CHECKING:
     from curling_env.render import Scene, SheetPicture
     from curling_env.render.window import Window
 
-Floats = NDArray[np.float64]
-Aim = Literal["random"] | Sequence[float] | ArrayLike
-Stones = int | Sequence[Sequence[float]] | ArrayLike
-End = Direction | Literal["away", "home", "random"]
-
 FIRST_OWN = 100
 """Identifiers of the agent's stones start here; stones that lay there before count from 0."""
-LIKELY = ((-1.6, 1.6), (-4.0, 1.6))
-"""Where random stones lie, delivery frame: x and y ranges, the house and the guards [m]."""
-APART = 0.02
-"""Least gap between random stones [m]."""
 HASTE = 8.0
 """Times as fast as it happens that a throw is shown in a window: a draw takes 25 s."""
 AT_THE_END = 1e6
@@ -54,8 +38,6 @@ RESULT = {
     Status.HOGGED: "hogged",
 }
 """Statuses in the words of a picture."""
-TRIES = 100
-"""Places tried for each random stone before the house counts as full."""
 RENDER_MODES = ("rgb_array", "human")
 
 
@@ -116,14 +98,15 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
             raise InputError(f"fps must lie above 0 and at most 1000, got {fps}")
         self.ice = load_ice(ice)
         self.render_mode = render_mode
-        self._engine = Engine(self.ice)
-        self._throws, self._fps = throws, fps
-        self._defaults: dict[str, Any] = {
+        self.engine = Engine(self.ice)
+        self.throws, self._fps = throws, fps
+        self._choices: dict[str, Any] = {
             "target": target,
             "stones": stones,
             "direction": direction,
         }
-        resting = stones if isinstance(stones, int) else len(np.reshape(stones, (-1, 2)))
+        self._opening = opening(self._choices, self.ice)
+        resting = self._opening.stone_count
         self.observation = Observation(slots=resting + throws, width=self.ice.sheet.width)
         self.throw_range = throw_range or throws_on(self.ice, Direction.AWAY, hits=resting > 0)
         self.weights = weights or RewardWeights()
@@ -152,20 +135,38 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         """The action that means a throw; clipped where the throw is out of range."""
         return self.throw_range.action_of(throw)
 
+    def known(self, direction: Direction) -> NDArray[np.float32]:
+        """What the agent is told of the ice when playing to an end; see `knowledge`."""
+        return self._known[direction]
+
+    def opening(self, options: dict[str, Any] | None = None) -> Opening:
+        """What episodes begin with, given `reset`'s options.
+
+        Raises
+        ------
+        InputError : an option that is none or makes no sense, more stones than there are places for
+        """
+        if not options:
+            return self._opening
+        chosen = opening({**self._choices, **options}, self.ice)
+        if chosen.stone_count > self._opening.stone_count:
+            raise InputError(
+                f"this environment has places for {self._opening.stone_count} stones, got "
+                f"{chosen.stone_count}; make it with that many"
+            )
+        return chosen
+
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Clear the sheet, lay the stones and choose the target."""
         super().reset(seed=seed)
-        chosen = {**self._defaults, **(options or {})}
-        unknown = sorted(chosen.keys() - self._defaults.keys())
-        if unknown:
-            raise InputError(
-                f"unknown option {unknown[0]!r}; options are {', '.join(self._defaults)}"
-            )
-        self._direction = _end(chosen["direction"], self.np_random)
-        self._target = self._aim(chosen["target"])
-        self._stones = self._lay(chosen["stones"])
+        begin = self.opening(options).draw(self.np_random)
+        self._direction, self._target = begin.direction, begin.target
+        self._stones = tuple(
+            StoneState(x=x, y=y, stone=k)
+            for k, (x, y) in enumerate(to_sheet(begin.places, begin.direction).tolist())
+        )
         self._clock, self._played, self._last = 0.0, 0, None
         if self.render_mode == "human":
             self._show()
@@ -182,32 +183,33 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
             clock=self._clock,
             order=self._played,
         )
-        outcome = self._engine.play(release, self._stones, fps=self._fps, throw=self._played)
+        outcome = self.engine.play(release, self._stones, fps=self._fps, throw=self._played)
         self._played += 1
         self._clock += outcome.time
         self._before, self._stones = self._stones, outcome.in_play
         self._last, self._thrown = outcome, throw
         stone = outcome.delivered
-        x, y = self._direction * stone.x, self._direction * stone.y - TEE_Y
-        distance_m = float(np.hypot(x - self._target[0], y - self._target[1]))
-        self._distance_m = distance_m
-        in_play = outcome.delivered_status.in_play
-        in_house = float(np.hypot(x, y)) <= HOUSE_RADIUS + self.ice.stone.radius
-        parts = reward_parts(distance_m, in_play=in_play, in_house=in_house)
+        verdict = judge(
+            to_delivery((stone.x, stone.y), self._direction),
+            self._target,
+            outcome.delivered_status.in_play,
+            self.ice.stone.radius,
+        )
+        self._distance_m = float(verdict.distance_m)
         info = {
             **self._place(),
             "throw": throw,
             "status": outcome.delivered_status.value,
-            "distance_m": distance_m,
-            "in_house": in_play and in_house,
-            "reward_parts": parts.as_dict(),
+            "distance_m": self._distance_m,
+            "in_house": bool(verdict.in_house),
+            "reward_parts": {name: float(part) for name, part in verdict.parts.as_dict().items()},
             "trajectory": outcome.trajectories[-1],
             "outcome": outcome,
         }
         if self.render_mode == "human":
             self._show()
-        over = self._played >= self._throws
-        return self._observe(), self.weights.total(parts), over, False, info
+        over = self._played >= self.throws
+        return self._observe(), float(self.weights.total(verdict.parts)), over, False, info
 
     def render(self) -> NDArray[np.uint8] | None:  # pyright: ignore[reportIncompatibleMethodOverride]
         """The sheet from above as an RGB picture, with the last throw's path on it."""
@@ -251,61 +253,12 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     # --- the parts -----------------------------------------------------------------------------
 
-    def _aim(self, target: Any) -> Floats:
-        if isinstance(target, str):
-            if target != "random":
-                raise InputError(f"target must be (x, y) in metres or 'random', got {target!r}")
-            radius = HOUSE_RADIUS * float(np.sqrt(self.np_random.random()))
-            angle = 2 * np.pi * float(self.np_random.random())
-            return radius * np.array([np.cos(angle), np.sin(angle)])
-        try:
-            aim = np.asarray(target, dtype=np.float64)
-        except (TypeError, ValueError):
-            aim = np.empty(0)
-        half = self.ice.sheet.width / 2
-        if aim.shape != (2,) or not (abs(aim[0]) <= half and abs(aim[1]) <= HOG_TO_TEE):
-            raise InputError(
-                f"target must be (x, y) in metres from the tee, within {half:g} m of the centre "
-                f"line and {HOG_TO_TEE:g} m of the tee, got {target!r}"
-            )
-        return aim
-
-    def _lay(self, stones: Any) -> tuple[StoneState, ...]:
-        resting = self.observation.slots - self._throws
-        if isinstance(stones, int):
-            places = self._scatter(stones)
-        else:
-            places = np.asarray(stones, dtype=np.float64).reshape(-1, 2)
-        if len(places) > resting:
-            raise InputError(
-                f"this environment has places for {resting} stones, got {len(places)}; "
-                "make it with that many"
-            )
-        return tuple(
-            StoneState(x=x, y=y, stone=k)
-            for k, (x, y) in enumerate(to_sheet(places, self._direction).tolist())
-        )
-
-    def _scatter(self, count: int) -> Floats:
-        """Places for stones at random, none touching another; (count, 2) delivery frame [m]."""
-        (left, right), (near, far) = LIKELY
-        least = 2 * self.ice.stone.radius + APART
-        places: list[tuple[float, float]] = []
-        for _ in range(TRIES * max(count, 1)):
-            if len(places) == count:
-                return np.array(places).reshape(-1, 2)
-            u, v = self.np_random.random(2).tolist()
-            x, y = left + u * (right - left), near + v * (far - near)
-            if all(hypot(x - other_x, y - other_y) >= least for other_x, other_y in places):
-                places.append((x, y))
-        raise InputError(f"there is no room for {count} stones in the house and before it")
-
     def _observe(self) -> NDArray[np.float32]:
         places = np.array([(stone.x, stone.y) for stone in self._stones]).reshape(-1, 2)
         return self.observation.vector(
             target=self._target,
-            throws_left=1 - self._played / self._throws,
-            known=self._known[self._direction],
+            throws_left=1 - self._played / self.throws,
+            known=self.known(self._direction),
             stones=to_delivery(places, self._direction),
             own=[stone.stone >= FIRST_OWN for stone in self._stones],
         )
@@ -341,7 +294,7 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         from curling_env.render import Scene, drawn
 
         end = self._direction.name.lower()
-        number = f"throw {max(self._played, 1)} of {self._throws}" if self._throws > 1 else "throw"
+        number = f"throw {max(self._played, 1)} of {self.throws}" if self.throws > 1 else "throw"
         facts: list[tuple[str, str]] = []
         if self._last is not None and self._thrown is not None:
             facts = [
@@ -369,14 +322,3 @@ def _colour(stone: int) -> tuple[int, int, int]:
     from curling_env.render import RED, YELLOW
 
     return RED if stone >= FIRST_OWN else YELLOW
-
-
-def _end(direction: Any, rng: np.random.Generator) -> Direction:
-    if isinstance(direction, Direction):
-        return direction
-    if direction == "random":
-        return Direction.AWAY if rng.random() < 0.5 else Direction.HOME
-    names = {end.name.lower(): end for end in Direction}
-    if direction not in names:
-        raise InputError(f"direction must be 'away', 'home' or 'random', got {direction!r}")
-    return names[direction]

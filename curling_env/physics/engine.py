@@ -20,6 +20,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from math import hypot, isfinite
+from typing import Any
 
 import numpy as np
 import pymunk
@@ -262,8 +263,8 @@ class Engine:
         )
         struck = any(n - 1 in (contact.first, contact.second) for contact in contacts)
         status = [_status(state, phases[k], bounds) for k, state in enumerate(final)]
-        line = HOG_LINE_Y + radius
-        if status[-1] is Status.REST and not struck and direction * final[-1].y <= line:
+        short = is_hogged(final[-1].y, direction, radius)
+        if status[-1] is Status.REST and not struck and short:
             status[-1] = Status.HOGGED
         trajectories = ()
         if fps:
@@ -389,9 +390,25 @@ def resolve_contact(states: Floats, touching: list[int], stone: Stone) -> None:
 def _status(state: StoneState, phase: int, bounds: Floats) -> Status:
     if phase != Phase.GONE:
         return Status.REST
-    side = min(state.x - bounds[0], bounds[1] - state.x)
-    back = min(state.y - bounds[2], bounds[3] - state.y)
-    return Status.OUT_SIDE if side <= back else Status.OUT_BACK
+    by_the_side = left_by_the_side(state.x, state.y, bounds)
+    return Status.OUT_SIDE if by_the_side else Status.OUT_BACK
+
+
+def left_by_the_side(x: Any, y: Any, bounds: Any) -> Any:
+    """Whether stones that left play at (x, y) did so over a side line; numbers or arrays.
+
+    Parameters
+    ----------
+    bounds : x_min, x_max, y_min, y_max of centres in play [m]
+    """
+    side = np.minimum(x - bounds[0], bounds[1] - x)
+    back = np.minimum(y - bounds[2], bounds[3] - y)
+    return side <= back
+
+
+def is_hogged(y: Any, direction: Any, radius: float) -> Any:
+    """Whether delivered stones that rest at y have not wholly cleared the far hog line [m]."""
+    return direction * y <= HOG_LINE_Y + radius
 
 
 def _trajectory(
