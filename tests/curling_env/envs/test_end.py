@@ -186,3 +186,19 @@ def test_actions_that_are_no_numbers_are_refused():
     with pytest.raises(InputError, match="3 finite numbers"):
         env.step(np.zeros(4))
     assert Team.HOME is AGENT
+
+
+def test_every_number_of_a_flat_observation_has_a_name():
+    env = make(hammer="opponent")
+    seen, _ = env.reset(seed=0)
+    names = env.observation.names
+    assert len(names) == len(set(names)) == len(seen)
+    told = dict(zip(names, seen, strict=True))
+    assert told["hammer"] == -1.0
+    assert told["own stones left"] == 1.0
+    assert told["guards protected"] == 1.0
+    seen, *_ = env.step(env.action_of(Call(throw=Throw(speed=2.09, angle=-0.045, spin=1.5))))
+    told = dict(zip(names, seen, strict=True))
+    assert told["own stone 1 present"] == 1.0
+    stone = next(s for s in env.state.game.end.stones if s.team is AGENT)
+    assert told["own stone 1 x"] == pytest.approx(stone.x / (env.rink.ice.sheet.width / 2))
