@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields
+from math import gcd
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,8 @@ from curling_env.throw import Throw
 ALGORITHMS = ("sac", "td3", "ppo")
 TARGETS = ("house", "button")
 """Where the agent learns to draw to: anywhere in the house, or the button alone."""
+SIDE_BY_SIDE = 32
+"""Most sheets that PPO throws on at once."""
 Tell = Callable[[int, float], None]
 """Called with the steps taken so far and the mean reward of the last hundred throws."""
 
@@ -98,9 +101,39 @@ class UnsteadyHand(gymnasium.ActionWrapper[NDArray[np.float32], Any, Any]):
 
 def make_env(ice: Ice, settings: TrainingSettings) -> gymnasium.Env[Any, Any]:
     """The environment that is learnt in."""
-    target: Any = "random" if settings.target == "house" else (0.0, 0.0)
-    env = gymnasium.make("CurlingSheet-v0", ice=ice, target=target)
+    env = gymnasium.make("CurlingSheet-v0", ice=ice, target=_target(settings))
     return UnsteadyHand(env, skill_named(settings.skill))
+
+
+def _env_to_learn_in(ice: Ice, settings: TrainingSettings) -> Any:
+    """The same environment as stable-baselines3 takes it; sheets side by side where that helps.
+
+    PPO throws hundreds of stones between two updates and spends its time in throwing them; SAC and
+    TD3 learn after every throw, and spend theirs there.
+    """
+    from stable_baselines3.common.monitor import Monitor
+
+    if settings.algorithm != "ppo":
+        return Monitor(make_env(ice, settings))
+    from agents.vectorised import Sheets
+
+    envs = gymnasium.make_vec(
+        "CurlingSheet-v0",
+        num_envs=gcd(_ppo_throws(settings), SIDE_BY_SIDE),
+        ice=ice,
+        target=_target(settings),
+        autoreset_mode="SameStep",
+    )
+    return Sheets(envs, settings.skill)
+
+
+def _target(settings: TrainingSettings) -> Any:
+    return "random" if settings.target == "house" else (0.0, 0.0)
+
+
+def _ppo_throws(settings: TrainingSettings) -> int:
+    """Throws between two updates of PPO: whole batches."""
+    return max(settings.batch_size, 512 // settings.batch_size * settings.batch_size)
 
 
 def train(
@@ -131,11 +164,10 @@ def train(
     """
     import torch
     from stable_baselines3.common.callbacks import BaseCallback
-    from stable_baselines3.common.monitor import Monitor
 
     torch.set_num_threads(1)  # these networks are too small to share
     folder = make_directory(directory)
-    env = Monitor(make_env(load_ice(ice), settings))
+    env = _env_to_learn_in(load_ice(ice), settings)
     model = _new_model(env, settings)
     if resume is not None:
         _restore(model, resume, settings)
@@ -222,8 +254,7 @@ def _new_model(env: Any, settings: TrainingSettings) -> Any:
         "device": "cpu",
     }
     if settings.algorithm == "ppo":
-        steps = max(settings.batch_size, 512 // settings.batch_size * settings.batch_size)
-        return sb3.PPO(**shared, n_steps=steps)
+        return sb3.PPO(**shared, n_steps=_ppo_throws(settings) // env.num_envs)
     off_policy: dict[str, Any] = {
         **shared,
         "learning_starts": min(500, max(settings.steps // 10, 1)),

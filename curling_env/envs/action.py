@@ -87,7 +87,10 @@ class ThrowRange:
 
     def action_of(self, throw: Throw) -> NDArray[np.float32]:
         """The action that means a throw, (3,); clipped to ±1 where the throw is out of range."""
-        numbers = np.array([throw.speed, throw.angle, throw.spin])
+        return self.actions_of(np.array([throw.speed, throw.angle, throw.spin]))
+
+    def actions_of(self, numbers: NDArray[np.float64]) -> NDArray[np.float32]:
+        """The actions that mean speeds, angles and spins (..., 3); clipped to ±1."""
         return np.clip((numbers - self.middle) / self.half, -1.0, 1.0).astype(np.float32)
 
 

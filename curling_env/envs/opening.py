@@ -160,10 +160,10 @@ def _aim(target: Any, half: float) -> Floats | None:
 
 
 def _stones(stones: Any, bounds: Floats) -> Floats | int:
-    if isinstance(stones, (int, np.integer)):
+    if isinstance(stones, int):
         if stones < 0:
             raise InputError(f"there cannot be {stones} stones on the sheet")
-        return int(stones)
+        return stones
     try:
         places = np.asarray(stones, dtype=np.float64)
     except (TypeError, ValueError):

@@ -1,0 +1,99 @@
+"""stable-baselines3 on many sheets at once."""
+
+from __future__ import annotations
+
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+
+sb3 = pytest.importorskip("stable_baselines3")
+
+from stable_baselines3.common.evaluation import evaluate_policy  # noqa: E402
+
+from agents.vectorised import Sheets  # noqa: E402
+from curling_env.errors import InputError  # noqa: E402
+
+N = 8
+
+
+def sheets(skill: str = "none", **options) -> Sheets:
+    options = {"autoreset_mode": "SameStep", "target": "random", **options}
+    return Sheets(gymnasium.make_vec("CurlingSheet-v0", num_envs=N, **options), skill)
+
+
+ALGORITHMS = {
+    "SAC": {"learning_starts": 64, "batch_size": 32, "gradient_steps": 2},
+    "PPO": {"n_steps": 16, "batch_size": 64, "n_epochs": 2},
+}
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_algorithms_train_on_it(name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        envs = sheets("club", throws=2)
+        model = getattr(sb3, name)(
+            "MlpPolicy", envs, seed=1, device="cpu", policy_kwargs={"net_arch": [16]},
+            **ALGORITHMS[name],
+        )  # fmt: skip
+        before = [value.clone() for value in model.policy.parameters()]
+        model.learn(384)
+    assert model.num_timesteps == 384
+    assert len(model.ep_info_buffer) == 100
+    assert {info["l"] for info in model.ep_info_buffer} == {2}
+    after = list(model.policy.parameters())
+    assert any((a != b).any() for a, b in zip(before, after, strict=True))
+    # What it learnt on many sheets it throws on one.
+    rewards, _ = evaluate_policy(model, envs, n_eval_episodes=N, return_episode_rewards=True)
+    assert np.isfinite(rewards).all()
+    alone = gymnasium.make("CurlingSheet-v0", target="random", throws=2)
+    assert model.predict(alone.reset(seed=0)[0])[0] in alone.action_space
+
+
+def test_what_is_told_is_what_one_by_one_tells(rng):
+    envs, alone = sheets(throws=2), gymnasium.make("CurlingSheet-v0", target="random", throws=2)
+    envs.seed(5)
+    first = envs.reset()
+    actions = rng.uniform(-1, 1, (2, N, 3)).astype(np.float32) * np.float32([1, 0.5, 0.3])
+    steps = [envs.step(action) for action in actions]
+    for i in range(N):
+        np.testing.assert_array_equal(first[i], alone.reset(seed=5 + i)[0])
+        total = 0.0
+        for (seen, rewards, over, infos), action in zip(steps, actions, strict=True):
+            last, reward, ended, _, info = alone.step(action[i])
+            total += reward
+            np.testing.assert_allclose(
+                infos[i].get("terminal_observation", seen[i]), last, atol=1e-3
+            )
+            assert rewards[i] == pytest.approx(reward, abs=2e-3)
+            assert over[i] == ended
+            assert infos[i]["status"] == info["status"]
+        assert infos[i]["episode"]["l"] == 2
+        assert infos[i]["episode"]["r"] == pytest.approx(total, abs=4e-3)
+
+
+def test_the_hand_errs_as_its_skill_says():
+    thrown: dict[str, list[float]] = {}
+    for skill in ("none", "club"):
+        envs = sheets(skill, target=(0.0, 0.0))
+        envs.seed(2)
+        envs.reset()
+        rewards = [envs.step(np.zeros((N, 3), dtype=np.float32))[1] for _ in range(4)]
+        envs.seed(2)
+        envs.reset()
+        again = [envs.step(np.zeros((N, 3), dtype=np.float32))[1] for _ in range(4)]
+        np.testing.assert_array_equal(rewards, again)
+        thrown[skill] = np.ravel(rewards).tolist()
+    assert len(set(thrown["none"])) == 1
+    assert len(set(thrown["club"])) == 4 * N
+
+
+def test_other_environments_are_refused():
+    with pytest.raises(InputError, match="SameStep"):
+        sheets(autoreset_mode="NextStep")
+    with pytest.raises(InputError, match="CurlingSheet-v0"):
+        Sheets(gymnasium.make_vec("CartPole-v1", num_envs=2))
+    with pytest.raises(InputError, match="share"):
+        sheets().set_attr("ice", None)
