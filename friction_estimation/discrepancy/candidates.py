@@ -229,7 +229,7 @@ def _speaks_of(session: Session, form: Form) -> bool:
         return bool(session.swept.any())
     if form.name == "time_drift":
         return bool(np.ptp(session.clocks) > 60.0 and len(np.unique(session.clocks)) > 4)
-    if form.name in ("spin_drag", "tracking_offset"):
+    if form.name in ("curl", "spin_drag", "tracking_offset"):
         return bool(session.turns.any())
     return True
 

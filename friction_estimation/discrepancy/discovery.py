@@ -15,7 +15,7 @@ from friction_estimation.discrepancy.acceptance import Gap, choose_held_out, for
 from friction_estimation.discrepancy.baseline import base_model
 from friction_estimation.discrepancy.candidates import pushes_of
 from friction_estimation.discrepancy.confounding import Alternative, alternatives
-from friction_estimation.discrepancy.fit import Fit
+from friction_estimation.discrepancy.fit import Fit, fit
 from friction_estimation.discrepancy.proof import (
     STRUCTURE,
     Proof,
@@ -49,6 +49,10 @@ CLOSES = 0.9
 CLOSES_BESIDE_UNKNOWN = 0.97
 """Part that they must close where something is left that follows nothing known: a proxy closes up
 to 0.97."""
+SURPRISING = 6.0
+"""Standard deviations of χ² beyond which a throw differs from the model."""
+CONCENTRATED = 0.7
+"""Part of all misfit that the throws must hold in which something may have happened once."""
 MOST_EVENTS = 0.15
 """Part of the throws in which something may have happened once; more is no accident."""
 
@@ -148,13 +152,15 @@ def discover(
     if len(session) < ENOUGH_THROWS:
         return _too_few(everything)
     found = _search(everything, rng, progress)
-    odd = _odd_throws(found)
-    events = session.throws[odd].tolist()
+    odd = _odd_throws(misfit_of(found.final))
     if len(odd) and len(session) - len(odd) >= ENOUGH_THROWS:
         # What happened once must not poison the rest: the other throws are searched by themselves.
-        session = session.only(np.setdiff1d(np.arange(len(session)), odd))
-        found = _search(fit_with_noise(start, session), rng, progress)
-    return replace(found, events=sorted(events))
+        rest = session.only(np.setdiff1d(np.arange(len(session)), odd))
+        calm = _search(fit_with_noise(start, rest), rng, progress)
+        alone = misfit_of(fit(calm.final.model, session.only(odd), calm.final.noise, shared=False))
+        if misfit_of(calm.final).white and (alone.surprise > SURPRISING).all():
+            return replace(calm, events=session.throws[odd].tolist())
+    return found
 
 
 def _follow(
@@ -303,17 +309,16 @@ def _proved(
         fitted = prune(refit(fitted, fitted.model.without(worst.label)), own)
 
 
-def _odd_throws(found: Discovery) -> NDArray[np.intp]:
-    """Indices of a few throws without which nothing unknown is left."""
-    none = np.empty(0, dtype=np.intp)
-    if not found.unknown or found.after.white:
-        return none
-    order = np.argsort(-(found.after.chi2 - found.after.dof))
-    most = max(1, int(MOST_EVENTS * len(found.session)))
+def _odd_throws(left: Misfit) -> NDArray[np.intp]:
+    """Indices of a few throws that hold most of a session's misfit."""
+    excess = np.maximum(left.chi2 - left.dof, 0.0)
+    order = np.argsort(-left.surprise)
+    most = max(1, int(MOST_EVENTS * len(order)))
     for count in range(1, most + 1):
         odd = order[:count]
-        rest = found.after.without(odd)
-        if rest.ratio < 1.3 and found.after.ratio > 2.0 * rest.ratio:
-            numbers = found.named.session.throws[odd]
-            return np.flatnonzero(np.isin(found.session.throws, numbers))
-    return none
+        if (
+            left.surprise[odd].min() > SURPRISING
+            and excess[odd].sum() > CONCENTRATED * excess.sum()
+        ):
+            return np.sort(odd)
+    return np.empty(0, dtype=np.intp)

@@ -40,6 +40,9 @@ ENOUGH = 0.05
 STATE_PRIOR = np.array([100.0, 100.0, 20.0, 20.0, 1e3, 50.0])
 """Weak prior of the release [m, m/s, rad, rad/s]: keeps a throw without heading solvable."""
 
+FROZEN = 1e14
+"""Information that keeps a release state where it is."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Fit:
@@ -170,6 +173,10 @@ def linearise(
     predicted, columns = sensitivities(model, session, states, ln_factors)
     residual = session.observed - predicted[:, [0, 1, 4]]
     grams = gram_matrices(session, noise, np.concatenate([columns, residual[:, :, None]], axis=2))
+    # Without a heading nothing tells the spin: it stays where it is.
+    blind = ~session.turns
+    grams[blind, 4, 4] += FROZEN
+    grams[blind, 5, 5] += FROZEN
     return predicted, grams, eliminate_states(grams)
 
 

@@ -50,6 +50,11 @@ class Misfit:
     def white(self) -> bool:
         return self.ratio < TOLERATED or self.z < SURE
 
+    @property
+    def surprise(self) -> Floats:
+        """Excess of each throw in standard deviations, (k,)."""
+        return (self.chi2 - self.dof) / np.sqrt(2.0 * np.maximum(self.dof, 1.0))
+
     def without(self, left_out: NDArray[np.intp]) -> Misfit:
         """The misfit of the other throws."""
         keep = np.setdiff1d(np.arange(len(self.chi2)), left_out)

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from curling_env.sheet import HOG_LINE_Y
 from curling_env.trajectory import Trajectory
 from friction_estimation.discrepancy.cleaning import without_wild_rows
 from friction_estimation.kinematics import FreeSlide, free_slides
@@ -19,6 +20,9 @@ Indices = NDArray[np.intp]
 FULL_RATE = 40.0
 """Frames a second that are kept of faster films [1/s]: a slide is smooth over 25 ms, its noise is
 not independent, and time is spent per row."""
+
+AT_LINE = 0.05
+"""A stone this close to the hog line counts as at it [m]: tracks begin with noise."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -168,7 +172,7 @@ def open_session(tracks: Sequence[Trajectory]) -> Session:
         throws=np.array([s.track.throw for s in slides], dtype=np.intp),
         orders=np.array([order_of[s.track.throw] for s in slides], dtype=np.intp),
         stones=np.array([s.track.stone for s in slides], dtype=np.intp),
-        clocks=np.array([s.track.clock + s.released_at for s in slides]),
+        clocks=np.array([s.track.clock + s.track.t[rows[0]] for s, rows in pairs]),
         rests=np.array([s.rests for s in slides]),
         times=np.concatenate([s.track.t[rows] - s.track.t[rows[0]] for s, rows in pairs]),
         xy=np.concatenate([s.track.xy[rows] for s, rows in pairs]),
@@ -182,6 +186,19 @@ def open_session(tracks: Sequence[Trajectory]) -> Session:
 
 def _thinned(slide: FreeSlide) -> Indices:
     """Rows of a slide, every second or third only where the film is faster than needed."""
-    t = slide.t
+    rows = _from_hog_line(slide)
+    t = slide.track.t[rows]
     every = max(1, round((len(t) - 1) / max(t[-1] - t[0], 1e-9) / FULL_RATE))
-    return slide.rows[::every]
+    return rows[::every]
+
+
+def _from_hog_line(slide: FreeSlide) -> Indices:
+    """Rows of a slide, from the delivery hog line on at the latest.
+
+    The rules want the stone released before that line. A push that seems to end later is something
+    else, such as a tracked point that winds about the centre, and is what is looked for here.
+    """
+    xy, rows = slide.track.xy, slide.rows
+    way = 1.0 if xy[rows[-1], 1] >= xy[rows[0], 1] else -1.0
+    beyond = np.flatnonzero(way * xy[: rows[0], 1] >= -HOG_LINE_Y - AT_LINE)
+    return np.concatenate([beyond, rows]).astype(np.intp)

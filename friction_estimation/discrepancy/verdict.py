@@ -29,6 +29,8 @@ READABLE = {
     "lens_distortion": "lens distortion left in the tracks",
 }
 
+NO_HEADING = " No heading was measured, so nothing can be said of curl and of spin."
+
 
 def readable(name: str) -> str:
     """A name in plain words."""
@@ -45,7 +47,7 @@ def document(found: Discovery) -> dict[str, Any]:
     effects = [_named(found, k) for k in range(len(found.proofs))]
     if found.unknown:
         effects.append(_unknown(found))
-    elif found.events:
+    if found.events:
         effects.append(_event(found))
     model = found.final_base.model
     sigma = standard_errors(found.final_base)
@@ -118,10 +120,9 @@ def sentence(found: Discovery) -> str:
     if found.events:
         throws = ", ".join(str(throw) for throw in found.events)
         parts.append(f"something happened once in throw {throws}")
-    if not parts:
-        return "Nothing is missing: what is left is noise, by these throws."
-    text = "; ".join(parts)
-    return text[0].upper() + text[1:] + "."
+    text = "; ".join(parts) or "Nothing is missing: what is left is noise, by these throws"
+    blind = "" if found.session.turns.any() else NO_HEADING
+    return text[0].upper() + text[1:] + "." + blind
 
 
 def _parameters(found: Discovery, term: Term) -> dict[str, Any]:
