@@ -4,9 +4,9 @@ Simulators differ, and so do years. A table of the differences is in docs/rules.
 
 Source
 ------
-World Curling, The Rules of Curling and Rules of Competition, October 2024: R1 sheet, R5 delivery,
-R6 free guard zone, R11 scoring, R16 mixed doubles. Digital Curling: the game code of the
-competition's server (`ApplyMove`), which plays fours without a thrower's foot, broom or clock.
+World Curling's rules of 2024 as commonly summarised (sheet, delivery, free guard zone, scoring,
+mixed doubles); docs/rules.md says what was not held against the printed book. Digital Curling: the
+game code of the competition's server, which plays fours without a thrower's foot, broom or clock.
 """
 
 from __future__ import annotations
