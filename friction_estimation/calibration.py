@@ -36,13 +36,12 @@ class Pose:
     rms_px: float
 
 
-def pose_from_points(
+def poses_from_points(
     sheet_points: Floats, points_px: Floats, matrix: Floats, distortion: Floats
-) -> Pose | None:
-    """The pose above the ice under which known points fall where they were marked.
+) -> list[Pose]:
+    """The poses above the ice under which known points fall where they were marked, best first.
 
-    A plane seen by a pinhole allows two poses that fit almost equally well; both are refined and
-    the better one that stands above the ice is taken.
+    A plane seen by a pinhole allows two poses that fit almost equally well; both are refined.
 
     Parameters
     ----------
@@ -53,7 +52,7 @@ def pose_from_points(
 
     Returns
     -------
-    None where no pose stands above the ice with all points before the camera.
+    None, one or two poses that stand above the ice with all points before the camera.
 
     Source
     ------
@@ -66,7 +65,7 @@ def pose_from_points(
             world, pixels, matrix, distortion, flags=cv2.SOLVEPNP_IPPE
         )
     except cv2.error:
-        return None
+        return []
     poses: list[Pose] = []
     for rvec, tvec in zip(rotations[:count], translations[:count], strict=True):
         rvec, tvec = cv2.solvePnPRefineLM(world, pixels, matrix, distortion, rvec, tvec)
@@ -78,7 +77,14 @@ def pose_from_points(
         seen = cv2.projectPoints(world, rvec, tvec, matrix, distortion)[0].reshape(-1, 2)
         rms = float(np.sqrt(np.mean(np.sum((seen - pixels) ** 2, axis=1))))
         poses.append(Pose(rotation=rotation, translation=translation, rms_px=rms))
-    return min(poses, key=lambda pose: pose.rms_px, default=None)
+    return sorted(poses, key=lambda pose: pose.rms_px)
+
+
+def pose_from_points(
+    sheet_points: Floats, points_px: Floats, matrix: Floats, distortion: Floats
+) -> Pose | None:
+    """The best of `poses_from_points`; None where there is none."""
+    return next(iter(poses_from_points(sheet_points, points_px, matrix, distortion)), None)
 
 
 def solve_focal_px(

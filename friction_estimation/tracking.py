@@ -28,6 +28,7 @@ from friction_estimation.background import (
 )
 from friction_estimation.camera import Camera
 from friction_estimation.optical_flow import Flow, shift_between
+from friction_estimation.refinement import Refined, refine, unrefined
 from friction_estimation.scene import Scene
 from friction_estimation.smoothing import smooth
 from friction_estimation.stone_fit import Appearance, StoneFit, channels_of, measure
@@ -59,12 +60,15 @@ class TrackingOptions:
     gate : largest distance of a fit from its prediction [m], beside what the picture's scale asks
     min_visible : least share of the stone that must be seen, 0 to 1
     min_inside : least share of the stone's outline that must lie in the image, 0 to 1
+    refine : let the paint on the ice correct the points that were marked, and find what is not
+        known of the lens
     """
 
     flow: Flow = "pyramidal"
     gate: float = 0.25
     min_visible: float = 0.5
     min_inside: float = 0.98
+    refine: bool = True
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -79,6 +83,7 @@ class FilmTrack:
     spin : (n,) [rad/s], NaN without a handle
     frame_count : frames of the film
     camera, look : what the film was read with
+    landmarks : how well the paint on the ice agrees with the camera
     """
 
     trajectory: Trajectory
@@ -88,6 +93,7 @@ class FilmTrack:
     frame_count: int
     camera: Camera
     look: Appearance
+    landmarks: Refined
 
 
 @dataclass(eq=False)
@@ -122,9 +128,15 @@ def track_film(
     film = Film.open(path, scene.fps)
     camera = Camera.from_scene(scene, film.size)
     sample = film.sample(SPARSE_FRAMES)
-    region = sheet_region(camera, scene.sheet)
+    # A lens that is not known yet may show the sheet tens of pixels from where it is thought.
+    known = scene.camera_matrix is not None and scene.distortion is not None
+    region = sheet_region(camera, scene.sheet, 12 if known else 48)
     every = max(1, len(sample) // BACKGROUND_FRAMES)
     background = find_background([frame for _, frame in sample[::every]], region)
+    landmarks = unrefined(camera)
+    if options.refine:
+        landmarks = refine(camera, scene, background.image, background.origin_px)
+        camera = landmarks.camera
     model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
     rough = _acquire(sample, background, camera, model, scene)
     if rough is None:
@@ -139,7 +151,7 @@ def track_film(
     if progress is not None:
         frames = progress(frames, film.frame_count)
     record = _measure_all(frames, rough, ice, background, camera, look, options)
-    return _joined(record, look, camera, throw, path)
+    return _joined(record, look, landmarks, throw, path)
 
 
 def track_films(
@@ -312,7 +324,7 @@ class _Pilot:
 
 
 def _joined(
-    record: _Record, look: Appearance, camera: Camera, throw: int, path: str | Path
+    record: _Record, look: Appearance, landmarks: Refined, throw: int, path: str | Path
 ) -> FilmTrack:
     """Smooth the frames' measurements, and keep the rows in which the stone was seen."""
     fitted = [i for i, fit in enumerate(record.fits) if fit is not None]
@@ -345,8 +357,9 @@ def _joined(
         velocity=np.column_stack([axis.rate for axis in smoothed])[kept],
         spin=spin[kept],
         frame_count=len(record.t),
-        camera=camera,
+        camera=landmarks.camera,
         look=look,
+        landmarks=landmarks,
     )
 
 
