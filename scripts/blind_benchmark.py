@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from blind_sessions import NAMES, OUTSIDE, make_session
+from blind_sessions import FORMS, NAMES, OUTSIDE, make_session
 from tqdm import tqdm
 
 from curling_env.storage import make_directory, write_json, write_table
@@ -65,6 +65,8 @@ def plan(kinds: list[str], sessions: int) -> list[tuple[str, tuple[str, ...]]]:
         out += [("one", (name,)) for name in NAMES] * sessions
     if "two" in kinds:
         out += [("two", pair) for pair in PAIRS] * max(1, sessions // 2)
+    if "form" in kinds:
+        out += [("another form", (name,)) for name in FORMS] * max(1, sessions // 2)
     if "outside" in kinds:
         out += [("outside", (name,)) for name in OUTSIDE] * max(1, sessions // 2)
     return out
@@ -72,7 +74,8 @@ def plan(kinds: list[str], sessions: int) -> list[tuple[str, tuple[str, ...]]]:
 
 def score(report: dict[str, Any], truth: dict[str, Any], seconds: float) -> dict[str, Any]:
     """A session's row: what was named, and how well."""
-    hidden = sorted(n for n in truth["effects"] if n in COMPARED)
+    hidden = sorted(n.partition(":")[0] for n in truth["effects"])
+    hidden = [name for name in hidden if name in COMPARED]
     named = sorted({e["name"] for e in report["effects"] if e["name"] != "unknown"})
     row: dict[str, Any] = {
         "hidden": sorted(truth["effects"]),
@@ -128,6 +131,7 @@ def table(rows: list[dict[str, Any]]) -> str:
             share([bool(r["unknown"]) for r in of("outside")]),
         ),
         ("two effects: both named, nothing else", share([r["exact"] for r in of("two")])),
+        ("one effect, in another form: named", share([r["exact"] for r in of("another form")])),
         ("parameter error, median", f"{100 * np.median(errors):.2f} %" if errors else "–"),
         ("95 % intervals that hold the truth", share(inside)),
         ("forecast gap left over the noise floor", f"{np.median(gaps):.3f}" if gaps else "–"),
@@ -143,7 +147,7 @@ def main() -> None:
     parser.add_argument("--sessions", type=int, default=4, help="per effect")
     parser.add_argument("--throws", type=int, default=16)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--kinds", nargs="+", default=["none", "one", "two", "outside"])
+    parser.add_argument("--kinds", nargs="+", default=["none", "one", "form", "two", "outside"])
     parser.add_argument("-o", "--output", type=Path, default=Path("runs/blind"))
     arguments = parser.parse_args()
     tracks_folder = make_directory(arguments.output / "tracks")

@@ -37,6 +37,14 @@ NAMES = (
     "tracking_offset",
     "lens_distortion",
 )
+FORMS = (
+    "curl:asymmetric",
+    "speed_dependent_friction:linear",
+    "spin_drag:proportional",
+    "friction_patch:soft",
+    "lens_distortion:end camera",
+)
+"""Effects of the catalogue in forms that are not the catalogue's own."""
 OUTSIDE = (
     "friction_follows_spin",
     "trough",
@@ -49,10 +57,43 @@ OUTSIDE = (
 )
 
 # Places in the vector of hidden numbers.
-(MU, COUPLING, EXPONENT, CURL, CURL_V, CURL_W, SLOPE_X, SLOPE_Y, WEAR, DRIFT, STONE, STONE_FACTOR,
- SWEEP, PATCH_X0, PATCH_X1, PATCH_Y0, PATCH_Y1, PATCH_FACTOR, SPIN_RATE, SPIN_POWER, AIR,
- O_SPIN, O_TROUGH, O_LEFT, O_WARM, O_ACROSS, O_HEADING, O_RIPPLE, O_BRUSHED, FORM,
- SIZE) = range(31)  # fmt: skip
+(
+    MU,
+    COUPLING,
+    EXPONENT,
+    CURL,
+    CURL_V,
+    CURL_W,
+    SLOPE_X,
+    SLOPE_Y,
+    WEAR,
+    DRIFT,
+    STONE,
+    STONE_FACTOR,
+    SWEEP,
+    PATCH_X0,
+    PATCH_X1,
+    PATCH_Y0,
+    PATCH_Y1,
+    PATCH_FACTOR,
+    SPIN_RATE,
+    SPIN_POWER,
+    AIR,
+    O_SPIN,
+    O_TROUGH,
+    O_LEFT,
+    O_WARM,
+    O_ACROSS,
+    O_HEADING,
+    O_RIPPLE,
+    O_BRUSHED,
+    FORM,
+    ASYMMETRY,
+    LINEAR,
+    SPIN_SHARE,
+    PATCH_SOFT,
+    SIZE,
+) = range(35)  # fmt: skip
 
 
 @numba.njit(cache=True)
@@ -65,7 +106,11 @@ def rates(q: Any, s: Any, t: float, clock: float, order: float, stone: float, sw
         mu *= q[STONE_FACTOR]
     if swept > 0.5:
         mu *= q[SWEEP]
-    if q[PATCH_X0] < x < q[PATCH_X1] and q[PATCH_Y0] < y < q[PATCH_Y1]:
+    if q[PATCH_SOFT] > 0.0:
+        u = (2.0 * x - q[PATCH_X0] - q[PATCH_X1]) / (q[PATCH_X1] - q[PATCH_X0])
+        w = (2.0 * y - q[PATCH_Y0] - q[PATCH_Y1]) / (q[PATCH_Y1] - q[PATCH_Y0])
+        mu *= 1.0 + (q[PATCH_FACTOR] - 1.0) * math.exp(-1.5 * (u * u + w * w))
+    elif q[PATCH_X0] < x < q[PATCH_X1] and q[PATCH_Y0] < y < q[PATCH_Y1]:
         mu *= q[PATCH_FACTOR]
     mu *= 1.0 + q[O_SPIN] * (abs(spin) - 1.5)
     mu *= 1.0 - q[O_WARM] * t
@@ -87,6 +132,8 @@ def rates(q: Any, s: Any, t: float, clock: float, order: float, stone: float, sw
                 local *= 1.0 - q[EXPONENT] + q[EXPONENT] * 1.0638578 / (slip + 0.0638578)
             else:
                 local *= max(slip, 0.02) ** (-q[EXPONENT])
+        local *= 1.0 + q[LINEAR] * (1.5 - slip)
+        local *= 1.0 - q[ASYMMETRY] * math.cos(phi)
         along -= local * ux / slip
         across -= local * uy / slip
         torque -= local * (-math.sin(phi) * ux + math.cos(phi) * uy) / slip
@@ -98,6 +145,7 @@ def rates(q: Any, s: Any, t: float, clock: float, order: float, stone: float, sw
     across += sense * q[CURL] * v ** q[CURL_V] * (abs(spin) / 1.5 + 1e-9) ** q[CURL_W]
     across += q[O_LEFT]
     turn -= sense * q[SPIN_RATE] * max(v, 0.05) ** (-q[SPIN_POWER])
+    turn -= q[SPIN_SHARE] * spin
     ax = along * ex - across * ey + G * q[SLOPE_X] - q[O_TROUGH] * x
     ay = along * ey + across * ex + G * q[SLOPE_Y]
     return ax, ay, turn
@@ -200,6 +248,22 @@ def hide(name: str, q: Floats, camera: dict[str, Any], rng: np.random.Generator)
     if name == "scale_error":
         camera["scale"] = rng.choice([0.96, 1.03])
         return {"factor": camera["scale"]}
+    if name == "curl:asymmetric":
+        q[ASYMMETRY] = 0.6 * size
+        return {}
+    if name == "speed_dependent_friction:linear":
+        q[LINEAR] = sign * 0.06 * size
+        return {}
+    if name == "spin_drag:proportional":
+        q[SPIN_SHARE] = 0.012 * size
+        return {}
+    if name == "friction_patch:soft":
+        hide("friction_patch", q, camera, rng)
+        q[PATCH_SOFT] = 1.0
+        return {}
+    if name == "lens_distortion:end camera":
+        camera["end_k1"] = sign * 0.02 * size
+        return {}
     outside = {
         "friction_follows_spin": (O_SPIN, 0.05),
         "trough": (O_TROUGH, 0.0015),
@@ -213,6 +277,20 @@ def hide(name: str, q: Floats, camera: dict[str, Any], rng: np.random.Generator)
     place, usual = outside[name]
     q[place] = (sign if name != "warming_stone" else 1.0) * usual * size
     return {}
+
+
+def from_the_end(xy: Floats, k1: float) -> Floats:
+    """Positions read through an undistorted model of a camera that distorts, 5 m up, 6 m behind."""
+    height, behind, tilt = 5.0, 28.0, math.atan2(5.0, 28.0)
+    depth = xy[:, 1] + behind
+    ahead = depth * math.cos(tilt) + height * math.sin(tilt)
+    u = xy[:, 0] / ahead
+    v = (height * math.cos(tilt) - depth * math.sin(tilt)) / ahead
+    stretch = 1.0 + k1 * (u * u + v * v)
+    u, v = u * stretch, v * stretch
+    depth = height * (math.cos(tilt) - v * math.sin(tilt)) / (v * math.cos(tilt) + math.sin(tilt))
+    ahead = depth * math.cos(tilt) + height * math.sin(tilt)
+    return np.column_stack([u * ahead, depth - behind])
 
 
 def coloured(n: int, t: Floats, sigma: float, memory: float, rng: np.random.Generator) -> Floats:
@@ -275,6 +353,8 @@ def make_session(
         if "k1" in camera:
             away = xy - np.array([0.0, camera["centre"]])
             xy = xy + away * camera["k1"] * (away**2).sum(axis=1, keepdims=True) / 400.0
+        if "end_k1" in camera:
+            xy = from_the_end(xy, camera["end_k1"])
         swept = (frames >= sweep[0]) & (frames < sweep[1])
         xy = xy * camera.get("scale", 1.0)
         shown = frames * camera.get("time", 1.0)

@@ -39,8 +39,6 @@ def discover(
         curling discover tracks.csv -o runs/discover
         curling discover tracks.csv --ice runs/discover/ice.json -o runs/again
     """
-    import sys
-
     from tqdm import tqdm
 
     from curling_env.ice import load_ice
@@ -53,10 +51,10 @@ def discover(
     measured = read_tracks(tracks)
     base = load_ice(ice) if ice is not None else None
     folder = make_directory(output)
-    with tqdm(total=100, desc="discover", leave=False, file=sys.stderr, bar_format=BAR) as bar:
+    with tqdm(total=100, desc="discover", leave=False, delay=0.5, bar_format=BAR) as bar:
 
         def show(what: str, share: float) -> None:
-            bar.set_description(what)
+            bar.set_description(what, refresh=False)
             bar.update(max(0, round(100 * share) - bar.n))
 
         found = find(measured, base, seed=seed, progress=show)

@@ -6,7 +6,7 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from friction_estimation.discrepancy.candidates import SHAPES, Term, forms
+from friction_estimation.discrepancy.candidates import Term, forms
 from friction_estimation.discrepancy.model import Model
 from friction_estimation.discrepancy.session import Session
 

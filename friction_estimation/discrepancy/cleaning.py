@@ -23,6 +23,8 @@ WILD = 4.5
 150 000."""
 LEAST = (2e-4, 2e-4)
 """Smallest noise assumed [m, rad]: simulated tracks are rounded, and none is perfect."""
+LEAST_RAW = (1e-3, 5e-3)
+"""The same for a track itself, of which slow cosines leave a little where it begins and ends."""
 FEWEST = 20
 """Rows below which a series is left as it is."""
 
@@ -66,12 +68,12 @@ def without_wild_rows(track: Trajectory) -> Trajectory:
     keep = np.ones(len(track), dtype=bool)
     for axis in range(2):
         fast = fast_series(track.t, track.xy[:, axis])
-        keep &= np.abs(fast) <= WILD * max(robust_deviation(fast), LEAST[0])
+        keep &= np.abs(fast) <= WILD * max(robust_deviation(fast), LEAST_RAW[0])
     theta = track.theta.copy()
     known = np.flatnonzero(np.isfinite(theta))
     if len(known) >= FEWEST:
         fast = fast_series(track.t[known], theta[known])
-        theta[known[np.abs(fast) > WILD * max(robust_deviation(fast), LEAST[1])]] = np.nan
+        theta[known[np.abs(fast) > WILD * max(robust_deviation(fast), LEAST_RAW[1])]] = np.nan
     columns = {
         name: getattr(track, name)[keep]
         for name in ("sigma_xy", "sigma_theta")

@@ -15,6 +15,7 @@ from friction_estimation.discrepancy.acceptance import Gap, choose_held_out, for
 from friction_estimation.discrepancy.baseline import base_model
 from friction_estimation.discrepancy.candidates import pushes_of
 from friction_estimation.discrepancy.confounding import Alternative, alternatives
+from friction_estimation.discrepancy.events import SURPRISING, odd_throws
 from friction_estimation.discrepancy.fit import Fit, fit
 from friction_estimation.discrepancy.proof import (
     STRUCTURE,
@@ -49,12 +50,6 @@ CLOSES = 0.9
 CLOSES_BESIDE_UNKNOWN = 0.97
 """Part that they must close where something is left that follows nothing known: a proxy closes up
 to 0.97."""
-SURPRISING = 6.0
-"""Standard deviations of χ² beyond which a throw differs from the model."""
-CONCENTRATED = 0.7
-"""Part of all misfit that the throws must hold in which something may have happened once."""
-MOST_EVENTS = 0.15
-"""Part of the throws in which something may have happened once; more is no accident."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -152,7 +147,7 @@ def discover(
     if len(session) < ENOUGH_THROWS:
         return _too_few(everything)
     found = _search(everything, rng, progress)
-    odd = _odd_throws(misfit_of(found.final))
+    odd = odd_throws(found.selection.best, session)
     if len(odd) and len(session) - len(odd) >= ENOUGH_THROWS:
         # What happened once must not poison the rest: the other throws are searched by themselves.
         rest = session.only(np.setdiff1d(np.arange(len(session)), odd))
@@ -307,18 +302,3 @@ def _proved(
         worst = max(failed, key=lambda p: (p.p, -p.gain))
         unproved.append(worst.label)
         fitted = prune(refit(fitted, fitted.model.without(worst.label)), own)
-
-
-def _odd_throws(left: Misfit) -> NDArray[np.intp]:
-    """Indices of a few throws that hold most of a session's misfit."""
-    excess = np.maximum(left.chi2 - left.dof, 0.0)
-    order = np.argsort(-left.surprise)
-    most = max(1, int(MOST_EVENTS * len(order)))
-    for count in range(1, most + 1):
-        odd = order[:count]
-        if (
-            left.surprise[odd].min() > SURPRISING
-            and excess[odd].sum() > CONCENTRATED * excess.sum()
-        ):
-            return np.sort(odd)
-    return np.empty(0, dtype=np.intp)

@@ -9,18 +9,19 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from curling_env.physics.law import acceleration
-from friction_estimation.discrepancy.discovery import Discovery
-from friction_estimation.discrepancy.fit import Fit
-from friction_estimation.discrepancy.proof import own_frictions
-from friction_estimation.drawing import (
+from curling_env.drawing import (
     FAINT,
     INK,
     draw_sheet,
     lengthwise,
     new_figure,
     plain_axes,
+    show_lengthwise,
 )
+from curling_env.physics.law import acceleration
+from friction_estimation.discrepancy.discovery import Discovery
+from friction_estimation.discrepancy.fit import Fit
+from friction_estimation.discrepancy.proof import own_frictions
 from friction_estimation.kinematics import local_fit
 
 Floats = NDArray[np.float64]
@@ -86,12 +87,13 @@ def forecast_picture(found: Discovery) -> Figure:
     for i, ax in enumerate(axes):
         rows = session.rows(i)
         draw_sheet(ax, found.final.model.ice.sheet)
+        show_lengthwise(ax, found.final.model.ice.sheet)
         for xy, colour, width, name, style in (
             (session.xy[rows], MEASURED, 3.2, "measured", "-"),
             (found.gaps["before"].predicted[rows], BEFORE, 1.6, "model as it was", "--"),
             (found.gaps["after"].predicted[rows], AFTER, 1.6, "improved model", "-"),
         ):
-            u, v = lengthwise(xy)
+            u, v = lengthwise(xy).T
             alpha = 0.35 if name == "measured" else 1.0
             ax.plot(u, v, style, color=colour, lw=width, label=name, alpha=alpha, zorder=4)
             ax.plot(u[-1], v[-1], "o", color=colour, ms=5, alpha=alpha, zorder=5)

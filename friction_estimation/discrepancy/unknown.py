@@ -163,23 +163,31 @@ def what_it_follows(fitted: Fit, rng: np.random.Generator) -> list[Follows]:
         }
         if not tried:
             break
-        best = min(tried, key=lambda pair: float(np.maximum(tried[pair] - present, -400).sum()))
+        # Logarithms: neither may one throw decide alone, nor may all count as equally mended.
+        best = min(tried, key=lambda pair: float(np.log1p(_excess(fitted, tried[pair])).sum()))
         improvements = present - tried[best]
         p = sign_flip_p(improvements, rng)
         helped = float(improvements.sum())
         first = first or helped
         if p > STILL_BY_CHANCE or helped < max(WORTH * first, LEAST_HELP):
             break
-        share = helped / max(float(plain.sum() - _dof(fitted)), helped)
+        share = helped / max(float(plain.sum() - _dof(fitted).sum()), helped)
         found.append(Follows(variable=best[0], share=share, p=p, push=best[1]))
         chosen.append(best)
         present = tried[best]
     return found
 
 
-def _dof(fitted: Fit) -> float:
-    """Measured numbers of the session: what noise alone would leave of the deviance."""
-    return float(np.isfinite(fitted.session.observed).sum())
+def _dof(fitted: Fit) -> Floats:
+    """Measured numbers of each throw: what noise alone would leave of its deviance, (k,)."""
+    values = np.isfinite(fitted.session.observed).sum(axis=1)
+    return np.add.reduceat(values, fitted.session.starts[:-1]).astype(np.float64)
+
+
+def _excess(fitted: Fit, scores: Floats) -> Floats:
+    """Deviance of each throw beyond its noise, in standard deviations of that, (k,)."""
+    dof = _dof(fitted)
+    return np.maximum(scores - dof, 0.0) / np.sqrt(2.0 * dof)
 
 
 def _best_scores(

@@ -1,0 +1,50 @@
+from __future__ import annotations
+
+import json
+
+from curling_env.ice import load_ice
+from curling_env.trajectory import write_tracks
+
+from .conftest import effect
+
+
+def test_report_ice_and_page(curling, make_session, tmp_path):
+    hidden = effect("curl", strength=0.006)
+    write_tracks(tmp_path / "tracks.csv", make_session([hidden]))
+    result = curling("discover", tmp_path / "tracks.csv", "-o", tmp_path / "found")
+    assert result.status == 0, result.err
+    report = json.loads((tmp_path / "found" / "report.json").read_text())
+    (curl,) = report["effects"]
+    assert curl["name"] == "curl"
+    assert curl["kind"] == "physics"
+    assert set(curl["parameters"]["strength"]) == {"value", "stderr", "unit"}
+    assert {"depends_on", "where", "evidence", "alternatives"} <= set(curl)
+    for when in ("before", "after", "noise_floor"):
+        assert set(report["gap"][when]) == {"path_rms_m", "rest_error_m"}
+    assert report["gap"]["held_out_throws"]
+    assert result.json()["verdict"] == report["verdict"]
+    assert load_ice(tmp_path / "found" / "ice.json").effect("curl") is not None
+    assert not load_ice(tmp_path / "found" / "baseline.json").effects
+    page = (tmp_path / "found" / "report.html").read_text()
+    assert report["verdict"] in page
+    assert "http://" not in page
+    assert "https://" not in page
+
+
+def test_what_cannot_be_read_is_one_line(curling, tmp_path):
+    (tmp_path / "tracks.csv").write_text("throw,t,x,y\n0,0,0,0\n")
+    result = curling("discover", tmp_path / "tracks.csv", "-o", tmp_path / "found")
+    assert "theta" in result.complaint
+
+
+def test_stones_that_never_slide_are_one_line(curling, tmp_path):
+    rows = "".join(f"0,{k / 30:.3f},0,0,0\n" for k in range(60))
+    (tmp_path / "tracks.csv").write_text("throw,t,x,y,theta\n" + rows)
+    result = curling("discover", tmp_path / "tracks.csv", "-o", tmp_path / "found")
+    assert "does not move" in result.complaint
+
+
+def test_unknown_base(curling, make_session, tmp_path):
+    write_tracks(tmp_path / "tracks.csv", make_session(throws=2))
+    result = curling("discover", tmp_path / "tracks.csv", "--ice", "x.json", "-o", tmp_path)
+    assert "no such ice" in result.complaint
