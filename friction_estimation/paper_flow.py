@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from curling_env.drawing import INK, new_figure, save_figure
 from curling_env.ice import Ice
 from curling_env.physics.slide import slide
 from curling_env.sheet import Direction
@@ -22,7 +23,6 @@ from curling_env.stone import RULE_BOOK_STONE
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 from friction_estimation.camera import Camera
-from friction_estimation.drawing import INK, new_figure, save_figure
 from friction_estimation.optical_flow import FLOWS, Flow, lucas_kanade, points_to_follow
 from friction_estimation.stone_model import StoneModel
 from friction_estimation.synthetic import FilmSpec, render_film

@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from curling_env.drawing import FAINT, INK, new_figure, plain_axes, save_figure
 from curling_env.ice import Ice
 from curling_env.physics.slide import slide
 from curling_env.sheet import HOG_LINE_Y
@@ -27,7 +28,6 @@ from curling_env.stone import PAPER_STONE
 from curling_env.storage import write_table
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
-from friction_estimation.drawing import FAINT, INK, new_figure, plain_axes, save_figure
 from friction_estimation.inversion import estimate_ice, uniform_bound
 
 Floats = NDArray[np.float64]

@@ -10,6 +10,21 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from curling_env.drawing import (
+    FAINT,
+    INK,
+    KEEN_TO_HEAVY,
+    TRACK_COLOURS,
+    UNCERTAINTY,
+    draw_map,
+    draw_sheet,
+    draw_stone,
+    lengthwise,
+    new_figure,
+    plain_axes,
+    save_figure,
+    show_lengthwise,
+)
 from curling_env.ice import FrictionMap, Ice
 from curling_env.physics.effects.motion import GRAVITY
 from curling_env.physics.slide import slide
@@ -17,20 +32,6 @@ from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.storage import write_json, write_table
 from curling_env.throw import Throw
 from friction_estimation.compare import FAR, Comparison
-from friction_estimation.drawing import (
-    FAINT,
-    INK,
-    KEEN_TO_HEAVY,
-    TRACK_COLOURS,
-    UNCERTAINTY,
-    draw_cells,
-    draw_sheet,
-    lengthwise,
-    new_figure,
-    plain_axes,
-    save_figure,
-    stone_at,
-)
 from friction_estimation.inversion import Estimate, estimate_ice
 from friction_estimation.kinematics import smooth_motion
 
@@ -123,23 +124,27 @@ def save_map(found: Estimate, path: Path) -> None:
     seen = friction.observed
     reach = max(float(np.percentile(np.abs(relative[seen]), 99)), 1.0)
     hidden = np.where(seen, 1.0, 0.35)
-    layer = draw_cells(
-        top, sheet, relative, cmap=KEEN_TO_HEAVY, vmin=-reach, vmax=reach, alpha=hidden.T
-    )
+    layer = draw_map(
+        top, sheet, relative, smooth=False,
+        cmap=KEEN_TO_HEAVY, vmin=-reach, vmax=reach, alpha=hidden,
+    )  # fmt: skip
     bar = figure.colorbar(layer, ax=top, pad=0.01, aspect=11, shrink=0.82)
     bar.set_label("keener ← % → heavier", fontsize=8, color=INK)
     error = 100 * friction.sigma / level
     limits = (0.0, max(float(np.percentile(error, 98)), 1e-3))
-    sigma = draw_cells(bottom, sheet, error, cmap=UNCERTAINTY, vmin=limits[0], vmax=limits[1])
+    sigma = draw_map(
+        bottom, sheet, error, smooth=False, cmap=UNCERTAINTY, vmin=limits[0], vmax=limits[1]
+    )
     bar_sigma = figure.colorbar(sigma, ax=bottom, pad=0.01, aspect=11, shrink=0.82)
     bar_sigma.set_label("standard error, %", fontsize=8, color=INK)
     for bar_ in (bar, bar_sigma):
         bar_.ax.tick_params(labelsize=8, colors="#55606b")
         bar_.outline.set_visible(False)  # pyright: ignore[reportCallIssue]
     for ax in (top, bottom):
-        draw_sheet(ax, sheet, over_map=True)
+        draw_sheet(ax, sheet, rings=0.55)
+        show_lengthwise(ax, sheet)
     for part in found.slides:
-        bottom.plot(*lengthwise(part.xy[::3]), color=INK, lw=0.6, alpha=0.45)
+        bottom.plot(*lengthwise(part.xy[::3]).T, color=INK, lw=0.6, alpha=0.45)
     low, high = found.interval
     figure.suptitle(
         f"Friction of the ice: μ = {found.mu:.5f}  (95 %: {low:.5f} to {high:.5f}), "
@@ -282,16 +287,17 @@ def save_comparison(comparison: Comparison, ice: Ice, path: Path) -> None:
     grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 1.9), width_ratios=(1, 1.25))
     top = figure.add_subplot(grid[0, :])
     draw_sheet(top, ice.sheet)
+    show_lengthwise(top, ice.sheet)
     colours = {
         k.throw: TRACK_COLOURS[i % len(TRACK_COLOURS)] for i, k in enumerate(comparison.rethrows)
     }
     for k in comparison.rethrows:
         colour = colours[k.throw]
-        top.plot(*lengthwise(k.measured), color=colour, lw=1.4, alpha=0.75)
-        top.plot(*lengthwise(k.predicted), color=colour, lw=1.0, ls=(0, (4, 3)))
+        top.plot(*lengthwise(k.measured).T, color=colour, lw=1.4, alpha=0.75)
+        top.plot(*lengthwise(k.predicted).T, color=colour, lw=1.0, ls=(0, (4, 3)))
         if k.rest is not None:
-            stone_at(top, k.rest, ice.stone.radius, colour)
-            stone_at(top, k.predicted_rest, ice.stone.radius, colour, filled=False)
+            draw_stone(top, ice.stone.radius, k.rest, colour=colour)
+            draw_stone(top, ice.stone.radius, k.predicted_rest, colour=colour, filled=False)
     top.set_xlim(-ice.sheet.length / 2 - 0.3, ice.sheet.length / 2 + 0.3)
     top.legend(
         handles=[

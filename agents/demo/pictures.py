@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from agents import drawing
 from agents.demo.findings import Findings
+from curling_env import drawing
 from curling_env.ice import Ice
 from curling_env.physics.slide import play_bounds, slide
 from curling_env.sheet import TEE_Y
@@ -146,7 +146,7 @@ def _house(ax: Axes, found: Findings) -> None:
         (found.on_true, ON_TRUE, found.miss, "thrown on the hidden ice"),
     )  # fmt: skip
     for rest, colour, _, _ in stones:
-        drawing.draw_stone(ax, ice, rest, view, colour=colour, alpha=0.9)
+        drawing.draw_stone(ax, ice.stone.radius, rest, view, colour=colour, alpha=0.9)
     drawing.draw_target(ax, plan.target, view)
     handles = [_wanted()]
     handles += [

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from agents import drawing
 from agents.planning.planner import Choice, Plan
+from curling_env import drawing
 from curling_env.ice import Ice
 from curling_env.physics.slide import SlideEnd, play_bounds, slide
 from curling_env.sheet import TEE_Y
@@ -93,8 +93,8 @@ def _draw_way(figure: Figure, ax: Axes, ice: Ice, plan: Plan) -> None:
         ax.plot(*view(_path_of(ice, plan, plan.second)).T, color="#777", lw=1.2, ls="--")
     ax.plot(*view(_path_of(ice, plan, plan.best)).T, color=drawing.PATH_COLOUR, lw=2)
     for stone in plan.stones:
-        drawing.draw_stone(ax, ice, stone, view, colour="#c9a400")
-    drawing.draw_stone(ax, ice, plan.best.rest, view, colour="#c8433f")
+        drawing.draw_stone(ax, ice.stone.radius, stone, view, colour="#c9a400")
+    drawing.draw_stone(ax, ice.stone.radius, plan.best.rest, view, colour="#c8433f")
     drawing.show_lengthwise(ax, ice.sheet)
 
 
@@ -116,8 +116,8 @@ def _draw_landing(ax: Axes, ice: Ice, plan: Plan) -> None:
         ax.plot(*view(_path_of(ice, plan, plan.second)).T, color="#777", lw=1.3, ls="--", zorder=4)
     ax.plot(*view(_path_of(ice, plan, plan.best)).T, color=drawing.PATH_COLOUR, lw=2, zorder=4)
     for stone in plan.stones:
-        drawing.draw_stone(ax, ice, stone, view, colour="#c9a400")
-    drawing.draw_stone(ax, ice, plan.best.rest, view, colour="#c8433f", alpha=0.85)
+        drawing.draw_stone(ax, ice.stone.radius, stone, view, colour="#c9a400")
+    drawing.draw_stone(ax, ice.stone.radius, plan.best.rest, view, colour="#c8433f", alpha=0.85)
     drawing.draw_target(ax, plan.target, view)
     lowest = min(
         float(view(plan.target)[1]),

@@ -1,4 +1,11 @@
-"""The sheet as a curler knows it, drawn with Matplotlib; nothing here needs a display."""
+"""The sheet as a curler knows it, drawn with Matplotlib for reports; nothing here needs a display.
+
+Films and windows, which need many pictures a second, are drawn by `curling_env.render`.
+"""
+
+# Matplotlib ships partial types: what comes out of it is unknown, not wrong.
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
+# pyright: reportUnknownVariableType=false, reportMissingTypeStubs=false
 
 from __future__ import annotations
 
@@ -6,10 +13,11 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Circle, Ellipse
 from numpy.typing import ArrayLike, NDArray
 
-from curling_env.ice import Ice
 from curling_env.sheet import (
     BACK_LINE_Y,
     HOG_LINE_Y,
@@ -19,8 +27,11 @@ from curling_env.sheet import (
     Sheet,
     to_delivery,
 )
+from curling_env.storage import atomic_path
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from matplotlib.axes import Axes
 
 Floats = NDArray[np.float64]
@@ -29,13 +40,17 @@ View = Callable[[ArrayLike], Floats]
 
 RING_COLOURS = ("#7fa8d6", "#ffffff", "#e58a86", "#ffffff")
 """12-, 8- and 4-foot ring and button, pale enough for paths and stones to stand out."""
-LINE_COLOUR = "#8a97a6"
 HOG_COLOUR = "#c8433f"
 ICE_COLOUR = "#f4f8fb"
 PATH_COLOUR = "#123a63"
 TARGET_COLOUR = "#0d7a3f"
+INK = "#22313f"
+FAINT = "#8a97a6"
+SOFT = "#55606b"
 KEEN_TO_HEAVY = "RdBu_r"
 """Keen ice blue, heavy ice red."""
+UNCERTAINTY = "YlGnBu"
+TRACK_COLOURS = ("#123a63", "#b5541c", "#2b7a4b", "#7a3b8f", "#a38414", "#137f8f")
 
 
 def lengthwise(xy: ArrayLike) -> Floats:
@@ -53,26 +68,26 @@ def from_the_thrower(direction: Direction) -> View:
     return view
 
 
-def draw_sheet(ax: Axes, sheet: Sheet, view: View, *, rings: float = 1.0) -> None:
+def draw_sheet(ax: Axes, sheet: Sheet, view: View = lengthwise, *, rings: float = 1.0) -> None:
     """Ice, lines and both houses; `rings` is their opacity, low over a friction map."""
     x, y = sheet.width / 2, sheet.length / 2
     edge = view([(-x, -y), (x, -y), (x, y), (-x, y)])
-    ax.fill(*edge.T, facecolor=ICE_COLOUR if rings == 1.0 else "none", edgecolor=LINE_COLOUR, lw=1)
+    ax.fill(*edge.T, facecolor=ICE_COLOUR if rings == 1.0 else "none", edgecolor=FAINT, lw=1)
     for end in (-1, 1):
         tee = view((0.0, end * TEE_Y))
         for radius, colour in zip(RING_RADII, RING_COLOURS, strict=True):
             face = colour if rings == 1.0 else "none"
             ax.add_patch(
-                Circle((tee[0], tee[1]), radius, facecolor=face, edgecolor=LINE_COLOUR, lw=0.6,
+                Circle((tee[0], tee[1]), radius, facecolor=face, edgecolor=FAINT, lw=0.6,
                        alpha=rings)
             )  # fmt: skip
         for place, colour, width in (
-            (TEE_Y, LINE_COLOUR, 0.7),
-            (BACK_LINE_Y, LINE_COLOUR, 0.7),
+            (TEE_Y, FAINT, 0.7),
+            (BACK_LINE_Y, FAINT, 0.7),
             (HOG_LINE_Y, HOG_COLOUR, 2.0),
         ):
             ax.plot(*view([(-x, end * place), (x, end * place)]).T, color=colour, lw=width)
-    ax.plot(*view([(0.0, -y), (0.0, y)]).T, color=LINE_COLOUR, lw=0.5)
+    ax.plot(*view([(0.0, -y), (0.0, y)]).T, color=FAINT, lw=0.5)
     ax.set_aspect("equal")
     for spine in ax.spines.values():
         spine.set_visible(False)
@@ -83,9 +98,9 @@ def show_lengthwise(ax: Axes, sheet: Sheet) -> None:
     ax.set_xlim(-sheet.length / 2 - 0.2, sheet.length / 2 + 0.2)
     ax.set_ylim(-sheet.width / 2 - 0.1, sheet.width / 2 + 0.1)
     ax.set_xticks([-TEE_Y, -HOG_LINE_Y, 0, HOG_LINE_Y, TEE_Y])
-    ax.set_xticklabels(["tee", "hog line", "middle", "hog line", "tee"])
+    ax.set_xticklabels(["home tee", "hog line", "middle", "hog line", "away tee"])
     ax.set_yticks([])
-    ax.tick_params(length=0, labelsize=8, colors="#55606b")
+    ax.tick_params(length=0, labelsize=8, colors=SOFT)
 
 
 def show_house(ax: Axes, sheet: Sheet, *, short: float = 4.0, past: float = 2.6) -> None:
@@ -94,13 +109,19 @@ def show_house(ax: Axes, sheet: Sheet, *, short: float = 4.0, past: float = 2.6)
     ax.set_ylim(-short, past)
     ax.set_xticks([-2, -1, 0, 1, 2])
     ax.set_yticks(np.arange(-np.floor(short), past, 1))
-    ax.tick_params(length=2, labelsize=8, colors="#55606b")
-    ax.set_xlabel("right of the centre line [m]", fontsize=8, color="#55606b")
-    ax.set_ylabel("past the tee [m]", fontsize=8, color="#55606b")
+    ax.tick_params(length=2, labelsize=8, colors=SOFT)
+    ax.set_xlabel("right of the centre line [m]", fontsize=8, color=SOFT)
+    ax.set_ylabel("past the tee [m]", fontsize=8, color=SOFT)
 
 
 def draw_map(
-    ax: Axes, sheet: Sheet, values: Floats, view: View, *, smooth: bool = True, **style: Any
+    ax: Axes,
+    sheet: Sheet,
+    values: Floats,
+    view: View = lengthwise,
+    *,
+    smooth: bool = True,
+    **style: Any,
 ) -> Any:
     """A value per cell, (rows, columns), as a heat layer; returns it for a colour bar."""
     rows, columns = sheet.shape
@@ -122,21 +143,28 @@ def draw_map(
 
 
 def draw_stone(
-    ax: Axes, ice: Ice, xy: ArrayLike, view: View, *, colour: str, zorder: float = 6, **style: Any
+    ax: Axes,
+    radius: float,
+    xy: ArrayLike,
+    view: View = lengthwise,
+    *,
+    colour: str,
+    filled: bool = True,
+    zorder: float = 6,
+    **style: Any,
 ) -> None:
-    """A stone from above in its true size: granite, and a handle in its colour."""
+    """A stone from above in its true size: granite and a coloured handle, or only its outline."""
     x, y = view(xy)
-    radius = ice.stone.radius
+    granite = "#9aa0a6" if filled else "none"
+    edge = "#3c4248" if filled else colour
     ax.add_patch(
-        Circle(
-            (x, y), radius, facecolor="#9aa0a6", edgecolor="#3c4248", lw=0.8, zorder=zorder, **style
-        )
+        Circle((x, y), radius, facecolor=granite, edgecolor=edge, lw=0.9, zorder=zorder, **style)
     )
-    ax.add_patch(
-        Circle(
+    if filled:
+        handle = Circle(
             (x, y), 0.68 * radius, facecolor=colour, edgecolor="none", zorder=zorder + 0.1, **style
         )
-    )
+        ax.add_patch(handle)
 
 
 def draw_target(ax: Axes, xy: ArrayLike, view: View, **style: Any) -> None:
@@ -163,3 +191,26 @@ def draw_landing_ellipse(ax: Axes, points: Floats, share: float, view: View, **s
             **style,
         )
     )
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure [inches] in the reports' style."""
+    layout = ConstrainedLayoutEngine(w_pad=0.08, h_pad=0.08)
+    return Figure(figsize=(width, height), layout=layout, facecolor="white")
+
+
+def plain_axes(ax: Axes) -> None:
+    """Light axes: no box, a faint grid."""
+    for side in ("top", "right"):
+        ax.spines[side].set_visible(False)
+    for side in ("left", "bottom"):
+        ax.spines[side].set_color(FAINT)
+    ax.tick_params(labelsize=8, colors=SOFT)
+    ax.grid(color="#e3e8ed", lw=0.6)
+    ax.set_axisbelow(True)
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write a figure, complete or not at all."""
+    with atomic_path(path) as draft:
+        figure.savefig(draft, dpi=150)
