@@ -36,14 +36,14 @@ Floats = NDArray[np.float64]
 SHAPE_SPREAD = {
     "radius": 1e-5,
     "height": 1e-5,
-    "foot_inset": 0.03,
+    "foot_inset": 0.015,
     "foot_height": 0.015,
     "bevel_height": 0.015,
-    "bevel_inset": 0.03,
-    "handle_rise": 0.02,
-    "handle_back": 0.03,
-    "handle_front": 0.03,
-    "handle_width": 0.015,
+    "bevel_inset": 0.02,
+    "handle_rise": 0.015,
+    "handle_back": 0.015,
+    "handle_front": 0.015,
+    "handle_width": 0.006,
     "blur_px": 0.4,
     "colour_blur_px": 0.6,
     "shadow_x": 0.05,
@@ -51,17 +51,27 @@ SHAPE_SPREAD = {
     "shadow_radius": 0.02,
     "shadow_blur": 0.02,
     "shadow": 0.15,
-    "handle_depth": 0.015,
+    "handle_depth": 0.01,
+    "roundness": 0.5,
+    "contact": 0.2,
+    "contact_reach": 0.02,
+    "mirror": 0.4,
+    "collar_radius": 0.025,
+    "collar_rise": 0.006,
+    "foot_roundness": 0.7,
+    "neck_length": 0.015,
 }
-"""How far stones and cameras differ from the starting values; radius and height are the scene's."""
+"""How far stones and cameras differ from the starting values; radius and height are the scene's.
+
+A stone stands on its running band, so its foot is never much wider or narrower than that."""
 SHAPE_BOUNDS = {
-    "foot_inset": (-0.005, 0.11),
+    "foot_inset": (-0.005, 0.09),
     "foot_height": (0.002, 0.06),
     "bevel_height": (0.001, 0.06),
     "bevel_inset": (0.0, 0.09),
     "handle_rise": (0.0, 0.09),
     "handle_back": (-0.13, 0.05),
-    "handle_front": (0.02, 0.15),
+    "handle_front": (0.05, 0.15),
     "handle_width": (0.008, 0.08),
     "blur_px": (0.3, 4.0),
     "colour_blur_px": (0.3, 5.0),
@@ -69,16 +79,36 @@ SHAPE_BOUNDS = {
     "shadow_blur": (0.001, 0.1),
     "shadow": (0.0, 0.9),
     "handle_depth": (0.001, 0.08),
+    "roundness": (1.0, 3.0),
+    "contact": (0.0, 0.9),
+    "contact_reach": (0.01, 0.12),
+    "mirror": (0.0, 1.5),
+    "collar_radius": (0.0, 0.1),
+    "collar_rise": (0.0, 0.03),
+    "foot_roundness": (1.0, 4.0),
+    "neck_length": (0.0, 0.06),
 }
 MIN_NOISE = 1.0
 """Residuals are never trusted better than one grey level: that is how films are stored."""
-HEADINGS_TRIED = 24
+FOOT_BRIGHTNESS = 1.1
+"""The foot overhangs: lit by the ice alone it is at most about as bright as the side."""
+HEADINGS_TRIED = 36
+SPINS_TRIED = np.linspace(-4.0, 4.0, 33)
+"""Rates of turning [rad/s]; a stone thrown to stay in play hardly turns faster."""
+SPIN_CHANGE = 0.05
+"""The change of spin [rad/s] that costs as much as one standard error of one exposure."""
+GRANITE_SPREAD = np.array([30.0, 4.0, 4.0])
+"""How far parts of the body differ from its side: light falls on them from elsewhere [grey]."""
 SHADOW_TRIED = 0.1
+REFINEMENTS = (6, 5, 5)
+"""Rounds of adjustment between which noise and headings are found anew."""
 EXPOSURES = 20
 """Frames that the look is learnt from; more only cost time."""
 COLOUR_DISTRUST = 5.0
 """Colour is stored at half resolution and shifted by the codec: it may find a handle, not move a
 stone."""
+HANDLE_RISES = (0.03, 0.045, 0.06)
+"""Heights above the top at which a handle is looked for [m]."""
 HANDLE_CONTRAST = 10.0
 """How far, in grey levels, a handle's colour must lie from the rest of the stone."""
 
@@ -91,10 +121,12 @@ class Exposure:
     picture: Floats
     behind: Floats
     pose: Floats
+    t: float
 
 
 def exposures_at(
     frames: Sequence[NDArray[np.uint8]],
+    moments: Sequence[float],
     places: Sequence[Floats],
     background: Floats,
     background_origin: tuple[int, int],
@@ -104,7 +136,7 @@ def exposures_at(
     """Cut the stone out of the frames in which all of it is in the image."""
     found: list[Exposure] = []
     u, v = background_origin
-    for frame, xy in zip(frames, places, strict=True):
+    for frame, t, xy in zip(frames, moments, places, strict=True):
         outline = model.outline_px(camera, xy)
         # The handle stands out above the body and the place is still rough: look a little wider.
         size = 0.35 * float(np.ptp(outline, axis=0).max()) if len(outline) else 0.0
@@ -130,6 +162,7 @@ def exposures_at(
                 picture=channels_of(frame[rows, columns]).reshape(-1, 3),
                 behind=np.ascontiguousarray(behind),
                 pose=np.array([xy[0], xy[1], 0.0]),
+                t=t,
             )
         )
     return found
@@ -159,9 +192,13 @@ def learn_appearance(exposures: Sequence[Exposure], model: StoneModel, noise: fl
     for exposure in exposures:
         _keep_near(exposure, look)
     look = _with_shadow(exposures, look)
-    for rounds in (6, 4):
+    for rounds in REFINEMENTS:
         look = _refine(exposures, look, model, rounds)
         look = replace(look, noise=_residual_noise(exposures, look))
+        if look.has_handle:
+            _turn_together(exposures, look)
+            for exposure in exposures:
+                _settle(exposure, look)
     return look
 
 
@@ -177,7 +214,11 @@ def _settle(exposure: Exposure, look: Appearance) -> float:
 def _keep_near(exposure: Exposure, look: Appearance) -> None:
     """Drop the pixels that neither stone nor shadow can reach, now that the place is known."""
     reach = replace(
-        look.model, blur_px=MARGIN_PX / 3, shadow_radius=1.3 * look.model.radius, shadow=1.0
+        look.model,
+        blur_px=MARGIN_PX / 3,
+        shadow_radius=1.3 * look.model.radius,
+        shadow=1.0,
+        mirror=1.0,
     )
     near = _cover(exposure, replace(look, model=reach))[0].sum(axis=1) > 0
     window = exposure.window
@@ -222,7 +263,8 @@ def _weights(residual: Floats, noise: Floats) -> Floats:
 
 
 def _body_colour(exposures: Sequence[Exposure], model: StoneModel) -> Floats:
-    look = Appearance(model=model, colours=np.zeros((4, 3)), noise=np.ones(3), has_handle=False)
+    black = np.zeros((len(PARTS), 3))
+    look = Appearance(model=model, colours=black, noise=np.ones(3), has_handle=False)
     inside = [
         exposure.picture[_cover(exposure, look)[0, :, :-1].sum(axis=1) > 0.9]
         for exposure in exposures
@@ -266,7 +308,9 @@ def _with_handle(exposures: Sequence[Exposure], look: Appearance) -> Appearance:
         z = look.model.height + look.model.handle_rise
         above = exposure.window.foot + z * exposure.window.lean - np.array([x, y])
         near = np.hypot(*above.T) < 0.8 * look.model.radius
-        strange.append(np.column_stack([exposure.picture, np.linalg.norm(residual, axis=1)])[near])
+        # Light and shade change the brightness of granite; only a handle has another colour.
+        oddness = np.linalg.norm(residual * [1.0, 2.0, 2.0], axis=1)
+        strange.append(np.column_stack([exposure.picture, oddness])[near])
     pixels = np.concatenate(strange)
     if len(pixels) < 20:
         return look
@@ -276,22 +320,61 @@ def _with_handle(exposures: Sequence[Exposure], look: Appearance) -> Appearance:
         return look
     colour = np.median(marked[:, :3], axis=0)
     colours = look.colours.copy()
-    colours[3] = colour
-    found = replace(look, colours=colours, has_handle=True)
-    before = after = 0.0
-    for exposure in exposures:
-        before += _settle(exposure, look) ** 2
-        tried: list[tuple[float, Floats]] = []
-        for heading in np.linspace(-np.pi, np.pi, HEADINGS_TRIED, endpoint=False):
-            pose = np.array([*exposure.pose[:2], heading])
-            cover = _cover(exposure, found, pose)
-            residual = exposure.picture - _rendered(cover, exposure.behind, colours)
-            squares = np.sum((residual / found.noise) ** 2, axis=1)
-            cost = float(np.sum(squares / (1 + squares / (3 * OUTLIER_AT**2))))
-            tried.append((cost, pose))
-        exposure.pose = min(tried, key=lambda item: item[0])[1]
-        after += _settle(exposure, found) ** 2
-    return found if after < before else look
+    colours[-1] = colour
+    before = sum(_settle(exposure, look) ** 2 for exposure in exposures)
+    poses = [exposure.pose for exposure in exposures]
+    best, best_misfit = look, before
+    for rise in HANDLE_RISES:
+        for exposure, pose in zip(exposures, poses, strict=True):
+            exposure.pose = pose
+        model = replace(look.model, handle_rise=rise)
+        found = replace(look, model=model, colours=colours, has_handle=True)
+        _turn_together(exposures, found)
+        misfit = sum(_settle(exposure, found) ** 2 for exposure in exposures)
+        if misfit < best_misfit:
+            best, best_misfit = found, misfit
+            best_poses = [exposure.pose for exposure in exposures]
+    for exposure, pose in zip(exposures, poses if best is look else best_poses, strict=True):
+        exposure.pose = pose
+    return best
+
+
+def _turn_together(exposures: Sequence[Exposure], look: Appearance) -> None:
+    """Set all headings to the likeliest course of a stone that turns steadily.
+
+    In one frame a handle may be read the wrong way round; a slowly changing spin through all of
+    them may not (dynamic programming over heading and spin).
+    """
+    headings = np.linspace(-np.pi, np.pi, HEADINGS_TRIED, endpoint=False)
+    step = 2 * np.pi / HEADINGS_TRIED
+    ordered = sorted(exposures, key=lambda exposure: exposure.t)
+    reluctance = np.abs(SPINS_TRIED[:, None] - SPINS_TRIED[None, :]) / SPIN_CHANGE
+    value = np.zeros((HEADINGS_TRIED, len(SPINS_TRIED)))
+    came_from: list[NDArray[np.intp]] = []
+    for k, exposure in enumerate(ordered):
+        if k > 0:
+            turned = SPINS_TRIED * (exposure.t - ordered[k - 1].t) / step
+            source = np.arange(HEADINGS_TRIED)[:, None] - turned[None, :]
+            low = np.floor(source).astype(int)
+            share = source - low
+            columns = np.arange(len(SPINS_TRIED))[None, :]
+            carried = (1 - share) * value[low % HEADINGS_TRIED, columns]
+            carried += share * value[(low + 1) % HEADINGS_TRIED, columns]
+            # [heading, spin before, spin now]
+            options = carried[:, :, None] + reluctance[None]
+            came_from.append(np.argmin(options, axis=1))
+            value = np.min(options, axis=1)
+        poses = [np.array([*exposure.pose[:2], heading]) for heading in headings]
+        costs = np.array([_cost(exposure, look, pose) for pose in poses])
+        value = value + (costs - costs.min())[:, None] / PIXEL_CORRELATION
+    at, spin = np.unravel_index(int(np.argmin(value)), value.shape)
+    heading = float(headings[at])
+    for k in range(len(ordered) - 1, -1, -1):
+        ordered[k].pose = np.array([*ordered[k].pose[:2], heading])
+        if k > 0:
+            near = round((heading + np.pi) / step) % HEADINGS_TRIED
+            spin = came_from[k - 1][near, spin]
+            heading -= float(SPINS_TRIED[spin]) * (ordered[k].t - ordered[k - 1].t)
 
 
 def _with_shadow(exposures: Sequence[Exposure], look: Appearance) -> Appearance:
@@ -306,21 +389,24 @@ def _with_shadow(exposures: Sequence[Exposure], look: Appearance) -> Appearance:
             shadow_y=dy,
             shadow_radius=look.model.radius,
             shadow=SHADOW_TRIED,
+            contact=SHADOW_TRIED,
+            mirror=SHADOW_TRIED,
         )
         shaded = replace(look, model=model)
-        costs.append((_total_misfit(exposures, shaded), shaded))
+        costs.append((total_misfit(exposures, shaded), shaded))
     return min(costs, key=lambda item: item[0])[1]
 
 
-def _total_misfit(exposures: Sequence[Exposure], look: Appearance) -> float:
-    total = 0.0
-    for exposure in exposures:
-        residual = exposure.picture - _rendered(
-            _cover(exposure, look), exposure.behind, look.colours
-        )
-        squares = np.sum((residual / look.noise) ** 2, axis=1)
-        total += float(np.sum(squares / (1 + squares / (3 * OUTLIER_AT**2))))
-    return total
+def total_misfit(exposures: Sequence[Exposure], look: Appearance) -> float:
+    return sum(_cost(exposure, look, exposure.pose) for exposure in exposures)
+
+
+def _cost(exposure: Exposure, look: Appearance, pose: Floats) -> float:
+    """Robust misfit of one exposure with the stone at a pose."""
+    cover = _cover(exposure, look, pose)
+    residual = exposure.picture - _rendered(cover, exposure.behind, look.colours)
+    squares = np.sum((residual / look.noise) ** 2, axis=1)
+    return float(np.sum(squares / (1 + squares / (3 * OUTLIER_AT**2))))
 
 
 def _refine(
@@ -328,7 +414,8 @@ def _refine(
 ) -> Appearance:
     """Gauss-Newton on shape, blur and colours with every exposure's pose projected out."""
     typical = typical_model.shape()
-    names = [n for n in SHAPE_PARAMETERS if look.has_handle or not n.startswith("handle")]
+    of_handle = ("handle", "collar", "neck")
+    names = [n for n in SHAPE_PARAMETERS if look.has_handle or not n.startswith(of_handle)]
     index = [SHAPE_PARAMETERS.index(n) for n in names]
     spread = np.array([SHAPE_SPREAD[n] for n in names])
     parts = len(PARTS) if look.has_handle else len(PARTS) - 1
@@ -354,8 +441,9 @@ def _refine(
         prior[: len(names)] = 1 / spread**2
         pull = np.zeros(shared)
         pull[: len(names)] = (typical - shape)[index] / spread**2
+        held, drawn = _granite_prior(look.colours, len(names), shared)
         step = np.linalg.solve(
-            normal + np.diag(prior + 1e-6 + 1e-4 * np.diag(normal)), right + pull
+            normal + held + np.diag(prior + 1e-6 + 1e-4 * np.diag(normal)), right + pull + drawn
         )
         shape[index] += np.clip(step[: len(names)], -spread, spread)
         for i, name in zip(index, names, strict=True):
@@ -363,10 +451,30 @@ def _refine(
                 shape[i] = np.clip(shape[i], *SHAPE_BOUNDS[name])
         colours = look.colours.copy()
         colours[:parts] += step[len(names) :].reshape(parts, 3)
+        brightest = FOOT_BRIGHTNESS * colours[PARTS.index("side"), 0]
+        colours[PARTS.index("foot"), 0] = min(colours[PARTS.index("foot"), 0], brightest)
         look = replace(look, model=look.model.with_shape(shape), colours=colours)
         for exposure in exposures:
             _settle(exposure, look)
     return look
+
+
+def _granite_prior(colours: Floats, start: int, size: int) -> tuple[Floats, Floats]:
+    """What keeps foot, bevel and top near the side's colour: (size, size) and (size,)."""
+    held, drawn = np.zeros((size, size)), np.zeros(size)
+    side = PARTS.index("side")
+    for part in (PARTS.index(name) for name in ("foot", "bevel", "top")):
+        for channel in range(3):
+            i, j = start + 3 * part + channel, start + 3 * side + channel
+            weight = 1 / GRANITE_SPREAD[channel] ** 2
+            pull = weight * (colours[side, channel] - colours[part, channel])
+            held[i, i] += weight
+            held[j, j] += weight
+            held[i, j] -= weight
+            held[j, i] -= weight
+            drawn[i] += pull
+            drawn[j] -= pull
+    return held, drawn
 
 
 def _linearised(

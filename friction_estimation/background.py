@@ -141,7 +141,11 @@ def moving_blobs(frame: Image, background: Background, min_area_px: float = 6.0)
 
 
 def _blob(
-    label: int, stat: NDArray[np.int32], labels: NDArray[np.int32], difference: Image, origin: Floats
+    label: int,
+    stat: NDArray[np.int32],
+    labels: NDArray[np.int32],
+    difference: Image,
+    origin: Floats,
 ) -> Blob:
     """One blob, cut down to its solid core: what a soft shadow beside it adds is left out."""
     left, top, width, height, _ = (int(value) for value in stat)
@@ -156,11 +160,11 @@ def _blob(
         if len(part_stats) > 1:
             own = parts == 1 + int(np.argmax(part_stats[1:, 4]))
     rows, columns = np.nonzero(own)
-    corner = origin + [left, top]
+    px = np.column_stack([columns, rows]) + np.array([left, top]) + origin
     return Blob(
-        low_px=corner + [columns.min(), rows.min()],
-        high_px=corner + [columns.max(), rows.max()],
-        centre_px=corner + [columns.mean(), rows.mean()],
+        low_px=px.min(axis=0),
+        high_px=px.max(axis=0),
+        centre_px=px.mean(axis=0),
         area_px=float(len(rows)),
         whole_px=np.array([width, height], dtype=np.float64),
     )

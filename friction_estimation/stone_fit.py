@@ -36,7 +36,7 @@ class Appearance:
     Parameters
     ----------
     model : shape and blur
-    colours : (4, 3) brightness and two colour differences of side, bevel, top and handle
+    colours : (5, 3) brightness and two colour differences of foot, side, bevel, top and handle
     noise : (3,) standard deviation of a residual in each channel, as found on this film
     has_handle : whether a handle was made out; without one there is no heading
     """

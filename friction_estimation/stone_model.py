@@ -1,9 +1,11 @@
 """What a stone looks like: a body of revolution with a handle, and its coverage of every pixel.
 
-The body is a stack of horizontal discs whose radius follows a broken line: a foot, a side, a bevel,
-a flat top. The handle is a bar above the top. Each has one colour. How much of a pixel each part
-covers is found from signed distances, blurred by the camera's point spread; a picture of the stone
-is then linear in the colours.
+The body is a stack of horizontal discs whose radius follows an outline: a rounded foot, a side, a
+rounded bevel, a flat top. The handle is a bar above the top, on a round collar. Each has a colour;
+where the outline is rounded, the colour turns with it from one to the next. What the stone does to
+the ice is part of its picture: it shades the ice and is mirrored in it. How much of a pixel each
+part covers is found from signed distances, blurred by the camera's point spread; a picture of the
+stone is then linear in the colours.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ from friction_estimation.stone_kernels import sight_lines
 
 Floats = NDArray[np.float64]
 
-PARTS = ("side", "bevel", "top", "handle")
+PARTS = ("foot", "side", "bevel", "top", "handle")
 """The parts of a stone that have a colour of their own, from the ice up."""
 
 
@@ -43,17 +45,23 @@ class StoneModel:
     shadow_radius, shadow_blur : radius and softness of the shadow [m]
     handle_depth : vertical thickness of the handle, downward from its upper face [m]
     shadow : share of the light that it takes from the ice
+    roundness, foot_roundness : exponent of the outline of bevel and foot; 1 is a straight cone
+    contact : share of the hall's light that the ice at the stone's foot loses
+    contact_reach : how far that darkness reaches [m]
+    mirror : how strongly the ice mirrors the stone, as a share of what a smooth ice would
+    neck_length : of the post at the handle's back end that carries it, along the heading [m]
+    collar_radius, collar_rise : of the handle's round base on the flat top [m]
     """
 
     radius: float
     height: float
-    foot_inset: float = 0.05
-    foot_height: float = 0.03
-    bevel_height: float = 0.015
+    foot_inset: float = 0.07
+    foot_height: float = 0.035
+    bevel_height: float = 0.025
     bevel_inset: float = 0.025
-    handle_rise: float = 0.03
-    handle_back: float = -0.02
-    handle_front: float = 0.10
+    handle_rise: float = 0.045
+    handle_back: float = -0.03
+    handle_front: float = 0.11
     handle_width: float = 0.03
     blur_px: float = 0.6
     colour_blur_px: float = 1.0
@@ -63,9 +71,17 @@ class StoneModel:
     shadow_blur: float = 0.02
     shadow: float = 0.0
     handle_depth: float = 0.02
+    roundness: float = 1.7
+    contact: float = 0.0
+    contact_reach: float = 0.04
+    mirror: float = 0.0
+    collar_radius: float = 0.03
+    collar_rise: float = 0.008
+    foot_roundness: float = 2.0
+    neck_length: float = 0.02
 
     def shape(self) -> Floats:
-        """The parameters in the order the kernels read them, (18,)."""
+        """The parameters in the order the kernels read them, (26,)."""
         return np.array([getattr(self, name) for name in SHAPE_PARAMETERS])
 
     def with_shape(self, values: ArrayLike) -> StoneModel:
@@ -113,6 +129,14 @@ SHAPE_PARAMETERS = (
     "shadow_blur",
     "shadow",
     "handle_depth",
+    "roundness",
+    "contact",
+    "contact_reach",
+    "mirror",
+    "collar_radius",
+    "collar_rise",
+    "foot_roundness",
+    "neck_length",
 )
 
 

@@ -196,6 +196,7 @@ def _learn(
     clear = [s for s in rough.sightings if s.likeness >= MIN_LIKENESS]
     exposures = exposures_at(
         [sample[s.frame][1] for s in clear],
+        [s.t for s in clear],
         [s.xy for s in clear],
         ice,
         background.origin_px,
