@@ -12,7 +12,7 @@ from friction_estimation.discrepancy.session import Session
 
 USUAL_FRICTION = 0.009
 """μ from which the fit of a plain baseline starts: that of a draw of 25 s."""
-PLACES = frozenset({"x_min", "x_max", "y_min", "y_max", "stone", "speed_floor", "centre_x"})
+PLACES = frozenset({"x_min", "x_max", "y_min", "y_max", "stone", "speed_floor", "centre_x", "edge"})
 """Parameters of a base's effects that are kept as they are given."""
 
 

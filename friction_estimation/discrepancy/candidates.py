@@ -155,15 +155,22 @@ MEASUREMENTS = (TRACKING_OFFSET, LENS_DISTORTION)
 
 SHAPES: Mapping[str, tuple[str, ...]] = {
     "curl": ("speed_exponent", "spin_exponent"),
-    "spin_drag": ("speed_exponent",),
+    "spin_drag": ("speed_exponent", "spin_exponent"),
     "lens_distortion": ("centre_y", "k2"),
 }
 """Parameters that shape an effect and that a session with varied throws can tell."""
 
-FINER: Mapping[str, tuple[str, ...]] = {
-    "speed_dependent_friction": ("share", "speed_offset"),
+FINER: Mapping[str, tuple[Mapping[str, float], ...]] = {
+    "speed_dependent_friction": (
+        {"exponent": 1.0, "share": 0.5, "speed_offset": 0.06},
+        {"exponent": 1.0, "share": 0.3, "speed_offset": 0.9},
+        {"exponent": -1.0, "share": 0.1, "speed_offset": 0.0},
+        {"exponent": -1.0, "share": -0.05, "speed_offset": 0.0},
+    ),
+    "friction_patch": ({"edge": 0.5}, {"edge": 1.5}),
 }
-"""Parameters that are freed only where the simpler form leaves something."""
+"""Where the finer forms of an effect are begun; their parameters are freed only where the simpler
+form leaves something."""
 
 
 def form_of(card: EffectCard) -> Form:

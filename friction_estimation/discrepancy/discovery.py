@@ -176,12 +176,19 @@ def _follow(
     return follows
 
 
-def _doubtful(proofs: list[Proof], follows: list[Follows], closes: float) -> list[str]:
-    """Labels of effects that may be proxies: they push where the unknown still pushes."""
+def _doubtful(proofs: list[Proof], follows: list[Follows], closes: float, left: float) -> list[str]:
+    """Labels of effects that may be proxies of the unknown.
+
+    They push where it still pushes, or explain less than is left unexplained.
+    """
     pushes = {f.push for f in follows}
     if not follows and closes < CLOSES_BESIDE_UNKNOWN:
         return [proof.label for proof in proofs]
-    return [p.label for p in proofs if pushes & pushes_of(p.label.partition("[")[0])]
+    return [
+        proof.label
+        for proof in proofs
+        if proof.gain < left or pushes & pushes_of(proof.label.partition("[")[0])
+    ]
 
 
 def _too_few(everything: Fit) -> Discovery:
@@ -222,7 +229,7 @@ def _search(everything: Fit, rng: np.random.Generator, progress: Progress) -> Di
     open_ = not after.white or structure[1] < STRUCTURE
     closes = closure(selection.before, after)
     follows = _follow(named, after, structure, rng, progress) if open_ else []
-    doubtful = _doubtful(proofs, follows, closes) if open_ else []
+    doubtful = _doubtful(proofs, follows, closes, after.excess) if open_ else []
     if closes < CLOSES:
         doubtful = [proof.label for proof in proofs]
     if doubtful:

@@ -23,8 +23,9 @@ Floats = NDArray[np.float64]
 
 PERMUTATIONS = 4000
 """Deals of the throws' frictions: p down to 1/4000."""
-BETWEEN = 0.01
-"""p below which an effect between throws is taken up."""
+BETWEEN = 0.004
+"""p below which an effect between throws is taken up. There are few throws and many such effects,
+and a wrong name is worse than none."""
 STRUCTURE = 0.004
 """p below which the throws' frictions follow something: they are not chance."""
 
@@ -78,6 +79,7 @@ def prove(
     p = sign_flip_p(improvements, rng)
     if fitted.model.term(label).name in PER_THROW:
         p = _permutation_p(fit(without.model, whole, fitted.noise), rng)
+        p = p if p < BETWEEN else 1.0
     return Proof(
         label=label,
         gain=without.deviance - fitted.deviance,

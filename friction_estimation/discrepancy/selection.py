@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from friction_estimation.discrepancy.candidates import FINER, SHAPES, Term, candidates
+from friction_estimation.discrepancy.candidates import FINER, PER_THROW, SHAPES, Term, candidates
 from friction_estimation.discrepancy.fit import Fit, fit
 from friction_estimation.discrepancy.model import Model, sensitivities
 from friction_estimation.discrepancy.noise import Noise, estimate_noise, wild_rows
@@ -26,8 +26,12 @@ GAIN_PER_PARAMETER = 4.0
 """More of it for every further parameter."""
 WORTH_TRYING = 6.0
 """Linear gain below which a candidate is not fitted."""
-MOST_TRIALS = 4
-"""Candidates fitted in a step, the most promising of the screening."""
+MOST_TRIALS = 9
+"""Candidates fitted in a step, the most promising of the screening. Generous: an effect whose
+usual shape is wrong looks poor until its shape is fitted."""
+MOST_BETWEEN_THROWS = 2
+"""Of these, effects that act on whole throws: they all look alike where something else is missing.
+"""
 MOST_EFFECTS = 4
 """Effects that are named at most."""
 RULED_OUT = 12.0
@@ -178,8 +182,8 @@ def best_trials(fitted: Fit, looks: Sequence[Look]) -> list[Trial]:
     hopeful = [look for look in looks if look.gain > WORTH_TRYING]
     if not hopeful:
         hopeful = list(looks[:1])
-    top = hopeful[0].gain if hopeful else 0.0
-    chosen = [look for look in hopeful if look.gain > 0.02 * top][:MOST_TRIALS]
+    between = [look for look in hopeful if look.term.name in PER_THROW][:MOST_BETWEEN_THROWS]
+    chosen = [k for k in hopeful if k.term.name not in PER_THROW or k in between][:MOST_TRIALS]
     trials = [try_term(fitted, look.term) for look in chosen]
     if not any(term.name == "friction_patch" for term in fitted.model.terms):
         patch = find_patch(fitted)
@@ -222,13 +226,20 @@ def select(base: Fit, *, most: int = MOST_EFFECTS, progress: Progress = silent) 
 def refine(fitted: Fit) -> Fit:
     """Free the finer shapes of the terms where that pays."""
     for term in fitted.model.terms:
-        later = tuple(n for n in FINER.get(term.name, ()) if n not in term.free)
-        if not later:
-            continue
-        begin = term.with_values(share=0.5, speed_offset=0.06, exponent=1.0).freed(*later)
-        finer = refit(fitted, fitted.model.without(term.label).with_terms(begin), iterations=20)
-        if fitted.deviance - finer.deviance > LEAST_GAIN + GAIN_PER_PARAMETER:
-            fitted = finer
+        best = fitted
+        for begin in FINER.get(term.name, ()):
+            later = [name for name in begin if name not in term.free]
+            if not later:
+                continue
+            finer = term.with_values(**begin).freed(*later)
+            if term.name == "friction_patch":
+                finer = finer.freed("x_min", "x_max", "y_min", "y_max")
+            model = fitted.model.without(term.label).with_terms(finer)
+            trial = refit(fitted, model, iterations=20)
+            needed = LEAST_GAIN + GAIN_PER_PARAMETER * (len(finer.free) - len(term.free) - 1)
+            if fitted.deviance - trial.deviance > needed and trial.deviance < best.deviance:
+                best = trial
+        fitted = best
     return fitted
 
 

@@ -1,6 +1,7 @@
 """An area whose friction differs from the map."""
 
 from collections.abc import Mapping
+from math import tanh
 from typing import Any
 
 from curling_env.physics.compiled import effect_kernel
@@ -10,6 +11,12 @@ from curling_env.physics.effects.motion import FRICTION, X, Y
 
 @effect_kernel
 def _kernel(motion: Any, theta: Any, push: Any) -> None:
+    edge = theta[5]
+    if edge > 0.0:
+        across = tanh((motion[X] - theta[0]) / edge) - tanh((motion[X] - theta[1]) / edge)
+        along = tanh((motion[Y] - theta[2]) / edge) - tanh((motion[Y] - theta[3]) / edge)
+        push[FRICTION] *= 1.0 + (theta[4] - 1.0) * 0.25 * across * along
+        return
     inside_x = theta[0] <= motion[X] <= theta[1]
     if inside_x and theta[2] <= motion[Y] <= theta[3]:
         push[FRICTION] *= theta[4]
@@ -20,17 +27,17 @@ def _edge(name: str, meaning: str) -> Parameter:
 
 
 def _x_breaks(given: Mapping[str, float]) -> tuple[float, ...]:
-    return given["x_min"], given["x_max"]
+    return () if given.get("edge", 0.0) > 0.0 else (given["x_min"], given["x_max"])
 
 
 def _y_breaks(given: Mapping[str, float]) -> tuple[float, ...]:
-    return given["y_min"], given["y_max"]
+    return () if given.get("edge", 0.0) > 0.0 else (given["y_min"], given["y_max"])
 
 
 CARD = EffectCard(
     name="friction_patch",
     title="A patch of different ice",
-    formula="μ → factor·μ within x_min ≤ x ≤ x_max, y_min ≤ y ≤ y_max",
+    formula="μ → factor·μ within x_min ≤ x ≤ x_max, y_min ≤ y ≤ y_max; tanh sides if edge > 0",
     parameters=(
         _edge("x_min", "left edge, sheet frame"),
         _edge("x_max", "right edge, sheet frame"),
@@ -43,6 +50,14 @@ CARD = EffectCard(
             low=0.2,
             high=5.0,
             neutral=1.0,
+        ),
+        Parameter(
+            name="edge",
+            unit="m",
+            meaning="over which friction changes at the sides, half of it inside; 0 is sharp",
+            low=0.0,
+            high=5.0,
+            default=0.0,
         ),
     ),
     source="a worn, wet or freshly pebbled area",

@@ -51,8 +51,9 @@ CARD = EffectCard(
         Parameter(
             name="share",
             unit="1",
-            meaning="part of the friction that follows the speed",
-            low=0.0,
+            meaning="part of the friction that follows the speed; with the exponent -1 friction "
+            "changes linearly, falling where this is negative",
+            low=-0.2,
             high=1.0,
             default=1.0,
         ),

@@ -1,6 +1,6 @@
 """A torque that slows the rotation beyond what the running band explains."""
 
-from math import log
+from math import fabs, log
 from typing import Any
 
 from curling_env.physics.compiled import effect_kernel
@@ -8,23 +8,29 @@ from curling_env.physics.effects.card import EffectCard, Parameter
 from curling_env.physics.effects.motion import LOG_SPEED, SPEED, SPIN, TURN, spin_sign
 from curling_env.physics.powers import quick_exp
 
+REFERENCE_SPIN = 1.5
+"""Spin at which `rate` is quoted [rad/s]."""
+
 
 @effect_kernel
 def _kernel(motion: Any, theta: Any, push: Any) -> None:
     floor = theta[2]
     log_speed = motion[LOG_SPEED] if motion[SPEED] > floor else log(floor)
-    push[TURN] -= spin_sign(motion[SPIN]) * theta[0] * quick_exp(-theta[1] * log_speed)
+    torque = spin_sign(motion[SPIN]) * theta[0] * quick_exp(-theta[1] * log_speed)
+    if theta[3] != 0.0:
+        torque *= quick_exp(theta[3] * log((fabs(motion[SPIN]) + 1e-9) / REFERENCE_SPIN))
+    push[TURN] -= torque
 
 
 CARD = EffectCard(
     name="spin_drag",
     title="Spin drag",
-    formula="dω/dt = −sign(ω)·rate·max(v, speed_floor)^(−speed_exponent), v in m/s",
+    formula="dω/dt = −sign(ω)·rate·max(v, speed_floor)^(−speed_exponent)·(|ω|/1.5)^spin_exponent",
     parameters=(
         Parameter(
             name="rate",
             unit="rad/s²",
-            meaning="loss of spin at 1 m/s",
+            meaning="loss of spin at 1 m/s and 1.5 rad/s",
             low=0.0,
             high=0.5,
             neutral=0.0,
@@ -44,6 +50,14 @@ CARD = EffectCard(
             low=1e-4,
             high=1.0,
             default=0.05,
+        ),
+        Parameter(
+            name="spin_exponent",
+            unit="1",
+            meaning="how the loss grows with spin; 1 is a loss in proportion",
+            low=0.0,
+            high=2.0,
+            default=0.0,
         ),
     ),
     source="Digital Curling FCV1: 0.025/max(v, 0.001); measured spins fall as v^0.4, a symmetric "
