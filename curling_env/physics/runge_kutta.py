@@ -15,6 +15,7 @@ import numpy as np
 from curling_env.physics.compiled import compiled, inlined
 from curling_env.physics.effects.motion import CLOCK, HEADING, T
 from curling_env.physics.law import Law, accelerate
+from curling_env.physics.stride import quintic
 
 LONGEST_STEP = 0.5
 """Longest step [s]."""
@@ -130,22 +131,8 @@ def runge_kutta(
 
 
 @inlined
-def _quintic(p0: float, v0: float, a0: float, p1: float, v1: float, a1: float, h: float, u: float):
-    """Position and velocity at the fraction u of a step, from both ends' values."""
-    d = p1 - p0 - h * (v0 + 0.5 * h * a0)
-    e = h * (v1 - v0 - h * a0)
-    f = h * h * (a1 - a0)
-    c3 = 10.0 * d - 4.0 * e + 0.5 * f
-    c4 = -15.0 * d + 7.0 * e - f
-    c5 = 6.0 * d - 3.0 * e + 0.5 * f
-    position = p0 + u * (h * v0 + u * (0.5 * h * h * a0 + u * (c3 + u * (c4 + u * c5))))
-    velocity = v0 + u * (h * a0 + u * (3.0 * c3 + u * (4.0 * c4 + u * 5.0 * c5)) / h)
-    return position, velocity
-
-
-@inlined
 def between(s0: Any, a0: Any, s1: Any, a1: Any, h: float, u: float, out: Any) -> None:
     """State at the fraction u of a step of length h from s0 to s1."""
-    out[0], out[2] = _quintic(s0[0], s0[2], a0[0], s1[0], s1[2], a1[0], h, u)
-    out[1], out[3] = _quintic(s0[1], s0[3], a0[1], s1[1], s1[3], a1[1], h, u)
-    out[4], out[5] = _quintic(s0[4], s0[5], a0[2], s1[4], s1[5], a1[2], h, u)
+    out[0], out[2] = quintic(s0[0], s0[2], a0[0], s1[0], s1[2], a1[0], h, u)
+    out[1], out[3] = quintic(s0[1], s0[3], a0[1], s1[1], s1[3], a1[1], h, u)
+    out[4], out[5] = quintic(s0[4], s0[5], a0[2], s1[4], s1[5], a1[2], h, u)
