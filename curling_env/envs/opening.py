@@ -7,19 +7,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import cos, hypot, pi, sin, sqrt
+from math import hypot
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from curling_env.envs.tasks import Task
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.slide import play_bounds
-from curling_env.sheet import HOG_TO_TEE, HOUSE_RADIUS, Direction, to_sheet
+from curling_env.sheet import HOG_TO_TEE, Direction, to_sheet
 
 Floats = NDArray[np.float64]
-Aim = Literal["random"] | Sequence[float] | ArrayLike
+Aim = Literal["random"] | Sequence[float] | ArrayLike | None
 Stones = int | Sequence[Sequence[float]] | ArrayLike
 End = Direction | Literal["away", "home", "random"]
 
@@ -29,7 +30,7 @@ APART = 0.02
 """Least gap between random stones [m]."""
 TRIES = 100
 """Places tried for each random stone before the house counts as full."""
-CHOICES = ("target", "stones", "direction")
+CHOICES = ("target", "stones", "direction", "level")
 """What may be chosen anew with ``reset(options=…)``."""
 
 
@@ -39,8 +40,8 @@ class Beginning(NamedTuple):
     Parameters
     ----------
     direction : the end played to
-    target : (2,) delivery frame [m]
-    places : (k, 2) stones on the sheet, delivery frame [m]
+    target : (2,) where the delivered stone is to end, delivery frame [m]
+    places : (k, 2) stones on the sheet, a task's given stone first, delivery frame [m]
     """
 
     direction: Direction
@@ -54,27 +55,34 @@ class Opening:
 
     Parameters
     ----------
+    task : what a throw is asked to do
     direction : the end played to; None for either
-    target : (2,) delivery frame [m]; None for anywhere in the house
-    stones : (k, 2) places in the delivery frame [m], or how many to lay at random
+    mark : (2,) of the task, delivery frame [m]; None for the task's own, as the level says
+    level : None for positions as asked for; else how far from the task's easiest position marks
+        spread, and up to what share of the stones lie there, 0 to 1
+    stones : (k, 2) places in the delivery frame [m], or how many to lay at random; a given stone is
+        not among them
     stone_radius : [m]
     """
 
+    task: Task
     direction: Direction | None
-    target: Floats | None
+    mark: Floats | None
+    level: float | None
     stones: Floats | int
     stone_radius: float
 
     @property
     def stone_count(self) -> int:
-        """Stones on the sheet at the beginning."""
-        return self.stones if isinstance(self.stones, int) else len(self.stones)
+        """Most stones on the sheet at the beginning."""
+        others = self.stones if isinstance(self.stones, int) else len(self.stones)
+        return others + self.task.has_given
 
     @property
     def is_fixed(self) -> bool:
         """Whether every episode begins the same."""
         laid = self.stones == 0 if isinstance(self.stones, int) else True
-        return self.direction is not None and self.target is not None and laid
+        return self.direction is not None and self.mark is not None and laid
 
     def draw(self, rng: np.random.Generator) -> Beginning:
         """The beginning of one episode.
@@ -86,35 +94,51 @@ class Opening:
         direction = self.direction
         if direction is None:
             direction = Direction.AWAY if rng.random() < 0.5 else Direction.HOME
-        target = self.target
-        if target is None:
-            radius, turn = HOUSE_RADIUS * sqrt(rng.random()), 2 * pi * rng.random()
-            target = np.array((radius * cos(turn), radius * sin(turn)))
+        mark = self._mark(rng) if self.mark is None else self.mark
+        target = np.asarray(self.task.target(mark, self.stone_radius), dtype=np.float64)
+        given = mark[None] if self.task.has_given else np.empty((0, 2))
         stones = self.stones
-        places = self._scatter(stones, rng) if isinstance(stones, int) else stones
-        return Beginning(direction=direction, target=target, places=places)
+        if isinstance(stones, int):
+            if self.level is not None:
+                stones = int(rng.integers(round(self.level * stones) + 1))
+            stones = self._scatter(stones, rng, given)
+        return Beginning(direction=direction, target=target, places=np.concatenate([given, stones]))
 
-    def _scatter(self, count: int, rng: np.random.Generator) -> Floats:
+    def _mark(self, rng: np.random.Generator) -> Floats:
+        """The task's mark at random; a given stone touches none of those placed by hand."""
+        level = 1.0 if self.level is None else self.level
+        placed = np.empty((0, 2)) if isinstance(self.stones, int) else self.stones
+        for _ in range(TRIES):
+            u, v = rng.random(2).tolist()
+            mark = np.array(self.task.mark(level, u, v))
+            apart = np.hypot(*(placed - mark).T)
+            if not self.task.has_given or (apart >= 2 * self.stone_radius + APART).all():
+                return mark
+        raise InputError("there is no room for the given stone among the stones placed")
+
+    def _scatter(self, count: int, rng: np.random.Generator, given: Floats) -> Floats:
         """Places for stones at random, none touching another; (count, 2)."""
         (left, right), (near, far) = LIKELY
         least = 2 * self.stone_radius + APART
-        places: list[tuple[float, float]] = []
+        taken: list[tuple[float, float]] = [(x, y) for x, y in given.tolist()]
+        first = len(taken)
         for _ in range(TRIES * max(count, 1)):
-            if len(places) == count:
-                return np.array(places).reshape(-1, 2)
+            if len(taken) == first + count:
+                return np.array(taken[first:]).reshape(-1, 2)
             u, v = rng.random(2).tolist()
             x, y = left + u * (right - left), near + v * (far - near)
-            if all(hypot(x - other_x, y - other_y) >= least for other_x, other_y in places):
-                places.append((x, y))
+            if all(hypot(x - other_x, y - other_y) >= least for other_x, other_y in taken):
+                taken.append((x, y))
         raise InputError(f"there is no room for {count} stones in the house and before it")
 
 
-def opening(choices: Mapping[str, Any], ice: Ice) -> Opening:
+def opening(choices: Mapping[str, Any], ice: Ice, task: Task) -> Opening:
     """What episodes begin with, from what was asked for.
 
     Parameters
     ----------
     choices : each of CHOICES, as `CurlingSheetEnv` takes it
+    task : what a throw is asked to do
 
     Raises
     ------
@@ -123,9 +147,15 @@ def opening(choices: Mapping[str, Any], ice: Ice) -> Opening:
     unknown = sorted(choices.keys() - set(CHOICES))
     if unknown:
         raise InputError(f"unknown option {unknown[0]!r}; options are {', '.join(CHOICES)}")
+    level = _level(choices["level"])
+    mark = _aim(choices["target"], ice.sheet.width / 2)
+    if choices["target"] is None and not level:
+        mark = np.array(task.centre)
     return Opening(
+        task=task,
         direction=_end(choices["direction"]),
-        target=_aim(choices["target"], ice.sheet.width / 2),
+        mark=mark,
+        level=level,
         stones=_stones(choices["stones"], play_bounds(ice, Direction.AWAY)),
         stone_radius=ice.stone.radius,
     )
@@ -142,7 +172,17 @@ def _end(direction: Any) -> Direction | None:
     return names[direction]
 
 
+def _level(level: Any) -> float | None:
+    if level is None:
+        return None
+    if not isinstance(level, (int, float)) or not 0 <= level <= 1:
+        raise InputError(f"level must be None or a number from 0 to 1, got {level!r}")
+    return float(level)
+
+
 def _aim(target: Any, half: float) -> Floats | None:
+    if target is None:
+        return None
     if isinstance(target, str):
         if target != "random":
             raise InputError(f"target must be (x, y) in metres or 'random', got {target!r}")

@@ -1,4 +1,4 @@
-"""The reward of a throw at a target: named parts, then one weighted sum.
+"""The reward of a throw: named parts, then one weighted sum.
 
 Everything works on one throw or on arrays of many.
 """
@@ -33,12 +33,17 @@ class RewardParts:
     precision : 1 on the target, falling within half a metre
     in_house : 1 if the stone rests in the house
     out_of_play : -1 if it does not stay in play
+    removed : of a task's given stone: 1 if it left play, else how far it was driven, in radii of
+        the house and at most a half
+    success : 1 if the task was done
     """
 
     distance: Values
     precision: Values
     in_house: Values
     out_of_play: Values
+    removed: Values
+    success: Values
 
     def as_dict(self) -> dict[str, Values]:
         """The parts by name."""
@@ -51,12 +56,21 @@ PARTS = tuple(part.name for part in fields(RewardParts))
 
 @dataclass(frozen=True, kw_only=True)
 class RewardWeights:
-    """How much each part of the reward counts; see `RewardParts`."""
+    """How much each part of the reward counts; see `RewardParts`.
+
+    What is here is for a draw; every task has its own, see `tasks`.
+
+    Raises
+    ------
+    InputError : a weight that is not finite
+    """
 
     distance: float = 1.0
     precision: float = 1.0
     in_house: float = 0.25
     out_of_play: float = 2.0
+    removed: float = 0.0
+    success: float = 0.0
 
     def __post_init__(self) -> None:
         for part in fields(self):
@@ -70,41 +84,95 @@ class RewardWeights:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Landing:
+    """Where a throw left the stones that its task is about; delivery frame [m].
+
+    Parameters
+    ----------
+    place : (..., 2) where the delivered stone ended, in play or not
+    in_play : (...) whether it stayed in play
+    target : (..., 2) where it was to end
+    given : (..., 2) where the task's given stone lies afterwards; NaN where it left play, or where
+        the task has none
+    before : (..., 2) where that stone lay before
+    radius : of a stone
+    """
+
+    place: Any
+    in_play: Any
+    target: Any
+    given: Any
+    before: Any
+    radius: float
+
+    @property
+    def distance_m(self) -> Any:
+        """From the target to where the delivered stone ended, (...) [m]."""
+        return _distance(self.place, self.target)
+
+    @property
+    def in_house(self) -> Any:
+        """Whether the delivered stone stayed in play and touches the house, (...)."""
+        return self.in_play & (_distance(self.place, 0.0) <= HOUSE_RADIUS + self.radius)
+
+    @property
+    def is_out(self) -> Any:
+        """Whether the given stone left play, (...); False where there was none."""
+        return np.isnan(self.given[..., 0]) & ~np.isnan(self.before[..., 0])
+
+    @property
+    def driven(self) -> Any:
+        """How far the given stone was driven, (...) [m]; NaN where it left play."""
+        return _distance(self.given, self.before)
+
+    @property
+    def gap(self) -> Any:
+        """Between the delivered and the given stone, (...) [m]; NaN where one left play."""
+        return _distance(self.place, self.given) - 2 * self.radius
+
+
+def _distance(places: Any, others: Any) -> Any:
+    apart = places - others
+    return np.hypot(apart[..., 0], apart[..., 1])
+
+
+@dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """What came of a throw at a target.
+    """What came of a throw.
 
     Parameters
     ----------
     distance_m : from the target to where the stone ended [m]
     in_house : whether it stayed in play and touches the house
+    success : whether the task was done
     parts : of the reward
     """
 
     distance_m: Any
     in_house: Any
+    success: Any
     parts: RewardParts
 
 
-def judge(place: Any, target: Any, in_play: Any, radius: float) -> Verdict:
+def judge(landing: Landing, success: Any) -> Verdict:
     """Judge where stones ended.
 
     Parameters
     ----------
-    place : (..., 2) where each stone ended, delivery frame [m]
-    target : (..., 2) where it was to end [m]
-    in_play : (...) whether it stayed in play
-    radius : of a stone [m]
+    success : (...) whether the task was done
     """
-    miss = place - target
-    distance_m = np.hypot(miss[..., 0], miss[..., 1])
-    in_house = in_play & (np.hypot(place[..., 0], place[..., 1]) <= HOUSE_RADIUS + radius)
+    distance_m, in_house, in_play = landing.distance_m, landing.in_house, landing.in_play
+    driven = np.minimum(np.nan_to_num(landing.driven) / HOUSE_RADIUS, 0.5)
     return Verdict(
         distance_m=distance_m,
         in_house=in_house,
+        success=success,
         parts=RewardParts(
             distance=-np.minimum(distance_m, FARTHEST) / HOUSE_RADIUS,
             precision=np.where(in_play, np.exp(-distance_m / PRECISION), 0.0),
             in_house=in_house * 1.0,
             out_of_play=in_play * 1.0 - 1.0,
+            removed=np.where(landing.is_out, 1.0, driven),
+            success=success * 1.0,
         ),
     )

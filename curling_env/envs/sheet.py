@@ -1,4 +1,4 @@
-"""`CurlingSheet-v0`: one throw a step at a target, on a sheet that may hold stones."""
+"""`CurlingSheet-v0`: one throw a step at a task, on a sheet that may hold stones."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from curling_env.envs.action import ThrowRange, throws_on
 from curling_env.envs.observation import Observation, knowledge
 from curling_env.envs.opening import Aim, End, Opening, Stones, opening
-from curling_env.envs.reward import RewardWeights, judge
+from curling_env.envs.reward import Landing, RewardWeights, judge
+from curling_env.envs.tasks import Task, task_named
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.physics.engine import Engine, Outcome, Status, StoneState
@@ -38,21 +39,29 @@ RESULT = {
     Status.HOGGED: "hogged",
 }
 """Statuses in the words of a picture."""
+WORD = {True: "made", False: "missed"}
+"""Of a task, in the words of a picture."""
 RENDER_MODES = ("rgb_array", "human")
 
 
 class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
-    """Throw stones at a target.
+    """Throw stones to do a task: a draw to a target unless another is asked for.
 
     Parameters
     ----------
     ice : the ice thrown on: an `Ice`, a file or a preset
     known_ice : the ice the agent is told of; the ice thrown on by default. With an estimated ice
         here and the true one in `ice`, an agent is tested on what it could not know
-    throws : throws in an episode; stones in play stay where they rest
-    target : (x, y) in the delivery frame [m], (0, 0) the button; or "random", anywhere in the house
-    stones : on the sheet before the first throw: positions (k, 2) in the delivery frame [m], or
-        how many to lay at random
+    task : "draw", "guard", "takeout", "hit_and_stay", "peel" or "freeze", or a `Task`; see `tasks`
+    throws : throws in an episode; stones in play stay where they rest. A task with a given stone
+        has one
+    target : the task's mark, (x, y) in the delivery frame [m], (0, 0) the button: where a draw or
+        a guard is to rest, or where the stone to take out or freeze to lies; "random", anywhere the
+        task may be asked for; None, the task's own
+    stones : others on the sheet before the first throw: positions (k, 2) in the delivery frame [m],
+        or how many to lay at random
+    level : None, or how hard positions are, 0 to 1: marks spread from the task's easiest to
+        anywhere, and none to that share of `stones` lie about; may be set between episodes
     direction : the end played to: "away", "home" or "random"
     throw_range : throws that actions choose from; chosen for the ice by default
     weights : of the parts of the reward
@@ -65,9 +74,10 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     Notes
     -----
-    ``reset(options=…)`` takes `target`, `stones` and `direction` for one episode.
+    ``reset(options=…)`` takes `target`, `stones`, `direction` and `level` for one episode.
 
-    ``step`` leaves in `info`: `throw`, `status`, `distance_m`, `in_house`, `reward_parts`,
+    ``step`` leaves in `info`: `throw`, `status`, `distance_m`, `in_house`, `success`,
+    `reward_parts`,
     `trajectory` (of the delivered stone), `outcome` (of every stone), `target` (sheet frame),
     `direction`. A number of each part of the observation is named in `observation.names`.
     """
@@ -79,10 +89,12 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         ice: Ice | str | Path = "standard",
         *,
         known_ice: Ice | str | Path | None = None,
+        task: str | Task = "draw",
         throws: int = 1,
-        target: Aim = (0.0, 0.0),
+        target: Aim = None,
         stones: Stones = (),
         direction: End = "away",
+        level: float | None = None,
         throw_range: ThrowRange | None = None,
         weights: RewardWeights | None = None,
         fps: float = 10.0,
@@ -96,7 +108,9 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
             raise InputError(f"an episode needs at least one throw, got {throws}")
         if not 0 < fps <= 1000:
             raise InputError(f"fps must lie above 0 and at most 1000, got {fps}")
-        self.ice = load_ice(ice)
+        self.ice, self.task = load_ice(ice), task_named(task)
+        if self.task.has_given and throws > 1:
+            raise InputError(f"the task {self.task.name} has one throw an episode, got {throws}")
         self.render_mode = render_mode
         self.engine = Engine(self.ice)
         self.throws, self._fps = throws, fps
@@ -104,12 +118,13 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
             "target": target,
             "stones": stones,
             "direction": direction,
+            "level": level,
         }
-        self._opening = opening(self._choices, self.ice)
+        self._opening = opening(self._choices, self.ice, self.task)
         resting = self._opening.stone_count
         self.observation = Observation(slots=resting + throws, width=self.ice.sheet.width)
         self.throw_range = throw_range or throws_on(self.ice, Direction.AWAY, hits=resting > 0)
-        self.weights = weights or RewardWeights()
+        self.weights = weights or self.task.weights
         known = self.ice if known_ice is None else load_ice(known_ice)
         self._known = {end: knowledge(known, end) for end in Direction}
         self.observation_space = spaces.Box(
@@ -123,7 +138,7 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         self._before: tuple[StoneState, ...] = ()
         self._last: Outcome | None = None
         self._thrown: Throw | None = None
-        self._distance_m = float("nan")
+        self._distance_m, self._success = float("nan"), False
         self._pictures: dict[Direction, SheetPicture] = {}
         self._viewer: Window | None = None
 
@@ -139,6 +154,22 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         """What the agent is told of the ice when playing to an end; see `knowledge`."""
         return self._known[direction]
 
+    @property
+    def level(self) -> float | None:
+        """How hard positions are, 0 to 1; set, it holds from the next episode on.
+
+        Raises
+        ------
+        InputError : set to what is no level
+        """
+        return self._opening.level
+
+    @level.setter
+    def level(self, level: float | None) -> None:
+        choices = {**self._choices, "level": level}
+        self._opening = opening(choices, self.ice, self.task)
+        self._choices = choices
+
     def opening(self, options: dict[str, Any] | None = None) -> Opening:
         """What episodes begin with, given `reset`'s options.
 
@@ -148,7 +179,7 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         """
         if not options:
             return self._opening
-        chosen = opening({**self._choices, **options}, self.ice)
+        chosen = opening({**self._choices, **options}, self.ice, self.task)
         if chosen.stone_count > self._opening.stone_count:
             raise InputError(
                 f"this environment has places for {self._opening.stone_count} stones, got "
@@ -189,19 +220,23 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         self._before, self._stones = self._stones, outcome.in_play
         self._last, self._thrown = outcome, throw
         stone = outcome.delivered
-        verdict = judge(
-            to_delivery((stone.x, stone.y), self._direction),
-            self._target,
-            outcome.delivered_status.in_play,
-            self.ice.stone.radius,
+        landing = Landing(
+            place=to_delivery((stone.x, stone.y), self._direction),
+            in_play=np.bool_(outcome.delivered_status.in_play),
+            target=self._target,
+            given=self._given(self._stones),
+            before=self._given(self._before),
+            radius=self.ice.stone.radius,
         )
-        self._distance_m = float(verdict.distance_m)
+        verdict = judge(landing, self.task.is_done(landing))
+        self._distance_m, self._success = float(verdict.distance_m), bool(verdict.success)
         info = {
             **self._place(),
             "throw": throw,
             "status": outcome.delivered_status.value,
             "distance_m": self._distance_m,
             "in_house": bool(verdict.in_house),
+            "success": self._success,
             "reward_parts": {name: float(part) for name, part in verdict.parts.as_dict().items()},
             "trajectory": outcome.trajectories[-1],
             "outcome": outcome,
@@ -263,6 +298,13 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
             own=[stone.stone >= FIRST_OWN for stone in self._stones],
         )
 
+    def _given(self, stones: tuple[StoneState, ...]) -> NDArray[np.float64]:
+        """Where the task's given stone lies, (2,) delivery frame; NaN where there is none."""
+        first = stones[0] if self.task.has_given and stones else None
+        if first is None or first.stone != 0:
+            return np.full(2, np.nan)
+        return to_delivery((first.x, first.y), self._direction)
+
     def _place(self) -> dict[str, Any]:
         return {
             "target": to_sheet(self._target, self._direction),
@@ -304,6 +346,7 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
                 ("Time", f"{self._last.time:.1f} s"),
                 ("From target", f"{self._distance_m:.2f} m"),
                 ("Result", RESULT[self._last.delivered_status]),
+                (self.task.name.replace("_", " ").capitalize(), WORD[self._success]),
             ]
         return Scene(
             stones=drawn(self._stones, _colour),

@@ -14,7 +14,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from curling_env.envs.opening import Opening
-from curling_env.envs.reward import judge
+from curling_env.envs.reward import Landing, judge
 from curling_env.envs.sheet import FIRST_OWN, CurlingSheetEnv
 from curling_env.errors import InputError
 from curling_env.physics.batch import MOST_STONES, RELEASE_DTYPE, play_batch
@@ -51,7 +51,7 @@ class _Played(NamedTuple):
 
 
 class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], NDArray[Any]]):
-    """Throw stones at targets on many sheets at once.
+    """Throw stones at tasks on many sheets at once.
 
     The same sheets, throws and rewards as `CurlingSheetEnv` has with the same seeds, in far less
     time. `info` holds what it holds there, as arrays with a mask each, and a `throw` as the arrays
@@ -124,6 +124,15 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
         self._played = np.zeros(num_envs, dtype=np.int64)
         self._clock = np.zeros(num_envs)
         self._over = np.zeros(num_envs, dtype=np.bool_)
+
+    @property
+    def level(self) -> float | None:
+        """How hard positions are; set, it holds for the episodes that begin from then on."""
+        return self.single.level
+
+    @level.setter
+    def level(self, level: float | None) -> None:
+        self.single.level = level
 
     def reset(
         self,
@@ -234,25 +243,36 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
             _CODE[Status.OUT_BACK],
         )
         in_play = ~gone & ~hogged
+        before = to_delivery(self._given(rows), direction[:, None])
         self._places[rows, :k] = played.xy[:, :-1]
         self._places[rows, thrown] = np.where(in_play[:, None], played.xy[:, -1], np.nan)
         self._played[rows] += 1
         self._clock[rows] += played.time
-        verdict = judge(
-            to_delivery(played.last, direction[:, None]),
-            self._targets[rows],
-            in_play,
-            single.ice.stone.radius,
+        landing = Landing(
+            place=to_delivery(played.last, direction[:, None]),
+            in_play=in_play,
+            target=self._targets[rows],
+            given=to_delivery(self._given(rows), direction[:, None]),
+            before=before,
+            radius=single.ice.stone.radius,
         )
+        verdict = judge(landing, single.task.is_done(landing))
         facts: dict[str, Any] = {
             "throw": dict(zip(("speed", "angle", "spin"), throws.T, strict=True)),
             "status": STATUSES[code],
             "distance_m": verdict.distance_m,
             "in_house": verdict.in_house,
+            "success": verdict.success,
             "reward_parts": verdict.parts.as_dict(),
             **played.records,
         }
         return np.asarray(single.weights.total(verdict.parts)), facts
+
+    def _given(self, rows: Rows) -> Floats:
+        """Where the task's given stones lie, (n, 2) sheet frame; NaN where there is none."""
+        if not self.single.task.has_given:
+            return np.full((len(rows), 2), np.nan)
+        return self._places[rows, 0].copy()
 
     def _play(self, rows: Rows, throws: Floats, k: int) -> _Played:
         """Through the batch engine, among the first k stones of each sheet."""
