@@ -14,11 +14,11 @@ import curling_env  # noqa: F401  (registers the environments)
 from agents.planning import plan
 from agents.planning.expectation import end_in_play
 from agents.planning.search import direction_to
-from agents.skill import Skill
 from curling_env.envs.action import ThrowRange
 from curling_env.ice import Ice
 from curling_env.physics.slide import NO_OBSTACLES
 from curling_env.sheet import HOUSE_RADIUS, Direction, to_delivery, to_sheet
+from curling_env.skill import Skill
 from curling_env.throw import MAX_SPEED, Throw
 
 Floats = NDArray[np.float64]

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 import curling_env  # noqa: F401  (registers the environments)
 from agents.evaluate import Policy, house_targets, misses, planner_throws, policy_throws
 from agents.models import read_model, write_model
-from agents.skill import Skill, skill_named
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.sheet import Direction, tee
+from curling_env.skill import Skill, skill_named
 from curling_env.storage import make_directory, write_json
 from curling_env.throw import Throw
 

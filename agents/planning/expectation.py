@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from agents.planning.rollouts import Rollouts, roll_out
 from agents.planning.search import direction_to
-from agents.skill import Skill
 from curling_env.ice import FrictionMap, Ice
 from curling_env.physics.slide import SlideEnd, play_bounds
 from curling_env.sheet import Direction
+from curling_env.skill import Skill
 
 Floats = NDArray[np.float64]
 

@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 from agents.planning.expectation import Spread, end_in_play, possible_ices, spreads
 from agents.planning.search import SPINS, check_target, direction_to, find_throws
 from agents.planning.words import InWords, in_words
-from agents.skill import Skill, skill_named
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.slide import NO_OBSTACLES, SlideEnd
 from curling_env.sheet import HOG_LINE_Y, HOUSE_RADIUS, Direction, tee
+from curling_env.skill import Skill, skill_named
 from curling_env.throw import Throw
 
 Floats = NDArray[np.float64]

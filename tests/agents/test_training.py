@@ -10,11 +10,11 @@ import pytest
 from agents import training
 from agents.evaluate import house_targets, misses, planner_throws, rest_in_env
 from agents.models import read_model, write_model
-from agents.skill import SKILLS, skill_named
 from agents.training import TrainingSettings
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.sheet import HOUSE_RADIUS, TEE_Y, Direction, tee
+from curling_env.skill import SKILLS, skill_named
 from curling_env.throw import Throw
 
 TINY = {"network": (8, 8), "batch_size": 8, "checkpoint_every": 0, "target": "button"}
