@@ -126,6 +126,58 @@ def refine(
     return fit.judged(camera, best)
 
 
+def at_focal(
+    refined: Refined,
+    scene: Scene,
+    image: NDArray[np.uint8] | NDArray[np.float32],
+    origin_px: tuple[int, int],
+    log_change: float,
+) -> Refined | None:
+    """The camera with another focal length under which the marks still fall where they are seen.
+
+    Parameters
+    ----------
+    refined : with a focal length that the marks do not fix
+    log_change : of the focal length, natural logarithm
+
+    Returns
+    -------
+    None where the marks contradict
+    """
+    drift = refined.covariance[:, 6] / refined.covariance[6, 6]
+    camera = refined.camera
+    steps = max(1, int(np.ceil(abs(log_change) / 0.1)))
+    for _ in range(steps):  # the marks are followed round the bend in small steps
+        camera = _moved(camera, drift * log_change / steps, True)
+    fit = _Fit(
+        grey=brightness(image),
+        origin=origin_px,
+        marks=marks_of(scene.sheet),
+        scene=scene,
+        free_focal=False,
+        free_bends=refined.free_bends,
+    )
+    found = fit.approach(camera, NARROW_PX, lens=True)
+    if found is None:
+        return None
+    readings = fit.read(found, 2.0)
+    found, covariance, miss = fit.fitted(found, readings, True, 0.5)
+    return replace(
+        refined,
+        camera=found,
+        covariance=covariance,
+        readings=len(miss),
+        rms_px=float(np.sqrt(np.mean(miss**2))),
+        free_focal=False,
+    )
+
+
+def log_height_prior(camera: Camera) -> float:
+    """How unlikely a camera's height is: squared standard deviations from the middle of halls'."""
+    middle, spread = CAMERA_HEIGHT
+    return float((np.log(camera.position[2] / middle) / spread) ** 2)
+
+
 def unrefined(camera: Camera) -> Refined:
     """A camera that no mark was read for."""
     return Refined(
@@ -212,7 +264,7 @@ class _Fit:
     def approach(self, camera: Camera, searches: tuple[float, ...], *, lens: bool) -> Camera | None:
         """Read the marks and fit the camera, once for every search radius."""
         for search in searches:
-            wide = search > NARROW_PX[0]
+            wide = search > NARROW_PX[0] and not lens
             readings = self.read(camera, search, only_strong=wide)
             if len(readings.index) < MIN_READINGS // (2 if wide else 1):
                 return None
