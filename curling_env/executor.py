@@ -172,8 +172,10 @@ class RayCluster:
                 queue.popleft()
                 yield result
         finally:
-            for reference in queue:
-                ray.cancel(reference, force=False)
+            # An abandoned sweep may outlive the cluster, and a cancel would begin another.
+            if ray.is_initialized():
+                for reference in queue:
+                    ray.cancel(reference, force=False)
 
 
 @contextmanager

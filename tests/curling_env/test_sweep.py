@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
 import math
+import multiprocessing
 import os
-import signal
 import sys
-from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -21,8 +21,6 @@ from curling_env.storage import read_table
 from curling_env.sweep import PIECE, Sweep, executed, run, throw_piece
 from curling_env.throw import Throw, write_releases
 
-needs_proc = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="finds workers there")
-
 
 def a_sweep(throws: int = 2 * PIECE + 100, **options) -> Sweep:
     releases = draws_and_hits(np.random.default_rng(4), throws, hits=0.2)
@@ -35,40 +33,37 @@ def assert_same(a, b) -> None:
         np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
 
 
-def worker_processes() -> list[int]:
-    """Processes below this one that do pieces of work, by Linux's list of processes."""
-    parents, names = {}, {}
-    for entry in Path("/proc").iterdir():
-        if entry.name.isdigit():
-            try:
-                stat = (entry / "stat").read_text()
-                names[int(entry.name)] = (entry / "cmdline").read_text().replace("\0", " ")
-            except OSError:
-                continue  # it has just ended
-            parents[int(entry.name)] = int(stat.rpartition(")")[2].split()[1])
+DEADLY = """
+import os, signal
+from curling_env.sweep import throw_piece
 
-    def below(pid: int) -> bool:
-        while pid in parents:
-            pid = parents[pid]
-            if pid == os.getpid():
-                return True
-        return False
+KNIFE = {knife!r}
 
-    marks = ("ray::throw_piece", "multiprocessing.spawn")
-    return [pid for pid, name in names.items() if any(m in name for m in marks) and below(pid)]
+def throw_or_die(piece):
+    # Whoever finds the knife dies by it, in the middle of a piece and of the sweep.
+    if piece.place == 1 and piece.seed == 8:
+        try:
+            os.remove(KNIFE)
+        except FileNotFoundError:
+            return throw_piece(piece)
+        os.kill(os.getpid(), signal.SIGKILL)
+    return throw_piece(piece)
+"""
 
 
-class Assassin:
-    """Kills a worker when the first piece is done."""
-
-    killed = 0
-
-    def __call__(self, results: Iterable) -> Iterator:
-        for result in results:
-            if not self.killed:
-                os.kill(worker_processes()[0], signal.SIGKILL)
-                self.killed += 1
-            yield result
+@pytest.fixture
+def knife(tmp_path, monkeypatch) -> Path:
+    """While this lies there, one worker of the next sweep will be killed; then it is gone."""
+    path = tmp_path / "knife"
+    path.touch()
+    (tmp_path / "deadly.py").write_text(DEADLY.format(knife=str(path)))
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "deadly", raising=False)
+    # Here only: the workers import the module anew, and find what it always was.
+    monkeypatch.setattr(
+        "curling_env.sweep.throw_piece", importlib.import_module("deadly").throw_or_die
+    )
+    return path
 
 
 # --- what a sweep is ------------------------------------------------------------------------------
@@ -151,30 +146,31 @@ def test_a_piece_that_kills_its_workers_is_given_up():
         list(Processes(1).map(os._exit, [1]))
 
 
-@needs_proc
-def test_processes_give_the_same_numbers_after_one_was_killed():
-    sweep, assassin = a_sweep(), Assassin()
+def test_processes_give_the_same_numbers_after_one_was_killed(knife):
+    sweep = a_sweep()
     with executor(2) as crew:
-        ends = run(sweep, crew, through=assassin)
-    assert assassin.killed == 1
+        ends = run(sweep, crew)
+    assert not knife.exists()
     assert_same(ends, run(sweep))
-    assert worker_processes() == []
+    assert multiprocessing.active_children() == []
 
 
-@needs_proc
 @pytest.mark.slow
-def test_a_ray_cluster_gives_the_same_numbers_after_a_worker_was_killed(monkeypatch):
+def test_a_ray_cluster_gives_the_same_numbers_after_a_worker_was_killed(knife, monkeypatch):
     ray = pytest.importorskip("ray")
     monkeypatch.setenv("RAY_USAGE_STATS_ENABLED", "0")
-    monkeypatch.setenv("RAY_ADDRESS", "local")
-    sweep, assassin = a_sweep(), Assassin()
+    sweep = a_sweep()
+    knife.unlink()
+    alone = run(sweep)  # also compiles, once for all
+    knife.touch()
+    ray.cloudpickle.register_pickle_by_value(sys.modules["deadly"])
     ray.init(
         "local", num_cpus=2, include_dashboard=False, log_to_driver=False,
         object_store_memory=100_000_000, _node_ip_address="127.0.0.1",
     )  # fmt: skip
     try:
         with executor("ray") as crew:
-            ends = run(sweep, crew, through=assassin)
+            ends = run(sweep, crew)
             spoilt = a_sweep(10)
             spoilt.releases["vx"][3] = np.nan
             with pytest.raises(InputError, match="finite"):
@@ -182,8 +178,8 @@ def test_a_ray_cluster_gives_the_same_numbers_after_a_worker_was_killed(monkeypa
         assert ray.is_initialized()  # not this executor's to end
     finally:
         ray.shutdown()
-    assert assassin.killed == 1
-    assert_same(ends, run(sweep))
+    assert not knife.exists()
+    assert_same(ends, alone)
 
 
 def test_without_ray_one_line_says_what_to_install(curling, monkeypatch, tmp_path):
