@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from curling_env.errors import InputError
 from curling_env.trajectory import Trajectory
 from friction_estimation.acquisition import RoughPath, sightings_in, thrown_stone
-from friction_estimation.appearance import exposures_at, learn_appearance
+from friction_estimation.appearance import EXPOSURES, Exposure, exposures_at, learn_appearance
 from friction_estimation.background import (
     Background,
     find_background,
@@ -28,7 +28,8 @@ from friction_estimation.background import (
 )
 from friction_estimation.camera import Camera
 from friction_estimation.optical_flow import Flow, shift_between
-from friction_estimation.refinement import Refined, refine, unrefined
+from friction_estimation.parallax import UNDECIDED, focal_from_stone
+from friction_estimation.refinement import Refined, at_focal, refine, unrefined
 from friction_estimation.scene import Scene
 from friction_estimation.smoothing import smooth
 from friction_estimation.stone_fit import Appearance, StoneFit, channels_of, measure
@@ -144,9 +145,25 @@ def track_film(
             "no thrown stone found: nothing of a stone's size slides along the ice", source=path
         )
     ice = channels_of(background.image)
-    look = _learn(sample, rough, ice, background, camera, model)
-    if look is None:
+    seen_by = camera
+
+    def exposures_of(camera: Camera) -> list[Exposure]:
+        return _exposures(sample, rough, ice, background, seen_by, camera, model)
+
+    if landmarks.log_focal_sigma > UNDECIDED and exposures_of(camera):
+        loose, painted = landmarks, background
+        landmarks = focal_from_stone(
+            loose,
+            lambda change: at_focal(loose, scene, painted.image, painted.origin_px, change),
+            exposures_of,
+            model,
+            background.noise,
+        )
+        camera = landmarks.camera
+    exposures = exposures_of(camera)
+    if not exposures:
         raise InputError("the thrown stone is nowhere wholly in the image", source=path)
+    look = learn_appearance(exposures, model, background.noise)
     frames: Iterable[tuple[float, Image]] = film.frames()
     if progress is not None:
         frames = progress(frames, film.frame_count)
@@ -185,25 +202,32 @@ def _acquire(
     return thrown_stone(sightings)
 
 
-def _learn(
+def _exposures(
     sample: Sequence[tuple[float, Image]],
     rough: RoughPath,
     ice: Floats,
     background: Background,
+    seen_by: Camera,
     camera: Camera,
     model: StoneModel,
-) -> Appearance | None:
+) -> list[Exposure]:
+    """The stone's clear pictures, found with one camera, as another places them."""
     clear = [s for s in rough.sightings if s.likeness >= MIN_LIKENESS]
-    exposures = exposures_at(
+    clear = clear[:: max(1, len(clear) // EXPOSURES)]
+    middle = model.height / 2
+    places = np.array([s.xy for s in clear]).reshape(-1, 2)
+    if camera is not seen_by:
+        px = seen_by.project(np.column_stack([places, np.full(len(places), middle)]))
+        places = camera.on_plane(px, middle)
+    return exposures_at(
         [sample[s.frame][1] for s in clear],
         [s.t for s in clear],
-        [s.xy for s in clear],
+        list(places),
         ice,
         background.origin_px,
         camera,
         model,
     )
-    return learn_appearance(exposures, model, background.noise) if exposures else None
 
 
 def _measure_all(

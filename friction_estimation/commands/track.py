@@ -38,6 +38,13 @@ def track(
         Path | None,
         typer.Option(metavar="OUT.mp4", help="Also draw what was tracked into the (only) film."),
     ] = None,
+    refine: Annotated[
+        bool,
+        typer.Option(
+            "--refine/--as-marked",
+            help="Let rings, hog lines and border correct the points in the scene file.",
+        ),
+    ] = True,
     flow: Annotated[
         FlowChoice, typer.Option(help="Optical flow that predicts the stone's next place.")
     ] = FlowChoice.pyramidal,
@@ -46,11 +53,14 @@ def track(
 
     Each film shows one throw. The scene file holds the four ice corners in the image
     (corners_px), or four or more known points (points), and, where known, the camera matrix and
-    the distortion. No click is needed: the stone is what slides along the ice at a stone's size.
+    the distortion (see `curling calibrate`). Points may be some pixels off: the paint on the ice
+    corrects them, and finds a lens that is not known. No click is needed: the stone is what
+    slides along the ice at a stone's size.
 
     The tracks file has one row per frame in which the stone was seen: throw, t (seconds from the
     film's first frame), x, y (metres from mid-sheet), theta (heading of the handle), and the
-    standard errors sigma_xy and sigma_theta.
+    standard errors sigma_xy and sigma_theta. sigma_xy holds what stays the same from frame to
+    frame too: the camera's place and the stone's shape.
 
     \b
     Example:
@@ -73,7 +83,7 @@ def track(
             film,
             known,
             throw=i,
-            options=TrackingOptions(flow=flow.value),
+            options=TrackingOptions(flow=flow.value, refine=refine),
             progress=lambda frames, total, name=film.name: progress(
                 frames, f"track {name}", total=total, unit="frame"
             ),
@@ -81,7 +91,12 @@ def track(
         results.append(result)
         say(
             f"{film.name}: stone seen in {len(result.trajectory)} of {result.frame_count} frames, "
-            f"typically to {1000 * float(_median(result.trajectory.sigma_xy)):.1f} mm"
+            f"its place known to about {1000 * float(_median(result.trajectory.sigma_xy)):.1f} mm; "
+            + (
+                f"the paint on the ice agrees to {result.landmarks.rms_px:.2f} px"
+                if result.landmarks.readings
+                else "the paint on the ice could not check the points that were marked"
+            )
         )
     if overlay is not None:
         from friction_estimation.overlay import write_overlay
