@@ -58,8 +58,8 @@ def focal_from_stone(
             return np.inf
         look = learn_appearance(exposures, model, noise)
         tried[change] = found
-        misfit = total_misfit(exposures, replace(look, noise=first.noise)) / len(exposures)
-            return misfit * pixels + log_height_prior(found.camera)
+        misfit = total_misfit(exposures, replace(look, noise=first.noise)) / PIXEL_CORRELATION
+        return misfit + log_height_prior(found.camera)
 
     low, high = np.log(np.array(HEIGHTS) / landmarks.camera.position[2])
     coarse = np.linspace(low, high, 4)
@@ -68,6 +68,7 @@ def focal_from_stone(
     if not np.isfinite(costs[best]):
         return landmarks
     bracket = coarse[max(best - 1, 0)], coarse[min(best + 1, len(coarse) - 1)]
-    found = minimize_scalar(cost, bounds=bracket, method="bounded", options={"xatol": TOLERANCE, "maxiter": STEPS})
+    limits = {"xatol": TOLERANCE, "maxiter": STEPS}
+    found = minimize_scalar(cost, bounds=bracket, method="bounded", options=limits)
     change = min(tried, key=lambda c: abs(c - found.x))
     return tried[change]
