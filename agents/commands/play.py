@@ -57,6 +57,9 @@ def play(
             help="Directory for the record (game.jsonl) and its replay (game.html).",
         ),
     ] = None,
+    film: Annotated[
+        bool, typer.Option("--film", help="With -o, a film of the game too (game.mp4): minutes.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="The result as JSON.")] = False,
     seed: SeedOption = 0,
 ) -> None:
@@ -64,7 +67,8 @@ def play(
 
     The ice wears along the stones' paths and frosts over, no two stones are quite alike, sweepers
     sweep what is light, and no hand is exact; options switch each of these off. With -o the game is
-    recorded with every stone's path, and written as a page that replays it in any browser.
+    recorded with every stone's path, and written as a page that replays it in any browser; `curling
+    replay` makes a film of the record.
 
     \b
     Examples:
@@ -72,6 +76,7 @@ def play(
         curling play --home greedy --away rulebased --ice ice.json --seed 7 --json
         curling play --home rulebased --away greedy --rules mixed_doubles_2024
     """
+    from agents.playing.film import write_film
     from agents.playing.match import Match, Played
     from agents.playing.page import write_page
     from agents.playing.record import result_of, write_record
@@ -82,6 +87,8 @@ def play(
     from curling_env.rules import Team, rule_set
     from curling_env.storage import make_directory
 
+    if film and output is None:
+        raise InputError("--film needs a directory for it: -o DIR")
     if hammer not in ("home", "away", "lot"):
         raise InputError(f"--hammer is home, away or lot, got {hammer!r}")
     chosen = rule_set(rules) if ends is None else rule_set(rules, ends=ends)
@@ -108,6 +115,10 @@ def play(
         folder = make_directory(output)
         lines = write_record(folder / "game.jsonl", played, rink, ice=ice, seed=seed)
         write_page(folder / "game.html", lines)
+        if film:
+            shown = write_film(folder / "game.mp4", lines, rink.known_ice)
+            for _ in progress(shown, "filming", total=len(deliveries), unit="stone"):
+                pass
         say(f"recorded in {folder / 'game.jsonl'}; open {folder / 'game.html'} to watch it")
     names = (players[0].name, players[1].name)
     if as_json:

@@ -167,7 +167,10 @@ def _delivery(delivery: Delivery) -> dict[str, Any]:
         "time": round(shot.outcome.time, 3),
         "before": _lying(end.stones, shot.direction),
         "lying": _lying(shot.lying, shot.direction),
-        "paths": [_path(path) for path in shot.outcome.trajectories],
+        "paths": [
+            {**_path(path), "status": shot.outcome.status[k].value}
+            for k, path in zip(shot.outcome.moved, shot.outcome.trajectories, strict=False)
+        ],
     }
     if after.game.end is None and after.game.line_score:
         line["score_of_end"] = list(after.game.line_score[-1])
@@ -189,6 +192,8 @@ def _lying(stones: Any, direction: Any) -> list[dict[str, Any]]:
 
 def _path(path: Trajectory) -> dict[str, Any]:
     keep = np.arange(len(path)) % EVERY == 0
+    # Where the stone rests always, and no other sample that rounding would put at the same time.
+    keep &= path.t < path.t[-1] - 2e-3
     keep[-1] = True
     return {
         "stone": path.stone,

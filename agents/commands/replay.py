@@ -1,0 +1,64 @@
+"""`curling replay`: a recorded game as a film or a page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from curling_env.cli import OutputFile, progress
+
+
+def replay(
+    record: Annotated[
+        Path, typer.Argument(metavar="GAME.jsonl", help="The record of a game, of `curling play`.")
+    ],
+    output: OutputFile,
+    ends: Annotated[
+        list[int] | None, typer.Option("--end", min=1, help="Only this end; may be repeated.")
+    ] = None,
+    speed: Annotated[
+        float, typer.Option(min=0.1, max=100, help="Times as fast as it happened.")
+    ] = 8.0,
+    ice: Annotated[
+        str | None,
+        typer.Option(metavar="ICE", help="Painted under the lines; the recorded one without."),
+    ] = None,
+) -> None:
+    """Make a film (.mp4, .avi) or a page (.html) of a recorded game.
+
+    The film shows every delivery from above as a broadcast does, with its paths, the call and the
+    score; an end takes about a minute of film, and about as long to make. The page holds the whole
+    game and plays it in any browser.
+
+    \b
+    Examples:
+        curling replay runs/game/game.jsonl -o game.mp4
+        curling replay runs/game/game.jsonl --end 8 --speed 4 -o last.mp4
+        curling replay runs/game/game.jsonl -o game.html
+    """
+    from agents.playing.film import deliveries_of, write_film
+    from agents.playing.page import write_page
+    from agents.playing.record import read_record
+    from curling_env.errors import InputError
+    from curling_env.ice import load_ice
+
+    lines = read_record(record)
+    if output.suffix.lower() == ".html":
+        if ends:
+            raise InputError("a page shows the whole game; --end is for films")
+        write_page(output, lines)
+        return
+    if output.suffix.lower() not in (".mp4", ".avi"):
+        raise InputError(f"a replay is named .mp4, .avi or .html, got {output.name!r}")
+    shown = write_film(
+        output,
+        lines,
+        load_ice(str(lines[0]["ice"]) if ice is None else ice),
+        ends=ends or None,
+        speed=speed,
+    )
+    total = len(deliveries_of(lines, ends or None))
+    for _ in progress(shown, "filming", total=total, unit="stone"):
+        pass

@@ -1,0 +1,243 @@
+"""A recorded game as a film, seen from above as a broadcast shows it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.envs.game_scene import FAULTS, colour_of
+from curling_env.errors import InputError
+from curling_env.ice import Ice
+from curling_env.physics.engine import Outcome, Status, StoneState
+from curling_env.render import Scene, SheetPicture, drawn, play_back
+from curling_env.rules.delivery import Fault
+from curling_env.sheet import Direction
+from curling_env.trajectory import Trajectory
+
+Frame = NDArray[np.uint8]
+
+FPS = 30.0
+"""Frames a second of a film."""
+SPEED = 8.0
+"""Times as fast as it happened: a draw's 25 s take three."""
+HOLD = 0.8
+"""Seconds for which a position that rules changed, or the end of an end, is held [s]."""
+
+
+def deliveries_of(
+    lines: Sequence[dict[str, Any]], ends: Collection[int] | None = None
+) -> list[dict[str, Any]]:
+    """The recorded deliveries, of some ends or of all.
+
+    Parameters
+    ----------
+    lines : of `record.read_record`
+    ends : of the game, from 1
+
+    Raises
+    ------
+    InputError : an end that was not played
+    """
+    deliveries = list(lines[1:-1])
+    if ends is None:
+        return deliveries
+    played = {int(line["end"]) for line in deliveries}
+    missing = sorted(set(ends) - played)
+    if missing:
+        raise InputError(
+            f"end {missing[0]} was not played; there are 1 to {max(played, default=0)}"
+        )
+    return [line for line in deliveries if line["end"] in ends]
+
+
+def frames_of(
+    lines: Sequence[dict[str, Any]],
+    ice: Ice,
+    *,
+    ends: Collection[int] | None = None,
+    speed: float = SPEED,
+    fps: float = FPS,
+) -> Iterator[tuple[int, Frame]]:
+    """The frames of a recorded game, each with the number of its delivery among those shown.
+
+    Parameters
+    ----------
+    lines : of `record.read_record`
+    ice : whose friction is painted under the lines
+    ends : those shown, from 1; None for all
+    speed : times as fast as it happened
+    fps : frames a second of the film
+
+    Yields
+    ------
+    number from 0, and an RGB frame (720, 1280, 3)
+    """
+    if not speed > 0 or not fps > 0:
+        raise InputError(f"speed and fps must be above 0, got {speed:g} and {fps:g}")
+    pictures: dict[Direction, SheetPicture] = {}
+    for number, (line, headings) in enumerate(_with_headings(deliveries_of(lines, ends))):
+        direction = Direction[line["direction"].upper()]
+        if direction not in pictures:
+            pictures[direction] = SheetPicture(ice, direction)
+        picture = pictures[direction]
+        scene = _scene(lines, line)
+        before = _stones(line["before"], headings)
+        outcome = _outcome(line, before)
+        frames = play_back(picture, scene, before, outcome, colour_of, fps=fps, speed=speed)
+        for frame in frames:
+            yield number, frame
+        if line["fault"] is not None or "score_of_end" in line:
+            lying = _stones(line["lying"], _turned(headings, line))
+            after = picture.draw(replace(_after(lines, line), stones=drawn(lying, colour_of)))
+            for _ in range(round(HOLD * fps)):
+                yield number, after
+
+
+def write_film(
+    path: str | Path,
+    lines: Sequence[dict[str, Any]],
+    ice: Ice,
+    *,
+    ends: Collection[int] | None = None,
+    speed: float = SPEED,
+) -> Iterator[int]:
+    """Write a recorded game as a film, complete or not at all; parameters as of `frames_of`.
+
+    Yields
+    ------
+    the number of a delivery once it is written, so that a caller can show progress; the film is
+    there when all are
+    """
+    from friction_estimation.video import film_writer
+
+    last = -1
+    with film_writer(path, SheetPicture.size, FPS) as film:
+        for number, frame in frames_of(lines, ice, ends=ends, speed=speed):
+            if number > last >= 0:
+                yield last
+            last = number
+            film.write(np.ascontiguousarray(frame[..., ::-1]))  # OpenCV films are BGR
+    if last >= 0:
+        yield last
+
+
+# --- from the record's words to the renderer's ----------------------------------------------------
+
+
+def _with_headings(
+    deliveries: Sequence[dict[str, Any]],
+) -> Iterator[tuple[dict[str, Any], dict[int, float]]]:
+    """Each delivery with the headings of the stones that lay there: a record keeps paths only."""
+    headings: dict[int, float] = {}
+    end = None
+    for line in deliveries:
+        if line["end"] != end:
+            headings, end = {}, line["end"]
+        yield line, headings
+        headings = _turned(headings, line)
+
+
+def _turned(headings: dict[int, float], line: dict[str, Any]) -> dict[int, float]:
+    """Headings after a delivery. A path's own begin at 0: they are how far a stone turned."""
+    if line["fault"] is not None:
+        return headings
+    turned = {path["stone"]: path["theta"][-1] for path in line["paths"]}
+    return headings | {k: headings.get(k, 0.0) + theta for k, theta in turned.items()}
+
+
+def _stones(lying: Sequence[dict[str, Any]], headings: dict[int, float]) -> list[StoneState]:
+    return [
+        StoneState(x=s["x"], y=s["y"], stone=s["stone"], theta=headings.get(s["stone"], 0.0))
+        for s in lying
+    ]
+
+
+def _outcome(line: dict[str, Any], before: Sequence[StoneState]) -> Outcome:
+    """What the physics said, from the record: stones that lay there first, the delivered one last.
+
+    Raises
+    ------
+    InputError : a delivery without its stone's path
+    """
+    paths = {path["stone"]: path for path in line["paths"]}
+    new = sorted(paths.keys() - {stone.stone for stone in before})
+    if len(new) != 1:
+        raise InputError(
+            f"end {line['end']}, stone {line['stone']} has no path of the delivered stone"
+        )
+    thrown = StoneState(x=0.0, y=0.0, stone=new[0])
+    stones: list[StoneState] = []
+    status: list[Status] = []
+    ends: list[float] = []
+    for stone in (*before, thrown):
+        path = paths.get(stone.stone)
+        if path is None:
+            stones.append(stone)
+            status.append(Status.REST)
+            ends.append(0.0)
+            continue
+        x, y, theta = (float(path[name][-1]) for name in ("x", "y", "theta"))
+        stones.append(StoneState(x=x, y=y, theta=stone.theta + theta, stone=stone.stone))
+        status.append(Status(path["status"]))
+        ends.append(float(path["t"][-1]))
+    lay = (*before, thrown)
+    moved = [stone for stone, end in zip(lay, ends, strict=True) if end > 0]
+    return Outcome(
+        stones=tuple(stones),
+        status=tuple(status),
+        time=float(line["time"]),
+        ends=tuple(ends),
+        contacts=(),
+        trajectories=tuple(_trajectory(paths[stone.stone], stone.theta) for stone in moved),
+    )
+
+
+def _trajectory(path: dict[str, Any], heading: float) -> Trajectory:
+    return Trajectory(
+        t=np.array(path["t"], dtype=np.float64),
+        xy=np.column_stack([path["x"], path["y"]]).astype(np.float64),
+        theta=np.array(path["theta"], dtype=np.float64) + heading,
+        stone=int(path["stone"]),
+    )
+
+
+def _scene(lines: Sequence[dict[str, Any]], line: dict[str, Any]) -> Scene:
+    """What there is to say before a delivery: the score up to its end, and what was called."""
+    head = lines[0]
+    home, away = _score_before(lines, int(line["end"]))
+    thrown = line["thrown"]
+    facts = [
+        (f"Red, {head['home']}", str(home)),
+        (f"Yellow, {head['away']}", str(away)),
+        ("Hammer", line["hammer"]),
+        ("Stone", str(line["stone"])),
+        ("To throw", line["team"]),
+        ("Shot", line["shot"] or "a throw"),
+        ("Speed", f"{thrown['speed']:.2f} m/s"),
+        ("Line", f"{np.degrees(thrown['angle']):+.2f}°".replace("-", "−")),
+        ("Spin", f"{thrown['spin']:+.2f} rad/s".replace("-", "−")),
+    ]
+    return Scene(title=f"End {line['end']}   home {home} : {away} away", facts=facts)
+
+
+def _after(lines: Sequence[dict[str, Any]], line: dict[str, Any]) -> Scene:
+    """What there is to say after it: the ruling, the points of an end."""
+    scene = _scene(lines, line)
+    title = scene.title
+    if line["fault"] is not None:
+        title += f"   ·   {FAULTS[Fault(line['fault'])]}"
+    if "score_of_end" in line:
+        home, away = line["score_of_end"]
+        points = "blank end" if home == away else f"{'home' if home else 'away'} {home or away}"
+        title += f"   ·   {points}"
+    return replace(scene, title=title)
+
+
+def _score_before(lines: Sequence[dict[str, Any]], end: int) -> tuple[int, int]:
+    scores = lines[-1]["line_score"][: end - 1]
+    return sum(home for home, _ in scores), sum(away for _, away in scores)
