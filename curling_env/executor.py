@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import logging
 import os
+import warnings
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
@@ -189,10 +190,17 @@ def _cluster(address: str | None) -> Generator[RayCluster]:
         yield RayCluster()
         return
     try:
-        ray.init(address, include_dashboard=False, log_to_driver=False, logging_level=logging.ERROR)
-    except (ConnectionError, RuntimeError) as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of Ray's: a failure is one line, below
+            ray.init(
+                address, include_dashboard=False, log_to_driver=False, logging_level=logging.ERROR
+            )
+    except (ConnectionError, RuntimeError, ValueError) as error:
         at = f" at {address}" if address else ""
-        raise InputError(f"no Ray cluster answers{at}: {str(error).splitlines()[0]}") from error
+        raise InputError(
+            f"no Ray cluster answers{at} ({str(error).splitlines()[0]}); one that asks for a token "
+            "also needs RAY_AUTH_MODE=token here"
+        ) from error
     try:
         yield RayCluster()
     finally:

@@ -30,31 +30,33 @@ SLOWEST = 1e-3
 
 @dataclass(frozen=True, kw_only=True)
 class Piece:
-    """Throws that one worker makes on one ice.
+    """Throws that one worker makes on one ice: each of them with each seed.
 
     Parameters
     ----------
     ice : thrown on
     releases : as they were meant, structured array of RELEASE_DTYPE
     skill : of the hand that makes them
-    seed, place : of its errors: a seed of the sweep, and the piece's place among the throws
+    seeds, place : of its errors: seeds of the sweep, and the piece's place among the throws
     bounds : as of `throw_batch`
     """
 
     ice: Ice
     releases: NDArray[Any]
     skill: Skill
-    seed: int
+    seeds: tuple[int, ...]
     place: int
     bounds: Floats | None
 
 
 def throw_piece(piece: Piece) -> Rests:
     """Make the throws of a piece; depends on nothing else."""
-    # The spawn key is that of the place-th child of SeedSequence(seed).spawn.
-    rng = np.random.default_rng(np.random.SeedSequence(piece.seed, spawn_key=(piece.place,)))
-    made = executed(piece.releases, piece.skill, rng)
-    return throw_batch(piece.ice, made, bounds=piece.bounds)
+    made: list[NDArray[Any]] = []
+    for seed in piece.seeds:
+        # The spawn key is that of the place-th child of SeedSequence(seed).spawn.
+        source = np.random.SeedSequence(seed, spawn_key=(piece.place,))
+        made.append(executed(piece.releases, piece.skill, np.random.default_rng(source)))
+    return throw_batch(piece.ice, np.concatenate(made), bounds=piece.bounds)
 
 
 def executed(releases: NDArray[Any], skill: Skill, rng: np.random.Generator) -> NDArray[Any]:
@@ -120,22 +122,27 @@ class Sweep:
         if table.dtype != RELEASE_DTYPE:
             raise InputError(f"expected releases of RELEASE_DTYPE, got {table.dtype}")
         for ice in self.ices:
-            for seed in self.seeds:
+            for first in range(0, len(self.seeds), self._together):
                 for place, start in enumerate(range(0, len(table), PIECE)):
                     yield Piece(
                         ice=ice,
                         releases=table[start : start + PIECE],
                         skill=skill_named(self.skill),
-                        seed=seed,
+                        seeds=tuple(self.seeds[first : first + self._together]),
                         place=place,
                         bounds=self.bounds,
                     )
 
     @property
+    def _together(self) -> int:
+        """Seeds in a piece: many where the throws are few, else one."""
+        return max(1, PIECE // len(self.releases))
+
+    @property
     def piece_count(self) -> int:
         """How many pieces there are."""
         ices, seeds, throws = self.shape
-        return ices * seeds * -(-throws // PIECE)
+        return ices * -(-seeds // self._together) * -(-throws // PIECE)
 
 
 def run(

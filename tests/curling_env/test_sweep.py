@@ -41,7 +41,7 @@ KNIFE = {knife!r}
 
 def throw_or_die(piece):
     # Whoever finds the knife dies by it, in the middle of a piece and of the sweep.
-    if piece.place == 1 and piece.seed == 8:
+    if piece.place == 1 and piece.seeds == (8,):
         try:
             os.remove(KNIFE)
         except FileNotFoundError:
@@ -96,6 +96,15 @@ def test_a_piece_has_the_randomness_of_its_seed_and_place():
     )
     assert np.std(turned) == pytest.approx(0.0052, rel=0.05)
     assert np.std(made["omega"] - piece.releases["omega"]) == pytest.approx(0.2, rel=0.05)
+
+
+def test_few_throws_with_many_seeds_go_together():
+    sweep = a_sweep(3, seeds=range(3000))
+    assert sweep.piece_count == len(list(sweep.pieces())) == 2 * 3
+    ends = run(sweep)
+    for seed in (0, 1364, 1365, 2999):
+        alone = run(a_sweep(3, seeds=(seed,)))
+        np.testing.assert_array_equal(ends.x[:, seed], alone.x[:, 0])
 
 
 @pytest.mark.parametrize(
