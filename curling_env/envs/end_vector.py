@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 from curling_env.envs.end import AGENT, CurlingEndEnv
 from curling_env.envs.game_reward import GameRewardParts, parts_of
 from curling_env.errors import InputError
-from curling_env.game import STILL, Call, GameState
+from curling_env.game import Call, GameState
 from curling_env.game.living_ice import prepared
 from curling_env.game.rink import direction_of, result_of_places
 from curling_env.physics.batch import RELEASE_DTYPE, play_batch
 from curling_env.physics.slide import play_bounds
 from curling_env.rules import Ruling, Team
 from curling_env.rules.game import deliver
+from curling_env.rules.stones import STONES_A_TEAM
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 
 DIRECTION = direction_of(0)
@@ -32,13 +33,14 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
     """Play an end against an opponent, in many ends side by side.
 
     The same ends as `CurlingEndEnv` plays with the same seeds, in less time: all throws of a step
-    go to the batch engine in two calls. An end that is over begins anew at the next step.
+    go to the batch engine in two calls. Where paths wear the ice, or every game has its own set of
+    stones, no two ends share an ice and they are played one after another, as `CurlingEndEnv` plays
+    them and as slowly. An end that is over begins anew at the next step.
 
     Parameters
     ----------
     num_envs : ends side by side
-    settings : as for `CurlingEndEnv`, on ice that stays as it is and with sweeping "none" or
-        "action"
+    settings : as for `CurlingEndEnv`, without a `render_mode`
 
     Raises
     ------
@@ -52,14 +54,9 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
     def __init__(self, num_envs: int = 1, **settings: Any) -> None:
         if num_envs < 1:
             raise InputError(f"num_envs must be at least 1, got {num_envs}")
-        for name, only in (("living", STILL), ("render_mode", None)):
-            if settings.get(name, only) != only:
-                raise InputError(f"many ends at once have no {name}; make one environment for it")
-        if settings.get("sweeping") == "scripted":
-            raise InputError("many ends at once are swept by 'action' or not at all")
+        if settings.get("render_mode") is not None:
+            raise InputError("many ends at once have no render_mode; make one environment for it")
         self.single = CurlingEndEnv(**settings)
-        if self.single.rink.ice.effect("stone_bias") is not None:
-            raise InputError("many ends at once are played with stones that are all alike")
         self.num_envs = num_envs
         self.single_observation_space = self.single.observation_space
         self.single_action_space = self.single.action_space
@@ -67,7 +64,9 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._bounds = play_bounds(self.single.rink.ice, DIRECTION)
         rink = self.single.rink
-        self._ice = prepared(rink.ice, STILL, 0, sweeping=rink.sweeping)
+        living = rink.living
+        self._apart = bool(living.wear or living.stone_spread)
+        self._ice = prepared(rink.ice, living, 0, sweeping=rink.sweeping)
         self._states: list[GameState] = []
 
     @property
@@ -142,17 +141,25 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         """Play one delivery in each of some ends."""
         if not calls:
             return {}
+        if self._apart:
+            return {i: self._play_alone(i, call) for i, call in calls.items()}
         rink, states = self.single.rink, self._states
-        most = max(len(states[i].game.end.stones) for i in calls)  # pyright: ignore[reportOptionalMemberAccess]
-        places = np.full((len(calls), most, 2), np.nan)
+        # A stone keeps its column, so that identifiers go by columns, the same in every end. One
+        # team is to throw in all of them, so that its last stone lies in none: fifteen are enough.
+        lying = [end.stones for i in calls if (end := states[i].game.end) is not None]
+        names = sorted({stone.stone for stones in lying for stone in stones})
+        column = {name: k for k, name in enumerate(names)}
+        places = np.full((len(calls), len(names), 2), np.nan)
         releases = np.zeros(len(calls), dtype=RELEASE_DTYPE)
+        columns: list[list[int]] = []
         for row, (i, call) in enumerate(calls.items()):
             end = states[i].game.end
             assert end is not None
             throw = rink.executed(call.throw, rink.skills[end.to_throw], states[i])
-            begin, until = call.sweep or (0.0, 0.0)
+            begin, until = rink.sweep_of(call, throw, DIRECTION)
+            columns.append([column[stone.stone] for stone in end.stones])
             if end.stones:
-                places[row, : len(end.stones)] = [(s.x, s.y + TEE_Y) for s in end.stones]
+                places[row, columns[row]] = [(s.x, s.y + TEE_Y) for s in end.stones]
             releases[row] = (
                 throw.x,
                 -HOG_LINE_Y,
@@ -160,13 +167,13 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
                 throw.speed * np.cos(throw.angle),
                 0.0,
                 throw.spin,
-                0.0,
+                STONES_A_TEAM * end.to_throw + end.number_of_stone,
                 states[i].clock,
                 states[i].throws,
                 begin,
                 until,
             )
-        after = play_batch(self._ice, places, releases, bounds=self._bounds)
+        after = play_batch(self._ice, places, releases, identity=names, bounds=self._bounds)
         if (after.meetings < 0).any():
             raise InputError("a stone never stops on this ice; check its friction and slope")
         xy = after.xy - np.array([0.0, TEE_Y])
@@ -175,15 +182,21 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
             state = states[i]
             end = state.game.end
             assert end is not None
-            lying = xy[row, [*range(len(end.stones)), -1]].tolist()
-            same = (after.xy[row, : len(end.stones)] == places[row, : len(end.stones)]).all(axis=1)
-            unmoved: list[bool] = same.tolist()
-            result = result_of_places(end, lying, unmoved, bool(after.meetings[row]))
+            mine = columns[row]
+            came_to = xy[row, [*mine, -1]].tolist()
+            unmoved: list[bool] = (after.xy[row, mine] == places[row, mine]).all(axis=1).tolist()
+            result = result_of_places(end, came_to, unmoved, bool(after.meetings[row]))
             team = end.to_throw
             game, ruling = deliver(state.game, result, put_back=self._chooser(state, team))
             parts[i] = parts_of(state.game, game, team, ruling, AGENT)
             states[i] = rink.after(state, game)
         return parts
+
+    def _play_alone(self, i: int, call: Call) -> GameRewardParts:
+        """Play one delivery in one end, on the ice as it is there."""
+        single, before = self.single, self._states[i]
+        self._states[i], shot = single.rink.play(before, call, opponent=single.opponent)
+        return parts_of(before.game, self._states[i].game, shot.team, shot.ruling, AGENT)
 
     def _chooser(self, state: GameState, team: Team) -> Callable[[Ruling], bool]:
         """The choice after a tick, as `CurlingEndEnv` has it made."""

@@ -164,7 +164,7 @@ class Rink:
         team, direction = end.to_throw, direction_of(end.number)
         thrown = self.executed(call.throw, self.skills[team], state)
         stone = STONES_A_TEAM * team + end.number_of_stone
-        sweep = self._sweep(call, thrown, direction)
+        sweep = self.sweep_of(call, thrown, direction)
         outcome = self._engine_for(state).play(
             thrown.release(
                 direction, stone=stone, clock=state.clock, order=state.throws, sweep=sweep
@@ -226,7 +226,8 @@ class Rink:
             x=meant.x,
         )
 
-    def _sweep(self, call: Call, thrown: Throw, direction: Direction) -> Sweep:
+    def sweep_of(self, call: Call, thrown: Throw, direction: Direction) -> Sweep:
+        """When a delivery is swept: as called, else as the sweepers judge; equal times for not."""
         if not self.sweeping:
             return (0.0, 0.0)
         if call.sweep is not None:

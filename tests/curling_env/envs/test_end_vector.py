@@ -8,7 +8,11 @@ import pytest
 
 import curling_env  # noqa: F401  (registers the environments)
 from curling_env.errors import InputError
-from curling_env.game import USUAL
+from curling_env.game import USUAL, Call, LivingIce
+from curling_env.ice import ActiveEffect
+from curling_env.physics.aim import Aim
+from curling_env.presets import standard
+from curling_env.sheet import Direction
 
 
 def make(n, **settings):
@@ -17,23 +21,75 @@ def make(n, **settings):
     )
 
 
-def test_each_is_the_end_that_is_played_alone():
-    many = make(4)
-    alone = [gym.make("CurlingEnd-v0").unwrapped for _ in range(4)]
+SWEPT = {"sweeping": "scripted", "skill": "club"}
+
+
+def biased(factors):
+    """The usual ice, with friction of their own for some stones by identifier."""
+    ice = standard()
+    for stone, factor in factors.items():
+        parameters = {"stone": float(stone), "factor": factor}
+        ice = ice.with_effect(ActiveEffect(name="stone_bias", parameters=parameters))
+    return ice
+
+
+SETTINGS = {
+    "still": {},
+    "rulebased": {"opponent": "rulebased", "hammer": "own"},
+    "frost": {"living": LivingIce(frost=0.3)},
+    "swept": SWEPT,
+    "sweeping as action": {"sweeping": "action"},
+    "stones of their own": {"ice": biased({2: 1.1, 9: 0.9})},
+    "mixed doubles": {"rules": "mixed_doubles_2024"},
+    "living": {"living": USUAL, **SWEPT},
+}
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_each_is_the_end_that_is_played_alone(name):
+    """Whole ends, each delivery from the same position: collisions multiply small differences."""
+    settings, n = SETTINGS[name], 5
+    many, alone = make(n, **settings), gym.make("CurlingEnd-v0", **settings).unwrapped
     seen, _ = many.reset(seed=20)
-    for k, env in enumerate(alone):
-        assert np.allclose(env.reset(seed=20 + k)[0], seen[k], atol=1e-6)
+    for k in range(n):
+        assert np.allclose(alone.reset(seed=20 + k)[0], seen[k], atol=2e-3)
     rng = np.random.default_rng(0)
-    for delivery in range(8):
-        actions = rng.uniform(-1, 1, (4, 3)).astype(np.float32)
-        seen, _, over, _, _ = many.step(actions)
-        for k, env in enumerate(alone):
-            one, _, ended, _, _ = env.step(actions[k])
-            # Collisions multiply what little the two engines differ by.
-            if delivery < 4:
-                assert np.allclose(one, seen[k], atol=2e-3)
-            assert ended == over[k]
-    assert over.all()
+    spread = np.float32([0.5, 0.4, 1.0, 1.0, 1.0])[: many.single_action_space.shape[0]]
+    same, struck, longest = [], 0, 0
+    while True:
+        before = many.unwrapped.states
+        actions = (rng.uniform(-1, 1, (n, len(spread))) * spread).astype(np.float32)
+        seen, rewards, over, _, _ = many.step(actions)
+        for k in range(n):
+            alone.state = before[k]
+            one, reward, ended, _, info = alone.step(actions[k])
+            struck += any(shot.outcome.contacts for shot in info["shots"])
+            same.append(np.allclose(one, seen[k], atol=2e-3) and ended == over[k])
+            if same[-1]:
+                assert reward == rewards[k]
+                after, other = many.unwrapped.states[k], alone.state
+                assert (after.throws, after.clock) == (other.throws, other.clock)
+                if after.wear is not None:
+                    assert np.array_equal(after.wear, other.wear)
+        longest += 1
+        if over.any():
+            break
+    assert longest >= 5
+    assert struck > 5
+    assert np.mean(same) >= (1.0 if name == "living" else 0.95)
+
+
+def test_stones_of_their_own_run_as_they_do():
+    heavy = biased(dict.fromkeys(range(8), 1.3))
+    ends = []
+    for ice in (standard(), heavy):
+        many = make(2, ice=ice, skill="none", hammer="opponent", known_ice="standard")
+        many.reset(seed=0)
+        draw = Aim(standard(), Direction.AWAY).draw(1.3, -0.5, 1.5)
+        many.step(np.tile(many.unwrapped.single.action_of(Call(throw=draw)), (2, 1)))
+        ends.append(many.unwrapped.states[0].game.end.stones)
+    assert {s.team.label for s in ends[1]} == {"away"}  # the home team's stones die on the way
+    assert {s.team.label for s in ends[0]} == {"home", "away"}
 
 
 def test_an_end_that_is_over_begins_anew():
@@ -56,14 +112,6 @@ def test_other_observations_come_in_batches(kind):
     assert many.observation_space.contains(seen)
 
 
-@pytest.mark.parametrize(
-    ("settings", "word"),
-    [
-        ({"living": USUAL}, "living"),
-        ({"sweeping": "scripted"}, "swept"),
-        ({"render_mode": "rgb_array"}, "render_mode"),
-    ],
-)
-def test_what_only_one_end_can_do_is_refused(settings, word):
-    with pytest.raises(InputError, match=word):
-        make(2, **settings)
+def test_what_only_one_end_can_do_is_refused():
+    with pytest.raises(InputError, match="render_mode"):
+        make(2, render_mode="rgb_array")
