@@ -27,6 +27,7 @@ from friction_estimation.background import (
     sheet_region,
 )
 from friction_estimation.camera import Camera
+from friction_estimation.heading import consistent_heading
 from friction_estimation.optical_flow import Flow, shift_between
 from friction_estimation.parallax import UNDECIDED, focal_from_stone
 from friction_estimation.refinement import Refined, at_focal, refine, unrefined
@@ -34,6 +35,7 @@ from friction_estimation.scene import Scene
 from friction_estimation.smoothing import smooth
 from friction_estimation.stone_fit import Appearance, StoneFit, channels_of, measure
 from friction_estimation.stone_model import StoneModel
+from friction_estimation.uncertainty import systematic_sigma
 from friction_estimation.video import Film
 
 Floats = NDArray[np.float64]
@@ -366,13 +368,16 @@ def _joined(
     kept = np.isfinite(xy[:, 0])  # wild frames did not pull; their rows carry the joint estimate
     theta = spin = sigma_theta = np.full(len(t), np.nan)
     if look.has_handle:
-        theta, spin, sigma_theta = _heading(t, fits, np.array(record.theta[first : last + 1]))
+        speed = np.hypot(smoothed[0].rate, smoothed[1].rate)
+        theta, spin, sigma_theta = _heading(t, fits, speed)
     place = np.column_stack([axis.value for axis in smoothed])
+    noise = np.hypot(smoothed[0].sigma, smoothed[1].sigma)[kept] / np.sqrt(2)
+    common = systematic_sigma(landmarks, place[kept], look.model.height)
     trajectory = Trajectory(
         t=t[kept],
         xy=place[kept],
         theta=theta[kept],
-        sigma_xy=np.hypot(smoothed[0].sigma, smoothed[1].sigma)[kept] / np.sqrt(2),
+        sigma_xy=np.hypot(noise, common),
         sigma_theta=sigma_theta[kept] if look.has_handle else np.empty(0),
         throw=throw,
     )
@@ -389,10 +394,12 @@ def _joined(
 
 
 def _heading(
-    t: Floats, fits: Sequence[StoneFit | None], theta: Floats
+    t: Floats, fits: Sequence[StoneFit | None], speed: Floats
 ) -> tuple[Floats, Floats, Floats]:
     """Smoothed heading, spin and the heading's standard error, each (n,)."""
     sigma = np.array([np.nan if fit is None else np.sqrt(fit.covariance[2, 2]) for fit in fits])
+    measured = np.array([np.nan if fit is None else fit.theta for fit in fits])
+    theta = consistent_heading(t, measured, sigma, speed)
     if np.isfinite(theta).sum() < 5:
         nothing = np.full(len(t), np.nan)
         return nothing, nothing, nothing

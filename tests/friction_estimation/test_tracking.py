@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 from curling_env.cli import main
-from curling_env.errors import InputError
 from curling_env.trajectory import read_tracks
 from friction_estimation.camera import Camera
 from friction_estimation.optical_flow import follow, lucas_kanade
 from friction_estimation.scene import Scene, load_scene, save_scene
 from friction_estimation.stone_model import StoneModel
-from friction_estimation.tracking import TrackingOptions, track_film
+from friction_estimation.tracking import track_film
 from friction_estimation.video import Film, film_writer
 
 SIZE = (480, 270)
@@ -145,15 +144,16 @@ def test_times_count_from_the_first_frame(tracked):
     assert tracked.trajectory.t == pytest.approx(tracked.frame / FPS, abs=1e-6)
 
 
-def test_plain_flow_serves_as_well_as_pyramidal(film, tracked):
-    plain = track_film(film, scene(), options=TrackingOptions(flow="plain"))
-    assert len(plain.trajectory) >= 0.9 * len(tracked.trajectory)
-
-
-def test_a_film_without_a_stone_is_refused(tmp_path):
+def test_a_film_without_a_stone_ends_the_command_in_one_line(tmp_path, capsys):
     path = draw_film(tmp_path / "empty.mp4", stone=False, frames=40)
-    with pytest.raises(InputError, match=r"empty\.mp4: no thrown stone found"):
-        track_film(path, scene())
+    save_scene(scene(), tmp_path / "scene.json")
+    output = tmp_path / "tracks.csv"
+    assert (
+        main(["track", str(path), "--scene", str(tmp_path / "scene.json"), "-o", str(output)]) == 2
+    )
+    (line,) = [text for text in capsys.readouterr().err.splitlines() if "curling:" in text]
+    assert "empty.mp4: no thrown stone found" in line
+    assert not output.exists()
 
 
 def test_flow_alone_follows_the_stone_for_a_while(film):
@@ -178,14 +178,17 @@ def test_only_the_pyramid_follows_a_large_motion():
     assert not (plain_found & (np.abs(far[:, 0] - points[:, 0] - 14) < 0.5)).any()
 
 
-def test_the_command_writes_tracks_and_an_overlay(film, tmp_path, capsys):
+def test_the_command_writes_tracks_and_an_overlay_and_plain_flow_serves_too(
+    film, tracked, tmp_path, capsys
+):
     save_scene(scene(), tmp_path / "scene.json")
     arguments = ["track", str(film), "--scene", str(tmp_path / "scene.json")]
     arguments += ["-o", str(tmp_path / "tracks.csv"), "--overlay", str(tmp_path / "seen.mp4")]
+    arguments += ["--flow", "plain", "--as-marked"]
     assert main(arguments) == 0
     (track,) = read_tracks(tmp_path / "tracks.csv")
     (report,) = json.loads(capsys.readouterr().out)
-    assert report["tracked"] == len(track)
+    assert report["tracked"] == len(track) >= 0.9 * len(tracked.trajectory)
     shown = [frame for _, frame in Film.open(tmp_path / "seen.mp4").frames()]
     plain = [frame for _, frame in Film.open(film).frames()]
     assert len(shown) == len(plain)
@@ -224,3 +227,31 @@ def test_points_outside_the_image_end_the_command(film, tmp_path, capsys):
     assert load_scene(tmp_path / "scene.json").points_px[0, 0] == 900
     assert main(["track", str(film), "--scene", str(tmp_path / "scene.json")]) == 2
     assert "outside the image" in capsys.readouterr().err
+
+
+CORNERS = {
+    "home_left": [60, 250],
+    "home_right": [420, 250],
+    "away_left": [200, 40],
+    "away_right": [290, 40],
+}
+
+
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        ({"home_left": [420, 250], "home_right": [60, 250]}, "corners cross"),
+        ({"away_left": [240, 250], "away_right": [290, 40]}, "lie in a line"),
+        ({"away_left": [200, -40]}, "outside the image"),
+    ],
+)
+def test_corners_that_span_no_sheet_end_the_command_in_one_line(
+    film, tmp_path, capsys, changes, complaint
+):
+    path = tmp_path / "scene.json"
+    path.write_text(json.dumps({"corners_px": CORNERS | changes}))
+    output = tmp_path / "tracks.csv"
+    assert main(["track", str(film), "--scene", str(path), "-o", str(output)]) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert complaint in line
+    assert not output.exists()

@@ -1,0 +1,89 @@
+"""One heading for the whole track: which of a handle's two ends is the front, frame by frame.
+
+Far away a handle is a pixel or two and its two ends look alike, so single frames are half a turn
+off, or anywhere. But a stone turns steadily, and ever slower as it slows. The turn that most frames
+agree with, whichever end they took for the front, is found first; then the front, by majority.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+SPINS = np.linspace(-6.0, 6.0, 481)
+"""Spins tried at the beginning of the track [rad/s]."""
+POWERS = (0.0, 0.15, 0.3, 0.5, 0.8)
+"""The spin falls with these powers of the speed; real stones lie in between."""
+LEAST_AGREEMENT = 0.35
+"""Mean cosine of the headings' doubled miss below which no turn is found."""
+LEAST_MAJORITY = 0.1
+"""By how much one front must win, as a mean cosine, to be believed."""
+WINDOW = 1.5
+"""Time over which the turn may stray from a power of the speed [s]."""
+LARGEST_MISS = 0.7
+"""A heading further from the joint one [rad] is a misread handle."""
+SIGMA_FLOOR = 0.15
+"""No single heading counts for more than one with this standard error [rad]."""
+
+
+def consistent_heading(t: Floats, theta: Floats, sigma: Floats, speed: Floats) -> Floats:
+    """Headings of one steady turn, unwrapped.
+
+    Parameters
+    ----------
+    t : (n,) [s]
+    theta : (n,) measured, modulo a turn and sometimes half a turn off; NaN where unknown [rad]
+    sigma : (n,) their standard errors [rad]
+    speed : (n,) of the stone [m/s]
+
+    Returns
+    -------
+    (n,) NaN where a heading fits the turn in no way, and everywhere when no turn or no front can
+    be told
+    """
+    known = np.isfinite(theta) & np.isfinite(sigma)
+    nothing = np.full(len(t), np.nan)
+    if known.sum() < 5:
+        return nothing
+    weight = np.where(known, 1 / (SIGMA_FLOOR**2 + np.nan_to_num(sigma, nan=9.0) ** 2), 0.0)
+    measured = np.where(known, theta, 0.0)
+    turn, agreement = _steady_turn(t, measured, weight, speed)
+    if agreement < LEAST_AGREEMENT:
+        return nothing
+    turn = turn + _stray(t, measured - turn, weight)
+    miss = measured - turn
+    front = np.sum(weight * np.exp(1j * miss)) / weight.sum()
+    if abs(front) < LEAST_MAJORITY:
+        return nothing
+    turn = turn + np.angle(front)
+    # Half a turn off is the other end of the same handle.
+    left = 0.5 * np.angle(np.exp(2j * (measured - turn)))
+    return np.where(known & (np.abs(left) < LARGEST_MISS), turn + left, np.nan)
+
+
+def _steady_turn(t: Floats, theta: Floats, weight: Floats, speed: Floats) -> tuple[Floats, float]:
+    """The turn that most doubled headings agree with, up to a constant, and how well they do."""
+    share = np.clip(speed / max(float(np.nanmax(speed)), 1e-6), 0.0, 1.0)
+    doubled = weight * np.exp(2j * theta)
+    best, agreement = np.zeros(len(t)), -1.0
+    for power in POWERS:
+        rate = np.where(share > 0.02, share**power, 0.0)
+        swept = np.concatenate([[0.0], np.cumsum(np.diff(t) * (rate[1:] + rate[:-1]) / 2)])
+        for spins in np.array_split(SPINS, 8):
+            sums = np.abs(np.exp(-2j * spins[:, None] * swept) @ doubled) / weight.sum()
+            i = int(np.argmax(sums))
+            if sums[i] > agreement:
+                agreement, best = float(sums[i]), spins[i] * swept
+    return best, agreement
+
+
+def _stray(t: Floats, miss: Floats, weight: Floats) -> Floats:
+    """Slow departure of the headings from a turn, from their doubled misses, (n,)."""
+    step = float(np.median(np.diff(t)))
+    half = max(int(WINDOW / step / 2), 1)
+    bell = np.exp(-0.5 * (np.arange(-2 * half, 2 * half + 1) / half) ** 2)
+    total = np.convolve(weight * np.exp(2j * miss), bell, mode="full")
+    total = total[2 * half : 2 * half + len(t)]
+    return 0.5 * np.unwrap(np.angle(total))

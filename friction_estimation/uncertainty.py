@@ -1,0 +1,60 @@
+"""What stays the same from frame to frame: how far camera and stone's shape may misplace a track.
+
+A smoother sees only noise. The pose found from the paint, the lens, and the outline learnt for the
+stone move every frame together, so they are carried over to the ice by their own covariances.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from friction_estimation.camera import Camera
+from friction_estimation.refinement import CLICK_PX, Refined
+
+Floats = NDArray[np.float64]
+
+EDGE_SYSTEMATIC_PX = 0.05
+"""How far the outline learnt for a stone is off in the image, seen from above."""
+OBLIQUITY = 5.0
+"""Low views hardly tell a stone's foot from its far rim: the outline's error grows by the squared
+cotangent of the line of sight's elevation over this. Both numbers as found on films rendered by
+`friction_estimation.synthetic` from the named cameras."""
+STEP = 1e-5
+
+
+def systematic_sigma(landmarks: Refined, xy: Floats, height: float) -> Floats:
+    """Standard error of each coordinate that is common to all frames, (n,) [m].
+
+    Parameters
+    ----------
+    landmarks : the camera that measured
+    xy : (n, 2) places on the ice [m]
+    height : of the stone [m]
+    """
+    camera = landmarks.camera
+    middle = height / 2
+    points = np.column_stack([xy, np.full(len(xy), middle)])
+    px = camera.project(points)
+    count = len(landmarks.covariance)
+    moved = np.zeros((len(xy), 2, count))
+    if landmarks.readings:
+        for p in range(count):
+            moved[:, :, p] = (landmarks.moved(p, STEP).on_plane(px, middle) - xy) / STEP
+    variance = np.einsum("nip,pq,niq->ni", moved, landmarks.covariance, moved)
+    metre = _metres_per_px(camera, xy, middle)
+    away = np.linalg.norm(xy - camera.position[:2], axis=1)
+    cotangent = away / (camera.position[2] - middle)
+    edge_px = EDGE_SYSTEMATIC_PX * (1 + cotangent**2 / OBLIQUITY)
+    # Without paint to check them, the clicked points are all there is.
+    loose_px = 0.0 if landmarks.readings else CLICK_PX / 2
+    variance += (np.hypot(edge_px, loose_px)[:, None] * metre) ** 2
+    return np.sqrt(variance.sum(axis=1) / 2)
+
+
+def _metres_per_px(camera: Camera, xy: Floats, z: float) -> Floats:
+    """How far each coordinate moves per pixel along the image direction that moves it most."""
+    found = np.empty((len(xy), 2))
+    for i, place in enumerate(xy):
+        found[i] = np.linalg.norm(np.linalg.inv(camera.px_per_metre(place, z)), axis=1)
+    return found

@@ -1,0 +1,47 @@
+"""A steady turn from headings that are noisy, half a turn off, or missing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from friction_estimation.heading import consistent_heading
+
+T = np.arange(0, 20, 1 / 15)
+SPEED = np.maximum(2.0 - 0.1 * T, 0.0)
+TRUTH = 0.4 + 1.1 * np.cumsum(np.where(SPEED > 0, (SPEED / 2) ** 0.25, 0)) / 15
+
+
+def measured(rng, *, noise=0.2, slips=0.3):
+    theta = TRUTH + rng.normal(0, noise, len(T)) + np.pi * (rng.random(len(T)) < slips)
+    return np.angle(np.exp(1j * theta)), np.full(len(T), noise)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_half_turns_are_put_right(direction):
+    theta, sigma = measured(np.random.default_rng(1))
+    found = consistent_heading(T, direction * theta, sigma, SPEED)
+    known = np.isfinite(found)
+    assert known.mean() > 0.9
+    miss = found[known] - direction * TRUTH[known]
+    miss -= 2 * np.pi * np.round(np.median(miss) / (2 * np.pi))
+    assert np.sqrt(np.mean(miss**2)) < 0.3
+
+
+def test_when_both_ends_look_alike_there_is_no_heading():
+    theta, sigma = measured(np.random.default_rng(2), slips=0.5)
+    assert np.isnan(consistent_heading(T, theta, sigma, SPEED)).all()
+
+
+def test_when_headings_follow_no_turn_there_is_none():
+    rng = np.random.default_rng(3)
+    theta = rng.uniform(-np.pi, np.pi, len(T))
+    assert np.isnan(consistent_heading(T, theta, np.full(len(T), 0.2), SPEED)).all()
+
+
+def test_frames_without_a_heading_stay_without():
+    theta, sigma = measured(np.random.default_rng(4), slips=0.1)
+    theta[50:80] = np.nan
+    found = consistent_heading(T, theta, sigma, SPEED)
+    assert np.isnan(found[50:80]).all()
+    assert np.isfinite(found[80:]).mean() > 0.9
