@@ -36,7 +36,7 @@ Floats = NDArray[np.float64]
 SHAPE_SPREAD = {
     "radius": 1e-5,
     "height": 1e-5,
-    "foot_inset": 0.015,
+    "foot_inset": 0.03,
     "foot_height": 0.015,
     "bevel_height": 0.015,
     "bevel_inset": 0.02,
@@ -65,7 +65,7 @@ SHAPE_SPREAD = {
 
 A stone stands on its running band, so its foot is never much wider or narrower than that."""
 SHAPE_BOUNDS = {
-    "foot_inset": (-0.005, 0.09),
+    "foot_inset": (-0.005, 0.12),
     "foot_height": (0.002, 0.06),
     "bevel_height": (0.001, 0.06),
     "bevel_inset": (0.0, 0.09),
@@ -97,10 +97,23 @@ SPINS_TRIED = np.linspace(-4.0, 4.0, 33)
 """Rates of turning [rad/s]; a stone thrown to stay in play hardly turns faster."""
 SPIN_CHANGE = 0.05
 """The change of spin [rad/s] that costs as much as one standard error of one exposure."""
+GRANITE = (
+    ("foot", "side", (30.0, 4.0, 4.0)),
+    ("bevel", "side", (30.0, 4.0, 4.0)),
+    ("top", "side", (30.0, 4.0, 4.0)),
+)
+"""How far one part of the body differs from another [grey]: it is one stone in different light."""
+FOOT_BRIGHTNESS = 1.1
+"""The foot overhangs: lit by the ice alone it is at most about as bright as the side."""
+HEADINGS_TRIED = 36
+SPINS_TRIED = np.linspace(-4.0, 4.0, 33)
+"""Rates of turning [rad/s]; a stone thrown to stay in play hardly turns faster."""
+SPIN_CHANGE = 0.05
+"""The change of spin [rad/s] that costs as much as one standard error of one exposure."""
 GRANITE_SPREAD = np.array([30.0, 4.0, 4.0])
 """How far parts of the body differ from its side: light falls on them from elsewhere [grey]."""
 SHADOW_TRIED = 0.1
-REFINEMENTS = (6, 5, 5)
+REFINEMENTS = (8, 8, 8)
 """Rounds of adjustment between which noise and headings are found anew."""
 EXPOSURES = 20
 """Frames that the look is learnt from; more only cost time."""
@@ -321,7 +334,9 @@ def _with_handle(exposures: Sequence[Exposure], look: Appearance) -> Appearance:
     colour = np.median(marked[:, :3], axis=0)
     colours = look.colours.copy()
     colours[-1] = colour
-    before = sum(_settle(exposure, look) ** 2 for exposure in exposures)
+    for exposure in exposures:
+        _settle(exposure, look)
+    before = total_misfit(exposures, look)
     poses = [exposure.pose for exposure in exposures]
     best, best_misfit = look, before
     for rise in HANDLE_RISES:
@@ -330,7 +345,9 @@ def _with_handle(exposures: Sequence[Exposure], look: Appearance) -> Appearance:
         model = replace(look.model, handle_rise=rise)
         found = replace(look, model=model, colours=colours, has_handle=True)
         _turn_together(exposures, found)
-        misfit = sum(_settle(exposure, found) ** 2 for exposure in exposures)
+        for exposure in exposures:
+            _settle(exposure, found)
+        misfit = total_misfit(exposures, found)
         if misfit < best_misfit:
             best, best_misfit = found, misfit
             best_poses = [exposure.pose for exposure in exposures]
@@ -420,54 +437,113 @@ def _refine(
     spread = np.array([SHAPE_SPREAD[n] for n in names])
     parts = len(PARTS) if look.has_handle else len(PARTS) - 1
     shared = len(names) + 3 * parts
-    poses = 3 if look.has_handle else 2
+    low, high = np.array([SHAPE_BOUNDS.get(n, (-np.inf, np.inf)) for n in names]).T
+    damping = 1e-4
+    value = _objective(exposures, look, typical, index, spread)
     for _ in range(rounds):
-        normal = np.zeros((shared, shared))
-        right = np.zeros(shared)
-        for exposure in exposures:
-            jacobian, residual, weight = _linearised(exposure, look, index, parts, poses)
-            full = np.zeros((shared + poses, shared + poses))
-            pulled = np.zeros(shared + poses)
-            normal_equations(jacobian, residual, weight, full, pulled)
-            own = full[shared:, shared:] + 1e-9 * np.eye(poses)
-            cross = full[:shared, shared:]
-            solved = np.linalg.solve(own, np.column_stack([cross.T, pulled[shared:]]))
-            normal += full[:shared, :shared] - cross @ solved[:, :-1]
-            right += pulled[:shared] - cross @ solved[:, -1]
-        normal /= PIXEL_CORRELATION
-        right /= PIXEL_CORRELATION
+        normal, right = _joint_equations(exposures, look, index, parts)
         shape = look.model.shape()
         prior = np.zeros(shared)
         prior[: len(names)] = 1 / spread**2
-        pull = np.zeros(shared)
-        pull[: len(names)] = (typical - shape)[index] / spread**2
+        right[: len(names)] += (typical - shape)[index] / spread**2
         held, drawn = _granite_prior(look.colours, len(names), shared)
-        step = np.linalg.solve(
-            normal + held + np.diag(prior + 1e-6 + 1e-4 * np.diag(normal)), right + pull + drawn
-        )
-        shape[index] += np.clip(step[: len(names)], -spread, spread)
-        for i, name in zip(index, names, strict=True):
-            if name in SHAPE_BOUNDS:
-                shape[i] = np.clip(shape[i], *SHAPE_BOUNDS[name])
-        colours = look.colours.copy()
-        colours[:parts] += step[len(names) :].reshape(parts, 3)
-        brightest = FOOT_BRIGHTNESS * colours[PARTS.index("side"), 0]
-        colours[PARTS.index("foot"), 0] = min(colours[PARTS.index("foot"), 0], brightest)
-        look = replace(look, model=look.model.with_shape(shape), colours=colours)
-        for exposure in exposures:
-            _settle(exposure, look)
+        normal += held + np.diag(prior + 1e-6)
+        right += drawn
+        before = [exposure.pose for exposure in exposures]
+        for _ in range(4):
+            step = _step_within(normal, right, damping, low - shape[index], high - shape[index])
+            moved = shape.copy()
+            moved[index] += np.clip(step[: len(names)], -spread, spread)
+            moved[index] = np.clip(moved[index], low, high)
+            colours = look.colours.copy()
+            colours[:parts] += step[len(names) :].reshape(parts, 3)
+            foot, side = PARTS.index("foot"), PARTS.index("side")
+            colours[foot, 0] = min(colours[foot, 0], FOOT_BRIGHTNESS * colours[side, 0])
+            tried = replace(look, model=look.model.with_shape(moved), colours=colours)
+            for exposure in exposures:
+                _settle(exposure, tried)
+            found = _objective(exposures, tried, typical, index, spread)
+            if found < value:
+                look, damping = tried, max(damping / 10, 1e-4)
+                break
+            damping *= 10
+            for exposure, pose in zip(exposures, before, strict=True):
+                exposure.pose = pose
+        if found >= value:
+            break
+        value = found
     return look
 
 
+def _objective(
+    exposures: Sequence[Exposure],
+    look: Appearance,
+    typical: Floats,
+    index: list[int],
+    spread: Floats,
+) -> float:
+    """What `_refine` minimises: robust misfit and distance from what stones are like."""
+    away = (look.model.shape() - typical)[index] / spread
+    tint = np.array(
+        [
+            (look.colours[PARTS.index(name)] - look.colours[PARTS.index(other)]) / spread
+            for name, other, spread in GRANITE
+        ]
+    )
+    return total_misfit(exposures, look) / PIXEL_CORRELATION + float(
+        away @ away + np.sum(tint * tint)
+    )
+
+
+def _joint_equations(
+    exposures: Sequence[Exposure], look: Appearance, index: list[int], parts: int
+) -> tuple[Floats, Floats]:
+    """Normal equations of shape and colours, with every exposure's pose projected out."""
+    poses = 3 if look.has_handle else 2
+    shared = len(index) + 3 * parts
+    normal, right = np.zeros((shared, shared)), np.zeros(shared)
+    for exposure in exposures:
+        jacobian, residual, weight = _linearised(exposure, look, index, parts, poses)
+        full = np.zeros((shared + poses, shared + poses))
+        pulled = np.zeros(shared + poses)
+        normal_equations(jacobian, residual, weight, full, pulled)
+        own = full[shared:, shared:] + 1e-9 * np.eye(poses)
+        cross = full[:shared, shared:]
+        solved = np.linalg.solve(own, np.column_stack([cross.T, pulled[shared:]]))
+        normal += full[:shared, :shared] - cross @ solved[:, :-1]
+        right += pulled[:shared] - cross @ solved[:, -1]
+    return normal / PIXEL_CORRELATION, right / PIXEL_CORRELATION
+
+
+def _step_within(
+    normal: Floats, right: Floats, damping: float, lowest: Floats, highest: Floats
+) -> Floats:
+    """A damped step whose first parameters stay within limits; what stands at one is held there."""
+    free = np.ones(len(right), dtype=bool)
+    step = np.zeros(len(right))
+    damped = normal + damping * np.diag(np.diag(normal))
+    n = len(lowest)
+    for _ in range(4):
+        step[:] = 0.0
+        step[free] = np.linalg.solve(damped[np.ix_(free, free)], right[free])
+        over = free[:n] & (
+            ((lowest > -1e-9) & (step[:n] < 0)) | ((highest < 1e-9) & (step[:n] > 0))
+        )
+        if not over.any():
+            break
+        free[:n] &= ~over
+    return step
+
+
 def _granite_prior(colours: Floats, start: int, size: int) -> tuple[Floats, Floats]:
-    """What keeps foot, bevel and top near the side's colour: (size, size) and (size,)."""
+    """What keeps the parts' colours near each other: (size, size) and (size,)."""
     held, drawn = np.zeros((size, size)), np.zeros(size)
-    side = PARTS.index("side")
-    for part in (PARTS.index(name) for name in ("foot", "bevel", "top")):
+    for name, other, spread in GRANITE:
         for channel in range(3):
-            i, j = start + 3 * part + channel, start + 3 * side + channel
-            weight = 1 / GRANITE_SPREAD[channel] ** 2
-            pull = weight * (colours[side, channel] - colours[part, channel])
+            i = start + 3 * PARTS.index(name) + channel
+            j = start + 3 * PARTS.index(other) + channel
+            weight = 1 / spread[channel] ** 2
+            pull = weight * (colours[PARTS.index(other)] - colours[PARTS.index(name)])[channel]
             held[i, i] += weight
             held[j, j] += weight
             held[i, j] -= weight
