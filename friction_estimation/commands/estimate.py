@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from curling_env.cli import OutputFile, print_json, progress, say
+from curling_env.cli import print_json, progress, say
 from curling_env.errors import InputError
 
 
@@ -46,10 +46,18 @@ class MethodChoice(StrEnum):
 
 def estimate(
     inputs: Annotated[
-        list[Path],
-        typer.Argument(metavar="TRACKS.csv|VIDEO...", help="One tracks file, or films."),
-    ],
-    output: OutputFile,
+        list[Path] | None,
+        typer.Argument(metavar="[TRACKS.csv|VIDEO...]", help="One tracks file, or films."),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="ICE.json",
+            help="The ice file; with --plan, a file of the planned releases (optional).",
+        ),
+    ] = None,
     scene: Annotated[
         Path | None, typer.Option(metavar="SCENE.json", help="The camera's scene; for films.")
     ] = None,
@@ -70,6 +78,30 @@ def estimate(
     report: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Also write pictures and tables here.")
     ] = None,
+    plan: Annotated[
+        bool,
+        typer.Option(
+            "--plan", help="Say how many throws of which kind are needed, before any is measured."
+        ),
+    ] = False,
+    resolution: Annotated[float, typer.Option(help="With --plan: detail wanted [m].")] = 2.0,
+    precision: Annotated[float, typer.Option(help="With --plan: error of mu wanted [%].")] = 2.0,
+    noise: Annotated[
+        float, typer.Option(help="With --plan: error of one measured position [m].")
+    ] = 0.005,
+    fps: Annotated[float, typer.Option(help="With --plan: frames a second.")] = 30.0,
+    mu: Annotated[float, typer.Option(help="With --plan: friction that is expected.")] = 0.009,
+    spread: Annotated[
+        float,
+        typer.Option(help="With --plan: how much mu varies over the sheet [%]."),
+    ] = 5.0,
+    speeds: Annotated[
+        str | None,
+        typer.Option(
+            metavar="V,V...",
+            help="With --plan: speeds at the hog line that can be thrown [m/s]; else around a draw to the tee.",
+        ),
+    ] = None,
 ) -> None:
     """Estimate how slippery the ice is, cell by cell, from throws that were measured.
 
@@ -81,10 +113,14 @@ def estimate(
     The numbers appear as JSON on stdout: mu is the level of the sheet, with the interval low to
     high that holds it with 95 % probability. The ice file serves wherever ICE is asked for.
 
-    Throws at several speeds, in both directions and on several lines tell the most.
+    Throws at several speeds, in both directions and on several lines tell the most. With --plan,
+    and no tracks, the command says how many are needed for the detail and precision wanted: the
+    fewest, were every throw to run alike on the same ice, found from the limit that no method can
+    beat. -o then receives these throws as releases, for `curling simulate`.
 
     \b
     Example:
+        curling estimate --plan --resolution 2 --precision 1
         curling estimate tracks.csv -o ice.json --report runs/report
         curling estimate tracks.csv -o ice.json --uniform
         curling estimate end-0.mp4 end-1.mp4 --scene end.scene.json -o ice.json
@@ -94,6 +130,16 @@ def estimate(
     from curling_env.trajectory import read_tracks
     from friction_estimation.inversion import estimate_ice
 
+    if plan:
+        if inputs:
+            raise InputError("--plan comes before any measurement: it takes no tracks",
+                             source=inputs[0])  # fmt: skip
+        _plan(resolution, precision, noise, fps, mu, spread, speeds, start, output)
+        return
+    if not inputs:
+        raise InputError("give a tracks file or films (or --plan, which needs none)")
+    if output is None:
+        raise InputError("say where the ice is to be written: -o ICE.json")
     tables = [path for path in inputs if path.suffix.lower() == ".csv"]
     beginning = None if start is None else load_ice(start)
     if tables and len(inputs) > 1:
@@ -129,3 +175,47 @@ def estimate(
     for reason in found.skipped:
         say(f"left out: {reason}")
     print_json(found.summary())
+
+
+def _plan(
+    resolution: float,
+    precision: float,
+    noise: float,
+    fps: float,
+    mu: float,
+    spread: float,
+    speeds: str | None,
+    start: str | None,
+    output: Path | None,
+) -> None:
+    """`--plan`: which throws to make."""
+    from curling_env.ice import load_ice
+    from curling_env.sheet import PAPER_SHEET
+    from curling_env.throw import write_releases
+    from friction_estimation.inversion.plan import plan_throws
+
+    with ProgressBar() as bar:
+        found = plan_throws(
+            resolution=resolution,
+            precision=precision / 100,
+            noise=noise,
+            fps=fps,
+            mu=mu,
+            spread=spread / 100,
+            speeds=None if speeds is None else _numbers(speeds),
+            sheet=PAPER_SHEET if start is None else load_ice(start).sheet,
+            progress=bar.show,
+        )
+    if output is not None:
+        write_releases(output, [kind.release for kind in found.kinds])
+    say(found.words)
+    print_json(found.summary())
+
+
+def _numbers(text: str) -> list[float]:
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise InputError(
+            f"--speeds takes numbers with commas between, like 1.6,2.2, got {text!r}"
+        ) from None

@@ -113,19 +113,11 @@ def cell_bound(
     information = np.zeros((rows * columns, rows * columns))
     crossed = np.zeros((rows, columns), dtype=np.bool_)
     for release in releases:
-        t, xy = _straight_path(release, mu, sheet)
-        crossed[sheet.cell_of(xy)] = True
-        pull = -GRAVITY * mu * _hats(xy, sheet)
-        response = _integrate(_integrate(pull))
-        seen = np.arange(0.0, t[-1] + 1e-9, 1.0 / fps)
-        at = np.clip(np.rint(seen / FINE).astype(int), 0, len(t) - 1)
-        touched = np.flatnonzero(np.abs(pull).max(axis=0) > 0)
-        free = _beyond_release(t[at], response[np.ix_(at, touched)])
-        information[np.ix_(touched, touched)] += free.T @ free / noise**2
-    x = np.tile(sheet.x_centres, rows)
-    y = np.repeat(sheet.y_centres, columns)
-    apart = np.hypot(x[:, None] - x, y[:, None] - y)
-    prior = spread**2 * matern(apart, length, smoothness) + LEVEL_SPREAD**2
+        way = throw_response(release, mu=mu, fps=fps, sheet=sheet)
+        crossed.flat[way.crossed] = True
+        touched = way.touched
+        information[np.ix_(touched, touched)] += way.response.T @ way.response / noise**2
+    prior = field_covariance(sheet, spread=spread, length=length, smoothness=smoothness)
     values, vectors = np.linalg.eigh(information)
     known = values > 1e-3
     basis = np.sqrt(values[known])[:, None] * vectors[:, known].T
@@ -135,6 +127,48 @@ def cell_bound(
     variance = np.diag(prior) - (seen_prior * gain).sum(axis=0)
     sigma = mu * np.sqrt(np.maximum(variance, 0.0)).reshape(rows, columns)
     return CellBound(sigma=sigma, crossed=crossed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThrowResponse:
+    """What one throw can tell of the cells, its release unknown.
+
+    Parameters
+    ----------
+    touched : (m,) flat indices of the cells whose friction bends its path
+    response : (frames, m) ∂s/∂ln μ of those cells that no start and speed can imitate [m]
+    crossed : flat indices of the cells that its centre crosses
+    """
+
+    touched: NDArray[np.intp]
+    response: Floats
+    crossed: NDArray[np.intp]
+
+
+def throw_response(release: Release, *, mu: float, fps: float, sheet: Sheet) -> ThrowResponse:
+    """How the path of a straight throw, seen at a frame rate, follows each cell's friction."""
+    t, xy = _straight_path(release, mu, sheet)
+    pull = -GRAVITY * mu * _hats(xy, sheet)
+    touched = np.flatnonzero(np.abs(pull).max(axis=0) > 0)
+    seen = np.arange(0.0, t[-1] + 1e-9, 1.0 / fps)
+    at = np.clip(np.rint(seen / FINE).astype(int), 0, len(t) - 1)
+    response = _integrate(_integrate(pull[:, touched]))
+    row, column = sheet.cell_of(xy)
+    return ThrowResponse(
+        touched=touched,
+        response=_beyond_release(t[at], response[at]),
+        crossed=np.unique(row * sheet.shape[1] + column),
+    )
+
+
+def field_covariance(
+    sheet: Sheet, *, spread: float, length: float, smoothness: float = 2.5
+) -> Floats:
+    """Prior covariance of ln μ between all cells: a Matérn field on a level hardly known."""
+    x = np.tile(sheet.x_centres, sheet.shape[0])
+    y = np.repeat(sheet.y_centres, sheet.shape[1])
+    apart = np.hypot(x[:, None] - x, y[:, None] - y)
+    return spread**2 * matern(apart, length, smoothness) + LEVEL_SPREAD**2
 
 
 def _straight_path(release: Release, mu: float, sheet: Sheet) -> tuple[Floats, Floats]:
