@@ -77,11 +77,15 @@ def _table(head: list[str], rows: list[list[str]], numeric: set[int]) -> str:
     return f"<table><tr>{cells(head, 'th')}</tr>{body}</table>"
 
 
+def _unit(unit: str) -> str:
+    return "" if unit == "1" else f" {escape(unit)}"
+
+
 def _effects(report: dict[str, Any]) -> str:
     rows: list[list[str]] = []
     for effect in report["effects"]:
         values = ", ".join(
-            f"{escape(name)} = {p['value']:.4g} ± {p['stderr']:.2g} {escape(p['unit'])}"
+            f"{escape(name)} = {p['value']:.4g} ± {p['stderr']:.2g}{_unit(p['unit'])}"
             for name, p in effect["parameters"].items()
         )
         follows = ", ".join(effect["depends_on"])

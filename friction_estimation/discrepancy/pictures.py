@@ -21,7 +21,9 @@ from curling_env.drawing import (
 from curling_env.physics.law import acceleration
 from friction_estimation.discrepancy.discovery import Discovery
 from friction_estimation.discrepancy.fit import Fit
+from friction_estimation.discrepancy.model import Model
 from friction_estimation.discrepancy.proof import own_frictions
+from friction_estimation.discrepancy.unknown import Follows
 from friction_estimation.kinematics import local_fit
 
 Floats = NDArray[np.float64]
@@ -45,6 +47,7 @@ SHOWN_OVER = {
     "stone_bias": "stone",
     "sweeping": "swept",
 }
+SIDEWAYS = ("left", "across the sheet")
 LABELS = {
     "speed": "speed [m/s]",
     "y": "along the sheet, y [m]",
@@ -117,10 +120,12 @@ def residual_pictures(found: Discovery) -> list[tuple[str, Figure]]:
     out: list[tuple[str, Figure]] = []
     before, after = found.final_base, found.final
     for label, variable in wanted:
-        if variable in ("order", "clock", "stone"):
+        if label in ("tracking_offset", "lens_distortion"):
+            out.append((label, _displacements(after, label, variable)))
+        elif variable in ("order", "clock", "stone"):
             out.append((label, _between_throws(before, after, variable)))
         else:
-            out.append((label, _within_throws(before, after, label, variable)))
+            out.append((label, _within_throws(before, after, label, variable, found.follows)))
     return out
 
 
@@ -151,17 +156,55 @@ def _between_throws(before: Fit, after: Fit, variable: str) -> Figure:
     return figure
 
 
-def _within_throws(before: Fit, after: Fit, label: str, variable: str) -> Figure:
+def _displacements(after: Fit, label: str, variable: str) -> Figure:
+    """Where the camera sees a stone, beside where it is."""
+    term = after.model.term(label)
+    displacement = term.form.displacement
+    assert displacement is not None
+    path, session = after.predicted, after.session
+    shift = displacement(path[:, :2], path[:, 4], term.values)
+    part = 0 if label == "tracking_offset" else 1
+    value = _value(after, variable)
+    figure = new_figure(8.6, 2.9)
+    axes = figure.subplots(1, 2, sharey=True)
+    left = after.residuals[:, :2]
+    for ax, residual, colour, name in (
+        (axes[0], left + shift, BEFORE, "before"),
+        (axes[1], left, AFTER, "after"),
+    ):
+        plain_axes(ax)
+        middle, mean, error = _averaged(value, residual[:, part], session.owner)
+        ax.errorbar(middle, 1e3 * mean, 1e3 * error, fmt="o", color=colour, ms=4.5, lw=1)
+        ax.axhline(0, color=FAINT, lw=0.8)
+        ax.set_title(name, fontsize=9, loc="left")
+        ax.set_xlabel(LABELS[variable], fontsize=9)
+    middle, mean, _ = _averaged(value, shift[:, part], session.owner)
+    axes[0].plot(middle, 1e3 * mean, color=INK, lw=1.6, label="the effect found")
+    axes[0].legend(fontsize=8, frameon=False)
+    side = ("across", "along")[part]
+    axes[0].set_ylabel(f"seen beside where it is,\n{side} the sheet [mm]", fontsize=9)
+    return figure
+
+
+def _within_throws(
+    before: Fit, after: Fit, label: str, variable: str, follows: list[Follows]
+) -> Figure:
     """Unexplained accelerations, averaged over the variable, and what the effect adds."""
     session = after.session
     window = 1.0 if variable == "theta" else WINDOW
-    seen = _accelerations(after, session.xy, window)
-    model = _accelerations(after, after.predicted[:, :2], window)
-    base = _law_accelerations(before, after)
+    seen = _accelerations(after, session.observed, window)
+    model = _accelerations(after, after.predicted[:, [0, 1, 4]], window)
+    # What is seen without this effect, all others in place.
+    lacking = before.model if label == "unknown" else after.model.without(label)
+    base = _law_accelerations(lacking, after)
     sign = _sideways_sign(after, label)
     effect = (model - base) * sign
-    spread = np.nanstd(effect, axis=0) + np.abs(np.nanmean(effect, axis=0))
-    part = int(spread[1] > spread[0]) if label != "unknown" else 0
+    size = np.nanmean(np.abs(effect), axis=0)
+    part = int(label.startswith("curl") or (size[1] > size[0] and "friction" not in label))
+    if label == "spin_drag":
+        part = 2
+    if label == "unknown":
+        part = int(any(f.variable == variable and f.push in SIDEWAYS for f in follows))
     value = _value(after, variable)
     figure = new_figure(8.6, 2.9)
     axes = figure.subplots(1, 2, sharey=True)
@@ -181,16 +224,20 @@ def _within_throws(before: Fit, after: Fit, label: str, variable: str) -> Figure
         middle, mean, _ = _averaged(value, effect[:, part], session.owner)
         axes[0].plot(middle, 1e3 * mean, color=INK, lw=1.6, label="the effect found")
         axes[0].legend(fontsize=8, frameon=False)
-    what = ("along the travel", "to the side")[part]
-    axes[0].set_ylabel(f"unexplained push\n{what} [mm/s²]", fontsize=9)
+    what = (
+        "unexplained push\nalong the travel [mm/s²]",
+        "unexplained push\nto the side [mm/s²]",
+        "unexplained loss\nof spin [mrad/s²]",
+    )[part]
+    axes[0].set_ylabel(what, fontsize=9)
     return figure
 
 
-def _law_accelerations(before: Fit, after: Fit) -> Floats:
-    """The baseline's accelerations on the paths, along the travel and to its left, (rows, 2)."""
-    ice = before.model.improved_ice({})
+def _law_accelerations(model: Model, after: Fit) -> Floats:
+    """A model's accelerations on the paths: along the travel, to its left, turning, (rows, 3)."""
+    ice = model.improved_ice({})
     session, path = after.session, after.predicted
-    out = np.full((len(path), 2), np.nan)
+    out = np.full((len(path), 3), np.nan)
     for i in range(len(session)):
         rows = np.arange(session.starts[i], session.starts[i + 1], EVERY)
         states = path[rows][:, [0, 1, 2, 3, 5]]
@@ -206,7 +253,8 @@ def _law_accelerations(before: Fit, after: Fit) -> Floats:
                     stone=int(session.stones[i]),
                     swept=swept,
                 )
-        out[rows] = _in_travel(a[:, :2], states[:, 2:4])
+        out[rows, :2] = _in_travel(a[:, :2], states[:, 2:4])
+        out[rows, 2] = a[:, 2]
     return out
 
 
@@ -236,7 +284,8 @@ def _value(fitted: Fit, variable: str) -> Floats:
 
 def _sideways_sign(fitted: Fit, label: str) -> Floats:
     """Signs by which pushes of different throws are laid over each other, (rows, 2)."""
-    sign = np.ones((len(fitted.predicted), 2))
+    sign = np.ones((len(fitted.predicted), 3))
+    sign[:, 2] = -np.sign(fitted.predicted[:, 5])
     if label.startswith("curl"):
         sign[:, 1] = np.sign(fitted.predicted[:, 5])
     if label.startswith("slope"):
@@ -244,21 +293,26 @@ def _sideways_sign(fitted: Fit, label: str) -> Floats:
     return sign
 
 
-def _accelerations(fitted: Fit, xy: Floats, window: float) -> Floats:
-    """Accelerations of paths by local quadratics, along the travel and to its left, (rows, 2).
+def _accelerations(fitted: Fit, paths: Floats, window: float) -> Floats:
+    """Accelerations of x, y, theta by local quadratics: along, to the left, turning, (rows, 3).
 
     Every eighth row; NaN elsewhere and near the ends.
     """
     session, path = fitted.session, fitted.predicted
-    out = np.full((len(path), 2), np.nan)
+    out = np.full((len(path), 3), np.nan)
     for i in range(len(session)):
         whole = session.rows(i)
         t = session.times[whole]
         if t[-1] - t[0] < 2 * window:
             continue
-        second = [local_fit(t, xy[whole, axis], window)[0][2][::EVERY] for axis in (0, 1)]
+        known = np.isfinite(paths[whole, 2])
+        heading = np.interp(t, t[known], paths[whole, 2][known]) if known.sum() > 10 else 0.0 * t
+        columns = (paths[whole, 0], paths[whole, 1], heading)
+        second = [local_fit(t, column, window)[0][2][::EVERY] for column in columns]
         rows = np.arange(whole.start, whole.stop, EVERY)
-        parts = _in_travel(np.column_stack(second), path[rows, 2:4])
+        parts = np.column_stack(
+            [_in_travel(np.column_stack(second[:2]), path[rows, 2:4]), second[2]]
+        )
         u = t[::EVERY]
         slow = np.hypot(path[rows, 2], path[rows, 3]) < 0.15
         parts[(u - t[0] < window / 2) | (t[-1] - u < window / 2) | slow] = np.nan

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import t as student_t
 
 from friction_estimation.discrepancy.candidates import PER_THROW, Term, candidates
 from friction_estimation.discrepancy.fit import Fit, eliminate_states, fit
@@ -151,10 +152,19 @@ def _correlations(columns: Floats, values: Floats) -> Floats:
 
 
 def _permutation_p(fitted: Fit, rng: np.random.Generator) -> float:
-    """P of the best correlation of the throws' frictions with order, clock or a stone."""
+    """Probability that chance gives the best correlation of the throws' frictions with order, clock or a stone.
+
+    By dealing the frictions out anew, or by Student's t with Bonferroni's correction where that
+    is smaller: two throws of sixteen can be dealt in 120 ways only, however far off they are.
+    """
     columns = throw_covariates(fitted.session, fitted.states)
     chosen = [v for k, v in columns.items() if k in ("order", "clock") or k.startswith("stone")]
-    return _best_of(np.column_stack(chosen), own_frictions(fitted)[0], rng)[1]
+    stacked, own = np.column_stack(chosen), own_frictions(fitted)[0]
+    r = float(_correlations(stacked, own).max())
+    n = len(own)
+    t = r * np.sqrt((n - 2) / max(1.0 - r * r, 1e-12))
+    student = len(chosen) * 2.0 * float(student_t.sf(t, n - 2))
+    return min(student, _best_of(stacked, own, rng)[1])
 
 
 def _best_of(columns: Floats, values: Floats, rng: np.random.Generator) -> tuple[int, float]:

@@ -29,6 +29,8 @@ Indices = NDArray[np.intp]
 
 LOOKS_ALIKE = 0.95
 """|cosine| of projected sensitivities above which two candidates cannot be told apart."""
+HELD = 0.02
+"""Part of its information that a parameter keeps when the throw that told it is left out."""
 CLEARLY = 5.0
 """Standard errors from which an effect would have been named."""
 
@@ -128,9 +130,11 @@ def left_out_scores(fitted: Fit, *, shared: bool = True) -> Floats:
     reduced = eliminate_states(fitted.grams)
     grams, log_terms = eliminate_factor(reduced, fitted.ln_factors, fitted.model.spread)
     total = grams.sum(axis=0) + prior_gram(fitted.model, grams.shape[1])
+    # What only the throw left out could tell stays near its fitted value instead of running off.
+    held = HELD * np.diag(np.append(np.diag(total)[:-1], 0.0))
     scores = np.empty(len(grams))
     for i, gram in enumerate(grams):
-        step = solve_shared(total - gram)[0] if shared else np.zeros(len(gram) - 1)
+        step = solve_shared(total - gram + held)[0] if shared else np.zeros(len(gram) - 1)
         own = gram[-1, -1] - 2 * gram[:-1, -1] @ step + step @ gram[:-1, :-1] @ step
         scores[i] = own + log_terms[i]
     return scores

@@ -38,6 +38,11 @@ RULED_OUT = 12.0
 """A candidate whose fit is worse than the chosen one's by this is ruled out (a likelihood ratio
 of 400)."""
 
+SIDE_SHIFTS = (-0.3, -0.2, -0.12, -0.06, 0.06, 0.12, 0.2, 0.3)
+"""How far a side of a patch is moved from the search's grid to see whether it fits better [m]."""
+NARROWEST = 0.15
+"""Narrowest patch [m]: a stone's running band."""
+
 Progress = Callable[[str, float], None]
 
 
@@ -225,7 +230,10 @@ def select(base: Fit, *, most: int = MOST_EFFECTS, progress: Progress = silent) 
 
 def refine(fitted: Fit) -> Fit:
     """Free the finer shapes of the terms where that pays."""
-    for term in fitted.model.terms:
+    for label in [term.label for term in fitted.model.terms]:
+        if label == "friction_patch":
+            fitted = _place_sides(fitted)
+        term = fitted.model.term(label)
         best = fitted
         for begin in FINER.get(term.name, ()):
             later = [name for name in begin if name not in term.free]
@@ -240,6 +248,25 @@ def refine(fitted: Fit) -> Fit:
             if fitted.deviance - trial.deviance > needed and trial.deviance < best.deviance:
                 best = trial
         fitted = best
+    return fitted
+
+
+def _place_sides(fitted: Fit) -> Fit:
+    """Move the sides of a patch that run along the sheet to where they fit best.
+
+    What a side does changes only when it passes a stone's path, so that it cannot be found by
+    slopes; the search for the patch left it on a grid.
+    """
+    for side in ("x_min", "x_max"):
+        place = fitted.model.term("friction_patch").values[side]
+        for shift in SIDE_SHIFTS:
+            moved = fitted.model.term("friction_patch").with_values(**{side: place + shift})
+            if moved.values["x_max"] - moved.values["x_min"] < NARROWEST:
+                continue
+            model = fitted.model.without("friction_patch").with_terms(moved)
+            trial = refit(fitted, model, iterations=5)
+            if trial.deviance < fitted.deviance - 1.0:
+                fitted = trial
     return fitted
 
 

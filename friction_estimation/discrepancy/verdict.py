@@ -110,8 +110,9 @@ def sentence(found: Discovery) -> str:
         before, after = found.gaps["before"].rest_error, found.gaps["after"].rest_error
         floor = found.gaps["noise_floor"].rest_error
         parts.append(
-            f"The model lacks {listed}; with it, throws it never saw are forecast to "
-            f"{after:.2f} m instead of {before:.2f} m at rest (a perfect model: {floor:.2f} m)"
+            f"The model lacks {listed}; with {'them' if len(names) > 1 else 'it'}, throws it never "
+            f"saw come to rest {100 * after:.0f} cm from the forecast instead of "
+            f"{100 * before:.0f} cm (a perfect model: {100 * floor:.0f} cm)"
         )
     if found.unknown:
         follows = [f.variable for f in found.follows]
