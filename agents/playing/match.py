@@ -90,8 +90,7 @@ class Match:
     def _begin_end(self) -> None:
         decides = self.game.last_stone
         side = None
-        free = self.game.rules.power_play and decides not in self.game.power_plays
-        if free and not self.game.is_extra_end:
+        if self.game.may_power_play:
             side = self.players[decides].power_play(self.rink.view(self.state, decides))
         self.state = self.rink.begin_end(self.state, power_play=side)
 

@@ -21,7 +21,7 @@ from pettingzoo.utils.conversions import (  # pyright: ignore[reportMissingTypeS
 )
 
 from curling_env.envs.action import throws_on
-from curling_env.envs.game_action import GameAction, Sweeping
+from curling_env.envs.game_action import Choices, GameAction, Ordered, Orders, Sweeping
 from curling_env.envs.game_observation import GameView, Kind
 from curling_env.envs.game_reward import GameRewardWeights, parts_of
 from curling_env.errors import InputError
@@ -38,14 +38,12 @@ if TYPE_CHECKING:
 RENDER_MODES = ("rgb_array", "human")
 
 
-def env(**settings: Any) -> AECEnv[str, Any, Any]:
+def env(**settings: Any) -> Turns:
     """A game between two agents, with the order of calls checked; settings as for `raw_env`."""
-    return wrappers.OrderEnforcingWrapper(raw_env(**settings))
+    return Turns(raw_env(**settings))
 
 
-def parallel_env(
-    *, max_cycles: int | None = None, **settings: Any
-) -> turn_based_aec_to_parallel_wrapper[str, Any, Any]:
+def parallel_env(*, max_cycles: int | None = None, **settings: Any) -> AtOnce:
     """The same game as a parallel environment; the action of the team not to throw is ignored.
 
     Parameters
@@ -53,8 +51,30 @@ def parallel_env(
     max_cycles : deliveries after which the game is broken off; None: it is played to its end
     settings : as for `raw_env`
     """
-    game = raw_env(max_throws=max_cycles, **settings)
-    return turn_based_aec_to_parallel_wrapper(game)
+    return AtOnce(raw_env(max_throws=max_cycles, **settings))
+
+
+class Turns(wrappers.OrderEnforcingWrapper[str, Any, Any]):
+    """The game, with the order of calls checked."""
+
+    def state(self) -> NDArray[np.float32]:
+        """All that is seen of the game as one array in `state_space`, whoever throws.
+
+        ``unwrapped.state`` is the game itself, to keep and to go on from.
+        """
+        game = self.unwrapped
+        assert isinstance(game, raw_env)
+        return game.as_array()
+
+
+class AtOnce(turn_based_aec_to_parallel_wrapper[str, Any, Any]):
+    """The game with the actions of both teams at every step."""
+
+    def state(self) -> NDArray[np.float32]:
+        """All that is seen of the game as one array in `state_space`, whoever throws."""
+        game = self.unwrapped
+        assert isinstance(game, raw_env)
+        return game.as_array()
 
 
 class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
@@ -69,6 +89,8 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
     skill : of both hands, or of home's and away's: their execution errors
     living : how the ice changes
     sweeping : "none", "scripted" (sweepers decide) or "action" (part of the action)
+    choices : by "rule" (stones are put back after a tick, no power plays) or part of the "action":
+        orders that hold until a team's next delivery
     observation : "flat", "dict" or "planes"
     weights : of the parts of the reward; by default points of an end, at its last stone
     max_cycles : deliveries of each team after which the game is broken off, or None
@@ -81,9 +103,10 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
 
     Notes
     -----
-    ``reset(options=…)`` takes `last_stone`, "home" or "away" (by lot without it), or `state`, a
-    `GameState` to go on from; other options are ignored, as PettingZoo wants it. ``state`` may be
-    kept and put back at any moment.
+    ``reset(options=…)`` takes `last_stone`, "home" or "away" (by lot without it), and `power_play`,
+    "left" or "right", for the first end of mixed doubles; or `state`, a `GameState` to go on from.
+    Other options are ignored, as PettingZoo wants it. ``state`` may be kept and put back at any
+    moment.
     """
 
     metadata: ClassVar[dict[str, Any]] = {  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -102,6 +125,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         skill: str | Skill | tuple[str | Skill, str | Skill] = "elite",
         living: LivingIce = STILL,
         sweeping: Sweeping = "none",
+        choices: Choices = "rule",
         observation: Kind = "flat",
         weights: GameRewardWeights | None = None,
         max_cycles: int | None = None,
@@ -125,9 +149,11 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
             sweeping=sweeping != "none",
         )
         self.action = GameAction(
-            throws_on(self.rink.known_ice, Direction.AWAY, hits=True), sweeping
+            throws_on(self.rink.known_ice, Direction.AWAY, hits=True), sweeping, choices
         )
         self.view = GameView(observation, self.rink.known_ice, self.rink.lines)
+        self._all = GameView("flat", self.rink.known_ice, self.rink.lines)
+        self.state_space = self._all.space
         self.weights = weights or GameRewardWeights()
         self.render_mode = render_mode
         self.possible_agents = [team.label for team in Team]
@@ -153,11 +179,12 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
     def state(self) -> GameState:  # pyright: ignore[reportIncompatibleMethodOverride]
         """The game as it is; setting it goes on from there. Frozen: keeping it is enough.
 
-        Not PettingZoo's optional method of this name, an observation of everything.
+        PettingZoo's method of this name, everything as one array, is that of the environments that
+        `env` and `parallel_env` make; here it is `as_array`.
 
         Raises
         ------
-        InputError : before the first reset, or a state of a game by other rules
+        InputError : before the first reset, or set to a state of a game by other rules
         """
         if self._state is None:
             raise InputError("call reset() before the first step")
@@ -166,6 +193,10 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
     @state.setter
     def state(self, state: GameState) -> None:  # pyright: ignore[reportIncompatibleMethodOverride]
         self._go_on_from(state)
+
+    def as_array(self) -> NDArray[np.float32]:
+        """All that is seen of the game, in `state_space`: home's flat observation."""
+        return self._all.observe(self.state.game, Team.HOME, self._end_played_to())
 
     def _go_on_from(self, state: GameState) -> None:
         if state.game.rules != self.rink.rules:
@@ -197,7 +228,8 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         new = self.rink.new_game(
             int(self._rng.integers(2**31)), last_stone=Team(self.possible_agents.index(label))
         )
-        self._state, self._last = self.rink.begin_end(new), None
+        self._state = self.rink.begin_end(new, power_play=options.get("power_play"))
+        self._last = None
         self._begin()
 
     def _begin(self) -> None:
@@ -205,6 +237,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         over = self.state.game.is_over
         self._shown = self.state
         self._thrown = 0
+        self._orders = [Orders(), Orders()]
         if self.render_mode == "human":
             self._screen().show_position(self.state)
         self.agents = list(self.possible_agents)
@@ -227,7 +260,11 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
             return
         before = self.state
         paths = self.render_mode is not None
-        after, shot = self.rink.play(before, self.action.call_of(action), paths=paths)
+        call, orders = self.action.call_of(action), self.action.orders_of(action)
+        thrower = Team(self.possible_agents.index(agent))
+        self._orders[thrower] = orders or Orders()
+        chooser = Ordered(self._orders[thrower.other])
+        after, shot = self.rink.play(before, call, opponent=chooser, paths=paths)
         self._shown = after
         if self.render_mode == "human":
             self._screen().show(before, after, shot)
@@ -240,7 +277,9 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
             self.infos[label] = {"shot": shot, "reward_parts": parts.as_dict()}
         over = after.game.is_over
         if after.game.end is None and not over:
-            after = self.rink.begin_end(after)
+            wanted = self._orders[after.game.last_stone].power_play
+            free = after.game.may_power_play
+            after = self.rink.begin_end(after, power_play=wanted if free else None)
         self._state, self._last = after, shot
         broken_off = self._max_throws is not None and self._thrown >= self._max_throws and not over
         self.terminations = dict.fromkeys(self.agents, over)
@@ -251,10 +290,12 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
     def observe(self, agent: str) -> Any:
         """What a team sees."""
         state = self.state
-        end = state.game.end
-        number = len(state.game.line_score) - 1 if end is None else end.number
         team = Team(self.possible_agents.index(agent))
-        return self.view.observe(state.game, team, direction_of(number))
+        return self.view.observe(state.game, team, self._end_played_to())
+
+    def _end_played_to(self) -> Direction:
+        game = self.state.game
+        return direction_of(len(game.line_score) - 1 if game.end is None else game.end.number)
 
     def render(self) -> NDArray[np.uint8] | None:
         """The sheet from above as an RGB picture, with the paths of the last delivery on it."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from curling_env.envs.action import throws_on
-from curling_env.envs.game_action import GameAction, Sweeping
+from curling_env.envs.game_action import Choices, GameAction, Ordered, Orders, Sweeping
 from curling_env.envs.game_observation import GameView, Kind
 from curling_env.envs.game_reward import GameRewardParts, GameRewardWeights, parts_of
 from curling_env.errors import InputError
@@ -18,6 +18,7 @@ from curling_env.game import STILL, Call, GameState, LivingIce, Player, Rink, Sh
 from curling_env.game.rink import direction_of
 from curling_env.ice import Ice
 from curling_env.rules import RuleSet, Team, rule_set
+from curling_env.rules.placement import Side
 from curling_env.sheet import Direction
 from curling_env.skill import Skill
 
@@ -44,6 +45,8 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
     opponent_skill : of the opponent's; the agent's by default
     living : how the ice changes
     sweeping : "none", "scripted" (sweepers decide) or "action" (part of the action)
+    choices : after an opponent's tick, stones are put back or left by "rule" (whichever counts for
+        more) or as the agent's last "action" says
     observation : "flat", "dict" or "planes"
     weights : of the parts of the reward
     render_mode : "rgb_array", "human" (a window; needs the extra `viewer`) or None
@@ -54,7 +57,8 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
 
     Notes
     -----
-    ``reset(options=…)`` takes `hammer` for one end, or `state`, a `GameState` to go on from.
+    ``reset(options=…)`` takes `hammer` for one end, and in mixed doubles `power_play`, "left" or
+    "right", for an end in which the agent decides; or `state`, a `GameState` to go on from.
 
     ``state`` may be kept and put back at any moment: it is frozen, so a search branches from it
     without copying. With the same state and action the same things happen, execution error
@@ -81,6 +85,7 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         opponent_skill: str | Skill | None = None,
         living: LivingIce = STILL,
         sweeping: Sweeping = "none",
+        choices: Choices = "rule",
         observation: Kind = "flat",
         weights: GameRewardWeights | None = None,
         render_mode: str | None = None,
@@ -99,7 +104,7 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         )
         self.opponent = player_named(opponent)
         self.action = GameAction(
-            throws_on(self.rink.known_ice, Direction.AWAY, hits=True), sweeping
+            throws_on(self.rink.known_ice, Direction.AWAY, hits=True), sweeping, choices
         )
         self.observation = GameView(observation, self.rink.known_ice, self.rink.lines)
         self.weights = weights or GameRewardWeights()
@@ -109,6 +114,7 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         self._hammer: Hammer = _checked(hammer)
         self._state: GameState | None = None
         self._shots: tuple[Shot, ...] = ()
+        self._orders: Orders | None = None
         self._viewer: GameScreen | None = None
 
     @property
@@ -130,7 +136,12 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
             raise InputError("a state must be of a game by this environment's rules")
         if end is not None and end.to_throw is not AGENT:
             raise InputError("a state must have the agent (the home team) to throw")
-        self._state, self._shots = state, ()
+        self._state, self._shots, self._orders = state, (), None
+
+    @property
+    def chooser(self) -> Player:
+        """Who chooses for the agent after the opponent's tick."""
+        return self.opponent if self._orders is None else Ordered(self._orders)
 
     def call_of(self, action: ArrayLike) -> Call:
         """The call an action means."""
@@ -146,33 +157,47 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         """Begin an end; the opponent delivers if the agent has the hammer."""
         super().reset(seed=seed)
         options = options or {}
-        unknown = sorted(options.keys() - {"hammer", "state"})
+        unknown = sorted(options.keys() - {"hammer", "power_play", "state"})
         if unknown:
-            raise InputError(f"unknown option {unknown[0]!r}; options are hammer, state")
+            raise InputError(
+                f"unknown option {unknown[0]!r}; options are hammer, power_play, state"
+            )
         if "state" in options:
             self.state = options["state"]
             return self._observe(), {"shots": ()}
-        self._state = self.new_state(options.get("hammer"))
-        self._shots = ()
+        self._state = self.new_state(options.get("hammer"), options.get("power_play"))
+        self._shots, self._orders = (), None
         self._answer()
         if self.render_mode == "human":
             self._screen().show_position(self.state)
         return self._observe(), {"shots": self._shots}
 
-    def new_state(self, hammer: Hammer | None = None) -> GameState:
-        """An end before its first stone, with luck of this environment's own randomness."""
+    def new_state(self, hammer: Hammer | None = None, power_play: Side | None = None) -> GameState:
+        """An end before its first stone, with luck of this environment's own randomness.
+
+        The opponent decides on its own power play; `power_play` is the agent's.
+
+        Raises
+        ------
+        InputError : a power play that these rules do not give
+        """
         chosen = self._hammer if hammer is None else _checked(hammer)
         own = chosen == "own" or (chosen == "random" and self.np_random.random() < 0.5)
         state = self.rink.new_game(
             int(self.np_random.integers(2**31)), last_stone=AGENT if own else AGENT.other
         )
-        return self.rink.begin_end(state)
+        if not own:
+            free = state.game.may_power_play
+            view = self.rink.view(state)
+            power_play = self.opponent.power_play(view) if free else None
+        return self.rink.begin_end(state, power_play=power_play)
 
     def step(self, action: NDArray[np.float32]) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Deliver a stone, and let the opponent answer."""
         if self.state.game.end is None:
             raise InputError("the end is over; call reset()")
         self._shots = ()
+        self._orders = self.action.orders_of(action)
         parts = self._play(self.action.call_of(action)) + self._answer()
         state = self.state
         over = state.game.end is None
@@ -202,7 +227,10 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
     def _play(self, call: Call) -> GameRewardParts:
         before = self.state
         paths = self.render_mode is not None
-        self._state, shot = self.rink.play(before, call, opponent=self.opponent, paths=paths)
+        end = before.game.end
+        ours = end is not None and end.to_throw is AGENT
+        chooser = self.opponent if ours else self.chooser
+        self._state, shot = self.rink.play(before, call, opponent=chooser, paths=paths)
         self._shots = (*self._shots, shot)
         if self.render_mode == "human":
             self._screen().show(before, self._state, shot)

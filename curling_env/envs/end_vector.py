@@ -14,9 +14,10 @@ from gymnasium.vector.utils import batch_space, iterate
 from numpy.typing import NDArray
 
 from curling_env.envs.end import AGENT, CurlingEndEnv
+from curling_env.envs.game_action import Ordered, Orders
 from curling_env.envs.game_reward import GameRewardParts, parts_of
 from curling_env.errors import InputError
-from curling_env.game import Call, GameState
+from curling_env.game import Call, GameState, Player
 from curling_env.game.living_ice import prepared
 from curling_env.game.rink import direction_of, result_of_places
 from curling_env.physics.batch import RELEASE_DTYPE, play_batch
@@ -68,6 +69,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         self._apart = bool(living.wear or living.stone_spread)
         self._ice = prepared(rink.ice, living, 0, sweeping=rink.sweeping)
         self._states: list[GameState] = []
+        self._orders: list[Orders | None] = [None] * num_envs
 
     @property
     def states(self) -> tuple[GameState, ...]:
@@ -85,8 +87,12 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         first = next((s for s in seeds if s is not None), None)
         if first is not None or not hasattr(self, "_rngs"):
             self._rngs = [np.random.Generator(np.random.PCG64(s)) for s in seeds]
-        hammer = (options or {}).get("hammer")
-        self._states = [self._new(i, hammer) for i in range(self.num_envs)]
+        options = options or {}
+        unknown = sorted(options.keys() - {"hammer", "power_play"})
+        if unknown:
+            raise InputError(f"unknown option {unknown[0]!r}; options are hammer, power_play")
+        hammer, power_play = options.get("hammer"), options.get("power_play")
+        self._states = [self._new(i, hammer, power_play) for i in range(self.num_envs)]
         self._answer(range(self.num_envs))
         return self._observe(), {}
 
@@ -103,6 +109,8 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
             self._states[i] = self._new(i, None)
         rows = list(iterate(self.action_space, actions))
         calls = {i: self.single.action.call_of(rows[i]) for i in going}
+        for i in going:
+            self._orders[i] = self.single.action.orders_of(rows[i])
         parts = self._play(calls)
         for i, answered in self._answer(range(n)).items():
             parts[i] = parts.get(i, GameRewardParts()) + answered
@@ -117,9 +125,10 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
 
     # --- the parts ------------------------------------------------------------------------------
 
-    def _new(self, i: int, hammer: Any) -> GameState:
+    def _new(self, i: int, hammer: Any, power_play: Any = None) -> GameState:
         self.single.np_random = self._rngs[i]
-        return self.single.new_state(hammer)
+        self._orders[i] = None
+        return self.single.new_state(hammer, power_play)
 
     def _answer(self, among: Iterable[int]) -> dict[int, GameRewardParts]:
         """The opponents deliver where it is their turn."""
@@ -187,7 +196,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
             unmoved: list[bool] = (after.xy[row, mine] == places[row, mine]).all(axis=1).tolist()
             result = result_of_places(end, came_to, unmoved, bool(after.meetings[row]))
             team = end.to_throw
-            game, ruling = deliver(state.game, result, put_back=self._chooser(state, team))
+            game, ruling = deliver(state.game, result, put_back=self._put_back(i, team))
             parts[i] = parts_of(state.game, game, team, ruling, AGENT)
             states[i] = rink.after(state, game)
         return parts
@@ -195,13 +204,19 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
     def _play_alone(self, i: int, call: Call) -> GameRewardParts:
         """Play one delivery in one end, on the ice as it is there."""
         single, before = self.single, self._states[i]
-        self._states[i], shot = single.rink.play(before, call, opponent=single.opponent)
+        self._states[i], shot = single.rink.play(before, call, opponent=self._chooser(i))
         return parts_of(before.game, self._states[i].game, shot.team, shot.ruling, AGENT)
 
-    def _chooser(self, state: GameState, team: Team) -> Callable[[Ruling], bool]:
-        """The choice after a tick, as `CurlingEndEnv` has it made."""
-        single = self.single
-        return lambda ruling: single.opponent.puts_back(single.rink.view(state, team.other), ruling)
+    def _chooser(self, i: int) -> Player:
+        """Who chooses for the team that is not to throw, as `CurlingEndEnv` has it."""
+        end, orders = self._states[i].game.end, self._orders[i]
+        ours = end is not None and end.to_throw is AGENT
+        return self.single.opponent if ours or orders is None else Ordered(orders)
+
+    def _put_back(self, i: int, team: Team) -> Callable[[Ruling], bool]:
+        """The choice after a tick by a team."""
+        rink, state, chooser = self.single.rink, self._states[i], self._chooser(i)
+        return lambda ruling: chooser.puts_back(rink.view(state, team.other), ruling)
 
     def _observe(self) -> Any:
         seen: list[Any] = [

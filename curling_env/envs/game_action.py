@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -10,11 +11,43 @@ from numpy.typing import ArrayLike, NDArray
 
 from curling_env.envs.action import ThrowRange
 from curling_env.errors import InputError
-from curling_env.game.players import Call
+from curling_env.game.players import Call, Player, View
+from curling_env.rules.delivery import Ruling
+from curling_env.rules.placement import Side
 
 Sweeping = Literal["none", "scripted", "action"]
+Choices = Literal["rule", "action"]
 LONGEST_SWEEP = 30.0
 """A draw takes less than this from release to rest [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Orders:
+    """What a team wants until its next delivery.
+
+    Parameters
+    ----------
+    put_back : after a tick by the opponent, whether the stones are put back rather than left
+    power_play : in mixed doubles, the side of a power play if an end begins in which the team
+        decides and may have one; None for none
+    """
+
+    put_back: bool = True
+    power_play: Side | None = None
+
+
+class Ordered(Player):
+    """A team that chooses after a tick as it was ordered; its throws are others' business."""
+
+    def __init__(self, orders: Orders) -> None:
+        self._orders = orders
+
+    def call(self, view: View) -> Call:
+        raise AssertionError("a team under orders is not asked for its throws")
+
+    def puts_back(self, view: View, ruling: Ruling) -> bool:
+        """As ordered."""
+        return self._orders.put_back
 
 
 class GameAction:
@@ -26,18 +59,24 @@ class GameAction:
     sweeping : ``none``, ``scripted`` (sweepers decide) or ``action``: two further numbers of an
         action are when sweeping begins, from release to 30 s after it, and how long it lasts,
         -1 being not at all
+    choices : ``rule`` or ``action``: the last two numbers of an action are orders that hold until
+        the team's next: after a tick the stones are put back (0 and above) or left, and a power
+        play to the left (below -1/3), none, or to the right (above 1/3)
 
     Raises
     ------
-    InputError : another sweeping
+    InputError : another sweeping, other choices
     """
 
-    def __init__(self, throws: ThrowRange, sweeping: Sweeping) -> None:
+    def __init__(self, throws: ThrowRange, sweeping: Sweeping, choices: Choices = "rule") -> None:
         if sweeping not in ("none", "scripted", "action"):
             raise InputError(f"sweeping is 'none', 'scripted' or 'action', got {sweeping!r}")
+        if choices not in ("rule", "action"):
+            raise InputError(f"choices are by 'rule' or 'action', got {choices!r}")
         self.throws = throws
+        self.choices: Choices = choices
         self.sweeping = sweeping
-        self.size = 5 if sweeping == "action" else 3
+        self.size = 3 + 2 * (sweeping == "action") + 2 * (choices == "action")
 
     @property
     def space(self) -> spaces.Space[NDArray[np.float32]]:
@@ -52,22 +91,45 @@ class GameAction:
         ------
         InputError : not as many finite numbers as there should be
         """
+        numbers = self._numbers(action)
+        throw = self.throws.throw_of(numbers[:3])
+        if self.sweeping != "action":
+            return Call(throw=throw)
+        begin, length = (LONGEST_SWEEP * (np.clip(numbers[3:5], -1, 1) + 1) / 2).tolist()
+        return Call(throw=throw, sweep=(begin, begin + length))
+
+    def orders_of(self, action: ArrayLike) -> Orders | None:
+        """The orders an action gives; None where choices are not part of it.
+
+        Raises
+        ------
+        InputError : not as many finite numbers as there should be
+        """
+        if self.choices == "rule":
+            return None
+        put_back, side = self._numbers(action)[-2:].tolist()
+        power_play: Side | None = None
+        if abs(side) > 1 / 3:
+            power_play = "left" if side < 0 else "right"
+        return Orders(put_back=put_back >= 0, power_play=power_play)
+
+    def _numbers(self, action: ArrayLike) -> NDArray[np.float64]:
         numbers = np.asarray(action, dtype=np.float64)
         if numbers.shape != (self.size,) or not np.isfinite(numbers).all():
             raise InputError(
                 f"an action must be {self.size} finite numbers in [-1, 1], got {action}"
             )
-        throw = self.throws.throw_of(numbers[:3])
-        if self.sweeping != "action":
-            return Call(throw=throw)
-        begin, length = (LONGEST_SWEEP * (np.clip(numbers[3:], -1, 1) + 1) / 2).tolist()
-        return Call(throw=throw, sweep=(begin, begin + length))
+        return numbers
 
-    def action_of(self, call: Call) -> NDArray[np.float32]:
-        """The action that means a call; clipped where it is out of range."""
-        throw = self.throws.action_of(call.throw)
-        if self.sweeping != "action":
-            return throw
-        begin, end = call.sweep or (0.0, 0.0)
-        sweep = np.array([begin, end - begin]) / LONGEST_SWEEP * 2 - 1
-        return np.concatenate([throw, np.clip(sweep, -1, 1)]).astype(np.float32)
+    def action_of(self, call: Call, orders: Orders | None = None) -> NDArray[np.float32]:
+        """The action that means a call, and orders; clipped where it is out of range."""
+        parts = [self.throws.action_of(call.throw)]
+        if self.sweeping == "action":
+            begin, end = call.sweep or (0.0, 0.0)
+            sweep = np.array([begin, end - begin]) / LONGEST_SWEEP * 2 - 1
+            parts.append(np.clip(sweep, -1, 1).astype(np.float32))
+        if self.choices == "action":
+            wanted = orders or Orders()
+            side = {"left": -1.0, "right": 1.0, None: 0.0}[wanted.power_play]
+            parts.append(np.array([1.0 if wanted.put_back else -1.0, side], dtype=np.float32))
+        return np.concatenate(parts)

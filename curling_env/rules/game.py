@@ -102,6 +102,12 @@ class Game:
         )
 
     @property
+    def may_power_play(self) -> bool:
+        """Whether the deciding team may have a power play in the next end."""
+        free = self.rules.power_play and self.last_stone not in self.power_plays
+        return free and self.end is None and not self.is_extra_end
+
+    @property
     def winner(self) -> Team | None:
         """Who won; None while it is undecided, and for a tie."""
         if self.conceded is not None:

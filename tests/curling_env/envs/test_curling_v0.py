@@ -13,11 +13,17 @@ from pettingzoo.test import (
     parallel_seed_test,
     render_test,
     seed_test,
+    state_test,
 )
 
 import curling_env
+from curling_env.envs.game_action import Orders
 from curling_env.errors import InputError
-from curling_env.game import USUAL
+from curling_env.game import USUAL, Call, GameState
+from curling_env.physics.aim import Aim
+from curling_env.rules import Team
+from curling_env.rules.delivery import Fault
+from curling_env.sheet import Direction
 
 curling_v0 = curling_env.curling_v0
 
@@ -96,3 +102,91 @@ def test_mixed_doubles_begins_with_two_stones():
 def test_limits_below_one_are_refused():
     with pytest.raises(InputError, match="max_cycles"):
         curling_v0.env(max_cycles=0)
+
+
+# --- PettingZoo's state beside the game's ---------------------------------------------------------
+
+
+def test_states():
+    state_test(curling_v0.env(ends=1), curling_v0.parallel_env(ends=1), num_cycles=20)
+
+
+@pytest.mark.parametrize("make", [curling_v0.env, curling_v0.parallel_env])
+def test_the_state_is_an_array_to_call_and_a_game_to_keep(make):
+    env = make(ends=1, observation="planes")
+    env.reset(seed=0)
+    kept, seen = env.unwrapped.state, env.state()
+    assert isinstance(kept, GameState)
+    assert env.state_space.contains(seen)
+    game = env.unwrapped
+    game.step(np.zeros(3, dtype=np.float32))
+    assert not np.array_equal(env.state(), seen)
+    game.state = kept
+    assert np.array_equal(env.state(), seen)
+
+
+# --- choices as part of the action ----------------------------------------------------------------
+
+
+def ticked(put_back):
+    """A game in which away guards, and home ticks the guard off the centre line."""
+    env = curling_v0.env(ends=1, skill="none", choices="action").unwrapped
+    env.reset(seed=0, options={"last_stone": "home"})
+    aim = Aim(env.rink.ice, Direction.AWAY)
+    guard = Call(throw=aim.draw(0.0, -3.0, 1.5))
+    env.step(env.action.action_of(guard, Orders(put_back=put_back)))
+    for off in (0.24, 0.26, 0.22, 0.27):
+        before = env.state
+        weight = 1.02 * aim.draw(0.0, 0.0, 1.5).speed
+        tick = Call(throw=aim.through(off, -3.0, weight, 1.5))
+        # What home orders says nothing about what away wants of home's tick.
+        env.step(env.action.action_of(tick, Orders(put_back=not put_back)))
+        shot = env.infos["home"]["shot"]
+        if shot.ruling.fault is Fault.NO_TICK:
+            return before, env.state, shot
+        env.state = before
+        env._orders[Team.AWAY] = Orders(put_back=put_back)
+    raise AssertionError("no throw ticked the guard")
+
+
+@pytest.mark.parametrize("put_back", [True, False])
+def test_after_a_tick_the_other_teams_order_counts(put_back):
+    before, after, shot = ticked(put_back)
+    assert shot.put_back is put_back
+    guard = before.game.end.stones[0]
+    assert (guard in after.game.end.stones) is put_back
+
+
+def test_a_power_play_is_had_when_ordered_and_once():
+    env = curling_v0.env(
+        ends=3, rules="mixed_doubles_2024", skill="none", choices="action"
+    ).unwrapped
+    env.reset(seed=0, options={"last_stone": "home", "power_play": "left"})
+    assert env.state.game.end.power_play == "left"
+    had = []
+    while env.agents and not env.state.game.is_over:
+        end = env.state.game.end
+        had.append((end.number, end.power_play, env.state.game.power_plays))
+        # Stones that never reach the house but for home's: away decides on the second end.
+        home = env.agent_selection == "home"
+        throw = Aim(env.rink.ice, Direction.AWAY).draw(0.9, 0.0, 1.5) if home else None
+        action = np.zeros(5, dtype=np.float32) - np.float32([1, 0, 0, 0, 0])
+        if throw is not None:
+            action = env.action.action_of(Call(throw=throw), Orders(power_play="right"))
+        action[4] = 1.0
+        env.step(action)
+    sides = {number: (side, teams) for number, side, teams in had}
+    assert sides[0] == ("left", (Team.HOME,))
+    side, teams = sides[1]
+    # Whoever decides has it at once, or has had it and gets none.
+    assert (side == "right") == (len(teams) == 2)
+    assert all(len(set(teams)) == len(teams) for _, teams in sides.values())
+
+
+def test_choices_and_power_plays_that_make_no_sense_are_refused():
+    with pytest.raises(InputError, match="choices"):
+        curling_v0.env(choices="maybe")
+    env = curling_v0.env()
+    with pytest.raises(InputError, match="no power play"):
+        env.reset(seed=0, options={"power_play": "left"})
+    assert curling_v0.env(choices="action", sweeping="action").action_space("home").shape == (7,)

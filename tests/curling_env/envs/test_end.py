@@ -202,3 +202,19 @@ def test_every_number_of_a_flat_observation_has_a_name():
     assert told["own stone 1 present"] == 1.0
     stone = next(s for s in env.state.game.end.stones if s.team is AGENT)
     assert told["own stone 1 x"] == pytest.approx(stone.x / (env.rink.ice.sheet.width / 2))
+
+
+def test_the_agent_has_its_power_play_and_its_choice_in_the_action():
+    env = gym.make(
+        "CurlingEnd-v0", rules="mixed_doubles_2024", hammer="own", choices="action"
+    ).unwrapped
+    env.reset(seed=0, options={"power_play": "left"})
+    assert env.state.game.end.power_play == "left"
+    assert env.state.game.power_plays == (AGENT,)
+    assert env.action_space.shape == (5,)
+    assert env.chooser is env.opponent
+    for number, put_back in ((0.5, True), (-0.5, False)):
+        env.step(np.float32([-1, 0, 0, number, 0]))
+        assert env.chooser.puts_back(None, None) is put_back
+    with pytest.raises(InputError, match="no power play"):
+        gym.make("CurlingEnd-v0", hammer="own").reset(options={"power_play": "left"})

@@ -40,7 +40,8 @@ SETTINGS = {
     "swept": SWEPT,
     "sweeping as action": {"sweeping": "action"},
     "stones of their own": {"ice": biased({2: 1.1, 9: 0.9})},
-    "mixed doubles": {"rules": "mixed_doubles_2024"},
+    "mixed doubles": {"rules": "mixed_doubles_2024", "opponent": "rulebased"},
+    "choices as action": {"choices": "action"},
     "living": {"living": USUAL, **SWEPT},
 }
 
