@@ -158,8 +158,8 @@ def find_board(image: Image, board: Board) -> tuple[Floats, Floats] | None:
         corners, ids, _, _ = cv2.aruco.CharucoDetector(drawn).detectBoard(grey)
         if ids is None or len(ids) < MIN_CORNERS or (best and len(ids) <= len(best[0])):
             continue
-        places = drawn.getChessboardCorners()[ids.ravel()][:, :2]
-        best = places.astype(np.float64), corners.reshape(-1, 2).astype(np.float64)
+        places = np.asarray(drawn.getChessboardCorners(), dtype=np.float64)
+        best = places[ids.ravel().astype(np.intp), :2], corners.reshape(-1, 2).astype(np.float64)
     return best
 
 
@@ -239,7 +239,7 @@ def _solved(
     def solve(flags: int) -> tuple[float, Floats, Floats, float, float]:
         try:
             rms, matrix, distortion, rotations, _, sigma, *_ = cv2.calibrateCameraExtended(
-                flat, seen, size, None, None, flags=flags
+                flat, seen, size, None, None, flags=flags  # pyright: ignore[reportCallIssue, reportArgumentType]
             )
         except cv2.error as error:
             raise degenerate from error

@@ -69,7 +69,8 @@ def poses_from_points(
     poses: list[Pose] = []
     for rvec, tvec in zip(rotations[:count], translations[:count], strict=True):
         rvec, tvec = cv2.solvePnPRefineLM(world, pixels, matrix, distortion, rvec, tvec)
-        rotation, translation = cv2.Rodrigues(rvec)[0], tvec.ravel()
+        rotation = np.asarray(cv2.Rodrigues(rvec)[0], dtype=np.float64)
+        translation = np.asarray(tvec, dtype=np.float64).ravel()
         above = (-rotation.T @ translation)[2] > 0
         before = (world @ rotation.T + translation)[:, 2].min() > 0
         if not (above and before):
@@ -103,7 +104,7 @@ def solve_focal_px(
         misfit = 1e6 if pose is None else len(points_px) * pose.rms_px**2
         return misfit + ((log_ratio - np.log(FOCAL_PRIOR[0])) / FOCAL_PRIOR[1]) ** 2
 
-    tried = np.linspace(*np.log(FOCAL_RANGE), 61)
+    tried = np.linspace(np.log(FOCAL_RANGE[0]), np.log(FOCAL_RANGE[1]), 61)
     costs = [cost(x) for x in tried]
     best = int(np.argmin(costs))
     low, high = tried[max(best - 1, 0)], tried[min(best + 1, len(tried) - 1)]

@@ -205,7 +205,8 @@ def _without_crossings(marks: Marks) -> Marks:
 
 def brightness(image: NDArray[np.uint8] | NDArray[np.float32]) -> NDArray[np.float32]:
     """Grey levels of a BGR image, which films store sharper than colour."""
-    return cv2.cvtColor(np.asarray(image, dtype=np.float32), cv2.COLOR_BGR2GRAY)
+    colours = np.asarray(image, dtype=np.float32)
+    return np.asarray(cv2.cvtColor(colours, cv2.COLOR_BGR2GRAY), dtype=np.float32)
 
 
 def read_marks(
@@ -250,7 +251,10 @@ def read_marks(
     maps = (
         there[index, None] + steps[None, :, None] * normal_px[index, None] - np.array(origin_px)
     ).astype(np.float32)
-    profile = cv2.remap(grey, maps, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    looked_up = cv2.remap(
+        grey, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    )
+    profile = np.asarray(looked_up, dtype=np.float32)
     response = np.empty((len(index), 2 * half + 1))
     stripes = marks.width[index] > 0
     response[~stripes] = _filtered(profile[~stripes], _step_filter(), half)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
@@ -241,7 +241,11 @@ def _distortion(value: Any) -> Floats:
 
 
 def _check_keys(
-    given: Any, where: str, *, required: set[str] = frozenset(), optional: set[str] = frozenset()
+    given: Any,
+    where: str,
+    *,
+    required: Set[str] = frozenset[str](),
+    optional: Set[str] = frozenset[str](),
 ) -> None:
     place = where or None
     if not isinstance(given, dict):

@@ -69,7 +69,7 @@ class StoneFit:
     inside: float
 
 
-def channels_of(image: NDArray[np.uint8] | Floats) -> Floats:
+def channels_of(image: NDArray[np.uint8] | NDArray[np.float32] | Floats) -> Floats:
     """BGR pixels (..., 3) as brightness and the two colour differences that films store."""
     blue, green, red = np.moveaxis(np.asarray(image, dtype=np.float64), -1, 0)
     luma = 0.114 * blue + 0.587 * green + 0.299 * red  # ITU-R BT.601

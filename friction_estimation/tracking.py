@@ -297,7 +297,8 @@ class _Pilot:
         self._headings = 0
 
     def predict(self, t: float, frame: Image) -> Floats:
-        grey = cv2.cvtColor(np.ascontiguousarray(frame[self._region]), cv2.COLOR_BGR2GRAY)
+        part = np.ascontiguousarray(frame[self._region])
+        grey = np.asarray(cv2.cvtColor(part, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
         before, self._grey = self._grey, grey
         theta = self._theta + self._spin * (t - self._last_t)
         if self._last is None or before is None:
@@ -317,7 +318,7 @@ class _Pilot:
         """Turns from the expected heading [rad] to begin a fit at; many until one is known."""
         if self._headings or not self._look.has_handle:
             return np.zeros(1)
-        return np.arange(8) * (np.pi / 4)
+        return np.arange(8, dtype=np.float64) * (np.pi / 4)
 
     def fallback(self, t: float) -> Floats:
         return np.array([*self._rough.at(t), self._theta + self._spin * (t - self._last_t)])
