@@ -75,6 +75,20 @@ def estimate(
             help="Ice whose sheet, stone and effects (curl, slope, ...) are kept in the law.",
         ),
     ] = None,
+    prior: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ICE",
+            help="Yesterday's ice: its pattern is believed within its sigma, its level is not.",
+        ),
+    ] = None,
+    update: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="ICE",
+            help="An ice estimated before, to which only these new throws are added.",
+        ),
+    ] = None,
     report: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Also write pictures and tables here.")
     ] = None,
@@ -99,7 +113,8 @@ def estimate(
         str | None,
         typer.Option(
             metavar="V,V...",
-            help="With --plan: speeds at the hog line that can be thrown [m/s]; else around a draw to the tee.",
+            help="With --plan: speeds at the hog line that can be thrown [m/s]; "
+            "else around a draw to the tee.",
         ),
     ] = None,
 ) -> None:
@@ -113,6 +128,11 @@ def estimate(
     The numbers appear as JSON on stdout: mu is the level of the sheet, with the interval low to
     high that holds it with 95 % probability. The ice file serves wherever ICE is asked for.
 
+    Beside the ice lies what its throws told, ice.evidence.npz; --update needs it to add later
+    throws of the same session at the cost of these alone. --prior starts from an ice of another
+    day: where no stone runs today its pattern stays, with a sigma that has grown by what the ice
+    is seen to have changed. Both keep the earlier ice's sheet, stone and effects.
+
     Throws at several speeds, in both directions and on several lines tell the most. With --plan,
     and no tracks, the command says how many are needed for the detail and precision wanted: the
     fewest, were every throw to run alike on the same ice, found from the limit that no method can
@@ -123,12 +143,18 @@ def estimate(
         curling estimate --plan --resolution 2 --precision 1
         curling estimate tracks.csv -o ice.json --report runs/report
         curling estimate tracks.csv -o ice.json --uniform
+        curling estimate later.csv --update ice.json -o ice.json
         curling estimate end-0.mp4 end-1.mp4 --scene end.scene.json -o ice.json
     """
     from curling_env.ice import load_ice, save_ice
     from curling_env.storage import make_directory
     from curling_env.trajectory import read_tracks
     from friction_estimation.inversion import estimate_ice
+    from friction_estimation.inversion.knowledge import (
+        evidence_path,
+        load_knowledge,
+        save_knowledge,
+    )
 
     if plan:
         if inputs:
@@ -141,7 +167,13 @@ def estimate(
     if output is None:
         raise InputError("say where the ice is to be written: -o ICE.json")
     tables = [path for path in inputs if path.suffix.lower() == ".csv"]
-    beginning = None if start is None else load_ice(start)
+    earlier = [name for name in (start, prior, update) if name is not None]
+    if len(earlier) > 1:
+        raise InputError("give one of --start, --prior and --update")
+    beginning = load_ice(earlier[0]) if earlier else None
+    before = None
+    if update is not None and beginning is not None:
+        before = load_knowledge(beginning, update)
     if tables and len(inputs) > 1:
         raise InputError("give one tracks file, or films, not both or several", source=inputs[1])
     if tables:
@@ -163,9 +195,17 @@ def estimate(
         )
     with ProgressBar() as bar:
         found = estimate_ice(
-            tracks, start=beginning, method=method.value, uniform=uniform, progress=bar.show
+            tracks,
+            start=beginning,
+            method=method.value,
+            uniform=uniform or (before is not None and before.uniform),
+            prior=beginning.friction if prior is not None and beginning is not None else None,
+            update=before,
+            progress=bar.show,
         )
     save_ice(found.ice, output)
+    if found.knowledge is not None:
+        save_knowledge(found.knowledge, evidence_path(output))
     if report is not None:
         from friction_estimation.report import write_report
 

@@ -14,9 +14,10 @@ from typing import Any, Literal
 import numpy as np
 
 from curling_env.errors import InputError
-from curling_env.ice import Ice
+from curling_env.ice import FrictionMap, Ice
 from curling_env.trajectory import Trajectory
 from friction_estimation.inversion.bound import CellBound, cell_bound, uniform_bound
+from friction_estimation.inversion.knowledge import Knowledge
 from friction_estimation.inversion.noise import Noise
 from friction_estimation.inversion.paper_method import average_cells
 from friction_estimation.inversion.prior import Belief
@@ -27,6 +28,7 @@ __all__ = [
     "METHODS",
     "CellBound",
     "Estimate",
+    "Knowledge",
     "Method",
     "cell_bound",
     "estimate_ice",
@@ -56,7 +58,7 @@ class Estimate:
     noise : of a measured distance along the path; None for the paper's way
     throws : as fitted; empty for the paper's way
     resolved : independent numbers that the data determine in the map
-    belief : prior of the map; None where there is none
+    knowledge : what all throws told, with the prior of the map; None for the paper's way
     """
 
     ice: Ice
@@ -70,7 +72,12 @@ class Estimate:
     noise: Noise | None = None
     throws: tuple[Ridden, ...] = ()
     resolved: float = 1.0
-    belief: Belief | None = None
+    knowledge: Knowledge | None = None
+
+    @property
+    def belief(self) -> Belief | None:
+        """Prior of the map, its hyperparameters chosen by the data; None where there is none."""
+        return None if self.knowledge is None else self.knowledge.belief
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -99,6 +106,8 @@ class Estimate:
             "samples": sum(len(slide.rows) for slide in self.slides),
             "method": self.method,
         }
+        if self.knowledge is not None and self.knowledge.throws > len(self.slides):
+            document["throws_before"] = self.knowledge.throws - len(self.slides)
         if self.noise is not None:
             document["scatter"] = self.scatter
             document["noise_m"] = {
@@ -158,6 +167,8 @@ def estimate_ice(
     start: Ice | None = None,
     method: Method = "trajectory",
     uniform: bool = False,
+    prior: FrictionMap | None = None,
+    update: Knowledge | None = None,
     progress: Callable[[str, float], None] = _silent,
 ) -> Estimate:
     """Estimate the friction of an ice from the tracks of throws on it.
@@ -169,16 +180,21 @@ def estimate_ice(
         paper's sheet and no effect by default
     method : ``trajectory``, the joint fit, or ``paper``, differentiate and average
     uniform : whether one μ for the sheet is wanted instead of a map
+    prior : an earlier map of the sheet, yesterday's: its pattern holds within its sigma and what
+        the throws show to have changed since
+    update : what the throws told from which `start` was estimated; these are added to them
     progress : called with what is being done and the part of it that is done
 
     Raises
     ------
     TrackTooShortError : no throw with a free slide long enough
-    InputError : an unknown method
+    InputError : an unknown method, or a prior or an update that does not go with the rest
     """
     if method not in METHODS:
         raise InputError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
     start = Ice.uniform(0.0082) if start is None else start
+    if update is not None or prior is not None:
+        _check_earlier(start, method, uniform, prior, update)
     slides, skipped = free_slides(list(tracks))
     if method == "paper":
         averaged = average_cells(slides, start, uniform=uniform)
@@ -191,7 +207,9 @@ def estimate_ice(
             slides=tuple(slides),
             skipped=tuple(skipped),
         )
-    fit = fit_trajectories(slides, start, uniform=uniform, progress=progress)
+    fit = fit_trajectories(
+        slides, start, uniform=uniform, prior=prior, before=update, progress=progress
+    )
     return Estimate(
         ice=fit.ice,
         method=method,
@@ -204,5 +222,27 @@ def estimate_ice(
         noise=fit.noise,
         throws=fit.throws,
         resolved=fit.resolved,
-        belief=fit.belief,
+        knowledge=fit.knowledge,
     )
+
+
+def _check_earlier(
+    start: Ice, method: Method, uniform: bool, prior: FrictionMap | None, update: Knowledge | None
+) -> None:
+    if method != "trajectory":
+        raise InputError("the paper's way knows neither a prior nor an update")
+    if prior is not None:
+        if update is not None:
+            raise InputError("give an earlier ice as prior or to be updated, not both")
+        if uniform:
+            raise InputError("a prior is a map: it does not go with one number for the sheet")
+        if prior.mu.shape != start.sheet.shape:
+            raise InputError(f"the prior has {prior.mu.shape} cells, the sheet "
+                             f"{start.sheet.shape}")  # fmt: skip
+    if update is not None:
+        if update.mu.shape != start.sheet.shape:
+            raise InputError(f"the ice to be updated has {update.mu.shape} cells, the sheet "
+                             f"{start.sheet.shape}")  # fmt: skip
+        if uniform != update.uniform:
+            kind = "one number" if update.uniform else "a map"
+            raise InputError(f"the ice to be updated was estimated as {kind}, and stays so")

@@ -28,6 +28,8 @@ USUAL_SCATTER = 0.003
 """Scale of the half-Cauchy belief in the throw-to-throw spread of ln μ."""
 SMOOTHNESS = (1.5, 2.5, np.inf)
 """Orders of Matérn fields that the evidence may choose from: of rough to of perfect slopes."""
+FEW_THROWS = 6
+"""Fewer cannot tell how smooth an ice is; taking the smoothest for granted would make σ small."""
 LEAST_INFORMATION, CLEAR_INFORMATION = 0.5, 10.0
 """Directions of ln μ of which the data know less than this (1/variance) are left out: at a spread
 of 0.1 they would tell 0.5 % of what is unknown. The second number serves for a first look."""
@@ -91,11 +93,26 @@ class Evidence:
     pull : (m + throws,) sensitivities times residuals, with the present estimate added back
     crossed : (m,) flat indices of the cells
     sheet : whose cells they are
+    ground : (cells,) about which the field is believed to vary; zero where None
+    known : (cells,) relative standard error that an earlier ice gives each cell; what has changed
+        since then comes on top of it. None where nothing is known.
     """
 
     def __init__(
-        self, information: Floats, pull: Floats, crossed: NDArray[np.intp], sheet: Sheet
+        self,
+        information: Floats,
+        pull: Floats,
+        crossed: NDArray[np.intp],
+        sheet: Sheet,
+        *,
+        ground: Floats | None = None,
+        known: Floats | None = None,
     ) -> None:
+        nothing = np.zeros(sheet.shape[0] * sheet.shape[1])
+        self.information, self.pull, self.cells = information, pull, crossed
+        self.ground = nothing if ground is None else ground
+        self.earlier = nothing if known is None else known
+        self.own = self.earlier[crossed]
         self.m = len(crossed)
         self.throws = len(pull) - self.m
         self.sheet = sheet
@@ -107,11 +124,12 @@ class Evidence:
         self.between = np.hypot(*(own[:, None] - own[None]).transpose(2, 0, 1))
         self.to_all = np.hypot(*(self.centres[:, None] - own[None]).transpose(2, 0, 1))
         values, vectors = eigh(information)
-        known = values > LEAST_INFORMATION
-        root = np.sqrt(values[known])
-        self.clear = int((values[known] <= CLEAR_INFORMATION).sum())
-        self.data = (vectors[:, known].T @ pull) / root
-        self.rows = root[:, None] * vectors[:, known].T
+        told = values > LEAST_INFORMATION
+        root = np.sqrt(values[told])
+        self.clear = int((values[told] <= CLEAR_INFORMATION).sum())
+        beyond = pull - information[:, : self.m] @ self.ground[crossed]
+        self.data = (vectors[:, told].T @ beyond) / root
+        self.rows = root[:, None] * vectors[:, told].T
         self.level = self.rows[:, : self.m].sum(axis=1)
         offsets = self.rows[:, self.m :]
         self.offset_square = offsets @ offsets.T
@@ -119,7 +137,8 @@ class Evidence:
     def covariance(self, belief: Belief, first: int = 0) -> Floats:
         """Of the compressed data from the first one on, (r, r); they are sorted by information."""
         cells, level = self.rows[first:, : self.m], self.level[first:]
-        field = belief.spread**2 * matern(self.between, belief.length, belief.smoothness)
+        field = matern(self.between, belief.length, belief.smoothness)
+        field *= belief.spread**2 + np.outer(self.own, self.own)
         total = cells @ field @ cells.T
         total += LEVEL_SPREAD**2 * np.outer(level, level)
         total += belief.scatter**2 * self.offset_square[first:, first:]
@@ -169,6 +188,8 @@ class Evidence:
         """Hyperparameters and smoothness of the greatest evidence, roughly."""
         start = Belief(spread=USUAL_SPREAD, length=USUAL_LENGTH, scatter=USUAL_SCATTER)
         middle = self.best_belief(start, scatter=scatter, coarse=True)
+        if self.throws < FEW_THROWS:
+            return middle
         tried = [middle]
         for smoothness, stretch in ((1.5, 1.4), (np.inf, 0.6)):
             like = replace(middle, smoothness=smoothness, length=middle.length * stretch)
@@ -186,25 +207,25 @@ class Evidence:
         cells, offsets = self.rows[:, : self.m], self.rows[:, self.m :]
         factor = cho_factor(self.covariance(belief), lower=True)
         weights = cho_solve(factor, self.data)
-        field = belief.spread**2 * matern(self.to_all, belief.length, belief.smoothness)
+        field = matern(self.to_all, belief.length, belief.smoothness)
+        field *= belief.spread**2 + np.outer(self.earlier, self.own)
         cross = field @ cells.T + LEVEL_SPREAD**2 * self.level
         shrink = (cross * cho_solve(factor, cross.T).T).sum(axis=1)
-        variance = belief.spread**2 + LEVEL_SPREAD**2 - shrink
+        variance = belief.spread**2 + self.earlier**2 + LEVEL_SPREAD**2 - shrink
         places = self.centres[over]
         apart = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))
         alike = matern(apart, belief.length, belief.smoothness)
+        alike *= belief.spread**2 + np.outer(self.earlier[over], self.earlier[over])
         mean = cross[over].mean(axis=0)
         level_variance = (
-            belief.spread**2 * float(alike.mean())
-            + LEVEL_SPREAD**2
-            - float(mean @ cho_solve(factor, mean))
+            float(alike.mean()) + LEVEL_SPREAD**2 - float(mean @ cho_solve(factor, mean))
         )
         inverse = cho_solve(factor, np.eye(len(self.data)))
         return Posterior(
-            field=cross @ weights,
+            field=self.ground + cross @ weights,
             field_sigma=np.sqrt(np.maximum(variance, 0.0)),
             offsets=belief.scatter**2 * (offsets.T @ weights),
-            level=float(mean @ weights),
+            level=float(mean @ weights + self.ground[over].mean()),
             level_sigma=float(np.sqrt(max(level_variance, 0.0))),
             resolved=float(len(self.data) - np.trace(inverse)),
             belief=belief,

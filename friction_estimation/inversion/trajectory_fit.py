@@ -23,8 +23,9 @@ from threadpoolctl import threadpool_limits
 from curling_env.ice import FrictionMap, Ice
 from curling_env.physics.law import acceleration
 from friction_estimation.inversion.course import lay_course
+from friction_estimation.inversion.knowledge import Knowledge
 from friction_estimation.inversion.noise import Noise, estimate_noise
-from friction_estimation.inversion.prior import Belief, Evidence, Posterior, uniform_posterior
+from friction_estimation.inversion.prior import Evidence, Posterior, uniform_posterior
 from friction_estimation.inversion.ride import Passenger, Ride, Track, sensitivities
 from friction_estimation.inversion.spin import fit_spin
 from friction_estimation.kinematics import FreeSlide, smooth_motion
@@ -91,7 +92,7 @@ class Fit:
     noise : of a measured distance
     throws : as fitted
     resolved : independent numbers that the data determine in the map; 1 for a uniform ice
-    belief : the prior's hyperparameters; None for a uniform ice
+    knowledge : what the throws told, for later throws to add to; holds the prior's hyperparameters
     """
 
     ice: Ice
@@ -101,7 +102,7 @@ class Fit:
     noise: Noise
     throws: tuple[Ridden, ...]
     resolved: float
-    belief: Belief | None
+    knowledge: Knowledge
 
 
 def fit_trajectories(
@@ -110,6 +111,8 @@ def fit_trajectories(
     *,
     uniform: bool = False,
     scatter: bool = True,
+    prior: FrictionMap | None = None,
+    before: Knowledge | None = None,
     progress: Progress = _silent,
 ) -> Fit:
     """Estimate the friction of an ice from the free slides of its throws.
@@ -120,37 +123,70 @@ def fit_trajectories(
     start : sheet, stone, effects and a first guess of the friction
     uniform : whether one μ is wanted instead of a map
     scatter : whether each throw may have a μ of its own about the ice's
+    prior : an earlier map of this sheet: the pattern of its mu holds within its sigma and what
+        the throws show to have changed; its level is not held to
+    before : what earlier throws on the ice told: these throws are added to them
     progress : told how far the fit is
     """
     # The matrices are too small to share: threads of the linear algebra only wait for each other.
     with threadpool_limits(limits=1, user_api="blas"):
-        return _fit(slides, start, uniform, scatter, progress)
+        return _fit(slides, start, uniform, scatter, prior, before, progress)
 
 
 def _fit(
-    slides: Sequence[FreeSlide], start: Ice, uniform: bool, scatter: bool, progress: Progress
+    slides: Sequence[FreeSlide],
+    start: Ice,
+    uniform: bool,
+    scatter: bool,
+    prior: FrictionMap | None,
+    before: Knowledge | None,
+    progress: Progress,
 ) -> Fit:
     track = Track(start)
-    throws = [_board(slide, order) for order, slide in enumerate(slides)]
+    played = 0 if before is None else before.throws
+    throws = [_board(slide, played + order) for order, slide in enumerate(slides)]
     level = float(np.median([_first_level(throw, start) for throw in throws]))
-    throws, noise, found = _fit_level(throws, track, level, scatter, progress)
-    level, level_sigma, spread = found
-    mu = float(np.exp(level))
+    one = _fit_level(throws, track, level, scatter, before if uniform else None, progress)
     if uniform:
-        friction = FrictionMap.uniform(mu, start.sheet, sigma=mu * level_sigma)
+        mu = float(np.exp(one.level))
+        friction = FrictionMap.uniform(mu, start.sheet, sigma=mu * one.sigma)
         return Fit(
             ice=replace(start, friction=friction),
             mu=mu,
-            sigma=mu * level_sigma,
-            scatter=spread,
-            noise=noise,
-            throws=tuple(throws),
+            sigma=mu * one.sigma,
+            scatter=one.scatter,
+            noise=one.noise,
+            throws=tuple(one.throws),
             resolved=1.0,
-            belief=None,
+            knowledge=Knowledge(
+                reference=0.0,
+                cells=np.empty(0, dtype=np.intp),
+                information=np.diag(one.information),
+                pull=one.pull,
+                observed=friction.observed,
+                mu=friction.mu,
+                noise=one.noise,
+                belief=None,
+            ),
         )
-    observed = crossed_cells(throws, start)
-    throws, noise, posterior = _fit_map(throws, track, level, noise, scatter, observed, progress)
+    observed = crossed_cells(one.throws, start)
     shape = start.sheet.shape
+    ground = np.zeros(shape[0] * shape[1])
+    known: Floats | None = None
+    level = one.level
+    if prior is not None:
+        ground = np.log(prior.mu.ravel())
+        ground -= ground[observed.ravel()].mean()
+        known = (prior.sigma / prior.mu).ravel()
+    if before is not None:
+        observed = observed | before.observed
+        level = before.reference
+        ground = ground if before.ground is None else before.ground
+        known = before.known
+    sought = Sought(level=level, ground=ground, known=known, observed=observed, before=before)
+    throws, noise, posterior, evidence = _fit_map(
+        one.throws, track, sought, one.noise, scatter, progress
+    )
     cells = np.exp(level + posterior.field.reshape(shape))
     friction = replace(
         start.friction,
@@ -167,7 +203,18 @@ def _fit(
         noise=noise,
         throws=tuple(throws),
         resolved=posterior.resolved,
-        belief=posterior.belief,
+        knowledge=Knowledge(
+            reference=level,
+            cells=evidence.cells,
+            information=evidence.information,
+            pull=evidence.pull,
+            observed=observed,
+            mu=cells,
+            noise=noise,
+            belief=posterior.belief,
+            ground=None if known is None else ground,
+            known=known,
+        ),
     )
 
 
@@ -301,31 +348,53 @@ def _residuals(throws: Sequence[Ridden]) -> list[tuple[Floats, Floats, Floats]]:
 # --- all throws ----------------------------------------------------------------------------------
 
 
+@dataclass(frozen=True, kw_only=True)
+class _One:
+    """One μ for the sheet: its logarithm, standard error, the scatter, and what told them."""
+
+    throws: list[Ridden]
+    noise: Noise
+    level: float
+    sigma: float
+    scatter: float
+    information: Floats
+    pull: Floats
+
+
 def _fit_level(
-    throws: list[Ridden], track: Track, level: float, scatter: bool, progress: Progress
-) -> tuple[list[Ridden], Noise, tuple[float, float, float]]:
-    """One μ for the sheet: its logarithm, its standard error and the scatter between throws."""
+    throws: list[Ridden],
+    track: Track,
+    level: float,
+    scatter: bool,
+    before: Knowledge | None,
+    progress: Progress,
+) -> _One:
+    """One μ for the sheet, together with the throws that were fitted before."""
     # Nothing is known of the noise while the path may be off by metres.
     noise = Noise(white=float(np.median([throw.slide.noise for throw in throws])))
     gate = Noise(white=noise.white, slow=1.0, time=5.0)
+    old = 0 if before is None else before.throws
+    information, pull = np.empty(old + len(throws)), np.empty(old + len(throws))
+    if before is not None:
+        information[:old], pull[:old] = np.diag(before.information), before.pull
     sigma, spread = 1.0, 0.0
     for number in range(UNIFORM_ROUNDS):
         track.set_level(level)
-        information, pull = np.empty(len(throws)), np.empty(len(throws))
         linear: list[_Linear] = []
         for k, throw in enumerate(throws):
             throws[k], ride = _ride(throw, track, gate)
             linear.append(_linearise(throws[k], ride, track, noise))
             own = linear[k].friction.sum(axis=1)
-            information[k] = own @ own
-            pull[k] = own @ linear[k].left + information[k] * (level + throw.offset)
+            information[old + k] = own @ own
+            pull[old + k] = own @ linear[k].left + own @ own * (level + throw.offset)
         found, sigma, spread = uniform_posterior(information, pull, scatter=scatter)
         step = float(np.clip(found - level, -LONGEST_STEP, LONGEST_STEP))
         level += step
         worst = 0.0
         for k, throw in enumerate(throws):
-            shrink = spread**2 / (spread**2 + 1.0 / information[k])
-            offset = shrink * (pull[k] / information[k] - found)
+            told = information[old + k]
+            shrink = spread**2 / (spread**2 + 1.0 / told)
+            offset = shrink * (pull[old + k] / told - found)
             offset = float(np.clip(offset, -LONGEST_STEP, LONGEST_STEP))
             change = np.full(len(linear[k].crossed), step + offset - throw.offset)
             worst = max(worst, abs(change[0]))
@@ -335,47 +404,76 @@ def _fit_level(
             continue
         for k, throw in enumerate(throws):
             throws[k], _ = _ride(throw, track.set_level(level), gate)
-        before = noise
+        last = noise
         noise = gate = estimate_noise(_residuals(throws), slowest=5.0)
-        settled = abs(np.log(noise.total / before.total)) < 0.02
+        settled = abs(np.log(noise.total / last.total)) < 0.02
         if settled and worst < CONVERGED and abs(step) < max(0.05 * sigma, 1e-6):
             break
-    return throws, noise, (level, sigma, spread)
+    return _One(
+        throws=throws,
+        noise=noise,
+        level=level,
+        sigma=sigma,
+        scatter=spread,
+        information=information,
+        pull=pull,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sought:
+    """The map that is sought, and what is known of it before these throws.
+
+    Parameters
+    ----------
+    level : ln μ from which the map counts
+    ground : (cells,) of ln μ above the level, about which it is believed to vary
+    known : (cells,) its relative standard error; None where it is not a measured one
+    observed : (rows, columns) cells that any throw crossed
+    before : what earlier throws told
+    """
+
+    level: float
+    ground: Floats
+    known: Floats | None
+    observed: NDArray[np.bool_]
+    before: Knowledge | None
 
 
 def _fit_map(
     throws: list[Ridden],
     track: Track,
-    level: float,
+    sought: Sought,
     gate: Noise,
     scatter: bool,
-    observed: NDArray[np.bool_],
     progress: Progress,
-) -> tuple[list[Ridden], Noise, Posterior]:
+) -> tuple[list[Ridden], Noise, Posterior, Evidence]:
     """The map of ln μ about the level, jointly with an offset of each throw."""
-    sheet = track.ice.sheet
-    field = np.zeros(sheet.shape[0] * sheet.shape[1])
+    before, level = sought.before, sought.level
+    field = sought.ground if before is None else np.log(before.mu.ravel()) - level
     track.set_field(level, field)
     noise = Noise(white=float(np.median([throw.slide.noise for throw in throws])))
-    scatter = scatter and len(throws) >= 3
-    belief: Belief | None = None
+    played = 0 if before is None else before.throws
+    scatter = scatter and played + len(throws) >= 3
+    belief = None if before is None else before.belief
     posterior: Posterior | None = None
+    evidence: Evidence | None = None
     for number in range(MAP_ROUNDS):
         linear: list[_Linear] = []
         for k, throw in enumerate(throws):
             throws[k], ride = _ride(throw, track, gate)
             linear.append(_linearise(throws[k], ride, track, noise))
-        evidence = _gather(linear, throws, field, track)
+        evidence = _gather(linear, throws, field, track, sought)
         final = number == MAP_ROUNDS - 1
         if belief is None:
             belief = evidence.first_belief(scatter=scatter)
         elif final:
             belief = evidence.best_belief(belief, scatter=scatter)
-        posterior = evidence.posterior(belief, observed.ravel())
+        posterior = evidence.posterior(belief, sought.observed.ravel())
         change = posterior.field - field
         limit = min(1.0, LONGEST_STEP / max(float(np.abs(change).max()), 1e-9))
         for k, throw in enumerate(throws):
-            offset = throw.offset + limit * (posterior.offsets[k] - throw.offset)
+            offset = throw.offset + limit * (posterior.offsets[played + k] - throw.offset)
             own = limit * change[linear[k].crossed] + offset - throw.offset
             throws[k] = _moved(throw, linear[k].release_step(own), float(offset))
         field = field + limit * change
@@ -388,25 +486,39 @@ def _fit_map(
             noise = estimate_noise(_residuals(throws), slowest=SLOW_NOISE_MAP, start=noise)
             gate = noise
     assert posterior is not None
-    return throws, noise, posterior
+    assert evidence is not None
+    return throws, noise, posterior, evidence
 
 
 def _gather(
-    linear: Sequence[_Linear], throws: Sequence[Ridden], field: Floats, track: Track
+    linear: Sequence[_Linear],
+    throws: Sequence[Ridden],
+    field: Floats,
+    track: Track,
+    sought: Sought,
 ) -> Evidence:
     """Normal equations of all throws in the cells crossed and the throws' offsets."""
-    crossed = np.unique(np.concatenate([part.crossed for part in linear]))
+    before = sought.before
+    cells = [part.crossed for part in linear]
+    crossed = np.unique(np.concatenate(cells if before is None else [before.cells, *cells]))
     m = len(crossed)
-    size = m + len(linear)
+    played = 0 if before is None else before.throws
+    size = m + played + len(linear)
     information, pull = np.zeros((size, size)), np.zeros(size)
+    if before is not None:
+        places = np.append(np.searchsorted(crossed, before.cells), m + np.arange(played))
+        information[np.ix_(places, places)] = before.information
+        pull[places] = before.pull
     for k, part in enumerate(linear):
-        places = np.append(np.searchsorted(crossed, part.crossed), m + k)
+        places = np.append(np.searchsorted(crossed, part.crossed), m + played + k)
         columns = np.column_stack([part.friction, part.friction.sum(axis=1)])
         present = np.append(field[part.crossed], throws[k].offset)
         square = columns.T @ columns
         information[np.ix_(places, places)] += square
         pull[places] += columns.T @ part.left + square @ present
-    return Evidence(information, pull, crossed, track.ice.sheet)
+    return Evidence(
+        information, pull, crossed, track.ice.sheet, ground=sought.ground, known=sought.known
+    )
 
 
 def _moved(throw: Ridden, step: Floats, offset: float) -> Ridden:
