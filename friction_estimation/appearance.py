@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,7 +73,7 @@ SHAPE_BOUNDS = {
     "handle_rise": (0.0, 0.09),
     "handle_back": (-0.13, 0.05),
     "handle_front": (0.05, 0.15),
-    "handle_width": (0.008, 0.08),
+    "handle_width": (0.008, 0.05),
     "blur_px": (0.3, 4.0),
     "colour_blur_px": (0.3, 5.0),
     "shadow_radius": (0.05, 0.3),
@@ -90,6 +91,8 @@ SHAPE_BOUNDS = {
 }
 MIN_NOISE = 1.0
 """Residuals are never trusted better than one grey level: that is how films are stored."""
+STONE_SHARE = 0.05
+"""Pixels of which the stone covers less than this count as ice."""
 FOOT_BRIGHTNESS = 1.1
 """The foot overhangs: lit by the ice alone it is at most about as bright as the side."""
 HEADINGS_TRIED = 36
@@ -122,6 +125,8 @@ COLOUR_DISTRUST = 5.0
 stone."""
 HANDLE_RISES = (0.03, 0.045, 0.06)
 """Heights above the top at which a handle is looked for [m]."""
+HANDLE_COLLARS = (0.0, 0.04)
+"""Radii of its round base with which it is looked for, on no post and on a short one [m]."""
 HANDLE_CONTRAST = 10.0
 """How far, in grey levels, a handle's colour must lie from the rest of the stone."""
 
@@ -327,7 +332,7 @@ def _with_handle(exposures: Sequence[Exposure], look: Appearance) -> Appearance:
     pixels = np.concatenate(strange)
     if len(pixels) < 20:
         return look
-    limit = max(HANDLE_CONTRAST, float(np.quantile(pixels[:, 3], 0.93)))
+    limit = max(HANDLE_CONTRAST, float(np.quantile(pixels[:, 3], 0.97)))
     marked = pixels[pixels[:, 3] >= limit]
     if len(marked) < 0.02 * len(pixels):
         return look
@@ -338,11 +343,11 @@ def _with_handle(exposures: Sequence[Exposure], look: Appearance) -> Appearance:
         _settle(exposure, look)
     before = total_misfit(exposures, look)
     poses = [exposure.pose for exposure in exposures]
-    best, best_misfit = look, before
-    for rise in HANDLE_RISES:
+    best, best_misfit, best_poses = look, before, poses
+    for rise, collar in product(HANDLE_RISES, HANDLE_COLLARS):
         for exposure, pose in zip(exposures, poses, strict=True):
             exposure.pose = pose
-        model = replace(look.model, handle_rise=rise)
+        model = replace(look.model, handle_rise=rise, collar_radius=collar, neck_length=collar / 2)
         found = replace(look, model=model, colours=colours, has_handle=True)
         _turn_together(exposures, found)
         for exposure in exposures:
@@ -351,7 +356,7 @@ def _with_handle(exposures: Sequence[Exposure], look: Appearance) -> Appearance:
         if misfit < best_misfit:
             best, best_misfit = found, misfit
             best_poses = [exposure.pose for exposure in exposures]
-    for exposure, pose in zip(exposures, poses if best is look else best_poses, strict=True):
+    for exposure, pose in zip(exposures, best_poses, strict=True):
         exposure.pose = pose
     return best
 
@@ -464,14 +469,13 @@ def _refine(
                 _settle(exposure, tried)
             found = _objective(exposures, tried, typical, index, spread)
             if found < value:
-                look, damping = tried, max(damping / 10, 1e-4)
+                look, value, damping = tried, found, max(damping / 10, 1e-4)
                 break
             damping *= 10
             for exposure, pose in zip(exposures, before, strict=True):
                 exposure.pose = pose
-        if found >= value:
+        else:
             break
-        value = found
     return look
 
 
@@ -590,9 +594,16 @@ def _linearised(
 
 
 def _residual_noise(exposures: Sequence[Exposure], look: Appearance) -> Floats:
-    """Spread of what the model leaves on and around the stone, per channel."""
-    left = np.concatenate(
-        [e.picture - _rendered(_cover(e, look), e.behind, look.colours) for e in exposures]
-    )
-    noise = np.maximum(1.4826 * np.median(np.abs(left), axis=0), MIN_NOISE)
+    """Spread of what the model leaves on the stone, per channel.
+
+    On the ice beside it little is left; measured there, every speckle of granite would count as
+    something before the stone.
+    """
+    left: list[Floats] = []
+    for exposure in exposures:
+        cover = _cover(exposure, look)
+        residual = exposure.picture - _rendered(cover, exposure.behind, look.colours)
+        left.append(residual[cover[0, :, :-1].sum(axis=1) > STONE_SHARE])
+    spread = np.median(np.abs(np.concatenate(left)), axis=0)
+    noise = np.maximum(1.4826 * spread, MIN_NOISE)
     return noise * np.array([1.0, COLOUR_DISTRUST, COLOUR_DISTRUST])
