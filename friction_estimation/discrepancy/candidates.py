@@ -160,17 +160,11 @@ SHAPES: Mapping[str, tuple[str, ...]] = {
 }
 """Parameters that shape an effect and that a session with varied throws can tell."""
 
-FINER: Mapping[str, tuple[Mapping[str, float], ...]] = {
-    "speed_dependent_friction": (
-        {"exponent": 1.0, "share": 0.5, "speed_offset": 0.06},
-        {"exponent": 1.0, "share": 0.3, "speed_offset": 0.9},
-        {"exponent": -1.0, "share": 0.1, "speed_offset": 0.0},
-        {"exponent": -1.0, "share": -0.05, "speed_offset": 0.0},
-    ),
-    "friction_patch": ({"edge": 0.5}, {"edge": 1.5}),
+OTHER_STARTS: Mapping[str, Mapping[str, float]] = {
+    "spin_drag": {"rate": 0.01, "speed_exponent": 0.0, "spin_exponent": 1.0},
 }
-"""Where the finer forms of an effect are begun; their parameters are freed only where the simpler
-form leaves something."""
+"""Values from which a candidate is fitted once more if it gains nothing from its usual shape: a
+strength that must not be negative can be held at zero by a wrong shape."""
 
 
 def form_of(card: EffectCard) -> Form:
@@ -256,3 +250,23 @@ KNOWN = frozenset(
     }
 )
 """Effects of the project; any other in the catalogue was registered by a user."""
+
+
+def finer_starts(term: Term) -> list[dict[str, float]]:
+    """Where the finer forms of a fitted term are begun; none for most.
+
+    Their parameters are freed only where the simpler form leaves something. They begin with the
+    slope that the simpler form has at 1 m/s: from further off a fit would lose its way.
+    """
+    if term.name == "friction_patch":
+        return [{"edge": 0.5}, {"edge": 1.5}]
+    if term.name != "speed_dependent_friction":
+        return []
+    n = term.values["exponent"]
+    starts = [{"exponent": -1.0, "share": float(np.clip(-n, -0.19, 0.5)), "speed_offset": 0.0}]
+    if n > 0.0:
+        starts += [
+            {"exponent": 1.0, "share": min(0.9, n * (1.0 + offset) ** 2), "speed_offset": offset}
+            for offset in (0.06, 0.9)
+        ]
+    return starts

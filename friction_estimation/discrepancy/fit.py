@@ -27,7 +27,7 @@ from friction_estimation.discrepancy.model import (
     sensitivities,
 )
 from friction_estimation.discrepancy.noise import Noise, whiten_session
-from friction_estimation.discrepancy.session import Session
+from friction_estimation.discrepancy.session import USUAL_SPIN, Session
 
 Floats = NDArray[np.float64]
 
@@ -35,11 +35,15 @@ SPREADS = np.concatenate([[0.0], np.geomspace(2e-4, 0.3, 30)])
 """Throw-to-throw spreads of ln μ that are tried."""
 LOCAL = 7
 """Columns of a throw's own: six of its release, one of its friction."""
+FURTHEST = 2.0
+"""Largest |ln factor| of a throw's friction that a fit may try: seven times heavier or keener."""
 ENOUGH = 0.05
 """Fall of F below which a fit has arrived."""
 STATE_PRIOR = np.array([100.0, 100.0, 20.0, 20.0, 1e3, 50.0])
 """Weak prior of the release [m, m/s, rad, rad/s]: keeps a throw without heading solvable."""
 
+SPIN_SIGMA = 0.6
+"""Prior standard deviation of |spin| where no heading was measured [rad/s]: one to three turns."""
 FROZEN = 1e14
 """Information that keeps a release state where it is."""
 
@@ -138,6 +142,26 @@ def solve_shared(total: Floats) -> tuple[Floats, float]:
     return step, float(total[-1, -1] - total[:-1, -1] @ step)
 
 
+def bounded_step(total: Floats, step: Floats, model: Model) -> Floats:
+    """The step within the parameters' bounds: who would leave stops there, the others adapt."""
+    vector = model.vector
+    low, high = (bound - vector for bound in model.bounds)
+    stopped = np.zeros(len(step), dtype=bool)
+    for _ in range(len(step)):
+        outside = ((step < low) | (step > high)) & ~stopped
+        if not outside.any():
+            break
+        stopped |= outside
+        step = np.clip(step, low, high)
+        free = ~stopped
+        right = total[:-1, -1] - total[:-1, :-1] @ np.where(stopped, step, 0.0)
+        kept = np.append(free, True)
+        part = total[np.ix_(kept, kept)].copy()
+        part[:-1, -1] = part[-1, :-1] = right[free]
+        step[free] = solve_shared(part)[0] if free.any() else 0.0
+    return np.clip(step, low, high)
+
+
 def profile_spread(
     reduced: Floats, ln_factors: Floats, prior: Floats, spreads: Floats = SPREADS
 ) -> tuple[float, Floats, float]:
@@ -173,10 +197,14 @@ def linearise(
     predicted, columns = sensitivities(model, session, states, ln_factors)
     residual = session.observed - predicted[:, [0, 1, 4]]
     grams = gram_matrices(session, noise, np.concatenate([columns, residual[:, :, None]], axis=2))
-    # Without a heading nothing tells the spin: it stays where it is.
+    # Without a heading only the last metres tell of the spin, which eases the band's drag.
     blind = ~session.turns
+    off = USUAL_SPIN - states[blind, 5]
     grams[blind, 4, 4] += FROZEN
-    grams[blind, 5, 5] += FROZEN
+    grams[blind, 5, 5] += SPIN_SIGMA**-2
+    grams[blind, 5, -1] += off / SPIN_SIGMA**2
+    grams[blind, -1, 5] += off / SPIN_SIGMA**2
+    grams[blind, -1, -1] += (off / SPIN_SIGMA) ** 2
     return predicted, grams, eliminate_states(grams)
 
 
@@ -269,7 +297,8 @@ def _step(
     prior = prior_gram(model, reduced.shape[1] - 1)
     if shared:
         spread, step, _ = profile_spread(reduced, ln_factors, prior, spreads)
-        step = damping * step
+        bands, _ = eliminate_factor(reduced, ln_factors, spread)
+        step = damping * bounded_step(bands.sum(axis=0) + prior, step, model)
     else:
         spread, step = model.spread, np.zeros(len(model.vector))
     vector = model.vector
@@ -281,6 +310,8 @@ def _step(
         shift = (pull - ln_factors / spread**2) / (h + spread**-2)
     else:
         shift = -ln_factors
+    # A step far beyond what is linear must not leave what ice can be.
+    shift = np.clip(ln_factors + shift, -FURTHEST, FURTHEST) - ln_factors
     changes = np.concatenate(
         [shift[:, None], np.broadcast_to(step, (len(session), len(step)))], axis=1
     )

@@ -61,22 +61,30 @@ class Model:
         values = [self.ln_mu, self.ln_coupling]
         return np.array(values + [term.values[n] for term in self.terms for n in term.free])
 
+    @property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Least and largest values of the shared parameters."""
+        cards = [term.form.parameter(n) for term in self.terms for n in term.free]
+        low = [-3.0, -1.0, *(p.low for p in cards)]
+        high = [3.0, 1.0, *(p.high for p in cards)]
+        return np.array(low), np.array(high)
+
     def at(self, vector: Floats) -> Model:
         """The model with other shared parameters, kept within their bounds."""
+        vector = np.clip(vector, *self.bounds)
         position = len(GLOBALS)
         terms: list[Term] = []
         for term in self.terms:
             changed: dict[str, float] = {}
             for name in term.free:
-                p = term.form.parameter(name)
-                changed[name] = float(np.clip(vector[position], p.low, p.high))
+                changed[name] = float(vector[position])
                 position += 1
             terms.append(term.with_values(**changed))
         return replace(
             self,
             terms=tuple(terms),
-            ln_mu=float(np.clip(vector[0], -3.0, 3.0)),
-            ln_coupling=float(np.clip(vector[1], -1.0, 1.0)),
+            ln_mu=float(vector[0]),
+            ln_coupling=float(vector[1]),
         )
 
     def with_terms(self, *terms: Term) -> Model:

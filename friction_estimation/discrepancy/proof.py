@@ -152,7 +152,7 @@ def _correlations(columns: Floats, values: Floats) -> Floats:
 
 
 def _permutation_p(fitted: Fit, rng: np.random.Generator) -> float:
-    """Probability that chance gives the best correlation of the throws' frictions with order, clock or a stone.
+    """Probability that chance lets the throws' frictions follow order, clock or a stone so.
 
     By dealing the frictions out anew, or by Student's t with Bonferroni's correction where that
     is smaller: two throws of sixteen can be dealt in 120 ways only, however far off they are.

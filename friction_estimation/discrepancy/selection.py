@@ -8,7 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from friction_estimation.discrepancy.candidates import FINER, PER_THROW, SHAPES, Term, candidates
+from friction_estimation.discrepancy.candidates import (
+    OTHER_STARTS,
+    PER_THROW,
+    SHAPES,
+    Term,
+    candidates,
+    finer_starts,
+)
 from friction_estimation.discrepancy.fit import Fit, fit
 from friction_estimation.discrepancy.model import Model, sensitivities
 from friction_estimation.discrepancy.noise import Noise, estimate_noise, wild_rows
@@ -161,7 +168,13 @@ def try_term(fitted: Fit, term: Term) -> Trial:
         shapes = ("y_min", "y_max")
     later = [n for n in shapes if n not in term.free]
     cost = len(term.free) + (4 if term.name == "friction_patch" else 0)  # its sides were sought
-    if later and fitted.deviance - trial.deviance > WORTH_TRYING:
+    other = OTHER_STARTS.get(term.name)
+    if other is not None and fitted.deviance - trial.deviance < WORTH_TRYING:
+        begin = term.with_values(**other).freed(*later)
+        again = refit(fitted, fitted.model.with_terms(begin))
+        if again.deviance < trial.deviance:
+            trial, cost = again, cost + len(later)
+    elif later and fitted.deviance - trial.deviance > WORTH_TRYING:
         own = trial.model.term(term.label).freed(*later)
         shaped = refit(trial, trial.model.without(term.label).with_terms(own))
         if trial.deviance - shaped.deviance > GAIN_PER_PARAMETER * len(later) * 0.5:
@@ -184,7 +197,7 @@ def _own_shapes(term: Term) -> tuple[str, ...]:
 
 def best_trials(fitted: Fit, looks: Sequence[Look]) -> list[Trial]:
     """Fits of the most promising candidates and of the best patch, the best first."""
-    hopeful = [look for look in looks if look.gain > WORTH_TRYING]
+    hopeful = [k for k in looks if k.gain > WORTH_TRYING or k.term.name in OTHER_STARTS]
     if not hopeful:
         hopeful = list(looks[:1])
     between = [look for look in hopeful if look.term.name in PER_THROW][:MOST_BETWEEN_THROWS]
@@ -235,7 +248,7 @@ def refine(fitted: Fit) -> Fit:
             fitted = _place_sides(fitted)
         term = fitted.model.term(label)
         best = fitted
-        for begin in FINER.get(term.name, ()):
+        for begin in finer_starts(term):
             later = [name for name in begin if name not in term.free]
             if not later:
                 continue

@@ -21,6 +21,9 @@ FULL_RATE = 40.0
 """Frames a second that are kept of faster films [1/s]: a slide is smooth over 25 ms, its noise is
 not independent, and time is spent per row."""
 
+USUAL_SPIN = 1.5
+"""Spin taken where no heading was measured [rad/s]; its side cannot matter, for then curl is not
+a candidate."""
 AT_LINE = 0.05
 """A stone this close to the hog line counts as at it [m]: tracks begin with noise."""
 
@@ -102,6 +105,7 @@ class Session:
             states[i, 0:2], states[i, 2:4] = fit[2], fit[1]
             heading = self.theta[rows]
             known = early & np.isfinite(heading)
+            states[i, 5] = USUAL_SPIN
             if known.sum() > 10:
                 states[i, 5], states[i, 4] = np.polyfit(t[known], heading[known], 1)
         return states
