@@ -148,9 +148,7 @@ def tee(direction: Direction) -> NDArray[np.float64]:
     return np.array([0.0, direction * TEE_Y])
 
 
-def to_delivery(
-    xy: ArrayLike, direction: Direction | NDArray[np.int64]
-) -> NDArray[np.float64]:
+def to_delivery(xy: ArrayLike, direction: Direction | NDArray[np.int64]) -> NDArray[np.float64]:
     """Points (..., 2) from the sheet frame to the delivery frame [m].
 
     Parameters
@@ -160,9 +158,7 @@ def to_delivery(
     return direction * np.asarray(xy, dtype=np.float64) - np.array([0.0, TEE_Y])
 
 
-def to_sheet(
-    xy: ArrayLike, direction: Direction | NDArray[np.int64]
-) -> NDArray[np.float64]:
+def to_sheet(xy: ArrayLike, direction: Direction | NDArray[np.int64]) -> NDArray[np.float64]:
     """Points (..., 2) from the delivery frame to the sheet frame [m]; see `to_delivery`."""
     return direction * (np.asarray(xy, dtype=np.float64) + np.array([0.0, TEE_Y]))
 

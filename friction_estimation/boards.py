@@ -238,8 +238,14 @@ def _solved(
 
     def solve(flags: int) -> tuple[float, Floats, Floats, float, float]:
         try:
-            rms, matrix, distortion, rotations, _, sigma, *_ = cv2.calibrateCameraExtended(
-                flat, seen, size, None, None, flags=flags  # pyright: ignore[reportCallIssue, reportArgumentType]
+            # OpenCV's stubs do not know that matrix and distortion may be left to it.
+            rms, matrix, distortion, rotations, _, sigma, *_ = cv2.calibrateCameraExtended(  # pyright: ignore[reportCallIssue]
+                flat,
+                seen,
+                size,
+                None,  # pyright: ignore[reportArgumentType]
+                None,  # pyright: ignore[reportArgumentType]
+                flags=flags,
             )
         except cv2.error as error:
             raise degenerate from error

@@ -4,6 +4,10 @@ On its own it drifts, because each frame's error is added to the last; so it pre
 fit of the stone measures. `follow` is the tracker as the paper had it, flow alone.
 """
 
+# OpenCV's stubs widen the element type of every array that they return.
+# pyright: reportArgumentType=false, reportCallIssue=false, reportReturnType=false
+# pyright: reportAssignmentType=false
+
 from __future__ import annotations
 
 from collections.abc import Iterable

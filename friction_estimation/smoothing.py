@@ -51,7 +51,7 @@ def smooth(t: Floats, measured: Floats, sigma: Floats) -> Smoothed:
     sigma : (n,) standard error of each measurement, right up to a common factor
     """
     used = np.isfinite(measured) & np.isfinite(sigma) & (sigma > 0)
-    scale, jerk = 1.0, JERKS[2]
+    scale, jerk, fit = 1.0, JERKS[2], 1.0
     value = rate = change = variance = np.full(len(t), np.nan)
     for _ in range(ROUNDS):
         best = -np.inf

@@ -298,6 +298,7 @@ def gauss_newton(
     residual = np.empty(3)
     slopes = np.empty((n, 3, 3))
     trial = np.empty(3)
+    scaled = np.eye(size)
     squares, weights = 0.0, 0.0
     stone_pixels, seen_pixels = 0.0, 0.0
     linearised = False

@@ -6,6 +6,10 @@ with lower corners, (y3 - y1) and (y4 - y2), where the paper joins left with rig
 in perspective is as long as the distance of its ends, not as their difference along one axis.
 """
 
+# OpenCV's stubs widen the element type of every array that they return.
+# pyright: reportArgumentType=false, reportCallIssue=false, reportReturnType=false
+# pyright: reportAssignmentType=false
+
 from __future__ import annotations
 
 from dataclasses import dataclass

@@ -1,5 +1,9 @@
 """Films in and out: frames with their own times, and overlays written whole or not at all."""
 
+# OpenCV's stubs widen the element type of every array that they return.
+# pyright: reportArgumentType=false, reportCallIssue=false, reportReturnType=false
+# pyright: reportAssignmentType=false
+
 from __future__ import annotations
 
 from collections.abc import Iterator

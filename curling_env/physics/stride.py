@@ -8,6 +8,9 @@ predict; the law at the predicted middle and end corrects (collocation at the Lo
 four), and the size of the correction says how long the next stride may be.
 """
 
+# Work arrays come untyped through compiled code: what is read from them is unknown, not wrong.
+# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
+
 from __future__ import annotations
 
 import math
