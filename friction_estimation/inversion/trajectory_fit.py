@@ -237,10 +237,9 @@ def _board(slide: FreeSlide, order: int) -> Ridden:
     t = slide.t - slide.t[0]
     early = max(int(np.searchsorted(t, 3.0)), 8)
     fit = np.polynomial.polynomial.polyfit(t[:early], measured[:early], 2)
-    scale = slide.track.sigma_xy[slide.rows] if slide.track.sigma_xy.size else np.ones(len(t))
-    usable = scale[np.isfinite(scale) & (scale > 0)]
-    usual = float(np.median(usable)) if usable.size else 1.0
-    scale = np.where(np.isfinite(scale) & (scale > 0), scale, usual) / usual
+    # A track's sigma_xy holds what all frames share (pose, lens, outline), which is no weight
+    # between frames: every frame weighs alike, and the noise is learnt from the residuals.
+    scale = np.ones(len(t))
     spin, power, speed, heading = fit_spin(slide)
     passenger = Passenger(
         course=course,
