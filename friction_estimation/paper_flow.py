@@ -22,10 +22,10 @@ from curling_env.sheet import Direction
 from curling_env.stone import RULE_BOOK_STONE
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
+from friction_estimation.appearance import StoneModel
 from friction_estimation.camera import Camera
-from friction_estimation.optical_flow import FLOWS, Flow, lucas_kanade, points_to_follow
-from friction_estimation.stone_model import StoneModel
 from friction_estimation.synthetic import FilmSpec, render_film
+from friction_estimation.tracking.optical_flow import FLOWS, Flow, lucas_kanade, points_to_follow
 from friction_estimation.video import Film
 
 Floats = NDArray[np.float64]

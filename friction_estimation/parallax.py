@@ -13,11 +13,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from friction_estimation.appearance import Exposure, learn_appearance, total_misfit
+from friction_estimation.appearance import Exposure, StoneModel, learn_appearance, total_misfit
+from friction_estimation.appearance.fit import PIXEL_CORRELATION
 from friction_estimation.camera import Camera
 from friction_estimation.refinement import Refined, log_height_prior
-from friction_estimation.stone_fit import PIXEL_CORRELATION
-from friction_estimation.stone_model import StoneModel
 
 UNDECIDED = 0.02
 """Standard error of the log focal length from which on the stone is asked."""

@@ -141,10 +141,10 @@ def _film_and_track(job: Job) -> tuple[Trajectory, float, int]:
     """The measured track, its RMS distance from the truth [m], and how many frames there were."""
     import cv2
 
-    from friction_estimation.overlay import write_overlay
     from friction_estimation.scene import load_scene
     from friction_estimation.synthetic import FilmSpec, render_film
     from friction_estimation.tracking import track_film
+    from friction_estimation.tracking.overlay import write_overlay
 
     cv2.setNumThreads(1)  # one process a core
     spec = FilmSpec(camera=CAMERA, fps=job.fps, seed=job.seed, people=PEOPLE)

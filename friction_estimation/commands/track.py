@@ -99,7 +99,7 @@ def track(
             )
         )
     if overlay is not None:
-        from friction_estimation.overlay import write_overlay
+        from friction_estimation.tracking.overlay import write_overlay
 
         write_overlay(
             films[0],

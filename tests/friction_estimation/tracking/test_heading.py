@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_estimation.heading import consistent_heading
+from friction_estimation.tracking.heading import consistent_heading
 
 T = np.arange(0, 20, 1 / 15)
 SPEED = np.maximum(2.0 - 0.1 * T, 0.0)

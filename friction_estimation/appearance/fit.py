@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from friction_estimation.camera import Camera
-from friction_estimation.stone_kernels import gauss_newton
-from friction_estimation.stone_model import (
+from friction_estimation.appearance.kernels import gauss_newton
+from friction_estimation.appearance.model import (
     StoneModel,
     Window,
     window_at,
 )
+from friction_estimation.camera import Camera
 
 Floats = NDArray[np.float64]
 

@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from friction_estimation.appearance.kernels import sight_lines
 from friction_estimation.camera import Camera
-from friction_estimation.stone_kernels import sight_lines
 
 Floats = NDArray[np.float64]
 

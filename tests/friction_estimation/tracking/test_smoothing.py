@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from friction_estimation.smoothing import smooth
+from friction_estimation.tracking.smoothing import smooth
 
 
 def slide(n=400, seed=3, noise=0.01):

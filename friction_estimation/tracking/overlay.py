@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, RING_RADII, TEE_Y
 from friction_estimation.scene import Scene
 from friction_estimation.top_view import TopView
-from friction_estimation.tracking import FilmTrack
+from friction_estimation.tracking.film_track import FilmTrack
 from friction_estimation.video import Film, film_writer
 
 Image = NDArray[np.uint8]

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from curling_env.sheet import Sheet
-from friction_estimation.background import Blob
+from friction_estimation.appearance import StoneModel
 from friction_estimation.camera import Camera
-from friction_estimation.stone_model import StoneModel
+from friction_estimation.tracking.background import Blob
 
 Floats = NDArray[np.float64]
 

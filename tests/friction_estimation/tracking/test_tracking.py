@@ -10,11 +10,11 @@ import pytest
 
 from curling_env.cli import main
 from curling_env.trajectory import read_tracks
+from friction_estimation.appearance.model import StoneModel
 from friction_estimation.camera import Camera
-from friction_estimation.optical_flow import follow, lucas_kanade
 from friction_estimation.scene import Scene, load_scene, save_scene
-from friction_estimation.stone_model import StoneModel
 from friction_estimation.tracking import track_film
+from friction_estimation.tracking.optical_flow import follow, lucas_kanade
 from friction_estimation.video import Film, film_writer
 
 SIZE = (480, 270)

@@ -1,0 +1,173 @@
+"""One frame's pixels around the stone, and how well a look explains them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from friction_estimation.appearance.fit import (
+    MARGIN_PX,
+    OUTLIER_AT,
+    Appearance,
+    channels_of,
+    fit_stone,
+)
+from friction_estimation.appearance.kernels import coverage
+from friction_estimation.appearance.model import PARTS, StoneModel, Window, window_at
+from friction_estimation.camera import Camera
+
+Floats = NDArray[np.float64]
+
+MIN_NOISE = 1.0
+"""Residuals are never trusted better than one grey level: that is how films are stored."""
+STONE_SHARE = 0.05
+"""Pixels of which the stone covers less than this count as ice."""
+COLOUR_DISTRUST = 5.0
+"""Colour is stored at half resolution and shifted by the codec: it may find a handle, not move a
+stone."""
+
+
+@dataclass(eq=False)
+class Exposure:
+    """One frame's pixels around the stone, with the current estimate of its place."""
+
+    window: Window
+    picture: Floats
+    behind: Floats
+    pose: Floats
+    t: float
+
+
+def exposures_at(
+    frames: Sequence[NDArray[np.uint8]],
+    moments: Sequence[float],
+    places: Sequence[Floats],
+    background: Floats,
+    background_origin: tuple[int, int],
+    camera: Camera,
+    model: StoneModel,
+) -> list[Exposure]:
+    """Cut the stone out of the frames in which all of it is in the image."""
+    found: list[Exposure] = []
+    u, v = background_origin
+    for frame, t, xy in zip(frames, moments, places, strict=True):
+        outline = model.outline_px(camera, xy)
+        # The handle stands out above the body and the place is still rough: look a little wider.
+        size = 0.35 * float(np.ptp(outline, axis=0).max()) if len(outline) else 0.0
+        window = window_at(camera, outline, MARGIN_PX + size)
+        if window is None:
+            continue
+        if not (
+            (outline > 1).all()
+            and (outline < np.array(camera.size) - 2).all()
+            and u <= window.origin_px[0]
+            and v <= window.origin_px[1]
+            and window.origin_px[0] + window.shape[1] <= u + background.shape[1]
+            and window.origin_px[1] + window.shape[0] <= v + background.shape[0]
+        ):
+            continue
+        rows, columns = window.slices
+        behind = background[
+            rows.start - v : rows.stop - v, columns.start - u : columns.stop - u
+        ].reshape(-1, 3)
+        found.append(
+            Exposure(
+                window=window,
+                picture=channels_of(frame[rows, columns]).reshape(-1, 3),
+                behind=np.ascontiguousarray(behind),
+                pose=np.array([xy[0], xy[1], 0.0]),
+                t=t,
+            )
+        )
+    return found
+
+
+def settle(exposure: Exposure, look: Appearance) -> float:
+    pose, _, misfit, visible = fit_stone(
+        exposure.picture, exposure.behind, exposure.window, look, exposure.pose
+    )
+    if np.linalg.norm(pose[:2] - exposure.pose[:2]) < 0.5:
+        exposure.pose = pose
+    return misfit / max(visible, 1e-3)
+
+
+def keep_near(exposure: Exposure, look: Appearance) -> None:
+    """Drop the pixels that neither stone nor shadow can reach, now that the place is known."""
+    reach = replace(
+        look.model,
+        blur_px=MARGIN_PX / 3,
+        shadow_radius=1.3 * look.model.radius,
+        shadow=1.0,
+        mirror=1.0,
+    )
+    near = cover_of(exposure, replace(look, model=reach))[0].sum(axis=1) > 0
+    window = exposure.window
+    exposure.window = replace(
+        window,
+        foot=np.ascontiguousarray(window.foot[near]),
+        lean=np.ascontiguousarray(window.lean[near]),
+    )
+    exposure.picture = np.ascontiguousarray(exposure.picture[near])
+    exposure.behind = np.ascontiguousarray(exposure.behind[near])
+
+
+def cover_of(exposure: Exposure, look: Appearance, pose: Floats | None = None) -> Floats:
+    pose = exposure.pose if pose is None else pose
+    window = exposure.window
+    out = np.empty((2, len(exposure.picture), len(PARTS) + 1))
+    coverage(
+        pose[0],
+        pose[1],
+        pose[2],
+        look.model.shape(),
+        window.foot,
+        window.lean,
+        window.scale,
+        look.has_handle,
+        out,
+    )
+    return out
+
+
+def rendered(cover: Floats, behind: Floats, colours: Floats) -> Floats:
+    per_channel = cover[[0, 1, 1]]  # brightness is sharp, both colour differences are not
+    parts = per_channel[:, :, :-1]
+    ice = behind.copy()
+    ice[:, 0] *= 1 - per_channel[0, :, -1]  # a shadow takes light, not colour
+    return ice * (1 - parts.sum(axis=2).T) + np.einsum("cnk,kc->nc", parts, colours)
+
+
+def weights_of(residual: Floats, noise: Floats) -> Floats:
+    total = np.sum((residual / noise) ** 2, axis=1)
+    return 1 / (1 + total / (3 * OUTLIER_AT**2)) ** 2
+
+
+def cost_of(exposure: Exposure, look: Appearance, pose: Floats) -> float:
+    """Robust misfit of one exposure with the stone at a pose."""
+    cover = cover_of(exposure, look, pose)
+    residual = exposure.picture - rendered(cover, exposure.behind, look.colours)
+    squares = np.sum((residual / look.noise) ** 2, axis=1)
+    return float(np.sum(squares / (1 + squares / (3 * OUTLIER_AT**2))))
+
+
+def total_misfit(exposures: Sequence[Exposure], look: Appearance) -> float:
+    return sum(cost_of(exposure, look, exposure.pose) for exposure in exposures)
+
+
+def residual_noise(exposures: Sequence[Exposure], look: Appearance) -> Floats:
+    """Spread of what the model leaves on the stone, per channel.
+
+    On the ice beside it little is left; measured there, every speckle of granite would count as
+    something before the stone.
+    """
+    left: list[Floats] = []
+    for exposure in exposures:
+        cover = cover_of(exposure, look)
+        residual = exposure.picture - rendered(cover, exposure.behind, look.colours)
+        left.append(residual[cover[0, :, :-1].sum(axis=1) > STONE_SHARE])
+    spread = np.median(np.abs(np.concatenate(left)), axis=0)
+    noise = np.maximum(1.4826 * spread, MIN_NOISE)
+    return noise * np.array([1.0, COLOUR_DISTRUST, COLOUR_DISTRUST])

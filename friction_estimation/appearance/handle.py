@@ -1,0 +1,117 @@
+"""Finding a stone's handle and its headings: what is left on the top once the body is explained."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from friction_estimation.appearance.exposure import (
+    Exposure,
+    cost_of,
+    cover_of,
+    rendered,
+    settle,
+    total_misfit,
+)
+from friction_estimation.appearance.fit import PIXEL_CORRELATION, Appearance
+
+Floats = NDArray[np.float64]
+
+HEADINGS_TRIED = 36
+SPINS_TRIED = np.linspace(-4.0, 4.0, 33)
+"""Rates of turning [rad/s]; a stone thrown to stay in play hardly turns faster."""
+SPIN_CHANGE = 0.05
+"""The change of spin [rad/s] that costs as much as one standard error of one exposure."""
+HANDLE_RISES = (0.03, 0.045, 0.06)
+"""Heights above the top at which a handle is looked for [m]."""
+HANDLE_COLLARS = (0.0, 0.04)
+"""Radii of its round base with which it is looked for, on no post and on a short one [m]."""
+HANDLE_CONTRAST = 10.0
+"""How far, in grey levels, a handle's colour must lie from the rest of the stone."""
+
+
+def with_handle(exposures: Sequence[Exposure], look: Appearance) -> Appearance:
+    """Find the handle as what is left on and just above the top, and its heading in each frame."""
+    strange: list[Floats] = []
+    for exposure in exposures:
+        cover = cover_of(exposure, look)
+        residual = exposure.picture - rendered(cover, exposure.behind, look.colours)
+        x, y = exposure.pose[:2]
+        z = look.model.height + look.model.handle_rise
+        above = exposure.window.foot + z * exposure.window.lean - np.array([x, y])
+        near = np.hypot(*above.T) < 0.8 * look.model.radius
+        # Light and shade change the brightness of granite; only a handle has another colour.
+        oddness = np.linalg.norm(residual * [1.0, 2.0, 2.0], axis=1)
+        strange.append(np.column_stack([exposure.picture, oddness])[near])
+    pixels = np.concatenate(strange)
+    if len(pixels) < 20:
+        return look
+    limit = max(HANDLE_CONTRAST, float(np.quantile(pixels[:, 3], 0.97)))
+    marked = pixels[pixels[:, 3] >= limit]
+    if len(marked) < 0.02 * len(pixels):
+        return look
+    colour = np.median(marked[:, :3], axis=0)
+    colours = look.colours.copy()
+    colours[-1] = colour
+    for exposure in exposures:
+        settle(exposure, look)
+    before = total_misfit(exposures, look)
+    poses = [exposure.pose for exposure in exposures]
+    best, best_misfit, best_poses = look, before, poses
+    for rise, collar in product(HANDLE_RISES, HANDLE_COLLARS):
+        for exposure, pose in zip(exposures, poses, strict=True):
+            exposure.pose = pose
+        model = replace(look.model, handle_rise=rise, collar_radius=collar, neck_length=collar / 2)
+        found = replace(look, model=model, colours=colours, has_handle=True)
+        turn_together(exposures, found)
+        for exposure in exposures:
+            settle(exposure, found)
+        misfit = total_misfit(exposures, found)
+        if misfit < best_misfit:
+            best, best_misfit = found, misfit
+            best_poses = [exposure.pose for exposure in exposures]
+    for exposure, pose in zip(exposures, best_poses, strict=True):
+        exposure.pose = pose
+    return best
+
+
+def turn_together(exposures: Sequence[Exposure], look: Appearance) -> None:
+    """Set all headings to the likeliest course of a stone that turns steadily.
+
+    In one frame a handle may be read the wrong way round; a slowly changing spin through all of
+    them may not (dynamic programming over heading and spin).
+    """
+    headings = np.linspace(-np.pi, np.pi, HEADINGS_TRIED, endpoint=False)
+    step = 2 * np.pi / HEADINGS_TRIED
+    ordered = sorted(exposures, key=lambda exposure: exposure.t)
+    reluctance = np.abs(SPINS_TRIED[:, None] - SPINS_TRIED[None, :]) / SPIN_CHANGE
+    value = np.zeros((HEADINGS_TRIED, len(SPINS_TRIED)))
+    came_from: list[NDArray[np.intp]] = []
+    for k, exposure in enumerate(ordered):
+        if k > 0:
+            turned = SPINS_TRIED * (exposure.t - ordered[k - 1].t) / step
+            source = np.arange(HEADINGS_TRIED)[:, None] - turned[None, :]
+            low = np.floor(source).astype(int)
+            share = source - low
+            columns = np.arange(len(SPINS_TRIED))[None, :]
+            carried = (1 - share) * value[low % HEADINGS_TRIED, columns]
+            carried += share * value[(low + 1) % HEADINGS_TRIED, columns]
+            # [heading, spin before, spin now]
+            options = carried[:, :, None] + reluctance[None]
+            came_from.append(np.argmin(options, axis=1))
+            value = np.min(options, axis=1)
+        poses = [np.array([*exposure.pose[:2], heading]) for heading in headings]
+        costs = np.array([cost_of(exposure, look, pose) for pose in poses])
+        value = value + (costs - costs.min())[:, None] / PIXEL_CORRELATION
+    at, spin = np.unravel_index(int(np.argmin(value)), value.shape)
+    heading = float(headings[at])
+    for k in range(len(ordered) - 1, -1, -1):
+        ordered[k].pose = np.array([*ordered[k].pose[:2], heading])
+        if k > 0:
+            near = round((heading + np.pi) / step) % HEADINGS_TRIED
+            spin = came_from[k - 1][near, spin]
+            heading -= float(SPINS_TRIED[spin]) * (ordered[k].t - ordered[k - 1].t)

@@ -1,0 +1,249 @@
+"""Fitting a stone's profile, blur and colours to all exposures, with its places projected out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from friction_estimation.appearance.exposure import (
+    Exposure,
+    cover_of,
+    rendered,
+    settle,
+    total_misfit,
+    weights_of,
+)
+from friction_estimation.appearance.fit import PIXEL_CORRELATION, Appearance
+from friction_estimation.appearance.kernels import normal_equations
+from friction_estimation.appearance.model import PARTS, SHAPE_PARAMETERS, StoneModel
+
+Floats = NDArray[np.float64]
+
+SHAPE_SPREAD = {
+    "radius": 1e-5,
+    "height": 1e-5,
+    "foot_inset": 0.03,
+    "foot_height": 0.015,
+    "bevel_height": 0.015,
+    "bevel_inset": 0.02,
+    "handle_rise": 0.015,
+    "handle_back": 0.015,
+    "handle_front": 0.015,
+    "handle_width": 0.006,
+    "blur_px": 0.4,
+    "colour_blur_px": 0.6,
+    "shadow_x": 0.05,
+    "shadow_y": 0.05,
+    "shadow_radius": 0.02,
+    "shadow_blur": 0.02,
+    "shadow": 0.15,
+    "handle_depth": 0.01,
+    "roundness": 0.5,
+    "contact": 0.2,
+    "contact_reach": 0.02,
+    "mirror": 0.4,
+    "collar_radius": 0.025,
+    "collar_rise": 0.006,
+    "foot_roundness": 0.7,
+    "neck_length": 0.015,
+}
+"""How far stones and cameras differ from the starting values; radius and height are the scene's.
+
+A stone stands on its running band, so its foot is never much wider or narrower than that."""
+SHAPE_BOUNDS = {
+    "foot_inset": (-0.005, 0.12),
+    "foot_height": (0.002, 0.06),
+    "bevel_height": (0.001, 0.06),
+    "bevel_inset": (0.0, 0.09),
+    "handle_rise": (0.0, 0.09),
+    "handle_back": (-0.13, 0.05),
+    "handle_front": (0.05, 0.15),
+    "handle_width": (0.008, 0.05),
+    "blur_px": (0.3, 4.0),
+    "colour_blur_px": (0.3, 5.0),
+    "shadow_radius": (0.05, 0.3),
+    "shadow_blur": (0.001, 0.1),
+    "shadow": (0.0, 0.9),
+    "handle_depth": (0.001, 0.08),
+    "roundness": (1.0, 3.0),
+    "contact": (0.0, 0.9),
+    "contact_reach": (0.01, 0.12),
+    "mirror": (0.0, 1.5),
+    "collar_radius": (0.0, 0.1),
+    "collar_rise": (0.0, 0.03),
+    "foot_roundness": (1.0, 4.0),
+    "neck_length": (0.0, 0.06),
+}
+FOOT_BRIGHTNESS = 1.1
+"""The foot overhangs: lit by the ice alone it is at most about as bright as the side."""
+GRANITE = (
+    ("foot", "side", (30.0, 4.0, 4.0)),
+    ("bevel", "side", (30.0, 4.0, 4.0)),
+    ("top", "side", (30.0, 4.0, 4.0)),
+)
+"""How far one part of the body differs from another [grey]: it is one stone in different light."""
+
+
+def refine_profile(
+    exposures: Sequence[Exposure], look: Appearance, typical_model: StoneModel, rounds: int
+) -> Appearance:
+    """Gauss-Newton on shape, blur and colours with every exposure's pose projected out."""
+    typical = typical_model.shape()
+    of_handle = ("handle", "collar", "neck")
+    names = [n for n in SHAPE_PARAMETERS if look.has_handle or not n.startswith(of_handle)]
+    index = [SHAPE_PARAMETERS.index(n) for n in names]
+    spread = np.array([SHAPE_SPREAD[n] for n in names])
+    parts = len(PARTS) if look.has_handle else len(PARTS) - 1
+    shared = len(names) + 3 * parts
+    low, high = np.array([SHAPE_BOUNDS.get(n, (-np.inf, np.inf)) for n in names]).T
+    damping = 1e-4
+    value = _objective(exposures, look, typical, index, spread)
+    for _ in range(rounds):
+        normal, right = _joint_equations(exposures, look, index, parts)
+        shape = look.model.shape()
+        prior = np.zeros(shared)
+        prior[: len(names)] = 1 / spread**2
+        right[: len(names)] += (typical - shape)[index] / spread**2
+        held, drawn = _granite_prior(look.colours, len(names), shared)
+        normal += held + np.diag(prior + 1e-6)
+        right += drawn
+        before = [exposure.pose for exposure in exposures]
+        for _ in range(4):
+            step = _step_within(normal, right, damping, low - shape[index], high - shape[index])
+            moved = shape.copy()
+            moved[index] += np.clip(step[: len(names)], -spread, spread)
+            moved[index] = np.clip(moved[index], low, high)
+            colours = look.colours.copy()
+            colours[:parts] += step[len(names) :].reshape(parts, 3)
+            foot, side = PARTS.index("foot"), PARTS.index("side")
+            colours[foot, 0] = min(colours[foot, 0], FOOT_BRIGHTNESS * colours[side, 0])
+            tried = replace(look, model=look.model.with_shape(moved), colours=colours)
+            for exposure in exposures:
+                settle(exposure, tried)
+            found = _objective(exposures, tried, typical, index, spread)
+            if found < value:
+                look, value, damping = tried, found, max(damping / 10, 1e-4)
+                break
+            damping *= 10
+            for exposure, pose in zip(exposures, before, strict=True):
+                exposure.pose = pose
+        else:
+            break
+    return look
+
+
+def _objective(
+    exposures: Sequence[Exposure],
+    look: Appearance,
+    typical: Floats,
+    index: list[int],
+    spread: Floats,
+) -> float:
+    """What `refine_profile` minimises: robust misfit and distance from what stones are like."""
+    away = (look.model.shape() - typical)[index] / spread
+    tint = np.array(
+        [
+            (look.colours[PARTS.index(name)] - look.colours[PARTS.index(other)]) / spread
+            for name, other, spread in GRANITE
+        ]
+    )
+    return total_misfit(exposures, look) / PIXEL_CORRELATION + float(
+        away @ away + np.sum(tint * tint)
+    )
+
+
+def _joint_equations(
+    exposures: Sequence[Exposure], look: Appearance, index: list[int], parts: int
+) -> tuple[Floats, Floats]:
+    """Normal equations of shape and colours, with every exposure's pose projected out."""
+    poses = 3 if look.has_handle else 2
+    shared = len(index) + 3 * parts
+    normal, right = np.zeros((shared, shared)), np.zeros(shared)
+    for exposure in exposures:
+        jacobian, residual, weight = _linearised(exposure, look, index, parts, poses)
+        full = np.zeros((shared + poses, shared + poses))
+        pulled = np.zeros(shared + poses)
+        normal_equations(jacobian, residual, weight, full, pulled)
+        own = full[shared:, shared:] + 1e-9 * np.eye(poses)
+        cross = full[:shared, shared:]
+        solved = np.linalg.solve(own, np.column_stack([cross.T, pulled[shared:]]))
+        normal += full[:shared, :shared] - cross @ solved[:, :-1]
+        right += pulled[:shared] - cross @ solved[:, -1]
+    return normal / PIXEL_CORRELATION, right / PIXEL_CORRELATION
+
+
+def _step_within(
+    normal: Floats, right: Floats, damping: float, lowest: Floats, highest: Floats
+) -> Floats:
+    """A damped step whose first parameters stay within limits; what stands at one is held there."""
+    free = np.ones(len(right), dtype=bool)
+    step = np.zeros(len(right))
+    damped = normal + damping * np.diag(np.diag(normal))
+    n = len(lowest)
+    for _ in range(4):
+        step[:] = 0.0
+        step[free] = np.linalg.solve(damped[np.ix_(free, free)], right[free])
+        over = free[:n] & (
+            ((lowest > -1e-9) & (step[:n] < 0)) | ((highest < 1e-9) & (step[:n] > 0))
+        )
+        if not over.any():
+            break
+        free[:n] &= ~over
+    return step
+
+
+def _granite_prior(colours: Floats, start: int, size: int) -> tuple[Floats, Floats]:
+    """What keeps the parts' colours near each other: (size, size) and (size,)."""
+    held, drawn = np.zeros((size, size)), np.zeros(size)
+    for name, other, spread in GRANITE:
+        for channel in range(3):
+            i = start + 3 * PARTS.index(name) + channel
+            j = start + 3 * PARTS.index(other) + channel
+            weight = 1 / spread[channel] ** 2
+            pull = weight * (colours[PARTS.index(other)] - colours[PARTS.index(name)])[channel]
+            held[i, i] += weight
+            held[j, j] += weight
+            held[i, j] -= weight
+            held[j, i] -= weight
+            drawn[i] += pull
+            drawn[j] -= pull
+    return held, drawn
+
+
+def _linearised(
+    exposure: Exposure, look: Appearance, index: list[int], parts: int, poses: int
+) -> tuple[Floats, Floats, Floats]:
+    """Derivatives of the standardised residuals by shape, colours and pose; residuals; weights."""
+    cover = cover_of(exposure, look)
+    picture = rendered(cover, exposure.behind, look.colours)
+    residual = exposure.picture - picture
+    weight = np.repeat(weights_of(residual, look.noise), 3)
+    shape = look.model.shape()
+    columns: list[Floats] = []
+    for i in index:
+        moved = shape.copy()
+        step = 0.02 if SHAPE_PARAMETERS[i].endswith("blur_px") else 5e-4
+        moved[i] += step
+        changed = replace(look, model=look.model.with_shape(moved))
+        other = rendered(cover_of(exposure, changed), exposure.behind, look.colours)
+        columns.append(((other - picture) / step / look.noise).ravel())
+    per_channel = cover[[0, 1, 1]]
+    for part in range(parts):
+        for channel in range(3):
+            slope = np.zeros_like(residual)
+            slope[:, channel] = per_channel[channel, :, part] / look.noise[channel]
+            columns.append(slope.ravel())
+    for p in range(poses):
+        pose = exposure.pose.copy()
+        step = 1e-2 if p == 2 else 1e-3
+        pose[p] += step
+        other = rendered(cover_of(exposure, look, pose), exposure.behind, look.colours)
+        columns.append(((other - picture) / step / look.noise).ravel())
+    return (
+        np.column_stack(columns),
+        (residual / look.noise).ravel(),
+        weight,
+    )

@@ -1,0 +1,62 @@
+"""What a user may choose when a film is tracked, and what comes of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.trajectory import Trajectory
+from friction_estimation.appearance import Appearance
+from friction_estimation.camera import Camera
+from friction_estimation.refinement import Refined
+from friction_estimation.tracking.optical_flow import Flow
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackingOptions:
+    """What a user may choose.
+
+    Parameters
+    ----------
+    flow : Lucas-Kanade in one scale or in a pyramid
+    gate : largest distance of a fit from its prediction [m], beside what the picture's scale asks
+    min_visible : least share of the stone that must be seen, 0 to 1
+    min_inside : least share of the stone's outline that must lie in the image, 0 to 1
+    refine : let the paint on the ice correct the points that were marked, and find what is not
+        known of the lens
+    """
+
+    flow: Flow = "pyramidal"
+    gate: float = 0.25
+    min_visible: float = 0.5
+    min_inside: float = 0.98
+    refine: bool = True
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FilmTrack:
+    """What one film gave.
+
+    Parameters
+    ----------
+    trajectory : the smoothed track; rows only where the stone was seen
+    frame : (n,) index of the frame of each row
+    velocity : (n, 2) [m/s]
+    spin : (n,) [rad/s], NaN without a handle
+    frame_count : frames of the film
+    camera, look : what the film was read with
+    landmarks : how well the paint on the ice agrees with the camera
+    """
+
+    trajectory: Trajectory
+    frame: NDArray[np.int64]
+    velocity: Floats
+    spin: Floats
+    frame_count: int
+    camera: Camera
+    look: Appearance
+    landmarks: Refined

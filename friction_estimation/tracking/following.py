@@ -1,0 +1,223 @@
+"""From film to track: background, acquisition, a fit in every frame, and a smoother over all.
+
+The order of the paper's figure 1 is kept (calibration, grey, top view, region of interest, flow)
+with three changes that its own figures call for. Points are undistorted, not frames. The stone is
+measured in the raw image by a fit of its whole picture, with its height, where flow alone drifts;
+flow predicts and gates. And positions are joined by a smoother that knows their uncertainty.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.errors import InputError
+from curling_env.trajectory import Trajectory
+from friction_estimation.appearance import (
+    EXPOSURES,
+    Appearance,
+    Exposure,
+    StoneModel,
+    channels_of,
+    exposures_at,
+    learn_appearance,
+    measure,
+)
+from friction_estimation.camera import Camera
+from friction_estimation.parallax import UNDECIDED, focal_from_stone
+from friction_estimation.refinement import at_focal, refine, unrefined
+from friction_estimation.scene import Scene
+from friction_estimation.tracking.acquisition import RoughPath, sightings_in, thrown_stone
+from friction_estimation.tracking.background import (
+    Background,
+    find_background,
+    moving_blobs,
+    sheet_region,
+)
+from friction_estimation.tracking.film_track import FilmTrack, TrackingOptions
+from friction_estimation.tracking.joining import Record, join_frames
+from friction_estimation.tracking.pilot import Pilot
+from friction_estimation.video import Film
+
+Floats = NDArray[np.float64]
+Image = NDArray[np.uint8]
+Progress = Callable[[Iterable[tuple[float, Image]], int], Iterable[tuple[float, Image]]]
+
+SPARSE_FRAMES = 40
+"""Frames looked at before tracking: for the background, the rough path and the stone's look."""
+BACKGROUND_FRAMES = 15
+MIN_LIKENESS = 0.3
+"""Sightings less like a stone than this do not teach its look."""
+
+
+def track_film(
+    path: str | Path,
+    scene: Scene,
+    *,
+    throw: int = 0,
+    options: TrackingOptions | None = None,
+    progress: Progress | None = None,
+) -> FilmTrack:
+    """The thrown stone of one film.
+
+    Parameters
+    ----------
+    path : of the film
+    scene : of its camera
+    throw : number of the throw, for the track
+    progress : wraps the frames, given their expected number
+
+    Raises
+    ------
+    InputError : no film, points that do not fit it, or no thrown stone in it
+    """
+    options = options or TrackingOptions()
+    film = Film.open(path, scene.fps)
+    camera = Camera.from_scene(scene, film.size)
+    sample = film.sample(SPARSE_FRAMES)
+    # A lens that is not known yet may show the sheet tens of pixels from where it is thought.
+    known = scene.camera_matrix is not None and scene.distortion is not None
+    region = sheet_region(camera, scene.sheet, 12 if known else 48)
+    every = max(1, len(sample) // BACKGROUND_FRAMES)
+    background = find_background([frame for _, frame in sample[::every]], region)
+    landmarks = unrefined(camera)
+    if options.refine:
+        landmarks = refine(camera, scene, background.image, background.origin_px)
+        camera = landmarks.camera
+    model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
+    rough = _acquire(sample, background, camera, model, scene)
+    if rough is None:
+        raise InputError(
+            "no thrown stone found: nothing of a stone's size slides along the ice", source=path
+        )
+    ice = channels_of(background.image)
+    seen_by = camera
+
+    def exposures_of(camera: Camera) -> list[Exposure]:
+        return _exposures(sample, rough, ice, background, seen_by, camera, model)
+
+    if landmarks.log_focal_sigma > UNDECIDED and exposures_of(camera):
+        loose, painted = landmarks, background
+        landmarks = focal_from_stone(
+            loose,
+            lambda change: at_focal(loose, scene, painted.image, painted.origin_px, change),
+            exposures_of,
+            model,
+            background.noise,
+        )
+        camera = landmarks.camera
+    exposures = exposures_of(camera)
+    if not exposures:
+        raise InputError("the thrown stone is nowhere wholly in the image", source=path)
+    look = learn_appearance(exposures, model, background.noise)
+    frames: Iterable[tuple[float, Image]] = film.frames()
+    if progress is not None:
+        frames = progress(frames, film.frame_count)
+    record = _measure_all(frames, rough, ice, background, camera, look, options)
+    return join_frames(record, look, landmarks, throw, path)
+
+
+def track_films(
+    paths: Sequence[str | Path],
+    scene: Scene,
+    *,
+    options: TrackingOptions | None = None,
+    progress: Progress | None = None,
+) -> list[Trajectory]:
+    """One throw per film, in order of play; see `track_film`."""
+    return [
+        track_film(path, scene, throw=i, options=options, progress=progress).trajectory
+        for i, path in enumerate(paths)
+    ]
+
+
+def _acquire(
+    sample: Sequence[tuple[float, Image]],
+    background: Background,
+    camera: Camera,
+    model: StoneModel,
+    scene: Scene,
+) -> RoughPath | None:
+    sightings = [
+        sighting
+        for i, (t, frame) in enumerate(sample)
+        for sighting in sightings_in(
+            moving_blobs(frame, background), i, t, camera, model, scene.sheet
+        )
+    ]
+    return thrown_stone(sightings)
+
+
+def _exposures(
+    sample: Sequence[tuple[float, Image]],
+    rough: RoughPath,
+    ice: Floats,
+    background: Background,
+    seen_by: Camera,
+    camera: Camera,
+    model: StoneModel,
+) -> list[Exposure]:
+    """The stone's clear pictures, found with one camera, as another places them."""
+    clear = [s for s in rough.sightings if s.likeness >= MIN_LIKENESS]
+    clear = clear[:: max(1, len(clear) // EXPOSURES)]
+    middle = model.height / 2
+    places = np.array([s.xy for s in clear]).reshape(-1, 2)
+    if camera is not seen_by:
+        px = seen_by.project(np.column_stack([places, np.full(len(places), middle)]))
+        places = camera.on_plane(px, middle)
+    return exposures_at(
+        [sample[s.frame][1] for s in clear],
+        [s.t for s in clear],
+        list(places),
+        ice,
+        background.origin_px,
+        camera,
+        model,
+    )
+
+
+def _measure_all(
+    frames: Iterable[tuple[float, Image]],
+    rough: RoughPath,
+    ice: Floats,
+    background: Background,
+    camera: Camera,
+    look: Appearance,
+    options: TrackingOptions,
+) -> Record:
+    record = Record()
+    pilot = Pilot(rough=rough, camera=camera, look=look, options=options, region=background.slices)
+    for t, frame in frames:
+        start = pilot.predict(t, frame)
+        fit = min(
+            (
+                found
+                for turn in pilot.headings_to_try
+                if (
+                    found := measure(
+                        frame,
+                        ice,
+                        background.origin_px,
+                        camera,
+                        look,
+                        start + np.array([0.0, 0.0, turn]),
+                    )
+                )
+            ),
+            key=lambda found: found.misfit / max(found.visible, 1e-3),
+            default=None,
+        )
+        if fit is None or not pilot.accepts(fit, start):
+            fit = None
+            again = pilot.fallback(t)
+            if np.linalg.norm(again[:2] - start[:2]) > 0.02:
+                second = measure(frame, ice, background.origin_px, camera, look, again)
+                if second is not None and pilot.accepts(second, again):
+                    fit = second
+        record.theta.append(pilot.note(t, fit))
+        record.t.append(t)
+        record.fits.append(fit)
+    return record

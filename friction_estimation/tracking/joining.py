@@ -1,0 +1,85 @@
+"""From measurements in single frames to a track: smoothed places, one heading, honest errors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.errors import InputError
+from curling_env.trajectory import Trajectory
+from friction_estimation.appearance import Appearance, StoneFit
+from friction_estimation.refinement import Refined
+from friction_estimation.tracking.film_track import FilmTrack
+from friction_estimation.tracking.heading import consistent_heading
+from friction_estimation.tracking.smoothing import smooth
+from friction_estimation.tracking.uncertainty import systematic_sigma
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(eq=False)
+class Record:
+    t: list[float] = field(default_factory=list)
+    fits: list[StoneFit | None] = field(default_factory=list)
+    theta: list[float] = field(default_factory=list)
+
+
+def join_frames(
+    record: Record, look: Appearance, landmarks: Refined, throw: int, path: str | Path
+) -> FilmTrack:
+    """Smooth the frames' measurements, and keep the rows in which the stone was seen."""
+    fitted = [i for i, fit in enumerate(record.fits) if fit is not None]
+    if len(fitted) < 5:
+        raise InputError("the thrown stone is seen in fewer than five frames", source=path)
+    first, last = fitted[0], fitted[-1]
+    t = np.array(record.t[first : last + 1])
+    fits = record.fits[first : last + 1]
+    xy = np.array([[np.nan, np.nan] if fit is None else fit.xy for fit in fits])
+    sigma = np.array(
+        [[np.nan] * 2 if f is None else np.sqrt(np.diag(f.covariance)[:2]) for f in fits]
+    )
+    smoothed = [smooth(t, xy[:, axis], sigma[:, axis]) for axis in range(2)]
+    kept = np.isfinite(xy[:, 0])  # wild frames did not pull; their rows carry the joint estimate
+    theta = spin = sigma_theta = np.full(len(t), np.nan)
+    if look.has_handle:
+        speed = np.hypot(smoothed[0].rate, smoothed[1].rate)
+        theta, spin, sigma_theta = _heading(t, fits, speed)
+    place = np.column_stack([axis.value for axis in smoothed])
+    noise = np.hypot(smoothed[0].sigma, smoothed[1].sigma)[kept] / np.sqrt(2)
+    common = systematic_sigma(landmarks, place[kept], look.model.height)
+    trajectory = Trajectory(
+        t=t[kept],
+        xy=place[kept],
+        theta=theta[kept],
+        sigma_xy=np.hypot(noise, common),
+        sigma_theta=sigma_theta[kept] if look.has_handle else np.empty(0),
+        throw=throw,
+    )
+    return FilmTrack(
+        trajectory=trajectory,
+        frame=np.arange(first, last + 1)[kept],
+        velocity=np.column_stack([axis.rate for axis in smoothed])[kept],
+        spin=spin[kept],
+        frame_count=len(record.t),
+        camera=landmarks.camera,
+        look=look,
+        landmarks=landmarks,
+    )
+
+
+def _heading(
+    t: Floats, fits: Sequence[StoneFit | None], speed: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Smoothed heading, spin and the heading's standard error, each (n,)."""
+    sigma = np.array([np.nan if fit is None else np.sqrt(fit.covariance[2, 2]) for fit in fits])
+    measured = np.array([np.nan if fit is None else fit.theta for fit in fits])
+    theta = consistent_heading(t, measured, sigma, speed)
+    if np.isfinite(theta).sum() < 5:
+        nothing = np.full(len(t), np.nan)
+        return nothing, nothing, nothing
+    result = smooth(t, theta, np.clip(sigma, 1e-3, 1.0))
+    return result.value, result.rate, result.sigma

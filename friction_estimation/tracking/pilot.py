@@ -1,0 +1,96 @@
+"""Where to look for the stone in the next frame: optical flow predicts, and gates what is found."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from friction_estimation.appearance import Appearance, StoneFit
+from friction_estimation.camera import Camera
+from friction_estimation.tracking.acquisition import RoughPath
+from friction_estimation.tracking.film_track import TrackingOptions
+from friction_estimation.tracking.optical_flow import shift_between
+
+Floats = NDArray[np.float64]
+Image = NDArray[np.uint8]
+
+MAX_HEADING_MISS = 0.7
+"""A heading further from where the spin leads [rad] is a misread handle, not a turn."""
+HEADING_GAIN = 0.35
+"""How far the expected heading gives way to each frame's; the spin by half its square."""
+
+
+class Pilot:
+    """Says where to look next: by flow while the stone is seen, by the rough path else."""
+
+    def __init__(
+        self,
+        *,
+        rough: RoughPath,
+        camera: Camera,
+        look: Appearance,
+        options: TrackingOptions,
+        region: tuple[slice, slice],
+    ) -> None:
+        self._rough, self._camera, self._look = rough, camera, look
+        self._options, self._region = options, region
+        self._grey: Image | None = None
+        self._last: StoneFit | None = None
+        self._last_t = 0.0
+        self._theta, self._spin = 0.0, 0.0
+        self._headings = 0
+
+    def predict(self, t: float, frame: Image) -> Floats:
+        part = np.ascontiguousarray(frame[self._region])
+        grey = np.asarray(cv2.cvtColor(part, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+        before, self._grey = self._grey, grey
+        theta = self._theta + self._spin * (t - self._last_t)
+        if self._last is None or before is None:
+            return np.array([*self._rough.at(t), theta])
+        origin = np.array([self._region[1].start, self._region[0].start], dtype=np.float64)
+        outline = self._look.model.outline_px(self._camera, self._last.xy)
+        shift = shift_between(before, grey, outline - origin, self._options.flow)
+        if shift is None:
+            return np.array([*self._rough.at(t), theta])
+        middle = self._look.model.height / 2
+        here = self._camera.project([[*self._last.xy, middle]])
+        there = self._camera.on_plane(here + shift, middle)[0]
+        return np.array([*there, theta])
+
+    @property
+    def headings_to_try(self) -> Floats:
+        """Turns from the expected heading [rad] to begin a fit at; many until one is known."""
+        if self._headings or not self._look.has_handle:
+            return np.zeros(1)
+        return np.arange(8, dtype=np.float64) * (np.pi / 4)
+
+    def fallback(self, t: float) -> Floats:
+        return np.array([*self._rough.at(t), self._theta + self._spin * (t - self._last_t)])
+
+    def accepts(self, fit: StoneFit, start: Floats) -> bool:
+        footprint = 2.0 / np.linalg.norm(self._camera.px_per_metre(fit.xy), -2)  # of two pixels [m]
+        return bool(
+            fit.visible >= self._options.min_visible
+            and fit.inside >= self._options.min_inside
+            and np.linalg.norm(fit.xy - start[:2]) <= self._options.gate + footprint
+        )
+
+    def note(self, t: float, fit: StoneFit | None) -> float:
+        """Remember a frame; its unwrapped heading [rad], NaN where it is not to be trusted."""
+        self._last = fit
+        if fit is None or not self._look.has_handle or not np.isfinite(fit.theta):
+            return np.nan
+        dt = t - self._last_t
+        expected = self._theta + self._spin * dt if self._headings else self._theta
+        miss = float(np.angle(np.exp(1j * (fit.theta - expected))))
+        trusted = abs(miss) < MAX_HEADING_MISS
+        if self._headings == 0:
+            self._theta = fit.theta
+        else:
+            gain = HEADING_GAIN if trusted else 0.0
+            self._theta = expected + gain * miss
+            self._spin += gain**2 / 2 * miss / max(dt, 1e-3)
+        self._last_t = t
+        self._headings += 1
+        return expected + miss if trusted else np.nan
