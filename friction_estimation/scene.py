@@ -136,6 +136,16 @@ def load_scene(path: str | Path, camera: str | Path | None = None) -> Scene:
         raise InputError(error.problem, source=path, where=error.where) from error
 
 
+def load_lens(path: str | Path) -> dict[str, Any]:
+    """What a camera file (`curling calibrate`) says, by the parameters of `Scene`.
+
+    Raises
+    ------
+    InputError : unreadable file, unknown or missing key, wrong shape
+    """
+    return _lens(_camera_file(path))
+
+
 def save_scene(scene: Scene, path: str | Path) -> None:
     """Write a scene file, complete or not at all."""
     document: dict[str, Any] = {}
@@ -186,6 +196,13 @@ def _parse(document: Any, source: str) -> Scene:
             given[f"stone_{key}"] = _number(value, f"stone.{key}")
     if "fps" in document:
         given["fps"] = _number(document["fps"], "fps")
+    given |= _lens(document)
+    sheet_points, points_px = _points(document, given.get("sheet", PAPER_SHEET))
+    return Scene(sheet_points=sheet_points, points_px=points_px, **given)
+
+
+def _lens(document: Mapping[str, Any]) -> dict[str, Any]:
+    given: dict[str, Any] = {}
     if "camera_matrix" in document:
         given["camera_matrix"] = _camera_matrix(document["camera_matrix"])
     if "distortion" in document:
@@ -195,8 +212,7 @@ def _parse(document: Any, source: str) -> Scene:
         if min(width, height) < 1:
             raise InputError("expected width and height in pixels", where="image_size")
         given["image_size"] = (int(width), int(height))
-    sheet_points, points_px = _points(document, given.get("sheet", PAPER_SHEET))
-    return Scene(sheet_points=sheet_points, points_px=points_px, **given)
+    return given
 
 
 def _points(document: Mapping[str, Any], sheet: Sheet) -> tuple[Floats, Floats]:
