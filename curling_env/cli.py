@@ -40,6 +40,7 @@ EXTRAS = {
     "pygame": "viewer",
     "pettingzoo": "game",
     "ray": "ray",
+    "pyarrow": "parquet",
 }
 """Which extra of the distribution brings a module that the core does without."""
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from curling_env.errors import InputError
 from curling_env.sheet import PAPER_SHEET, Sheet
 from curling_env.stone import RULE_BOOK_STONE, Stone
-from curling_env.storage import read_json, write_json
+from curling_env.storage import read_json, write_json, write_table
 
 ICE_FORMAT = "curling-ice/1"
 MAX_FRICTION = 1.0
@@ -163,6 +163,24 @@ class Ice:
     def with_effect(self, effect: ActiveEffect) -> Ice:
         """The same ice with one more effect."""
         return replace(self, effects=(*self.effects, effect))
+
+
+def write_cells(path: str | Path, ice: Ice) -> None:
+    """The map as a table: a row per cell with its place, mu, sigma and whether it was crossed."""
+    sheet, friction = ice.sheet, ice.friction
+    rows, columns = sheet.shape
+    write_table(
+        path,
+        {
+            "row": np.repeat(np.arange(rows), columns),
+            "column": np.tile(np.arange(columns), rows),
+            "x": np.round(np.tile(sheet.x_centres, rows), 4),
+            "y": np.round(np.repeat(sheet.y_centres, columns), 4),
+            "mu": friction.mu.ravel(),
+            "sigma": friction.sigma.ravel(),
+            "observed": friction.observed.ravel().astype(int),
+        },
+    )
 
 
 def save_ice(ice: Ice, path: str | Path) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import difflib
 import errno
+import importlib
 import json
 import os
 import secrets
@@ -127,8 +128,9 @@ def format_json(document: Any) -> str:
 
 
 def write_table(path: str | Path, columns: Mapping[str, ArrayLike]) -> None:
-    """Columns of equal length as CSV with a header, written atomically.
+    """Columns of equal length with a header, written atomically.
 
+    A path that ends in .parquet is written as Parquet (the extra `parquet`), any other as CSV.
     NaN and None become empty cells.
 
     Raises
@@ -137,6 +139,9 @@ def write_table(path: str | Path, columns: Mapping[str, ArrayLike]) -> None:
     OutputError : see `atomic_path`
     """
     cells = [_cells(name, values) for name, values in columns.items()]
+    if Path(path).suffix.lower() == ".parquet":
+        _write_parquet(path, dict(zip(columns, cells, strict=True)))
+        return
     with atomic_path(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)
@@ -369,6 +374,17 @@ def _is_about(error: OSError, path: Path) -> bool:
 
 def _reason(error: OSError) -> str:
     return (error.strerror or str(error) or type(error).__name__).lower()
+
+
+def _write_parquet(path: str | Path, columns: Mapping[str, list[Any]]) -> None:
+    """Columns as `_cells` makes them, to Parquet."""
+    arrow: Any = importlib.import_module("pyarrow")
+    parquet: Any = importlib.import_module("pyarrow.parquet")
+    table = arrow.table(
+        {name: [None if v == "" else v for v in cells] for name, cells in columns.items()}
+    )
+    with atomic_path(path) as draft:
+        parquet.write_table(table, draft)
 
 
 def _cells(name: str, values: ArrayLike) -> list[Any]:

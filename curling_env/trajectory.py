@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.errors import InputError
-from curling_env.storage import read_table, write_table
+from curling_env.storage import read_table, read_text, write_table
 
 TRACK_COLUMNS = ("throw", "t", "x", "y", "theta")
 OPTIONAL_TRACK_COLUMNS = ("stone", "clock", "swept", "sigma_xy", "sigma_theta")
@@ -164,8 +164,14 @@ def read_tracks(path: str | Path) -> list[Trajectory]:
     return sorted(tracks, key=lambda track: track.throw)
 
 
+def is_tracks(path: str | Path) -> bool:
+    """Whether a file begins as the contract's tracks do, whatever stands in its rows."""
+    header = read_text(path).lstrip("\ufeff").partition("\n")[0]
+    return {"throw", "t", "x", "y"} <= {name.strip() for name in header.split(",")}
+
+
 def write_tracks(path: str | Path, tracks: Sequence[Trajectory]) -> None:
-    """Tracks as the contract's CSV, written atomically; positions to 0.01 mm."""
+    """Tracks as the contract's CSV (or Parquet, by suffix), atomically; positions to 0.01 mm."""
     measured = [
         name for name in ("sigma_xy", "sigma_theta") if any(getattr(k, name).size for k in tracks)
     ]

@@ -25,11 +25,11 @@ from curling_env.drawing import (
     save_figure,
     show_lengthwise,
 )
-from curling_env.ice import FrictionMap, Ice
+from curling_env.ice import FrictionMap, Ice, write_cells
 from curling_env.physics.effects.motion import GRAVITY
 from curling_env.physics.slide import slide
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
-from curling_env.storage import write_json, write_table
+from curling_env.storage import write_json
 from curling_env.throw import Throw
 from friction_estimation.compare import FAR, Comparison
 from friction_estimation.inversion import Estimate, estimate_ice
@@ -62,27 +62,9 @@ def write_report(found: Estimate, folder: Path) -> list[str]:
     if found.method == "trajectory" and not found.uniform:
         save_profile(found, folder / "profile.png")
         names.append("profile.png")
-    write_cells(found.ice, folder / "cells.csv")
+    write_cells(folder / "cells.csv", found.ice)
     write_json(folder / "estimate.json", found.summary())
     return [*names, "cells.csv", "estimate.json"]
-
-
-def write_cells(ice: Ice, path: Path) -> None:
-    """The map as a table: a row per cell with its place, mu, sigma and whether it was crossed."""
-    sheet, friction = ice.sheet, ice.friction
-    rows, columns = sheet.shape
-    write_table(
-        path,
-        {
-            "row": np.repeat(np.arange(rows), columns),
-            "column": np.tile(np.arange(columns), rows),
-            "x": np.round(np.tile(sheet.x_centres, rows), 4),
-            "y": np.round(np.repeat(sheet.y_centres, columns), 4),
-            "mu": friction.mu.ravel(),
-            "sigma": friction.sigma.ravel(),
-            "observed": friction.observed.ravel().astype(int),
-        },
-    )
 
 
 def draw_weight(ice: Ice, mu: float) -> tuple[float, float, float] | None:
