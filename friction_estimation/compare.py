@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.slide import Slide, slide
+from curling_env.physics.wear import wear_along_path, wear_of, worn
 from curling_env.storage import write_table
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Release
 from curling_env.trajectory import Trajectory
@@ -175,8 +176,13 @@ def compare_tracks(
     if not window > 0:
         raise InputError(f"the release window must be positive, got {window} s")
     slides, skipped = free_slides(list(tracks))
-    rethrows = tuple(rethrow(part, ice, order, window) for order, part in enumerate(slides))
-    return Comparison(rethrows=rethrows, skipped=tuple(skipped), window=window)
+    rethrows: list[Rethrow] = []
+    wear = np.zeros(ice.sheet.shape)
+    for order, part in enumerate(slides):
+        rethrows.append(rethrow(part, worn(ice, wear), order, window))
+        if wear_along_path(ice):
+            wear += wear_of(ice, [rethrows[-1].predicted])
+    return Comparison(rethrows=tuple(rethrows), skipped=tuple(skipped), window=window)
 
 
 def rethrow(part: FreeSlide, ice: Ice, order: int, window: float = RELEASE_WINDOW) -> Rethrow:

@@ -22,7 +22,8 @@ def simulate(
 
     Positions are true: an effect of the measurement in the ice file changes what a camera would
     report, not where the stone is. A track ends where the stone rests or touches the edge of the
-    ice. Throws are played in the order of the file, on ice that wears and drifts accordingly.
+    ice. Throws are played in the order of the file, on ice that wears and drifts accordingly; where
+    it wears along paths (pebble_wear), it remembers where the stones before went.
 
     \b
     Example:
@@ -30,7 +31,7 @@ def simulate(
     """
     from curling_env.errors import InputError
     from curling_env.ice import load_ice
-    from curling_env.physics.slide import slide
+    from curling_env.physics.wear import slides_in_turn
     from curling_env.storage import atomic_path
     from curling_env.throw import read_releases
     from curling_env.trajectory import Trajectory, write_tracks
@@ -39,12 +40,11 @@ def simulate(
     thrown = read_releases(releases)
     with atomic_path(output) as draft:
         tracks: list[Trajectory] = []
-        for release in progress(thrown, "throws", unit="throw"):
-            try:
-                run = slide(known, release, fps=fps, throw=release.throw)
-            except InputError as error:
-                place = f"throw {release.throw}"
-                raise InputError(error.problem, source=releases, where=place) from error
-            if run.trajectory is not None:
-                tracks.append(run.trajectory)
+        runs = slides_in_turn(known, thrown, fps=fps)
+        try:
+            for run in progress(runs, "throws", total=len(thrown), unit="throw"):
+                if run.trajectory is not None:
+                    tracks.append(run.trajectory)
+        except InputError as error:
+            raise InputError(error.problem, source=releases, where=error.where) from error
         write_tracks(draft, tracks)

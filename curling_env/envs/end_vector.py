@@ -66,7 +66,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         self._bounds = play_bounds(self.single.rink.ice, DIRECTION)
         rink = self.single.rink
         living = rink.living
-        self._apart = bool(living.wear or living.stone_spread)
+        self._apart = bool(rink.wears or living.stone_spread)
         self._ice = prepared(rink.ice, living, 0, sweeping=rink.sweeping)
         self._states: list[GameState] = []
         self._orders: list[Orders | None] = [None] * num_envs

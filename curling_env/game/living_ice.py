@@ -2,26 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.errors import InputError
-from curling_env.ice import ActiveEffect, FrictionMap, Ice
+from curling_env.ice import ActiveEffect, Ice
 from curling_env.rules.stones import STONES_A_TEAM
-from curling_env.sheet import Sheet
-from curling_env.trajectory import Trajectory
-
-Floats = NDArray[np.float64]
-
-PATH_FPS = 30.0
-"""Samples a second of paths: those that wear the ice, and those that are drawn or recorded."""
-
-
-WORN_WIDTH = 0.125
-"""Width of the track a stone wears, that of its running band [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,8 +17,8 @@ class LivingIce:
 
     Parameters
     ----------
-    wear : relative change of μ where a stone's band ran, for each pass; negative runs keener. A
-        cell changes by the share of its width that the band covers
+    wear : relative change of μ where a stone's band ran, for each pass; negative runs keener. It is
+        `along_path` of the effect `pebble_wear`, beside what the ice itself has of that
     frost : relative change of μ over the whole sheet in an hour; positive runs heavier
     stone_spread : standard deviation of μ from stone to stone, relative
     pace : seconds from one delivery to the next
@@ -67,7 +54,7 @@ USUAL = LivingIce(wear=-0.003, frost=0.02, stone_spread=0.0075)
 
 
 def prepared(ice: Ice, living: LivingIce, seed: int, *, sweeping: bool) -> Ice:
-    """The ice as a game finds it: with frost, its own set of stones, and brooms if there are any.
+    """The ice as a game finds it: it wears and frosts, has its own stones, and brooms if any.
 
     Parameters
     ----------
@@ -75,6 +62,8 @@ def prepared(ice: Ice, living: LivingIce, seed: int, *, sweeping: bool) -> Ice:
     sweeping : whether an ice that does not know sweeping is given its usual effect
     """
     effects = list(ice.effects)
+    if living.wear:
+        effects.append(ActiveEffect(name="pebble_wear", parameters={"along_path": living.wear}))
     if living.frost:
         effects.append(ActiveEffect(name="time_drift", parameters={"rate": living.frost / 3600}))
     if living.stone_spread:
@@ -86,27 +75,3 @@ def prepared(ice: Ice, living: LivingIce, seed: int, *, sweeping: bool) -> Ice:
     if sweeping and ice.effect("sweeping") is None:
         effects.append(ActiveEffect(name="sweeping"))
     return replace(ice, effects=tuple(effects))
-
-
-def worn(ice: Ice, wear: Floats) -> Ice:
-    """An ice whose cells have worn by the logarithms `wear` (rows, columns)."""
-    friction = ice.friction
-    return replace(
-        ice,
-        friction=FrictionMap(
-            mu=friction.mu * np.exp(wear),
-            sigma=friction.sigma,
-            observed=friction.observed,
-            interpolation=friction.interpolation,
-        ),
-    )
-
-
-def wear_of(living: LivingIce, sheet: Sheet, paths: Sequence[Trajectory]) -> Floats:
-    """What stones that moved along these paths change in ln μ of every cell, (rows, columns)."""
-    passes = np.zeros(sheet.shape)
-    for path in paths:
-        touched = np.zeros(sheet.shape, dtype=bool)
-        touched[sheet.cell_of(path.xy)] = True
-        passes += touched
-    return living.wear * min(WORN_WIDTH / sheet.cell_size, 1.0) * passes

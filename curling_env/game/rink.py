@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.errors import InputError
-from curling_env.game.living_ice import PATH_FPS, STILL, LivingIce, prepared, wear_of, worn
+from curling_env.game.living_ice import STILL, LivingIce, prepared
 from curling_env.game.players import Call, Player, Sweep, View
 from curling_env.game.state import GameState
 from curling_env.game.sweepers import sweep_for
 from curling_env.ice import Ice, load_ice
 from curling_env.physics.engine import Engine, Outcome, Status, StoneState
+from curling_env.physics.wear import PATH_FPS, wear_along_path, wear_of, worn
 from curling_env.rules.delivery import Result, Ruling
 from curling_env.rules.game import End, Game, always, begin_end, deliver, new_game
 from curling_env.rules.lines import Lines
@@ -110,6 +111,9 @@ class Rink:
         self.living = living
         self.sweeping = sweeping
         self.lines = Lines(width=self.ice.sheet.width, stone_radius=self.ice.stone.radius)
+        self._at_first = prepared(self.ice, self.living, 0, sweeping=sweeping)
+        self.wears = wear_along_path(self._at_first) != 0.0
+        """Whether stones wear the ice where they run."""
         self._engine: tuple[int, Engine] | None = None
 
     # --- a game's course ------------------------------------------------------------------------
@@ -170,7 +174,7 @@ class Rink:
                 direction, stone=stone, clock=state.clock, order=state.throws, sweep=sweep
             ),
             [on_sheet(lying, direction) for lying in end.stones],
-            fps=PATH_FPS if paths or self.living.wear else None,
+            fps=PATH_FPS if paths or self.wears else None,
             throw=state.throws,
         )
         result = _result(end, outcome, direction)
@@ -183,8 +187,8 @@ class Rink:
 
         game, ruling = deliver(state.game, result, put_back=put_back)
         wear = state.wear
-        if self.living.wear:
-            added = wear_of(self.living, self.ice.sheet, outcome.trajectories)
+        if self.wears:
+            added = wear_of(self._at_first, [path.xy for path in outcome.trajectories])
             wear = added if wear is None else wear + added
         after = self.after(state, game, wear)
         return after, Shot(
@@ -237,7 +241,7 @@ class Rink:
     def ice_now(self, state: GameState) -> Ice:
         """The ice as it is at this moment of a game."""
         ice = prepared(self.ice, self.living, state.seed, sweeping=self.sweeping)
-        return ice if state.wear is None else worn(ice, state.wear)
+        return worn(ice, state.wear)
 
     def _engine_for(self, state: GameState) -> Engine:
         if state.wear is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -63,18 +64,16 @@ def film(
         NAME.ice.json       the ice itself
     """
     from curling_env.ice import load_ice, save_ice
-    from curling_env.physics.slide import slide
+    from curling_env.physics.wear import slides_in_turn
     from curling_env.storage import make_directory
     from curling_env.throw import read_releases
     from friction_estimation.synthetic import FilmSpec, render_films
 
     spec = FilmSpec(camera=camera, size=_size(size), fps=fps, noise=noise, people=people, seed=seed)
     known = load_ice(ice)
-    thrown = [
-        # Four samples a frame: the cubic between them is then exact to a micrometre.
-        slide(known, release, fps=4 * fps, throw=k).trajectory
-        for k, release in enumerate(read_releases(releases))
-    ]
+    numbered = [replace(release, throw=k) for k, release in enumerate(read_releases(releases))]
+    # Four samples a frame: the cubic between them is then exact to a micrometre.
+    thrown = [run.trajectory for run in slides_in_turn(known, numbered, fps=4 * fps)]
     folder = make_directory(output)
     films = render_films(
         folder,

@@ -154,6 +154,25 @@ def test_throws_are_numbered_as_in_the_file_and_wear_the_ice_in_its_order(curlin
     assert end[7] < end[12] - 0.5
 
 
+def test_a_simulated_session_remembers_where_its_stones_went(curling, tmp_path):
+    """The last stone's track is the same, but keener than it; the second to last is another."""
+    effect = ActiveEffect(name="pebble_wear", parameters={"along_path": -0.05})
+    save_ice(paper().with_effect(effect), tmp_path / "ice.json")
+    sides = (0.0, 0.0, 0.0, 1.9, 0.0)
+    rows = [Release(x=x, y=-10.9725, vx=0, vy=0.9, throw=k) for k, x in enumerate(sides)]
+    write_releases(tmp_path / "r.csv", rows)
+    ends = {}
+    for fps in ("5", "30"):
+        out = tmp_path / "tracks.csv"
+        known, thrown = tmp_path / "ice.json", tmp_path / "r.csv"
+        run = curling("simulate", "--ice", known, "--releases", thrown, "-o", out, "--fps", fps)
+        assert run.status == 0
+        ends[fps] = [track.xy[-1, 1] for track in read_tracks(out)]
+    first, second, third, aside, last = ends["5"]
+    assert aside == first < second < third < last
+    assert ends["5"] == ends["30"]
+
+
 @pytest.mark.parametrize(
     ("row", "says"),
     [

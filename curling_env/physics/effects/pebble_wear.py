@@ -1,4 +1,4 @@
-"""Pebble that wears with every throw played."""
+"""Pebble that wears with every throw played: all over the sheet, and where stones ran."""
 
 from math import exp
 from typing import Any
@@ -10,13 +10,14 @@ from curling_env.physics.effects.motion import FRICTION, ORDER
 
 @effect_kernel
 def _kernel(motion: Any, theta: Any, push: Any) -> None:
+    # Wear along paths is in the map by the time a stone is thrown: physics/wear.py puts it there.
     push[FRICTION] *= exp(theta[0] * motion[ORDER])
 
 
 CARD = EffectCard(
     name="pebble_wear",
     title="Pebble wear",
-    formula="μ → μ·exp(rate·throws played)",
+    formula="μ → μ·exp(rate·throws played + along_path·share of the cell run over, summed)",
     parameters=(
         Parameter(
             name="rate",
@@ -24,11 +25,20 @@ CARD = EffectCard(
             meaning="relative change of friction per throw played; keener ice is negative",
             low=-0.1,
             high=0.1,
+            default=0.0,
             neutral=0.0,
+        ),
+        Parameter(
+            name="along_path",
+            unit="1/pass",
+            meaning="relative change of friction where the running band passed, for each pass",
+            low=-0.1,
+            high=0.1,
+            default=0.0,
         ),
     ),
     source="0.2–0.5 % per pass at worn spots",
-    validity="averaged over the sheet, up to some tens of throws on one pebble",
+    validity="some tens of throws on one pebble; along paths wherever throws are played in turn",
     evidence="friction follows the number of throws rather than the clock",
     acts="friction",
     kernel=_kernel,

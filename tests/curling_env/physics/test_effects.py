@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+import os
+import subprocess
 import sys
 from dataclasses import replace
 from math import exp
@@ -41,6 +43,7 @@ def typical(card: EffectCard) -> dict[str, float]:
         "speed_dependent_friction": {"exponent": 0.3, "speed_offset": 0.02, "share": 0.7},
         "curl": {"strength": 0.008, "spin_exponent": 0.1},
         "slope": {"x": 2e-4, "y": -1e-4},
+        "pebble_wear": {"rate": -0.01, "along_path": -0.003},
         "stone_bias": {"stone": 3, "factor": 1.02},
         "friction_patch": {"x_min": -1, "x_max": 1, "y_min": 0, "y_max": 6, "factor": 1.3},
         "residual": {"variable": 2, "low": -10, "high": 10, "log_factor_4": 0.1},
@@ -217,3 +220,41 @@ def test_an_effect_from_outside_in_one_file(
         sys.modules.pop("eddy_brake")
     with pytest.raises(InputError, match="unknown effect 'eddy_brake'"):
         compile_law(ice)
+
+
+ON_WORKERS = """
+from curling_env.executor import executor
+from curling_env.ice import load_ice
+from curling_env.sweep import Sweep, run
+from curling_env.throw import Throw
+
+if __name__ == "__main__":
+    release = Throw(speed=2.0, angle=0.0, spin=0.0).release()
+    ices = [load_ice("ice.json"), load_ice("paper")]
+    with executor(2) as workers:
+        print(*run(Sweep(ices=ices, releases=[release]), workers).y.ravel())
+"""
+
+
+def test_a_declared_effect_is_known_to_workers_without_an_import(tmp_path: Path) -> None:
+    """A package is a folder with its entry points, as an installer would leave it."""
+    code = OUTSIDE + "\n\ndef card():\n    return CARD\n"
+    (tmp_path / "eddy_brake.py").write_text(code.replace("register(", "("), encoding="utf-8")
+    declared = tmp_path / "eddy_brake-1.0.dist-info"
+    declared.mkdir()
+    (declared / "METADATA").write_text("Metadata-Version: 2.1\nName: eddy_brake\nVersion: 1.0\n")
+    (declared / "entry_points.txt").write_text("[curling.effects]\neddy_brake = eddy_brake:card\n")
+    (tmp_path / "sweep.py").write_text(ON_WORKERS, encoding="utf-8")
+    effect = ActiveEffect(name="eddy_brake", parameters={"rate": 0.1})
+    save_ice(load_ice("paper").with_effect(effect), tmp_path / "ice.json")
+    paths = [str(tmp_path), str(Path(__file__).parents[3])]
+    done = subprocess.run(
+        [sys.executable, "sweep.py"],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(paths)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    braked, plain = map(float, done.stdout.split())
+    assert braked < plain - 1.0

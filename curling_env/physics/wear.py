@@ -1,0 +1,135 @@
+"""What the ice remembers of the stones that ran over it: pebble worn along their paths.
+
+The catalogue's `pebble_wear` says how much: `rate` acts on the whole sheet and is the force law's
+business, `along_path` acts where stones ran and is the ice's, so it changes the map between throws
+and not the law. A game and a session of lone throws wear their ice by the same two functions.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.errors import InputError
+from curling_env.ice import Ice
+from curling_env.physics.slide import Slide, slide
+from curling_env.sheet import Sheet
+from curling_env.throw import Release
+
+Floats = NDArray[np.float64]
+
+PATH_FPS = 30.0
+"""Samples a second of the paths that wear the ice; between them a path is straight."""
+WORN_WIDTH = 0.125
+"""Width of the track a stone wears, that of its running band [m]."""
+LANES = 5
+"""Lines side by side that stand for the band on wide cells; on narrow ones there are more."""
+
+
+def wear_along_path(ice: Ice) -> float:
+    """Change of ln μ by one pass of the band, by all of an ice's `pebble_wear`."""
+    return sum(
+        effect.parameters.get("along_path", 0.0)
+        for effect in ice.effects
+        if effect.name == "pebble_wear"
+    )
+
+
+def wear_of(ice: Ice, paths: Iterable[Floats]) -> Floats:
+    """What stones that moved along these paths change in ln μ of every cell.
+
+    Parameters
+    ----------
+    ice : with `pebble_wear`
+    paths : (n, 2) each, sheet frame [m]
+
+    Returns
+    -------
+    (rows, columns); a pass changes a cell by the share of its area that the band covered. What
+    several paths wear adds up, in any order of them
+    """
+    covered = np.zeros(ice.sheet.shape)
+    for path in paths:
+        covered += _area_covered(ice.sheet, path)
+    return wear_along_path(ice) / ice.sheet.cell_size**2 * covered
+
+
+def worn(ice: Ice, wear: Floats | None) -> Ice:
+    """An ice whose cells have changed by the logarithms `wear` (rows, columns)."""
+    if wear is None:
+        return ice
+    return replace(ice, friction=replace(ice.friction, mu=ice.friction.mu * np.exp(wear)))
+
+
+def slides_in_turn(ice: Ice, releases: Iterable[Release], *, fps: float) -> Iterator[Slide]:
+    """A session of lone throws, each on the ice as those before it have left it.
+
+    Parameters
+    ----------
+    ice : before the first throw
+    releases : in the order of play
+    fps : samples a second of the trajectories; the wear does not depend on it
+
+    Raises
+    ------
+    InputError : a release that cannot be thrown, by the number of the throw
+    """
+    remembers = wear_along_path(ice) != 0.0
+    wear: Floats | None = None
+    for release in releases:
+        now = worn(ice, wear)
+        try:
+            run = slide(now, release, fps=fps, throw=release.throw)
+            ran = slide(now, release, fps=PATH_FPS) if remembers and fps != PATH_FPS else run
+        except InputError as error:
+            raise InputError(error.problem, where=f"throw {release.throw}") from error
+        if remembers and ran.trajectory is not None:
+            added = wear_of(ice, [ran.trajectory.xy])
+            wear = added if wear is None else wear + added
+        yield run
+
+
+def _area_covered(sheet: Sheet, xy: Floats) -> Floats:
+    """Area of every cell that the band covered along a path (n, 2), (rows, columns) [m²]."""
+    steps = np.diff(xy, axis=0)
+    lengths = np.hypot(steps[:, 0], steps[:, 1])
+    moves = lengths > 0
+    starts, steps, lengths = xy[:-1][moves], steps[moves], lengths[moves]
+    area = np.zeros(sheet.shape)
+    across = (steps / lengths[:, None])[:, ::-1] * [1.0, -1.0]
+    lanes = LANES * math.ceil(2 * WORN_WIDTH / sheet.cell_size)
+    for lane in range(lanes):
+        beside = starts + ((lane + 0.5) / lanes - 0.5) * WORN_WIDTH * across
+        step, share, middle = _pieces(sheet, beside, steps)
+        np.add.at(area, sheet.cell_of(middle), share * lengths[step] * WORN_WIDTH / lanes)
+    return area
+
+
+def _pieces(sheet: Sheet, starts: Floats, steps: Floats) -> tuple[NDArray[np.intp], Floats, Floats]:
+    """Straight steps (n, 2) cut where they cross the lines between cells.
+
+    Returns
+    -------
+    for each piece the number of its step, its share of the step's length, and its middle (…, 2)
+    """
+    of_step, at = [np.arange(len(steps))], [np.zeros(len(steps))]
+    for axis, half in enumerate((sheet.width / 2, sheet.length / 2)):
+        begin = (starts[:, axis] + half) / sheet.cell_size
+        end = (starts[:, axis] + steps[:, axis] + half) / sheet.cell_size
+        low = np.floor(np.minimum(begin, end))
+        crossed = (np.floor(np.maximum(begin, end)) - low).astype(np.intp)
+        step = np.repeat(np.arange(len(steps)), crossed)
+        nth = np.arange(len(step)) - np.repeat(np.cumsum(crossed) - crossed, crossed)
+        line = low[step] + 1 + nth
+        of_step.append(step)
+        at.append((line - begin[step]) / (end - begin)[step])
+    step, place = np.concatenate(of_step), np.concatenate(at)
+    order = np.lexsort((place, step))
+    step, place = step[order], place[order]
+    until = np.where(np.diff(step, append=-1) == 0, np.roll(place, -1), 1.0)
+    middle = starts[step] + ((place + until) / 2)[:, None] * steps[step]
+    return step, until - place, middle
