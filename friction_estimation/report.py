@@ -1,4 +1,4 @@
-"""Pictures and tables of an estimate and of a comparison, for people."""
+"""Pictures of an estimate and of a comparison, for people."""
 
 from __future__ import annotations
 
@@ -25,11 +25,10 @@ from curling_env.drawing import (
     save_figure,
     show_lengthwise,
 )
-from curling_env.ice import FrictionMap, Ice, write_cells
+from curling_env.ice import FrictionMap, Ice
 from curling_env.physics.effects.motion import GRAVITY
 from curling_env.physics.slide import slide
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
-from curling_env.storage import write_json
 from curling_env.throw import Throw
 from friction_estimation.compare import FAR, Comparison
 from friction_estimation.inversion import Estimate, estimate_ice
@@ -41,8 +40,8 @@ SMOOTHING = 2.0
 """Width of the windows from which speed and deceleration are drawn [s]."""
 
 
-def write_report(found: Estimate, folder: Path) -> list[str]:
-    """All pictures and tables of an estimate.
+def write_pictures(found: Estimate, folder: Path) -> list[str]:
+    """All pictures of an estimate.
 
     Parameters
     ----------
@@ -62,9 +61,7 @@ def write_report(found: Estimate, folder: Path) -> list[str]:
     if found.method == "trajectory" and not found.uniform:
         save_profile(found, folder / "profile.png")
         names.append("profile.png")
-    write_cells(folder / "cells.csv", found.ice)
-    write_json(folder / "estimate.json", found.summary())
-    return [*names, "cells.csv", "estimate.json"]
+    return names
 
 
 def draw_weight(ice: Ice, mu: float) -> tuple[float, float, float] | None:
@@ -156,8 +153,8 @@ def _words(found: Estimate) -> str:
     if not found.uniform and friction.observed.any():
         mu = friction.mu[friction.observed]
         words += (
-            f";  keenest {_per_cent(mu.min() / found.mu - 1)}, "
-            f"heaviest {_per_cent(mu.max() / found.mu - 1)} where stones ran"
+            f";  keenest {per_cent(mu.min() / found.mu - 1)}, "
+            f"heaviest {per_cent(mu.max() / found.mu - 1)} where stones ran"
         )
     return words.lstrip("; ")
 
@@ -351,7 +348,8 @@ def _draw_parting(ax: Any, comparison: Comparison, colours: dict[int, str]) -> N
     ax.set_ylabel("behind ← cm → ahead", fontsize=9, color=INK)
 
 
-def _per_cent(part: float) -> str:
+def per_cent(part: float) -> str:
+    """A share in words for people, with its sign."""
     return f"{100 * part:+.1f} %".replace("-", "−")
 
 

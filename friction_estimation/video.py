@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -100,10 +100,13 @@ class Film:
 
     def sample(self, count: int) -> list[tuple[float, Image]]:
         """About `count` frames spread evenly over the film, with approximate times [s]."""
-        wanted = np.unique(np.linspace(0, self.frame_count - 1, count).round().astype(int))
+        return self.pick(np.linspace(0, self.frame_count - 1, count).round().astype(int).tolist())
+
+    def pick(self, wanted: Sequence[int]) -> list[tuple[float, Image]]:
+        """The frames of these numbers that the film has, with approximate times [s]."""
         frames: list[tuple[float, Image]] = []
         with _capture(self.path) as capture:
-            for index in wanted.tolist():
+            for index in sorted(set(wanted)):
                 capture.set(cv2.CAP_PROP_POS_FRAMES, index)
                 ok, frame = capture.read()
                 if ok and (frame.shape[1], frame.shape[0]) == self.size:

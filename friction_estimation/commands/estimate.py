@@ -5,12 +5,20 @@ from __future__ import annotations
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from curling_env.cli import print_json, progress, say
 from curling_env.errors import InputError
+
+if TYPE_CHECKING:
+    from curling_env.trajectory import Trajectory
+    from friction_estimation.report_page import Still
+
+
+FILMS_SHOWN = 4
+"""Films of which the report shows frames; each adds about a megabyte."""
 
 
 class ProgressBar:
@@ -90,7 +98,8 @@ def estimate(
         ),
     ] = None,
     report: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Also write pictures and tables here.")
+        Path | None,
+        typer.Option(metavar="DIR", help="Also write a page, pictures and tables here."),
     ] = None,
     plan: Annotated[
         bool,
@@ -177,22 +186,15 @@ def estimate(
     if tables and len(inputs) > 1:
         raise InputError("give one tracks file, or films, not both or several", source=inputs[1])
     if tables:
-        tracks = read_tracks(inputs[0])
+        tracks, stills = read_tracks(inputs[0]), []
     else:
         if scene is None:
             raise InputError("a film needs the scene of its camera: --scene SCENE.json "
                              "(a tracks file ends in .csv)", source=inputs[0])  # fmt: skip
         import cv2
 
-        from friction_estimation.scene import load_scene
-        from friction_estimation.tracking import track_films
-
         cv2.setNumThreads(1)
-        tracks = track_films(
-            inputs,
-            load_scene(scene),
-            progress=lambda frames, total: progress(frames, "track", total=total, unit="frame"),
-        )
+        tracks, stills = _filmed(inputs, scene, with_stills=report is not None)
     with ProgressBar() as bar:
         found = estimate_ice(
             tracks,
@@ -207,14 +209,46 @@ def estimate(
     if found.knowledge is not None:
         save_knowledge(found.knowledge, evidence_path(output))
     if report is not None:
-        from friction_estimation.report import write_report
+        from friction_estimation.report_page import write_report
 
         folder = make_directory(report)
-        names = write_report(found, folder)
+        names = write_report(found, folder, stills)
         say(f"{folder}: {', '.join(names)}")
     for reason in found.skipped:
         say(f"left out: {reason}")
     print_json(found.summary())
+
+
+def _filmed(
+    films: list[Path], scene: Path, *, with_stills: bool
+) -> tuple[list[Trajectory], list[Still]]:
+    """The tracks of films of one camera, and frames of them for the report."""
+    import cv2
+
+    from friction_estimation.report_page import Still
+    from friction_estimation.scene import load_scene
+    from friction_estimation.tracking import track_film
+    from friction_estimation.tracking.overlay import stills as stills_of
+
+    known = load_scene(scene)
+    tracks: list[Trajectory] = []
+    stills: list[Still] = []
+    for i, film in enumerate(films):
+        found = track_film(
+            film,
+            known,
+            throw=i,
+            progress=lambda frames, total, name=film.name: progress(
+                frames, f"track {name}", total=total, unit="frame"
+            ),
+        )
+        tracks.append(found.trajectory)
+        if with_stills and i < FILMS_SHOWN:
+            stills += [
+                Still(film=film.name, t=t, jpeg=cv2.imencode(".jpg", image)[1].tobytes())
+                for t, image in stills_of(film, known, found)
+            ]
+    return tracks, stills
 
 
 def _plan(

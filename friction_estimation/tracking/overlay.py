@@ -52,6 +52,23 @@ def write_overlay(
             writer.write(picture.draw(frame, index, t))
 
 
+def stills(
+    film_path: str | Path, scene: Scene, track: FilmTrack, count: int = 3
+) -> list[tuple[float, Image]]:
+    """Frames in which the stone was seen, spread over its slide, with what was tracked drawn in.
+
+    Returns
+    -------
+    time since the first frame [s] and picture, BGR, of each
+    """
+    film = Film.open(film_path, scene.fps)
+    picture = _Overlay(track, scene, film.size)
+    rows = np.linspace(0, len(track.frame) - 1, count + 2).round().astype(int)[1:-1]
+    wanted = np.unique(track.frame[rows]).tolist()
+    found = film.pick(wanted)
+    return [(t, picture.draw(frame, i, t)) for i, (t, frame) in zip(wanted, found, strict=False)]
+
+
 class _Overlay:
     def __init__(self, track: FilmTrack, scene: Scene, size: tuple[int, int]) -> None:
         self._track, self._scene = track, scene

@@ -1,0 +1,88 @@
+"""Pages that stand alone: style, tables and pictures in one HTML file, nothing from elsewhere."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Collection, Sequence
+from html import escape
+from pathlib import Path
+
+from curling_env.storage import write_text
+
+STYLE = """
+body{font:16px/1.5 system-ui,sans-serif;color:#22313f;background:#eef3f7;margin:0}
+main{max-width:64rem;margin:0 auto;padding:1.5rem}
+section{overflow-x:auto;background:#fff;border-radius:10px;padding:1.1rem 1.4rem;margin:1rem 0;
+box-shadow:0 1px 3px #0002}
+h1{font-size:1.55rem;line-height:1.3;margin:.4rem 0}
+h2{font-size:1.1rem;margin:.2rem 0 .6rem}
+img{max-width:100%;height:auto;display:block}
+table{border-collapse:collapse;width:100%;font-size:.92rem}
+td,th{padding:.3rem .6rem;border-bottom:1px solid #e3e8ed;text-align:left}
+td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}
+figure{margin:.6rem 0}
+figcaption,.faint{color:#66727f;font-size:.92rem}
+.stills{display:grid;grid-template-columns:repeat(auto-fit,minmax(17rem,1fr));gap:.6rem}
+.facts{display:grid;grid-template-columns:repeat(auto-fit,minmax(11rem,1fr));gap:.8rem;
+margin:1rem 0 0}
+.facts div{border-left:3px solid #7fa8cf;padding-left:.7rem}
+.facts b{display:block;font-size:1.35rem;font-variant-numeric:tabular-nums}
+.tag{background:#e3edf6;border-radius:5px;padding:.1rem .5rem;font-size:.9rem}
+"""
+
+
+def write_page(path: str | Path, title: str, sections: Sequence[str]) -> None:
+    """Write a page, complete or not at all.
+
+    Parameters
+    ----------
+    title : plain text, for the browser's tab
+    sections : HTML, each shown as a card
+    """
+    cards = "".join(f"<section>{section}</section>" for section in sections)
+    write_text(
+        path,
+        f"<!doctype html><html lang=en><meta charset=utf-8><title>{escape(title)}</title>"
+        "<meta name=viewport content='width=device-width'><link rel=icon href='data:,'>"
+        f"<style>{STYLE}</style><main>{cards}</main></html>\n",
+    )
+
+
+def picture(content: bytes, alt: str, *, kind: str = "png", caption: str = "") -> str:
+    """An embedded picture with a caption below it, as HTML.
+
+    Parameters
+    ----------
+    content : of a picture file
+    alt : what it shows, plain text, for who cannot see it
+    kind : png or jpeg
+    caption : plain text
+    """
+    data = base64.b64encode(content).decode()
+    image = f"<img alt='{escape(alt, quote=True)}' src='data:image/{kind};base64,{data}'>"
+    return f"<figure>{image}<figcaption>{escape(caption)}</figcaption></figure>"
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], numeric: Collection[int] = ()) -> str:
+    """A table as HTML.
+
+    Parameters
+    ----------
+    head, rows : HTML of the cells
+    numeric : columns whose cells stand to the right
+    """
+
+    def cells(row: Sequence[str], tag: str) -> str:
+        return "".join(
+            f"<{tag}{' class=n' if k in numeric else ''}>{cell}</{tag}>"
+            for k, cell in enumerate(row)
+        )
+
+    body = "".join(f"<tr>{cells(row, 'td')}</tr>" for row in rows)
+    return f"<table><tr>{cells(head, 'th')}</tr>{body}</table>"
+
+
+def facts(pairs: Sequence[tuple[str, str]]) -> str:
+    """Numbers to be read at a glance, each with what it is; plain text in, HTML out."""
+    items = "".join(f"<div><b>{escape(value)}</b>{escape(what)}</div>" for value, what in pairs)
+    return f"<div class=facts>{items}</div>"

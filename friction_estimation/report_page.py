@@ -1,0 +1,158 @@
+"""An estimate as one page: what the ice is like first, then how it is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+
+import numpy as np
+
+from curling_env.ice import write_cells
+from curling_env.storage import write_json
+from friction_estimation.inversion import Estimate
+from friction_estimation.page import facts, picture, table, write_page
+from friction_estimation.report import draw_weight, per_cent, write_pictures
+
+
+@dataclass(frozen=True, kw_only=True)
+class Still:
+    """A frame of a film with what was tracked drawn into it.
+
+    Parameters
+    ----------
+    film : name of the file
+    t : time since its first frame [s]
+    jpeg : the picture
+    """
+
+    film: str
+    t: float
+    jpeg: bytes
+
+
+CAPTIONS = {
+    "map.png": "The ice as a curler reads it: blue keen, red heavy. Below, how well each place is "
+    "known, and the paths that told. Pale: no stone ran there.",
+    "profile.png": "Friction along the sheet with its uncertainty. The dots are the older way, "
+    "differentiating the track and averaging in each cell.",
+    "motion.png": "Speed over time, and deceleration over distance, smoothed over two seconds.",
+    "residuals.png": "What the fit does not explain. It should look like noise around zero, and "
+    "neighbouring frames should soon be unlike.",
+}
+TITLES = {
+    "map.png": "Where it is keen and where heavy",
+    "profile.png": "Along the sheet",
+    "motion.png": "How the stones slowed",
+    "residuals.png": "How well the fit agrees",
+}
+
+
+def write_report(found: Estimate, folder: Path, stills: Sequence[Still] = ()) -> list[str]:
+    """All pictures and tables of an estimate, and the page that shows them, `report.html`.
+
+    Parameters
+    ----------
+    found : the estimate
+    folder : exists
+    stills : frames of the films, where there are films
+
+    Returns
+    -------
+    names of the files written
+    """
+    pictures = write_pictures(found, folder)
+    write_cells(folder / "cells.csv", found.ice)
+    write_json(folder / "estimate.json", found.summary())
+    _write_page(found, folder, pictures, stills)
+    return ["report.html", *pictures, "cells.csv", "estimate.json"]
+
+
+def _write_page(
+    found: Estimate, folder: Path, pictures: Sequence[str], stills: Sequence[Still]
+) -> None:
+    sections = [f"<h1>{escape(headline(found))}</h1>{facts(_facts(found))}{_remarks(found)}"]
+    sections += [
+        f"<h2>{TITLES[name]}</h2>"
+        + picture((folder / name).read_bytes(), TITLES[name], caption=CAPTIONS[name])
+        for name in pictures
+        if name == "map.png" and not found.uniform
+    ]
+    if stills:
+        shown = "".join(
+            picture(still.jpeg, f"{still.film} at {still.t:.1f} s", kind="jpeg",
+                    caption=f"{still.film}, {still.t:.1f} s")
+            for still in stills
+        )  # fmt: skip
+        sections.append(
+            "<h2>What was seen</h2><p class=faint>The outline is where the stone was found, the "
+            f"line its path.</p><div class=stills>{shown}</div>"
+        )
+    sections += [
+        f"<h2>{TITLES[name]}</h2>"
+        + picture((folder / name).read_bytes(), TITLES[name], caption=CAPTIONS[name])
+        for name in pictures
+        if name != "map.png"
+    ]
+    sections.append(f"<h2>The throws</h2>{_throws(found)}")
+    write_page(folder / "report.html", "Friction of the ice", sections)
+
+
+def headline(found: Estimate) -> str:
+    """The ice in one sentence."""
+    speed = "keen" if found.mu < 0.0075 else "heavy" if found.mu > 0.0095 else "of usual speed"
+    seen = found.ice.friction.observed
+    if found.uniform or not seen.any():
+        return f"This ice is {speed}: μ = {found.mu:.5f}."
+    mu = found.ice.friction.mu[seen]
+    low, high = np.percentile(mu, [2, 98])
+    return (
+        f"This ice is {speed}: μ = {found.mu:.5f}, from {per_cent(low / found.mu - 1)} to "
+        f"{per_cent(high / found.mu - 1)} where stones ran."
+    )
+
+
+def _facts(found: Estimate) -> list[tuple[str, str]]:
+    low, high = found.interval
+    pairs = [(f"{found.mu:.5f}", f"friction μ, known to ± {50 * (high - low) / found.mu:.2g} %")]
+    draw = draw_weight(found.ice, found.mu) if found.mu > 0 else None
+    if draw is not None:
+        speed, seconds, hog_to_hog = draw
+        pairs += [
+            (f"{hog_to_hog:.1f} s", "hog line to hog line, draw to the tee"),
+            (f"{seconds:.1f} s", "hog line to rest at the tee"),
+            (f"{speed:.2f} m/s", "draw weight at the hog line"),
+        ]
+    pairs.append((str(len(found.slides)), "throws measured"))
+    if found.belief is not None:
+        pairs.append((f"{found.resolution:.1f} m", "finest detail that is resolved"))
+    if found.noise is not None:
+        pairs.append((f"{1000 * found.noise.total:.1f} mm", "noise of a measured position"))
+    return pairs
+
+
+def _remarks(found: Estimate) -> str:
+    if not found.skipped:
+        return ""
+    items = "".join(f"<li>{escape(reason)}</li>" for reason in found.skipped)
+    return f"<p class=faint>Left out:</p><ul class=faint>{items}</ul>"
+
+
+def _throws(found: Estimate) -> str:
+    rows: list[list[str]] = []
+    for entry in found.summary()["each"]:
+        rows.append(
+            [
+                str(entry["throw"]),
+                f"{entry['speed']:.2f}" if "speed" in entry else "",
+                f"{entry['seconds']:.1f}",
+                "yes" if entry["rests"] else "no",
+                f"{100 * (entry['mu_factor'] - 1):+.2f}" if "mu_factor" in entry else "",
+                f"{1000 * entry['rms_m']:.1f}" if "rms_m" in entry else "",
+                str(entry["wild_rows"]),
+            ]
+        )
+    head = ["throw", "speed at release [m/s]", "seconds measured", "seen to rest",
+            "own friction [%]", "left over [mm]", "wild rows"]  # fmt: skip
+    return table(head, rows, numeric={0, 1, 2, 4, 5, 6})

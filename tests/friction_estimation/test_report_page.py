@@ -1,0 +1,66 @@
+"""An estimate as a page: what a coach reads first is there, and the page needs nothing else."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from friction_estimation.inversion import estimate_ice
+from friction_estimation.report_page import Still, headline, write_report
+
+
+@pytest.fixture(scope="module")
+def found(sliding):
+    rng = np.random.default_rng(5)
+    tracks = sliding.measured_throws(
+        sliding.uniform(0.0085), sliding.varied_starts(rng, 4), rng, rest=0.5
+    )
+    return estimate_ice(tracks)
+
+
+@pytest.mark.parametrize(
+    ("mu", "word"), [(0.0060, "keen"), (0.0085, "of usual speed"), (0.0110, "heavy")]
+)
+def test_the_headline_says_how_fast_the_ice_is(sliding, mu, word):
+    rng = np.random.default_rng(6)
+    tracks = sliding.measured_throws(sliding.uniform(mu), sliding.varied_starts(rng, 3), rng)
+    said = headline(estimate_ice(tracks, uniform=True))
+    assert word in said
+    assert float(said.rsplit("= ")[1].rstrip(".")) == pytest.approx(mu, rel=0.01)
+
+
+def test_the_page_opens_alone_with_all_its_pictures(found, page, tmp_path):
+    folder = tmp_path / "made"
+    folder.mkdir()
+    jpeg = cv2.imencode(".jpg", np.full((90, 160, 3), 200, np.uint8))[1].tobytes()
+    stills = [Still(film="<end>.mp4", t=t, jpeg=jpeg) for t in (2.0, 9.5)]
+    names = write_report(found, folder, stills)
+    assert {path.name for path in folder.iterdir()} == set(names)
+    alone = tmp_path / "report.html"
+    (folder / "report.html").rename(alone)
+    page.goto(alone.as_uri())
+    assert page.inner_text("h1") == headline(found)
+    widths = page.evaluate("[...document.images].map(image => image.naturalWidth)")
+    assert len(widths) == 4 + len(stills)
+    assert min(widths) >= 160
+    captions = page.locator("figcaption").all_inner_texts()
+    assert "<end>.mp4, 9.5 s" in captions
+    assert page.locator("table tr").count() == 1 + len(found.slides)
+    # Nothing lies beside the screen, at a desk or on a telephone.
+    for width in (1280, 390):
+        page.set_viewport_size({"width": width, "height": 800})
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_what_was_left_out_is_said(found, sliding, tmp_path):
+    rng = np.random.default_rng(7)
+    tracks = sliding.measured_throws(
+        sliding.uniform(0.0085), sliding.varied_starts(rng, 3), rng, rest=0.5
+    )
+    short = type(tracks[0])(t=tracks[0].t[:8], xy=tracks[0].xy[:8], throw=9)
+    write_report(estimate_ice([*tracks, short], uniform=True), tmp_path)
+    text = (tmp_path / "report.html").read_text()
+    assert "Left out" in text
+    assert "throw 9" in text
+    assert "Left out" not in headline(found)
