@@ -97,6 +97,12 @@ def estimate(
             help="An ice estimated before, to which only these new throws are added.",
         ),
     ] = None,
+    refit: Annotated[
+        bool,
+        typer.Option(
+            "--refit", help="Fit the strengths of the start's effects too, together with the map."
+        ),
+    ] = False,
     report: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Also write a page, pictures and tables here."),
@@ -142,6 +148,11 @@ def estimate(
     day: where no stone runs today its pattern stays, with a sigma that has grown by what the ice
     is seen to have changed. Both keep the earlier ice's sheet, stone and effects.
 
+    Effects of the --start ice stay as they are. With --refit those that act along the travel
+    (friction that follows the speed, air drag, a fall along the sheet) are fitted together with the
+    map, so that neither is taken for the other; what acts across it (curl) stays, for a stone is
+    followed along the line it was seen to take. A start with an exponent of 0 will do.
+
     Throws at several speeds, in both directions and on several lines tell the most. With --plan,
     and no tracks, the command says how many are needed for the detail and precision wanted: the
     fewest, were every throw to run alike on the same ice, found from the limit that no method can
@@ -152,6 +163,7 @@ def estimate(
         curling estimate --plan --resolution 2 --precision 1
         curling estimate tracks.csv -o ice.json --report runs/report
         curling estimate tracks.csv -o ice.json --uniform
+        curling estimate tracks.csv --start found/ice.json --refit -o ice.json
         curling estimate later.csv --update ice.json -o ice.json
         curling estimate end-0.mp4 end-1.mp4 --scene end.scene.json -o ice.json
     """
@@ -203,6 +215,7 @@ def estimate(
             uniform=uniform or (before is not None and before.uniform),
             prior=beginning.friction if prior is not None and beginning is not None else None,
             update=before,
+            refit=refit,
             progress=bar.show,
         )
     save_ice(found.ice, output)

@@ -2,7 +2,8 @@
 
 `estimate_ice` is the way in. Behind it: the course a stone followed (course), its ride along it
 under the force law (ride), noise and prior (noise, prior), the joint fit of all throws and cells
-(trajectory_fit), the paper's own way (paper_method), and the limit of both (bound).
+(trajectory_fit), effects fitted with them (refit), the paper's own way (paper_method), and the
+limit of all (bound).
 """
 
 from __future__ import annotations
@@ -132,6 +133,11 @@ class Estimate:
                 "length_m": self.belief.length,
                 "smoothness": smoothness if np.isfinite(smoothness) else "gaussian",
             }
+        if self.ice.effects:
+            document["effects"] = [
+                {"name": e.name, "parameters": dict(e.parameters), "sigma": dict(e.sigma)}
+                for e in self.ice.effects
+            ]
         document["each"] = self._each()
         if self.skipped:
             document["skipped"] = list(self.skipped)
@@ -169,6 +175,7 @@ def estimate_ice(
     uniform: bool = False,
     prior: FrictionMap | None = None,
     update: Knowledge | None = None,
+    refit: bool = False,
     progress: Callable[[str, float], None] = _silent,
 ) -> Estimate:
     """Estimate the friction of an ice from the tracks of throws on it.
@@ -183,6 +190,8 @@ def estimate_ice(
     prior : an earlier map of the sheet, yesterday's: its pattern holds within its sigma and what
         the throws show to have changed since
     update : what the throws told from which `start` was estimated; these are added to them
+    refit : whether the strengths of the start's effects that act along the travel (a friction that
+        follows the speed, air drag, a fall of the ice along the sheet) are fitted with the map
     progress : called with what is being done and the part of it that is done
 
     Raises
@@ -195,6 +204,8 @@ def estimate_ice(
     start = Ice.uniform(0.0082) if start is None else start
     if update is not None or prior is not None:
         _check_earlier(start, method, uniform, prior, update)
+    if refit:
+        _check_refit(start, method, uniform, update)
     slides, skipped = free_slides(list(tracks))
     if method == "paper":
         averaged = average_cells(slides, start, uniform=uniform)
@@ -208,7 +219,7 @@ def estimate_ice(
             skipped=tuple(skipped),
         )
     fit = fit_trajectories(
-        slides, start, uniform=uniform, prior=prior, before=update, progress=progress
+        slides, start, uniform=uniform, prior=prior, before=update, refit=refit, progress=progress
     )
     return Estimate(
         ice=fit.ice,
@@ -224,6 +235,15 @@ def estimate_ice(
         resolved=fit.resolved,
         knowledge=fit.knowledge,
     )
+
+
+def _check_refit(start: Ice, method: Method, uniform: bool, update: Knowledge | None) -> None:
+    if method != "trajectory" or uniform:
+        raise InputError("effects are refitted together with a map, by the trajectory method")
+    if update is not None:
+        raise InputError("an update keeps the effects of the ice: they cannot be refitted with it")
+    if not start.effects:
+        raise InputError("there is no effect to refit: give an ice that has some as the start")
 
 
 def _check_earlier(

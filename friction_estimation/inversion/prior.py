@@ -34,6 +34,9 @@ LEAST_INFORMATION, CLEAR_INFORMATION = 0.5, 10.0
 """Directions of ln μ of which the data know less than this (1/variance) are left out: at a spread
 of 0.1 they would tell 0.5 % of what is unknown. The second number serves for a first look."""
 
+EFFECT_SPREAD = 0.1
+"""A prior standard deviation of an effect's parameter is put on the scale of ln μ by this."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Belief:
@@ -64,6 +67,8 @@ class Posterior:
     level, level_sigma : mean of the field over the cells asked for, and its standard error
     resolved : number of independent numbers that the data determine
     belief : the prior that was used
+    effects, effects_sigma : (p,) free parameters of effects and their standard errors, in prior
+        standard deviations
     """
 
     field: Floats
@@ -73,6 +78,8 @@ class Posterior:
     level_sigma: float
     resolved: float
     belief: Belief
+    effects: Floats
+    effects_sigma: Floats
 
 
 def matern(distance: Floats, length: float, smoothness: float) -> Floats:
@@ -88,14 +95,16 @@ class Evidence:
 
     Parameters
     ----------
-    information : (m + throws, m + throws) Gram matrix of the sensitivities to the m cells that
-        were crossed, then to each throw's offset
-    pull : (m + throws,) sensitivities times residuals, with the present estimate added back
+    information : (m + throws + p, m + throws + p) Gram matrix of the sensitivities to the m cells
+        that were crossed, then to each throw's offset, then to p free parameters of effects in
+        prior standard deviations
+    pull : (m + throws + p,) sensitivities times residuals, with the present estimate added back
     crossed : (m,) flat indices of the cells
     sheet : whose cells they are
     ground : (cells,) about which the field is believed to vary; zero where None
     known : (cells,) relative standard error that an earlier ice gives each cell; what has changed
         since then comes on top of it. None where nothing is known.
+    effects : p
     """
 
     def __init__(
@@ -107,6 +116,7 @@ class Evidence:
         *,
         ground: Floats | None = None,
         known: Floats | None = None,
+        effects: int = 0,
     ) -> None:
         nothing = np.zeros(sheet.shape[0] * sheet.shape[1])
         self.information, self.pull, self.cells = information, pull, crossed
@@ -114,7 +124,7 @@ class Evidence:
         self.earlier = nothing if known is None else known
         self.own = self.earlier[crossed]
         self.m = len(crossed)
-        self.throws = len(pull) - self.m
+        self.throws = len(pull) - self.m - effects
         self.sheet = sheet
         columns = sheet.shape[1]
         x = sheet.x_centres[np.arange(sheet.shape[0] * columns) % columns]
@@ -123,16 +133,21 @@ class Evidence:
         own = self.centres[crossed]
         self.between = np.hypot(*(own[:, None] - own[None]).transpose(2, 0, 1))
         self.to_all = np.hypot(*(self.centres[:, None] - own[None]).transpose(2, 0, 1))
-        values, vectors = eigh(information)
+        # In units in which a free parameter is as little known as the friction of a cell.
+        unit = np.ones(len(pull))
+        unit[self.m + self.throws :] = 1.0 / EFFECT_SPREAD
+        values, vectors = eigh(information * np.outer(unit, unit))
         told = values > LEAST_INFORMATION
         root = np.sqrt(values[told])
         self.clear = int((values[told] <= CLEAR_INFORMATION).sum())
-        beyond = pull - information[:, : self.m] @ self.ground[crossed]
+        beyond = unit * (pull - information[:, : self.m] @ self.ground[crossed])
         self.data = (vectors[:, told].T @ beyond) / root
         self.rows = root[:, None] * vectors[:, told].T
         self.level = self.rows[:, : self.m].sum(axis=1)
-        offsets = self.rows[:, self.m :]
+        offsets = self.rows[:, self.m : self.m + self.throws]
         self.offset_square = offsets @ offsets.T
+        self.effects = EFFECT_SPREAD * self.rows[:, self.m + self.throws :]
+        self.effect_square = self.effects @ self.effects.T
 
     def covariance(self, belief: Belief, first: int = 0) -> Floats:
         """Of the compressed data from the first one on, (r, r); they are sorted by information."""
@@ -142,6 +157,7 @@ class Evidence:
         total = cells @ field @ cells.T
         total += LEVEL_SPREAD**2 * np.outer(level, level)
         total += belief.scatter**2 * self.offset_square[first:, first:]
+        total += self.effect_square[first:, first:]
         total.flat[:: len(total) + 1] += 1.0
         return total
 
@@ -204,7 +220,7 @@ class Evidence:
         belief : hyperparameters
         over : (cells,) those over which the level is the mean
         """
-        cells, offsets = self.rows[:, : self.m], self.rows[:, self.m :]
+        cells, offsets = self.rows[:, : self.m], self.rows[:, self.m : self.m + self.throws]
         factor = cho_factor(self.covariance(belief), lower=True)
         weights = cho_solve(factor, self.data)
         field = matern(self.to_all, belief.length, belief.smoothness)
@@ -229,6 +245,10 @@ class Evidence:
             level_sigma=float(np.sqrt(max(level_variance, 0.0))),
             resolved=float(len(self.data) - np.trace(inverse)),
             belief=belief,
+            effects=self.effects.T @ weights,
+            effects_sigma=np.sqrt(
+                np.maximum(1.0 - (self.effects * (inverse @ self.effects)).sum(axis=0), 0.0)
+            ),
         )
 
 

@@ -132,6 +132,12 @@ class Track:
         self._law = self._law._replace(mu=np.ascontiguousarray(mu), patterned=True)
         return self
 
+    def under(self, ice: Ice) -> Track:
+        """Rides over the same map under the effects of another ice."""
+        track = Track(ice)
+        track._law = track._law._replace(mu=self._law.mu, patterned=self._law.patterned)
+        return track
+
     def ride(self, passenger: Passenger, start: float, speed: float, offset: float = 0.0) -> Ride:
         """The ride that starts at a distance along the course with a speed [m, m/s].
 

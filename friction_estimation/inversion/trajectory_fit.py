@@ -26,6 +26,7 @@ from friction_estimation.inversion.course import lay_course
 from friction_estimation.inversion.knowledge import Knowledge
 from friction_estimation.inversion.noise import Noise, estimate_noise
 from friction_estimation.inversion.prior import Evidence, Posterior, uniform_posterior
+from friction_estimation.inversion.refit import SMALL, FreeEffects, free_effects
 from friction_estimation.inversion.ride import Passenger, Ride, Track, sensitivities
 from friction_estimation.inversion.spin import fit_spin
 from friction_estimation.kinematics import FreeSlide, smooth_motion
@@ -34,8 +35,9 @@ Floats = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 """Called with what is being done and the part of it that is done, 0 to 1."""
 
-UNIFORM_ROUNDS, MAP_ROUNDS = 8, 4
-"""Gauss–Newton rounds at most; the path is nearly linear in ln μ and two to four are enough."""
+UNIFORM_ROUNDS, MAP_ROUNDS, REFIT_ROUNDS = 8, 4, 6
+"""Gauss–Newton rounds at most; the path is nearly linear in ln μ and two to four are enough, in
+the parameters of effects less so."""
 LONGEST_STEP = 0.7
 """Largest change of ln μ in one round: a factor 2."""
 CONVERGED = 2e-4
@@ -86,7 +88,7 @@ class Fit:
 
     Parameters
     ----------
-    ice : the estimate, effects of the start kept
+    ice : the estimate, effects of the start kept or refitted
     mu, sigma : level of μ over the crossed cells and its standard error
     scatter : standard deviation of ln μ from throw to throw
     noise : of a measured distance
@@ -113,6 +115,7 @@ def fit_trajectories(
     scatter: bool = True,
     prior: FrictionMap | None = None,
     before: Knowledge | None = None,
+    refit: bool = False,
     progress: Progress = _silent,
 ) -> Fit:
     """Estimate the friction of an ice from the free slides of its throws.
@@ -126,11 +129,12 @@ def fit_trajectories(
     prior : an earlier map of this sheet: the pattern of its mu holds within its sigma and what
         the throws show to have changed; its level is not held to
     before : what earlier throws on the ice told: these throws are added to them
+    refit : whether the strengths of the effects that act along the travel are fitted with the map
     progress : told how far the fit is
     """
     # The matrices are too small to share: threads of the linear algebra only wait for each other.
     with threadpool_limits(limits=1, user_api="blas"):
-        return _fit(slides, start, uniform, scatter, prior, before, progress)
+        return _fit(slides, start, uniform, scatter, prior, before, refit, progress)
 
 
 def _fit(
@@ -140,6 +144,7 @@ def _fit(
     scatter: bool,
     prior: FrictionMap | None,
     before: Knowledge | None,
+    refit: bool,
     progress: Progress,
 ) -> Fit:
     track = Track(start)
@@ -184,9 +189,13 @@ def _fit(
         ground = ground if before.ground is None else before.ground
         known = before.known
     sought = Sought(level=level, ground=ground, known=known, observed=observed, before=before)
-    throws, noise, posterior, evidence = _fit_map(
-        one.throws, track, sought, one.noise, scatter, progress
-    )
+    nothing = FreeEffects(ice=start, values=np.empty(0))
+    throws, noise, posterior, evidence, free = _fit_map(
+        one.throws, track, sought, one.noise, scatter,
+        free_effects(start, one.throws) if refit else nothing, progress,
+    )  # fmt: skip
+    told = slice(len(evidence.pull) - len(free))  # what is not of the effects, these being fixed
+    pull = evidence.pull[told] - evidence.information[told, told.stop :] @ free.values
     cells = np.exp(level + posterior.field.reshape(shape))
     friction = replace(
         start.friction,
@@ -196,7 +205,7 @@ def _fit(
     )
     mu = float(np.exp(level + posterior.level))
     return Fit(
-        ice=replace(start, friction=friction),
+        ice=replace(start, friction=friction, effects=free.fitted(posterior.effects_sigma)),
         mu=mu,
         sigma=mu * posterior.level_sigma,
         scatter=posterior.belief.scatter,
@@ -206,8 +215,8 @@ def _fit(
         knowledge=Knowledge(
             reference=level,
             cells=evidence.cells,
-            information=evidence.information,
-            pull=evidence.pull,
+            information=evidence.information[told, told],
+            pull=pull,
             observed=observed,
             mu=cells,
             noise=noise,
@@ -301,13 +310,20 @@ class _Linear:
     crossed: NDArray[np.intp]
     friction: Floats
     left: Floats
+    effects: Floats
     release_root: Floats
     release_left: Floats
     release_friction: Floats
+    release_effects: Floats
 
-    def release_step(self, change: Floats) -> Floats:
-        """Change of start and speed that goes with a change of ln μ in the crossed cells."""
+    def release_step(self, change: Floats, effects: Floats | None = None) -> Floats:
+        """Change of start and speed that goes with a change of ln μ in the crossed cells.
+
+        `effects` is the change of the free parameters, if there are any.
+        """
         goal = self.release_left - self.release_friction @ change
+        if effects is not None:
+            goal = goal - self.release_effects @ effects
         return np.asarray(np.linalg.solve(self.release_root, goal), dtype=np.float64)
 
 
@@ -321,22 +337,40 @@ def _ride(throw: Ridden, track: Track, gate: Noise) -> tuple[Ridden, Ride]:
     return replace(throw, left=left, keep=keep), ride
 
 
-def _linearise(throw: Ridden, ride: Ride, track: Track, noise: Noise) -> _Linear:
+def _bent(throw: Ridden, ride: Ride, track: Track, free: FreeEffects) -> Floats:
+    """How the distance of each row responds to the free parameters, (k, p)."""
+    columns = np.empty((len(throw.t), len(free)))
+    here = ride.distance_at(throw.t)
+    for k in range(len(free)):
+        other = track.under(free.nudged(k))
+        moved = other.ride(throw.passenger, throw.start, throw.speed, throw.offset)
+        columns[:, k] = (moved.distance_at(throw.t) - here) / SMALL
+    return columns
+
+
+def _linearise(
+    throw: Ridden, ride: Ride, track: Track, noise: Noise, free: FreeEffects | None = None
+) -> _Linear:
     cells, weights = track.cell_weights(throw.passenger.course.at(ride.distance))
     shares = weights * track.mu.ravel()[cells]
     shares /= shares.sum(axis=1, keepdims=True)
     crossed, release, friction = sensitivities(ride, cells, shares)
     columns = ride.tangents_at(np.hstack([release, friction]), throw.t)
-    white = noise.whiten(throw.t, np.column_stack([throw.left, columns]), throw.scale, throw.keep)
+    bent = np.empty((len(throw.t), 0)) if free is None else _bent(throw, ride, track, free)
+    columns = np.column_stack([throw.left, columns, bent])
+    white = noise.whiten(throw.t, columns, throw.scale, throw.keep)
     q, root = np.linalg.qr(white[:, 1:3])
-    free = white - q @ (q.T @ white)
+    clear = white - q @ (q.T @ white)
+    cut = 3 + len(crossed)
     return _Linear(
         crossed=crossed,
-        friction=free[:, 3:],
-        left=free[:, 0],
+        friction=clear[:, 3:cut],
+        left=clear[:, 0],
+        effects=clear[:, cut:],
         release_root=root,
         release_left=q.T @ white[:, 0],
-        release_friction=q.T @ white[:, 3:],
+        release_friction=q.T @ white[:, 3:cut],
+        release_effects=q.T @ white[:, cut:],
     )
 
 
@@ -445,9 +479,10 @@ def _fit_map(
     sought: Sought,
     gate: Noise,
     scatter: bool,
+    free: FreeEffects,
     progress: Progress,
-) -> tuple[list[Ridden], Noise, Posterior, Evidence]:
-    """The map of ln μ about the level, jointly with an offset of each throw."""
+) -> tuple[list[Ridden], Noise, Posterior, Evidence, FreeEffects]:
+    """The map of ln μ about the level, jointly with an offset of each throw and free effects."""
     before, level = sought.before, sought.level
     field = sought.ground if before is None else np.log(before.mu.ravel()) - level
     track.set_field(level, field)
@@ -457,13 +492,14 @@ def _fit_map(
     belief = None if before is None else before.belief
     posterior: Posterior | None = None
     evidence: Evidence | None = None
-    for number in range(MAP_ROUNDS):
+    rounds = REFIT_ROUNDS if len(free) else MAP_ROUNDS
+    for number in range(rounds):
         linear: list[_Linear] = []
         for k, throw in enumerate(throws):
             throws[k], ride = _ride(throw, track, gate)
-            linear.append(_linearise(throws[k], ride, track, noise))
-        evidence = _gather(linear, throws, field, track, sought)
-        final = number == MAP_ROUNDS - 1
+            linear.append(_linearise(throws[k], ride, track, noise, free))
+        evidence = _gather(linear, throws, field, track, sought, free)
+        final = number == rounds - 1
         if belief is None:
             belief = evidence.first_belief(scatter=scatter)
         elif final:
@@ -471,22 +507,24 @@ def _fit_map(
         posterior = evidence.posterior(belief, sought.observed.ravel())
         change = posterior.field - field
         limit = min(1.0, LONGEST_STEP / max(float(np.abs(change).max()), 1e-9))
+        effects = limit * (posterior.effects - free.values)
         for k, throw in enumerate(throws):
             offset = throw.offset + limit * (posterior.offsets[played + k] - throw.offset)
             own = limit * change[linear[k].crossed] + offset - throw.offset
-            throws[k] = _moved(throw, linear[k].release_step(own), float(offset))
+            throws[k] = _moved(throw, linear[k].release_step(own, effects), float(offset))
         field = field + limit * change
-        track.set_field(level, field)
+        free = free.at(free.values + effects)
+        track = track.under(free.now).set_field(level, field)
         for k, throw in enumerate(throws):
             throws[k], _ = _ride(throw, track, gate)
-        progress("the friction map", (number + 1) / MAP_ROUNDS)
+        progress("the friction map", (number + 1) / rounds)
         # After one round the path is still bent by its first linearisation: no noise yet.
-        if 0 < number < MAP_ROUNDS - 1:
+        if 0 < number < rounds - 1:
             noise = estimate_noise(_residuals(throws), slowest=SLOW_NOISE_MAP, start=noise)
             gate = noise
     assert posterior is not None
     assert evidence is not None
-    return throws, noise, posterior, evidence
+    return throws, noise, posterior, evidence, free
 
 
 def _gather(
@@ -495,29 +533,33 @@ def _gather(
     field: Floats,
     track: Track,
     sought: Sought,
+    free: FreeEffects,
 ) -> Evidence:
-    """Normal equations of all throws in the cells crossed and the throws' offsets."""
+    """Normal equations of all throws in the cells crossed, the throws' offsets and free effects."""
     before = sought.before
     cells = [part.crossed for part in linear]
     crossed = np.unique(np.concatenate(cells if before is None else [before.cells, *cells]))
     m = len(crossed)
     played = 0 if before is None else before.throws
-    size = m + played + len(linear)
+    throw_end = m + played + len(linear)
+    size = throw_end + len(free)
     information, pull = np.zeros((size, size)), np.zeros(size)
     if before is not None:
         places = np.append(np.searchsorted(crossed, before.cells), m + np.arange(played))
         information[np.ix_(places, places)] = before.information
         pull[places] = before.pull
     for k, part in enumerate(linear):
-        places = np.append(np.searchsorted(crossed, part.crossed), m + played + k)
-        columns = np.column_stack([part.friction, part.friction.sum(axis=1)])
-        present = np.append(field[part.crossed], throws[k].offset)
+        own = np.append(np.searchsorted(crossed, part.crossed), m + played + k)
+        places = np.append(own, np.arange(throw_end, size))
+        columns = np.column_stack([part.friction, part.friction.sum(axis=1), part.effects])
+        present = np.concatenate([field[part.crossed], [throws[k].offset], free.values])
         square = columns.T @ columns
         information[np.ix_(places, places)] += square
         pull[places] += columns.T @ part.left + square @ present
     return Evidence(
-        information, pull, crossed, track.ice.sheet, ground=sought.ground, known=sought.known
-    )
+        information, pull, crossed, track.ice.sheet, ground=sought.ground, known=sought.known,
+        effects=len(free),
+    )  # fmt: skip
 
 
 def _moved(throw: Ridden, step: Floats, offset: float) -> Ridden:
