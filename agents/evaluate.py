@@ -4,37 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import gymnasium
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import minimize
 
 import curling_env  # noqa: F401  (registers the environments)
+from agents.configuration import TrainingSettings
 from agents.planning import plan
 from agents.planning.expectation import end_in_play
 from agents.planning.search import direction_to
+from agents.thrower import Thrower
 from curling_env.envs.action import ThrowRange
+from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.slide import NO_OBSTACLES
 from curling_env.sheet import HOUSE_RADIUS, Direction, to_delivery, to_sheet
-from curling_env.skill import Skill
+from curling_env.skill import Skill, skill_named
 from curling_env.throw import MAX_SPEED, Throw
 
 Floats = NDArray[np.float64]
 Through = Callable[[Iterable[Any], str], Iterable[Any]]
 """Passes items on and shows how far it is: (items, label) -> the same items."""
 
-TRIALS = 64
+TRIALS = 256
 """Throws with execution error at each target."""
-
-
-class Policy(Protocol):
-    """Anything that turns an observation into an action: a stable-baselines3 policy or model."""
-
-    def predict(self, observation: Any, *, deterministic: bool = False) -> tuple[Any, Any]:
-        """The action, and a state that is not used."""
-        ...
+RESAMPLES = 1000
+"""Sets of draws that are drawn from those made, for an interval."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,23 +94,6 @@ def house_targets(n: int, rng: np.random.Generator) -> Floats:
                     Direction.AWAY)  # fmt: skip
 
 
-def policy_throws(policy: Policy, env: gymnasium.Env[Any, Any], targets: Floats) -> Floats:
-    """What a policy throws at each target, (n, 4); see `rollouts.states_of`.
-
-    Parameters
-    ----------
-    env : `CurlingSheet-v0` with the observations and actions the policy knows
-    targets : (n, 2) in the away house, sheet frame [m]
-    """
-    throws: list[tuple[float, ...]] = []
-    for place in to_delivery(targets, Direction.AWAY):
-        observation, _ = env.reset(options={"target": tuple(place)})
-        action, _ = policy.predict(observation, deterministic=True)
-        throw: Throw = env.unwrapped.throw_of(action)  # pyright: ignore[reportAttributeAccessIssue]
-        throws.append((throw.speed, throw.angle, throw.spin, throw.x))
-    return np.array(throws)
-
-
 def planner_throws(
     ice: Ice,
     targets: Floats,
@@ -127,20 +108,152 @@ def planner_throws(
     return np.array(throws)
 
 
-def misses(ice: Ice, throws: Floats, targets: Floats, skill: Skill, *, seed: int) -> Misses:
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """A draw that is asked for.
+
+    Parameters
+    ----------
+    ice : thrown on
+    known : what is known of it
+    target : (2,) sheet frame [m]
+    """
+
+    ice: Ice
+    known: Ice
+    target: Floats
+
+
+def cases_of(settings: TrainingSettings, ice: Ice, n: int) -> list[Case]:
+    """Draws like those that were learnt, but others: unseen ices, other targets.
+
+    Parameters
+    ----------
+    ice : where the settings have no random ices
+    n : how many; one, where neither the ice nor the target changes
+    """
+    options = settings.environment()
+    if options.get("task", "draw") != "draw" or options.get("stones", ()):
+        raise InputError("only draws on an empty sheet are judged beside the planner")
+    rng = np.random.default_rng((settings.seed, 1_000_003))
+    target = options.get("target")
+    if settings.ices is None and not isinstance(target, str):
+        n = 1
+    places = house_targets(n, rng)
+    if not isinstance(target, str):
+        places[:] = to_sheet((0.0, 0.0) if target is None else target, Direction.AWAY)
+    if settings.ices is None:
+        return [Case(ice=ice, known=ice, target=place) for place in places]
+    # The map is drawn whoever sees it, so that policies with and without meet the same ices.
+    return [_unseen(settings, rng, place) for place in places]
+
+
+def _unseen(settings: TrainingSettings, rng: np.random.Generator, target: Floats) -> Case:
+    assert settings.ices is not None
+    ice, known = settings.ices.draw(rng)
+    return Case(ice=ice, known=known, target=target)
+
+
+def best_throw(ice: Ice, target: Floats, skill: Skill, *, seed: int = 1) -> Floats:
+    """The throw with the least mean miss under a hand's errors, (4,).
+
+    The planner's throw, which rests at the target when nothing goes wrong, corrected for what does:
+    too much weight carries a stone farther than too little holds it back.
+    """
+    throw = planner_throws(ice, target[None], skill)[0]
+    if skill.is_exact:
+        return throw
+    errors = skill.errors(2 * TRIALS, np.random.default_rng(seed))
+    scale = np.array([0.01, 0.002, 0.2])
+
+    def mean_miss(change: Floats) -> float:
+        trials = np.repeat(throw[None], len(errors), axis=0)
+        trials[:, :3] += errors + change * scale
+        return float(_distances(ice, trials, target).mean())
+
+    found = minimize(mean_miss, np.zeros(3), method="Nelder-Mead", options={"maxfev": 80})
+    best = throw.copy()
+    best[:3] += found.x * scale
+    return best
+
+
+def judge(
+    thrower: Thrower,
+    cases: Sequence[Case],
+    *,
+    seed: int = 0,
+    through: Through = lambda items, label: items,
+) -> dict[str, Any]:
+    """A trained policy beside the planner on the same draws, with the same execution errors.
+
+    Returns
+    -------
+    misses in metres of the agent, of the planner told of the same ice, and of the best possible
+    throw on the true ice; and mean misses with execution error over the best one's, with their
+    95 % interval (bootstrap over the draws, or over the errors where there is one draw)
+    """
+    skill = skill_named(thrower.settings.skill)
+    who: dict[str, list[Misses]] = {"agent": [], "planner": [], "best": []}
+    for k, case in enumerate(through(cases, "judging")):
+        throws = {
+            "agent": thrower.throws(case.known, case.target)[0],
+            "planner": planner_throws(case.known, case.target[None], skill)[0],
+            "best": best_throw(case.ice, case.target, skill),
+        }
+        trials = TRIALS if len(cases) > 1 else 16 * TRIALS
+        for name, throw in throws.items():
+            who[name].append(
+                misses(case.ice, throw[None], case.target[None], skill, seed=seed + k,
+                       trials=trials)
+            )  # fmt: skip
+    all_of = {
+        name: Misses(
+            exact=np.concatenate([m.exact for m in made]),
+            with_error=np.concatenate([m.with_error for m in made]),
+        )
+        for name, made in who.items()
+    }
+    return {
+        "draws": len(cases),
+        "skill": skill.name,
+        **{name: made.as_dict() for name, made in all_of.items()},
+        "agent_over_best": _ratio(all_of["agent"], all_of["best"], seed),
+        "planner_over_best": _ratio(all_of["planner"], all_of["best"], seed),
+    }
+
+
+def _ratio(one: Misses, other: Misses, seed: int) -> dict[str, float]:
+    """Mean miss over mean miss, and its interval."""
+    a, b = one.with_error, other.with_error
+    pairs = (a[0], b[0]) if len(a) == 1 else (a.mean(axis=1), b.mean(axis=1))
+    rng = np.random.default_rng(seed)
+    drawn = rng.integers(len(pairs[0]), size=(RESAMPLES, len(pairs[0])))
+    ratios = pairs[0][drawn].mean(axis=1) / pairs[1][drawn].mean(axis=1)
+    low, high = np.quantile(ratios, [0.025, 0.975])
+    return {"ratio": float(a.mean() / b.mean()), "low": float(low), "high": float(high)}
+
+
+def misses(
+    ice: Ice, throws: Floats, targets: Floats, skill: Skill, *, seed: int, trials: int = TRIALS
+) -> Misses:
     """How far throws end from their targets, with and without execution error.
 
     The same seed gives everyone the same errors. A stone that leaves play counts where it left.
     """
-    errors = skill.errors(TRIALS, np.random.default_rng(seed))
+    errors = skill.errors(trials, np.random.default_rng(seed))
     exact: list[float] = []
     with_error: list[Sequence[float]] = []
     for throw, target in zip(throws, targets, strict=True):
-        trials = np.repeat(throw[None], TRIALS + 1, axis=0)
-        trials[1:, :3] += errors
-        trials[:, 0] = np.clip(trials[:, 0], 1e-3, MAX_SPEED)
-        ends = end_in_play(ice, trials, direction_to(target), NO_OBSTACLES).xy
-        distance = np.hypot(*(ends - target).T)
+        thrown = np.repeat(throw[None], trials + 1, axis=0)
+        thrown[1:, :3] += errors
+        distance = _distances(ice, thrown, target)
         exact.append(float(distance[0]))
         with_error.append(distance[1:].tolist())
     return Misses(exact=np.array(exact), with_error=np.array(with_error))
+
+
+def _distances(ice: Ice, throws: Floats, target: Floats) -> Floats:
+    """From a target to where throws (n, 4) ended; for a stone that left play, where it left."""
+    throws[:, 0] = np.clip(throws[:, 0], 1e-3, MAX_SPEED)
+    ends = end_in_play(ice, throws, direction_to(target), NO_OBSTACLES).xy
+    return np.hypot(*(ends - target).T)

@@ -37,6 +37,7 @@ EXTRAS = {
     "torch": "train",
     "stable_baselines3": "train",
     "tensorboard": "train",
+    "yaml": "train",
     "pygame": "viewer",
     "pettingzoo": "game",
     "ray": "ray",

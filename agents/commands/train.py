@@ -7,91 +7,115 @@ from typing import Annotated, Any
 
 import typer
 
-from curling_env.cli import IceOption, OutputDirectory, SeedOption, print_json, progress, say
+from curling_env.cli import IceOption, OutputDirectory, print_json, progress, say
 
 
 def train(
-    ice: IceOption = "standard",
-    output: OutputDirectory = Path("runs/train"),
-    algorithm: Annotated[str, typer.Option(help="sac, td3 or ppo.")] = "sac",
-    steps: Annotated[int, typer.Option(min=1, help="Throws to learn from.")] = 20_000,
-    target: Annotated[str, typer.Option(help="house (anywhere in it) or button.")] = "house",
-    skill: Annotated[
+    config: Annotated[
         str,
         typer.Option(
-            help="The hand that throws what the agent means: none, elite, champion, club."
+            metavar="NAME|FILE",
+            help="What is learnt and how: one of the project's configurations or a YAML file.",
         ),
-    ] = "club",
-    learning_rate: Annotated[float, typer.Option(help="Of the optimiser.")] = 1e-3,
-    checkpoint_every: Annotated[
-        int, typer.Option(min=0, help="Throws between checkpoints; 0 for none.")
-    ] = 5_000,
-    resume: Annotated[
-        Path | None, typer.Option(metavar="CHECKPOINT.npz", help="Go on from a checkpoint.")
+    ] = "house-one-ice",
+    ice: IceOption = "standard",
+    output: OutputDirectory = Path("runs/train"),
+    steps: Annotated[
+        int | None, typer.Option(min=1, help="Throws to learn from, if not the configured.")
     ] = None,
-    targets: Annotated[
-        int, typer.Option(min=1, help="Draws in the evaluation, with `--target house`.")
-    ] = 50,
-    seed: SeedOption = 0,
+    skill: Annotated[
+        str | None,
+        typer.Option(help="The hand: none, elite, champion, club, if not the configured."),
+    ] = None,
+    checkpoint_every: Annotated[
+        int | None, typer.Option(min=0, help="Throws between checkpoints; 0 for none.")
+    ] = None,
+    resume: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="CHECKPOINT.npz|DIR",
+            help="Go on from a checkpoint, or from the last one in a run's folder.",
+        ),
+    ] = None,
+    targets: Annotated[int, typer.Option(min=1, help="Draws in the evaluation.")] = 50,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Of all randomness, if not the configured.")
+    ] = None,
 ) -> None:
-    """Train an agent to draw on an ice.
+    """Train an agent to draw.
 
-    The agent learns on CurlingSheet-v0 with stable-baselines3, one throw an episode, its throws
-    carried out with a player's execution error. At the end it is judged beside the planner, on the
-    same targets with the same errors. Leaves model.npz, checkpoints and evaluation.json in the
-    folder; models hold numbers and text only, so loading one never runs code.
+    The agent learns on CurlingSheet-v0 with stable-baselines3, its throws carried out with a
+    player's execution error. A configuration says the rest, in the manner of RL Zoo: algorithm,
+    throws, policy, environment, hyperparameters. With `ices` in it the agent learns on random ices
+    of which it is told the estimated map, and --ice is not used.
+
+    At the end it is judged beside the planner and beside the best possible throw, on draws it has
+    not learnt from, with the same errors. Leaves model.npz, checkpoints, logs (CSV, and TensorBoard
+    if installed) and evaluation.json in the folder; models hold numbers and text only, so loading
+    one never runs code.
+
+    A run that was killed ends as if it had not been, to the last bit, when it is resumed; a
+    checkpoint knows its settings.
 
     \b
     Examples:
-        curling train --ice ice.json -o runs/club-draws
-        curling train --ice ice.json --resume runs/club-draws/checkpoint-0010000.npz --steps 40000
+        curling train --config button-one-ice --ice ice.json -o runs/button
+        curling train --config house-random-ices -o runs/any-ice
+        curling train --resume runs/any-ice -o runs/any-ice
     """
     import sys
 
     from tqdm import tqdm
 
-    from agents import training
+    from agents import evaluate, training
+    from agents.configuration import configuration, with_settings
     from curling_env.ice import load_ice
+    from curling_env.storage import write_json
 
-    settings = training.TrainingSettings(
-        algorithm=algorithm,
-        steps=steps,
-        target=target,
-        skill=skill,
-        learning_rate=learning_rate,
-        seed=seed,
-        checkpoint_every=checkpoint_every,
+    checkpoint = resume
+    if resume is not None:
+        checkpoint = training.latest_checkpoint(resume) if resume.is_dir() else resume
+        settings = training.settings_of_run(checkpoint)
+    else:
+        settings = configuration(config)
+    settings = with_settings(
+        settings, n_timesteps=steps, skill=skill, checkpoint_every=checkpoint_every, seed=seed
     )
-    known = load_ice(ice)
+    thrown_on = load_ice(ice)
+    if not training.has_tensorboard():
+        say("tensorboard is not installed: logs are CSV only (pip install 'curling-sheet[train]')")
     bar: Any = None  # begins with the first throw, so that bad input is refused without one
 
     def tell(done: int, reward: float) -> None:
         nonlocal bar
         if bar is None:
             bar = tqdm(
-                total=steps, initial=done - 1, unit="throw", desc="learning", leave=False,
-                mininterval=0.5, file=sys.stderr,
+                total=settings.n_timesteps, initial=done, unit="throw", desc="learning",
+                leave=False, mininterval=0.5, file=sys.stderr,
             )  # fmt: skip
+            return
+        bar.set_postfix_str(f"reward {reward:.2f}", refresh=False)
         bar.update(done - bar.n)
-        if done % 100 == 0:
-            bar.set_postfix_str(f"reward {reward:.2f}", refresh=False)
 
     try:
-        policy = training.train(known, output, settings, resume=resume, tell=tell)
+        thrower = training.train(output, settings, thrown_on, resume=checkpoint, tell=tell)
     finally:
         if bar is not None:
             bar.close()
-    result = training.evaluate(
-        policy, known, settings, targets=targets,
+    say(f"the agent: {output / 'model.npz'}")
+    cases = evaluate.cases_of(settings, thrown_on, targets)
+    result = evaluate.judge(
+        thrower, cases, seed=settings.seed,
         through=lambda items, label: progress(items, label, unit="draw"),
     )  # fmt: skip
-    training.write_evaluation(output, result)
-    agent, planner = result["agent"], result["planner"]
-    say(
-        f"mean miss of {result['targets']} draws with skill {skill}: agent "
-        f"{100 * agent['mean_miss_with_error_m']:.0f} cm, planner "
-        f"{100 * planner['mean_miss_with_error_m']:.0f} cm; with exact throws "
-        f"{100 * agent['mean_miss_m']:.0f} cm and {100 * planner['mean_miss_m']:.1f} cm"
+    write_json(output / "evaluation.json", result)
+    over = result["agent_over_best"]
+    misses = ", ".join(
+        f"{name} {100 * result[who]['mean_miss_with_error_m']:.0f} cm"
+        for name, who in (("agent", "agent"), ("planner", "planner"), ("best possible", "best"))
     )
-    say(f"the agent: {output / 'model.npz'}")
+    say(
+        f"mean miss with skill {settings.skill}, draws {result['draws']}: {misses}; agent over "
+        f"best {over['ratio']:.2f} ({over['low']:.2f}-{over['high']:.2f})"
+    )
     print_json(result)

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
-import gymnasium
-
-import curling_env  # noqa: F401  (registers the environments)
 from curling_env.errors import InputError
 from curling_env.game import Call, Player, View, player_named
 from curling_env.game.players import player_names
 from curling_env.ice import Ice
-from curling_env.sheet import Direction
+from curling_env.sheet import Direction, tee
 from curling_env.throw import Throw
 
 
@@ -29,10 +25,10 @@ class TrainedPlayer(Player):
     """
 
     def __init__(self, path: str | Path) -> None:
-        from agents.training import load_policy
+        from agents.thrower import Thrower
 
         self.name = Path(path).stem
-        self._policy, _ = load_policy(path)
+        self._thrower = Thrower.load(path)
         self._throws: dict[Direction, tuple[Ice, Throw]] = {}
 
     def call(self, view: View) -> Call:
@@ -43,12 +39,8 @@ class TrainedPlayer(Player):
         return Call(throw=known[1], shot="draw to the button")
 
     def _throw(self, view: View) -> Throw:
-        env: Any = gymnasium.make(
-            "CurlingSheet-v0", ice=view.ice, direction=view.direction.name.lower()
-        ).unwrapped
-        observation, _ = env.reset(seed=0, options={"target": (0.0, 0.0)})
-        action, _ = self._policy.predict(observation, deterministic=True)
-        return env.throw_of(action)
+        speed, angle, spin, x = self._thrower.throws(view.ice, tee(view.direction))[0].tolist()
+        return Throw(speed=speed, angle=angle, spin=spin, x=x)
 
 
 def player_from(name: str) -> Player:

@@ -2,26 +2,69 @@ from __future__ import annotations
 
 import json
 import pickle
+import runpy
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+pytest.importorskip("stable_baselines3")
+
 from agents import training
-from agents.evaluate import house_targets, misses, planner_throws, rest_in_env
+from agents.configuration import (
+    ALGORITHMS,
+    TrainingSettings,
+    configuration,
+    settings_from,
+)
+from agents.evaluate import (
+    best_throw,
+    cases_of,
+    house_targets,
+    judge,
+    misses,
+    planner_throws,
+    rest_in_env,
+)
+from agents.ices import RandomIces
 from agents.models import read_model, write_model
-from agents.training import TrainingSettings
+from agents.thrower import Thrower
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.sheet import HOUSE_RADIUS, TEE_Y, Direction, tee
 from curling_env.skill import SKILLS, skill_named
 from curling_env.throw import Throw
 
-TINY = {"network": (8, 8), "batch_size": 8, "checkpoint_every": 0, "target": "button"}
+HYPERPARAMETERS = {
+    "sac": {"batch_size": 8, "train_freq": 1, "gradient_steps": 2, "learning_rate": "lin_1e-3"},
+    "td3": {"batch_size": 8, "learning_rate": 1e-3},
+    "ppo": {"batch_size": 16, "n_steps": 4, "n_epochs": 2, "learning_rate": "lin_1e-3"},
+}
 
 
-def tiny(**others: object) -> TrainingSettings:
-    return TrainingSettings(**{"steps": 24, **TINY, **others})
+def tiny(algorithm: str = "ppo", **others: object) -> TrainingSettings:
+    document = {
+        "algorithm": algorithm,
+        "n_timesteps": 48,
+        "n_envs": 4,
+        "policy_kwargs": {"net_arch": [8, 8]},
+        "normalize": True,
+        **HYPERPARAMETERS.get(algorithm, {}),
+        **others,
+    }
+    return settings_from(document)
+
+
+MANY = {
+    "ices": {"error": 0.01},
+    "n_envs": 32,
+    "n_timesteps": 256,
+    "env_kwargs": {"target": "random", "throw_range": {"speed": [1.8, 2.4]}},
+}
 
 
 # --- model files -------------------------------------------------------------------------------
@@ -110,104 +153,196 @@ def test_misses_are_those_of_the_throws() -> None:
 # --- training ----------------------------------------------------------------------------------
 
 
-def test_execution_error_reaches_the_throw() -> None:
-    ice = load_ice("standard")
-    exact = training.make_env(ice, tiny(skill="none"))
-    shaky = training.make_env(ice, tiny(skill="club"))
-    speeds: dict[str, list[float]] = {"exact": [], "shaky": []}
-    for name, env in (("exact", exact), ("shaky", shaky)):
-        env.reset(seed=3)
-        for _ in range(12):
-            env.reset()
-            *_, info = env.step(np.zeros(3, dtype=np.float32))
-            speeds[name].append(info["throw"].speed)
-    assert np.ptp(speeds["exact"]) == 0.0
-    assert 0.01 < np.std(speeds["shaky"]) < 0.06
+def weights_of(path: Path) -> dict[str, np.ndarray]:
+    return read_model(path)["policy"]
 
 
-@pytest.mark.parametrize("algorithm", training.ALGORITHMS)
+def assert_same_weights(a: Path, b: Path) -> None:
+    ours, theirs = weights_of(a), weights_of(b)
+    assert ours.keys() == theirs.keys()
+    for key, value in ours.items():
+        np.testing.assert_array_equal(value, theirs[key], err_msg=key)
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
 def test_trains_saves_and_loads(tmp_path: Path, algorithm: str) -> None:
-    pytest.importorskip("stable_baselines3")
-    settings = tiny(algorithm=algorithm)
-    policy = training.train("standard", tmp_path, settings)
-    loaded, saved = training.load_policy(tmp_path / "model.npz")
-    assert saved == settings
-    env = training.make_env(load_ice("standard"), settings)
-    observation, _ = env.reset(seed=1)
-    np.testing.assert_array_equal(
-        policy.predict(observation, deterministic=True)[0],
-        loaded.predict(observation, deterministic=True)[0],
-    )
-
-
-def test_resumes_from_a_checkpoint(tmp_path: Path) -> None:
-    pytest.importorskip("stable_baselines3")
-    training.train("standard", tmp_path, tiny(steps=20, checkpoint_every=10))
-    checkpoint = tmp_path / "checkpoint-0000010.npz"
-    assert (tmp_path / "checkpoint-0000020.npz").exists()
-    seen: list[int] = []
-    training.train(
-        "standard", tmp_path / "on", tiny(steps=30, checkpoint_every=10), resume=checkpoint,
-        tell=lambda steps, reward: seen.append(steps),
-    )  # fmt: skip
-    assert seen == list(range(11, 31))
-    whole = read_model(tmp_path / "on" / "checkpoint-0000030.npz")
-    assert len(whole["replay"]["rewards"]) == 30
-    # The throws made before the checkpoint are still in the memory of the resumed run.
-    before = read_model(checkpoint)["replay"]["actions"]
-    np.testing.assert_array_equal(whole["replay"]["actions"][:10], before)
-    with pytest.raises(InputError, match="network"):
-        training.train("standard", tmp_path, tiny(network=(4,)), resume=checkpoint)
-    with pytest.raises(InputError, match="finished model"):
-        training.train("standard", tmp_path, tiny(), resume=tmp_path / "model.npz")
-
-
-def test_the_same_seed_trains_the_same_agent(tmp_path: Path) -> None:
-    pytest.importorskip("stable_baselines3")
-    for name in ("a", "b"):
-        training.train("standard", tmp_path / name, tiny(seed=5))
-    a, b = (read_model(tmp_path / name / "model.npz")["policy"] for name in ("a", "b"))
-    for key, value in a.items():
-        np.testing.assert_array_equal(value, b[key])
+    settings = tiny(algorithm)
+    thrower = training.train(tmp_path, settings)
+    again = Thrower.load(tmp_path / "model.npz")
+    assert again.settings == settings
+    assert again.throw_range == thrower.throw_range
+    ice, targets = load_ice("standard"), [[0.3, TEE_Y], [-0.5, TEE_Y + 1.0]]
+    throws = thrower.throws(ice, targets)
+    assert throws.shape == (2, 4)
+    np.testing.assert_array_equal(throws, again.throws(ice, targets))
+    low, high = thrower.throw_range.speed
+    assert ((throws[:, 0] >= low) & (throws[:, 0] <= high)).all()
 
 
 @pytest.mark.parametrize(
-    "wrong",
-    [
-        {"algorithm": "dqn"},
-        {"target": "moon"},
-        {"skill": "god"},
-        {"steps": 0},
-        {"learning_rate": 2.0},
-        {"network": ()},
-    ],
+    ("algorithm", "others"), [("sac", {}), ("td3", {}), ("ppo", {}), ("ppo", MANY)]
 )
-def test_refuses_settings_that_make_no_sense(wrong: dict[str, object]) -> None:
-    with pytest.raises(InputError):
-        tiny(**wrong)
+def test_a_run_taken_up_again_ends_as_one_that_was_not_stopped(
+    tmp_path: Path, algorithm: str, others: dict[str, object]
+) -> None:
+    settings = tiny(algorithm, **others)
+    settings = training.with_settings(settings, checkpoint_every=settings.n_timesteps // 3)
+    training.train(tmp_path / "whole", settings)
+    first = sorted((tmp_path / "whole").glob("checkpoint-*.npz"))[0]
+    seen: list[int] = []
+    training.train(
+        tmp_path / "on", settings, resume=first, tell=lambda steps, reward: seen.append(steps)
+    )
+    assert seen[0] > settings.n_timesteps // 3
+    assert_same_weights(tmp_path / "whole" / "model.npz", tmp_path / "on" / "model.npz")
+    # Otherwise the same weights would say nothing: another seed ends elsewhere.
+    training.train(tmp_path / "other", training.with_settings(settings, seed=9))
+    ours, theirs = (
+        weights_of(tmp_path / "on" / "model.npz"),
+        weights_of(tmp_path / "other" / "model.npz"),
+    )
+    assert any((ours[key] != theirs[key]).any() for key in ours)
+
+
+def test_a_killed_run_ends_the_same_when_it_is_resumed(tmp_path: Path) -> None:
+    (tmp_path / "run.yml").write_text(
+        "algorithm: ppo\nn_timesteps: 8192\nn_envs: 64\nn_steps: 8\nbatch_size: 128\n"
+        "n_epochs: 4\nnormalize: true\ncheckpoint_every: 1024\nlearning_rate: lin_1e-3\n"
+        "policy_kwargs: {net_arch: [16]}\n"
+    )
+    script = (
+        "import sys; from agents.configuration import configuration;"
+        "from agents.training import train;"
+        "train(sys.argv[1], configuration(sys.argv[2]))"
+    )
+    command = [sys.executable, "-c", script, str(tmp_path / "killed"), str(tmp_path / "run.yml")]
+    run = subprocess.Popen(command)
+    deadline = time.monotonic() + 120
+    while not list((tmp_path / "killed").glob("checkpoint-*.npz")):
+        assert run.poll() is None, "it ended before it could be killed"
+        assert time.monotonic() < deadline, "no checkpoint within two minutes"
+        time.sleep(0.005)
+    run.send_signal(signal.SIGKILL)
+    assert run.wait() == -signal.SIGKILL
+    assert not (tmp_path / "killed" / "model.npz").exists()
+
+    checkpoint = training.latest_checkpoint(tmp_path / "killed")
+    settings = training.settings_of_run(checkpoint)
+    training.train(tmp_path / "killed", settings, resume=checkpoint)
+    training.train(tmp_path / "whole", configuration(tmp_path / "run.yml"))
+    assert_same_weights(tmp_path / "whole" / "model.npz", tmp_path / "killed" / "model.npz")
+
+
+def test_only_a_checkpoint_of_the_same_run_is_taken_up(tmp_path: Path) -> None:
+    settings = tiny(n_timesteps=32, checkpoint_every=16)
+    training.train(tmp_path, settings)
+    checkpoint = training.latest_checkpoint(tmp_path)
+    for other, words in (
+        ({"policy_kwargs": {"net_arch": [4]}}, "policy_kwargs"),
+        ({"seed": 2}, "seed"),
+        ({"skill": "elite"}, "skill"),
+    ):
+        with pytest.raises(InputError, match=words):
+            training.train(tmp_path, training.with_settings(settings, **other), resume=checkpoint)
+    with pytest.raises(InputError, match="another ice"):
+        training.train(tmp_path, settings, "fcv1", resume=checkpoint)
+    with pytest.raises(InputError, match="finished model"):
+        training.train(tmp_path, settings, resume=tmp_path / "model.npz")
+    with pytest.raises(InputError, match="no checkpoint"):
+        training.latest_checkpoint(tmp_path / "logs")
+
+
+def test_on_random_ices_a_policy_sees_no_more_than_it_is_told() -> None:
+    ices = RandomIces()
+    ice, _ = ices.draw(np.random.default_rng(0))
+    for knows, alike in (("map", False), ("nothing", True)):
+        sheets = training.sheets_of(tiny(**MANY, knows=knows), ice, num_envs=64)
+        sheets.seed(0)
+        seen = sheets.reset()
+        assert len({tuple(row[3:]) for row in seen.tolist()}) == (1 if alike else 2)
+        throws = [group.sheets.single.throw_range for group in sheets.groups]
+        assert throws[0] == throws[1]
+
+
+def test_learning_brings_the_stone_nearer(tmp_path: Path) -> None:
+    settings = tiny(
+        n_timesteps=24_000, n_envs=128, n_steps=8, batch_size=256, n_epochs=6, skill="elite",
+        learning_rate="lin_1e-2",
+        policy_kwargs={"net_arch": [16], "log_std_init": -1.0},
+        env_kwargs={
+            "target": [0.0, 0.0],
+            "throw_range": {"speed": [1.87, 2.33], "angle": [-0.12, 0.02], "spin": [0.5, 1.5]},
+            "weights": {"precision": 0.0, "in_house": 0.0, "out_of_play": 0.0},
+        },
+    )  # fmt: skip
+    ice = load_ice("standard")
+    before = training.train(tmp_path, training.with_settings(settings, n_timesteps=128))
+    after = training.train(tmp_path, settings)
+    cases = cases_of(settings, ice, 5)
+    assert len(cases) == 1  # the same ice and target five times would tell nothing more
+    first, last = judge(before, cases), judge(after, cases)
+    assert last["agent"]["mean_miss_with_error_m"] < 0.5 * first["agent"]["mean_miss_with_error_m"]
+    # The best possible throw misses least, or as little, but for its own search's noise.
+    assert last["agent_over_best"]["ratio"] > 0.98
+    assert first["agent_over_best"]["low"] > 1.5
+
+
+def test_the_best_throw_under_errors_misses_no_more_than_the_planned() -> None:
+    ices = RandomIces()
+    for k in range(2):
+        ice, _ = ices.draw(np.random.default_rng(k))
+        target = np.array([0.5, TEE_Y - 0.5])
+        skill = SKILLS["club"]
+        throws = np.stack(
+            [best_throw(ice, target, skill), planner_throws(ice, target[None], skill)[0]]
+        )
+        made = misses(ice, throws, np.stack([target, target]), skill, seed=7, trials=2048)
+        best, planned = made.with_error.mean(axis=1)
+        assert best <= 1.01 * planned
 
 
 def test_command_judges_the_agent_beside_the_planner(curling, tmp_path: Path) -> None:
-    pytest.importorskip("stable_baselines3")
-    result = curling(
-        "train", "--ice", "standard", "-o", tmp_path / "run", "--steps", 40, "--target", "button",
-        "--checkpoint-every", 0,
-    )  # fmt: skip
+    (tmp_path / "tiny.yml").write_text(
+        "algorithm: ppo\nn_envs: 8\nn_steps: 4\nbatch_size: 16\nn_timesteps: 64\n"
+        "env_kwargs: {target: [0, 0]}\ncheckpoint_every: 32\neval_freq: 32\n"
+    )
+    run = tmp_path / "run"
+    result = curling("train", "--config", tmp_path / "tiny.yml", "-o", run)
     assert result.status == 0, result.err
     judged = result.json()
-    assert judged == json.loads((tmp_path / "run" / "evaluation.json").read_text())
+    assert judged == json.loads((run / "evaluation.json").read_text())
     assert judged["planner"]["mean_miss_m"] < 5e-3
-    # Forty throws teach little: the planner throws the same errors and misses less.
-    assert judged["agent_over_planner_with_error"] > 1.0
+    # A few throws teach little: the planner throws the same errors and misses less.
+    assert judged["agent_over_best"]["low"] > 1.0
     assert "planner" in result.err
+    log = next((run / "logs").glob("*/progress.csv")).read_text()
+    assert "eval/mean_reward" in log
+    on = curling("train", "--resume", run, "-o", tmp_path / "on")
+    assert on.status == 0, on.err
+    assert_same_weights(run / "model.npz", tmp_path / "on" / "model.npz")
+
+
+def test_the_example_script_trains_judges_and_throws(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    script = Path(__file__).parents[2] / "scripts" / "train.py"
+    assert len(script.read_text().splitlines()) < 60
+    monkeypatch.setattr(sys, "argv", [str(script), "--steps", "256", "-o", str(tmp_path / "run")])
+    runpy.run_path(str(script), run_name="__main__")
+    said = capsys.readouterr().out
+    assert "agent over best" in said
+    assert "to the button" in said
 
 
 def test_command_refuses_in_one_line(curling, tmp_path: Path) -> None:
     (tmp_path / "not.npz").write_text("nothing")
+    (tmp_path / "bad.yml").write_text("algorithm: ppo\nlerning_rate: 1")
     for arguments, words in (
-        (["--algorithm", "dqn"], "algorithm must be one of sac, td3, ppo"),
+        (["--config", tmp_path / "bad.yml"], "unknown key 'lerning_rate'"),
+        (["--config", "nowhere"], "nowhere: no such configuration file"),
         (["--ice", "nowhere.json"], "nowhere.json"),
         (["--resume", tmp_path / "not.npz"], "not.npz: is not a trained model"),
+        (["--resume", tmp_path], "holds no checkpoint"),
     ):
         full = ["train", "-o", tmp_path / "run", "--steps", 10, *arguments]
         assert words in curling(*full).complaint

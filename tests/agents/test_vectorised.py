@@ -12,7 +12,9 @@ sb3 = pytest.importorskip("stable_baselines3")
 
 from stable_baselines3.common.evaluation import evaluate_policy  # noqa: E402
 
-from agents.vectorised import Sheets  # noqa: E402
+from agents.ices import RandomIces  # noqa: E402
+from agents.vectorised import Sheets, SheetsOnManyIces  # noqa: E402
+from curling_env.envs.action import ThrowRange  # noqa: E402
 from curling_env.errors import InputError  # noqa: E402
 
 N = 8
@@ -97,3 +99,41 @@ def test_other_environments_are_refused():
         Sheets(gymnasium.make_vec("CartPole-v1", num_envs=2))
     with pytest.raises(InputError, match="share"):
         sheets().set_attr("ice", None)
+
+
+def many(**others) -> SheetsOnManyIces:
+    options = {
+        "ices": RandomIces(), "groups": 2, "throw_range": ThrowRange(speed=(1.8, 2.4)), **others,
+    }  # fmt: skip
+    return SheetsOnManyIces(N, **options)
+
+
+def test_many_ices_are_new_ones_every_few_throws_and_the_same_for_a_seed():
+    def run(seed: int) -> tuple[list, list]:
+        envs = many(throws_on_one=2, skill="club")
+        envs.seed(seed)
+        seen, rewards = [envs.reset()], []
+        for _ in range(4):
+            observation, reward, over, infos = envs.step(np.zeros((N, 3), dtype=np.float32))
+            seen.append(observation)
+            rewards.append(reward)
+            assert over.all()
+            assert all(info["terminal_observation"].shape == seen[0][0].shape for info in infos)
+        return seen, rewards
+
+    seen, rewards = run(3)
+    again, rewards_again = run(3)
+    np.testing.assert_array_equal(seen, again)
+    np.testing.assert_array_equal(rewards, rewards_again)
+    ices = [{tuple(row[3:]) for row in observation.tolist()} for observation in seen]
+    assert [len(some) for some in ices] == [2] * 5
+    assert ices[0] == ices[1]
+    assert not ices[1] & ices[2]
+    assert not np.array_equal(seen[0], run(4)[0][0])
+
+
+def test_many_ices_want_a_range_of_throws_that_tells_nothing():
+    with pytest.raises(InputError, match="throw_range"):
+        many(throw_range=None)
+    with pytest.raises(InputError, match="evenly"):
+        many(groups=3)

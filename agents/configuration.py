@@ -1,0 +1,260 @@
+"""How a training run is described: a YAML file in the manner of RL Zoo, or the settings it makes.
+
+A file names the algorithm, the throws in all, the policy and the environment; every other key is a
+parameter of the algorithm in stable-baselines3. What nobody knows is refused by name.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field, fields, replace
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from agents.ices import KNOWN, RandomIces
+from curling_env.envs.action import ThrowRange
+from curling_env.envs.reward import RewardWeights
+from curling_env.envs.sheet import CurlingSheetEnv
+from curling_env.errors import InputError
+from curling_env.skill import skill_named
+from curling_env.storage import read_text
+
+ALGORITHMS = ("sac", "td3", "ppo")
+POLICY_KWARGS = ("net_arch", "activation_fn", "log_std_init")
+ACTIVATIONS = ("tanh", "relu", "elu")
+_OURS = frozenset(
+    {"self", "policy", "env", "policy_kwargs", "seed", "device", "verbose", "tensorboard_log"}
+    | {"_init_setup_model", "rollout_buffer_class", "rollout_buffer_kwargs", "action_noise"}
+    | {"replay_buffer_class", "replay_buffer_kwargs"}
+)
+"""Parameters of the algorithms that are not hyperparameters, or that no text can give."""
+_NOT_OURS = frozenset({"self", "ice", "known_ice", "fps", "render_mode"})
+"""Parameters of the environment that a configuration does not choose."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainingSettings:
+    """What is learnt, and how.
+
+    Parameters
+    ----------
+    algorithm : ``sac``, ``td3`` or ``ppo``
+    n_timesteps : throws in all
+    n_envs : sheets side by side
+    policy : of stable-baselines3; ``MlpPolicy``
+    policy_kwargs : `net_arch` (units of the hidden layers), `activation_fn` (tanh, relu or elu),
+        `log_std_init` (of PPO's first spread)
+    normalize : whether observations are centred and scaled by their spread over the ices and
+        targets of the task; what never changes there is then left out
+    env_kwargs : options of `CurlingSheet-v0`; `throw_range` and `weights` as mappings
+    skill : of the hand that carries out what the agent means, while it learns and when it is judged
+    ices : the ices it learns on, where it is not one
+    knows : of each of them: ``map`` (the estimated map), ``mean`` (its mean friction) or
+        ``nothing``
+    noise : spread of the actions that TD3 explores with
+    hyperparameters : of the algorithm; a number may be a schedule, ``lin_1e-3`` (falls to zero)
+    checkpoint_every : throws between checkpoints; 0 for none
+    eval_freq : throws between evaluations; 0 for none
+    seed : of all randomness
+
+    Raises
+    ------
+    InputError : a setting that makes no sense, or that nobody knows
+    """
+
+    algorithm: str = "sac"
+    n_timesteps: int = 20_000
+    n_envs: int = 1
+    policy: str = "MlpPolicy"
+    policy_kwargs: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    normalize: bool = False
+    env_kwargs: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    skill: str = "club"
+    ices: RandomIces | None = None
+    knows: str = "map"
+    noise: float = 0.1
+    hyperparameters: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    checkpoint_every: int = 0
+    eval_freq: int = 0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        _one_of("algorithm", self.algorithm, ALGORITHMS)
+        _one_of("policy", self.policy, ("MlpPolicy",))
+        _one_of("knows", self.knows, KNOWN)
+        skill_named(self.skill)
+        for name, least in (
+            ("n_timesteps", 1), ("n_envs", 1), ("seed", 0), ("checkpoint_every", 0),
+            ("eval_freq", 0),
+        ):  # fmt: skip
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int) or value < least:
+                raise InputError(f"{name} must be a whole number of at least {least}, got {value}")
+        _known_keys("policy_kwargs", self.policy_kwargs, POLICY_KWARGS)
+        _known_keys("env_kwargs", self.env_kwargs, _options_of_environment())
+        _known_keys("the settings", self.hyperparameters, _hyperparameters_of(self.algorithm))
+        layers = self.policy_kwargs.get("net_arch", [64])
+        if not isinstance(layers, list | tuple) or not all(
+            isinstance(units, int) and units >= 1 for units in layers
+        ):
+            raise InputError(f"net_arch must list layers of one unit or more, got {layers!r}")
+        if "activation_fn" in self.policy_kwargs:
+            _one_of("activation_fn", self.policy_kwargs["activation_fn"], ACTIVATIONS)
+        if self.ices is not None and self.env_kwargs.get("throws", 1) != 1:
+            raise InputError("on random ices an episode has one throw")
+        for value in self.hyperparameters.values():
+            schedule_of(value)
+        self.environment()
+
+    def environment(self) -> dict[str, Any]:
+        """`env_kwargs` as `CurlingSheetEnv` takes them."""
+        options = dict(self.env_kwargs)
+        for name, kind in (("throw_range", ThrowRange), ("weights", RewardWeights)):
+            if name in options:
+                options[name] = _made(kind, name, options[name])
+        return options
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers and text, as `settings_from` reads them."""
+        document = {**asdict(self), **self.hyperparameters}
+        del document["hyperparameters"]
+        if self.ices is None:
+            del document["ices"]
+        return document
+
+
+def settings_from(document: Any, **others: Any) -> TrainingSettings:
+    """Settings from the mapping that a configuration file holds.
+
+    Parameters
+    ----------
+    others : settings that count instead of the mapping's
+
+    Raises
+    ------
+    InputError : an unknown key, or a value that makes no sense
+    """
+    if not isinstance(document, dict) or not all(isinstance(key, str) for key in document):
+        raise InputError("expected settings by name")
+    given = {**document, **others}
+    ours = {f.name for f in fields(TrainingSettings)} - {"hyperparameters"}
+    ices = given.get("ices")
+    if ices is not None and not isinstance(ices, RandomIces):
+        given["ices"] = _made(RandomIces, "ices", ices)
+    settings = {name: value for name, value in given.items() if name in ours}
+    rest = {name: _number(value) for name, value in given.items() if name not in ours}
+    for name in ("policy_kwargs", "env_kwargs"):
+        if not isinstance(settings.get(name, {}), dict):
+            raise InputError(f"{name} must be a mapping, got {settings[name]!r}")
+    return TrainingSettings(**settings, hyperparameters=rest)
+
+
+def configuration(name: str | Path, **others: Any) -> TrainingSettings:
+    """Settings from a configuration file, or from one of the project's by its name.
+
+    Raises
+    ------
+    InputError : no such file, or one that describes no training
+    """
+    import yaml
+
+    where: Any = Path(name)
+    if str(name) in configurations():
+        where = files("agents").joinpath("configurations", f"{name}.yml")
+    elif not where.is_file():
+        raise InputError(
+            f"no such configuration file, and not one of {', '.join(configurations())}", source=name
+        )
+    try:
+        document = yaml.safe_load(read_text(where))
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        place = None if mark is None else f"line {mark.line + 1}"
+        raise InputError("is not YAML", source=name, where=place) from error
+    try:
+        return settings_from(document, **others)
+    except InputError as error:
+        raise InputError(error.problem, source=name, where=error.where) from error
+
+
+def configurations() -> list[str]:
+    """Names of the project's own configurations."""
+    folder = files("agents").joinpath("configurations")
+    return sorted(Path(f.name).stem for f in folder.iterdir() if f.name.endswith(".yml"))
+
+
+def schedule_of(value: Any) -> float | Callable[[float], float] | Any:
+    """A hyperparameter as stable-baselines3 takes it: ``lin_x`` falls from x to zero.
+
+    Raises
+    ------
+    InputError : a schedule that is none
+    """
+    if not isinstance(value, str) or "_" not in value:
+        return value
+    kind, _, start = value.partition("_")
+    if kind == "auto":  # SAC's own way to say how its entropy coefficient begins
+        return value
+    try:
+        first = float(start)
+    except ValueError:
+        first = np.nan
+    if kind != "lin" or not np.isfinite(first):
+        raise InputError(f"a schedule is lin_ and a number, such as lin_1e-3, got {value!r}")
+    return lambda remaining: first * remaining
+
+
+def with_settings(settings: TrainingSettings, **others: Any) -> TrainingSettings:
+    """The same settings with some others; those that are None stay as they are."""
+    return replace(settings, **{name: v for name, v in others.items() if v is not None})
+
+
+# --- what is allowed ------------------------------------------------------------------------------
+
+
+def _hyperparameters_of(algorithm: str) -> list[str]:
+    import stable_baselines3 as sb3
+
+    parameters = inspect.signature(getattr(sb3, algorithm.upper())).parameters
+    return sorted(set(parameters) - _OURS)
+
+
+def _options_of_environment() -> list[str]:
+    return sorted(set(inspect.signature(CurlingSheetEnv).parameters) - _NOT_OURS)
+
+
+def _one_of(name: str, value: Any, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise InputError(f"{name} must be one of {', '.join(choices)}, got {value!r}")
+
+
+def _known_keys(where: str, given: Mapping[str, Any], known: Any) -> None:
+    unknown = sorted(set(given) - set(known))
+    if unknown:
+        raise InputError(f"unknown key {unknown[0]!r} in {where}; known are {', '.join(known)}")
+
+
+def _made(kind: type, name: str, given: Any) -> Any:
+    """A dataclass from a mapping; lists become tuples, as it holds them."""
+    if not isinstance(given, dict):
+        raise InputError(f"{name} must be a mapping, got {given!r}")
+    _known_keys(name, given, [f.name for f in fields(kind)])
+    values = {k: tuple(v) if isinstance(v, list) else _number(v) for k, v in given.items()}
+    try:
+        return kind(**values)
+    except TypeError as error:
+        raise InputError(f"{name}: {error}") from error
+
+
+def _number(value: Any) -> Any:
+    """YAML reads 1e-3, which has no point, as text."""
+    if isinstance(value, str):
+        try:
+            return float(value)
+        except ValueError:
+            return value
+    return value

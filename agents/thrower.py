@@ -1,0 +1,159 @@
+"""A trained policy, and what it throws at a target on an ice it is told of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from agents.configuration import TrainingSettings, schedule_of, settings_from
+from agents.models import read_model
+from agents.planning.search import direction_to
+from curling_env.envs.action import ThrowRange, throws_on
+from curling_env.envs.opening import opening
+from curling_env.envs.sheet import CurlingSheetEnv
+from curling_env.envs.tasks import task_named
+from curling_env.errors import InputError
+from curling_env.ice import Ice, load_ice
+from curling_env.sheet import Direction, to_delivery
+
+Floats = NDArray[np.float64]
+
+
+class Policy(Protocol):
+    """Anything that turns an observation into an action: a stable-baselines3 policy or model."""
+
+    def predict(self, observation: Any, *, deterministic: bool = False) -> tuple[Any, Any]:
+        """The action, and a state that is not used."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class Thrower:
+    """Throws as a policy learnt to.
+
+    Parameters
+    ----------
+    policy : that was trained
+    settings : it was trained with
+    throw_range : that its actions choose from
+    """
+
+    policy: Policy
+    settings: TrainingSettings
+    throw_range: ThrowRange
+
+    @classmethod
+    def load(cls, path: str | Path) -> Thrower:
+        """A thrower from the file of its model; nothing in the file is executed.
+
+        Raises
+        ------
+        InputError : no such file, or not a trained model of this project
+        """
+        document = read_model(path)
+        try:
+            settings = settings_from(document["settings"])
+            throws = ThrowRange(**{k: tuple(v) for k, v in document["throws"].items()})
+        except (InputError, KeyError, TypeError, AttributeError) as error:
+            problem = error.problem if isinstance(error, InputError) else None
+            raise InputError(
+                problem or "is not a trained model of this project", source=path
+            ) from error
+        try:
+            policy = _policy_of(settings, int(document["observation_size"]))
+            policy.load_state_dict(tensors(document["policy"]))
+        except (KeyError, TypeError, ValueError, RuntimeError) as error:
+            raise InputError("holds weights that do not fit its settings", source=path) from error
+        policy.set_training_mode(False)
+        return cls(policy=policy, settings=settings, throw_range=throws)
+
+    def throws(self, known: Ice, targets: ArrayLike) -> Floats:
+        """What it throws at each target, (n, 4) speed, angle, spin and offset at the hog line.
+
+        Parameters
+        ----------
+        known : the ice as it is known
+        targets : (n, 2) sheet frame, all in one half of the sheet [m]
+        """
+        targets = np.asarray(targets, dtype=np.float64).reshape(-1, 2)
+        direction = direction_to(targets[0])
+        if self.settings.ices is not None:
+            known = self.settings.ices.told(known, self.settings.knows)
+        options = {**self.settings.environment(), "throw_range": self.throw_range}
+        env = CurlingSheetEnv(known, **{**options, "direction": direction})
+        seen = [
+            env.reset(options={"target": tuple(place)})[0]
+            for place in to_delivery(targets, direction)
+        ]
+        actions, _ = self.policy.predict(np.stack(seen), deterministic=True)
+        numbers = self.throw_range.numbers_of(actions)
+        return np.column_stack([numbers, np.zeros(len(numbers))])
+
+
+def throw_range_of(settings: TrainingSettings, ice: Ice) -> ThrowRange:
+    """The throws that actions choose from: as configured, else those worth offering on the ice."""
+    options = settings.environment()
+    if "throw_range" in options:
+        return options["throw_range"]
+    choices = {name: options.get(name, default) for name, default in _OPENING.items()}
+    task = task_named(options.get("task", "draw"))
+    stones = opening(choices, ice, task).stone_count
+    return throws_on(
+        load_ice(settings.ices.base) if settings.ices else ice, Direction.AWAY, hits=stones > 0
+    )
+
+
+_OPENING: dict[str, Any] = {"target": None, "stones": (), "direction": "away", "level": None}
+
+
+def policy_kwargs_of(
+    settings: TrainingSettings, centre: Any = None, spread: Any = None
+) -> dict[str, Any]:
+    """`policy_kwargs` as stable-baselines3 takes them."""
+    from torch import nn
+
+    from agents.standardised import Standardised
+
+    kinds = {"tanh": nn.Tanh, "relu": nn.ReLU, "elu": nn.ELU}
+    given = dict(settings.policy_kwargs)
+    if "net_arch" in given:
+        given["net_arch"] = list(given["net_arch"])
+    if "activation_fn" in given:
+        given["activation_fn"] = kinds[given["activation_fn"]]
+    if settings.normalize:
+        given["features_extractor_class"] = Standardised
+        given["features_extractor_kwargs"] = {"centre": centre, "spread": spread}
+    return given
+
+
+def _policy_of(settings: TrainingSettings, size: int) -> Any:
+    from gymnasium import spaces
+    from stable_baselines3.ppo.policies import MlpPolicy as PpoPolicy
+    from stable_baselines3.sac.policies import MlpPolicy as SacPolicy
+    from stable_baselines3.td3.policies import MlpPolicy as Td3Policy
+
+    kinds: dict[str, Any] = {"sac": SacPolicy, "td3": Td3Policy, "ppo": PpoPolicy}
+    rate = schedule_of(settings.hyperparameters.get("learning_rate", 3e-4))
+    return kinds[settings.algorithm](
+        spaces.Box(-1.0, 1.0, (size,), dtype=np.float32),
+        spaces.Box(-1.0, 1.0, (3,), dtype=np.float32),
+        rate if callable(rate) else lambda _: float(rate),
+        **policy_kwargs_of(settings),
+    )
+
+
+def tensors(value: Any) -> Any:
+    """Arrays of a nested document as tensors."""
+    import torch
+
+    if isinstance(value, np.ndarray):
+        return torch.from_numpy(value.copy())
+    if isinstance(value, dict):
+        return {key: tensors(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [tensors(item) for item in value]
+    return value
