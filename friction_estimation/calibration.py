@@ -12,9 +12,9 @@ from scipy.optimize import minimize_scalar
 Floats = NDArray[np.float64]
 
 FOCAL_RANGE = (0.25, 8.0)
-"""Focal lengths tried, in image widths: from a 127° fisheye-like view to a 7° telephoto."""
+"""Focal lengths tried, in longer sides of the image: from a 127° to a 7° view."""
 FOCAL_PRIOR = (1.0, 1.5)
-"""Median and spread (in log) of rink cameras' focal lengths, in image widths.
+"""Median and spread (in log) of rink cameras' focal lengths, in the same.
 
 Weak on purpose: it decides only where the points cannot, as for a camera that looks straight down.
 """
@@ -95,10 +95,10 @@ def solve_focal_px(
 
     Chosen by how well the best pose fits, with a weak prior where the points cannot tell.
     """
-    width = size[0]
+    side = max(size)
 
     def cost(log_ratio: float) -> float:
-        focal = float(np.exp(log_ratio)) * width
+        focal = float(np.exp(log_ratio)) * side
         matrix = np.array([[focal, 0, size[0] / 2], [0, focal, size[1] / 2], [0, 0, 1.0]])
         pose = pose_from_points(sheet_points, points_px, matrix, distortion)
         misfit = 1e6 if pose is None else len(points_px) * pose.rms_px**2
@@ -109,4 +109,4 @@ def solve_focal_px(
     best = int(np.argmin(costs))
     low, high = tried[max(best - 1, 0)], tried[min(best + 1, len(tried) - 1)]
     found = minimize_scalar(cost, bounds=(low, high), method="bounded", options={"xatol": 1e-6})
-    return float(np.exp(found.x)) * width
+    return float(np.exp(found.x)) * side

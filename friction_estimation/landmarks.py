@@ -8,7 +8,7 @@ it was expected, and then each for itself.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import lru_cache
 
 import cv2
@@ -44,6 +44,9 @@ SAMPLE_PX = 0.5
 """Step of the readings along a normal."""
 GROUP = 12
 """Readings that are first made together."""
+RINGS = ("12-foot ring", "8-foot ring", "4-foot ring", "button")
+CURVES = ("border", "hog line", "centre line", *RINGS)
+"""What is painted, by name."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -58,6 +61,7 @@ class Marks:
     clear : (n,) distance along the normal to the next thing that is painted [m]
     group : (n,) neighbours that are read together
     strong : (n,) whether the curve is told from all others at a glance: hog lines and the border
+    curve : (n,) index of its name in `CURVES`
     """
 
     xy: Floats
@@ -66,6 +70,15 @@ class Marks:
     clear: Floats
     group: NDArray[np.int64]
     strong: NDArray[np.bool_]
+    curve: NDArray[np.int64]
+
+    def __getitem__(self, chosen: NDArray[np.bool_]) -> Marks:
+        """The marks of which a flag (n,) is set."""
+        return Marks(**{item.name: getattr(self, item.name)[chosen] for item in fields(self)})
+
+    def of(self, *names: str) -> NDArray[np.bool_]:
+        """Whether each mark lies on one of the curves of these names, (n,)."""
+        return np.isin(self.curve, [CURVES.index(name) for name in names])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,7 +109,7 @@ def marks_of(sheet: Sheet) -> Marks:
     ------
     World Curling, rule book, R1.
     """
-    rows: list[tuple[Floats, Floats, float, float, bool]] = []
+    rows: list[tuple[Floats, Floats, float, float, str]] = []
     side, end = sheet.width / 2, sheet.length / 2
     along, across = np.array([0.0, 1.0]), np.array([1.0, 0.0])
 
@@ -107,11 +120,11 @@ def marks_of(sheet: Sheet) -> Marks:
         count: int,
         width: float,
         clear: float,
-        strong: bool,
+        curve: str,
     ) -> None:
         share = (np.arange(count) + 0.5)[:, None] / count
         points = start + share * (stop - start)
-        rows.append((points, np.tile(normal, (count, 1)), width, clear, strong))
+        rows.append((points, np.tile(normal, (count, 1)), width, clear, curve))
 
     for s in (-1.0, 1.0):
         line(
@@ -121,7 +134,7 @@ def marks_of(sheet: Sheet) -> Marks:
             216,
             0.0,
             side - RING_RADII[0],
-            True,
+            "border",
         )
         line(
             -side * across + s * end * along,
@@ -130,7 +143,7 @@ def marks_of(sheet: Sheet) -> Marks:
             48,
             0.0,
             end - HACK_Y - 0.21,
-            True,
+            "border",
         )
         hog = s * (HOG_LINE_Y + HOG_LINE_WIDTH / 2)
         line(
@@ -140,7 +153,7 @@ def marks_of(sheet: Sheet) -> Marks:
             60,
             HOG_LINE_WIDTH,
             1.0,
-            True,
+            "hog line",
         )
         line(
             s * (TEE_Y - RING_RADII[0] - 0.1) * along,
@@ -149,29 +162,30 @@ def marks_of(sheet: Sheet) -> Marks:
             96,
             LINE_WIDTH,
             1.0,
-            False,
+            "centre line",
         )
         around = (np.arange(96) + 0.5) * 2 * np.pi / 96
         normal = np.column_stack([np.cos(around), np.sin(around)])
-        for k, radius in enumerate(RING_RADII):
+        for k, (name, radius) in enumerate(zip(RINGS, RING_RADII, strict=True)):
             gaps = np.abs(
                 np.array([*RING_RADII[:k], *RING_RADII[k + 1 :], 2 * side - RING_RADII[0]]) - radius
             )
-            rows.append(
-                (radius * normal + s * TEE_Y * along, normal, 0.0, min(gaps.min(), radius), False)
-            )
+            clear = min(float(gaps.min()), radius)
+            rows.append((radius * normal + s * TEE_Y * along, normal, 0.0, clear, name))
     xy = np.concatenate([row[0] for row in rows])
     groups, first = [], 0
     for row in rows:
         groups.append(first + np.arange(len(row[0])) // GROUP)
         first = groups[-1][-1] + 1
+    curve = np.concatenate([np.full(len(row[0]), CURVES.index(row[4])) for row in rows])
     marks = Marks(
         xy=xy,
         normal=np.concatenate([row[1] for row in rows]),
         width=np.concatenate([np.full(len(row[0]), row[2]) for row in rows]),
         clear=np.concatenate([np.full(len(row[0]), row[3]) for row in rows]),
         group=np.concatenate(groups),
-        strong=np.concatenate([np.full(len(row[0]), row[4]) for row in rows]),
+        strong=np.isin(curve, [CURVES.index(name) for name in ("border", "hog line")]),
+        curve=curve,
     )
     return _without_crossings(marks)
 
@@ -192,15 +206,7 @@ def _without_crossings(marks: Marks) -> Marks:
         & ((np.abs(depth - TEE_Y) < 0.1) | (np.abs(depth - BACK_LINE_Y) < 0.1))
     )
     bad |= ~ring & ~upright & (np.abs(x) < 0.3)
-    keep = ~bad
-    return Marks(
-        xy=marks.xy[keep],
-        normal=marks.normal[keep],
-        width=marks.width[keep],
-        clear=marks.clear[keep],
-        group=marks.group[keep],
-        strong=marks.strong[keep],
-    )
+    return marks[~bad]
 
 
 def brightness(image: NDArray[np.uint8] | NDArray[np.float32]) -> NDArray[np.float32]:
@@ -229,15 +235,14 @@ def read_marks(
     """
     there, normal_px, scale = _seen(camera, marks)
     width_px = np.clip(marks.width * scale, MIN_STRIPE_PX, MAX_STRIPE_PX)
-    reach = search_px + OWN_SEARCH_PX + 2.0
     rows, columns = grey.shape
     margin = 4.0
-    ends = np.stack([there - reach * normal_px, there + reach * normal_px])
     with np.errstate(invalid="ignore"):
+        # A search may run out of the image: there is no edge out there to be misled by.
         inside = (
-            (ends >= np.array(origin_px) + margin)
-            & (ends <= np.add(origin_px, (columns - 1 - margin, rows - 1 - margin)))
-        ).all(axis=(0, 2))
+            (there >= np.array(origin_px) + margin)
+            & (there <= np.add(origin_px, (columns - 1 - margin, rows - 1 - margin)))
+        ).all(axis=1)
         usable = inside & (marks.clear * scale > CLEAR_PX)
         usable &= (marks.width == 0) | (marks.width * scale < MAX_STRIPE_PX)
     if only_strong:

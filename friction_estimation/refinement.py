@@ -8,6 +8,7 @@ leading terms of its distortion.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import cv2
@@ -38,15 +39,75 @@ MIN_READINGS = 60
 MIN_SHARE = 0.25
 """Of the marks that should be seen; fewer found are chance."""
 FOCALS = (0.35, 0.6, 1.0, 1.7)
-"""Focal lengths tried where the points cannot tell, in image widths."""
+"""Focal lengths tried where the points cannot tell, in the longer sides of the image."""
 BENDS = (-0.3, -0.22, -0.15, -0.09, -0.04, 0.0, 0.05)
-"""Distortions tried: share by which the image's side is moved."""
+"""Distortions tried: share by which the longer side's end is moved."""
 CAMERA_HEIGHT = (8.0, 0.5)
 """Median height of rink cameras [m] and its spread (in log): halls, galleries and tripods. It
 decides only where the paint cannot, as for a camera that looks straight down."""
+MEASURED_HEIGHT = 0.01
+"""Standard error of a camera's height that somebody measured, in log."""
 BEND_SPREAD = 0.3
 """How far lenses bend the image's side, as a share."""
+MIDDLE_SPREAD = 0.2
+"""How far from its middle the axis of a cut picture may lie, in halves of its longer side."""
+ASPECT_SPREAD = 0.15
+"""How far a picture may be stretched, in log."""
 OUTLIER = 3.0
+ROUNDS = 12
+STEP = 1e-5
+"""Of each free parameter, for its derivative."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FreeLens:
+    """What of a lens is not known.
+
+    Parameters
+    ----------
+    focal : the focal length
+    bends : the two leading terms of the distortion
+    frame : where the axis meets the picture, and how far the picture was stretched: of pictures
+        that were cut out of others, as those of club cameras often are
+    """
+
+    focal: bool = False
+    bends: bool = False
+    frame: bool = False
+
+    @property
+    def count(self) -> int:
+        """Number of free parameters of the lens."""
+        return self.focal + 2 * self.bends + 3 * self.frame
+
+    def changes(self, delta: Floats) -> tuple[float, Floats, Floats]:
+        """The log focal length, the bends (2,) and the frame (3,) out of a step; 0 where fixed."""
+        focal, bends, frame = 0.0, np.zeros(2), np.zeros(3)
+        if len(delta):
+            if self.focal:
+                focal = float(delta[0])
+            if self.bends:
+                bends = delta[self.focal : self.focal + 2]
+            if self.frame:
+                frame = delta[-3:]
+        return focal, bends, frame
+
+    def known(self, camera: Camera) -> tuple[Floats, Floats]:
+        """Where the lens stands in what lenses are like: values and their weights, (count,)."""
+        values, weights = np.zeros(self.count), np.zeros(self.count)
+        half = _half(camera)
+        if self.bends:
+            at = slice(self.focal, self.focal + 2)
+            values[at], weights[at] = _bends(camera), BEND_SPREAD**-2
+        if self.frame:
+            middle = np.array(camera.size) / 2
+            values[-3:-1] = (camera.matrix[:2, 2] - middle) / half
+            values[-1] = np.log(camera.matrix[1, 1] / camera.matrix[0, 0])
+            weights[-3:] = [MIDDLE_SPREAD**-2, MIDDLE_SPREAD**-2, ASPECT_SPREAD**-2]
+        return values, weights
+
+
+KNOWN_LENS = FreeLens()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,8 +121,8 @@ class Refined:
     rms_px : of these readings [px]
     before_px : of the same readings with the camera as it was [px]
     covariance : (m, m) of the free parameters: turn about the camera's axes [rad], shift in the
-        camera's frame [m], and, where the lens was unknown, log focal length and two bends
-    free_focal, free_bends : what of the lens was fitted
+        camera's frame [m], and what was unknown of the lens
+    lens : what of the lens was fitted
     """
 
     camera: Camera
@@ -69,19 +130,18 @@ class Refined:
     rms_px: float
     before_px: float
     covariance: Floats
-    free_focal: bool
-    free_bends: bool
+    lens: FreeLens
 
     @property
     def log_focal_sigma(self) -> float:
         """Standard error of the logarithm of the focal length; 0 where it was given."""
-        return float(np.sqrt(self.covariance[6, 6])) if self.free_focal else 0.0
+        return float(np.sqrt(self.covariance[6, 6])) if self.lens.focal else 0.0
 
     def moved(self, parameter: int, step: float) -> Camera:
         """The camera with one free parameter changed."""
         delta = np.zeros(len(self.covariance))
         delta[parameter] = step
-        return _moved(self.camera, delta, self.free_focal)
+        return _moved(self.camera, delta, self.lens)
 
 
 def refine(
@@ -99,31 +159,62 @@ def refine(
     image : (rows, columns, 3) BGR, best without what moves; may be a part of the frame
     origin_px : column and row of the image's upper left pixel in the frame
     """
-    free_focal = scene.camera_matrix is None
-    free_bends = scene.distortion is None
-    grey = brightness(image)
+    lens = FreeLens(focal=scene.camera_matrix is None, bends=scene.distortion is None)
     fit = _Fit(
-        grey=grey,
+        grey=brightness(image),
         origin=origin_px,
         marks=marks_of(scene.sheet),
-        scene=scene,
-        free_focal=free_focal,
-        free_bends=free_bends,
+        sheet_points=scene.sheet_points,
+        points_px=scene.points_px,
+        lens=lens,
     )
-    if free_focal or free_bends:
-        starts = _starts(camera, scene, free_focal)
-        tried = [fit.approach(start, WIDEST_PX, lens=False) for start in starts]
-        tried = [found for found in tried if found is not None]
-        tried.sort(key=fit.cost)
-        found = [fit.approach(start, (6.0,), lens=True) for start in tried[:4]]
-        ends = [fit.approach(c, NARROW_PX, lens=True) for c in found if c is not None]
-        ends += [fit.approach(tried[0], NARROW_PX, lens=True)] if tried else []
-        ends = [end for end in ends if end is not None]
-        best = min(ends, key=fit.cost, default=None)
+    if lens.count:
+        best = fit.from_starts(_starts(camera, scene, lens.focal), WIDEST_PX)
     else:
-        near = fit.approach(camera, WIDE_PX, lens=False)
-        best = None if near is None else fit.approach(near, NARROW_PX, lens=False)
+        near = fit.approach(camera, WIDE_PX, free=False)
+        best = None if near is None else fit.approach(near, NARROW_PX, free=False)
     return fit.judged(camera, best)
+
+
+def refine_from(
+    starts: Sequence[Camera],
+    sheet_points: Floats,
+    points_px: Floats,
+    image: NDArray[np.uint8] | NDArray[np.float32],
+    marks: Marks,
+    lens: FreeLens,
+    *,
+    height: float | None = None,
+) -> Refined | None:
+    """The camera that the paint agrees with best, from several rough guesses.
+
+    Parameters
+    ----------
+    starts : the guesses
+    sheet_points, points_px : (n, 2) what was marked by hand, on the ice [m] and in the image [px]
+    marks : the paint to look for
+    lens : what of it is to be found
+    height : of the camera, where it was measured [m]
+
+    Returns
+    -------
+    None where the paint agrees with none of them
+    """
+    fit = _Fit(
+        grey=brightness(image),
+        origin=(0, 0),
+        marks=marks,
+        sheet_points=sheet_points,
+        points_px=points_px,
+        lens=lens,
+        height=CAMERA_HEIGHT if height is None else (height, MEASURED_HEIGHT),
+    )
+    near = [fit.approach(start, (6.0, *NARROW_PX), free=True) for start in starts]
+    best = min((camera for camera in near if camera is not None), key=fit.cost, default=None)
+    if best is None:
+        return None
+    found = fit.judged(starts[0], best)
+    return found if found.readings else None
 
 
 def at_focal(
@@ -148,16 +239,16 @@ def at_focal(
     camera = refined.camera
     steps = max(1, int(np.ceil(abs(log_change) / 0.1)))
     for _ in range(steps):  # the marks are followed round the bend in small steps
-        camera = _moved(camera, drift * log_change / steps, True)
+        camera = _moved(camera, drift * log_change / steps, refined.lens)
     fit = _Fit(
         grey=brightness(image),
         origin=origin_px,
         marks=marks_of(scene.sheet),
-        scene=scene,
-        free_focal=False,
-        free_bends=refined.free_bends,
+        sheet_points=scene.sheet_points,
+        points_px=scene.points_px,
+        lens=replace(refined.lens, focal=False),
     )
-    found = fit.approach(camera, NARROW_PX, lens=True)
+    found = fit.approach(camera, NARROW_PX, free=True)
     if found is None:
         return None
     readings = fit.read(found, 2.0)
@@ -168,7 +259,7 @@ def at_focal(
         covariance=covariance,
         readings=len(miss),
         rms_px=float(np.sqrt(np.mean(miss**2))),
-        free_focal=False,
+        lens=fit.lens,
     )
 
 
@@ -186,14 +277,13 @@ def unrefined(camera: Camera) -> Refined:
         rms_px=np.nan,
         before_px=np.nan,
         covariance=np.zeros((6, 6)),
-        free_focal=False,
-        free_bends=False,
+        lens=KNOWN_LENS,
     )
 
 
 def _starts(camera: Camera, scene: Scene, free_focal: bool) -> list[Camera]:
     """Cameras to begin with where the lens is unknown."""
-    width = camera.size[0]
+    width = max(camera.size)
     focals = [camera.matrix[0, 0]]
     if free_focal:
         focals += [share * width for share in FOCALS]
@@ -222,33 +312,37 @@ def _starts(camera: Camera, scene: Scene, free_focal: bool) -> list[Camera]:
     return starts
 
 
-def _moved(camera: Camera, delta: Floats, free_focal: bool) -> Camera:
-    """A camera with its free parameters changed; see `Refined`."""
-    matrix, distortion = camera.matrix, camera.distortion
-    lens = delta[6:]
-    half = camera.size[0] / 2
-    bends = lens[1:] if free_focal else lens
-    share = distortion[:2] * np.array([half / matrix[0, 0], half / matrix[0, 0]]) ** [2, 4]
-    if free_focal and len(lens):
+def _half(camera: Camera) -> float:
+    """Half of the picture's longer side [px]: where distortion is told as a share."""
+    return max(camera.size) / 2
+
+
+def _bends(camera: Camera) -> Floats:
+    """By what share the two terms of the distortion move the longer side's end, (2,)."""
+    return camera.distortion[:2] * (_half(camera) / camera.matrix[0, 0]) ** np.array([2, 4])
+
+
+def _moved(camera: Camera, delta: Floats, lens: FreeLens) -> Camera:
+    """A camera with its free parameters changed; see `Refined`. A step of six moves it only."""
+    log_focal, bends, frame = lens.changes(delta[6:])
+    matrix, distortion, translation = camera.matrix, camera.distortion, camera.translation
+    if len(delta) > 6:
+        bent = _bends(camera) + bends
         matrix = matrix.copy()
-        matrix[0, 0] *= np.exp(lens[0])
-        matrix[1, 1] *= np.exp(lens[0])
-    if len(lens):  # what the image shows of the distortion stays as it is when the focal changes
-        if len(bends):
-            share = share + bends
+        matrix[[0, 1], [0, 1]] *= np.exp(log_focal)
+        matrix[1, 1] *= np.exp(frame[2])
+        matrix[:2, 2] += frame[:2] * _half(camera)
+        # What the image shows of the distortion stays as it is when the focal length changes.
         distortion = distortion.copy()
-        distortion[:2] = share / np.array([half / matrix[0, 0], half / matrix[0, 0]]) ** [2, 4]
-    turn = cv2.Rodrigues(delta[:3])[0]
-    translation = camera.translation + delta[3:6]
-    if free_focal and len(lens):  # a longer lens further away shows nearly the same
-        centre = camera.translation
-        translation = translation + (np.exp(lens[0]) - 1) * np.array([0.0, 0.0, centre[2]])
+        distortion[:2] = bent / (_half(camera) / matrix[0, 0]) ** np.array([2, 4])
+        # A longer lens further away shows nearly the same.
+        translation = translation + (np.exp(log_focal) - 1) * np.array([0.0, 0.0, translation[2]])
     return replace(
         camera,
         matrix=matrix,
         distortion=distortion,
-        rotation=turn @ camera.rotation,
-        translation=translation,
+        rotation=cv2.Rodrigues(delta[:3])[0] @ camera.rotation,
+        translation=translation + delta[3:6],
     )
 
 
@@ -257,18 +351,28 @@ class _Fit:
     grey: Grey
     origin: tuple[int, int]
     marks: Marks
-    scene: Scene
-    free_focal: bool
-    free_bends: bool
+    sheet_points: Floats
+    points_px: Floats
+    lens: FreeLens
+    height: tuple[float, float] = CAMERA_HEIGHT
 
-    def approach(self, camera: Camera, searches: tuple[float, ...], *, lens: bool) -> Camera | None:
+    def from_starts(self, starts: Sequence[Camera], wide: tuple[float, ...]) -> Camera | None:
+        """The best camera that starts lead to: the pose first, then the lens with it."""
+        tried = [self.approach(start, wide, free=False) for start in starts]
+        tried = sorted((found for found in tried if found is not None), key=self.cost)
+        found = [self.approach(start, (6.0,), free=True) for start in tried[:4]]
+        ends = [self.approach(c, NARROW_PX, free=True) for c in found if c is not None]
+        ends += [self.approach(tried[0], NARROW_PX, free=True)] if tried else []
+        return min((end for end in ends if end is not None), key=self.cost, default=None)
+
+    def approach(self, camera: Camera, searches: tuple[float, ...], *, free: bool) -> Camera | None:
         """Read the marks and fit the camera, once for every search radius."""
         for search in searches:
-            wide = search > NARROW_PX[0] and not lens
+            wide = search > NARROW_PX[0] and not free
             readings = self.read(camera, search, only_strong=wide)
             if len(readings.index) < MIN_READINGS // (2 if wide else 1):
                 return None
-            camera = self.fitted(camera, readings, lens, max(search / 3, 0.5))[0]
+            camera = self.fitted(camera, readings, free, max(search / 3, 0.5))[0]
             if not np.isfinite(camera.translation).all() or camera.position[2] < 0.3:
                 return None
         return camera
@@ -289,62 +393,73 @@ class _Fit:
         )
 
     def fitted(
-        self, camera: Camera, readings: Readings, lens: bool, scale_px: float
+        self, camera: Camera, readings: Readings, free: bool, scale_px: float
     ) -> tuple[Camera, Floats, Floats]:
-        """Gauss-Newton on fixed readings; the camera, its covariance, and the misses left [px]."""
+        """Levenberg-Marquardt on fixed readings.
+
+        Returns
+        -------
+        the camera, its covariance, and the misses left of the readings that agree [px]
+        """
+        lens = self.lens if free else KNOWN_LENS
         points = np.column_stack([self.marks.xy[readings.index], np.zeros(len(readings.index))])
-        clicked = np.column_stack([self.scene.sheet_points, np.zeros(len(self.scene.points_px))])
+        clicked = np.column_stack([self.sheet_points, np.zeros(len(self.points_px))])
         target = camera.project(points) + readings.offset_px[:, None] * readings.normal_px
-        count = 6 + (self.free_focal + 2 * self.free_bends if lens else 0)
-        free_focal = self.free_focal and lens
-        prior = np.zeros(count)
-        if lens and self.free_bends:
-            prior[-2:] = BEND_SPREAD**-2
-        steps = np.full(count, 1e-5)
+        marks, clicks = len(points), 2 * len(clicked)
+
+        def misses(camera: Camera) -> Floats:
+            """Of readings [px], of clicks, and of what is known beforehand [standard errors]."""
+            off = np.sum((target - camera.project(points)) * readings.normal_px, axis=1)
+            slips = (self.points_px - camera.project(clicked)).ravel() / CLICK_PX
+            values, weights = lens.known(camera)
+            middle, spread = self.height
+            rise = np.log(middle / max(camera.position[2], 1e-3)) / spread if lens.focal else 0.0
+            return np.r_[off, slips, -values * np.sqrt(weights), rise]
+
+        now = misses(camera)
+        damping, count = 0.0, 6 + lens.count
         covariance = np.full((count, count), np.nan)
         scale = scale_px
-        base = np.zeros(count)
-        weight = np.ones(len(points))
-        miss = np.zeros(len(points))
-        for _ in range(6):
-            seen, clicks = camera.project(points), camera.project(clicked)
-            miss = np.sum((target - seen) * readings.normal_px, axis=1)
-            left = (self.scene.points_px - clicks).ravel() / CLICK_PX
-            columns, pulls, heights = [], [], []
+        for _ in range(ROUNDS):
+            jacobian = np.empty((len(now), count))
             for p in range(count):
-                delta = np.zeros(count)
-                delta[p] = steps[p]
-                other = _moved(camera, delta, free_focal)
-                change = (other.project(points) - seen) / steps[p]
-                heights.append(np.log(other.position[2] / camera.position[2]) / steps[p])
-                columns.append(np.sum(change * readings.normal_px, axis=1))
-                pulls.append(((other.project(clicked) - clicks) / steps[p]).ravel() / CLICK_PX)
-            jacobian, pull = np.column_stack(columns), np.column_stack(pulls)
-            scale = max(min(scale_px, 1.4826 * 2 * float(np.median(np.abs(miss)))), 0.1)
-            weight = 1 / (1 + (miss / (OUTLIER * scale)) ** 2) ** 2
+                jacobian[:, p] = (
+                    misses(_moved(camera, STEP * np.eye(count)[p], lens)) - now
+                ) / -STEP
+            scale = max(min(scale_px, 2 * 1.4826 * float(np.median(np.abs(now[:marks])))), 0.1)
             sigma2 = (MARK_PX**2 + scale**2 / 4) * MARK_CORRELATION
-            # A click may be a slip: it pulls no harder than a few standard errors.
-            trust = 1 / (1 + left**2 / 9)
-            normal = (jacobian * (weight / sigma2)[:, None]).T @ jacobian
-            normal += (pull * trust[:, None]).T @ pull + np.diag(prior)
-            right = (jacobian * (weight / sigma2)[:, None]).T @ miss
-            right += (pull * trust[:, None]).T @ left - prior * base
-            if free_focal:
-                middle, spread = CAMERA_HEIGHT
-                rise = np.array(heights) / spread
-                normal += np.outer(rise, rise)
-                right += rise * (np.log(middle) - np.log(camera.position[2])) / spread
+            cut = (OUTLIER * scale) ** 2
+
+            def loss(off: Floats, cut: float = cut, sigma2: float = sigma2) -> float:
+                seen, hand = off[:marks] ** 2, off[marks : marks + clicks] ** 2
+                told = np.sum(seen / (1 + seen / cut)) / sigma2
+                # A click may be a slip: it pulls no harder than a few standard errors.
+                told += np.sum(9 * np.log1p(hand / 9)) + np.sum(off[marks + clicks :] ** 2)
+                return float(told)
+
+            weight = np.ones(len(now))
+            weight[:marks] = 1 / (1 + now[:marks] ** 2 / cut) ** 2 / sigma2
+            weight[marks : marks + clicks] = 1 / (1 + now[marks : marks + clicks] ** 2 / 9)
+            normal = (jacobian * weight[:, None]).T @ jacobian
             unit = np.sqrt(np.diag(normal))
-            covariance = np.linalg.pinv(normal / np.outer(unit, unit), rcond=1e-12)
-            covariance = covariance / np.outer(unit, unit)
-            delta = covariance @ right
-            delta[6:] = np.clip(delta[6:], -0.3, 0.3)
-            base = base + delta
-            camera = _moved(camera, delta, free_focal)
+            normal /= np.outer(unit, unit)
+            covariance = np.linalg.pinv(normal, rcond=1e-12) / np.outer(unit, unit)
+            right = jacobian.T @ (weight * now) / unit
+            before = loss(now)
+            for _ in range(8):
+                delta = np.linalg.pinv(normal + damping * np.eye(count), rcond=1e-12) @ right / unit
+                after = _moved(camera, delta, lens)
+                found = misses(after)
+                if np.isfinite(found).all() and loss(found) <= before:
+                    break
+                damping = max(10 * damping, 1e-5)
+            else:
+                break
+            camera, now, damping = after, found, damping / 10
             if np.abs(delta * unit).max() < 0.01:
                 break
-        good = np.abs(miss) < OUTLIER * scale
-        return camera, covariance, miss[good]
+        left = now[:marks]
+        return camera, covariance, left[np.abs(left) < OUTLIER * scale]
 
     def judged(self, before: Camera, after: Camera | None) -> Refined:
         """The better one of two cameras by what the marks say."""
@@ -363,6 +478,5 @@ class _Fit:
             rms_px=float(np.sqrt(np.mean(miss**2))),
             before_px=float(np.sqrt(self.cost(before))),
             covariance=covariance,
-            free_focal=self.free_focal,
-            free_bends=self.free_bends,
+            lens=self.lens,
         )
