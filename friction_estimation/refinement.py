@@ -29,6 +29,8 @@ MARK_PX = 0.15
 """Standard error of one reading of a mark that is not noise: paint, blur, compression [px]."""
 MARK_CORRELATION = 6.0
 """Neighbouring readings share their errors: so many count as one."""
+PAINT_CORRELATION = 24.0
+"""The same where the paint itself, laid to a centimetre or so, is less exact than its readings."""
 WIDE_PX = (10.0, 6.0)
 NARROW_PX = (4.0, 3.0, 2.0, 2.0, 2.0)
 """Search in each round, first for hog lines and border, then for all marks [px]."""
@@ -51,7 +53,7 @@ BEND_SPREAD = 0.3
 """How far lenses bend the image's side, as a share."""
 MIDDLE_SPREAD = 0.2
 """How far from its middle the axis of a cut picture may lie, in halves of its longer side."""
-ASPECT_SPREAD = 0.15
+ASPECT_SPREAD = 0.06
 """How far a picture may be stretched, in log."""
 OUTLIER = 3.0
 ROUNDS = 12
@@ -208,6 +210,7 @@ def refine_from(
         points_px=points_px,
         lens=lens,
         height=CAMERA_HEIGHT if height is None else (height, MEASURED_HEIGHT),
+        correlation=PAINT_CORRELATION,
     )
     near = [fit.approach(start, (6.0, *NARROW_PX), free=True) for start in starts]
     best = min((camera for camera in near if camera is not None), key=fit.cost, default=None)
@@ -355,6 +358,7 @@ class _Fit:
     points_px: Floats
     lens: FreeLens
     height: tuple[float, float] = CAMERA_HEIGHT
+    correlation: float = MARK_CORRELATION
 
     def from_starts(self, starts: Sequence[Camera], wide: tuple[float, ...]) -> Camera | None:
         """The best camera that starts lead to: the pose first, then the lens with it."""
@@ -427,7 +431,7 @@ class _Fit:
                     misses(_moved(camera, STEP * np.eye(count)[p], lens)) - now
                 ) / -STEP
             scale = max(min(scale_px, 2 * 1.4826 * float(np.median(np.abs(now[:marks])))), 0.1)
-            sigma2 = (MARK_PX**2 + scale**2 / 4) * MARK_CORRELATION
+            sigma2 = (MARK_PX**2 + scale**2 / 4) * self.correlation
             cut = (OUTLIER * scale) ** 2
 
             def loss(off: Floats, cut: float = cut, sigma2: float = sigma2) -> float:
