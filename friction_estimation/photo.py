@@ -23,7 +23,6 @@ from curling_env.sheet import (
     PAPER_SHEET,
     RING_RADII,
     TEE_Y,
-    Direction,
     Sheet,
 )
 from friction_estimation.calibration import poses_from_points
@@ -36,6 +35,7 @@ from friction_estimation.landmarks import (
     marks_of,
     read_marks,
 )
+from friction_estimation.picking.places import places_of
 from friction_estimation.refinement import (
     BENDS,
     FOCALS,
@@ -48,20 +48,6 @@ from friction_estimation.scene import Scene
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
-PLACES = {
-    "tee": (0.0, 0.0),
-    "hog": (0.0, HOG_LINE_Y - TEE_Y),
-    "hog_left": (-1.0, HOG_LINE_Y - TEE_Y),
-    "hog_right": (1.0, HOG_LINE_Y - TEE_Y),
-    "ring_left": (-HOUSE_RADIUS, 0.0),
-    "ring_right": (HOUSE_RADIUS, 0.0),
-    "ring_near": (0.0, -HOUSE_RADIUS),
-    "ring_far": (0.0, HOUSE_RADIUS),
-}
-"""What may be clicked, in the delivery frame [m]: seen from the hog line towards the house.
-
-The tee; where the centre line crosses the hog line's edge towards mid-sheet, and a metre to either
-side of that; and the outermost points of the 12-foot ring."""
 ASPECTS = (-0.16, 0.0, 0.16)
 """How far a picture may be stretched, in log, where a fit begins."""
 STARTS = 12
@@ -118,7 +104,6 @@ def camera_from_photo(
     clicks: Mapping[str, tuple[float, float]],
     *,
     sheet: Sheet = PAPER_SHEET,
-    end: Direction = Direction.AWAY,
     height: float | None = None,
     stone: tuple[float, float] = (Scene.stone_radius, Scene.stone_height),
 ) -> PhotoCamera:
@@ -127,8 +112,8 @@ def camera_from_photo(
     Parameters
     ----------
     image : (rows, columns, 3) BGR, best of the empty ice
-    clicks : some of `PLACES` in the image [px]: tee and hog at least, good to 0.3 m
-    end : the house that is seen
+    clicks : by the names of `places_of`, in the image [px]: tee and hog_centre of one end at
+        least, each good to 0.3 m
     height : of the camera above the ice [m], where it is known: straight down, the paint cannot
         tell it
     stone : radius and height of the stones [m], for the scene
@@ -138,10 +123,14 @@ def camera_from_photo(
     InputError : clicks that are too few, unknown, outside or contradict, or no such paint there
     """
     size = (image.shape[1], image.shape[0])
-    _check(clicks, size)
-    places = _with_rings(image, clicks)
-    sheet_points = end * (np.array([PLACES[name] for name in places]) + np.array([0.0, TEE_Y]))
-    points_px = np.array(list(places.values()), dtype=np.float64)
+    places = places_of(sheet)
+    end = _end_seen(clicks, places, size)
+    rings = _rings_around(
+        image, np.array(clicks[f"{end}_tee"]), np.array(clicks[f"{end}_hog_centre"])
+    )
+    on_ring = rings.on_ice(-1.0 if end == "home" else 1.0)
+    sheet_points = np.concatenate([[places[name] for name in clicks], on_ring])
+    points_px = np.concatenate([list(clicks.values()), rings.ends_px])
     starts = _starts(sheet_points, points_px, size)
     marks = marks_of(sheet)
     marks = marks[marks.of(*SURE)]
@@ -161,7 +150,7 @@ def camera_from_photo(
     return PhotoCamera(
         refined=refined,
         misses_px=misses,
-        scene=_scene(refined.camera, sheet, end, stone),
+        scene=_scene(refined.camera, sheet, stone),
     )
 
 
@@ -215,42 +204,50 @@ def _draw_curve(
         cv2.line(picture, start, stop, colour, 1, cv2.LINE_AA, shift=4)
 
 
-def _check(clicks: Mapping[str, tuple[float, float]], size: tuple[int, int]) -> None:
+def _end_seen(
+    clicks: Mapping[str, tuple[float, float]],
+    places: Mapping[str, tuple[float, float]],
+    size: tuple[int, int],
+) -> str:
+    """Which end is in the photo, home or away, by the names of the clicks."""
     for name, (u, v) in clicks.items():
-        if name not in PLACES:
-            raise InputError(f"nothing is called {name!r}; there are {', '.join(PLACES)}")
+        if name not in places:
+            raise InputError(f"nothing is called {name!r}; there are {', '.join(places)}")
         if not (0 <= u < size[0] and 0 <= v < size[1]):
             raise InputError(
                 f"{name} at ({u:g}, {v:g}) px lies outside the photo of {size[0]} × {size[1]} px"
             )
-    if missing := [name for name in ("tee", "hog") if name not in clicks]:
-        raise InputError(f"{' and '.join(missing)} must be marked; the other places are optional")
+    ends = [e for e in ("home", "away") if {f"{e}_tee", f"{e}_hog_centre"} <= clicks.keys()]
+    if not ends:
+        raise InputError("tee and hog_centre of one end must be marked; other places are optional")
     for (one, a), (other, b) in combinations(clicks.items(), 2):
         if np.hypot(a[0] - b[0], a[1] - b[1]) < CLICKS_APART_PX:
             raise InputError(f"{one} and {other} are marked at the same place")
+    return ends[0]
 
 
-def _with_rings(
-    image: Image, clicks: Mapping[str, tuple[float, float]]
-) -> dict[str, tuple[float, float]]:
-    """The clicks, and the ends of the 12-foot ring as the image has them."""
-    tee, hog = np.array(clicks["tee"], dtype=np.float64), np.array(clicks["hog"], dtype=np.float64)
-    centre, along, across = _rings_around(image, tee, hog)
-    ahead = (hog - tee) / np.linalg.norm(hog - tee)
-    # Seen from the hog line, the house is ahead; v of the image grows downwards.
-    right = np.array([ahead[1], -ahead[0]])
-    found = {
-        "tee": centre,
-        "ring_near": centre + HOUSE_RADIUS * along * ahead,
-        "ring_far": centre - HOUSE_RADIUS * along * ahead,
-        "ring_left": centre - HOUSE_RADIUS * across * right,
-        "ring_right": centre + HOUSE_RADIUS * across * right,
-    }
-    return {**clicks, **{name: (float(px[0]), float(px[1])) for name, px in found.items()}}
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Rings:
+    """Rings in an image: their centre, and where the 12-foot ring ends.
+
+    Parameters
+    ----------
+    ends_px : (5, 2) the centre, and the 12-foot ring's points towards the hog line, away from it,
+        and to the left and right of someone who looks from the hog line to the house [px]
+    """
+
+    ends_px: Floats
+
+    def on_ice(self, end: float) -> Floats:
+        """The same points in the sheet frame, (5, 2) [m], for the home (-1) or away (1) end."""
+        r = HOUSE_RADIUS
+        return end * np.array(
+            [(x, y + TEE_Y) for x, y in ((0, 0), (0, -r), (0, r), (-r, 0), (r, 0))]
+        )
 
 
-def _rings_around(image: Image, tee: Floats, hog: Floats) -> tuple[Floats, float, float]:
-    """Centre (2,) [px] and scale along and across [px/m] of the rings around a rough click.
+def _rings_around(image: Image, tee: Floats, hog: Floats) -> _Rings:
+    """The rings around a rough click.
 
     Three concentric ellipses in the proportions of the rings, at whose edges the image changes most
     from inside to outside, whatever the colours: found blind, so that neither a click some tenths
@@ -283,7 +280,12 @@ def _rings_around(image: Image, tee: Floats, hog: Floats) -> tuple[Floats, float
 
     bounds = [(-CLICK_REACH, CLICK_REACH)] * 2 + [RING_SCALES] * 2
     found = differential_evolution(flatness, bounds, seed=1, maxiter=60, tol=1e-4)
-    return tee + found.x[:2] * metre_px, *(found.x[2:] * metre_px)
+    centre = tee + found.x[:2] * metre_px
+    along, across = found.x[2:] * metre_px * HOUSE_RADIUS
+    # Who looks from the hog line to the house has v, which grows downwards, behind them.
+    right = np.array([ahead[1], -ahead[0]])
+    ends = np.array([0 * ahead, along * ahead, -along * ahead, -across * right, across * right])
+    return _Rings(ends_px=centre + ends)
 
 
 def _starts(sheet_points: Floats, points_px: Floats, size: tuple[int, int]) -> list[Camera]:
@@ -308,9 +310,11 @@ def _starts(sheet_points: Floats, points_px: Floats, size: tuple[int, int]) -> l
     return [camera for rms, camera in starts[:STARTS] if rms < FAR_OFF * half]
 
 
-def _scene(camera: Camera, sheet: Sheet, end: Direction, stone: tuple[float, float]) -> Scene:
-    """The camera as a scene: the landmarks it sees, where the paint has them, and its lens."""
-    places = end * (np.array(list(PLACES.values())) + np.array([0.0, TEE_Y]))
+def _scene(camera: Camera, sheet: Sheet, stone: tuple[float, float]) -> Scene:
+    """The camera as a scene: the places it sees, where the paint has them, and its lens."""
+    places = np.array(list(places_of(sheet).values()))
+    # The ice of a club may be wider or narrower than the scene's: its border is not asked.
+    places = places[np.abs(places[:, 0]) < sheet.width / 2]
     points = np.column_stack([places, np.zeros(len(places))])
     seen = camera.sees(points)
     return Scene(

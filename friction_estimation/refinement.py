@@ -29,6 +29,9 @@ MARK_PX = 0.15
 """Standard error of one reading of a mark that is not noise: paint, blur, compression [px]."""
 MARK_CORRELATION = 6.0
 """Neighbouring readings share their errors: so many count as one."""
+LEAST_SCALE_PX = 0.1
+"""Readings are never taken to agree better than this [px]."""
+PAINT_PX = 1.5
 PAINT_CORRELATION = 24.0
 """The same where the paint itself, laid to a centimetre or so, is less exact than its readings."""
 WIDE_PX = (10.0, 6.0)
@@ -211,6 +214,7 @@ def refine_from(
         lens=lens,
         height=CAMERA_HEIGHT if height is None else (height, MEASURED_HEIGHT),
         correlation=PAINT_CORRELATION,
+        least_scale_px=PAINT_PX,
     )
     near = [fit.approach(start, (6.0, *NARROW_PX), free=True) for start in starts]
     best = min((camera for camera in near if camera is not None), key=fit.cost, default=None)
@@ -359,6 +363,7 @@ class _Fit:
     lens: FreeLens
     height: tuple[float, float] = CAMERA_HEIGHT
     correlation: float = MARK_CORRELATION
+    least_scale_px: float = LEAST_SCALE_PX
 
     def from_starts(self, starts: Sequence[Camera], wide: tuple[float, ...]) -> Camera | None:
         """The best camera that starts lead to: the pose first, then the lens with it."""
@@ -430,7 +435,10 @@ class _Fit:
                 jacobian[:, p] = (
                     misses(_moved(camera, STEP * np.eye(count)[p], lens)) - now
                 ) / -STEP
-            scale = max(min(scale_px, 2 * 1.4826 * float(np.median(np.abs(now[:marks])))), 0.1)
+            scale = max(
+                min(scale_px, 2 * 1.4826 * float(np.median(np.abs(now[:marks])))),
+                self.least_scale_px,
+            )
             sigma2 = (MARK_PX**2 + scale**2 / 4) * self.correlation
             cut = (OUTLIER * scale) ** 2
 

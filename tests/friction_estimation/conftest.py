@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -130,4 +131,48 @@ def sliding() -> SimpleNamespace:
         random_field=random_field,
         varied_starts=varied_starts,
         measured_throws=measured_throws,
+    )
+
+
+@pytest.fixture(scope="session")
+def club_photo() -> SimpleNamespace:
+    """What a club passes on of its ceiling camera: turned upright, small, stretched, and cut.
+
+    empty, picture : (rows, columns, 3), the second with stones and people
+    px : where points of the ice (n, 2) [m] are in both [px]
+    stones : (k, 2) where stones lie [m]
+    """
+    from friction_estimation.synthetic import FilmSpec, Stage, StoneOnIce
+
+    resting = [
+        StoneOnIce(x=0.9, y=17.9, theta=0.4, vx=0.0, vy=0.0, colour=(40, 200, 230)),
+        StoneOnIce(x=-0.5, y=13.1, theta=2.0, vx=0.0, vy=0.0, colour=(40, 40, 200)),
+    ]
+    spec = FilmSpec(camera="ceiling", size=(640, 480), fps=1.0, seed=4, lead_in=0.0, tail=0.0)
+    t = np.arange(0, 4.01, 0.25)
+    xy = np.column_stack([-1.2 + 0.1 * t, 9.0 + 2.0 * t - 0.04 * t**2])
+    thrown = Trajectory(t=t, xy=xy, theta=0.5 * t, swept=np.ones(len(t)))
+    stage = Stage(spec, resting=resting)
+    *_, frame = stage.frames(thrown)
+    bare = Stage(spec)
+    rng = np.random.default_rng(2)
+    empty = np.asarray(bare.still, dtype=np.float64)
+    empty = np.clip(empty + rng.normal(0, 2.0, empty.shape), 0, 255).astype(np.uint8)
+    wide, high, cut = 0.72, 0.62, (12, 30)
+
+    def passed_on(image: np.ndarray) -> np.ndarray:
+        upright = cv2.rotate(image, cv2.ROTATE_90_COUNTERCLOCKWISE)
+        small = cv2.resize(upright, None, fx=high, fy=wide, interpolation=cv2.INTER_AREA)
+        return np.ascontiguousarray(small[cut[0] :, cut[1] :])
+
+    def px(ice: np.ndarray) -> np.ndarray:
+        u, v = stage.camera.project(np.column_stack([ice, np.zeros(len(ice))])).T
+        turned = np.column_stack([v, stage.camera.size[0] - 1 - u]) + 0.5
+        return turned * np.array([high, wide]) - 0.5 - np.array([cut[1], cut[0]])
+
+    return SimpleNamespace(
+        empty=passed_on(empty),
+        picture=passed_on(frame),
+        px=px,
+        stones=np.array([[0.9, 17.9], [-0.5, 13.1], xy[-1]]),
     )
