@@ -48,14 +48,14 @@ class Measure:
     unit: str
 
 
-def rate(work: Callable[[], int]) -> float:
+def rate(work: Callable[[], int], *, repeats: int = REPEATS) -> float:
     """Items a second of one core; `work` does some and returns how many.
 
     Processor time counts, not the clock on the wall: a second busy core would count twice.
     """
     work()  # compiled and warm
     best = 0.0
-    for _ in range(REPEATS):
+    for _ in range(repeats):
         done = 0
         start = time.process_time()
         while (spent := time.process_time() - start) < SHORTEST:

@@ -1,0 +1,61 @@
+"""How fast films are tracked; one core, decoding included."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import cv2
+
+from curling_env.benchmarks import Measure, rate
+from curling_env.physics.slide import slide
+from curling_env.presets import standard
+from curling_env.throw import Throw
+from friction_estimation.overlay import write_overlay
+from friction_estimation.scene import load_scene
+from friction_estimation.synthetic import FilmSpec, render_films
+from friction_estimation.tracking import track_film
+
+SIZE = (1920, 1080)
+FPS = 25.0
+WEIGHT = 3.2
+"""Speed of a stone that crosses the whole sheet in half a draw's time [m/s]."""
+REPEATS = 1
+"""A film takes long enough to tell."""
+
+
+def measures() -> Iterator[Measure]:
+    """Frames a second of a film from behind the sheet, which is rendered first."""
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        with TemporaryDirectory() as folder:
+            yield from _tracking(Path(folder))
+    finally:
+        cv2.setNumThreads(threads)
+
+
+def _tracking(folder: Path, size: tuple[int, int] = SIZE) -> Iterator[Measure]:
+    thrown = slide(standard(), Throw(speed=WEIGHT, angle=-0.02, spin=1.5).release(), fps=4 * FPS)
+    assert thrown.trajectory is not None  # a rate was given
+    spec = FilmSpec(camera="end", size=size, fps=FPS, people=False)
+    (film,) = render_films(folder, [thrown.trajectory], spec)
+    scene = load_scene(folder / f"{spec.name}.scene.json")
+
+    found = track_film(film, scene)  # also compiles
+
+    def track() -> int:
+        return track_film(film, scene).frame_count
+
+    def draw() -> int:
+        write_overlay(film, scene, found, folder / "overlay.mp4")
+        return found.frame_count
+
+    tracked, drawn = rate(track, repeats=REPEATS), rate(draw, repeats=REPEATS)
+    yield Measure(name="track_frames_per_s", value=tracked, unit="frames/s")
+    yield Measure(
+        name="track_frames_per_s_with_overlay",
+        value=1 / (1 / tracked + 1 / drawn),
+        unit="frames/s",
+    )
