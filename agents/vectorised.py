@@ -20,6 +20,9 @@ from curling_env.skill import Skill, skill_named
 Floats = NDArray[np.float64]
 Indices = None | int | Iterable[int]
 
+TOLD = ("distance_m", "status", "success")
+"""What is passed on of a sheet's `info`."""
+
 
 class Sheets(VecEnv):
     """A `CurlingSheetVectorEnv` behind stable-baselines3's interface.
@@ -35,8 +38,9 @@ class Sheets(VecEnv):
 
     Notes
     -----
-    ``infos`` holds for each sheet `distance_m` and `status`, and at the end of an episode what
-    `Monitor` tells, so that none is needed, and `terminal_observation`.
+    ``infos`` holds for each sheet `distance_m`, `status` and `success`; at the end of an episode
+    also what `Monitor` tells, so that none is needed, `terminal_observation`, and `is_success`,
+    from which stable-baselines3 makes its `success_rate`.
     """
 
     def __init__(
@@ -88,9 +92,10 @@ class Sheets(VecEnv):
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for source, mask in ((told, ~over), (told.get("final_info", {}), over)):
             for i in np.flatnonzero(mask):
-                for name in ("distance_m", "status"):
+                for name in TOLD:
                     infos[i][name] = source[name][i]
         for i in np.flatnonzero(over):
+            infos[i]["is_success"] = bool(infos[i]["success"])
             infos[i]["terminal_observation"] = told["final_obs"][i]
             infos[i]["TimeLimit.truncated"] = False
             infos[i]["episode"] = {"r": float(self._rewards[i]), "l": int(self._lengths[i])}

@@ -36,10 +36,10 @@ def measures() -> Iterator[Measure]:
         cv2.setNumThreads(threads)
 
 
-def _tracking(folder: Path, size: tuple[int, int] = SIZE) -> Iterator[Measure]:
+def _tracking(folder: Path) -> Iterator[Measure]:
     thrown = slide(standard(), Throw(speed=WEIGHT, angle=-0.02, spin=1.5).release(), fps=4 * FPS)
     assert thrown.trajectory is not None  # a rate was given
-    spec = FilmSpec(camera="end", size=size, fps=FPS, people=False)
+    spec = FilmSpec(camera="end", size=SIZE, fps=FPS, people=False)
     (film,) = render_films(folder, [thrown.trajectory], spec)
     scene = load_scene(folder / f"{spec.name}.scene.json")
 

@@ -16,6 +16,8 @@ from agents.ices import RandomIces  # noqa: E402
 from agents.vectorised import Sheets, SheetsOnManyIces  # noqa: E402
 from curling_env.envs.action import ThrowRange  # noqa: E402
 from curling_env.errors import InputError  # noqa: E402
+from curling_env.physics.aim import Aim  # noqa: E402
+from curling_env.sheet import Direction  # noqa: E402
 
 N = 8
 
@@ -45,6 +47,7 @@ def test_algorithms_train_on_it(name):
     assert model.num_timesteps == 384
     assert len(model.ep_info_buffer) == 100
     assert {info["l"] for info in model.ep_info_buffer} == {2}
+    assert len(model.ep_success_buffer) == 100  # which is logged as success_rate
     after = list(model.policy.parameters())
     assert any((a != b).any() for a, b in zip(before, after, strict=True))
     # What it learnt on many sheets it throws on one.
@@ -72,6 +75,8 @@ def test_what_is_told_is_what_one_by_one_tells(rng):
             assert rewards[i] == pytest.approx(reward, abs=2e-3)
             assert over[i] == ended
             assert infos[i]["status"] == info["status"]
+            assert infos[i]["success"] == info["success"]
+            assert infos[i].get("is_success") == (info["success"] if ended else None)
         assert infos[i]["episode"]["l"] == 2
         assert infos[i]["episode"]["r"] == pytest.approx(total, abs=4e-3)
 
@@ -137,3 +142,16 @@ def test_many_ices_want_a_range_of_throws_that_tells_nothing():
         many(throw_range=None)
     with pytest.raises(InputError, match="evenly"):
         many(groups=3)
+
+
+def test_a_draw_to_the_target_counts_as_a_success():
+    envs = sheets(target=(0.0, 0.0))
+    single = envs.sheets.single
+    envs.seed(0)
+    envs.reset()
+    aim = Aim(single.known_ice, Direction.AWAY).draw(0.0, 0.0, 1.5)
+    assert aim is not None
+    actions = np.tile(single.action_of(aim), (N, 1))
+    actions[1::2, 0] = -1.0  # dies at the hog line
+    infos = envs.step(actions)[3]
+    assert [info["is_success"] for info in infos] == [True, False] * (N // 2)

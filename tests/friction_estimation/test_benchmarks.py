@@ -1,0 +1,30 @@
+"""The measure of tracking runs, on a small film, and `curling bench` finds it."""
+
+from __future__ import annotations
+
+from importlib.metadata import entry_points
+
+import pytest
+
+from friction_estimation import benchmarks
+
+
+def test_tracking_is_timed_with_and_without_its_overlay(monkeypatch):
+    timed = []
+
+    def once(work, *, repeats):
+        timed.append(work())
+        return 10.0 * repeats
+
+    monkeypatch.setattr(benchmarks, "SIZE", (640, 360))
+    monkeypatch.setattr(benchmarks, "rate", once)
+    found = {measure.name: measure.value for measure in benchmarks.measures()}
+    # The films have as many frames as the stone takes to cross the sheet; drawing costs as much.
+    assert timed[0] == timed[1] > 100
+    assert found["track_frames_per_s"] == 10.0
+    assert found["track_frames_per_s_with_overlay"] == pytest.approx(5.0)
+
+
+def test_the_bench_command_finds_it():
+    declared = {point.value for point in entry_points(group="curling.benchmarks")}
+    assert "friction_estimation.benchmarks:measures" in declared
