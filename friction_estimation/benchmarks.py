@@ -12,15 +12,15 @@ from curling_env.benchmarks import Measure, rate
 from curling_env.physics.slide import slide
 from curling_env.presets import standard
 from curling_env.throw import Throw
-from friction_estimation.overlay import write_overlay
 from friction_estimation.scene import load_scene
 from friction_estimation.synthetic import FilmSpec, render_films
 from friction_estimation.tracking import track_film
+from friction_estimation.tracking.overlay import write_overlay
 
 SIZE = (1920, 1080)
 FPS = 25.0
-WEIGHT = 3.2
-"""Speed of a stone that crosses the whole sheet in half a draw's time [m/s]."""
+WEIGHT = 4.0
+"""Speed of a hard throw, which crosses the whole sheet in a third of a draw's time [m/s]."""
 REPEATS = 1
 """A film takes long enough to tell."""
 

@@ -149,7 +149,7 @@ def test_a_draw_to_the_target_counts_as_a_success():
     single = envs.sheets.single
     envs.seed(0)
     envs.reset()
-    aim = Aim(single.known_ice, Direction.AWAY).draw(0.0, 0.0, 1.5)
+    aim = Aim(single.ice, Direction.AWAY).draw(0.0, 0.0, 1.5)
     assert aim is not None
     actions = np.tile(single.action_of(aim), (N, 1))
     actions[1::2, 0] = -1.0  # dies at the hog line

@@ -9,6 +9,7 @@ import pytest
 from friction_estimation import benchmarks
 
 
+@pytest.mark.slow
 def test_tracking_is_timed_with_and_without_its_overlay(monkeypatch):
     timed = []
 
@@ -17,10 +18,10 @@ def test_tracking_is_timed_with_and_without_its_overlay(monkeypatch):
         return 10.0 * repeats
 
     monkeypatch.setattr(benchmarks, "SIZE", (640, 360))
+    monkeypatch.setattr(benchmarks, "FPS", 12.0)
     monkeypatch.setattr(benchmarks, "rate", once)
     found = {measure.name: measure.value for measure in benchmarks.measures()}
-    # The films have as many frames as the stone takes to cross the sheet; drawing costs as much.
-    assert timed[0] == timed[1] > 100
+    assert timed[0] == timed[1] > 60  # frames, while the stone crosses the sheet
     assert found["track_frames_per_s"] == 10.0
     assert found["track_frames_per_s_with_overlay"] == pytest.approx(5.0)
 
