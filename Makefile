@@ -50,12 +50,13 @@ arch: setup  ## who may import whom
 bench: setup  ## how fast it is, one line per measure
 	$(SINGLE) $(BIN)/curling bench
 
-docs: setup  ## the help of every command, into runs/docs
+docs: setup  ## the help of every command and the pictures of the environments, into runs/docs
 	@mkdir -p runs/docs
 	$(BIN)/curling --help > runs/docs/curling.txt
 	for command in $$($(BIN)/python -c "import importlib.metadata as m; \
 		print(*sorted(e.name for e in m.entry_points(group='curling.commands')))"); do \
 		$(BIN)/curling $$command --help > runs/docs/$$command.txt || exit 1; done
+	$(BIN)/python scripts/environment_pictures.py runs/docs
 
 soak: setup  ## the tests ten times over with other seeds, and ten thousand ends by random hands
 	for seed in 1 2 3 4 5 6 7 8 9 10; do \

@@ -72,7 +72,8 @@ class Match:
     def __iter__(self) -> Iterator[Delivery]:
         while not self.game.is_over:
             if self.game.end is None:
-                self._begin_end()
+                decider = self.players[self.game.last_stone]
+                self.state = self.rink.begin_end_as(self.state, decider)
             end = self.game.end
             assert end is not None
             team = end.to_throw
@@ -86,13 +87,6 @@ class Match:
                 before, player.call(view), opponent=opponent, paths=self.paths
             )
             yield Delivery(before, shot, self.state)
-
-    def _begin_end(self) -> None:
-        decides = self.game.last_stone
-        side = None
-        if self.game.may_power_play:
-            side = self.players[decides].power_play(self.rink.view(self.state, decides))
-        self.state = self.rink.begin_end(self.state, power_play=side)
 
 
 def play_game(

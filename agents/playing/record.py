@@ -116,7 +116,8 @@ def play_again(lines: Sequence[dict[str, Any]], rink: Rink) -> GameState:
     state = rink.new_game(int(head["seed"]), last_stone=Team[str(head["last_stone"]).upper()])
     for line in deliveries:
         if state.game.end is None:
-            state = rink.begin_end(state, power_play=line["power_play"])
+            first = line["hammer"] != state.game.last_stone.label
+            state = rink.begin_end(state, power_play=line["power_play"], throw_first=first)
         meant = line["meant"]
         sweep = tuple(line["sweep"])
         call = Call(throw=Throw(**meant), sweep=sweep if rink.sweeping else None, shot=line["shot"])

@@ -6,6 +6,7 @@ a parallel environment, in which only the team to throw acts.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -23,12 +24,12 @@ from pettingzoo.utils.conversions import (  # pyright: ignore[reportMissingTypeS
 from curling_env.envs.action import throws_on
 from curling_env.envs.game_action import Choices, GameAction, Ordered, Orders, Sweeping
 from curling_env.envs.game_observation import GameView, Kind
-from curling_env.envs.game_reward import GameRewardWeights, parts_of
+from curling_env.envs.game_reward import GameRewardWeights, parts_of, parts_of_concession
 from curling_env.errors import InputError
 from curling_env.game import STILL, Call, GameState, LivingIce, Rink, Shot
 from curling_env.game.rink import direction_of
 from curling_env.ice import Ice
-from curling_env.rules import RuleSet, Team, rule_set
+from curling_env.rules import RuleSet, Team, concede, may_concede, rule_set
 from curling_env.sheet import Direction
 from curling_env.skill import Skill
 
@@ -89,8 +90,9 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
     skill : of both hands, or of home's and away's: their execution errors
     living : how the ice changes
     sweeping : "none", "scripted" (sweepers decide) or "action" (part of the action)
-    choices : by "rule" (stones are put back after a tick, no power plays) or part of the "action":
-        orders that hold until a team's next delivery
+    choices : by "rule" (stones are put back after a tick, no power plays, who decides keeps the
+        hammer, nobody concedes) or part of the "action": orders that hold until a team's next
+        delivery
     observation : "flat", "dict" or "planes"
     weights : of the parts of the reward; by default points of an end, at its last stone
     max_cycles : deliveries of each team after which the game is broken off, or None
@@ -104,7 +106,8 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
     Notes
     -----
     ``reset(options=…)`` takes `last_stone`, "home" or "away" (by lot without it), and `power_play`,
-    "left" or "right", for the first end of mixed doubles; or `state`, a `GameState` to go on from.
+    "left" or "right", and `throw_first`, for the first end of mixed doubles; or `state`, a
+    `GameState` to go on from.
     Other options are ignored, as PettingZoo wants it. ``state`` may be kept and put back at any
     moment.
     """
@@ -228,7 +231,11 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         new = self.rink.new_game(
             int(self._rng.integers(2**31)), last_stone=Team(self.possible_agents.index(label))
         )
-        self._state = self.rink.begin_end(new, power_play=options.get("power_play"))
+        self._state = self.rink.begin_end(
+            new,
+            power_play=options.get("power_play"),
+            throw_first=bool(options.get("throw_first", False)),
+        )
         self._last = None
         self._begin()
 
@@ -263,6 +270,9 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         call, orders = self.action.call_of(action), self.action.orders_of(action)
         thrower = Team(self.possible_agents.index(agent))
         self._orders[thrower] = orders or Orders()
+        if self._orders[thrower].concede and may_concede(before.game, thrower):
+            self._concede(thrower)
+            return
         chooser = Ordered(self._orders[thrower.other])
         after, shot = self.rink.play(before, call, opponent=chooser, paths=paths)
         self._shown = after
@@ -277,14 +287,24 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
             self.infos[label] = {"shot": shot, "reward_parts": parts.as_dict()}
         over = after.game.is_over
         if after.game.end is None and not over:
-            wanted = self._orders[after.game.last_stone].power_play
-            free = after.game.may_power_play
-            after = self.rink.begin_end(after, power_play=wanted if free else None)
+            after = self.rink.begin_end_as(after, Ordered(self._orders[after.game.last_stone]))
         self._state, self._last = after, shot
         broken_off = self._max_throws is not None and self._thrown >= self._max_throws and not over
         self.terminations = dict.fromkeys(self.agents, over)
         self.truncations = dict.fromkeys(self.agents, broken_off)
         self.agent_selection = self._to_act() if not over else shot.team.other.label
+        self._accumulate_rewards()
+
+    def _concede(self, team: Team) -> None:
+        """The game ends as it stands: the other team has won."""
+        self._state = replace(self.state, game=concede(self.state.game, team))
+        self._cumulative_rewards[team.label] = 0.0
+        for label in self.agents:
+            parts = parts_of_concession(team, Team(self.possible_agents.index(label)))
+            self.rewards[label] = self.weights.total(parts)
+            self.infos[label] = {"reward_parts": parts.as_dict()}
+        self.terminations = dict.fromkeys(self.agents, True)
+        self.agent_selection = team.other.label
         self._accumulate_rewards()
 
     def observe(self, agent: str) -> Any:

@@ -19,6 +19,8 @@ Sweeping = Literal["none", "scripted", "action"]
 Choices = Literal["rule", "action"]
 LONGEST_SWEEP = 30.0
 """A draw takes less than this from release to rest [s]."""
+CONCEDES = 0.9
+"""Above this the fourth order gives the game up: hands that try everything seldom do."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,14 +32,19 @@ class Orders:
     put_back : after a tick by the opponent, whether the stones are put back rather than left
     power_play : in mixed doubles, the side of a power play if an end begins in which the team
         decides and may have one; None for none
+    throw_first : in mixed doubles, whether the team gives the hammer away if an end begins in which
+        it decides and has no power play
+    concede : whether it gives the game up instead of this delivery, where the rules allow that
     """
 
     put_back: bool = True
     power_play: Side | None = None
+    throw_first: bool = False
+    concede: bool = False
 
 
 class Ordered(Player):
-    """A team that chooses after a tick as it was ordered; its throws are others' business."""
+    """A team that chooses as it was ordered; its throws are others' business."""
 
     def __init__(self, orders: Orders) -> None:
         self._orders = orders
@@ -49,6 +56,14 @@ class Ordered(Player):
         """As ordered."""
         return self._orders.put_back
 
+    def power_play(self, view: View) -> Side | None:
+        """As ordered."""
+        return self._orders.power_play
+
+    def throws_first(self, view: View) -> bool:
+        """As ordered."""
+        return self._orders.throw_first
+
 
 class GameAction:
     """Makes calls from actions.
@@ -59,9 +74,10 @@ class GameAction:
     sweeping : ``none``, ``scripted`` (sweepers decide) or ``action``: two further numbers of an
         action are when sweeping begins, from release to 30 s after it, and how long it lasts,
         -1 being not at all
-    choices : ``rule`` or ``action``: the last two numbers of an action are orders that hold until
-        the team's next: after a tick the stones are put back (0 and above) or left, and a power
-        play to the left (below -1/3), none, or to the right (above 1/3)
+    choices : ``rule`` or ``action``: the last four numbers of an action are orders that hold until
+        the team's next: after a tick the stones are put back (0 and above) or left; a power play to
+        the left (below -1/3), none, or to the right (above 1/3); the hammer is given away (above 0)
+        or kept; the game is given up (above 0.9) or played on
 
     Raises
     ------
@@ -76,7 +92,7 @@ class GameAction:
         self.throws = throws
         self.choices: Choices = choices
         self.sweeping = sweeping
-        self.size = 3 + 2 * (sweeping == "action") + 2 * (choices == "action")
+        self.size = 3 + 2 * (sweeping == "action") + 4 * (choices == "action")
 
     @property
     def space(self) -> spaces.Space[NDArray[np.float32]]:
@@ -107,11 +123,16 @@ class GameAction:
         """
         if self.choices == "rule":
             return None
-        put_back, side = self._numbers(action)[-2:].tolist()
+        put_back, side, first, concede = self._numbers(action)[-4:].tolist()
         power_play: Side | None = None
         if abs(side) > 1 / 3:
             power_play = "left" if side < 0 else "right"
-        return Orders(put_back=put_back >= 0, power_play=power_play)
+        return Orders(
+            put_back=put_back >= 0,
+            power_play=power_play,
+            throw_first=first > 0,
+            concede=concede > CONCEDES,
+        )
 
     def _numbers(self, action: ArrayLike) -> NDArray[np.float64]:
         numbers = np.asarray(action, dtype=np.float64)
@@ -131,5 +152,7 @@ class GameAction:
         if self.choices == "action":
             wanted = orders or Orders()
             side = {"left": -1.0, "right": 1.0, None: 0.0}[wanted.power_play]
-            parts.append(np.array([1.0 if wanted.put_back else -1.0, side], dtype=np.float32))
+            said = (wanted.put_back, wanted.throw_first, wanted.concede)
+            put_back, first, concede = (1.0 if yes else -1.0 for yes in said)
+            parts.append(np.array([put_back, side, first, concede], dtype=np.float32))
         return np.concatenate(parts)

@@ -61,6 +61,11 @@ class GameRewardWeights:
         return sum(getattr(self, part.name) * getattr(parts, part.name) for part in fields(self))
 
 
+def parts_of_concession(conceded: Team, team: Team) -> GameRewardParts:
+    """What it was to a team that one conceded."""
+    return GameRewardParts(win=-1.0 if conceded is team else 1.0)
+
+
 def parts_of(
     before: Game, after: Game, thrower: Team, ruling: Ruling, team: Team
 ) -> GameRewardParts:

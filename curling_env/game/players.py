@@ -115,6 +115,13 @@ class Player(ABC):
         """In mixed doubles, the side of a power play in the coming end, asked where it is free."""
         return None
 
+    def throws_first(self, view: View) -> bool:
+        """In mixed doubles, whether the team gives the hammer away: asked of who decides on it.
+
+        The other team's stone then lies in the house. Not asked where a power play was taken.
+        """
+        return False
+
 
 def player_names() -> list[str]:
     """Names under which players can be had."""

@@ -122,9 +122,31 @@ class Rink:
         """A game before its first end."""
         return GameState(game=new_game(self.rules, self.lines, last_stone=last_stone), seed=seed)
 
-    def begin_end(self, state: GameState, *, power_play: Side | None = None) -> GameState:
-        """The same game with its next end begun."""
-        return replace(state, game=begin_end(state.game, power_play=power_play))
+    def begin_end(
+        self, state: GameState, *, power_play: Side | None = None, throw_first: bool = False
+    ) -> GameState:
+        """The same game with its next end begun, on the choices of the team that decides.
+
+        Parameters
+        ----------
+        power_play, throw_first : mixed doubles only; see `curling_env.rules.game.begin_end`
+
+        Raises
+        ------
+        InputError : a choice that these rules do not give
+        """
+        game = begin_end(state.game, power_play=power_play, throw_first=throw_first)
+        return replace(state, game=game)
+
+    def begin_end_as(self, state: GameState, decider: Player) -> GameState:
+        """The same game with its next end begun as a player wants it who may decide on it."""
+        game, side, first = state.game, None, False
+        view = self.view(state, game.last_stone)
+        if game.may_power_play:
+            side = decider.power_play(view)
+        if game.rules.placed_stones and side is None:
+            first = decider.throws_first(view)
+        return self.begin_end(state, power_play=side, throw_first=first)
 
     def view(self, state: GameState, team: Team | None = None) -> View:
         """What a team sees; without one, the team to throw."""

@@ -93,6 +93,19 @@ def test_a_record_played_again_is_the_same_game_bit_for_bit(tmp_path, rules):
         play_again(lines, rink(3, rules, living=STILL))
 
 
+def test_a_player_may_give_the_hammer_away_and_the_record_knows():
+    class First(DrawPlayer):
+        def throws_first(self, view):
+            return True
+
+    place = rink(1, "mixed_doubles_2024")
+    played = play_game(place, (First(), First()), seed=6, last_stone=Team.HOME, paths=True)
+    assert played.deliveries[0].shot.team is Team.HOME
+    assert played.game.hammers[0] is Team.AWAY
+    lines = lines_of(played, place, ice="standard", seed=6)
+    assert play_again(lines, rink(1, "mixed_doubles_2024")).game == played.game
+
+
 def test_every_stone_that_moved_has_its_path(tmp_path):
     place = rink(1)
     played = play_game(place, (RuleBasedPlayer(), RuleBasedPlayer()), seed=2, paths=True)

@@ -18,12 +18,14 @@ from pettingzoo.test import (
 
 import curling_env
 from curling_env.envs.game_action import Orders
+from curling_env.envs.game_reward import GameRewardWeights
 from curling_env.errors import InputError
 from curling_env.game import USUAL, Call, GameState
 from curling_env.physics.aim import Aim
 from curling_env.rules import Team
 from curling_env.rules.delivery import Fault
 from curling_env.sheet import Direction
+from curling_env.throw import Throw
 
 curling_v0 = curling_env.curling_v0
 
@@ -170,7 +172,7 @@ def test_a_power_play_is_had_when_ordered_and_once():
         # Stones that never reach the house but for home's: away decides on the second end.
         home = env.agent_selection == "home"
         throw = Aim(env.rink.ice, Direction.AWAY).draw(0.9, 0.0, 1.5) if home else None
-        action = np.zeros(5, dtype=np.float32) - np.float32([1, 0, 0, 0, 0])
+        action = np.float32([-1, 0, 0, 0, 0, -1, -1])
         if throw is not None:
             action = env.action.action_of(Call(throw=throw), Orders(power_play="right"))
         action[4] = 1.0
@@ -183,10 +185,63 @@ def test_a_power_play_is_had_when_ordered_and_once():
     assert all(len(set(teams)) == len(teams) for _, teams in sides.values())
 
 
+SLIPPED = Call(throw=Throw(speed=1.0))
+"""A stone that never reaches the far hog line."""
+
+
+def ordered(env, orders):
+    return env.action.action_of(SLIPPED, orders)
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_who_decides_may_give_the_hammer_away(first):
+    """Blank ends: the team that threw first decides on the next."""
+    env = curling_v0.env(
+        ends=2, rules="mixed_doubles_2024", skill="none", choices="action"
+    ).unwrapped
+    env.reset(seed=0, options={"last_stone": "home", "throw_first": first})
+    assert env.state.game.end.hammer is (Team.AWAY if first else Team.HOME)
+    assert env.agent_selection == ("home" if first else "away")
+    while env.state.game.end.number == 0:
+        env.step(ordered(env, Orders(throw_first=first)))
+    decides = env.state.game.last_stone
+    assert env.state.game.end.hammer is (decides.other if first else decides)
+    game = curling_v0.env()
+    with pytest.raises(InputError, match="no choice who throws first"):
+        game.reset(seed=0, options={"throw_first": True})
+
+
+def test_a_team_concedes_where_the_rules_allow_it_and_only_there():
+    weights = GameRewardWeights(points=0.0, win=1.0)
+    for rules, allowed in (("digital_curling", True), ("world_curling_2024", False)):
+        env = curling_v0.env(ends=2, rules=rules, choices="action", weights=weights)
+        env.reset(seed=0, options={"last_stone": "home"})
+        game = env.unwrapped
+        for _ in range(3):
+            env.step(ordered(game, Orders()))
+        assert env.agent_selection == "home"
+        env.step(ordered(game, Orders(concede=True)))
+        state = game.state.game
+        assert state.is_over is allowed
+        if not allowed:
+            assert state.end.delivered == 4
+            continue
+        assert state.conceded is Team.HOME
+        assert state.winner is Team.AWAY
+        assert state.line_score == ()
+        told = {}
+        for agent in env.agent_iter():
+            _, told[agent], terminated, _, info = env.last()
+            assert terminated
+            assert info["reward_parts"]["win"] == told[agent]
+            env.step(None)
+        assert told == {"home": -1.0, "away": 1.0}
+
+
 def test_choices_and_power_plays_that_make_no_sense_are_refused():
     with pytest.raises(InputError, match="choices"):
         curling_v0.env(choices="maybe")
     env = curling_v0.env()
     with pytest.raises(InputError, match="no power play"):
         env.reset(seed=0, options={"power_play": "left"})
-    assert curling_v0.env(choices="action", sweeping="action").action_space("home").shape == (7,)
+    assert curling_v0.env(choices="action", sweeping="action").action_space("home").shape == (9,)

@@ -211,10 +211,10 @@ def test_the_agent_has_its_power_play_and_its_choice_in_the_action():
     env.reset(seed=0, options={"power_play": "left"})
     assert env.state.game.end.power_play == "left"
     assert env.state.game.power_plays == (AGENT,)
-    assert env.action_space.shape == (5,)
+    assert env.action_space.shape == (7,)
     assert env.chooser is env.opponent
     for number, put_back in ((0.5, True), (-0.5, False)):
-        env.step(np.float32([-1, 0, 0, number, 0]))
+        env.step(np.float32([-1, 0, 0, number, 0, -1, -1]))
         assert env.chooser.puts_back(None, None) is put_back
     with pytest.raises(InputError, match="no power play"):
         gym.make("CurlingEnd-v0", hammer="own").reset(options={"power_play": "left"})

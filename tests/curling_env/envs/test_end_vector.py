@@ -55,7 +55,7 @@ def test_each_is_the_end_that_is_played_alone(name):
     for k in range(n):
         assert np.allclose(alone.reset(seed=20 + k)[0], seen[k], atol=2e-3)
     rng = np.random.default_rng(0)
-    spread = np.float32([0.5, 0.4, 1.0, 1.0, 1.0])[: many.single_action_space.shape[0]]
+    spread = np.float32([0.5, 0.4, 1.0, 1.0, 1.0, 1.0, 1.0])[: many.single_action_space.shape[0]]
     same, struck, longest = [], 0, 0
     while True:
         before = many.unwrapped.states

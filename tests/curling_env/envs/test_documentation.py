@@ -1,0 +1,77 @@
+"""docs/environments.md says what the environments are: spaces, options, parts of the reward."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+from dataclasses import fields
+from pathlib import Path
+
+import cv2
+import gymnasium as gym
+import pytest
+
+import curling_env
+from curling_env.envs.end import CurlingEndEnv
+from curling_env.envs.game_reward import GameRewardParts
+from curling_env.envs.reward import RewardParts
+from curling_env.envs.sheet import CurlingSheetEnv
+
+DOCS = Path(__file__).parents[3] / "docs"
+PAGE = (DOCS / "environments.md").read_text(encoding="utf-8")
+SPACES = re.findall(
+    r"^\| `(\w[\w-]*)` \| `(\{.*?\})` \| `(.*?)` \| `(.*?)` \|$", PAGE, re.MULTILINE
+)
+
+
+def section(title: str) -> str:
+    return PAGE.split(f"## {title}", 1)[1].split("\n## ", 1)[0]
+
+
+def first_column(table: str) -> list[str]:
+    """Names in the first column of the table under that heading."""
+    rows = table.split("|---", 1)[1].split("\n\n", 1)[0].splitlines()[1:]
+    return [name for row in rows for name in re.findall(r"`(\w+)`", row.split("|")[1])]
+
+
+@pytest.mark.parametrize(("name", "settings", "action", "observation"), SPACES)
+def test_spaces_are_as_written(name, settings, action, observation):
+    given = json.loads(settings)
+    if name == "curling_v0":
+        pytest.importorskip("pettingzoo")
+        env = curling_env.curling_v0.env(**given)
+        spaces = env.action_space("home"), env.observation_space("home")
+    else:
+        env = gym.make(name, **given)
+        spaces = env.action_space, env.observation_space
+    assert (str(spaces[0]), str(spaces[1])) == (action, observation)
+
+
+def test_every_environment_is_in_the_table():
+    ours = {name for name, spec in gym.registry.items() if "curling_env" in str(spec.entry_point)}
+    assert {row[0] for row in SPACES} == ours | {"curling_v0"}
+
+
+@pytest.mark.parametrize(
+    ("title", "made_by"), [("CurlingSheet-v0", CurlingSheetEnv), ("CurlingEnd-v0", CurlingEndEnv)]
+)
+def test_every_option_is_explained_and_no_other(title, made_by):
+    explained = first_column(section(title).split("| option | meaning |", 1)[1])
+    assert sorted(explained) == sorted(inspect.signature(made_by).parameters)
+
+
+def test_every_part_of_the_reward_is_explained():
+    explained = first_column(section("CurlingSheet-v0").split("| part | value |", 1)[1])
+    assert explained == [part.name for part in fields(RewardParts)]
+    said = section("CurlingEnd-v0").split("**Reward**", 1)[1].split("\n\n", 1)[0]
+    for part in fields(GameRewardParts):
+        assert f"`{part.name}`" in said
+
+
+def test_pictures_are_there_and_small():
+    names = re.findall(r"!\[.+?\]\((.+?)\)", PAGE)
+    assert len(names) == 3
+    for name in names:
+        assert (DOCS / name).stat().st_size < 100_000
+        assert cv2.imread(str(DOCS / name)).shape == (720, 1280, 3)
