@@ -12,7 +12,9 @@ from curling_env.cli import IceOption, SeedOption, print_json, progress, say
 PlayerOption = Annotated[
     str,
     typer.Option(
-        metavar="AGENT", help="draw, rulebased, greedy, or the file of a model of `curling train`."
+        metavar="AGENT",
+        help="draw, rulebased, greedy, search (or search:500, search:0.2s: throws or seconds of "
+        "thought before each delivery), or the file of a model of `curling train`.",
     ),
 ]
 RulesOption = Annotated[

@@ -44,13 +44,13 @@ class TrainedPlayer(Player):
 
 
 def player_from(name: str) -> Player:
-    """The player of that name, or the one whose model is in that file.
+    """The player of that name, with its option if it has one, or the model in that file.
 
     Raises
     ------
     InputError : neither a player nor a model's file
     """
-    if name in player_names():
+    if name.partition(":")[0] in player_names():
         return player_named(name)
     if Path(name).suffix or Path(name).exists():
         return TrainedPlayer(name)

@@ -90,6 +90,16 @@ class Player(ABC):
 
     name: str = "player"
 
+    @classmethod
+    def with_option(cls, option: str) -> Player:
+        """The player as it is asked for by ``name:option``.
+
+        Raises
+        ------
+        InputError : an option that this player does not have
+        """
+        raise InputError(f"the player {cls.name!r} takes no option, got {option!r}")
+
     @abstractmethod
     def call(self, view: View) -> Call:
         """The delivery the player wants."""
@@ -131,16 +141,22 @@ def player_names() -> list[str]:
 def player_named(name: str | Player) -> Player:
     """The player of that name; a `Player` is returned as it is.
 
+    Parameters
+    ----------
+    name : as declared, with an option after a colon if the player takes one: ``search:500``
+
     Raises
     ------
-    InputError : a name under which no installed package declares a player
+    InputError : a name under which no installed package declares a player, or a wrong option
     """
     if isinstance(name, Player):
         return name
+    plain, colon, option = name.partition(":")
     for entry in importlib.metadata.entry_points(group=PLAYER_GROUP):
-        if entry.name == name:
-            player = entry.load()()
+        if entry.name == plain:
+            made = entry.load()
+            player = made.with_option(option) if colon else made()
             if not isinstance(player, Player):
                 raise InputError(f"what is declared as the player {name!r} is none")
             return player
-    raise InputError(f"no player is named {name!r}; there are {', '.join(player_names())}")
+    raise InputError(f"no player is named {plain!r}; there are {', '.join(player_names())}")
