@@ -1,26 +1,28 @@
 """Teach the player `search` what a position is worth, from ends that it plays against itself.
 
-    python scripts/learn_worth.py -o runs/worth --ends 3000 3000 8000
+    python scripts/learn_worth.py -o runs/worth --ends 1000 1500 3000 5000
 
 In each round ends are played with what was learnt in the round before (in the first, with a rule of
-thumb), each team after the win chances of some score of the game; then the network of
-`agents.playing.search.worth` learns from all ends of the later rounds how they were scored. Needs
-the extra `train` (torch). Prints how often each score was made: the shares in `winning`.
+thumb), each team after the chances to win from some score of a game; then the network of
+`agents.playing.search.worth` learns from the ends of the later rounds how they were scored. Needs
+the extra `train` (torch). Prints how often each score was made in level games.
 """
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import torch
 from tqdm import tqdm
 
 from agents.playing.search.atlas import Atlas
+from agents.playing.search.player import Judge
 from agents.playing.search.positions import SLOTS, Sheet, points_of
 from agents.playing.search.shots import Shots, shots_for
-from agents.playing.search.winning import worth_of_scores
+from agents.playing.search.winning import Winning
 from agents.playing.search.worth import (
     FILE,
     MOST,
@@ -28,6 +30,7 @@ from agents.playing.search.worth import (
     SCORES,
     STONE_FEATURES,
     Network,
+    load_network,
     position_features,
     stone_features,
 )
@@ -42,14 +45,17 @@ SIDE_BY_SIDE = 128
 """Ends played at once."""
 TRIED, AGAIN, TIMES = 32, 6, 3
 """Shots tried once for a position; how many of these are tried again, and how often."""
+SHARES = (0, 0, 0, 0.005, 0.01, 0.06, 0.40, 0.32, 0.18, 0.02, 0.005, 0, 0)
+"""How often the hammer team scores −6 to 6, as long as nothing better is known: a guess."""
 WIDTHS = (48, 32, 96, 64)
 """Of the hidden layers: two for a stone, two for the position."""
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("-o", "--output", type=Path, required=True)
-    parser.add_argument("--ends", type=int, nargs="+", default=[3000, 3000, 8000])
+    parser.add_argument("--ends", type=int, nargs="+", default=[1000, 1500, 3000, 5000])
+    parser.add_argument("--network", type=Path, help="begin with this one")
     parser.add_argument("--ice", default="standard")
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
@@ -58,20 +64,18 @@ def main() -> None:
     rng = np.random.default_rng(arguments.seed)
     folder = make_directory(arguments.output)
     rules = rule_set("world_curling_2024")
-    sheet = Sheet(
-        ice=load_ice(arguments.ice), direction=Direction.AWAY, rules=rules, lines=Lines()
-    )
-    network, lived = None, []
+    sheet = Sheet(ice=load_ice(arguments.ice), direction=Direction.AWAY, rules=rules, lines=Lines())
+    network = None if arguments.network is None else load_network(arguments.network)
+    lived: list[dict] = []
     for number, ends in enumerate(arguments.ends):
-        batches = range(-(-ends // SIDE_BY_SIDE))
-        fresh = [
-            play_ends(sheet, network, rng) for _ in tqdm(batches, f"round {number + 1}", unit="batch")
-        ]
-        lived = [*lived[-len(fresh) // 2 :], *fresh] if number > 1 else fresh
+        batches = tqdm(range(-(-ends // SIDE_BY_SIDE)), f"round {number + 1}", unit="batch")
+        fresh = [play_ends(sheet, network, rng) for _ in batches]
+        known = number > 1 or arguments.network is not None
+        lived = [*lived, *fresh] if known else fresh  # but not how the rule of thumb plays
         network = learn(sheet.lines, lived, rng)
         save(folder / FILE, network)
         scores = np.concatenate([b["score"][b["level"]] for b in fresh])
-        shares = [(scores == s).mean().round(3) for s in SCORES]
+        shares = [round(float((scores == s).mean()), 3) for s in SCORES]
         print(f"round {number + 1}: shares {dict(zip(SCORES.tolist(), shares, strict=True))}")
 
 
@@ -84,7 +88,9 @@ def play_ends(sheet: Sheet, network: Network | None, rng: np.random.Generator) -
     lead = np.rint(rng.normal(0, 1.7, n)).astype(int)
     level = rng.random(n) < 0.4
     left[level], lead[level] = rng.integers(3, 9, level.sum()), 0
-    worth = np.array([worth_of_scores(rules, a, b) for a, b in zip(lead.tolist(), left.tolist())])
+    winning = _winning(sheet, network)
+    games = zip(lead.tolist(), left.tolist(), strict=True)
+    worth = np.array([winning.of_scores(*game) for game in games])
     elite = SKILLS["elite"]
     sigma = np.array([elite.sigma_speed, elite.sigma_angle, elite.sigma_spin])
     sigma = sigma * np.exp(skill)[:, None]
@@ -92,31 +98,50 @@ def play_ends(sheet: Sheet, network: Network | None, rng: np.random.Generator) -
     seen = []
     for delivered in range(rules.deliveries):
         shots = _some(shots_for(atlas, sheet, stones, delivered), n, TRIED, rng)
-        sign = 1.0 if sheet.mover(delivered) == 0 else -1.0
-
-        def value(chosen: Shots) -> np.ndarray:
-            error = rng.standard_normal((len(chosen), 3)) * sigma[chosen.position]
-            after = sheet.play(stones[chosen.position], delivered, chosen.throws + error)
-            to_come = rules.deliveries - delivered - 1
-            at = chosen.position
-            return sign * _worth(sheet, network, after, to_come, worth[at], skill[at])
-
-        first = value(shots)
+        end = _Moment(sheet, network, stones, delivered, worth, skill)
+        first = end.value(shots, rng.standard_normal((len(shots), 3)) * sigma[shots.position])
         best = _best(shots.position, first, AGAIN)
         again = shots[np.repeat(best, TIMES)]
-        mean = (first[best] + value(again).reshape(-1, TIMES).sum(axis=1)) / (TIMES + 1)
+        more = end.value(again, rng.standard_normal((len(again), 3)) * sigma[again.position])
+        mean = (first[best] + more.reshape(-1, TIMES).sum(axis=1)) / (TIMES + 1)
         chosen = best[_best(shots.position[best], mean, 1)]
         chosen = chosen[np.argsort(shots.position[chosen])]
         error = rng.standard_normal((n, 3)) * sigma
         stones = sheet.play(stones, delivered, shots.throws[chosen] + error)
         seen.append(stones)
     return {
-        "stones": np.array(seen),  # (deliveries, n, 16, 2)
+        "stones": np.array(seen, dtype=np.float32),  # (deliveries, n, 16, 2)
         "score": points_of(sheet.lines, stones),
         "worth": worth,
         "skill": skill,
         "level": level & (np.abs(skill) < 1e-9),
     }
+
+
+class _Moment(NamedTuple):
+    """Positions of ends side by side, before the same delivery of each."""
+
+    sheet: Sheet
+    network: Network | None
+    stones: np.ndarray
+    delivered: int
+    worth: np.ndarray
+    skill: np.ndarray
+
+    def value(self, shots: Shots, errors: np.ndarray) -> np.ndarray:
+        """What each shot with its error leads to, for the team that throws it."""
+        at, sheet = shots.position, self.sheet
+        after = sheet.play(self.stones[at], self.delivered, shots.throws + errors)
+        to_come = sheet.rules.deliveries - self.delivered - 1
+        worth = _worth(sheet, self.network, after, to_come, self.worth[at], self.skill[at])
+        return worth if sheet.mover(self.delivered) == 0 else -worth
+
+
+def _winning(sheet: Sheet, network: Network | None) -> Winning:
+    if network is not None:
+        return Judge(network, sheet.rules, sheet.lines, 0.0).winning
+    shares = np.array(SHARES) / sum(SHARES)
+    return Winning(sheet.rules, lambda worth: np.broadcast_to(shares, worth.shape))
 
 
 _ATLASES: dict[int, Atlas] = {}
@@ -179,7 +204,7 @@ def learn(lines: Lines, lived: list[dict], rng: np.random.Generator, epochs: int
     parameters = [*stone.parameters(), *position.parameters()]
     rows = []
     for batch in lived:
-        deliveries, n = batch["stones"].shape[:2]
+        deliveries = len(batch["stones"])
         for delivered in range(deliveries - 1):
             for mirror in (1.0, -1.0):
                 stones = batch["stones"][delivered] * [mirror, 1.0]

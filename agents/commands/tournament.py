@@ -15,8 +15,8 @@ def tournament(
         list[str],
         typer.Argument(
             metavar="AGENT...",
-            help="Two or more of draw, rulebased, greedy, search (or search:500, search:0.2s), or files "
-            "of models of `curling train`.",
+            help="Two or more of draw, rulebased, greedy, search (or search:500, search:0.2s), or "
+            "files of models of `curling train`.",
         ),
     ],
     games: Annotated[int, typer.Option(min=1, help="Between every two of them.")] = 20,

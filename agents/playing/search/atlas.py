@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from agents.playing.aiming import SPIN
 from curling_env.ice import Ice
-from curling_env.physics.batch import RELEASE_DTYPE, throw_batch
 from curling_env.physics.aim import START_Y, Aim
+from curling_env.physics.batch import RELEASE_DTYPE, throw_batch
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import MAX_SPEED, velocity_of
 
@@ -55,7 +55,7 @@ class Atlas:
         }
 
     def draws(self, x: Floats, y: Floats, spin: float) -> Floats:
-        """Throws that come to rest at (x, y) on the empty sheet, (n, 3); NaN where there is none."""
+        """Throws that come to rest at (x, y) on the empty sheet, (n, 3); NaN for none."""
         reach, bend = self._rests[spin]
         bearing = np.arctan2(-x, y - START_Y)
         distance = np.hypot(x, y - START_Y)
@@ -94,9 +94,9 @@ class Atlas:
 
     def _draws_of(self, spin: float) -> tuple[Floats, Floats]:
         """How far each (weight, line) carries, and how much its bearing gains: (DRAWS, LINES)."""
-        speed, angle = (grid.ravel() for grid in np.meshgrid(
-            self._speeds, self._angles, indexing="ij"
-        ))
+        speed, angle = (
+            grid.ravel() for grid in np.meshgrid(self._speeds, self._angles, indexing="ij")
+        )
         rests = throw_batch(self.ice, self._releases(speed, angle, spin), bounds=_EVERYWHERE)
         d = int(self.direction)
         x, y = d * rests.x, d * rests.y - TEE_Y - START_Y
@@ -151,9 +151,8 @@ class Atlas:
         u, v = np.clip(u, 0, DRAWS - 1.001), np.clip(v, 0, LINES - 1.001)
         i, j = u.astype(int), v.astype(int)
         u, v = u - i, v - j
-        return (
-            (1 - u) * ((1 - v) * table[i, j] + v * table[i, j + 1])
-            + u * ((1 - v) * table[i + 1, j] + v * table[i + 1, j + 1])
+        return (1 - u) * ((1 - v) * table[i, j] + v * table[i, j + 1]) + u * (
+            (1 - v) * table[i + 1, j] + v * table[i + 1, j + 1]
         )
 
 

@@ -12,12 +12,13 @@ from agents.playing.search.atlas import Atlas
 from agents.playing.search.kernel import estimate
 from agents.playing.search.positions import Floats, Sheet, points_of, position_of
 from agents.playing.search.shots import KINDS, Shots, shots_for
-from agents.playing.search.winning import worth_of_scores
+from agents.playing.search.winning import Winning
 from agents.playing.search.worth import MOST, Network, load_network, skill_of
 from curling_env.errors import InputError
 from curling_env.game import Call, Player, View
 from curling_env.ice import Ice
-from curling_env.rules import End, Ruling
+from curling_env.rules import End, RuleSet, Ruling, begin_end, new_game
+from curling_env.rules.lines import Lines
 from curling_env.rules.stones import Stones
 from curling_env.sheet import Direction
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Throw
@@ -61,6 +62,40 @@ class Choice:
     error: float
 
 
+class Judge:
+    """Says how likely a game is won from positions: the network joined with the ends to come."""
+
+    def __init__(self, network: Network, rules: RuleSet, lines: Lines, skill: float) -> None:
+        self.network, self.rules, self.lines, self.skill = network, rules, lines, skill
+        begun = begin_end(new_game(rules, lines)).end
+        assert begun is not None
+        empty = position_of(begun)
+
+        def made(worth: Floats) -> Floats:
+            stones = np.broadcast_to(empty, (len(worth), *empty.shape))
+            return network.chances(lines, stones, rules.deliveries, worth, skill)
+
+        self.winning = Winning(rules, made)
+
+    def chances(self, view: View, stones: Floats, delivered: int) -> Floats:
+        """Chance of the view's team to win from positions of the end in play, (n,).
+
+        Parameters
+        ----------
+        stones : (n, 16, 2) see `positions`
+        delivered : stones of the end delivered
+        """
+        end, left = _end_of(view), self.rules.deliveries - delivered
+        scores_worth = self.winning.of_scores(view.game.lead(end.hammer), view.game.ends_left)
+        if left == 0:
+            points = np.clip(points_of(self.lines, stones), -MOST, MOST)
+            worth = scores_worth[points + MOST]
+        else:
+            made = self.network.chances(self.lines, stones, left, scores_worth, self.skill)
+            worth = made @ scores_worth
+        return worth if end.hammer is view.team else 1 - worth
+
+
 class SearchPlayer(Player):
     """Chooses the shot after which the game is won most often.
 
@@ -92,6 +127,7 @@ class SearchPlayer(Player):
         self.network = load_network() if network is None else network
         self._rate = USUAL_RATE
         self._atlases: dict[Direction, tuple[Ice, Atlas]] = {}
+        self._judges: dict[tuple[RuleSet, Lines, float], Judge] = {}
 
     @classmethod
     def with_option(cls, option: str) -> SearchPlayer:
@@ -116,7 +152,7 @@ class SearchPlayer(Player):
         """The shots that were looked at longest, the best first."""
         begin = time.process_time()
         budget = self.budget if self.seconds is None else max(int(self._rate * self.seconds), 1)
-        search = _Search(view, self._atlas(view), self.network, budget)
+        search = _Search(view, self._atlas(view), self._judge(view), budget)
         search.run()
         self._rate = search.thrown / max(time.process_time() - begin, 1e-3)
         return search.choices()
@@ -128,15 +164,20 @@ class SearchPlayer(Player):
         if ruling.option is None:
             return True
         # The tick was the delivery after those that the view tells of.
-        return self._chance(view, ruling.option, over=1) >= self._chance(view, ruling.stones, over=1)
+        back, left = (self._chance(view, s, over=1) for s in (ruling.option, ruling.stones))
+        return back >= left
 
     def _chance(self, view: View, stones: Stones, *, over: int) -> float:
         """Chance to win with these stones lying after so many further deliveries."""
         end = _end_of(view)
-        sheet = _sheet_of(view)
         after = replace(end, stones=stones, delivered=end.delivered + over)
-        left = view.game.rules.deliveries - after.delivered
-        return float(_chances(view, sheet, self.network, position_of(after)[None], left)[0])
+        return float(self._judge(view).chances(view, position_of(after)[None], after.delivered)[0])
+
+    def _judge(self, view: View) -> Judge:
+        key = (view.game.rules, view.game.lines, skill_of(view.skill.sigma_angle))
+        if key not in self._judges:
+            self._judges[key] = Judge(self.network, *key)
+        return self._judges[key]
 
     def _atlas(self, view: View) -> Atlas:
         known = self._atlases.get(view.direction)
@@ -149,10 +190,12 @@ class SearchPlayer(Player):
 class _Search:
     """One search, before one delivery."""
 
-    def __init__(self, view: View, atlas: Atlas, network: Network, budget: int) -> None:
+    def __init__(self, view: View, atlas: Atlas, judge: Judge, budget: int) -> None:
         end = _end_of(view)
-        self.view, self.network, self.budget = view, network, budget
-        self.sheet = _sheet_of(view)
+        self.view, self.judge, self.budget = view, judge, budget
+        self.sheet = Sheet(
+            ice=view.ice, direction=view.direction, rules=view.game.rules, lines=view.game.lines
+        )
         self.delivered, self.stones = end.delivered, position_of(end)
         self.rng = view.rng()
         hand = [view.skill.sigma_speed, view.skill.sigma_angle, view.skill.sigma_spin]
@@ -244,8 +287,7 @@ class _Search:
         """Chance to win after each execution, (n,)."""
         before = np.broadcast_to(self.stones, (len(executed), *self.stones.shape))
         after = self.sheet.play(before, self.delivered, executed)
-        left = self.view.game.rules.deliveries - self.delivered - 1
-        return _chances(self.view, self.sheet, self.network, after, left)
+        return self.judge.chances(self.view, after, self.delivered + 1)
 
 
 def _end_of(view: View) -> End:
@@ -258,26 +300,6 @@ def _end_of(view: View) -> End:
     if view.game.end is None:
         raise InputError("no end is in play")
     return view.game.end
-
-
-def _sheet_of(view: View) -> Sheet:
-    return Sheet(
-        ice=view.ice, direction=view.direction, rules=view.game.rules, lines=view.game.lines
-    )
-
-
-def _chances(view: View, sheet: Sheet, network: Network, stones: Floats, left: int) -> Floats:
-    """Chance of the view's team to win from positions with so many stones to come, (n,)."""
-    end, game = _end_of(view), view.game
-    scores_worth = worth_of_scores(game.rules, game.lead(end.hammer), game.ends_left)
-    if left == 0:
-        points = np.clip(points_of(sheet.lines, stones), -MOST, MOST)
-        worth = scores_worth[points + MOST]
-    else:
-        skill = skill_of(view.skill.sigma_angle)
-        chances = network.chances(sheet.lines, stones, left, scores_worth, skill)
-        worth = chances.astype(np.float64) @ scores_worth
-    return worth if end.hammer is view.team else 1 - worth
 
 
 def _throw(throw: Floats) -> Throw:

@@ -81,9 +81,7 @@ class Sheet:
         releases["omega"] = np.clip(throws[:, 2], -MAX_SPIN, MAX_SPIN)
         present = np.flatnonzero(np.isfinite(before[:, :, 0]).any(axis=0))
         places = d * (before[:, present] + [0.0, TEE_Y])
-        run = play_batch(
-            self.ice, places, releases, bounds=play_bounds(self.ice, self.direction)
-        )
+        run = play_batch(self.ice, places, releases, bounds=play_bounds(self.ice, self.direction))
         there = d * run.xy - [0.0, TEE_Y]
         # A throw that would not come to rest is no throw: nothing has happened.
         lost = run.meetings < 0

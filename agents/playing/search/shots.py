@@ -61,9 +61,7 @@ class Shots:
         return len(self.throws)
 
     def __getitem__(self, part: NDArray[np.intp] | Flags) -> Shots:
-        return Shots(
-            position=self.position[part], throws=self.throws[part], kind=self.kind[part]
-        )
+        return Shots(position=self.position[part], throws=self.throws[part], kind=self.kind[part])
 
 
 def shots_for(atlas: Atlas, sheet: Sheet, stones: Floats, delivered: int) -> Shots:

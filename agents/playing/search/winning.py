@@ -1,68 +1,79 @@
 """How likely a game is won from the score, the ends to come and the hammer.
 
-Computed backwards from the last end: each end is scored by chance, with the shares that were found
-when `search` played itself (`scripts/learn_worth.py` prints them).
+Computed backwards from the extra end. What an end's scores are worth follows from the table of one
+end fewer; how often each is made, by players who play for just that worth, is what the network of
+`worth` says of a sheet before the first stone. So a team that needs two plays for two.
 """
 
 from __future__ import annotations
 
-from functools import cache
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.playing.search.worth import MOST, SCORES
+from agents.playing.search.worth import SCORES
 from curling_env.rules import RuleSet
 
 Floats = NDArray[np.float64]
 
 FURTHEST = 15
 """Leads beyond are as good as this one."""
-CHANCES = (0, 0, 0, 0.01, 0.04, 0.16, 0.22, 0.23, 0.23, 0.08, 0.02, 0.01, 0)
-"""How often the hammer team scores each of `SCORES`, −6 to 6, in an end of a level game."""
-EXTRA_END = 0.72
-"""How often the hammer team wins an extra end that is not blanked."""
+LEADS = np.arange(-FURTHEST, FURTHEST + 1)
+EXTRA_ROUNDS = 8
+"""Rounds in which the worth of a blanked extra end, which is followed by another, settles."""
 
 
-def worth_of_scores(rules: RuleSet, lead: int, ends_left: int) -> Floats:
-    """Chance of the hammer team to win the game for each of `SCORES` in the end in play, (13,).
+class Winning:
+    """Chances to win.
 
     Parameters
     ----------
-    lead : of the hammer team before the end
-    ends_left : scheduled ends not complete, the one in play among them; 0 in an extra end
+    rules : of the game
+    chances : from what scores are worth to the hammer team, (n, 13), to how often they are made
     """
-    after = max(ends_left - 1, 0)
-    table = _table(rules.blank_keeps_hammer, after)
-    worth = np.empty(len(SCORES))
-    for k, score in enumerate(SCORES.tolist()):
-        keeps = score < 0 or (score == 0 and rules.blank_keeps_hammer)
-        place = _place(lead + score)
-        worth[k] = table[place] if keeps else 1 - table[_place(-lead - score)]
-    return worth
+
+    def __init__(self, rules: RuleSet, chances: Callable[[Floats], Floats]) -> None:
+        self._blank_keeps, self._chances = rules.blank_keeps_hammer, chances
+        self._tables = [self._after_the_last(0.75)]
+        for _ in range(EXTRA_ROUNDS):
+            extra = self._one_more(self._tables[0])[FURTHEST]
+            self._tables[0] = self._after_the_last(float(extra))
+
+    def of_scores(self, lead: int, ends_left: int) -> Floats:
+        """Chance of the hammer team for each of `SCORES` in the end in play, (13,).
+
+        Parameters
+        ----------
+        lead : of the hammer team before the end
+        ends_left : scheduled ends not complete, the one in play among them; 0 in an extra end
+        """
+        return self._of_scores(np.array([lead]), self._table(max(ends_left - 1, 0)))[0]
+
+    def with_hammer(self, lead: int, ends_left: int) -> float:
+        """Chance of the team that has the hammer in the first of so many ends to come."""
+        return float(self._table(ends_left)[_places(np.array(lead))])
+
+    def _table(self, ends: int) -> Floats:
+        """Chance with the hammer for each of `LEADS`, with so many ends to play."""
+        while len(self._tables) <= ends:
+            self._tables.append(self._one_more(self._tables[-1]))
+        return self._tables[ends]
+
+    def _after_the_last(self, extra: float) -> Floats:
+        return np.where(LEADS > 0, 1.0, np.where(LEADS < 0, 0.0, extra))
+
+    def _one_more(self, after: Floats) -> Floats:
+        worth = self._of_scores(LEADS, after)
+        table = (self._chances(worth) * worth).sum(axis=1)
+        return np.maximum.accumulate(table)  # a larger lead is never worse
+
+    def _of_scores(self, leads: NDArray[np.int64], after: Floats) -> Floats:
+        """Chance of the hammer team by lead and score, (n, 13)."""
+        keeps = (SCORES < 0) | ((SCORES == 0) & self._blank_keeps)
+        new = leads[:, None] + SCORES
+        return np.where(keeps, after[_places(new)], 1 - after[_places(-new)])
 
 
-def chance_to_win(rules: RuleSet, lead: int, ends_left: int) -> float:
-    """Chance of the team with the hammer in the next end, with so many ends to play."""
-    return float(_table(rules.blank_keeps_hammer, ends_left)[_place(lead)])
-
-
-def _place(lead: int) -> int:
-    return int(np.clip(lead, -FURTHEST, FURTHEST)) + FURTHEST
-
-
-@cache
-def _table(blank_keeps: bool, ends: int) -> Floats:
-    """Chance to win with the hammer for each lead from -FURTHEST on, with so many ends to play."""
-    leads = np.arange(-FURTHEST, FURTHEST + 1)
-    if ends == 0:
-        return np.where(leads > 0, 1.0, np.where(leads < 0, 0.0, EXTRA_END))
-    after = _table(blank_keeps, ends - 1)
-    chances = np.array(CHANCES) / sum(CHANCES)
-    table = np.zeros(len(leads))
-    for score, chance in zip(range(-MOST, MOST + 1), chances, strict=True):
-        keeps = score < 0 or (score == 0 and blank_keeps)
-        there = np.clip(leads + score, -FURTHEST, FURTHEST) + FURTHEST
-        other = np.clip(-leads - score, -FURTHEST, FURTHEST) + FURTHEST
-        table += chance * (after[there] if keeps else 1 - after[other])
-    return table
+def _places(leads: NDArray[np.int64]) -> NDArray[np.int64]:
+    return np.clip(leads, -FURTHEST, FURTHEST) + FURTHEST

@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass
 from importlib.resources import files
 from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -48,7 +49,7 @@ class Network:
 
     def chances(
         self, lines: Lines, stones: Floats, left: int, scores_worth: Floats, skill: float
-    ) -> Singles:
+    ) -> Floats:
         """How likely each of `SCORES` is, (n, 13).
 
         Parameters
@@ -76,13 +77,13 @@ class Network:
         logits = x @ rest[-1][0] + rest[-1][1]
         logits -= logits.max(axis=1, keepdims=True)
         np.exp(logits, out=logits)
-        return logits / logits.sum(axis=1, keepdims=True)
+        return (logits / logits.sum(axis=1, keepdims=True)).astype(np.float64)
 
 
-def load_network() -> Network:
-    """The network of this package; `scripts/learn_worth.py` made it."""
-    data = files(__package__).joinpath(FILE).read_bytes()
-    with np.load(BytesIO(data), allow_pickle=False) as archive:
+def load_network(path: Path | None = None) -> Network:
+    """A network of `scripts/learn_worth.py`; without a path the package's own."""
+    file = files("agents.playing.search").joinpath(FILE) if path is None else path
+    with np.load(BytesIO(file.read_bytes()), allow_pickle=False) as archive:
         layers = len(archive.files) // 2
         return Network(
             layers=tuple(
