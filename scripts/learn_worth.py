@@ -11,6 +11,7 @@ the extra `train` (torch). Prints how often each score was made in level games.
 from __future__ import annotations
 
 import argparse
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,8 +19,8 @@ import numpy as np
 import torch
 from tqdm import tqdm
 
+from agents.playing.aiming import SPIN
 from agents.playing.search.atlas import Atlas
-from agents.playing.search.player import Judge
 from agents.playing.search.positions import SLOTS, Sheet, points_of
 from agents.playing.search.shots import Shots, shots_for
 from agents.playing.search.winning import Winning
@@ -34,6 +35,7 @@ from agents.playing.search.worth import (
     position_features,
     stone_features,
 )
+from curling_env.executor import executor
 from curling_env.ice import load_ice
 from curling_env.rules import rule_set
 from curling_env.rules.lines import Lines
@@ -45,8 +47,6 @@ SIDE_BY_SIDE = 128
 """Ends played at once."""
 TRIED, AGAIN, TIMES = 32, 6, 3
 """Shots tried once for a position; how many of these are tried again, and how often."""
-SHARES = (0, 0, 0, 0.005, 0.01, 0.06, 0.40, 0.32, 0.18, 0.02, 0.005, 0, 0)
-"""How often the hammer team scores −6 to 6, as long as nothing better is known: a guess."""
 WIDTHS = (48, 32, 96, 64)
 """Of the hidden layers: two for a stone, two for the position."""
 
@@ -57,6 +57,7 @@ def main() -> None:
     parser.add_argument("--ends", type=int, nargs="+", default=[1000, 1500, 3000, 5000])
     parser.add_argument("--network", type=Path, help="begin with this one")
     parser.add_argument("--ice", default="standard")
+    parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
     torch.manual_seed(arguments.seed)
@@ -68,8 +69,10 @@ def main() -> None:
     network = None if arguments.network is None else load_network(arguments.network)
     lived: list[dict] = []
     for number, ends in enumerate(arguments.ends):
-        batches = tqdm(range(-(-ends // SIDE_BY_SIDE)), f"round {number + 1}", unit="batch")
-        fresh = [play_ends(sheet, network, rng) for _ in batches]
+        seeds = np.random.SeedSequence((arguments.seed, number)).spawn(-(-ends // SIDE_BY_SIDE))
+        with executor(arguments.workers) as workers:
+            play = workers.map(partial(play_ends, sheet, network), seeds)
+            fresh = list(tqdm(play, f"round {number + 1}", total=len(seeds), unit="batch"))
         known = number > 1 or arguments.network is not None
         lived = [*lived, *fresh] if known else fresh  # but not how the rule of thumb plays
         network = learn(sheet.lines, lived, rng)
@@ -79,16 +82,16 @@ def main() -> None:
         print(f"round {number + 1}: shares {dict(zip(SCORES.tolist(), shares, strict=True))}")
 
 
-def play_ends(sheet: Sheet, network: Network | None, rng: np.random.Generator) -> dict:
+def play_ends(sheet: Sheet, network: Network | None, seed: np.random.SeedSequence) -> dict:
     """Play ends side by side: positions after each delivery, and how the ends were scored."""
-    n, rules = SIDE_BY_SIDE, sheet.rules
-    atlas = _atlas(sheet)
+    n, rules, rng = SIDE_BY_SIDE, sheet.rules, np.random.default_rng(seed)
+    atlas = Atlas(sheet.ice, sheet.direction)
     skill = np.where(rng.random(n) < 0.6, 0.0, rng.uniform(-0.7, 1.2, n))
     left = rng.integers(1, 9, n)
     lead = np.rint(rng.normal(0, 1.7, n)).astype(int)
     level = rng.random(n) < 0.4
     left[level], lead[level] = rng.integers(3, 9, level.sum()), 0
-    winning = _winning(sheet, network)
+    winning = Winning(rules)
     games = zip(lead.tolist(), left.tolist(), strict=True)
     worth = np.array([winning.of_scores(*game) for game in games])
     elite = SKILLS["elite"]
@@ -96,26 +99,47 @@ def play_ends(sheet: Sheet, network: Network | None, rng: np.random.Generator) -
     sigma = sigma * np.exp(skill)[:, None]
     stones = np.full((n, SLOTS, 2), np.nan)
     seen = []
+    # Ends begin in a position that players of another kind have left, so that the network knows
+    # those too: each team throws at random, at the button, or away, until the end is in earnest.
+    earnest = np.where(rng.random(n) < 0.3, 0, rng.integers(0, rules.deliveries, n))
+    habits = rng.random((2, n))
     for delivered in range(rules.deliveries):
-        shots = _some(shots_for(atlas, sheet, stones, delivered), n, TRIED, rng)
-        end = _Moment(sheet, network, stones, delivered, worth, skill)
-        first = end.value(shots, rng.standard_normal((len(shots), 3)) * sigma[shots.position])
-        best = _best(shots.position, first, AGAIN)
-        again = shots[np.repeat(best, TIMES)]
-        more = end.value(again, rng.standard_normal((len(again), 3)) * sigma[again.position])
-        mean = (first[best] + more.reshape(-1, TIMES).sum(axis=1)) / (TIMES + 1)
-        chosen = best[_best(shots.position[best], mean, 1)]
-        chosen = chosen[np.argsort(shots.position[chosen])]
-        error = rng.standard_normal((n, 3)) * sigma
-        stones = sheet.play(stones, delivered, shots.throws[chosen] + error)
+        shots = shots_for(atlas, sheet, stones, delivered)
+        meant = _by_habit(shots, habits[sheet.mover(delivered)], atlas, rng)
+        here = np.flatnonzero(earnest <= delivered)
+        if len(here):
+            shots = _some(shots[np.isin(shots.position, here)], TRIED, rng)
+            end = _Moment(sheet, network, stones, delivered, worth, skill)
+            first = end.value(shots, rng.standard_normal((len(shots), 3)) * sigma[shots.position])
+            best = _best(shots.position, first, AGAIN)
+            again = shots[np.repeat(best, TIMES)]
+            more = end.value(again, rng.standard_normal((len(again), 3)) * sigma[again.position])
+            mean = (first[best] + more.reshape(-1, TIMES).sum(axis=1)) / (TIMES + 1)
+            chosen = best[_best(shots.position[best], mean, 1)]
+            meant[shots.position[chosen]] = shots.throws[chosen]
+        stones = sheet.play(stones, delivered, meant + rng.standard_normal((n, 3)) * sigma)
         seen.append(stones)
     return {
         "stones": np.array(seen, dtype=np.float32),  # (deliveries, n, 16, 2)
+        "earnest": earnest,
         "score": points_of(sheet.lines, stones),
         "worth": worth,
         "skill": skill,
-        "level": level & (np.abs(skill) < 1e-9),
+        "level": level & (skill == 0) & (earnest == 0),
     }
+
+
+def _by_habit(
+    shots: Shots, habit: np.ndarray, atlas: Atlas, rng: np.random.Generator
+) -> np.ndarray:
+    """A throw for each position without a thought, (n, 3): any shot, or a draw to the button."""
+    # Hits are many in number; a kind is drawn first.
+    rank = rng.random(len(shots)) ** np.bincount(shots.kind)[shots.kind]
+    any_shot = shots.throws[_best(shots.position, rank, 1)]
+    n = len(habit)
+    button = atlas.draws(np.zeros(n), np.zeros(n), SPIN)
+    draws = rng.random(n) < np.clip(2 * habit - 0.6, 0, 1)
+    return np.where(draws[:, None], button, any_shot)
 
 
 class _Moment(NamedTuple):
@@ -135,22 +159,6 @@ class _Moment(NamedTuple):
         to_come = sheet.rules.deliveries - self.delivered - 1
         worth = _worth(sheet, self.network, after, to_come, self.worth[at], self.skill[at])
         return worth if sheet.mover(self.delivered) == 0 else -worth
-
-
-def _winning(sheet: Sheet, network: Network | None) -> Winning:
-    if network is not None:
-        return Judge(network, sheet.rules, sheet.lines, 0.0).winning
-    shares = np.array(SHARES) / sum(SHARES)
-    return Winning(sheet.rules, lambda worth: np.broadcast_to(shares, worth.shape))
-
-
-_ATLASES: dict[int, Atlas] = {}
-
-
-def _atlas(sheet: Sheet) -> Atlas:
-    if id(sheet) not in _ATLASES:
-        _ATLASES[id(sheet)] = Atlas(sheet.ice, sheet.direction)
-    return _ATLASES[id(sheet)]
 
 
 def _worth(sheet, network, after, to_come, worth, skill) -> np.ndarray:
@@ -174,7 +182,7 @@ def _worth(sheet, network, after, to_come, worth, skill) -> np.ndarray:
     return worth[rows, k] * (1 - at + k) + worth[rows, k + 1] * (at - k)
 
 
-def _some(shots: Shots, n: int, most: int, rng: np.random.Generator) -> Shots:
+def _some(shots: Shots, most: int, rng: np.random.Generator) -> Shots:
     """So many shots for each position, drawn at random."""
     return shots[_best(shots.position, rng.random(len(shots)), most)]
 
@@ -207,12 +215,17 @@ def learn(lines: Lines, lived: list[dict], rng: np.random.Generator, epochs: int
         deliveries = len(batch["stones"])
         for delivered in range(deliveries - 1):
             for mirror in (1.0, -1.0):
-                stones = batch["stones"][delivered] * [mirror, 1.0]
+                here = batch["earnest"] <= delivered
+                stones = batch["stones"][delivered][here] * [mirror, 1.0]
                 seen, which = stone_features(lines, stones)
                 whole = position_features(
-                    lines, stones, deliveries - 1 - delivered, batch["worth"], batch["skill"]
+                    lines,
+                    stones,
+                    deliveries - 1 - delivered,
+                    batch["worth"][here],
+                    batch["skill"][here],
                 )
-                target = np.clip(batch["score"], -MOST, MOST) + MOST
+                target = np.clip(batch["score"][here], -MOST, MOST) + MOST
                 rows.append((seen, which, whole, target))
     held = set(rng.choice(len(lived), max(len(lived) // 12, 1), replace=False).tolist())
     per = len(rows) // len(lived)

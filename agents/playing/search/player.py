@@ -17,7 +17,7 @@ from agents.playing.search.worth import MOST, Network, load_network, skill_of
 from curling_env.errors import InputError
 from curling_env.game import Call, Player, View
 from curling_env.ice import Ice
-from curling_env.rules import End, RuleSet, Ruling, begin_end, new_game
+from curling_env.rules import End, RuleSet, Ruling
 from curling_env.rules.lines import Lines
 from curling_env.rules.stones import Stones
 from curling_env.sheet import Direction
@@ -67,15 +67,7 @@ class Judge:
 
     def __init__(self, network: Network, rules: RuleSet, lines: Lines, skill: float) -> None:
         self.network, self.rules, self.lines, self.skill = network, rules, lines, skill
-        begun = begin_end(new_game(rules, lines)).end
-        assert begun is not None
-        empty = position_of(begun)
-
-        def made(worth: Floats) -> Floats:
-            stones = np.broadcast_to(empty, (len(worth), *empty.shape))
-            return network.chances(lines, stones, rules.deliveries, worth, skill)
-
-        self.winning = Winning(rules, made)
+        self.winning = Winning(rules)
 
     def chances(self, view: View, stones: Floats, delivered: int) -> Floats:
         """Chance of the view's team to win from positions of the end in play, (n,).

@@ -1,27 +1,29 @@
 """How likely a game is won from the score, the ends to come and the hammer.
 
-Computed backwards from the extra end. What an end's scores are worth follows from the table of one
-end fewer; how often each is made, by players who play for just that worth, is what the network of
-`worth` says of a sheet before the first stone. So a team that needs two plays for two.
+Computed backwards from the extra end: what an end's scores are worth follows from the table of one
+end fewer, and each is made with its usual share.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from agents.playing.search.worth import SCORES
 from curling_env.rules import RuleSet
 
 Floats = NDArray[np.float64]
 
+USUAL_SHARES = (0, 0, 0, 0.01, 0.05, 0.15, 0.20, 0.27, 0.21, 0.08, 0.02, 0.01, 0)
+"""How often the hammer team scores each of `SCORES`, −6 to 6: a choice.
+
+When `search` plays itself, scores spread less, and one who is two points behind has lost. A player
+who believes that gives games up which weaker opponents would still lose; so these shares spread
+about as far as those of games between people.
+"""
 FURTHEST = 15
 """Leads beyond are as good as this one."""
 LEADS = np.arange(-FURTHEST, FURTHEST + 1)
-EXTRA_ROUNDS = 8
-"""Rounds in which the worth of a blanked extra end, which is followed by another, settles."""
 
 
 class Winning:
@@ -30,15 +32,16 @@ class Winning:
     Parameters
     ----------
     rules : of the game
-    chances : from what scores are worth to the hammer team, (n, 13), to how often they are made
+    shares : (13,) how often the hammer team scores each of `SCORES`
     """
 
-    def __init__(self, rules: RuleSet, chances: Callable[[Floats], Floats]) -> None:
-        self._blank_keeps, self._chances = rules.blank_keeps_hammer, chances
-        self._tables = [self._after_the_last(0.75)]
-        for _ in range(EXTRA_ROUNDS):
-            extra = self._one_more(self._tables[0])[FURTHEST]
-            self._tables[0] = self._after_the_last(float(extra))
+    def __init__(self, rules: RuleSet, shares: ArrayLike = USUAL_SHARES) -> None:
+        self._blank_keeps = rules.blank_keeps_hammer
+        self._shares = np.asarray(shares, dtype=np.float64) / np.sum(shares)
+        # An extra end is won by whoever scores; after a blank follows another.
+        wins, blank = self._shares[SCORES > 0].sum(), self._shares[SCORES == 0].sum()
+        extra = wins / (1 - blank) if self._blank_keeps else (wins + blank) / (1 + blank)
+        self._tables = [np.where(LEADS > 0, 1.0, np.where(LEADS < 0, 0.0, extra))]
 
     def of_scores(self, lead: int, ends_left: int) -> Floats:
         """Chance of the hammer team for each of `SCORES` in the end in play, (13,).
@@ -60,13 +63,8 @@ class Winning:
             self._tables.append(self._one_more(self._tables[-1]))
         return self._tables[ends]
 
-    def _after_the_last(self, extra: float) -> Floats:
-        return np.where(LEADS > 0, 1.0, np.where(LEADS < 0, 0.0, extra))
-
     def _one_more(self, after: Floats) -> Floats:
-        worth = self._of_scores(LEADS, after)
-        table = (self._chances(worth) * worth).sum(axis=1)
-        return np.maximum.accumulate(table)  # a larger lead is never worse
+        return self._of_scores(LEADS, after) @ self._shares
 
     def _of_scores(self, leads: NDArray[np.int64], after: Floats) -> Floats:
         """Chance of the hammer team by lead and score, (n, 13)."""
