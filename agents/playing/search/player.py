@@ -23,7 +23,7 @@ from curling_env.rules.stones import Stones
 from curling_env.sheet import Direction
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Throw
 
-BUDGET = 6000
+BUDGET = 3000
 """Throws tried in the mind before each delivery."""
 ROUNDS = 4
 """Rounds into which the trials are divided, equally; after each, fewer shots are left."""
