@@ -398,3 +398,13 @@ def test_points_are_counted_as_by_the_rules():
         team, points = count(LINES, tuple(lying))
         wanted = points if team is Team.HOME else -points
         assert points_of(LINES, position[None])[0] == wanted, k
+
+
+def test_stones_that_the_opponent_piled_up_are_bad_news(judge):
+    """Four counting stones of the opponent's and one to come: no team of the network's own kind
+    leaves that, and a network that has not seen it takes it for a good house."""
+    stones = np.full((1, SLOTS, 2), np.nan)
+    stones[0, 8:12] = [(0.0, -0.1), (0.15, 0.35), (0.13, -0.45), (-0.55, 0.2)]
+    stones[0, :4] = [(0.8, 0.3), (-0.8, -1.0), (1.2, -0.9), (-0.6, -2.3)]
+    points = judge.network.chances(LINES, stones, 2, judge.winning.of_scores(0, 4), 0.0) @ SCORES
+    assert points[0] < -0.5
