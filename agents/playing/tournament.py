@@ -37,7 +37,7 @@ class Standing:
     games, wins : played and won; half a win for a tie
     share, share_low, share_high : wins over games, and its 95 % interval (Wilson)
     elo, elo_low, elo_high : rating with mean 0 over the players, and its 95 % interval (bootstrap)
-    points_for, points_against : a game
+    points_for, points_against : an end
     """
 
     name: str
@@ -89,7 +89,7 @@ def play_tournament(
     pairs = list(combinations(range(len(players)), 2))
     fixtures = [(i, j, g) for g in range(games) for i, j in pairs]
     rows: list[tuple[int, int, float]] = []
-    points = np.zeros((len(players), 2))
+    points = np.zeros((len(players), 3))  # for, against, ends
     for i, j, g in through(fixtures, "games"):
         home, away = (i, j) if g % 2 == 0 else (j, i)
         game = play_game(
@@ -99,7 +99,7 @@ def play_tournament(
             last_stone=Team((g // 2) % 2),
         ).game
         for place, team in ((home, Team.HOME), (away, Team.AWAY)):
-            points[place] += game.score[team], game.score[team.other]
+            points[place] += game.score[team], game.score[team.other], len(game.line_score)
         won = 0.5 if game.winner is None else float(game.winner is Team.HOME)
         rows.append((i, j, won if home == i else 1 - won))
     results = np.array(rows)
@@ -170,8 +170,8 @@ def _standings(
                 elo=float(elo[k]),
                 elo_low=float(low[k]),
                 elo_high=float(high[k]),
-                points_for=float(points[k, 0] / games),
-                points_against=float(points[k, 1] / games),
+                points_for=float(points[k, 0] / max(points[k, 2], 1)),
+                points_against=float(points[k, 1] / max(points[k, 2], 1)),
             )
         )
     return tuple(sorted(standings, key=lambda standing: -standing.elo))
@@ -180,13 +180,13 @@ def _standings(
 def as_text(tournament: Tournament) -> str:
     """Standings, and who beat whom, for people."""
     width = max(len(name) for name in tournament.names) + 2
-    lines = [f"{'':<{width}}{'won':>11}   {'95 %':>9}   {'Elo':>5}   {'95 %':>13}   points a game"]
+    lines = [f"{'':<{width}}{'won':>11}   {'95 %':>9}   {'Elo':>5}   {'95 %':>13}   points an end"]
     for s in tournament.standings:
         lines.append(
             f"{s.name:<{width}}{f'{s.wins:g} of {s.games}':>11}   "
             f"{f'{s.share_low:.0%}–{s.share_high:.0%}':>9}   {s.elo:>+5.0f}   "
             f"{f'{s.elo_low:+.0f} to {s.elo_high:+.0f}':>13}   "
-            f"{s.points_for:.1f} : {s.points_against:.1f}"
+            f"{s.points_for:.2f} : {s.points_against:.2f}"
         )
     lines += ["", "Games won by the row against the column:"]
     lines.append(" " * width + "".join(f"{name:>{width}}" for name in tournament.names))
