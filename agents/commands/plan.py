@@ -1,4 +1,4 @@
-"""`curling plan`: the throw that comes to rest where it is wanted."""
+"""`curling plan`: the throw that does what is wanted."""
 
 from __future__ import annotations
 
@@ -14,16 +14,27 @@ from curling_env.errors import InputError
 def plan(
     ice: IceOption,
     target: Annotated[
-        str,
+        str | None,
         typer.Option(
             metavar="X,Y",
-            help="Where the stone should rest, sheet frame [m]; the tees are 0,17.3735 and "
-            "0,-17.3735.",
+            help="Where the stone should rest, or the stone that a task is about lies, sheet frame "
+            "[m]; the tees are 0,17.3735 and 0,-17.3735.",
         ),
-    ],
+    ] = None,
+    task: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TASK",
+            help="draw, guard, takeout, hit-and-stay, peel, freeze, or score: the most points.",
+        ),
+    ] = None,
     stones: Annotated[
         Path | None,
-        typer.Option(metavar="S.json", help='Stones that lie there: [{"x": 0.3, "y": 15.2}, …].'),
+        typer.Option(
+            metavar="S.json",
+            help='Stones that lie there: [{"x": 0.3, "y": 15.2, "team": "own"}, …]; the team is '
+            "own or other.",
+        ),
     ] = None,
     skill: Annotated[
         str,
@@ -49,46 +60,68 @@ def plan(
     ] = False,
     seed: SeedOption = 0,
 ) -> None:
-    """Find the throw that comes to rest at a target.
+    """Find the throw for a target or a task.
 
-    Searches over simulated throws of both handles. Of all that get there without touching a stone
-    it takes the one that forgives: with the smallest miss to expect from the player's errors
-    (--skill) and from the map's own uncertainty. The answer is JSON on stdout; stderr says it in a
-    curler's words.
+    Searches over simulated throws of both handles and takes the one that forgives: of which most
+    is to be expected, given the player's errors (--skill) and the map's own uncertainty. The answer
+    is JSON on stdout; stderr says it in a curler's words.
+
+    With --target alone the stone comes to rest there, having touched no other. With --task the
+    throw may move stones, and is judged as CurlingSheet-v0 judges it:
+
+    \b
+        draw          rest in the house, at the target or on the button
+        guard         rest before the house, at the target or on the centre line
+        takeout       put a stone out of play; hit-and-stay and peel say of the thrown
+                      stone that it stays, or leaves too
+        freeze        rest against a stone without driving it back
+        score         the most points, as the stones then lie
+
+    A takeout and a freeze are about the stone nearest to the target, or about the opponents' best;
+    without --stones one lies at the target. For score the stones have a team.
 
     The half of the sheet the target lies in is the end played to. speed [m/s], angle [rad,
     counter-clockwise from the direction of play] and spin [rad/s] can be given to `curling throw`
-    as they are.
+    as they are; sweep says when to sweep, on ice whose file has the effect of sweeping. spread is
+    what the player and the map do together, spread_of_the_hand and spread_of_the_map each alone.
 
     \b
     Examples:
         curling plan --ice standard --target 0,17.3735
         curling plan --ice ice.json --target=-0.6,16.8 --skill club --picture plan.png
+        curling plan --ice ice.json --task takeout --target 0.3,17.6 --picture hit.png
+        curling plan --ice ice.json --task score --stones stones.json
     """
     from agents.planning import plan as find
+    from agents.planning import plan_task
     from agents.planning.search import SPINS
     from agents.planning.stones import read_stones
     from curling_env.ice import load_ice
     from curling_env.physics.slide import NO_OBSTACLES
 
+    if target is None and task is None:
+        raise InputError("say what is wanted: --target X,Y, or --task with or without one")
     known = load_ice(ice)
-    result = find(
-        known,
-        _numbers(target, "--target", count=2),
-        stones=NO_OBSTACLES if stones is None else read_stones(stones),
-        skill=skill,
-        spins=SPINS if spin is None else _numbers(spin, "--spin"),
-        x=x,
-        seed=seed,
-    )
+    aim = None if target is None else _numbers(target, "--target", count=2)
+    places, own = (NO_OBSTACLES, None) if stones is None else read_stones(stones)
+    tried = SPINS if spin is None else _numbers(spin, "--spin")
+    if task is None:
+        assert aim is not None  # one of the two was given
+        result = find(known, aim, stones=places, skill=skill, spins=tried, x=x, seed=seed)
+    else:
+        result = plan_task(
+            known, task, aim, stones=places, own=own, skill=skill, spins=tried, x=x, seed=seed
+        )
     if picture is not None:
         from agents.planning.picture import draw_plan
 
         draw_plan(known, result, picture)
     if not as_json:
-        say(result.best.words.call)
-        if result.best.spread.miss.size > 1:
-            say(f"expect to miss by {100 * result.best.expected_miss:.0f} cm")
+        best = result.best
+        say(best.words.call)
+        if best.spread.miss.size > 1:
+            success = "" if task is None else f"{100 * best.spread.success.mean():.0f} % succeed; "
+            say(f"{success}expect to miss by {100 * best.expected_miss:.0f} cm")
     print_json(result.as_dict())
 
 

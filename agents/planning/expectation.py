@@ -1,23 +1,24 @@
 """What to expect of a throw: the hand is not exact, and neither is the map.
 
-A throw is repeated with execution errors, on ices drawn from the map's own standard errors. A
-stone that touches another, or leaves play, counts as ending there: hitting a guard six metres
-short of the target is a miss of six metres.
+A throw is repeated with execution errors, on ices drawn from the map's own standard errors, and
+every trial is judged by what was wanted. All trials of all throws go through the batch engine.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.planning.rollouts import Rollouts, roll_out
-from agents.planning.search import direction_to
+from agents.planning.rollouts import SPEED, SPIN, Rollouts, roll_out
+from agents.planning.wanted import Wanted
 from curling_env.ice import FrictionMap, Ice
 from curling_env.physics.slide import SlideEnd, play_bounds
 from curling_env.sheet import Direction
 from curling_env.skill import Skill
+from curling_env.throw import MAX_SPEED, MAX_SPIN
 
 Floats = NDArray[np.float64]
 
@@ -33,23 +34,37 @@ LEAST_SHARE = 0.2
 
 @dataclass(frozen=True, kw_only=True)
 class Spread:
-    """Where a throw ended when it was tried many times.
+    """What came of a throw when it was tried many times.
 
     Parameters
     ----------
-    ends : (n, 2) sheet frame [m]
+    ends : (n, 2) where the thrown stone ended, sheet frame [m]
     miss : (n,) distance of each from the target [m]
     why : (n,) `SlideEnd` of each
+    in_play : (n,) whether it stayed in play
+    worth, success : (n,) as judged by what was wanted
+    stones : (n, k, 2) where the other stones then lie, NaN where one left play [m]
+    errors : (n, 3) of the hand: speed [m/s], angle [rad], spin [rad/s]
     """
 
     ends: Floats
     miss: Floats
     why: NDArray[np.int64]
+    in_play: NDArray[np.bool_]
+    worth: Floats
+    success: NDArray[np.bool_]
+    stones: Floats
+    errors: Floats
 
     @property
     def expected_miss(self) -> float:
         """Mean distance from the target [m]."""
         return float(self.miss.mean())
+
+    @property
+    def expected_worth(self) -> float:
+        """Mean of what it is worth."""
+        return float(self.worth.mean())
 
     def chance(self, end: SlideEnd) -> float:
         """Share of the throws that ended so."""
@@ -57,8 +72,8 @@ class Spread:
 
     @property
     def covariance(self) -> Floats:
-        """Of the ends of those that came to rest by themselves, (2, 2) [m²]."""
-        rested = self.ends[self.why == SlideEnd.REST]
+        """Of the ends of those that stayed in play, (2, 2) [m²]."""
+        rested = self.ends[self.in_play]
         return np.cov(rested.T) if len(rested) > 1 else np.zeros((2, 2))
 
 
@@ -96,52 +111,62 @@ def _square_root_of_correlation(places: Floats) -> Floats:
 
 
 def spreads(
-    ices: list[Ice],
-    throws: Floats,
-    target: Floats,
-    skill: Skill,
-    stones: Floats,
-    *,
-    n: int,
-    seed: int,
+    ices: list[Ice], throws: Floats, wanted: Wanted, skill: Skill, *, n: int, seed: int
 ) -> list[Spread]:
     """Try each throw n times, with the same errors for all of them.
 
     Parameters
     ----------
     ices : that are possible; each gets its part of the trials
-    throws : (m, 4) meant throws, see `rollouts.states_of`
-    target : (2,) sheet frame [m]
+    throws : (m, 4) or (m, 6) meant throws, see `rollouts.releases_of`
+    wanted : of them; it knows the stones that lie there
     skill : of the player
-    stones : (k, 2) resting stones, sheet frame [m]
-    n : trials of each throw; without any error there is one
+    n : trials of each throw; without any error there is one on each ice
     seed : of the errors
     """
-    if skill.is_exact:
-        n = len(ices)
-    each = max(-(-n // len(ices)), 1)
-    direction = direction_to(target)
+    each = 1 if skill.is_exact else max(-(-n // len(ices)), 1)
+    m, columns = throws.shape
+    radius = ices[0].stone.radius
+    errors = [skill.errors(each, np.random.default_rng((seed, k))) for k in range(len(ices))]
     parts: list[Rollouts] = []
-    for k, ice in enumerate(ices):
-        errors = np.zeros((each, 4))
-        errors[:, :3] = skill.errors(each, np.random.default_rng((seed, k)))
-        trials = (throws[:, None, :] + errors[None, :, :]).reshape(-1, 4)
-        trials[:, 0] = np.clip(trials[:, 0], 1e-3, None)
-        parts.append(end_in_play(ice, trials, direction, stones))
-    m = len(throws)
-    ends = np.concatenate([part.xy.reshape(m, each, 2) for part in parts], axis=1)
-    why = np.concatenate([part.end.reshape(m, each) for part in parts], axis=1)
-    miss = np.hypot(*np.moveaxis(ends - target, 2, 0))
-    return [Spread(ends=ends[i], miss=miss[i], why=why[i]) for i in range(m)]
+    for ice, error in zip(ices, errors, strict=True):
+        trials = np.repeat(throws[:, None, :], each, axis=1)
+        trials[:, :, : SPIN + 1] += error
+        trials[:, :, SPEED] = np.clip(trials[:, :, SPEED], 1e-3, MAX_SPEED)
+        trials[:, :, SPIN] = np.clip(trials[:, :, SPIN], -MAX_SPIN, MAX_SPIN)
+        ended = end_in_play(ice, trials.reshape(-1, columns), wanted.direction, wanted.stones)
+        parts.append(ended)
+    together = Rollouts(**{name: _joined(parts, name, m) for name in ROLLOUT_FIELDS})
+    judged = wanted.judge(together, radius)
+    count = each * len(ices)
+    rows = [slice(i * count, (i + 1) * count) for i in range(m)]
+    return [
+        Spread(
+            ends=together.xy[row],
+            miss=judged.miss[row],
+            why=together.end[row],
+            in_play=together.in_play[row],
+            worth=judged.worth[row],
+            success=judged.success[row],
+            stones=together.stones[row],
+            errors=np.concatenate(errors),
+        )
+        for row in rows
+    ]
+
+
+ROLLOUT_FIELDS = tuple(field.name for field in fields(Rollouts))
+
+
+def _joined(parts: list[Rollouts], name: str, throws: int) -> NDArray[Any]:
+    """A field of rollouts made ice by ice, throw by throw."""
+    tables = [getattr(part, name) for part in parts]
+    by_throw = [table.reshape(throws, len(table) // throws, *table.shape[1:]) for table in tables]
+    whole = np.concatenate(by_throw, axis=1)
+    return whole.reshape(throws * whole.shape[1], *whole.shape[2:])
 
 
 def end_in_play(ice: Ice, throws: Floats, direction: Direction, stones: Floats) -> Rollouts:
-    """Throws (n, 4) that end where they leave play or touch a resting stone."""
-    return roll_out(
-        ice,
-        throws,
-        direction,
-        bounds=play_bounds(ice, direction),
-        stones=stones,
-        reach=2 * ice.stone.radius,
-    )
+    """Throws among resting stones that end where they leave play."""
+    bounds = play_bounds(ice, direction)
+    return roll_out(ice, throws, direction, bounds=bounds, stones=stones)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from scipy.ndimage import gaussian_filter
 
 from agents.planning.planner import Choice, Plan
 from curling_env import drawing
@@ -21,6 +22,10 @@ if TYPE_CHECKING:
 
 PATH_RATE = 20.0
 """Points a second of the drawn path."""
+HEAT_CELL = 0.03
+"""Cell of the heat layer [m]."""
+ERROR_CELLS = 15
+"""Cells each way of the table of errors."""
 
 
 def draw_plan(ice: Ice, plan: Plan, path: str | Path) -> None:
@@ -37,10 +42,13 @@ def draw_plan(ice: Ice, plan: Plan, path: str | Path) -> None:
     OutputError : the picture cannot be written
     """
     figure = Figure(figsize=(11, 8.6), dpi=120, layout="constrained", facecolor="white")
-    grid = figure.add_gridspec(2, 2, height_ratios=[1.2, 7], width_ratios=[1.0, 1])
+    exact = len(plan.best.spread.miss) < 2 or plan.skill.is_exact
+    grid = figure.add_gridspec(3, 2, height_ratios=[1.2, 4.6, 2.4], width_ratios=[1.0, 1])
     _draw_way(figure, figure.add_subplot(grid[0, :]), ice, plan)
-    _draw_landing(figure.add_subplot(grid[1, 0]), ice, plan)
-    _write_call(figure.add_subplot(grid[1, 1]), plan)
+    _draw_landing(figure.add_subplot(grid[1:, 0]), ice, plan)
+    _write_call(figure.add_subplot(grid[1:, 1] if exact else grid[1, 1]), plan)
+    if not exact:
+        _draw_forgiveness(figure.add_subplot(grid[2, 1]), plan)
     figure.suptitle(_title(plan), fontsize=14, fontweight="bold", color=drawing.PATH_COLOUR)
     with atomic_path(path) as draft:
         figure.savefig(draft)
@@ -51,7 +59,7 @@ def _title(plan: Plan) -> str:
     side = plan.direction * x
     past = plan.direction * y - TEE_Y
     if np.hypot(side, past) < 0.02:
-        place = "a draw to the button"
+        place = "the button"
     else:
         parts = []
         if abs(past) >= 0.02:
@@ -60,19 +68,28 @@ def _title(plan: Plan) -> str:
             )
         if abs(side) >= 0.02:
             parts.append(f"{abs(side):.2f} m {'right' if side > 0 else 'left'} of the centre line")
-        place = "a stone " + ", ".join(parts)
-    return f"{place[0].upper()}{place[1:]}"
+        place = ", ".join(parts)
+    if plan.wanted.name == "score":
+        return "The most points"
+    name = {"rest": "stone"}.get(plan.wanted.name, plan.wanted.name)
+    return f"{name.capitalize()}: {place}"
 
 
 def _path_of(ice: Ice, plan: Plan, choice: Choice) -> np.ndarray:
+    """The way of the thrown stone until it rests, leaves play or meets another."""
     result = slide(
         ice,
-        choice.throw.release(plan.direction),
+        choice.throw.release(plan.direction, sweep=choice.sweep or (0.0, 0.0)),
         bounds=play_bounds(ice, plan.direction),
         fps=PATH_RATE,
     )
     assert result.trajectory is not None  # a rate was given
-    return result.trajectory.xy
+    path = result.trajectory.xy
+    if len(plan.stones):
+        apart = np.hypot(*(path[:, None] - plan.stones).transpose(2, 0, 1)).min(axis=1)
+        touching = np.flatnonzero(apart < 2 * ice.stone.radius)
+        path = path[: touching[0] + 1] if touching.size else path
+    return path
 
 
 def _draw_way(figure: Figure, ax: Axes, ice: Ice, plan: Plan) -> None:
@@ -101,23 +118,28 @@ def _draw_way(figure: Figure, ax: Axes, ice: Ice, plan: Plan) -> None:
 def _draw_landing(ax: Axes, ice: Ice, plan: Plan) -> None:
     view = drawing.from_the_thrower(plan.direction)
     drawing.draw_sheet(ax, ice.sheet, view)
-    spread = plan.best.spread
-    rested = spread.ends[spread.why == SlideEnd.REST]
+    spread, best = plan.best.spread, plan.best
+    rested = spread.ends[spread.in_play]
     if len(rested) > 2:
+        _draw_density(ax, view(rested))
         colours = {SlideEnd.REST: "#34506e", SlideEnd.CONTACT: "#b8860b"}
         for end in (SlideEnd.REST, SlideEnd.CONTACT, SlideEnd.LEFT_BOUNDS):
             dots = view(spread.ends[spread.why == end])
-            ax.plot(*dots.T, ".", ms=3, color=colours.get(end, "#c8433f"), alpha=0.35, zorder=3)
+            ax.plot(*dots.T, ".", ms=2.5, color=colours.get(end, "#c8433f"), alpha=0.3, zorder=3)
         for share, style in ((0.5, "-"), (0.9, "--")):
             drawing.draw_landing_ellipse(
                 ax, rested, share, view, edgecolor=drawing.PATH_COLOUR, lw=1.6, ls=style, zorder=5
             )
     if plan.second is not None:
         ax.plot(*view(_path_of(ice, plan, plan.second)).T, color="#777", lw=1.3, ls="--", zorder=4)
-    ax.plot(*view(_path_of(ice, plan, plan.best)).T, color=drawing.PATH_COLOUR, lw=2, zorder=4)
-    for stone in plan.stones:
-        drawing.draw_stone(ax, ice.stone.radius, stone, view, colour="#c9a400")
-    drawing.draw_stone(ax, ice.stone.radius, plan.best.rest, view, colour="#c8433f", alpha=0.85)
+    ax.plot(*view(_path_of(ice, plan, best)).T, color=drawing.PATH_COLOUR, lw=2, zorder=4)
+    for before, after in zip(plan.stones, best.stones, strict=True):
+        moved = not np.hypot(*(after - before)) < 1e-3
+        drawing.draw_stone(ax, ice.stone.radius, before, view, colour="#c9a400",
+                           alpha=0.45 if moved else 1.0)  # fmt: skip
+        if moved and not np.isnan(after[0]):
+            drawing.draw_stone(ax, ice.stone.radius, after, view, colour="#c9a400")
+    drawing.draw_stone(ax, ice.stone.radius, best.rest, view, colour="#c8433f", alpha=0.85)
     drawing.draw_target(ax, plan.target, view)
     lowest = min(
         float(view(plan.target)[1]),
@@ -126,6 +148,48 @@ def _draw_landing(ax: Axes, ice: Ice, plan: Plan) -> None:
     )
     drawing.show_house(ax, ice.sheet, short=float(np.clip(1.0 - lowest, 2.6, 9.0)))
     ax.set_title("Where it comes to rest, seen by the thrower", fontsize=10, loc="left")
+
+
+def _draw_density(ax: Axes, places: np.ndarray) -> None:
+    """A heat layer of where the thrown stone ends: small errors, many trials."""
+    low, high = places.min(axis=0) - 0.3, places.max(axis=0) + 0.3
+    cells = np.maximum(np.ceil((high - low) / HEAT_CELL).astype(int), 4)
+    heat, x, y = np.histogram2d(*places.T, bins=cells, range=list(zip(low, high, strict=True)))
+    heat = gaussian_filter(heat, 0.06 / HEAT_CELL)
+    ax.pcolormesh(
+        x, y, np.ma.masked_less(heat.T, 0.03 * heat.max()), cmap="YlOrRd", alpha=0.55, zorder=2.5,
+        rasterized=True, linewidth=0,
+    )  # fmt: skip
+
+
+def _draw_forgiveness(ax: Axes, plan: Plan) -> None:
+    """What small errors of weight and line do to the result: the trials, sorted by their errors."""
+    spread = plan.best.spread
+    errors = spread.errors[:, :2] * [1.0, 1e3]
+    values = spread.worth if plan.wanted.name != "rest" else 100 * spread.miss
+    limit = np.quantile(np.abs(errors), 0.985, axis=0)
+    edges = [np.linspace(-end, end, ERROR_CELLS + 1) for end in limit]
+    total, _, _ = np.histogram2d(*errors.T, bins=edges, weights=values)
+    count, _, _ = np.histogram2d(*errors.T, bins=edges)
+    blur = 0.8
+    total, count = gaussian_filter(total, blur), gaussian_filter(count, blur)
+    mean = np.ma.masked_where(count < 0.15, total / np.maximum(count, 1e-9))
+    layer = ax.pcolormesh(
+        -edges[1], edges[0], mean, cmap="viridis" if plan.wanted.name != "rest" else "viridis_r"
+    )
+    ax.axhline(0, color="white", lw=0.6)
+    ax.axvline(0, color="white", lw=0.6)
+    ax.set_xlabel("line, to the right of the broom [mrad]", fontsize=8)
+    ax.set_ylabel("weight [m/s]", fontsize=8)
+    ax.tick_params(labelsize=7)
+    bar = ax.figure.colorbar(layer, ax=ax, pad=0.01, aspect=12)
+    bar.set_label("miss [cm]" if plan.wanted.name == "rest" else _worth_label(plan), fontsize=8)
+    bar.ax.tick_params(labelsize=7)
+    ax.set_title("What small errors cost", fontsize=10, loc="left")
+
+
+def _worth_label(plan: Plan) -> str:
+    return "points" if plan.wanted.name == "score" else "reward of the task"
 
 
 def _write_call(ax: Axes, plan: Plan) -> None:
@@ -164,20 +228,29 @@ def _write_call(ax: Axes, plan: Plan) -> None:
             )
         line(f"Takes {choice.time:.1f} s to come to rest", size)
         place -= 0.015
-        if len(spread.miss) > 1:
+        if choice.sweep is not None:
+            start, end = choice.sweep[0], min(choice.sweep[1], choice.time)
+            line(f"Sweep from {start:.0f} to {end:.0f} s after the release", size)
+        if plan.wanted.name == "score":
+            line(f"Expect {spread.expected_worth:+.2f} points", size, color=drawing.TARGET_COLOUR)
+        elif len(spread.miss) > 1 and plan.wanted.name != "rest":
+            line(f"Succeeds: {100 * spread.success.mean():.0f} %", size,
+                 color=drawing.TARGET_COLOUR)  # fmt: skip
+        if len(spread.miss) > 1 and plan.wanted.rests and plan.wanted.name != "score":
             line(
                 f"Expected miss: {100 * spread.expected_miss:.0f} cm; nine in ten within "
                 f"{100 * float(np.quantile(spread.miss, 0.9)):.0f} cm",
                 size,
                 color=drawing.TARGET_COLOUR,
             )
+        if len(spread.miss) > 1:
             if plan.stones.size:
                 line(f"Touches a stone: {100 * spread.chance(SlideEnd.CONTACT):.0f} %", size)
             line(f"In the house: {100 * choice.chance_in_house:.0f} %", size)
             out = spread.chance(SlideEnd.LEFT_BOUNDS)
             if out >= 0.005:
                 line(f"Leaves play: {100 * out:.0f} %", size)
-        else:
+        elif plan.wanted.rests and len(spread.miss) < 2:
             line(
                 f"Without error it rests {1000 * choice.miss_without_error:.1f} mm from the target",
                 size,

@@ -1,23 +1,26 @@
-"""Many throws on one ice, each by itself: where they end and why."""
+"""Many throws on one ice: where they end and why, alone or among resting stones."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.ice import Ice
-from curling_env.physics.batch import RELEASE_DTYPE, throw_batch
-from curling_env.physics.effects.motion import MOTION_SIZE
-from curling_env.physics.law import compile_law
-from curling_env.physics.slide import NO_OBSTACLES, SlideEnd, new_work, slide_kernel
+from curling_env.physics.batch import RELEASE_DTYPE, play_batch, throw_batch
+from curling_env.physics.engine import is_hogged
+from curling_env.physics.slide import NO_OBSTACLES, SlideEnd
 from curling_env.sheet import HOG_LINE_Y, Direction
+from curling_env.throw import velocity_of
 
 Floats = NDArray[np.float64]
 
 EVERYWHERE = np.array([-np.inf, np.inf, -np.inf, np.inf])
 """Bounds that end no slide: beyond the ice's edge the last cell goes on."""
+SPEED, ANGLE, SPIN, OFFSET, SWEEP, SWEEP_END = range(6)
+"""Columns of a table of throws; a table may end after the fourth."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,14 +29,19 @@ class Rollouts:
 
     Parameters
     ----------
-    xy : (n, 2) where each one ended, sheet frame [m]; NaN for a stone that never stops
-    end : (n,) `SlideEnd` values
-    time : (n,) since release [s]
+    xy : (n, 2) where each thrown stone ended, sheet frame [m]; NaN for one that never stops
+    end : (n,) `SlideEnd` values; CONTACT for a throw in which the stone met another, wherever it
+        ended
+    in_play : (n,) whether the thrown stone stayed in play
+    time : (n,) until all stones rest [s]
+    stones : (n, k, 2) where the other stones then lie, NaN where one left play [m]
     """
 
     xy: Floats
     end: NDArray[np.int64]
+    in_play: NDArray[np.bool_]
     time: Floats
+    stones: Floats
 
     @property
     def rested(self) -> NDArray[np.bool_]:
@@ -41,26 +49,23 @@ class Rollouts:
         return self.end == SlideEnd.REST
 
 
-def states_of(throws: Floats, direction: Direction) -> Floats:
-    """Release states (n, 6) x, y, vx, vy, theta, omega of throws (n, 4), sheet frame.
+def releases_of(throws: Floats, direction: Direction) -> NDArray[Any]:
+    """Releases of throws towards an end, for the batch engine.
 
     Parameters
     ----------
-    throws : speed [m/s], angle [rad], spin [rad/s] and offset at the hog line [m], one a row
+    throws : (n, 4) speed [m/s], angle [rad], spin [rad/s] and offset at the hog line [m], one a
+        row; (n, 6) with beginning and end of the sweeping, after the release [s]
     direction : the end played to
     """
-    speed, angle, spin, x = throws.T
-    zero = np.zeros(len(throws))
-    return np.column_stack(
-        [
-            direction * x,
-            zero - direction * HOG_LINE_Y,
-            -direction * speed * np.sin(angle),
-            direction * speed * np.cos(angle),
-            zero,
-            spin,
-        ]
-    )
+    table = np.zeros(len(throws), dtype=RELEASE_DTYPE)
+    table["x"] = direction * throws[:, OFFSET]
+    table["y"] = -direction * HOG_LINE_Y
+    table["vx"], table["vy"] = velocity_of(throws[:, SPEED], throws[:, ANGLE], direction)
+    table["omega"] = throws[:, SPIN]
+    if throws.shape[1] > SWEEP_END:
+        table["sweep_start"], table["sweep_end"] = throws[:, SWEEP], throws[:, SWEEP_END]
+    return table
 
 
 def roll_out(
@@ -70,38 +75,43 @@ def roll_out(
     *,
     bounds: Floats = EVERYWHERE,
     stones: Floats = NO_OBSTACLES,
-    reach: float = 0.0,
 ) -> Rollouts:
-    """Throw each of (n, 4) throws alone on an ice; see `states_of` for the columns.
+    """Throw each of n throws on an ice, into the same position.
 
     Parameters
     ----------
-    bounds : (4,) x_min, x_max, y_min, y_max of the centre that end a slide [m]
+    throws : see `releases_of` for the columns
+    bounds : (4,) x_min, x_max, y_min, y_max of centres in play [m]
     stones : (k, 2) centres of resting stones, sheet frame [m]
-    reach : distance between centres that ends a slide [m]
     """
-    states = states_of(throws, direction)
+    releases = releases_of(throws, direction)
     if len(stones) == 0:
-        table = np.zeros(len(states), dtype=RELEASE_DTYPE)
-        for name, column in zip(("x", "y", "vx", "vy", "theta", "omega"), states.T, strict=True):
-            table[name] = column
-        rests = throw_batch(ice, table, bounds=bounds)
-        return _rollouts(
-            np.column_stack([rests.x, rests.y]), rests.end.astype(np.int64), rests.time
+        rests = throw_batch(ice, releases, bounds=bounds)
+        xy, end = np.column_stack([rests.x, rests.y]), rests.end.astype(np.int64)
+        xy[end == SlideEnd.NEVER_STOPS] = np.nan
+        return Rollouts(
+            xy=xy,
+            end=end,
+            in_play=(end == SlideEnd.REST) & ~_is_short(ice, xy, direction),
+            time=rests.time,
+            stones=np.empty((len(throws), 0, 2)),
         )
-    law = compile_law(ice)
-    end = np.empty(len(throws), dtype=np.int64)
-    time = np.empty(len(throws))
-    motion = np.zeros(MOTION_SIZE)
-    no_samples = np.empty((0, 4))
-    work = new_work()
-    for i, state in enumerate(states):
-        end[i], time[i], _ = slide_kernel(
-            law, state, motion, 0.0, 0.0, 0.0, bounds, stones, reach, 1.0, no_samples, work
-        )
-    return _rollouts(states[:, :2].copy(), end, time)
+    before = np.broadcast_to(stones, (len(throws), *stones.shape))
+    after = play_batch(ice, before, releases, bounds=bounds)
+    struck = after.meetings > 0
+    gone = np.isnan(after.xy[:, -1, 0])
+    end = np.where(struck, SlideEnd.CONTACT, np.where(gone, SlideEnd.LEFT_BOUNDS, SlideEnd.REST))
+    xy = after.last[:, -1].copy()
+    endless = after.meetings < 0
+    xy[endless], end[endless] = np.nan, SlideEnd.NEVER_STOPS
+    return Rollouts(
+        xy=xy,
+        end=end.astype(np.int64),
+        in_play=~gone & ~endless & (struck | ~_is_short(ice, xy, direction)),
+        time=after.time,
+        stones=after.xy[:, :-1],
+    )
 
 
-def _rollouts(xy: Floats, end: NDArray[np.int64], time: Floats) -> Rollouts:
-    xy[end == SlideEnd.NEVER_STOPS] = np.nan
-    return Rollouts(xy=xy, end=end, time=time)
+def _is_short(ice: Ice, xy: Floats, direction: Direction) -> NDArray[np.bool_]:
+    return np.asarray(is_hogged(xy[:, 1], direction, ice.stone.radius))

@@ -1,8 +1,8 @@
 """The search for throws that come to rest at a target.
 
-First broad, then fine. For each spin, throws over the range of weights and lines that could get
-there are simulated; the best few are then corrected by Newton's method on (speed, angle) → rest,
-which lands within a fraction of a millimetre wherever the ice is smooth.
+First broad, then fine. For each spin and way of sweeping, throws over the range of weights and
+lines that could get there are simulated; the best few are then corrected by Newton's method on
+(speed, angle) → rest, which lands within a fraction of a millimetre wherever the ice is smooth.
 """
 
 from __future__ import annotations
@@ -24,6 +24,9 @@ Floats = NDArray[np.float64]
 SPINS = (1.0, -1.0, 0.8, -0.8, 1.3, -1.3, 0.5, -0.5, 1.6, -1.6)
 """Spins tried [rad/s], the usual one first: one to five turns on a draw's way, both handles."""
 
+SWEEPS = ((0.0, 0.0), (0.0, 60.0), (8.0, 60.0))
+"""Sweeping that is tried where the ice knows what it does: never, all the way, late [s]."""
+
 WEIGHTS, LINES = 13, 9
 """Grid of the broad search for each spin."""
 SIDEWAYS = 3.0
@@ -43,7 +46,7 @@ class Candidates:
 
     Parameters
     ----------
-    throws : (n, 4) speed, angle, spin, offset at the hog line
+    throws : (n, 6) see `rollouts.releases_of`
     rest : (n, 2) where they rest, sheet frame [m]
     """
 
@@ -84,6 +87,12 @@ def check_target(ice: Ice, target: Floats) -> None:
         )
 
 
+def ways_of(ice: Ice, spins: Sequence[float]) -> Floats:
+    """Handles and ways of sweeping to try, (n, 3): spin, sweep from and to."""
+    sweeps = SWEEPS if ice.effect("sweeping") else SWEEPS[:1]
+    return np.array([(spin, *sweep) for sweep in sweeps for spin in dict.fromkeys(spins)])
+
+
 def find_throws(
     ice: Ice, target: Floats, *, spins: Sequence[float] = SPINS, x: float = 0.0
 ) -> Candidates:
@@ -98,7 +107,7 @@ def find_throws(
 
     Returns
     -------
-    one or more throws within `REACHED` of the target, nearest first for each spin
+    one or more throws within `REACHED` of the target, nearest first for each spin and sweeping
 
     Raises
     ------
@@ -107,25 +116,27 @@ def find_throws(
     direction = direction_to(target)
     start = np.array([direction * x, -direction * HOG_LINE_Y])
     ahead = direction * (target - start)  # in the delivery frame: to the right, along play
-    slowest, fastest = _weights(ice, float(np.hypot(*ahead)), direction, x)
+    slowest, fastest = weights_to(ice, float(np.hypot(*ahead)), direction, x)
     line = float(np.arctan2(-ahead[0], ahead[1]))
     widest = min(float(np.arctan2(SIDEWAYS, ahead[1])), 0.4)
-    speed, angle, spin = (
-        grid.ravel()
-        for grid in np.meshgrid(
+    ways = ways_of(ice, spins)
+    speed, angle, way = (
+        axis.ravel()
+        for axis in np.meshgrid(
             np.linspace(slowest, fastest, WEIGHTS),
             line + np.linspace(-widest, widest, LINES),
-            np.asarray(spins, dtype=np.float64),
+            np.arange(len(ways)),
             indexing="ij",
         )
     )
-    grid = np.column_stack([speed, angle, spin, np.full(len(spin), x)])
+    spin, *sweep = ways[way].T
+    grid = np.column_stack([speed, angle, spin, np.full(len(spin), x), *sweep])
     rest = roll_out(ice, grid, direction).xy
     miss = np.nan_to_num(np.hypot(*(rest - target).T), nan=np.inf)
     chosen = [
         index
-        for value in dict.fromkeys(spins)
-        for index in np.flatnonzero(spin == value)[np.argsort(miss[spin == value])[:STARTS]]
+        for value in range(len(ways))
+        for index in np.flatnonzero(way == value)[np.argsort(miss[way == value])[:STARTS]]
     ]
     throws, rest = _make_exact(ice, grid[chosen], target, direction)
     miss = np.hypot(*(rest - target).T)
@@ -140,7 +151,7 @@ def find_throws(
     return Candidates(throws=throws[different], rest=rest[different])
 
 
-def _weights(ice: Ice, distance: float, direction: Direction, x: float) -> tuple[float, float]:
+def weights_to(ice: Ice, distance: float, direction: Direction, x: float) -> tuple[float, float]:
     """Speeds between which a throw goes from well short of a distance to well past it [m/s]."""
     speeds = np.concatenate([[1e-2, 5e-2, 0.1], np.arange(0.2, MAX_SPEED + 1e-9, 0.1)])
     throws = np.column_stack([speeds, np.zeros((len(speeds), 2)), np.full(len(speeds), x)])
@@ -221,6 +232,8 @@ def _different(throws: Floats) -> list[int]:
     """Indices of throws that are not, within a hair, one listed before."""
     kept: list[int] = []
     for i, throw in enumerate(throws):
-        if all(np.abs((throws[k] - throw) / [2e-3, 5e-4, 1e-3, 1.0]).max() > 1 for k in kept):
+        if all(
+            np.abs((throws[k] - throw) / [2e-3, 5e-4, 1e-3, 1.0, 0.1, 0.1]).max() > 1 for k in kept
+        ):
             kept.append(i)
     return kept

@@ -12,9 +12,16 @@ from numpy.typing import NDArray
 from curling_env.errors import InputError
 from curling_env.storage import read_json
 
+Flags = NDArray[np.bool_]
 
-def read_stones(path: str | Path) -> NDArray[np.float64]:
-    """Centres (k, 2) of resting stones, sheet frame [m], from `[{"x": …, "y": …}, …]`.
+
+def read_stones(path: str | Path) -> tuple[NDArray[np.float64], Flags]:
+    """Resting stones from `[{"x": …, "y": …, "team": "own" | "other"}, …]`.
+
+    Returns
+    -------
+    places : (k, 2) centres, sheet frame [m]
+    own : (k,) whether each is of the thrower's team; without a team it is the opponents'
 
     Raises
     ------
@@ -24,7 +31,8 @@ def read_stones(path: str | Path) -> NDArray[np.float64]:
     if not isinstance(document, list):
         raise InputError('expected a list of stones, [{"x": …, "y": …}, …]', source=path)
     places = [_place(stone, path, f"stone {k + 1}") for k, stone in enumerate(document)]
-    return np.array(places, dtype=np.float64).reshape(-1, 2)
+    own = [_is_own(stone, path, f"stone {k + 1}") for k, stone in enumerate(document)]
+    return np.array(places, dtype=np.float64).reshape(-1, 2), np.array(own, dtype=np.bool_)
 
 
 def _place(stone: Any, path: str | Path, where: str) -> tuple[float, float]:
@@ -43,3 +51,10 @@ def _place(stone: Any, path: str | Path, where: str) -> tuple[float, float]:
                 where=where,
             )
     return float(x), float(y)
+
+
+def _is_own(stone: dict[str, Any], path: str | Path, where: str) -> bool:
+    team = stone.get("team", "other")
+    if team not in ("own", "other"):
+        raise InputError(f'team must be "own" or "other", got {team!r}', source=path, where=where)
+    return team == "own"

@@ -3,18 +3,23 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 
+import gymnasium
 import numpy as np
 import pytest
 
-from agents.planning import plan
-from agents.planning.expectation import possible_ices
-from agents.planning.rollouts import roll_out, states_of
+from agents.planning import plan, plan_task
+from agents.planning.expectation import possible_ices, spreads
+from agents.planning.rollouts import releases_of, roll_out
 from agents.planning.search import find_throws
+from agents.planning.wanted import points_of
 from agents.planning.words import handles
+from curling_env.envs.action import ThrowRange
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice, save_ice
 from curling_env.physics.slide import play_bounds, slide
-from curling_env.sheet import PAPER_SHEET, TEE_Y, Direction
+from curling_env.rules import Lines, Lying, Team, count
+from curling_env.sheet import PAPER_SHEET, TEE_Y, Direction, to_delivery
+from curling_env.skill import SKILLS
 from curling_env.throw import Throw
 
 
@@ -59,10 +64,9 @@ def test_rollouts_are_slides() -> None:
         for k, row in enumerate(throws):
             throw = Throw(speed=row[0], angle=row[1], spin=row[2], x=row[3])
             release = throw.release(direction)
-            state = states_of(throws, direction)[k]
-            np.testing.assert_allclose(
-                state[:4], [release.x, release.y, release.vx, release.vy], atol=1e-12
-            )
+            row = releases_of(throws, direction)[k]
+            for name in ("x", "y", "vx", "vy", "omega"):
+                assert row[name] == pytest.approx(getattr(release, name), abs=1e-12)
             alone = slide(ice, release)
             np.testing.assert_allclose(many.xy[k], [alone.x, alone.y], atol=1e-3)
 
@@ -165,6 +169,122 @@ def test_says_that_the_target_is_out_of_reach() -> None:
         plan(Ice.uniform(0.5), (0.0, TEE_Y))
 
 
+# --- tasks --------------------------------------------------------------------------------------
+
+STONE = (0.3, 17.6)
+
+
+@pytest.mark.parametrize(
+    ("task", "least"),
+    [("draw", 0.95), ("guard", 0.95), ("takeout", 0.95), ("hit_and_stay", 0.9), ("peel", 0.9),
+     ("freeze", 0.45)],
+)  # fmt: skip
+def test_tasks_are_done_as_the_environment_judges_them(task: str, least: float) -> None:
+    ice = load_ice("standard")
+    target = STONE if task not in ("draw", "guard") else None
+    found = plan_task(ice, task, target, skill="elite")
+    assert found.as_dict()["chance_of_success"] > least
+    # Thrown again in the environment, with other errors of the same hand.
+    env = gymnasium.make("CurlingSheet-v0", ice=ice, task=task, direction="away",
+                         throw_range=ThrowRange(speed=(1.0, 6.0)))  # fmt: skip
+    mark = to_delivery(np.array(target if target else (0.0, TEE_Y)), Direction.AWAY)
+    options = {} if task == "guard" else {"target": tuple(mark.tolist())}
+    thrown, rewards = found.best.throw, []
+    for speed, angle, spin in SKILLS["elite"].errors(40, np.random.default_rng(5)):
+        env.reset(seed=1, options=options)
+        made = Throw(
+            speed=thrown.speed + speed, angle=thrown.angle + angle, spin=thrown.spin + spin
+        )
+        _, reward, _, _, info = env.step(env.unwrapped.action_of(made))
+        rewards.append((reward, info["success"]))
+    mean_reward, success = np.mean(rewards, axis=0)
+    spread = float(np.std([reward for reward, _ in rewards])) / np.sqrt(40)
+    assert mean_reward == pytest.approx(found.best.spread.expected_worth, abs=4 * max(spread, 0.01))
+    assert success > least - 0.25
+
+
+def test_no_throw_of_a_dense_independent_search_is_worth_more() -> None:
+    ice = load_ice("standard")
+    stones = np.array([STONE, (0.1, 14.3)])
+    found = plan_task(ice, "takeout", STONE, stones=stones, skill="champion")
+    rng = np.random.default_rng(3)
+    tried = np.zeros((3000, 6))
+    tried[:, 0] = rng.uniform(2.0, 4.2, 3000)
+    tried[:, 1] = rng.uniform(-0.09, 0.09, 3000)
+    tried[:, 2] = rng.choice([-1.6, -1.0, 1.0, 1.6], 3000)
+    skill = SKILLS["champion"]
+    rough = [s.expected_worth for s in spreads([ice], tried, found.wanted, skill, n=16, seed=1)]
+    best = tried[np.argsort(rough)[-30:]]
+    fine = [s.expected_worth for s in spreads([ice], best, found.wanted, skill, n=512, seed=2)]
+    assert found.best.spread.expected_worth > max(fine) - 0.03
+
+
+def test_the_forgiving_throw_is_preferred() -> None:
+    # A gap just wide enough: without error both ways are perfect, with error the wide one is.
+    ice = load_ice("paper")
+    stones = np.array([(0.33, 14.5), (-0.33, 14.5), (0.0, TEE_Y)])
+    exact = plan_task(ice, "takeout", (0.0, TEE_Y), stones=stones, skill="none", spins=[1.0])
+    club = plan_task(ice, "takeout", (0.0, TEE_Y), stones=stones, skill="club", spins=[1.0])
+    assert exact.best.spread.success.all()
+    tried = spreads(
+        [ice],
+        np.array([[exact.best.throw.speed, exact.best.throw.angle, 1.0, 0.0, 0.0, 0.0]]),
+        club.wanted, SKILLS["club"], n=1024, seed=4,
+    )  # fmt: skip
+    assert club.best.spread.expected_worth > tried[0].expected_worth - 0.02
+
+
+def test_score_draws_past_a_guard_or_takes_out_whichever_is_worth_more() -> None:
+    ice = load_ice("standard")
+    empty = plan_task(ice, "score", skill="elite")
+    assert empty.best.spread.expected_worth == pytest.approx(1.0, abs=0.01)
+    stones, own = [(0.0, TEE_Y + 0.1), (-1.2, 17.0)], [False, True]
+    found = plan_task(ice, "score", stones=stones, own=own, skill="elite")
+    assert found.best.spread.expected_worth > 1.3  # the other stone goes, both own ones count
+
+
+def test_points_are_those_of_the_rules(rng) -> None:
+    places = rng.normal(0.0, 1.2, (200, 6, 2))
+    places[rng.random((200, 6)) < 0.2] = np.nan
+    own = np.array([True, False, True, False, False, True])
+    points = points_of(places, own, 0.145)
+    for position, count_of_it in zip(places, points, strict=True):
+        lying = tuple(
+            Lying(team=Team.HOME if mine else Team.AWAY, number=k, x=float(x), y=float(y))
+            for k, ((x, y), mine) in enumerate(zip(position, own, strict=True))
+            if not np.isnan(x)
+        )
+        team, number = count(Lines(), lying)
+        assert count_of_it == (0 if team is None else number if team is Team.HOME else -number)
+
+
+def test_sweeping_is_planned_where_the_ice_knows_it() -> None:
+    # Nobody throws that hard by hand: only swept stones reach the tee.
+    ice = load_ice("standard").with_effect(
+        ActiveEffect(name="sweeping", parameters={"friction_factor": 0.9, "curl_factor": 0.3})
+    )
+    stones = [(0.45, 15.0), (-0.45, 15.0)]
+    found = plan_task(ice, "draw", stones=stones, skill="elite")
+    plain = plan_task(load_ice("standard"), "draw", stones=stones, skill="elite")
+    assert plain.as_dict()["sweep"] is None
+    assert found.best.sweep is not None  # the straighter way through the port
+    assert found.best.spread.expected_worth > plain.best.spread.expected_worth
+    assert plan(ice, (0.0, TEE_Y), skill="elite").best.sweep is None  # no reason to
+
+
+def test_hand_and_map_are_told_apart() -> None:
+    ice = load_ice("standard")
+    doubtful = replace(ice, friction=replace(ice.friction, sigma=0.02 * ice.friction.mu))
+    found = plan(doubtful, (0, TEE_Y), skill="elite").as_dict()
+    both, hand, chart = (
+        found[name]["sigma_along_m"]
+        for name in ("spread", "spread_of_the_hand", "spread_of_the_map")
+    )
+    assert both == pytest.approx(np.hypot(hand, chart), rel=0.2)
+    assert hand > 0.1
+    assert chart > 0.1
+
+
 # --- the command -------------------------------------------------------------------------------
 
 
@@ -200,6 +320,10 @@ def test_command_takes_a_spin_and_plays_home(curling) -> None:
         (["--target", "0"], "--target: expected X,Y"),
         (["--target", "0,here"], "--target: expected X,Y"),
         (["--target", "0,40"], "off the ice"),
+        ([], "say what is wanted"),
+        (["--task", "spin"], "no task is named 'spin'"),
+        (["--task", "takeout"], "needs a stone"),
+        (["--task", "freeze", "--target", "0,25"], "off the ice"),
         (["--target", "0,17", "--skill", "god"], "no skill is named 'god'"),
         (["--target", "0,17", "--spin", "fast"], "--spin"),
         (["--target", "0,17", "--stones", "nowhere.json"], "nowhere.json"),
@@ -210,7 +334,34 @@ def test_command_refuses_in_one_line(curling, arguments: list[str], words: str) 
     assert words in curling("plan", "--ice", "standard", *arguments).complaint
 
 
-@pytest.mark.parametrize("text", ['{"x": 1}', '[{"x": 1}]', '[{"x": 1, "y": "far"}]', "[3]", "["])
+def test_command_plans_a_task_and_refuses_overlapping_stones(curling, tmp_path) -> None:
+    stones = tmp_path / "stones.json"
+    stones.write_text(json.dumps([{"x": 0.3, "y": 17.6}, {"x": -0.4, "y": 17.0, "team": "own"}]))
+    picture = tmp_path / "hit.png"
+    run = curling("plan", "--ice", "standard", "--task", "hit-and-stay", "--stones", stones,
+                  "--picture", picture)  # fmt: skip
+    assert run.json()["task"] == "hit and stay"
+    assert run.json()["stones_after"][0] is None  # the opponents', not one's own
+    assert run.json()["stones_after"][1] is not None
+    assert run.json()["expected_miss_m"] > 0
+    assert "% succeed" in run.err
+    assert picture.stat().st_size > 20_000
+    stones.write_text(json.dumps([{"x": 0.3, "y": 17.6}, {"x": 0.35, "y": 17.6}]))
+    overlapping = curling("plan", "--ice", "standard", "--task", "score", "--stones", stones)
+    assert "stone 2 at (0.35, 17.6) m overlaps stone 1" in overlapping.complaint
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '[{"x": 1, "y": 1, "team": "red"}]',
+        '{"x": 1}',
+        '[{"x": 1}]',
+        '[{"x": 1, "y": "far"}]',
+        "[3]",
+        "[",
+    ],
+)
 def test_command_refuses_bad_stones(curling, tmp_path, text: str) -> None:
     (tmp_path / "s.json").write_text(text)
     result = curling("plan", "--ice", "paper", "--target", "0,17", "--stones", tmp_path / "s.json")
