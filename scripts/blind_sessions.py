@@ -43,6 +43,8 @@ FORMS = (
     "spin_drag:proportional",
     "friction_patch:soft",
     "lens_distortion:end camera",
+    "pebble_wear:linear",
+    "time_drift:linear",
 )
 """Effects of the catalogue in forms that are not the catalogue's own."""
 OUTSIDE = (
@@ -92,8 +94,10 @@ OUTSIDE = (
     LINEAR,
     SPIN_SHARE,
     PATCH_SOFT,
+    WEAR_LINEAR,
+    DRIFT_LINEAR,
     SIZE,
-) = range(35)  # fmt: skip
+) = range(37)  # fmt: skip
 
 
 @numba.njit(cache=True)
@@ -101,7 +105,8 @@ def rates(q: Any, s: Any, t: float, clock: float, order: float, stone: float, sw
     x, y, vx, vy, theta, spin = s[0], s[1], s[2], s[3], s[4], s[5]
     v = math.sqrt(vx * vx + vy * vy) + 1e-12
     ex, ey = vx / v, vy / v
-    mu = q[MU] * (1.0 + q[WEAR] * order) * (1.0 + q[DRIFT] * clock)
+    mu = q[MU] * math.exp(q[WEAR] * order + q[DRIFT] * clock)
+    mu *= (1.0 + q[WEAR_LINEAR] * order) * (1.0 + q[DRIFT_LINEAR] * clock)
     if stone == q[STONE]:
         mu *= q[STONE_FACTOR]
     if swept > 0.5:
@@ -248,6 +253,12 @@ def hide(name: str, q: Floats, camera: dict[str, Any], rng: np.random.Generator)
     if name == "scale_error":
         camera["scale"] = rng.choice([0.96, 1.03])
         return {"factor": camera["scale"]}
+    if name == "pebble_wear:linear":
+        q[WEAR_LINEAR] = sign * 0.004 * size
+        return {}
+    if name == "time_drift:linear":
+        q[DRIFT_LINEAR] = sign * 3e-5 * size
+        return {}
     if name == "curl:asymmetric":
         q[ASYMMETRY] = 0.6 * size
         return {}

@@ -21,6 +21,27 @@ def discover(
             help="The model to improve: an ice file or a preset. Uniform friction without it.",
         ),
     ] = None,
+    scene: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="SCENE.json",
+            help="The scene the tracks were filmed with: a wrong lens is then sought in its image.",
+        ),
+    ] = None,
+    known_length: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="MEASURED,TRUE[,ERROR]",
+            help="A length in m as these tracks have it, and as it is; may be given again.",
+        ),
+    ] = None,
+    clock: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="MEASURED,TRUE[,ERROR]",
+            help="An interval in s as these tracks have it, and by a clock; may be given again.",
+        ),
+    ] = None,
     seed: SeedOption = 0,
 ) -> None:
     """Find what a model of the ice lacks, name it, add it, and show the gap shrink.
@@ -31,6 +52,10 @@ def discover(
     unknown, with the variables it follows. Fewer than 8 throws name nothing; 16 throws in both
     directions, with both spins and speeds from draw to take-out, make a good session.
 
+    That all lengths or all times are off by a factor cannot be seen in throws: friction absorbs
+    it. A length on the ice (hog line to hog line is 21.945 m) or an interval by a stopwatch
+    decides it; the tracks are corrected by what is given before anything else is asked.
+
     DIR receives report.html (look at this one), report.json, baseline.json (the fitted model)
     and ice.json (the improved one), which every other command takes as --ice.
 
@@ -38,6 +63,7 @@ def discover(
     Example:
         curling discover tracks.csv -o runs/discover
         curling discover tracks.csv --ice runs/discover/ice.json -o runs/again
+        curling discover tracks.csv --known-length 21.31,21.945 --clock 20.1,24.3 -o runs/checked
     """
     from tqdm import tqdm
 
@@ -46,9 +72,21 @@ def discover(
     from curling_env.trajectory import read_tracks
     from friction_estimation.discrepancy.discovery import discover as find
     from friction_estimation.discrepancy.page import write_page
+    from friction_estimation.discrepancy.references import Quantity, calibrate, read_reference
     from friction_estimation.discrepancy.verdict import write_files
+    from friction_estimation.scene import load_scene
 
+    given: dict[Quantity, list[str]] = {
+        "scale_error": known_length or [],
+        "frame_rate_error": clock or [],
+    }
+    references = [
+        calibrate(name, [read_reference(text, name) for text in texts])
+        for name, texts in given.items()
+        if texts
+    ]
     measured = read_tracks(tracks)
+    view = load_scene(scene) if scene is not None else None
     base = load_ice(ice) if ice is not None else None
     folder = make_directory(output)
     with tqdm(total=100, desc="discover", leave=False, delay=0.5, bar_format=BAR) as bar:
@@ -57,7 +95,7 @@ def discover(
             bar.set_description(what, refresh=False)
             bar.update(max(0, round(100 * share) - bar.n))
 
-        found = find(measured, base, seed=seed, progress=show)
+        found = find(measured, base, scene=view, references=references, seed=seed, progress=show)
     report = write_files(found, folder)
     write_page(found, report, folder / "report.html")
     for reason in found.session.left_out:

@@ -6,7 +6,7 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from friction_estimation.discrepancy.candidates import Term, forms
+from friction_estimation.discrepancy.candidates import UNDECIDABLE, Term, forms
 from friction_estimation.discrepancy.model import Model
 from friction_estimation.discrepancy.session import Session
 
@@ -29,11 +29,11 @@ def base_model(ice: Ice | None, session: Session) -> Model:
     """
     if ice is None:
         return Model(ice=Ice.uniform(_first_friction(session)))
-    known = forms()
+    known = forms(session.measurements)
     terms: list[Term] = []
     for effect in ice.effects:
-        if effect.name == "unknown":
-            continue
+        if effect.name == "unknown" or effect.name in UNDECIDABLE:
+            continue  # nothing to fit; the tracks have been corrected by the latter
         form = known.get(effect.name)
         if form is None:
             raise InputError(f"unknown effect {effect.name!r}; known are {', '.join(known)}")

@@ -6,27 +6,21 @@ on (those with a neutral value) and which only shape it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.ice import ActiveEffect
-from curling_env.physics.effects import EffectCard, Parameter, catalogue
+from curling_env.physics.effects import catalogue
+from friction_estimation.discrepancy.form import Form, form_of
+from friction_estimation.discrepancy.measurement import MEASUREMENTS
 from friction_estimation.discrepancy.session import Session
 
 Floats = NDArray[np.float64]
-Kind = Literal["physics", "measurement"]
-Displacement = Callable[[Floats, Floats, Mapping[str, float]], Floats]
-"""How a measured position differs from the true one: (xy, theta, parameters) -> (rows, 2)."""
-
 UNDECIDABLE = ("scale_error", "frame_rate_error")
 """Errors that throws alone can never show: lengths, times and friction rescale together."""
-
-LENS_RADIUS = 20.0
-"""Distance from the image's centre at which `lens_distortion` quotes its strength [m]."""
 
 PER_THROW = frozenset({"pebble_wear", "stone_bias", "time_drift"})
 """Effects that act on the friction of whole throws: they are seen between throws, not within."""
@@ -43,36 +37,6 @@ PUSHES_OF: Mapping[str, frozenset[str]] = {
 def pushes_of(name: str) -> frozenset[str]:
     """Directions in which an effect pushes, as `unknown` calls them."""
     return PUSHES_OF.get(name, frozenset({"along"}))
-
-
-@dataclass(frozen=True, kw_only=True)
-class Form:
-    """The form of a candidate.
-
-    Parameters
-    ----------
-    name : in reports and ice files
-    kind : of the ice, or of the measurement
-    parameters : cards
-    card : of an effect of the ice
-    displacement : of an effect of the measurement
-    sign : one line: what to look for in tracks
-    """
-
-    name: str
-    kind: Kind
-    parameters: tuple[Parameter, ...]
-    sign: str = ""
-    card: EffectCard | None = field(default=None, repr=False)
-    displacement: Displacement | None = field(default=None, repr=False)
-
-    def parameter(self, name: str) -> Parameter:
-        return next(p for p in self.parameters if p.name == name)
-
-    @property
-    def switches(self) -> tuple[str, ...]:
-        """Parameters that switch the effect off at their neutral value."""
-        return tuple(p.name for p in self.parameters if p.neutral is not None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,48 +75,6 @@ class Term:
         return ActiveEffect(name=self.name, parameters=dict(self.values), sigma=dict(sigma or {}))
 
 
-def _offset(xy: Floats, theta: Floats, values: Mapping[str, float]) -> Floats:
-    cosine, sine = np.cos(theta), np.sin(theta)
-    a, b = values["forward"], values["left"]
-    return np.column_stack([a * cosine - b * sine, a * sine + b * cosine])
-
-
-def _lens(xy: Floats, theta: Floats, values: Mapping[str, float]) -> Floats:
-    from_centre = xy - np.array([values["centre_x"], values["centre_y"]])
-    ratio = (from_centre**2).sum(axis=1, keepdims=True) / LENS_RADIUS**2
-    return from_centre * (values["k1"] * ratio + values["k2"] * ratio**2)
-
-
-def _number(name: str, unit: str, meaning: str, reach: float, **others: Any) -> Parameter:
-    return Parameter(name=name, unit=unit, meaning=meaning, low=-reach, high=reach, **others)
-
-
-TRACKING_OFFSET = Form(
-    name="tracking_offset",
-    kind="measurement",
-    parameters=(
-        _number("forward", "m", "ahead of the centre, along the heading", 0.2, neutral=0.0),
-        _number("left", "m", "to the left of the heading", 0.2, neutral=0.0),
-    ),
-    sign="the path winds at the rate of the spin",
-    displacement=_offset,
-)
-
-LENS_DISTORTION = Form(
-    name="lens_distortion",
-    kind="measurement",
-    parameters=(
-        _number("k1", "1", f"radial displacement over radius at {LENS_RADIUS:g} m", 0.3, neutral=0),
-        _number("k2", "1", "the same, of fifth order", 0.3, default=0.0, neutral=0.0),
-        _number("centre_x", "m", "where the optical axis meets the ice", 10.0, default=0.0),
-        _number("centre_y", "m", "where the optical axis meets the ice", 25.0, default=0.0),
-    ),
-    sign="paths bend with the place in the image, with v², whatever the friction",
-    displacement=_lens,
-)
-
-MEASUREMENTS = (TRACKING_OFFSET, LENS_DISTORTION)
-
 SHAPES: Mapping[str, tuple[str, ...]] = {
     "curl": ("speed_exponent", "spin_exponent"),
     "spin_drag": ("speed_exponent", "spin_exponent"),
@@ -167,21 +89,15 @@ OTHER_STARTS: Mapping[str, Mapping[str, float]] = {
 strength that must not be negative can be held at zero by a wrong shape."""
 
 
-def form_of(card: EffectCard) -> Form:
-    """A candidate's form from the card of an effect."""
-    return Form(
-        name=card.name,
-        kind="physics",
-        parameters=card.parameters,
-        sign=card.evidence,
-        card=card,
-    )
+def forms(measurements: Sequence[Form] = MEASUREMENTS) -> dict[str, Form]:
+    """All candidates by name.
 
-
-def forms() -> dict[str, Form]:
-    """All candidates by name."""
+    Parameters
+    ----------
+    measurements : what the camera may do
+    """
     cards = {name: form_of(card) for name, card in catalogue().items()}
-    return cards | {form.name: form for form in MEASUREMENTS}
+    return cards | {form.name: form for form in measurements}
 
 
 def _start(form: Form, **given: float) -> dict[str, float]:
@@ -203,7 +119,7 @@ def candidates(session: Session, terms: tuple[Term, ...] = ()) -> list[Term]:
     taken = {term.label for term in terms}
     has_curl = any(term.name == "curl" for term in terms)
     found: list[Term] = []
-    for form in forms().values():
+    for form in forms(session.measurements).values():
         if not form.switches or form.name == "friction_patch":
             continue  # a patch is sought by its own means: it has edges
         if form.name == "stone_bias":
@@ -217,7 +133,8 @@ def candidates(session: Session, terms: tuple[Term, ...] = ()) -> list[Term]:
             continue
         if not _speaks_of(session, form):
             continue
-        free = tuple(n for n in form.switches if n not in SHAPES.get(form.name, ()))
+        finer = (*SHAPES.get(form.name, ()), "lens_p1", "lens_p2")
+        free = tuple(n for n in form.switches if n not in finer)
         if form.name == "sweeping" and not has_curl:
             free = ("friction_factor",)
         found.append(Term(form=form, values=_start(form), free=free))
@@ -260,6 +177,9 @@ def finer_starts(term: Term) -> list[dict[str, float]]:
     """
     if term.name == "friction_patch":
         return [{"edge": 0.5}, {"edge": 1.5}]
+    if term.name == "lens_distortion":
+        finer = ("lens_p1", "lens_p2") if "lens_p1" in term.values else ("centre_x",)
+        return [dict.fromkeys(finer, 0.0)]
     if term.name != "speed_dependent_friction":
         return []
     n = term.values["exponent"]

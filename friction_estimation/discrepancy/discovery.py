@@ -24,6 +24,7 @@ from friction_estimation.discrepancy.proof import (
     friction_structure,
     prove,
 )
+from friction_estimation.discrepancy.references import Calibration, calibrations_of, corrected
 from friction_estimation.discrepancy.residual_term import NAME, try_table
 from friction_estimation.discrepancy.residuals import Misfit
 from friction_estimation.discrepancy.screening import holm
@@ -40,6 +41,7 @@ from friction_estimation.discrepancy.selection import (
 )
 from friction_estimation.discrepancy.session import Session, open_session
 from friction_estimation.discrepancy.unknown import Follows, what_it_follows
+from friction_estimation.scene import Scene
 
 ENOUGH_THROWS = 8
 """Fewer throws than this name nothing (methods)."""
@@ -75,6 +77,7 @@ class Discovery:
     alternatives : by label, what the data cannot rule out in place of a named effect
     trial_closures : by label, what each candidate of the first round closes by itself
     residual_term : what of the unknown is in the improved ice as a fitted table; None if nothing
+    calibrations : of lengths and times, by references; the session's tracks are corrected by them
     """
 
     session: Session
@@ -96,6 +99,7 @@ class Discovery:
     alternatives: dict[str, list[Alternative]] = field(default_factory=dict)
     trial_closures: dict[str, float] = field(default_factory=dict)
     residual_term: dict[str, Any] | None = None
+    calibrations: tuple[Calibration, ...] = ()
 
     @property
     def enough(self) -> bool:
@@ -120,6 +124,8 @@ def discover(
     tracks: Sequence[Trajectory],
     ice: Ice | None = None,
     *,
+    scene: Scene | None = None,
+    references: Sequence[Calibration] = (),
     seed: int = 0,
     progress: Progress = silent,
 ) -> Discovery:
@@ -129,6 +135,8 @@ def discover(
     ----------
     tracks : measured throws, in order of play
     ice : the model; uniform Coulomb friction on a symmetric running band by default
+    scene : of the camera that filmed the tracks; the lens is then judged in its image
+    references : what known lengths and clocks say of the tracks' scale and frame rate
     seed : of the held-out throws and of permutations
     progress : told what is being done and which part of all is behind
 
@@ -137,9 +145,22 @@ def discover(
     TrackTooShortError : no throw slides freely
     InputError : an ice that does not fit these tracks at all
     """
-    rng = np.random.default_rng(seed)
+    decided = {c.name: c for c in (*calibrations_of(ice), *references)}
+    known = tuple(decided.values())
+    found = _discover(corrected(tracks, known), ice, scene, np.random.default_rng(seed), progress)
+    return replace(found, calibrations=known)
+
+
+def _discover(
+    tracks: Sequence[Trajectory],
+    ice: Ice | None,
+    scene: Scene | None,
+    rng: np.random.Generator,
+    progress: Progress,
+) -> Discovery:
+    """Find what a model lacks, with tracks whose lengths and times are taken as true."""
     progress("reading tracks", 0.0)
-    session = open_session(tracks)
+    session = open_session(tracks, scene)
     progress("fitting the baseline", 0.05)
     start = base_model(ice, session)
     everything = fit_with_noise(start, session)

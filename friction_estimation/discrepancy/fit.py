@@ -321,15 +321,3 @@ def _step(
     scaled = inner * scale[:, :, None] * scale[:, None, :] + 1e-13 * np.eye(6)
     state_step = scale * np.linalg.solve(scaled, (scale * right)[:, :, None])[:, :, 0]
     return replace(moved, spread=spread), states + state_step, ln_factors + shift
-
-
-def standard_errors(fitted: Fit) -> dict[tuple[str, str], float]:
-    """Standard errors of the shared parameters, by (term, parameter)."""
-    reduced = eliminate_states(fitted.grams)
-    grams, _ = eliminate_factor(reduced, fitted.ln_factors, fitted.model.spread)
-    total = grams.sum(axis=0) + prior_gram(fitted.model, grams.shape[1])
-    inner = total[:-1, :-1]
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(inner), 1e-300))
-    covariance = np.linalg.pinv(inner * scale[:, None] * scale) * scale[:, None] * scale
-    sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    return dict(zip(fitted.model.names, sigma.tolist(), strict=True))

@@ -10,8 +10,9 @@ import numpy as np
 
 from curling_env.physics.effects import catalogue
 from friction_estimation.discrepancy.acceptance import Gap, forecast
-from friction_estimation.discrepancy.candidates import Term, form_of
+from friction_estimation.discrepancy.candidates import Term
 from friction_estimation.discrepancy.fit import Fit
+from friction_estimation.discrepancy.form import form_of
 from friction_estimation.discrepancy.proof import score_unseen
 from friction_estimation.discrepancy.selection import refit
 from friction_estimation.discrepancy.session import Session

@@ -163,7 +163,7 @@ def fit_with_noise(
 def try_term(fitted: Fit, term: Term) -> Trial:
     """Fit a candidate beside the model: its strength first, then its shape."""
     trial = refit(fitted, fitted.model.with_terms(term))
-    shapes = SHAPES.get(term.name, ()) or _own_shapes(term)
+    shapes = [n for n in SHAPES.get(term.name, ()) if n in term.values] or _own_shapes(term)
     if term.name == "friction_patch":
         shapes = ("y_min", "y_max")
     later = [n for n in shapes if n not in term.free]
@@ -273,14 +273,21 @@ def _place_sides(fitted: Fit) -> Fit:
     for side in ("x_min", "x_max"):
         place = fitted.model.term("friction_patch").values[side]
         for shift in SIDE_SHIFTS:
-            moved = fitted.model.term("friction_patch").with_values(**{side: place + shift})
-            if moved.values["x_max"] - moved.values["x_min"] < NARROWEST:
+            model = with_side(fitted.model, side, place + shift)
+            if model is None:
                 continue
-            model = fitted.model.without("friction_patch").with_terms(moved)
             trial = refit(fitted, model, iterations=5)
             if trial.deviance < fitted.deviance - 1.0:
                 fitted = trial
     return fitted
+
+
+def with_side(model: Model, side: str, place: float) -> Model | None:
+    """The model with one side of its patch elsewhere; None if the patch would be too narrow."""
+    moved = model.term("friction_patch").with_values(**{side: place})
+    if moved.values["x_max"] - moved.values["x_min"] < NARROWEST:
+        return None
+    return model.without("friction_patch").with_terms(moved)
 
 
 def prune(fitted: Fit, kept: set[str]) -> Fit:

@@ -12,7 +12,10 @@ from numpy.typing import NDArray
 from curling_env.sheet import HOG_LINE_Y
 from curling_env.trajectory import Trajectory
 from friction_estimation.discrepancy.cleaning import without_wild_rows
+from friction_estimation.discrepancy.form import Form
+from friction_estimation.discrepancy.measurement import MEASUREMENTS, measurements_through
 from friction_estimation.kinematics import FreeSlide, free_slides
+from friction_estimation.scene import Scene
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -46,6 +49,7 @@ class Session:
     sigma : (rows,) relative noise of the rows, mean 1
     starts : (k+1,) first row of each throw
     left_out : why other throws are not here
+    measurements : what the camera may have done to them
     """
 
     throws: Indices
@@ -60,6 +64,7 @@ class Session:
     sigma: Floats
     starts: Indices
     left_out: tuple[str, ...] = ()
+    measurements: tuple[Form, ...] = MEASUREMENTS
 
     def __len__(self) -> int:
         return len(self.throws)
@@ -153,8 +158,12 @@ class Session:
         )
 
 
-def open_session(tracks: Sequence[Trajectory]) -> Session:
+def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Session:
     """The free slides of measured tracks.
+
+    Parameters
+    ----------
+    scene : of the camera that saw them, where it is known
 
     Raises
     ------
@@ -185,6 +194,7 @@ def open_session(tracks: Sequence[Trajectory]) -> Session:
         sigma=relative,
         starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
         left_out=tuple(reasons),
+        measurements=MEASUREMENTS if scene is None else measurements_through(scene),
     )
 
 

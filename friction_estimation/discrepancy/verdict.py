@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,8 @@ from curling_env.ice import ActiveEffect, Ice, save_ice
 from curling_env.storage import write_json
 from friction_estimation.discrepancy.candidates import UNDECIDABLE, Term
 from friction_estimation.discrepancy.discovery import ENOUGH_THROWS, Discovery
-from friction_estimation.discrepancy.fit import standard_errors
+from friction_estimation.discrepancy.intervals import standard_errors, with_sides
+from friction_estimation.discrepancy.references import Calibration, as_effect
 from friction_estimation.discrepancy.residuals import TOLERATED
 
 READABLE = {
@@ -27,6 +29,15 @@ READABLE = {
     "air_drag": "air drag",
     "tracking_offset": "a tracked point beside the stone's centre",
     "lens_distortion": "lens distortion left in the tracks",
+    "scale_error": "lengths that are off by a factor",
+    "frame_rate_error": "times that are off by a factor",
+}
+
+OPEN = {"scale_error": "all lengths", "frame_rate_error": "all times"}
+CHECKS = {
+    "scale_error": "a known length (--known-length; hog line to hog line is 21.945 m, tee to tee "
+    "34.747 m)",
+    "frame_rate_error": "an interval by a clock (--clock)",
 }
 
 NO_HEADING = " No heading was measured, so nothing can be said of curl and of spin."
@@ -44,7 +55,9 @@ def number(value: float) -> float:
 
 def document(found: Discovery) -> dict[str, Any]:
     """The report, as `report.json` holds it."""
-    effects = [_named(found, k) for k in range(len(found.proofs))]
+    effects = [_calibration(c) for c in found.calibrations if c.clearly_off and c.references]
+    errors = with_sides(found.final, standard_errors(found.final))
+    effects += [_named(found, k, errors) for k in range(len(found.proofs))]
     if found.unknown:
         effects.append(_unknown(found))
     if found.events:
@@ -85,12 +98,7 @@ def document(found: Discovery) -> dict[str, Any]:
         },
         "candidates": league(found),
         "smallest_detectable": smallest(found),
-        "undecidable": {
-            "names": list(UNDECIDABLE),
-            "why": "throws alone cannot show that all lengths or all times are off by a factor: "
-            "friction absorbs it. Check a known length (hog line to hog line 21.945 m, tee to tee "
-            "34.747 m) and a clock.",
-        },
+        "undecidable": _undecidable(found),
         "left_out": list(found.session.left_out),
     }
 
@@ -118,6 +126,10 @@ def sentence(found: Discovery) -> str:
         follows = [f.variable for f in found.follows]
         what = f" that follows {', '.join(follows)}" if follows else ""
         parts.append(f"{'something' if names else 'Something'} unknown{what} is missing")
+    for c in found.calibrations:
+        if c.clearly_off and c.references:
+            off = f"{100 * abs(c.factor - 1):.1f} % too {'long' if c.factor > 1 else 'short'}"
+            parts.append(f"{OPEN[c.name]} in the tracks are {off}, by what was given")
     if found.events:
         throws = ", ".join(str(throw) for throw in found.events)
         parts.append(f"something happened once in throw {throws}")
@@ -126,14 +138,12 @@ def sentence(found: Discovery) -> str:
     return text[0].upper() + text[1:] + "." + blind
 
 
-def _parameters(found: Discovery, term: Term) -> dict[str, Any]:
-    sigma = standard_errors(found.final)
+def _parameters(term: Term, sigma: Mapping[tuple[str, str], float]) -> dict[str, Any]:
     out: dict[str, Any] = {}
     for p in term.form.parameters:
-        fitted = p.name in term.free
-        if not fitted and p.default is not None:
+        if p.name not in term.free and p.default is not None:
             continue  # left at its usual value: it says nothing of these data
-        error = sigma.get((term.label, p.name), 0.0) if fitted else _placed(p.name)
+        error = sigma.get((term.label, p.name), 0.0)  # an identifier has none
         out[p.name] = {
             "value": number(term.values[p.name]),
             "stderr": number(error),
@@ -142,12 +152,7 @@ def _parameters(found: Discovery, term: Term) -> dict[str, Any]:
     return out
 
 
-def _placed(name: str) -> float:
-    """Error of a side that was sought on a grid; none for an identifier."""
-    return 0.25 if name in ("x_min", "x_max") else 0.0
-
-
-def _named(found: Discovery, k: int) -> dict[str, Any]:
+def _named(found: Discovery, k: int, sigma: Mapping[tuple[str, str], float]) -> dict[str, Any]:
     proof = found.proofs[k]
     term = found.final.model.term(proof.label)
     others = found.alternatives.get(proof.label, [])
@@ -157,7 +162,7 @@ def _named(found: Discovery, k: int) -> dict[str, Any]:
     return {
         "name": term.name,
         "kind": term.form.kind,
-        "parameters": _parameters(found, term),
+        "parameters": _parameters(term, sigma),
         "depends_on": [],
         "where": where,
         "evidence": {
@@ -172,6 +177,42 @@ def _named(found: Discovery, k: int) -> dict[str, Any]:
         },
         "alternatives": [a.name for a in others],
     }
+
+
+def _calibration(found: Calibration) -> dict[str, Any]:
+    what = "length" if found.name == "scale_error" else "time"
+    return {
+        "name": found.name,
+        "kind": "measurement",
+        "parameters": {
+            "factor": {
+                "value": number(found.factor),
+                "stderr": number(found.stderr),
+                "unit": "1",
+            }
+        },
+        "depends_on": [],
+        "where": f"every {what} in the tracks, by a {what} that was given",
+        "evidence": {
+            "known": [{"measured": r.measured, "true": r.true} for r in found.references],
+            "standard_errors": number(abs(found.factor - 1.0) / max(found.stderr, 1e-12)),
+        },
+        "alternatives": [],
+    }
+
+
+def _undecidable(found: Discovery) -> dict[str, Any]:
+    decided = {c.name for c in found.calibrations}
+    open_ = [name for name in UNDECIDABLE if name not in decided]
+    what = [OPEN[name] for name in open_]
+    checks = [CHECKS[name] for name in open_]
+    why = (
+        f"throws alone cannot show that {' or '.join(what)} are off by a factor: friction absorbs "
+        f"it. Give {' and '.join(checks)}."
+        if open_
+        else "lengths and times were checked against what was given."
+    )
+    return {"names": open_, "why": why}
 
 
 def _unknown(found: Discovery) -> dict[str, Any]:
@@ -253,6 +294,9 @@ def improved_ice(found: Discovery) -> Ice:
     """The model with what was found."""
     fitted = found.final
     ice = fitted.model.improved_ice(standard_errors(fitted))
+    for calibration in found.calibrations:
+        if calibration.clearly_off:
+            ice = ice.with_effect(as_effect(calibration))
     if found.unknown and found.residual_term is None:
         ice = ice.with_effect(ActiveEffect(name="unknown"))
     return ice

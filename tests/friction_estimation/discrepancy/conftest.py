@@ -13,7 +13,7 @@ from curling_env.physics.slide import slide
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
-from friction_estimation.discrepancy.candidates import MEASUREMENTS
+from friction_estimation.discrepancy.measurement import MEASUREMENTS
 
 MakeSession = Callable[..., list[Trajectory]]
 

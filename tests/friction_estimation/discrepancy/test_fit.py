@@ -8,7 +8,7 @@ from curling_env.physics.slide import slide
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
 from friction_estimation.discrepancy.baseline import base_model
-from friction_estimation.discrepancy.fit import standard_errors
+from friction_estimation.discrepancy.intervals import standard_errors
 from friction_estimation.discrepancy.model import predict
 from friction_estimation.discrepancy.selection import fit_with_noise, misfit_of
 from friction_estimation.discrepancy.session import open_session
