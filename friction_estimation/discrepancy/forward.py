@@ -32,6 +32,8 @@ SPEED_SHARE = 0.2
 """Part of its speed that a stone may lose in one step."""
 REST_SPEED = 2e-3
 """Speed of centre and band below which the rest is uniform deceleration [m/s]: 20 µm on ice."""
+PAST_BREAK = 1e-6
+"""How far beyond a place where the law is not smooth a step ends [s]."""
 WORK_SHAPE = (9, 6)
 """Of the array a slide works in."""
 MAX_STEPS = 5_000
@@ -72,13 +74,17 @@ def _scale(source: Any, factor: float, target: Any) -> None:
 
 @inlined
 def _time_to_break(breaks: Any, position: float, velocity: float) -> float:
-    """Time until the next place where the law is not smooth, at the present speed [s]."""
+    """Time until just past the next place where the law is not smooth, at the present speed [s].
+
+    The next step then begins with the law of the far side. The stone slows and may fall short; it
+    is nearer each time.
+    """
     ahead = np.inf
     if velocity != 0.0:
         for k in range(breaks.shape[0]):
             time = (breaks[k] - position) / velocity
-            if time > 1e-4:
-                ahead = min(ahead, time)
+            if time > 0.0:
+                ahead = min(ahead, time + PAST_BREAK)
     return ahead
 
 

@@ -35,6 +35,20 @@ def test_forward_model_and_slide_agree(preset):
     assert np.abs(found[:-1, :2] - path.xy[frames][:-1]).max() < 2e-3
 
 
+def test_the_forward_model_and_slide_agree_across_sharp_edges():
+    patch = effect("friction_patch", x_min=-0.5, x_max=1.5, y_min=-4.7, y_max=4.7, factor=1.16)
+    ice = Ice.uniform(0.009, effects=(patch,))
+    release = Throw(speed=2.2, angle=0.01, spin=1.5, x=-0.2).release(Direction.AWAY)
+    path = slide(ice, release, fps=10).trajectory
+    assert path is not None
+    session = open_session([path])
+    r = release
+    state = np.array([[r.x, r.y, r.vx, r.vy, r.theta, r.omega]])
+    found = predict(base_model(ice, session), session, state, np.zeros(1))
+    frames = np.abs(path.t[:, None] - session.times).argmin(axis=0)
+    assert np.abs(found[:-1, :2] - path.xy[frames][:-1]).max() < 3e-4
+
+
 def test_friction_scatter_and_errors(make_session):
     session = open_session(make_session(scatter=0.004, throws=16))
     fitted = fit_with_noise(base_model(None, session), session)
