@@ -20,6 +20,8 @@ STEP = 2e-3
 CONTACTS = 24
 BAND = 0.0625
 STOP = 3e-4
+SCATTER = 0.004
+"""Standard deviation of ln μ from throw to throw."""
 EDGE = 21.95
 HOG = 10.9725
 
@@ -315,14 +317,25 @@ def coloured(n: int, t: Floats, sigma: float, memory: float, rng: np.random.Gene
 
 
 def make_session(
-    effects: tuple[str, ...], rng: np.random.Generator, *, throws: int = 16, noise: str = "mixed"
+    effects: tuple[str, ...],
+    rng: np.random.Generator,
+    *,
+    throws: int = 16,
+    fresh: int = 0,
+    ways: int = 2,
 ) -> tuple[dict[str, list[Any]], dict[str, Any]]:
-    """Columns of a track file, and the sealed truth."""
+    """Columns of a track file, and the sealed truth.
+
+    Parameters
+    ----------
+    fresh : throws played on after the session, on the same ice; the last in the columns
+    ways : directions of play, 2 or 1
+    """
     q = hidden_numbers(rng)
     camera: dict[str, Any] = {}
     truth = {name: hide(name, q, camera, rng) for name in effects}
     sigma = rng.uniform(0.003, 0.006)
-    memory = float(rng.choice([0.0, 0.15, 0.3])) if noise == "mixed" else 0.0
+    memory = float(rng.choice([0.0, 0.15, 0.3]))
     missing, outliers = float(rng.choice([0.0, 0.1])), float(rng.choice([0.0, 0.004]))
     columns: dict[str, list[Any]] = {
         k: [] for k in ("throw", "t", "x", "y", "theta", "stone", "clock", "swept")
@@ -331,8 +344,9 @@ def make_session(
     clock = 0.0
     gap = rng.integers(throws // 3, 2 * throws // 3)
     base_mu = q[MU]
-    for k in range(throws):
-        direction = 1.0 if k % 2 == 0 else -1.0
+    speeds = np.concatenate([speeds, rng.uniform(1.4, 2.9, fresh)])
+    for k in range(throws + fresh):
+        direction = 1.0 if k % ways == 0 else -1.0
         line = rng.normal(0, 0.008)
         start = np.array(
             [
@@ -349,7 +363,7 @@ def make_session(
             begin = rng.uniform(1.0, 6.0)
             sweep = np.array([begin, begin + rng.uniform(3.0, 9.0)])
         stone = int(rng.integers(0, 4))
-        q[MU] = base_mu * math.exp(rng.normal(0, 0.004))
+        q[MU] = base_mu * math.exp(rng.normal(0, SCATTER))
         path = np.empty((int(70 / STEP), 6))
         n = throw_path(q, start, clock, float(k), float(stone), sweep, path)
         t = np.arange(n) * STEP
