@@ -29,6 +29,7 @@ from friction_estimation.discrepancy.residual_term import NAME, try_table
 from friction_estimation.discrepancy.residuals import Misfit
 from friction_estimation.discrepancy.screening import holm
 from friction_estimation.discrepancy.selection import (
+    RULED_OUT,
     Progress,
     Selection,
     closure,
@@ -78,6 +79,7 @@ class Discovery:
     trial_closures : by label, what each candidate of the first round closes by itself
     residual_term : what of the unknown is in the improved ice as a fitted table; None if nothing
     calibrations : of lengths and times, by references; the session's tracks are corrected by them
+    fits_worse_than_uniform : whether the ice given, refitted, fits worse than uniform friction
     """
 
     session: Session
@@ -100,6 +102,7 @@ class Discovery:
     trial_closures: dict[str, float] = field(default_factory=dict)
     residual_term: dict[str, Any] | None = None
     calibrations: tuple[Calibration, ...] = ()
+    fits_worse_than_uniform: bool = False
 
     @property
     def enough(self) -> bool:
@@ -143,12 +146,14 @@ def discover(
     Raises
     ------
     TrackTooShortError : no throw slides freely
-    InputError : an ice that does not fit these tracks at all
+    InputError : tracks that lie off the sheet, an ice with an effect that is not known
     """
     decided = {c.name: c for c in (*calibrations_of(ice), *references)}
     known = tuple(decided.values())
     found = _discover(corrected(tracks, known), ice, scene, np.random.default_rng(seed), progress)
-    return replace(found, calibrations=known)
+    return replace(
+        found, calibrations=known, fits_worse_than_uniform=_is_other_ice(ice, found.final_base)
+    )
 
 
 def _discover(
@@ -177,6 +182,14 @@ def _discover(
         if misfit_of(calm.final).white and (alone.surprise > SURPRISING).all():
             return replace(calm, events=session.throws[odd].tolist())
     return found
+
+
+def _is_other_ice(ice: Ice | None, base: Fit) -> bool:
+    """Whether a given ice, refitted to the throws, fits them worse than uniform friction."""
+    if ice is None or (ice.friction.is_uniform and not base.model.terms):
+        return False
+    uniform = fit(base_model(None, base.session), base.session, base.noise)
+    return base.deviance > uniform.deviance + RULED_OUT
 
 
 def _follow(

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from curling_env.errors import InputError
 from curling_env.sheet import HOG_LINE_Y
 from curling_env.trajectory import Trajectory
 from friction_estimation.discrepancy.cleaning import without_wild_rows
@@ -27,6 +28,8 @@ not independent, and time is spent per row."""
 USUAL_SPIN = 1.5
 """Spin taken where no heading was measured [rad/s]; its side cannot matter, for then curl is not
 a candidate."""
+FURTHEST_ACROSS, FURTHEST_ALONG = 2.6, 24.0
+"""Where the middle of a track may lie [m]: a little beyond the ice of the widest sheet."""
 AT_LINE = 0.05
 """A stone this close to the hog line counts as at it [m]: tracks begin with noise."""
 
@@ -167,9 +170,16 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
 
     Raises
     ------
+    InputError : no throw lies on the sheet
     TrackTooShortError : no throw slides freely
     """
-    slides, reasons = free_slides([without_wild_rows(track) for track in tracks])
+    cleaned = [without_wild_rows(track) for track in tracks]
+    elsewhere = [_elsewhere(track) for track in cleaned]
+    on_sheet = [track for track, reason in zip(cleaned, elsewhere, strict=True) if not reason]
+    off_sheet = [reason for reason in elsewhere if reason]
+    if not on_sheet and off_sheet:
+        raise InputError(f"no throw lies on the sheet: {off_sheet[0]}")
+    slides, reasons = free_slides(on_sheet)
     order_of = {throw: k for k, throw in enumerate(sorted({track.throw for track in tracks}))}
     kept = [_thinned(slide) for slide in slides]
     counts = [len(rows) for rows in kept]
@@ -193,9 +203,22 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
         swept=np.concatenate([s.track.swept[rows] for s, rows in pairs]),
         sigma=relative,
         starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
-        left_out=tuple(reasons),
+        left_out=(*off_sheet, *reasons),
         measurements=MEASUREMENTS if scene is None else measurements_through(scene),
     )
+
+
+def _elsewhere(track: Trajectory) -> str:
+    """Why a track cannot be of this sheet; empty if it can."""
+    if len(track) == 0:
+        return ""
+    x, y = np.abs(np.median(track.xy, axis=0))
+    if x > FURTHEST_ACROSS or y > FURTHEST_ALONG:
+        place = f"around x = {np.median(track.xy[:, 0]):.1f}, y = {np.median(track.xy[:, 1]):.1f} m"
+        return (
+            f"throw {track.throw} runs off the sheet, {place}: of another sheet or another scene?"
+        )
+    return ""
 
 
 def _thinned(slide: FreeSlide) -> Indices:

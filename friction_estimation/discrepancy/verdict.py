@@ -40,7 +40,19 @@ CHECKS = {
     "frame_rate_error": "an interval by a clock (--clock)",
 }
 
-NO_HEADING = " No heading was measured, so nothing can be said of curl and of spin."
+NO_HEADING = "No heading was measured, so nothing can be said of curl and of spin."
+ONE_WAY = (
+    "All throws went one way: a slope along the sheet cannot be told from friction until some come "
+    "back."
+)
+ONE_SPIN = (
+    "All stones turned the same way: curl cannot be told from a slope across the sheet until some "
+    "turn the other way."
+)
+OTHER_ICE = (
+    "The ice given fits these throws worse than uniform friction does: it is of other ice, or of "
+    "another sheet."
+)
 
 
 def readable(name: str) -> str:
@@ -134,8 +146,22 @@ def sentence(found: Discovery) -> str:
         throws = ", ".join(str(throw) for throw in found.events)
         parts.append(f"something happened once in throw {throws}")
     text = "; ".join(parts) or "Nothing is missing: what is left is noise, by these throws"
-    blind = "" if found.session.turns.any() else NO_HEADING
-    return text[0].upper() + text[1:] + "." + blind
+    return " ".join([text[0].upper() + text[1:] + ".", *blind_spots(found)])
+
+
+def blind_spots(found: Discovery) -> list[str]:
+    """What the session as it was played cannot show, in sentences."""
+    said: list[str] = []
+    states, turns = found.final.states, found.session.turns
+    if len(np.unique(np.sign(states[:, 3]))) == 1:
+        said.append(ONE_WAY)
+    if not turns.any():
+        said.append(NO_HEADING)
+    elif len(np.unique(np.sign(states[turns, 5]))) == 1:
+        said.append(ONE_SPIN)
+    if found.fits_worse_than_uniform:
+        said.append(OTHER_ICE)
+    return said
 
 
 def _parameters(term: Term, sigma: Mapping[tuple[str, str], float]) -> dict[str, Any]:

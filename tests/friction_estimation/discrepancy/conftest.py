@@ -31,6 +31,7 @@ def make_session() -> MakeSession:
         seed: int = 1,
         sigma: float = 0.004,
         scatter: float = 0.002,
+        mu: float = 0.009,
     ) -> list[Trajectory]:
         """Throws in both directions, with both spins, three stones, some of them swept."""
         rng = np.random.default_rng(seed)
@@ -39,7 +40,7 @@ def make_session() -> MakeSession:
         speeds = rng.permutation(np.linspace(1.3, 2.9, throws))
         tracks: list[Trajectory] = []
         for k in range(throws):
-            ice = Ice.uniform(0.009 * float(np.exp(rng.normal(0, scatter))), effects=on_ice)
+            ice = Ice.uniform(mu * float(np.exp(rng.normal(0, scatter))), effects=on_ice)
             throw = Throw(
                 speed=float(speeds[k]),
                 angle=float(rng.normal(0, 0.006)),
