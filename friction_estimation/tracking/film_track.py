@@ -11,6 +11,7 @@ from curling_env.trajectory import Trajectory
 from friction_estimation.appearance import Appearance
 from friction_estimation.camera import Camera
 from friction_estimation.refinement import Refined
+from friction_estimation.steadiness import Hold
 from friction_estimation.tracking.optical_flow import Flow
 
 Floats = NDArray[np.float64]
@@ -50,6 +51,7 @@ class FilmTrack:
     frame_count : frames of the film
     camera, look : what the film was read with
     landmarks : how well the paint on the ice agrees with the camera
+    hold : puts the frames back where the camera swayed; None where it stood still
     """
 
     trajectory: Trajectory
@@ -60,3 +62,4 @@ class FilmTrack:
     camera: Camera
     look: Appearance
     landmarks: Refined
+    hold: Hold | None = None

@@ -9,6 +9,7 @@ flow predicts and gates. And positions are joined by a smoother that knows their
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -27,9 +28,11 @@ from friction_estimation.appearance import (
     measure,
 )
 from friction_estimation.camera import Camera
+from friction_estimation.lighting import flickering
 from friction_estimation.parallax import UNDECIDED, focal_from_stone
 from friction_estimation.refinement import at_focal, refine, unrefined
 from friction_estimation.scene import Scene
+from friction_estimation.steadiness import held
 from friction_estimation.tracking.acquisition import RoughPath, sightings_in, thrown_stone
 from friction_estimation.tracking.background import (
     Background,
@@ -72,12 +75,18 @@ def track_film(
 
     Raises
     ------
-    InputError : no film, points that do not fit it, or no thrown stone in it
+    InputError : no film, points that do not fit it, a camera that moves, or no thrown stone in it
     """
     options = options or TrackingOptions()
     film = Film.open(path, scene.fps)
     camera = Camera.from_scene(scene, film.size)
     sample = film.sample(SPARSE_FRAMES)
+    lighting = flickering(sample)
+    if lighting is not None:
+        sample = [(t, lighting.evened(frame)) for t, frame in sample]
+    hold = held(sample, path)
+    if hold is not None:
+        sample = [(t, hold.put_back(frame)) for t, frame in sample]
     # A lens that is not known yet may show the sheet tens of pixels from where it is thought.
     known = scene.camera_matrix is not None and scene.distortion is not None
     region = sheet_region(camera, scene.sheet, 12 if known else 48)
@@ -114,10 +123,14 @@ def track_film(
         raise InputError("the thrown stone is nowhere wholly in the image", source=path)
     look = learn_appearance(exposures, model, background.noise)
     frames: Iterable[tuple[float, Image]] = film.frames()
+    if lighting is not None:
+        frames = ((t, lighting.evened(frame)) for t, frame in frames)
+    if hold is not None:
+        frames = ((t, hold.put_back(frame)) for t, frame in frames)
     if progress is not None:
         frames = progress(frames, film.frame_count)
     record = _measure_all(frames, rough, ice, background, camera, look, options)
-    return join_frames(record, look, landmarks, throw, path)
+    return replace(join_frames(record, look, landmarks, throw, path), hold=hold)
 
 
 def track_films(

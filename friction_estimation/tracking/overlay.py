@@ -85,7 +85,9 @@ class _Overlay:
         self._path_view = self._view.to_view(xy)
 
     def draw(self, frame: Image, index: int, t: float) -> Image:
-        """The frame with everything drawn into it."""
+        """The frame, put back where the camera swayed, with everything drawn into it."""
+        if self._track.hold is not None:
+            frame = self._track.hold.put_back(frame)
         row = self._row_of.get(index)
         until = int(np.searchsorted(self._track.frame, index, side="right"))
         self._polyline(frame, self._path_px[:until], PATH, 3)

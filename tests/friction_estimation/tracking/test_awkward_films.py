@@ -1,0 +1,128 @@
+"""Films as people bring them: what can be put right is, and the rest is refused in one line.
+
+The spoilt films are made from one that is clean, so that what the fault costs is seen.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from curling_env.errors import InputError
+from curling_env.ice import Ice
+from curling_env.physics.slide import slide
+from curling_env.throw import Throw
+from friction_estimation.synthetic import FilmSpec, Stage, on_film, scene_of, write_film
+from friction_estimation.tracking import track_film
+
+FPS = 20.0
+SIZE = (960, 540)
+
+
+@pytest.fixture(scope="module")
+def clean():
+    """Frames of a throw on slow ice before the gantry camera, where the stone truly was, scene."""
+    ice = Ice.uniform(0.02)
+    path = slide(ice, Throw(speed=1.5, angle=0.02, spin=1.2).release(), fps=120).trajectory
+    assert path is not None
+    spec = FilmSpec(camera="gantry", people=False, size=SIZE, fps=FPS, tail=0.5)
+    stage = Stage(spec)
+    return list(stage.frames(path, seed=1)), on_film(path, spec), scene_of(stage.camera)
+
+
+def shifted(frame, right, down, scale=1.0, turn=0.0):
+    matrix = cv2.getRotationMatrix2D((SIZE[0] / 2, SIZE[1] / 2), np.degrees(turn), scale)
+    matrix[:, 2] += (right, down)
+    return cv2.warpAffine(
+        frame, matrix, SIZE, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE
+    )
+
+
+def error(clean, frames, path, fps=FPS):
+    """Root mean square error of the track [m], and the share of frames that have a row."""
+    _, truth, scene = clean
+    write_film(path, frames, fps)
+    track = track_film(path, scene).trajectory
+    there = np.column_stack([np.interp(track.t, truth.t, truth.xy[:, i]) for i in (0, 1)])
+    rms = float(np.sqrt(np.mean(np.sum((track.xy - there) ** 2, axis=1))))
+    return rms, len(track) / len(frames)
+
+
+def swaying(frames):
+    return [
+        shifted(f, 3 * np.sin(i / 9), 2 * np.cos(i / 13) - 2, turn=5e-4 * np.sin(i / 20))
+        for i, f in enumerate(frames)
+    ]
+
+
+def knocked(frames):
+    return [shifted(f, 6, 4) if i > len(frames) // 2 else f for i, f in enumerate(frames)]
+
+
+def flickering(frames):
+    return [
+        np.clip(f * (1 + 0.08 * np.sin(1.3 * i)), 0, 255).astype(np.uint8)
+        for i, f in enumerate(frames)
+    ]
+
+
+def half_the_lights_out(frames):
+    return [
+        (f * (0.7 if i > len(frames) // 2 else 1.0)).astype(np.uint8) for i, f in enumerate(frames)
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fault", [list, swaying, knocked, flickering, half_the_lights_out])
+def test_faults_that_can_be_put_right_cost_a_few_millimetres(clean, tmp_path, fault):
+    rms, share = error(clean, fault(clean[0]), tmp_path / "film.mp4")
+    assert rms < 0.008
+    assert share > 0.97
+
+
+@pytest.mark.slow
+def test_ten_frames_a_second_are_enough(clean, tmp_path):
+    rms, share = error(clean, clean[0][::2], tmp_path / "film.mp4", fps=FPS / 2)
+    assert rms < 0.008
+    assert share > 0.95
+
+
+def test_frames_that_were_sent_twice_do_not_pull_the_track_back(clean, tmp_path):
+    """At 1.5 m/s a repeated frame shows the stone 75 mm behind where it is."""
+    frames = [clean[0][i - (i % 5 == 4)] for i in range(len(clean[0]))]
+    rms, _ = error(clean, frames, tmp_path / "film.mp4")
+    assert rms < 0.010
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        (lambda f, i, n: shifted(f, min(i, 80) * 0.8, 0), "the camera has moved by"),
+        (lambda f, i, n: shifted(f, 0, 0, 1.05 if i > n // 2 else 1.0), "zoomed by +5."),
+        (lambda f, i, n: f if i < n // 2 else f[:, ::-1].copy(), "another view"),
+    ],
+)
+def test_a_camera_that_moves_is_refused_with_the_moment(clean, tmp_path, fault, words):
+    frames, _, scene = clean
+    spoilt = [fault(frame, i, len(frames)) for i, frame in enumerate(frames)]
+    write_film(tmp_path / "film.mp4", spoilt, FPS)
+    with pytest.raises(InputError) as refused:
+        track_film(tmp_path / "film.mp4", scene)
+    assert words in str(refused.value)
+    assert "film.mp4, at " in str(refused.value)
+
+
+def test_a_film_with_a_corrupt_tail_gives_the_rows_before_it(clean, tmp_path):
+    frames, truth, scene = clean
+    write_film(tmp_path / "whole.mp4", frames, FPS)
+    content = bytearray((tmp_path / "whole.mp4").read_bytes())
+    noise = np.random.default_rng(0).integers(0, 256, len(content) // 4, dtype=np.uint8)
+    at = int(0.65 * len(content))
+    content[at : at + len(noise)] = noise.tobytes()
+    (tmp_path / "film.mp4").write_bytes(content)
+    track = track_film(tmp_path / "film.mp4", scene).trajectory
+    assert 0.4 * len(frames) < len(track) < 0.9 * len(frames)
+    sound = track.t < 0.5 * truth.t[-1]
+    there = np.column_stack([np.interp(track.t, truth.t, truth.xy[:, i]) for i in (0, 1)])
+    assert np.linalg.norm(track.xy - there, axis=1)[sound].max() < 0.02
