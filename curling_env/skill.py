@@ -50,6 +50,11 @@ class Skill:
         """Whether every throw is exactly the one that was meant."""
         return self.sigma_speed == self.sigma_angle == self.sigma_spin == 0.0
 
+    def error(self, rng: np.random.Generator) -> tuple[float, float, float]:
+        """Error of one throw: speed [m/s], angle [rad], spin [rad/s]."""
+        speed, angle, spin = rng.standard_normal(3).tolist()
+        return self.sigma_speed * speed, self.sigma_angle * angle, self.sigma_spin * spin
+
     def errors(self, n: int, rng: np.random.Generator) -> Floats:
         """Errors of n throws, (n, 3): speed [m/s], angle [rad], spin [rad/s].
 

@@ -26,6 +26,7 @@ from curling_env.rules import Ruling, Team
 from curling_env.rules.game import deliver
 from curling_env.rules.stones import STONES_A_TEAM
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
+from curling_env.throw import velocity_of
 
 DIRECTION = direction_of(0)
 
@@ -158,43 +159,42 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         lying = [end.stones for i in calls if (end := states[i].game.end) is not None]
         names = sorted({stone.stone for stones in lying for stone in stones})
         column = {name: k for k, name in enumerate(names)}
-        places = np.full((len(calls), len(names), 2), np.nan)
-        releases = np.zeros(len(calls), dtype=RELEASE_DTYPE)
+        # Lists, and arrays made of them at once: an array of one row costs more than its numbers.
+        absent = (np.nan, np.nan)
+        lie: list[list[tuple[float, float]]] = []
+        thrown: list[tuple[float, ...]] = []
         columns: list[list[int]] = []
-        for row, (i, call) in enumerate(calls.items()):
+        for i, call in calls.items():
             end = states[i].game.end
             assert end is not None
             throw = rink.executed(call.throw, rink.skills[end.to_throw], states[i])
             begin, until = rink.sweep_of(call, throw, DIRECTION)
             columns.append([column[stone.stone] for stone in end.stones])
-            if end.stones:
-                places[row, columns[row]] = [(s.x, s.y + TEE_Y) for s in end.stones]
-            releases[row] = (
-                throw.x,
-                -HOG_LINE_Y,
-                -throw.speed * np.sin(throw.angle),
-                throw.speed * np.cos(throw.angle),
-                0.0,
-                throw.spin,
-                STONES_A_TEAM * end.to_throw + end.number_of_stone,
-                states[i].clock,
-                states[i].throws,
-                begin,
-                until,
+            row = [absent] * len(names)
+            for k, stone in zip(columns[-1], end.stones, strict=True):
+                row[k] = (stone.x, stone.y + TEE_Y)
+            lie.append(row)
+            number = STONES_A_TEAM * end.to_throw + end.number_of_stone
+            throws, clock = states[i].throws, states[i].clock
+            thrown.append(
+                (throw.x, throw.speed, throw.angle, throw.spin, number, clock, throws, begin, until)
             )
+        places = np.array(lie).reshape(len(calls), len(names), 2)
+        releases = _released(np.array(thrown))
         after = play_batch(self._ice, places, releases, identity=names, bounds=self._bounds)
         if (after.meetings < 0).any():
             raise InputError("a stone never stops on this ice; check its friction and slope")
-        xy = after.xy - np.array([0.0, TEE_Y])
+        xy = (after.xy - np.array([0.0, TEE_Y])).tolist()
+        still = (after.xy[:, : len(names)] == places).all(axis=2).tolist()
+        met = after.meetings.tolist()
         parts: dict[int, GameRewardParts] = {}
         for row, i in enumerate(calls):
             state = states[i]
             end = state.game.end
             assert end is not None
-            mine = columns[row]
-            came_to = xy[row, [*mine, -1]].tolist()
-            unmoved: list[bool] = (after.xy[row, mine] == places[row, mine]).all(axis=1).tolist()
-            result = result_of_places(end, came_to, unmoved, bool(after.meetings[row]))
+            came_to = [xy[row][k] for k in (*columns[row], -1)]
+            unmoved = [still[row][k] for k in columns[row]]
+            result = result_of_places(end, came_to, unmoved, bool(met[row]))
             team = end.to_throw
             game, ruling = deliver(state.game, result, put_back=self._put_back(i, team))
             parts[i] = parts_of(state.game, game, team, ruling, AGENT)
@@ -226,3 +226,20 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
             return np.stack(seen)
         names = ("context", "ice", "stones")
         return {name: np.stack([one[name] for one in seen]) for name in names}
+
+
+def _released(throws: NDArray[np.float64]) -> NDArray[Any]:
+    """Releases at the hog line, of RELEASE_DTYPE.
+
+    Parameters
+    ----------
+    throws : (n, 9) offset, speed, angle, spin, stone, clock, order, and when swept, one a row
+    """
+    x, speed, angle, spin, stone, clock, order, begin, until = throws.T
+    vx, vy = velocity_of(speed, angle, DIRECTION)
+    given = {"x": x, "y": -HOG_LINE_Y, "vx": vx, "vy": vy, "omega": spin, "stone": stone}
+    given |= {"clock": clock, "order": order, "sweep_start": begin, "sweep_end": until}
+    releases = np.zeros(len(throws), dtype=RELEASE_DTYPE)
+    for name, values in given.items():
+        releases[name] = values
+    return releases

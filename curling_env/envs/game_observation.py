@@ -167,7 +167,7 @@ def _context(game: Game, team: Team) -> Floats:
             delivered / rules.deliveries,
             own_left / rules.stones,
             1.0 if hammer is team else -1.0,
-            np.clip(game.lead(team) / LEAD_SCALE, -1.0, 1.0),
+            min(max(game.lead(team) / LEAD_SCALE, -1.0), 1.0),
             game.ends_left / rules.ends,
             float(game.is_extra_end),
             float(delivered < protected),

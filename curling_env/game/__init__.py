@@ -1,6 +1,6 @@
 """A game on ice: the rules joined with the physics, the ice that changes, and those who play.
 
-- `living_ice`: wear along the paths, frost, stones that differ
+- `living_ice`: wear along the paths, frost, stones that differ; `luck`: of a game's every throw
 - `state`: all that a game is at one moment, frozen, so that a search may branch from it
 - `rink`: plays throws: execution error, sweeping, physics, ruling, wear
 - `players`: what a player sees, decides, and how players are found by name

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.game.living_ice import STILL, LivingIce, prepared
+from curling_env.game.luck import Luck
 from curling_env.game.players import Call, Player, Sweep, View
 from curling_env.game.state import GameState
 from curling_env.game.sweepers import sweep_for
@@ -114,6 +115,7 @@ class Rink:
         self._at_first = prepared(self.ice, self.living, 0, sweeping=sweeping)
         self.wears = wear_along_path(self._at_first) != 0.0
         """Whether stones wear the ice where they run."""
+        self._luck = Luck()
         self._engine: tuple[int, Engine] | None = None
 
     # --- a game's course ------------------------------------------------------------------------
@@ -243,8 +245,7 @@ class Rink:
         """What leaves the hand when a throw is meant: the state decides by how much it slips."""
         if skill.is_exact:
             return meant
-        rng = np.random.default_rng((state.seed, state.throws))
-        speed, angle, spin = skill.errors(1, rng)[0].tolist()
+        speed, angle, spin = skill.error(self._luck.of(state.seed, state.throws))
         return Throw(
             speed=min(max(meant.speed + speed, SLOWEST), MAX_SPEED),
             angle=meant.angle + angle,

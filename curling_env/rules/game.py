@@ -75,8 +75,7 @@ class Game:
 
     def lead(self, team: Team) -> int:
         """Points by which a team leads; negative when it is behind."""
-        home, away = self.score
-        return home - away if team is Team.HOME else away - home
+        return sum(end[team] - end[team.other] for end in self.line_score)
 
     @property
     def ends_left(self) -> int:
@@ -231,6 +230,8 @@ def _is_decided(game: Game, end: End) -> bool:
     if not game.rules.stops_when_decided or end.number < game.rules.ends - 1:
         return False
     margin = game.lead(Team.HOME)
+    if margin == 0:
+        return False
     behind = Team.AWAY if margin > 0 else Team.HOME
     to_come = stones_left(game.rules, end, behind)
     lying = sum(1 for stone in end.stones if stone.team is behind)

@@ -10,6 +10,7 @@ import pytest
 from curling_env.errors import InputError
 from curling_env.game import STILL, USUAL, Call, LivingIce, Rink, player_named
 from curling_env.game.living_ice import prepared
+from curling_env.game.luck import Luck
 from curling_env.game.sweepers import sweep_for
 from curling_env.ice import ActiveEffect, load_ice
 from curling_env.physics.aim import Aim
@@ -58,6 +59,25 @@ def test_luck_belongs_to_the_state():
     other = rink.play(replace(state, seed=1), call)[1]
     assert first.thrown == again.thrown != DRAW
     assert other.thrown != first.thrown
+
+
+def test_luck_is_that_of_the_seed_and_the_throw_in_any_order():
+    luck = Luck()
+
+    def drawn(seed, throw):
+        return luck.of(seed, throw).standard_normal(4).tolist()
+
+    asked = [(seed, throw) for seed in (0, 1, 2**31 - 1, 2**70) for throw in (0, 1, 159)]
+    first = {pair: drawn(*pair) for pair in asked}
+    assert len({tuple(numbers) for numbers in first.values()}) == len(asked)
+    luck.of(5, 5).random(999, dtype=np.float32)  # leaves half a word behind
+    assert {pair: drawn(*pair) for pair in reversed(asked)} == first
+    assert Luck().of(1, 159).standard_normal(4).tolist() == first[1, 159]
+    numbers = np.array([drawn(seed, throw) for seed in range(40) for throw in range(40)])
+    assert abs(numbers.mean()) < 4 / np.sqrt(numbers.size)
+    assert numbers.std() == pytest.approx(1.0, abs=0.03)
+    neighbours = np.corrcoef(numbers[:-1].ravel(), numbers[1:].ravel())[0, 1]
+    assert abs(neighbours) < 4 / np.sqrt(numbers.size)
 
 
 def test_errors_have_the_spread_of_the_skill():

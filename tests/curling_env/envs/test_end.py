@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import time
 from dataclasses import replace
 
 import gymnasium as gym
@@ -104,6 +105,20 @@ def test_a_state_put_back_goes_on_exactly_as_before():
     env.state = replace(kept, seed=kept.seed + 1)
     luck = play_out(env, actions[3:])
     assert not np.array_equal(np.array(first[0]), np.array(luck[0]))
+
+
+def test_a_search_clones_a_state_in_less_than_twenty_microseconds():
+    env = make(living=USUAL)
+    env.reset(seed=0)
+    env.step(env.action_space.sample())
+    times = []
+    for _ in range(5):
+        start = time.process_time()
+        for _ in range(2000):
+            clone = copy.deepcopy(env.state)
+        times.append((time.process_time() - start) / 2000)
+    assert clone == env.state
+    assert min(times) < 20e-6
 
 
 def test_a_state_that_is_not_the_agents_turn_is_refused():
