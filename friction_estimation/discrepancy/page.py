@@ -12,7 +12,9 @@ from matplotlib.figure import Figure
 
 from curling_env.storage import write_text
 from friction_estimation.discrepancy.discovery import Discovery
+from friction_estimation.discrepancy.on_a_draw import draw_shift
 from friction_estimation.discrepancy.pictures import (
+    draw_picture,
     forecast_picture,
     gap_picture,
     residual_pictures,
@@ -31,24 +33,32 @@ table{border-collapse:collapse;width:100%;font-size:.92rem}
 td,th{padding:.3rem .6rem;border-bottom:1px solid #e3e8ed;text-align:left}
 td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}
 .faint{color:#66727f;font-size:.92rem}
+.side{display:flex;flex-wrap:wrap;gap:1rem;align-items:flex-start}
+figure{flex:1 1 22rem;margin:0;min-width:0}
+figcaption{color:#445;font-size:.95rem;margin-top:.3rem}
+.scroll{overflow-x:auto}
 .tag{background:#e3edf6;border-radius:5px;padding:.1rem .5rem;font-size:.9rem}
 """
 
 
 def write_page(found: Discovery, report: dict[str, Any], path: Path) -> None:
     """Write `report.html`."""
-    parts = [f"<section><h1>{escape(report['verdict'])}</h1>{_effects(report)}</section>"]
-    if found.gaps:
-        parts[0] = parts[0].replace("</section>", _picture(gap_picture(found)) + "</section>")
+    parts = [f"<section><h1>{escape(report['verdict'])}</h1>{_first_pictures(found)}</section>"]
+    if report["effects"]:
+        parts.append(f"<section><h2>What is missing</h2>{_effects(report)}</section>")
     for label, figure in residual_pictures(found):
         name = readable(label.partition("[")[0])
-        title = "What nothing known explains" if label == "unknown" else f"The sign of {name}"
-        parts.append(f"<section><h2>{escape(title)}</h2>{_picture(figure)}</section>")
+        title = "What nothing known explains" if label == "unknown" else f"Where {name} shows"
+        parts.append(
+            f"<section><h2>{escape(title)}</h2><p class=faint>Red: what the model as it was leaves "
+            "unexplained, averaged over all throws. Green: what is left once the effect is in it. "
+            f"Noise alone lies around zero.</p>{_picture(figure, title)}</section>"
+        )
     if found.gaps:
         parts.append(
             "<section><h2>Throws the model had never seen</h2>"
             "<p class=faint>Forecast from their first four seconds.</p>"
-            f"{_picture(forecast_picture(found))}</section>"
+            f"{_picture(forecast_picture(found), 'forecast and measured paths')}</section>"
         )
     parts += [_open_questions(report), _league(report), _smallest(report), _numbers(report)]
     write_text(
@@ -59,11 +69,32 @@ def write_page(found: Discovery, report: dict[str, Any], path: Path) -> None:
     )
 
 
-def _picture(figure: Figure) -> str:
+def _first_pictures(found: Discovery) -> str:
+    """How far off before and after, and what that does to a draw."""
+    shown: list[tuple[str, str]] = []
+    if found.gaps:
+        shown.append(
+            (
+                _picture(gap_picture(found), "distance between forecast and rest"),
+                "How far from the forecast throws came to rest that nothing was fitted to.",
+            )
+        )
+    shift = draw_shift(found)
+    if shift is not None:
+        picture = draw_picture(shift, found.final.model.ice)
+        shown.append((_picture(picture, "the same draw before and after"), shift.words))
+    figures = "".join(
+        f"<figure>{picture}<figcaption>{escape(words)}</figcaption></figure>"
+        for picture, words in shown
+    )
+    return f"<div class=side>{figures}</div>" if shown else ""
+
+
+def _picture(figure: Figure, shows: str) -> str:
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=130)
     data = base64.b64encode(buffer.getvalue()).decode()
-    return f"<img alt='' src='data:image/png;base64,{data}'>"
+    return f"<img alt='{escape(shows)}' src='data:image/png;base64,{data}'>"
 
 
 def _table(head: list[str], rows: list[list[str]], numeric: set[int]) -> str:
@@ -74,7 +105,7 @@ def _table(head: list[str], rows: list[list[str]], numeric: set[int]) -> str:
         )
 
     body = "".join(f"<tr>{cells(row, 'td')}</tr>" for row in rows)
-    return f"<table><tr>{cells(head, 'th')}</tr>{body}</table>"
+    return f"<div class=scroll><table><tr>{cells(head, 'th')}</tr>{body}</table></div>"
 
 
 def _unit(unit: str) -> str:

@@ -13,15 +13,21 @@ from curling_env.drawing import (
     FAINT,
     INK,
     draw_sheet,
+    draw_stone,
+    from_the_thrower,
     lengthwise,
     new_figure,
     plain_axes,
+    show_house,
     show_lengthwise,
 )
+from curling_env.ice import Ice
 from curling_env.physics.law import acceleration
+from curling_env.sheet import Direction
 from friction_estimation.discrepancy.discovery import Discovery
 from friction_estimation.discrepancy.fit import Fit
 from friction_estimation.discrepancy.model import Model
+from friction_estimation.discrepancy.on_a_draw import DrawShift
 from friction_estimation.discrepancy.proof import own_frictions
 from friction_estimation.discrepancy.unknown import Follows
 from friction_estimation.kinematics import local_fit
@@ -64,7 +70,7 @@ LABELS = {
 
 def gap_picture(found: Discovery) -> Figure:
     """The forecast gap before, after, and of a perfect model."""
-    figure = new_figure(6.2, 2.3)
+    figure = new_figure(5.6, 2.5)
     ax = figure.subplots()
     plain_axes(ax)
     names = ("before", "after", "noise_floor")
@@ -78,6 +84,33 @@ def gap_picture(found: Discovery) -> Figure:
     ax.set_xlim(0, 1.18 * max(values))
     ax.set_xlabel("between forecast and rest, for throws never fitted [cm]", fontsize=9)
     ax.grid(visible=False)
+    return figure
+
+
+def draw_picture(shift: DrawShift, ice: Ice) -> Figure:
+    """The house with the draw before and after, as the thrower sees it."""
+    figure = new_figure(4.4, 4.3)
+    ax = figure.subplots()
+    view = from_the_thrower(Direction.AWAY)
+    draw_sheet(ax, ice.sheet, view)
+    rests: list[Floats] = []
+    for xy, colour, name in (
+        (shift.before, BEFORE, "the model as it was"),
+        (shift.after, AFTER, "the improved model"),
+    ):
+        seen = view(xy)
+        ax.plot(*seen.T, color=colour, lw=2, zorder=5, label=name)
+        draw_stone(ax, ice.stone.radius, xy[-1], view, colour=colour)
+        rests.append(seen[-1])
+    lowest, highest = min(r[1] for r in rests), max(r[1] for r in rests)
+    show_house(
+        ax,
+        ice.sheet,
+        short=float(np.clip(0.6 - lowest, 2.6, 8.0)),
+        past=float(np.clip(highest + 0.6, 2.4, 4.5)),
+    )
+    ax.set_aspect("equal")
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), fontsize=8, frameon=False)
     return figure
 
 

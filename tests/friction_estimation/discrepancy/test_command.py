@@ -31,6 +31,22 @@ def test_report_ice_and_page(curling, make_session, tmp_path):
     assert "https://" not in page
 
 
+def test_the_page_in_a_browser(curling, make_session, page, tmp_path):
+    write_tracks(tmp_path / "tracks.csv", make_session([effect("curl", strength=0.006)], throws=8))
+    result = curling("discover", tmp_path / "tracks.csv", "-o", tmp_path / "found")
+    page.goto((tmp_path / "found" / "report.html").as_uri())
+    assert page.inner_text("h1") == result.json()["verdict"]
+    widths = page.evaluate("[...document.images].map(image => image.naturalWidth)")
+    assert len(widths) == 4  # the gap, the draw, where curl shows, the forecasts
+    assert min(widths) > 300
+    assert all(page.evaluate("[...document.images].map(image => image.alt)"))
+    draw = page.locator("figcaption").nth(1).inner_text()
+    assert "to the left" in draw
+    for width in (1280, 390):
+        page.set_viewport_size({"width": width, "height": 800})
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
 def test_what_cannot_be_read_is_one_line(curling, tmp_path):
     (tmp_path / "tracks.csv").write_text("throw,t,x,y\n0,0,0,0\n")
     result = curling("discover", tmp_path / "tracks.csv", "-o", tmp_path / "found")
