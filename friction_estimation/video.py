@@ -6,9 +6,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 
 import cv2
@@ -16,12 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.errors import InputError, OutputError
-from curling_env.storage import atomic_path
+from curling_env.storage import atomic_path, read_table, write_table
 
 Image = NDArray[np.uint8]
 
 DEFAULT_FPS = 30.0
 """Taken where neither the film nor the scene says anything usable."""
+TIMES_SUFFIX = ".times.csv"
+"""Added to a film's name: a table with the time of every frame, where its container lost them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,6 +39,8 @@ class Film:
     fps : nominal frames per second
     frame_count : as the container says; the film may end earlier
     fps_given : whether the caller's rate replaces the container's times
+    times : of every frame as `TIMES_SUFFIX` beside the film keeps them [s]; empty where there is
+        none
     """
 
     path: Path
@@ -42,6 +48,7 @@ class Film:
     fps: float
     frame_count: int
     fps_given: bool = False
+    times: tuple[float, ...] = ()
 
     @classmethod
     def open(cls, path: str | Path, fps: float | None = None) -> Film:
@@ -65,14 +72,15 @@ class Film:
             if not ok:
                 raise InputError("not a film that can be decoded", source=path)
             said = capture.get(cv2.CAP_PROP_FPS)
-            count = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
+            frame_count = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
         usable = np.isfinite(said) and 1 <= said <= 1000
         return cls(
             path=path,
             size=(frame.shape[1], frame.shape[0]),
             fps=fps or (float(said) if usable else DEFAULT_FPS),
-            frame_count=max(count, 1),
+            frame_count=max(frame_count, 1),
             fps_given=fps is not None,
+            times=() if fps is not None else _times_beside(path),
         )
 
     def frames(self) -> Iterator[tuple[float, Image]]:
@@ -84,10 +92,13 @@ class Film:
         first: float | None = None
         last = -np.inf
         with _capture(self.path) as capture:
-            while True:
+            for index in count():
                 ok, frame = capture.read()
                 if not ok:
                     return
+                if index < len(self.times):
+                    yield self.times[index], frame
+                    continue
                 stamp = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
                 if first is None:
                     first, t = stamp, 0.0
@@ -111,8 +122,39 @@ class Film:
                 ok, frame = capture.read()
                 if ok and (frame.shape[1], frame.shape[0]) == self.size:
                     stamp = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
+                    if index < len(self.times):
+                        stamp = self.times[index]
                     frames.append((index / self.fps if self.fps_given else stamp, frame))
         return frames
+
+
+def save_times(film: str | Path, times: Sequence[float]) -> None:
+    """Keep when each frame of a film was taken, beside the film [s]."""
+    write_table(_times_path(Path(film)), {"t": np.round(times, 6)})
+
+
+def _times_path(film: Path) -> Path:
+    return film.with_name(film.name + TIMES_SUFFIX)
+
+
+def _times_beside(film: Path) -> tuple[float, ...]:
+    path = _times_path(film)
+    if not path.exists():
+        return ()
+    times = read_table(path, required=("t",)).numbers("t")
+    backwards = np.flatnonzero(np.diff(times) <= 0)
+    if backwards.size:
+        raise InputError(
+            "times of frames must increase", source=path, where=f"row {backwards[0] + 3}"
+        )
+    return tuple((times - times[0]).tolist()) if len(times) else ()
+
+
+def is_stream(source: str) -> bool:
+    """Whether what a user gave is a camera's number or a stream's address, not a file."""
+    return (
+        source.isdecimal() or re.match(r"[a-z][a-z0-9+.-]*://", source, re.IGNORECASE) is not None
+    )
 
 
 @contextmanager

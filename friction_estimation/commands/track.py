@@ -21,8 +21,11 @@ class FlowChoice(StrEnum):
 
 def track(
     films: Annotated[
-        list[Path],
-        typer.Argument(metavar="VIDEO...", help="Films of one camera, in order of play."),
+        list[str],
+        typer.Argument(
+            metavar="VIDEO...",
+            help="Films of one camera, in order of play; or a camera's number or stream's URL.",
+        ),
     ],
     scene: Annotated[
         Path, typer.Option(metavar="SCENE.json", help="Where the camera sees the sheet.")
@@ -45,6 +48,13 @@ def track(
             help="Let rings, hog lines and border correct the points in the scene file.",
         ),
     ] = True,
+    keep: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Where a live camera's films are kept; beside -o if not."),
+    ] = None,
+    throws: Annotated[
+        int | None, typer.Option(min=1, help="Of a live camera: end after so many throws.")
+    ] = None,
     flow: Annotated[
         FlowChoice, typer.Option(help="Optical flow that predicts the stone's next place.")
     ] = FlowChoice.pyramidal,
@@ -62,8 +72,13 @@ def track(
     standard errors sigma_xy and sigma_theta. sigma_xy holds what stays the same from frame to
     frame too: the camera's place and the stone's shape.
 
+    Instead of films, give the number of a camera (0 is the first) or the URL of a stream: each
+    throw is recorded as a film of its own, tracked as soon as it is over, and added to the tracks
+    file, and what the throws so far say of the ice is told. Ctrl-C ends it.
+
     \b
     Example:
+        curling track 0 --scene end.scene.json -o tracks.csv
         curling track end-0.mp4 end-1.mp4 --scene end.scene.json -o tracks.csv
         curling track end-0.mp4 --scene end.scene.json --overlay seen.mp4
     """
@@ -72,13 +87,25 @@ def track(
     from curling_env.trajectory import write_tracks
     from friction_estimation.scene import load_scene
     from friction_estimation.tracking import TrackingOptions, track_film
+    from friction_estimation.video import is_stream
 
     if overlay is not None and len(films) > 1:
         raise InputError("an overlay is drawn for one film at a time", source="--overlay")
     cv2.setNumThreads(1)
     known = load_scene(scene, camera)
+    streams = [source for source in films if is_stream(source)]
+    if streams:
+        from friction_estimation.commands.track_live import track_live
+
+        if len(films) > 1:
+            raise InputError("a live camera is followed alone", source=streams[0])
+        if overlay is not None:
+            raise InputError("a live camera has no overlay; track its films again for that",
+                             source="--overlay")  # fmt: skip
+        track_live(streams[0], known, output, keep=keep, throws=throws)
+        return
     results = []
-    for i, film in enumerate(films):
+    for i, film in enumerate(map(Path, films)):
         result = track_film(
             film,
             known,
@@ -102,7 +129,7 @@ def track(
         from friction_estimation.tracking.overlay import write_overlay
 
         write_overlay(
-            films[0],
+            Path(films[0]),
             known,
             results[0],
             overlay,
@@ -112,7 +139,7 @@ def track(
     print_json(
         [
             {
-                "film": str(film),
+                "film": film,
                 "throw": result.trajectory.throw,
                 "frames": result.frame_count,
                 "tracked": len(result.trajectory),
