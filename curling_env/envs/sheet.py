@@ -63,7 +63,7 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
     level : None, or how hard positions are, 0 to 1: marks spread from the task's easiest to
         anywhere, and none to that share of `stones` lie about; may be set between episodes
     direction : the end played to: "away", "home" or "random"
-    throw_range : throws that actions choose from; chosen for the ice by default
+    throw_range : throws that actions choose from; chosen for the known ice by default
     weights : of the parts of the reward
     fps : samples a second of the trajectory in `info`
     render_mode : "rgb_array", "human" (a window; needs the extra `viewer`) or None
@@ -123,9 +123,10 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         self._opening = opening(self._choices, self.ice, self.task)
         resting = self._opening.stone_count
         self.observation = Observation(slots=resting + throws, width=self.ice.sheet.width)
-        self.throw_range = throw_range or throws_on(self.ice, Direction.AWAY, hits=resting > 0)
         self.weights = weights or self.task.weights
         known = self.ice if known_ice is None else load_ice(known_ice)
+        # Chosen by what is known: the range itself would tell of the true ice.
+        self.throw_range = throw_range or throws_on(known, Direction.AWAY, hits=resting > 0)
         self._known = {end: knowledge(known, end) for end in Direction}
         self.observation_space = spaces.Box(
             -1.0, 1.0, (len(self.observation.names),), dtype=np.float32

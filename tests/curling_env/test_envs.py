@@ -257,6 +257,11 @@ def test_the_agent_is_told_of_the_known_ice_and_throws_on_the_true_one():
     assert np.hypot(stone.x - alone.x, stone.y - alone.y) < 0.01
 
 
+def test_the_range_of_actions_tells_nothing_of_the_true_ice():
+    ranges = [make(ice=ice, known_ice="standard").throw_range for ice in ("fcv1", "standard")]
+    assert ranges[0] == ranges[1] != make(ice="fcv1").throw_range
+
+
 def test_heavy_bands_are_seen_where_they_are():
     names = [f"{band + 1} {lane}" for band in range(BANDS) for lane in ("left", "middle", "right")]
     away = dict(zip(names, knowledge(uneven(), Direction.AWAY)[1:], strict=False))
