@@ -16,21 +16,10 @@ import numpy as np
 from curling_env.physics.compiled import compiled, inlined
 from curling_env.physics.effects.motion import GRAVITY, SWEPT
 from curling_env.physics.law import Law, mu_of_map
-from curling_env.physics.stride import KNOT_SIZE, MOST_KNOTS, Work, between_knots, march, stride
+from curling_env.physics.stride import KNOT_SIZE, MOST_KNOTS, Work, between_knots, march, remember, stride
 
-REST_SPEED = 4e-3
-"""Speed of centre and band below which the rest is uniform deceleration [m/s]: 0.1 mm on ice."""
-FIRST_SHARE = 0.1
-"""Length of a stride that has none before it, over the time to rest."""
-LONGEST_SHARE = 0.5
-"""Length of the longest stride, over the time to rest."""
 LONGEST_STRIDE = 8.0
 """Longest stride [s]."""
-AIM = 2e-4
-"""Error of a stride's prediction that is aimed at, at the least [m]; what is left of it after the
-correction is some fiftieth."""
-AIM_SHARE = 2e-5
-"""The same as a part of speed × time to rest, twice the way that is left."""
 CLOSE = 2.0
 """Prediction error above which the law is asked again, over the one aimed at."""
 FAR = 15.0
@@ -65,6 +54,26 @@ def _ahead(breaks: Any, position: float, velocity: float) -> float:
         if 0.0 <= distance < nearest:
             nearest = distance
     return nearest
+
+
+@inlined
+def _crosses(breaks: Any, axis: int, states: Any, h: float) -> bool:
+    """Whether a stride crosses a break, there and back included."""
+    if breaks.shape[0] == 0:
+        return False
+    low = min(states[0, axis], min(states[1, axis], states[2, axis]))
+    high = max(states[0, axis], max(states[1, axis], states[2, axis]))
+    for half in range(2):
+        before = states[half, axis + 3]
+        after = states[half + 1, axis + 3]
+        if before * after < 0.0:
+            turn = states[half, axis] + 0.25 * h * before * before / (before - after)
+            low = min(low, turn)
+            high = max(high, turn)
+    for k in range(breaks.shape[0]):
+        if low < breaks[k] < high:
+            return True
+    return False
 
 
 @inlined
@@ -236,7 +245,7 @@ def glide(
     end, t, count : as of `slide_kernel`
     length : knots of the path; more than m if it had no room for them
     """
-    states, parts = work.states, work.parts
+    states, parts, pace = work.states, work.parts, work.pace
     now = states[2]
     t = start
     count = 0
@@ -265,7 +274,7 @@ def glide(
             at = mu * parts[2, 2] + parts[2, 5]
             rate = math.sqrt(ax * ax + ay * ay)
             turn = law.band_radius * math.fabs(at)
-        if max(speed, rim) < REST_SPEED:
+        if max(speed, rim) < pace.rest_speed:
             tail = max(speed, rim) / max(rate, turn, 1e-6)
             brief = min(speed / max(rate, 1e-6), tail)
             while count < samples.shape[0] and count * dt <= t + tail:
@@ -287,7 +296,7 @@ def glide(
         if t > MAX_TIME:
             break
         time_left = max(speed, rim) / max(rate, turn, 1e-6)
-        h = min((FIRST_SHARE if fresh else LONGEST_SHARE) * time_left, longest)
+        h = min((pace.first_share if fresh else pace.longest_share) * time_left, longest)
         if law.patterned:
             h = min(h, MOST_KNOTS / 8.0 * law.cell / max(speed, 1e-6))
         if law.x_breaks.shape[0] > 0 or law.y_breaks.shape[0] > 0:
@@ -317,8 +326,17 @@ def glide(
         for k in range(6):
             states[0, k] = now[k]
         ratio = 0.0 if fresh else h / before
-        aim = AIM + AIM_SHARE * speed * time_left
+        aim = pace.aim + pace.aim_share * speed * time_left
         first, last = stride(law, motion, work, t, clock, h, ratio, time_left, CLOSE * aim)
+        if h > SHORTEST_STRIDE and (
+            _crosses(law.x_breaks, 0, states, h) or _crosses(law.y_breaks, 1, states, h)
+        ):
+            for k in range(6):
+                now[k] = states[0, k]
+                parts[2, k] = parts[0, k]
+            work.moments[3] = mu
+            longest = 0.5 * h
+            continue
         if (last > CLOSE * aim or (first > FAR * aim and not fresh)) and h > SHORTEST_STRIDE:
             for k in range(6):
                 now[k] = states[0, k]
@@ -330,7 +348,7 @@ def glide(
         if watched or _may_touch(states, rate * h * h / 16.0 + 2e-3, bounds, obstacles, reach):
             for k in range(6):
                 work.again[0, k] = states[0, k]
-            n = march(law, work.curves, h, work.again, work.probe, work.knots)
+            n = march(law, work.curves, work.towards, h, work.again, work.probe, work.knots)
             at_knot, tau, contact = _first_touch(work, n, bounds, obstacles, reach)
             until = h if at_knot < 0 else work.knots[at_knot, 0] + tau
             for k in range(n if at_knot < 0 else at_knot + 1):
@@ -355,9 +373,7 @@ def glide(
         # The error of a prediction grows with the fourth power of the stride.
         factor = 1.0 if fresh else math.sqrt(math.sqrt(aim / max(first, 1e-2 * aim)))
         longest = min(LONGEST_STRIDE, h * min(max(factor, 0.3), 2.5))
-        for row in range(3):
-            for k in range(6):
-                work.last_curves[row, k] = work.curves[row, k]
+        remember(work)
         before = h
         fresh = False
         if h == switch - t:

@@ -26,12 +26,21 @@ def _edge(name: str, meaning: str) -> Parameter:
     return Parameter(name=name, unit="m", meaning=meaning, low=-25.0, high=25.0)
 
 
+SOFT = tuple(0.75 * k for k in range(-6, 7))
+"""Where a soft side bends, in units of `edge`: tanh is straight enough in between."""
+
+
+def _breaks(given: Mapping[str, float], *sides: str) -> tuple[float, ...]:
+    edge = given.get("edge", 0.0)
+    return tuple(given[side] + edge * u for side in sides for u in (SOFT if edge > 0.0 else (0.0,)))
+
+
 def _x_breaks(given: Mapping[str, float]) -> tuple[float, ...]:
-    return () if given.get("edge", 0.0) > 0.0 else (given["x_min"], given["x_max"])
+    return _breaks(given, "x_min", "x_max")
 
 
 def _y_breaks(given: Mapping[str, float]) -> tuple[float, ...]:
-    return () if given.get("edge", 0.0) > 0.0 else (given["y_min"], given["y_max"])
+    return _breaks(given, "y_min", "y_max")
 
 
 CARD = EffectCard(

@@ -1,0 +1,166 @@
+"""A slide integrated plainly: what the engines are measured against.
+
+Fourth-order steps of a tenth of a millisecond on the public law, each cut in two where it crosses a
+line of the map or the edge of an effect. Nothing of strides, parabolas or tails: the last step is
+the one after which centre and band are slower than a micrometre a second or turn round.
+"""
+
+from __future__ import annotations
+
+from math import fabs, floor, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.ice import Ice
+from curling_env.physics.compiled import compiled
+from curling_env.physics.effects.motion import (
+    CLOCK,
+    HEADING,
+    MOTION_SIZE,
+    ORDER,
+    PUSH_SIZE,
+    STONE,
+    SWEPT,
+    T,
+)
+from curling_env.physics.law import Law, accelerate, compile_law
+from curling_env.throw import Release
+
+STEP = 1e-4
+"""[s]"""
+AT_REST = 4e-5
+"""Speed of centre and band that is rest [m/s]: half a millisecond and ten nanometres before it."""
+
+
+class Rest(NamedTuple):
+    """Where and when a stone came to rest, and whether it did so inside the bounds."""
+
+    x: float
+    y: float
+    theta: float
+    time: float
+    rests: bool
+
+
+@compiled
+def _rates(
+    law: Law, motion: Any, push: Any, parts: Any, clock: float, t: float, s: Any, d: Any
+) -> None:
+    motion[T] = t
+    motion[CLOCK] = clock + t
+    motion[HEADING] = s[2]
+    d[0] = s[3]
+    d[1] = s[4]
+    d[2] = s[5]
+    d[3], d[4], d[5] = accelerate(law, motion, push, parts, s[0], s[1], s[3], s[4], s[5])
+
+
+@compiled
+def _step(
+    law: Law,
+    motion: Any,
+    push: Any,
+    parts: Any,
+    clock: float,
+    t: float,
+    h: float,
+    s: Any,
+    work: Any,
+    out: Any,
+) -> None:
+    """Classical Runge–Kutta from state s (x, y, theta, vx, vy, spin) to out."""
+    middle = work[4]
+    for stage in range(4):
+        ahead = 0.0 if stage == 0 else (h if stage == 3 else 0.5 * h)
+        for k in range(6):
+            middle[k] = s[k] if stage == 0 else s[k] + ahead * work[stage - 1, k]
+        _rates(law, motion, push, parts, clock, t + ahead, middle, work[stage])
+    for k in range(6):
+        out[k] = s[k] + h / 6.0 * (
+            work[0, k] + 2.0 * work[1, k] + 2.0 * work[2, k] + work[3, k]
+        )
+
+
+@compiled
+def _cut(law: Law, a: Any, b: Any) -> float:
+    """Fraction of the step from a to b at which it crosses a line or an edge; 1 if none."""
+    u = 1.0
+    for axis in range(2):
+        way = b[axis] - a[axis]
+        if way == 0.0:
+            continue
+        origin = law.origin_x if axis == 0 else law.origin_y
+        if law.patterned:
+            i = floor((a[axis] - origin) / law.cell)
+            for line in (i, i + 1):
+                share = (origin + line * law.cell - a[axis]) / way
+                if 1e-9 < share < u:
+                    u = share
+        breaks = law.x_breaks if axis == 0 else law.y_breaks
+        for k in range(breaks.shape[0]):
+            share = (breaks[k] - a[axis]) / way
+            if 1e-9 < share < u:
+                u = share
+    return u
+
+
+@compiled
+def _slide(
+    law: Law,
+    motion: Any,
+    push: Any,
+    parts: Any,
+    clock: float,
+    sweep_start: float,
+    sweep_end: float,
+    bounds: Any,
+    h: float,
+    s: Any,
+    work: Any,
+) -> Any:
+    t = 0.0
+    after = work[5]
+    for _ in range(int(200.0 / h)):
+        step = h
+        motion[SWEPT] = 1.0 if sweep_start <= t + 1e-12 < sweep_end else 0.0
+        for switch in (sweep_start, sweep_end):
+            if t + 1e-12 < switch < t + step:
+                step = switch - t
+        _step(law, motion, push, parts, clock, t, step, s, work, after)
+        u = _cut(law, s, after)
+        if u < 1.0:
+            step *= u * (1.0 + 1e-7)
+            _step(law, motion, push, parts, clock, t, step, s, work, after)
+        if sqrt(s[3] * s[3] + s[4] * s[4]) < AT_REST and law.band_radius * fabs(s[5]) < AT_REST:
+            return t, True
+        for k in range(6):
+            s[k] = after[k]
+        if not (bounds[0] < s[0] < bounds[1] and bounds[2] < s[1] < bounds[3]):
+            return t + step, False
+        t += step
+    return t, False
+
+
+def slide_finely(
+    ice: Ice, release: Release, bounds: NDArray[np.float64], step: float = STEP
+) -> Rest:
+    """Where a lone stone comes to rest, or leaves the bounds."""
+    motion = np.zeros(MOTION_SIZE)
+    motion[ORDER], motion[STONE] = release.order, release.stone
+    state = np.array([release.x, release.y, release.theta, release.vx, release.vy, release.omega])
+    time, rests = _slide(
+        compile_law(ice),
+        motion,
+        np.zeros(PUSH_SIZE),
+        np.zeros(6),
+        release.clock,
+        release.sweep_start,
+        release.sweep_end,
+        bounds,
+        step,
+        state,
+        np.zeros((6, 6)),
+    )
+    return Rest(*(float(value) for value in state[:3]), float(time), bool(rests))
