@@ -32,7 +32,7 @@ from curling_env.physics.positions import (
     play,
 )
 from curling_env.physics.slide import NO_OBSTACLES, edge_bounds
-from curling_env.physics.stride import Work, new_work
+from curling_env.physics.stride import QUICK, Work, new_work
 from curling_env.throw import Release
 
 Floats = NDArray[np.float64]
@@ -177,6 +177,7 @@ def throw_batch(
     bounds: Floats | None = None,
     fps: float | None = None,
     longest: float = 40.0,
+    tolerance: float = QUICK,
     workers: int = 1,
 ) -> Rests:
     """Slide very many lone stones.
@@ -190,6 +191,7 @@ def throw_batch(
     bounds : (4,) x_min, x_max, y_min, y_max of centres that end a throw; the ice's edges by default
     fps : samples a second of the paths; none are kept without it
     longest : seconds of path that are kept [s]
+    tolerance : how far a rest may be off on the roughest ice, as of `slide` [m]
     workers : threads
 
     Raises
@@ -223,7 +225,7 @@ def throw_batch(
                 places,
                 ends,
                 np.zeros(MOTION_SIZE),
-                new_work(),
+                new_work(tolerance),
                 np.empty((kept, 4)),
                 NO_OBSTACLES,
             )
@@ -318,6 +320,7 @@ def play_batch(
     *,
     identity: Sequence[int] | None = None,
     bounds: Floats | None = None,
+    tolerance: float = QUICK,
     workers: int = 1,
 ) -> Positions:
     """Throw a stone into each of many positions.
@@ -329,6 +332,7 @@ def play_batch(
     releases : n of them, as in `throw_batch`
     identity : (k,) identifiers of the resting stones, for effects that ask; 0 by default
     bounds : (4,) x_min, x_max, y_min, y_max of centres in play; the ice's edges by default
+    tolerance : how far a lone rest may be off on the roughest ice [m]
     workers : threads
 
     Raises
@@ -360,7 +364,7 @@ def play_batch(
             stones[part],
             names.copy(),
             limits,
-            new_table(ice, k + 1),
+            new_table(ice, k + 1, tolerance),
             after[part],
             last[part],
             theta[part],

@@ -31,7 +31,7 @@ from curling_env.ice import Ice
 from curling_env.physics.effects.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.law import compile_law
 from curling_env.physics.slide import SlideEnd, play_bounds, slide_kernel
-from curling_env.physics.stride import new_work
+from curling_env.physics.stride import EXACT, new_work
 from curling_env.physics.together import CREEP, MAX_TIME, Pause, Phase, scratch, slide_together
 from curling_env.sheet import HOG_LINE_Y, Direction
 from curling_env.stone import Stone
@@ -175,7 +175,7 @@ class Engine:
     def __init__(self, ice: Ice) -> None:
         self.ice = ice
         self.law = compile_law(ice)
-        self._work = new_work()
+        self._work = new_work(EXACT)
         self._bounds = {direction: play_bounds(ice, direction) for direction in Direction}
 
     def play(

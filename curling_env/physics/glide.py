@@ -24,7 +24,7 @@ CLOSE = 2.0
 """Prediction error above which the law is asked again, over the one aimed at."""
 FAR = 15.0
 """Prediction error above which a shorter stride is taken, over the one aimed at."""
-EDGE = 2e-5
+EDGE = 2e-6
 """Strides end this far before the edge of an effect, and hop over it [m]."""
 TOUCHING = 1e-7
 """A gap below this is a contact [m]."""

@@ -22,7 +22,7 @@ from curling_env.physics.compiled import compiled, inlined
 from curling_env.physics.effects.motion import MOTION_SIZE, STONE
 from curling_env.physics.glide import SlideEnd, glide
 from curling_env.physics.law import Law
-from curling_env.physics.stride import KNOT_SIZE, Work, new_work
+from curling_env.physics.stride import KNOT_SIZE, QUICK, Work, new_work
 
 MEETING = 1e-6
 """Stones whose rims are this close can touch [m]."""
@@ -76,8 +76,8 @@ class Table(NamedTuple):
     work: Work
 
 
-def new_table(ice: Ice, stones: int) -> Table:
-    """Work arrays for one thread and positions of so many stones."""
+def new_table(ice: Ice, stones: int, tolerance: float = QUICK) -> Table:
+    """What one thread plays positions of so many stones with; tolerance of a lone slide [m]."""
     rows, columns = ice.friction.mu.shape
     knots = 512 + 4 * (rows + columns)
     return Table(
@@ -89,7 +89,7 @@ def new_table(ice: Ice, stones: int) -> Table:
         ends=np.zeros(stones, dtype=np.int64),
         motion=np.zeros(MOTION_SIZE),
         samples=np.zeros((0, 4)),
-        work=new_work(),
+        work=new_work(tolerance),
     )
 
 

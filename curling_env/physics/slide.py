@@ -1,4 +1,4 @@
-"""One stone sliding alone: its path under the force law, to a few tenths of a millimetre."""
+"""One stone sliding alone: its path under the force law, to a tenth of a millimetre."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from curling_env.physics.compiled import compiled
 from curling_env.physics.effects.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.glide import MAX_TIME, SlideEnd, glide
 from curling_env.physics.law import Law, compile_law
-from curling_env.physics.stride import Work, new_work
+from curling_env.physics.stride import EXACT, Work, new_work
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, Direction
 from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
@@ -150,6 +150,7 @@ def slide(
     bounds: NDArray[np.float64] | None = None,
     fps: float | None = None,
     throw: int = 0,
+    tolerance: float = EXACT,
 ) -> Slide:
     """Path of a lone stone on an ice from its release.
 
@@ -160,6 +161,7 @@ def slide(
     bounds : (4,) x_min, x_max, y_min, y_max of the centre that end it; the ice's edges by default
     fps : samples a second of the trajectory; none is kept without it
     throw : number of the throw in the trajectory
+    tolerance : how far the rest may be off on the roughest ice; a tenth of it on smooth ice [m]
 
     Raises
     ------
@@ -185,7 +187,7 @@ def slide(
         0.0,
         dt,
         samples,
-        new_work(),
+        new_work(tolerance),
     )
     if time == 0.0 and end == SlideEnd.LEFT_BOUNDS:
         raise InputError(f"the stone starts off the ice, at ({release.x:g}, {release.y:g}) m")

@@ -104,8 +104,8 @@ def test_an_annulus_of_6_mm_is_a_thin_ring_at_its_mean_radius(ratio: float) -> N
     radii = np.linspace(0.060, 0.066, 25)
     force, torque = rings(radii, radii, ratio * mean * spin, spin)
     ring = thin_ring(ratio)
-    # At ε = 1 the ring's slope is infinite, and the width shows more than elsewhere.
-    tolerance = 3e-3 if ratio != 1.0 else 6e-3
+    # 3e-3 by the reference; at ε = 1 the elliptic integrals themselves give 3.1e-3 in the torque.
+    tolerance = 3e-3 if ratio != 1.0 else 3.4e-3
     assert (force, torque / mean) == pytest.approx(ring, rel=tolerance)
 
 

@@ -1,19 +1,23 @@
-"""A slide integrated plainly: what the engines are measured against.
+"""What the engines are measured against, and ices and throws drawn to do it on.
 
-Fourth-order steps of a tenth of a millisecond on the public law, each cut in two where it crosses a
-line of the map or the edge of an effect. Nothing of strides, parabolas or tails: the last step is
-the one after which centre and band are slower than a micrometre a second or turn round.
+`slide_finely` integrates the public law plainly: fourth-order steps of a tenth of a millisecond, each
+cut in two where it crosses a line of the map or the edge of an effect. Nothing of strides, parabolas
+or tails. Halving the step moves its rests by a few micrometres.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from math import fabs, floor, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
 
-from curling_env.ice import Ice
+from curling_env.ice import ActiveEffect, Ice
 from curling_env.physics.compiled import compiled
 from curling_env.physics.effects.motion import (
     CLOCK,
@@ -26,7 +30,8 @@ from curling_env.physics.effects.motion import (
     T,
 )
 from curling_env.physics.law import Law, accelerate, compile_law
-from curling_env.throw import Release
+from curling_env.presets import standard
+from curling_env.throw import Release, Throw
 
 STEP = 1e-4
 """[s]"""
@@ -143,9 +148,7 @@ def _slide(
     return t, False
 
 
-def slide_finely(
-    ice: Ice, release: Release, bounds: NDArray[np.float64], step: float = STEP
-) -> Rest:
+def _slide_finely(ice: Ice, release: Release, bounds: NDArray[np.float64]) -> Rest:
     """Where a lone stone comes to rest, or leaves the bounds."""
     motion = np.zeros(MOTION_SIZE)
     motion[ORDER], motion[STONE] = release.order, release.stone
@@ -159,8 +162,58 @@ def slide_finely(
         release.sweep_start,
         release.sweep_end,
         bounds,
-        step,
+        STEP,
         state,
         np.zeros((6, 6)),
     )
     return Rest(*(float(value) for value in state[:3]), float(time), bool(rests))
+
+
+def _draw_ice(rng: np.random.Generator) -> Ice:
+    """Standard ice made rough, with some effects on it."""
+    ice = standard()
+    spread = rng.standard_normal(ice.friction.mu.shape)
+    if rng.random() < 0.5:  # over 1 m rather than from cell to cell
+        spread = gaussian_filter(spread, 1.0 / ice.sheet.cell_size / np.sqrt(2))
+    mu = ice.friction.mu * np.exp(rng.uniform(0.03, 0.1) * spread / spread.std())
+    interpolation = "bilinear" if rng.random() < 0.5 else "cell"
+    ice = replace(ice, friction=replace(ice.friction, mu=mu, interpolation=interpolation))
+    x, y = rng.uniform(-1, 1), rng.uniform(-5, 15)
+    edge = 0.0 if rng.random() < 0.5 else 0.2
+    patch = {"x_min": x - 0.7, "x_max": x + 0.7, "y_min": y - 2, "y_max": y + 2}
+    for name, parameters in (
+        ("slope", {"x": rng.uniform(-3e-4, 3e-4), "y": rng.uniform(-3e-4, 3e-4)}),
+        ("friction_patch", {**patch, "factor": rng.uniform(0.8, 1.3), "edge": edge}),
+        ("sweeping", {}),
+        ("time_drift", {"rate": rng.uniform(-1e-4, 1e-4)}),
+    ):
+        if rng.random() < 0.4:
+            ice = ice.with_effect(ActiveEffect(name=name, parameters=parameters))
+    return ice
+
+
+def _draw_release(
+    rng: np.random.Generator, slowest: float = 0.6, fastest: float = 2.3
+) -> Release:
+    throw = Throw(
+        speed=rng.uniform(slowest, fastest),
+        angle=rng.uniform(-0.03, 0.03),
+        spin=0.0 if rng.random() < 0.3 else rng.uniform(-4, 4),
+    )
+    start, end = np.sort(rng.uniform(0, 20, 2)).tolist()
+    return throw.release(clock=rng.uniform(0, 1000), sweep=(start, end))
+
+
+@pytest.fixture
+def slide_finely() -> Callable[[Ice, Release, NDArray[np.float64]], Rest]:
+    return _slide_finely
+
+
+@pytest.fixture
+def draw_ice() -> Callable[[np.random.Generator], Ice]:
+    return _draw_ice
+
+
+@pytest.fixture
+def draw_release() -> Callable[..., Release]:
+    return _draw_release
