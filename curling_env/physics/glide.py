@@ -16,7 +16,15 @@ import numpy as np
 from curling_env.physics.compiled import compiled, inlined
 from curling_env.physics.effects.motion import GRAVITY, SWEPT
 from curling_env.physics.law import Law, mu_of_map
-from curling_env.physics.stride import KNOT_SIZE, MOST_KNOTS, Work, between_knots, march, remember, stride
+from curling_env.physics.stride import (
+    KNOT_SIZE,
+    MOST_KNOTS,
+    Work,
+    between_knots,
+    march,
+    remember,
+    stride,
+)
 
 LONGEST_STRIDE = 8.0
 """Longest stride [s]."""
@@ -70,10 +78,10 @@ def _crosses(breaks: Any, axis: int, states: Any, h: float) -> bool:
             turn = states[half, axis] + 0.25 * h * before * before / (before - after)
             low = min(low, turn)
             high = max(high, turn)
+    crossed = False
     for k in range(breaks.shape[0]):
-        if low < breaks[k] < high:
-            return True
-    return False
+        crossed = crossed or low < breaks[k] < high
+    return crossed
 
 
 @inlined

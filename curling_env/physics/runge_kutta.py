@@ -21,28 +21,13 @@ LONGEST_STEP = 0.5
 """Longest step [s]."""
 SPEED_SHARE = 0.2
 """Part of its speed that a stone may lose in one step."""
-NEAR_BREAK = 2e-3
-"""A break closer than this is stepped over [m]: the error is of order 1e-8 m."""
+NEAR_BEND = 2e-3
+"""A line across which friction bends is stepped over from this close [m]: 1e-8 m of error."""
+NEAR_JUMP = 1e-5
+"""Steps end this far before a place where friction jumps, and hop over it [m].
 
-
-@inlined
-def _next_break(breaks: Any, position: float, velocity: float) -> float:
-    """Distance ahead to the next break of an effect, infinite if there is none [m]."""
-    nearest = np.inf
-    for k in range(breaks.shape[0]):
-        ahead = breaks[k] - position if velocity > 0.0 else position - breaks[k]
-        if NEAR_BREAK < ahead < nearest:
-            nearest = ahead
-    return nearest
-
-
-@inlined
-def _next_line(origin: float, cell: float, position: float, velocity: float) -> float:
-    """Distance ahead to the next line of the map [m]."""
-    place = (position - origin) / cell
-    share = place - np.floor(place)
-    ahead = (1.0 - share if velocity > 0.0 else share) * cell
-    return ahead if ahead > NEAR_BREAK else ahead + cell
+A stage beyond it would feel for a whole step what lies there: at 2 m/s millimetres at rest.
+"""
 
 
 @inlined
@@ -57,16 +42,53 @@ def _time_to(distance: float, velocity: float, acceleration: float) -> float:
 
 
 @inlined
+def _next_break(breaks: Any, position: float, velocity: float) -> float:
+    """Distance ahead to the next break of an effect, infinite if there is none [m]."""
+    nearest = np.inf
+    for k in range(breaks.shape[0]):
+        ahead = breaks[k] - position if velocity > 0.0 else position - breaks[k]
+        if 0.0 <= ahead < nearest:
+            nearest = ahead
+    return nearest
+
+
+@inlined
+def _next_line(law: Law, origin: float, position: float, velocity: float) -> float:
+    """Distance ahead to the next line of the map [m]."""
+    place = (position - origin) / law.cell
+    share = place - np.floor(place)
+    ahead = (1.0 - share if velocity > 0.0 else share) * law.cell
+    return ahead + law.cell if law.bilinear and ahead <= NEAR_BEND else ahead
+
+
+@inlined
+def _time_short_of(distance: float, velocity: float, acceleration: float) -> float:
+    """Time to come close to a jump, and from there to hop over it [s].
+
+    The further off, the less certain the time: so short of it at first, then closer.
+    """
+    if distance < NEAR_JUMP:
+        return 2.0 * NEAR_JUMP / max(fabs(velocity), 1e-3)
+    short = 0.97 * distance if distance > 1e-3 else distance - 0.5 * NEAR_JUMP
+    return _time_to(short, velocity, acceleration)
+
+
+@inlined
 def step_length(law: Law, s: Any, a: Any, t: float, sweep_start: float, sweep_end: float) -> float:
     """How far to step from state s with acceleration a [s]."""
     speed = max(sqrt(s[2] * s[2] + s[3] * s[3]), fabs(s[5]) * law.band_radius)
     rate = max(sqrt(a[0] * a[0] + a[1] * a[1]), fabs(a[2]) * law.band_radius)
     h = min(LONGEST_STEP, SPEED_SHARE * speed / max(rate, 1e-9))
-    h = min(h, _time_to(_next_break(law.x_breaks, s[0], s[2]), s[2], a[0]))
-    h = min(h, _time_to(_next_break(law.y_breaks, s[1], s[3]), s[3], a[1]))
-    if law.patterned:
-        h = min(h, _time_to(_next_line(law.origin_x, law.cell, s[0], s[2]), s[2], a[0]))
-        h = min(h, _time_to(_next_line(law.origin_y, law.cell, s[1], s[3]), s[3], a[1]))
+    for axis in range(2):
+        breaks = law.x_breaks if axis == 0 else law.y_breaks
+        origin = law.origin_x if axis == 0 else law.origin_y
+        h = min(h, _time_short_of(_next_break(breaks, s[axis], s[axis + 2]), s[axis + 2], a[axis]))
+        if law.patterned:
+            ahead = _next_line(law, origin, s[axis], s[axis + 2])
+            if law.bilinear:
+                h = min(h, _time_to(ahead, s[axis + 2], a[axis]))
+            elif s[axis + 2] != 0.0:
+                h = min(h, _time_short_of(ahead, s[axis + 2], a[axis]))
     if t < sweep_start - 1e-9:
         h = min(h, sweep_start - t)
     elif t < sweep_end - 1e-9:

@@ -86,7 +86,8 @@ class Work(NamedTuple):
     states : (3, 6) x, y, theta, vx, vy, spin at a stride's beginning, middle and end
     again : (3, 6) the same for marching a second time
     parts : (3, 6) P and Q there
-    curves : (4, 6) P and Q as parabolas of the fraction of the stride, and how they follow the speed
+    curves : (4, 6) P and Q as parabolas of the fraction of the stride, and how much more P changes
+        with the speed, which a rough map makes uneven
     last_curves, last_velocity : (3, 6), (3, 2) parabolas through P and Q and through the velocity
         of the stride before
     towards : (2,) direction of travel at a stride's beginning
@@ -256,8 +257,13 @@ def march(
             end_ay = mu_end * py + _parabola(curves, 4, f1)
             end_at = mu_end * pt + _parabola(curves, 5, f1)
             # Halfway its speed was guessed from the beginning; now the end is known as well.
-            late = dt / 24.0 * (
-                (8.0 * mid_ax - 7.0 * ax - end_ax) * tx + (8.0 * mid_ay - 7.0 * ay - end_ay) * ty
+            late = (
+                dt
+                / 24.0
+                * (
+                    (8.0 * mid_ax - 7.0 * ax - end_ax) * tx
+                    + (8.0 * mid_ay - 7.0 * ay - end_ay) * ty
+                )
             )
             mid_ax += late * mu_mid * curves[3, 0]
             mid_ay += late * mu_mid * curves[3, 1]

@@ -64,8 +64,8 @@ def test_the_two_ways_of_sliding_agree_on_uneven_ice(seed):
     release = Throw(speed=2.0 + 0.05 * seed, angle=-0.04, spin=1.0 - 0.7 * seed).release()
     elsewhere = StoneState(x=1.9, y=-20.0, vx=-1e-3)
     alone, among = Engine(ice).play(release), Engine(ice).play(release, [elsewhere])
-    assert among.delivered.x == pytest.approx(alone.delivered.x, abs=5e-4)
-    assert among.delivered.y == pytest.approx(alone.delivered.y, abs=5e-4)
+    assert among.delivered.x == pytest.approx(alone.delivered.x, abs=1e-4)
+    assert among.delivered.y == pytest.approx(alone.delivered.y, abs=1e-4)
 
 
 def test_resting_stones_that_are_not_touched_stay_exactly_where_they_are():

@@ -1,8 +1,8 @@
 """What the engines are measured against, and ices and throws drawn to do it on.
 
-`slide_finely` integrates the public law plainly: fourth-order steps of a tenth of a millisecond, each
-cut in two where it crosses a line of the map or the edge of an effect. Nothing of strides, parabolas
-or tails. Halving the step moves its rests by a few micrometres.
+`slide_finely` integrates the public law plainly: fourth-order steps of a tenth of a millisecond,
+each cut in two where it crosses a line of the map or the edge of an effect. Nothing of strides,
+parabolas or tails. Halving the step moves its rests by a few micrometres.
 """
 
 from __future__ import annotations
@@ -83,9 +83,7 @@ def _step(
             middle[k] = s[k] if stage == 0 else s[k] + ahead * work[stage - 1, k]
         _rates(law, motion, push, parts, clock, t + ahead, middle, work[stage])
     for k in range(6):
-        out[k] = s[k] + h / 6.0 * (
-            work[0, k] + 2.0 * work[1, k] + 2.0 * work[2, k] + work[3, k]
-        )
+        out[k] = s[k] + h / 6.0 * (work[0, k] + 2.0 * work[1, k] + 2.0 * work[2, k] + work[3, k])
 
 
 @compiled
@@ -192,9 +190,7 @@ def _draw_ice(rng: np.random.Generator) -> Ice:
     return ice
 
 
-def _draw_release(
-    rng: np.random.Generator, slowest: float = 0.6, fastest: float = 2.3
-) -> Release:
+def _draw_release(rng: np.random.Generator, slowest: float = 0.6, fastest: float = 2.3) -> Release:
     throw = Throw(
         speed=rng.uniform(slowest, fastest),
         angle=rng.uniform(-0.03, 0.03),

@@ -1,0 +1,67 @@
+"""What is compiled when: nothing at import, nothing a second time."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+PLAY = """
+import json
+from numba.core import event
+import numpy as np
+passes = event.RecordingListener()
+event.register("numba:run_pass", passes)
+from curling_env.physics.batch import play_batch, throw_batch
+from curling_env.physics.compiled import CACHE_FOLDER
+from curling_env.physics.engine import Engine, StoneState
+from curling_env.physics.slide import slide, slide_kernel
+from curling_env.presets import standard
+from curling_env.throw import Throw
+ice, release = standard(), Throw(speed=2.6, spin=1.0).release()
+def files():
+    return {str(p): p.stat().st_mtime_ns for p in CACHE_FOLDER.rglob("*.nb*")}
+before = files()
+slide(ice, release)
+throw_batch(ice, [release])
+play_batch(ice, np.array([[[0.0, 17.0]]]), [release])
+Engine(ice).play(release, [StoneState(x=0.0, y=17.0)])
+print(json.dumps({
+    "passes": len(passes.buffer),
+    "written": sorted(files().items() - before.items()),
+    "hits": sum(slide_kernel.stats.cache_hits.values()),
+    "misses": sum(slide_kernel.stats.cache_misses.values()),
+}))
+"""
+
+IMPORT = """
+import json, sys, time
+spent = time.process_time()
+import curling_env
+spent = time.process_time() - spent
+print(json.dumps({"spent": spent, "loaded": sorted(sys.modules)}))
+"""
+
+
+def run(program: str) -> dict:
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    return json.loads(done.stdout)
+
+
+def test_a_second_start_compiles_nothing() -> None:
+    run(PLAY)  # the first, if nothing ran before
+    second = run(PLAY)
+    assert second["written"] == []
+    assert second["hits"] > 0
+    assert second["misses"] == 0
+    assert second["passes"] == 0
+
+
+def test_importing_the_package_is_quick_and_loads_nothing_heavy() -> None:
+    runs = [run(IMPORT) for _ in range(3)]
+    heavy = {"numba", "llvmlite", "torch", "cv2", "matplotlib", "pymunk", "scipy", "ray", "pygame"}
+    assert not heavy & set(runs[0]["loaded"])
+    # Processor time, so that a busy machine does not matter; the best of three.
+    assert min(done["spent"] for done in runs) < 0.5
