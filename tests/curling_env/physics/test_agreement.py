@@ -95,5 +95,5 @@ def test_positions_agree_in_distribution(rng, draw_ice) -> None:
             left[way].append((places[way][:, 1] > TEE_Y + 1.9).sum())
     # Most positions come out the same; in the others a hair's breadth decided, either way alike.
     assert alike > 0.8 * throws
-    assert ks_2samp(*moved).pvalue > 0.05
+    assert ks_2samp(*moved, method="asymp").pvalue > 0.05
     assert np.mean(left[0]) == pytest.approx(np.mean(left[1]), abs=0.1)

@@ -91,7 +91,8 @@ def test_a_session_remembers_where_its_stones_went():
     aside = replace(DRAW.release(order=12), x=1.9, vx=0.0, omega=0.0)
     alone = slide(standard(), aside)
     *_, last = slides_in_turn(WEARING, [*session(12), aside], fps=10)
-    assert last.y == pytest.approx(alone.y, abs=1e-9)
+    # A map that varies anywhere is followed line by line: 0.1 µm beside ice that is all alike.
+    assert last.y == pytest.approx(alone.y, abs=1e-6)
 
 
 def test_what_a_session_remembers_does_not_depend_on_how_often_it_is_asked():
