@@ -19,7 +19,7 @@ def film(
     ],
     output: OutputDirectory,
     camera: Annotated[
-        str, typer.Option(metavar="NAME", help="Where from: end, gantry, side or ceiling.")
+        str, typer.Option(metavar="NAME", help="Where from; see the list below.")
     ] = "end",
     fps: Annotated[float, typer.Option(help="Frames per second.")] = 30.0,
     size: Annotated[
@@ -44,6 +44,7 @@ def film(
     gantry    the whole sheet from above its middle
     side      the whole sheet from the stand beside its middle
     ceiling   the away house and its hog line from the ceiling
+    ceiling_middle, ceiling_home   the ice between the hog lines, and the home house
 
     \b
     Example:

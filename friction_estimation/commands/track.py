@@ -24,11 +24,16 @@ def track(
         list[str],
         typer.Argument(
             metavar="VIDEO...",
-            help="Films of one camera, in order of play; or a camera's number or stream's URL.",
+            help="Films of one camera, in order of play; with --together, one throw by several "
+            "cameras; or a camera's number or stream's URL.",
         ),
     ],
     scene: Annotated[
-        Path, typer.Option(metavar="SCENE.json", help="Where the camera sees the sheet.")
+        list[Path],
+        typer.Option(
+            metavar="SCENE.json",
+            help="Where the camera sees the sheet; one for all films, or one for each.",
+        ),
     ],
     output: OutputFile = Path("tracks.csv"),
     camera: Annotated[
@@ -58,6 +63,14 @@ def track(
     flow: Annotated[
         FlowChoice, typer.Option(help="Optical flow that predicts the stone's next place.")
     ] = FlowChoice.pyramidal,
+    together: Annotated[
+        bool,
+        typer.Option("--together", help="The films show one throw by several cameras: join them."),
+    ] = False,
+    bridge: Annotated[
+        bool,
+        typer.Option("--bridge", help="With --together: also rows where no camera saw the stone."),
+    ] = False,
 ) -> None:
     """Follow the thrown stone through films: from VIDEO to positions in metres.
 
@@ -76,11 +89,19 @@ def track(
     throw is recorded as a film of its own, tracked as soon as it is over, and added to the tracks
     file, and what the throws so far say of the ice is told. Ctrl-C ends it.
 
+    Cameras that see a part of the sheet each, as those over the houses, are joined with
+    --together: their clocks need not agree, the offsets are found from where the stone passes
+    from one to the next, or, where none saw it in between, from how a stone slides on. With
+    --bridge the gap is filled with what that motion says; sigma_xy grows there, and rows of later
+    cameras carry the uncertainty of their clocks.
+
     \b
     Example:
         curling track 0 --scene end.scene.json -o tracks.csv
         curling track end-0.mp4 end-1.mp4 --scene end.scene.json -o tracks.csv
         curling track end-0.mp4 --scene end.scene.json --overlay seen.mp4
+        curling track home.mp4 mid.mp4 away.mp4 --together \\
+            --scene home.json --scene mid.json --scene away.json
     """
     import cv2
 
@@ -92,7 +113,19 @@ def track(
     if overlay is not None and len(films) > 1:
         raise InputError("an overlay is drawn for one film at a time", source="--overlay")
     cv2.setNumThreads(1)
-    known = load_scene(scene, camera)
+    if len(scene) not in (1, len(films)):
+        raise InputError(
+            f"one scene for all films or one for each: {len(films)} films, {len(scene)} scenes",
+            source="--scene",
+        )
+    if bridge and not together:
+        raise InputError(
+            "fills the gaps between cameras; it goes with --together", source="--bridge"
+        )
+    if together and len(films) < 2:
+        raise InputError("joins the films of two cameras or more", source="--together")
+    scenes = [load_scene(path, camera) for path in scene]
+    scenes *= len(films) // len(scenes)
     streams = [source for source in films if is_stream(source)]
     if streams:
         from friction_estimation.commands.track_live import track_live
@@ -102,14 +135,14 @@ def track(
         if overlay is not None:
             raise InputError("a live camera has no overlay; track its films again for that",
                              source="--overlay")  # fmt: skip
-        track_live(streams[0], known, output, keep=keep, throws=throws)
+        track_live(streams[0], scenes[0], output, keep=keep, throws=throws)
         return
     results = []
     for i, film in enumerate(map(Path, films)):
         result = track_film(
             film,
-            known,
-            throw=i,
+            scenes[i],
+            throw=0 if together else i,
             options=TrackingOptions(flow=flow.value, refine=refine),
             progress=lambda frames, total, name=film.name: progress(
                 frames, f"track {name}", total=total, unit="frame"
@@ -130,12 +163,25 @@ def track(
 
         write_overlay(
             Path(films[0]),
-            known,
+            scenes[0],
             results[0],
             overlay,
             progress=lambda frames, total: progress(frames, "overlay", total=total, unit="frame"),
         )
-    write_tracks(output, [result.trajectory for result in results])
+    tracks = [result.trajectory for result in results]
+    joined = None
+    if together:
+        from friction_estimation.handover import join_cameras
+
+        joined = join_cameras(tracks)
+        tracks = [joined.whole if bridge else joined.trajectory]
+        for k, film in enumerate(films):
+            say(
+                f"{Path(film).name}: {joined.offset[k]:+.3f} s ± "
+                f"{1000 * joined.offset_sigma[k]:.0f} ms on the clock of "
+                f"{Path(films[joined.order[0]]).name}"
+            )
+    write_tracks(output, tracks)
     print_json(
         [
             {
@@ -145,8 +191,16 @@ def track(
                 "tracked": len(result.trajectory),
                 "from_s": float(result.trajectory.t[0]),
                 "to_s": float(result.trajectory.t[-1]),
+                **(
+                    {}
+                    if joined is None
+                    else {
+                        "offset_s": float(joined.offset[k]),
+                        "offset_sigma_s": float(joined.offset_sigma[k]),
+                    }
+                ),
             }
-            for film, result in zip(films, results, strict=True)
+            for k, (film, result) in enumerate(zip(films, results, strict=True))
         ]
     )
 

@@ -74,6 +74,24 @@ CAMERAS: dict[str, View] = {
         distortion=(-0.16, 0.02, 0.0003, -0.0002, 0.0),
         shows="the away house and its hog line from the ceiling",
     ),
+    "ceiling_middle": View(
+        position=(-0.3, 0.5, 7.0),
+        target=(-0.2, 0.2, 0.0),
+        up=(-1.0, 0.0, 0.0),
+        focal_px=400.0,
+        size=(1280, 960),
+        distortion=(-0.045, 0.004, 0.0002, 0.0003, 0.0),
+        shows="the ice between the hog lines, and these, from the ceiling",
+    ),
+    "ceiling_home": View(
+        position=(-0.2, -15.2, 6.2),
+        target=(0.0, -15.1, 0.0),
+        up=(-1.0, 0.0, 0.0),
+        focal_px=690.0,
+        size=(1280, 960),
+        distortion=(-0.15, 0.018, -0.0002, 0.0003, 0.0),
+        shows="the home house and its hog line from the ceiling",
+    ),
 }
 
 
