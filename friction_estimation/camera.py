@@ -14,11 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from curling_env.errors import InputError
 from friction_estimation.calibration import pose_from_points, solve_focal_px
-from friction_estimation.scene import Scene
+from friction_estimation.scene import MIN_POINTS, Scene
 
 Floats = NDArray[np.float64]
 
 NO_DISTORTION = np.zeros(5)
+FAR_FROM_MIDDLE = 0.2
+"""Share of the image by which no lens is off its middle, unless the image was cut."""
 _UNDISTORT_UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 60, 1e-10)
 
 
@@ -94,7 +96,8 @@ class Camera:
         limit_px = 0.02 * float(np.hypot(*size))
         if pose is None or pose.rms_px > limit_px:
             raise InputError(
-                "no camera above the ice sees these points so; check that each is the right one",
+                "no camera above the ice sees these points so; "
+                + _suspect(scene, matrix, distortion, limit_px),
                 source=scene.source,
                 where="corners_px" if scene.has_corners else "points",
             )
@@ -177,6 +180,16 @@ class Camera:
 def _matrix_for(scene: Scene, size: tuple[int, int]) -> Floats | None:
     """The scene's camera matrix for frames of `size`, which may be a resized picture."""
     matrix, own = scene.camera_matrix, scene.image_size
+    if matrix is not None and own is None:
+        off = np.abs(matrix[:2, 2] - np.array(size) / 2) / size
+        if off.max() > FAR_FROM_MIDDLE:
+            raise InputError(
+                f"the principal point ({matrix[0, 2]:g}, {matrix[1, 2]:g}) px is far from the "
+                f"middle of a film of {size[0]} × {size[1]} px: intrinsics of another resolution? "
+                "image_size tells which they belong to",
+                source=scene.source,
+                where="camera_matrix",
+            )
     if matrix is None or own is None or own == size:
         return matrix
     scale = size[0] / own[0]
@@ -191,6 +204,27 @@ def _matrix_for(scene: Scene, size: tuple[int, int]) -> Floats | None:
     resized[:2] *= scale
     resized[:2, 2] += (scale - 1) / 2  # pixels are counted from the first one's centre
     return resized
+
+
+def _suspect(scene: Scene, matrix: Floats, distortion: Floats, limit_px: float) -> str:
+    """Which point is the wrong one, as far as the others tell."""
+    n = len(scene.points_px)
+    if scene.has_corners:
+        for turn in (1, 3):
+            turned = np.roll(scene.points_px, turn, axis=0)
+            pose = pose_from_points(scene.sheet_points, turned, matrix, distortion)
+            if pose is not None and pose.rms_px <= limit_px:
+                return "each corner is marked where the next one around the sheet is"
+    alone: list[int] = []
+    for k in range(n) if n > MIN_POINTS else ():
+        rest = np.arange(n) != k
+        pose = pose_from_points(scene.sheet_points[rest], scene.points_px[rest], matrix, distortion)
+        if pose is not None and pose.rms_px <= limit_px:
+            alone.append(k)
+    if len(alone) == 1:
+        x, y = scene.sheet_points[alone[0]]
+        return f"point {alone[0] + 1}, of ({x:g}, {y:g}) m on the ice, contradicts all others"
+    return "check that each is the right one"
 
 
 def intrinsics(focal_px: float, size: tuple[int, int]) -> Floats:

@@ -35,6 +35,10 @@ PAINT_PX = 1.5
 PAINT_CORRELATION = 24.0
 """The same where the paint itself, laid to a centimetre or so, is less exact than its readings."""
 WIDE_PX = (10.0, 6.0)
+FARTHER_PX = (24.0, 14.0, 8.0, 6.0)
+"""The wide search where the first did not find most of the marks."""
+UNSURE_COST = 1.5
+"""From this mean squared miss on [px²], of which a mark that is not found counts 9, it is tried."""
 NARROW_PX = (4.0, 3.0, 2.0, 2.0, 2.0)
 """Search in each round, first for hog lines and border, then for all marks [px]."""
 WIDEST_PX = (16.0, 10.0, 6.0)
@@ -43,6 +47,9 @@ MIN_READINGS = 60
 """Fewer readings do not outweigh what was clicked."""
 MIN_SHARE = 0.25
 """Of the marks that should be seen; fewer found are chance."""
+DOUBTFUL_PX = 0.35
+DOUBTFUL_SHARE = 0.75
+"""Fewer marks than this share, and those met no better than that, is a fit to the wrong paint."""
 FOCALS = (0.35, 0.6, 1.0, 1.7)
 """Focal lengths tried where the points cannot tell, in the longer sides of the image."""
 BENDS = (-0.3, -0.22, -0.15, -0.09, -0.04, 0.0, 0.05)
@@ -176,8 +183,11 @@ def refine(
     if lens.count:
         best = fit.from_starts(_starts(camera, scene, lens.focal), WIDEST_PX)
     else:
-        near = fit.approach(camera, WIDE_PX, free=False)
-        best = None if near is None else fit.approach(near, NARROW_PX, free=False)
+        best = fit.approach(camera, (*WIDE_PX, *NARROW_PX), free=False)
+        if best is None or fit.cost(best) > UNSURE_COST:
+            farther = fit.approach(camera, (*FARTHER_PX, *NARROW_PX), free=False)
+            found = [c for c in (best, farther) if c is not None]
+            best = min(found, key=fit.cost, default=None)
     return fit.judged(camera, best)
 
 
@@ -484,10 +494,13 @@ class _Fit:
         if self.cost(after) >= self.cost(before):
             return given
         camera, covariance, miss = self.fitted(after, readings, True, 0.5)
+        rms_px = float(np.sqrt(np.mean(miss**2)))
+        if rms_px > DOUBTFUL_PX and len(miss) < DOUBTFUL_SHARE * readings.expected:
+            return given
         return Refined(
             camera=camera,
             readings=len(miss),
-            rms_px=float(np.sqrt(np.mean(miss**2))),
+            rms_px=rms_px,
             before_px=float(np.sqrt(self.cost(before))),
             covariance=covariance,
             lens=self.lens,

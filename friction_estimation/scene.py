@@ -88,14 +88,17 @@ class Scene:
             if _in_a_line(self.points_px[[i, j, k]]):
                 names = f"{CORNERS[i]}, {CORNERS[j]} and {CORNERS[k]}"
                 self._refuse(f"{names} lie in a line; the corners must span the sheet")
-        sides = np.roll(self.points_px, -1, axis=0) - self.points_px
-        following = np.roll(sides, -1, axis=0)
-        turns = np.sign(sides[:, 0] * following[:, 1] - sides[:, 1] * following[:, 0])
-        if abs(turns.sum()) != 4:
+        turns = _turns(self.points_px)
+        if turns == -4:
+            return
+        for i, j in combinations(range(4), 2):
+            swapped = self.points_px.copy()
+            swapped[[i, j]] = swapped[[j, i]]
+            if abs(turns) != 4 and _turns(swapped) == -4:
+                self._refuse(f"the corners cross: {CORNERS[i]} and {CORNERS[j]} are swapped")
+        if abs(turns) != 4:
             self._refuse("the corners cross: going round the sheet they must not change sides")
-        # v grows downwards, so counter-clockwise on the ice turns negatively in the image.
-        if turns[0] > 0:
-            self._refuse("the corners are mirrored: left and right, or home and away, are swapped")
+        self._refuse("the corners are mirrored: left and right, or home and away, are swapped")
 
     def check_inside(self, size: tuple[int, int]) -> None:
         """Refuse points that lie outside an image of `size` (width, height) px.
@@ -286,6 +289,17 @@ def _array(value: Any, shape: tuple[int, ...], where: str) -> Floats:
     if array.shape != shape or not np.isfinite(array).all():
         raise InputError(f"expected {' × '.join(map(str, shape))} finite numbers", where=where)
     return array
+
+
+def _turns(corners_px: Floats) -> int:
+    """Corners at which the way round turns right less those at which it turns left.
+
+    -4 for a sheet seen from above: v grows downwards, so counter-clockwise on the ice turns
+    negatively in the image.
+    """
+    sides = np.roll(corners_px, -1, axis=0) - corners_px
+    following = np.roll(sides, -1, axis=0)
+    return int(np.sign(sides[:, 0] * following[:, 1] - sides[:, 1] * following[:, 0]).sum())
 
 
 def _in_a_line(points: Floats) -> bool:

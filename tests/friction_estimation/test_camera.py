@@ -107,3 +107,27 @@ def test_points_outside_the_image_are_refused_by_name():
     scene = corners_of(behind_the_end())
     with pytest.raises(InputError, match=r"home_left at .* outside the image of 640 × 360"):
         Camera.from_scene(scene, (640, 360))
+
+
+def test_corners_marked_one_place_round_are_told_so():
+    camera = behind_the_end()
+    scene = corners_of(camera, camera_matrix=camera.matrix, distortion=LENS)
+    with pytest.raises(InputError, match="where the next one around the sheet is"):
+        Camera.from_scene(replace(scene, points_px=np.roll(scene.points_px, 1, axis=0)), SIZE)
+
+
+def test_the_point_that_contradicts_all_others_is_named():
+    camera = behind_the_end()
+    places = np.array([[0, -17], [1.8, -17], [-1.8, -17], [0, -11], [2.2, -11], [-2.2, -11]])
+    px = camera.project(np.column_stack([places, np.zeros(len(places))]))
+    px[3] += [350, -150]
+    scene = Scene(sheet_points=places, points_px=px, camera_matrix=camera.matrix, distortion=LENS)
+    with pytest.raises(InputError, match=r"point 4, of \(0, -11\) m on the ice, contradicts"):
+        Camera.from_scene(scene, SIZE)
+
+
+def test_intrinsics_of_another_resolution_are_refused():
+    camera = behind_the_end()
+    scene = corners_of(camera, camera_matrix=camera.matrix * [[2], [2], [1]], distortion=LENS)
+    with pytest.raises(InputError, match="intrinsics of another resolution"):
+        Camera.from_scene(scene, SIZE)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from curling_env.errors import InputError
 from friction_estimation.camera import Camera
 from friction_estimation.landmarks import brightness, marks_of, read_marks
 from friction_estimation.refinement import at_focal, log_height_prior, refine
@@ -58,6 +59,22 @@ def test_corners_off_by_three_pixels_cost_a_few_millimetres(views, name, seed):
     assert misplaced(refined.camera, true) < 0.003
     assert refined.readings > 300
     assert refined.rms_px < 0.3 < refined.before_px
+
+
+@pytest.mark.parametrize("name", SIZES)
+def test_corners_far_off_are_found_or_the_failure_is_told(views, name):
+    true, scene, still = views[name]
+    found = []
+    for seed in range(4):
+        known = marked(scene, true, seed, error_px=12.0)
+        try:
+            refined = refine(Camera.from_scene(known, true.size), known, still)
+        except InputError:
+            continue
+        if refined.readings:
+            found.append(misplaced(refined.camera, true))
+    assert len(found) >= 3
+    assert max(found) < 0.01
 
 
 @pytest.mark.parametrize(("name", "limit"), [("end", 0.004), ("side", 0.008)])

@@ -62,7 +62,10 @@ def test_points_serve_where_no_corner_is_in_view(tmp_path):
         ({"corners_px": None}, "expected either corners_px or points"),
         ({"corners_px": {"home_left": [1, 2]}}, "corners_px: missing away_left, away_right"),
         (corners(home_left=[600]), "corners_px.home_left: expected 2 finite numbers"),
-        (corners(home_left=[1300, 1000], home_right=[600, 1000]), "corners cross"),
+        (
+            corners(home_left=[1300, 1000], home_right=[600, 1000]),
+            "home_left and home_right are swapped",
+        ),
         (
             corners(
                 home_left=[1300, 1000],
