@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import difflib
 import errno
+import hashlib
 import importlib
 import json
 import os
@@ -248,6 +249,16 @@ def read_text(path: str | Path) -> str:
         raise InputError("not a text file (expected UTF-8)", source=path) from error
     except OSError as error:
         raise InputError(f"cannot be read: {_reason(error)}", source=path) from error
+
+
+def file_digest(path: str | Path) -> str:
+    """A short name for a file's content, the same wherever it lies.
+
+    Raises
+    ------
+    InputError : see `read_text`
+    """
+    return hashlib.sha256(read_text(path).encode()).hexdigest()[:16]
 
 
 def read_json(path: str | Path) -> Any:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from curling_env.cli import OutputFile, print_json, progress, say
 from curling_env.errors import InputError
+
+if TYPE_CHECKING:
+    from friction_estimation.scene import Scene
+    from friction_estimation.tracking import FilmTrack
 
 
 class FlowChoice(StrEnum):
@@ -89,6 +93,8 @@ def track(
     throw is recorded as a film of its own, tracked as soon as it is over, and added to the tracks
     file, and what the throws so far say of the ice is told. Ctrl-C ends it.
 
+    Work on many films that was interrupted goes on where it was when the command is given again.
+
     Cameras that see a part of the sheet each, as those over the houses, are joined with
     --together: their clocks need not agree, the offsets are found from where the stone passes
     from one to the next, or, where none saw it in between, from how a stone slides on. With
@@ -105,9 +111,11 @@ def track(
     """
     import cv2
 
+    from curling_env.storage import file_digest
     from curling_env.trajectory import write_tracks
     from friction_estimation.scene import load_scene
     from friction_estimation.tracking import TrackingOptions, track_film
+    from friction_estimation.unfinished import Unfinished
     from friction_estimation.video import is_stream
 
     if overlay is not None and len(films) > 1:
@@ -137,39 +145,39 @@ def track(
                              source="--overlay")  # fmt: skip
         track_live(streams[0], scenes[0], output, keep=keep, throws=throws)
         return
-    results = []
+    unfinished = Unfinished(
+        output,
+        {
+            "scenes": [file_digest(path) for path in (*scene, *([camera] if camera else []))],
+            "refine": refine,
+            "flow": flow.value,
+        },
+    )
+    tracks, said = [], []
     for i, film in enumerate(map(Path, films)):
-        result = track_film(
-            film,
-            scenes[i],
-            throw=0 if together else i,
-            options=TrackingOptions(flow=flow.value, refine=refine),
-            progress=lambda frames, total, name=film.name: progress(
-                frames, f"track {name}", total=total, unit="frame"
-            ),
-        )
-        results.append(result)
-        say(
-            f"{film.name}: stone seen in {len(result.trajectory)} of {result.frame_count} frames, "
-            f"its place known to about {1000 * float(_median(result.trajectory.sigma_xy)):.1f} mm; "
-            + (
-                f"the paint on the ice agrees to {result.landmarks.rms_px:.2f} px"
-                if result.landmarks.readings
-                else "the paint on the ice could not check the points that were marked"
+        throw = 0 if together else i
+        before = None if overlay is not None else unfinished.recall(i, film)
+        if before is not None:
+            track_, about = before
+            say(f"{film.name}: tracked before the interruption")
+        else:
+            result = track_film(
+                film,
+                scenes[i],
+                throw=throw,
+                options=TrackingOptions(flow=flow.value, refine=refine),
+                progress=lambda frames, total, name=film.name: progress(
+                    frames, f"track {name}", total=total, unit="frame"
+                ),
             )
-        )
-    if overlay is not None:
-        from friction_estimation.tracking.overlay import write_overlay
-
-        write_overlay(
-            Path(films[0]),
-            scenes[0],
-            results[0],
-            overlay,
-            progress=lambda frames, total: progress(frames, "overlay", total=total, unit="frame"),
-        )
-    tracks = [result.trajectory for result in results]
-    joined = None
+            track_, about = result.trajectory, _about(result)
+            say(f"{film.name}: {_words(result)}")
+            if overlay is not None:
+                _draw(film, scenes[i], result, overlay)
+            if len(films) > 1:
+                unfinished.keep(i, film, track_, about)
+        tracks.append(track_)
+        said.append({"film": films[i], "throw": throw, **about})
     if together:
         from friction_estimation.handover import join_cameras
 
@@ -181,27 +189,47 @@ def track(
                 f"{1000 * joined.offset_sigma[k]:.0f} ms on the clock of "
                 f"{Path(films[joined.order[0]]).name}"
             )
-    write_tracks(output, tracks)
-    print_json(
-        [
-            {
-                "film": film,
-                "throw": result.trajectory.throw,
-                "frames": result.frame_count,
-                "tracked": len(result.trajectory),
-                "from_s": float(result.trajectory.t[0]),
-                "to_s": float(result.trajectory.t[-1]),
-                **(
-                    {}
-                    if joined is None
-                    else {
-                        "offset_s": float(joined.offset[k]),
-                        "offset_sigma_s": float(joined.offset_sigma[k]),
-                    }
-                ),
+            said[k] |= {
+                "offset_s": float(joined.offset[k]),
+                "offset_sigma_s": float(joined.offset_sigma[k]),
             }
-            for k, (film, result) in enumerate(zip(films, results, strict=True))
-        ]
+    write_tracks(output, tracks)
+    unfinished.done()
+    print_json(said)
+
+
+def _draw(film: Path, scene: Scene, result: FilmTrack, output: Path) -> None:
+    from friction_estimation.tracking.overlay import write_overlay
+
+    write_overlay(
+        film,
+        scene,
+        result,
+        output,
+        progress=lambda frames, total: progress(frames, "overlay", total=total, unit="frame"),
+    )
+
+
+def _about(result: FilmTrack) -> dict[str, Any]:
+    """What of a film's track is printed."""
+    return {
+        "frames": result.frame_count,
+        "tracked": len(result.trajectory),
+        "from_s": float(result.trajectory.t[0]),
+        "to_s": float(result.trajectory.t[-1]),
+    }
+
+
+def _words(result: FilmTrack) -> str:
+    known = 1000 * _median(result.trajectory.sigma_xy)
+    paint = (
+        f"the paint on the ice agrees to {result.landmarks.rms_px:.2f} px"
+        if result.landmarks.readings
+        else "the paint on the ice could not check the points that were marked"
+    )
+    return (
+        f"stone seen in {len(result.trajectory)} of {result.frame_count} frames, its place known "
+        f"to about {known:.1f} mm; {paint}"
     )
 
 
