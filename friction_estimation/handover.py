@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from curling_env.errors import InputError, TrackTooShortError
+from curling_env.sheet import HOG_LINE_Y
 from curling_env.trajectory import Trajectory
 from friction_estimation.kinematics import free_slide, local_fit
 
@@ -25,11 +26,12 @@ KNOT_STEP = 0.25
 """Distance between the knots of the path [s]."""
 RATE = 8.0
 """Rows a second of each camera that are asked: a track's rows are smooth, more tell no more."""
-JERKS = (0.005, 0.015, 0.05, 0.15)
+JERKS = (0.008, 0.025, 0.08)
 """Square root of the spectral density of the jerk while the stone slides [m/s³/√Hz].
 
 Ice that differs by 5 % every few metres changes a draw's deceleration by 0.005 m/s² in a second or
-two; it is not to be believed any more even."""
+two, and friction that grows as the stone slows adds to it; ice is not to be believed any more even.
+"""
 PUSHED_JERK = 1.0
 """The same while it is pushed, or stopped by something."""
 MIN_SIGMA = 0.001
@@ -191,15 +193,22 @@ def _basis(knots: Floats, t: Floats, derivative: int = 0) -> Floats:
 
 
 def _free(chain: Sequence[Trajectory], offset: Floats) -> tuple[float, float]:
-    """From release to rest, as far as the tracks tell, on the common clock [s]."""
+    """From release to rest, as far as the tracks tell, on the common clock [s].
+
+    Before the delivery hog line a hand may still be at the stone: that tells nothing of its slide.
+    """
     start, stop = -np.inf, np.inf
+    first = chain[0]
+    way = 1.0 if chain[-1].xy[-1, 1] > first.xy[0, 1] else -1.0
+    if way * first.xy[0, 1] < -HOG_LINE_Y < way * first.xy[-1, 1]:
+        start = _passing(first, way, -HOG_LINE_Y) + float(offset[0])
     for k, track in enumerate(chain):
         try:
             slide = free_slide(track)
         except TrackTooShortError:
             continue
         if k == 0:
-            start = float(slide.t[0] + offset[k])
+            start = max(start, float(slide.t[0] + offset[k]))
         if k == len(chain) - 1:
             stop = float(slide.t[-1] + offset[k])
     return start, stop
