@@ -15,7 +15,7 @@ from friction_estimation.appearance.fit import (
     channels_of,
     fit_stone,
 )
-from friction_estimation.appearance.kernels import coverage
+from friction_estimation.appearance.kernels import FINE, coverage
 from friction_estimation.appearance.model import PARTS, StoneModel, Window, window_at
 from friction_estimation.camera import Camera
 
@@ -104,14 +104,14 @@ def keep_near(exposure: Exposure, look: Appearance) -> None:
         mirror=1.0,
     )
     near = cover_of(exposure, replace(look, model=reach))[0].sum(axis=1) > 0
-    window = exposure.window
-    exposure.window = replace(
-        window,
-        foot=np.ascontiguousarray(window.foot[near]),
-        lean=np.ascontiguousarray(window.lean[near]),
-    )
-    exposure.picture = np.ascontiguousarray(exposure.picture[near])
-    exposure.behind = np.ascontiguousarray(exposure.behind[near])
+    if near.any():
+        window = exposure.window
+        within = np.zeros(window.shape, dtype=bool)
+        rows, columns = np.nonzero(near.reshape(window.shape))
+        within[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1] = True
+        exposure.window = window.cut(rows.min(), rows.max() + 1, columns.min(), columns.max() + 1)
+        exposure.picture = np.ascontiguousarray(exposure.picture[within.ravel()])
+        exposure.behind = np.ascontiguousarray(exposure.behind[within.ravel()])
 
 
 def cover_of(exposure: Exposure, look: Appearance, pose: Floats | None = None) -> Floats:
@@ -126,6 +126,8 @@ def cover_of(exposure: Exposure, look: Appearance, pose: Floats | None = None) -
         window.foot,
         window.lean,
         window.scale,
+        *window.shape,
+        FINE,
         look.has_handle,
         out,
     )
@@ -135,9 +137,9 @@ def cover_of(exposure: Exposure, look: Appearance, pose: Floats | None = None) -
 def rendered(cover: Floats, behind: Floats, colours: Floats) -> Floats:
     per_channel = cover[[0, 1, 1]]  # brightness is sharp, both colour differences are not
     parts = per_channel[:, :, :-1]
-    ice = behind.copy()
-    ice[:, 0] *= 1 - per_channel[0, :, -1]  # a shadow takes light, not colour
-    return ice * (1 - parts.sum(axis=2).T) + np.einsum("cnk,kc->nc", parts, colours)
+    bare = 1 - parts.sum(axis=2).T
+    bare[:, 0] -= per_channel[0, :, -1]  # a shadow takes light, not colour
+    return behind * bare + np.einsum("cnk,kc->nc", parts, colours)
 
 
 def weights_of(residual: Floats, noise: Floats) -> Floats:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from friction_estimation.appearance.kernels import gauss_newton
+from friction_estimation.appearance.kernels import FINE, gauss_newton
 from friction_estimation.appearance.model import (
     StoneModel,
     Window,
@@ -103,6 +103,8 @@ def fit_stone(
         window.foot,
         window.lean,
         window.scale,
+        *window.shape,
+        FINE,
         appearance.model.shape(),
         appearance.colours,
         appearance.noise,

@@ -21,7 +21,7 @@ from friction_estimation.appearance.fit import PIXEL_CORRELATION, Appearance
 
 Floats = NDArray[np.float64]
 
-HEADINGS_TRIED = 36
+HEADINGS_TRIED = 24
 SPINS_TRIED = np.linspace(-4.0, 4.0, 33)
 """Rates of turning [rad/s]; a stone thrown to stay in play hardly turns faster."""
 SPIN_CHANGE = 0.05

@@ -32,8 +32,8 @@ from friction_estimation.appearance.profile import refine_profile
 Floats = NDArray[np.float64]
 
 SHADOW_TRIED = 0.1
-REFINEMENTS = (8, 8, 8)
-"""Rounds of adjustment between which noise and headings are found anew."""
+REFINEMENTS = (8, 8, 40)
+"""Most rounds of adjustment between which noise and headings are found anew."""
 EXPOSURES = 20
 """Frames that the look is learnt from; more only cost time."""
 

@@ -45,7 +45,8 @@ class StoneModel:
     shadow_radius, shadow_blur : radius and softness of the shadow [m]
     handle_depth : vertical thickness of the handle, downward from its upper face [m]
     shadow : share of the light that it takes from the ice
-    roundness, foot_roundness : exponent of the outline of bevel and foot; 1 is a straight cone
+    roundness, foot_roundness : exponent of the superellipse that bevel and foot follow: 1 is a
+        straight cone, 2 a quarter of an ellipse
     contact : share of the hall's light that the ice at the stone's foot loses
     contact_reach : how far that darkness reaches [m]
     mirror : how strongly the ice mirrors the stone, as a share of what a smooth ice would
@@ -71,7 +72,7 @@ class StoneModel:
     shadow_blur: float = 0.02
     shadow: float = 0.0
     handle_depth: float = 0.02
-    roundness: float = 1.7
+    roundness: float = 2.0
     contact: float = 0.0
     contact_reach: float = 0.04
     mirror: float = 0.0
@@ -165,6 +166,20 @@ class Window:
         """Rows and columns of the window in the image."""
         (u, v), (rows, columns) = self.origin_px, self.shape
         return slice(v, v + rows), slice(u, u + columns)
+
+    def cut(self, top: int, bottom: int, left: int, right: int) -> Window:
+        """The part between rows top and bottom and columns left and right, ends excluded."""
+        (u, v), (rows, columns) = self.origin_px, self.shape
+        part = np.zeros((rows, columns), dtype=bool)
+        part[top:bottom, left:right] = True
+        inside = part.ravel()
+        return replace(
+            self,
+            origin_px=(u + left, v + top),
+            shape=(bottom - top, right - left),
+            foot=np.ascontiguousarray(self.foot[inside]),
+            lean=np.ascontiguousarray(self.lean[inside]),
+        )
 
 
 def window_at(camera: Camera, outline_px: Floats, margin_px: float) -> Window | None:

@@ -12,7 +12,6 @@ from friction_estimation.appearance.exposure import (
     Exposure,
     cover_of,
     rendered,
-    settle,
     total_misfit,
     weights_of,
 )
@@ -23,8 +22,6 @@ from friction_estimation.appearance.model import PARTS, SHAPE_PARAMETERS, StoneM
 Floats = NDArray[np.float64]
 
 SHAPE_SPREAD = {
-    "radius": 1e-5,
-    "height": 1e-5,
     "foot_inset": 0.03,
     "foot_height": 0.015,
     "bevel_height": 0.015,
@@ -77,6 +74,9 @@ SHAPE_BOUNDS = {
     "foot_roundness": (1.0, 4.0),
     "neck_length": (0.0, 0.06),
 }
+LENGTHS = tuple(name for name, spread in SHAPE_SPREAD.items() if spread < 0.1)
+ENOUGH = 0.1
+"""A round that lowers the squared standard errors by less than this is the last."""
 FOOT_BRIGHTNESS = 1.1
 """The foot overhangs: lit by the ice alone it is at most about as bright as the side."""
 GRANITE = (
@@ -90,10 +90,10 @@ GRANITE = (
 def refine_profile(
     exposures: Sequence[Exposure], look: Appearance, typical_model: StoneModel, rounds: int
 ) -> Appearance:
-    """Gauss-Newton on shape, blur and colours with every exposure's pose projected out."""
+    """Levenberg-Marquardt on shape, blur and colours, and on every exposure's pose with them."""
     typical = typical_model.shape()
     of_handle = ("handle", "collar", "neck")
-    names = [n for n in SHAPE_PARAMETERS if look.has_handle or not n.startswith(of_handle)]
+    names = [n for n in SHAPE_SPREAD if look.has_handle or not n.startswith(of_handle)]
     index = [SHAPE_PARAMETERS.index(n) for n in names]
     spread = np.array([SHAPE_SPREAD[n] for n in names])
     parts = len(PARTS) if look.has_handle else len(PARTS) - 1
@@ -102,7 +102,7 @@ def refine_profile(
     damping = 1e-4
     value = _objective(exposures, look, typical, index, spread)
     for _ in range(rounds):
-        normal, right = _joint_equations(exposures, look, index, parts)
+        normal, right, poses = _joint_equations(exposures, look, index, parts)
         shape = look.model.shape()
         prior = np.zeros(shared)
         prior[: len(names)] = 1 / spread**2
@@ -110,8 +110,8 @@ def refine_profile(
         held, drawn = _granite_prior(look.colours, len(names), shared)
         normal += held + np.diag(prior + 1e-6)
         right += drawn
-        before = [exposure.pose for exposure in exposures]
-        for _ in range(4):
+        before, last = [exposure.pose for exposure in exposures], value
+        for _ in range(5):
             step = _step_within(normal, right, damping, low - shape[index], high - shape[index])
             moved = shape.copy()
             moved[index] += np.clip(step[: len(names)], -spread, spread)
@@ -121,8 +121,12 @@ def refine_profile(
             foot, side = PARTS.index("foot"), PARTS.index("side")
             colours[foot, 0] = min(colours[foot, 0], FOOT_BRIGHTNESS * colours[side, 0])
             tried = replace(look, model=look.model.with_shape(moved), colours=colours)
-            for exposure in exposures:
-                settle(exposure, tried)
+            taken = np.concatenate(
+                [(moved - shape)[index], (colours - look.colours)[:parts].ravel()]
+            )
+            for exposure, pose, (alone, along) in zip(exposures, before, poses, strict=True):
+                exposure.pose = pose.copy()
+                exposure.pose[: len(alone)] += np.clip(alone - along @ taken, -0.2, 0.2)
             found = _objective(exposures, tried, typical, index, spread)
             if found < value:
                 look, value, damping = tried, found, max(damping / 10, 1e-4)
@@ -130,7 +134,7 @@ def refine_profile(
             damping *= 10
             for exposure, pose in zip(exposures, before, strict=True):
                 exposure.pose = pose
-        else:
+        if last - value < ENOUGH:
             break
     return look
 
@@ -157,11 +161,15 @@ def _objective(
 
 def _joint_equations(
     exposures: Sequence[Exposure], look: Appearance, index: list[int], parts: int
-) -> tuple[Floats, Floats]:
-    """Normal equations of shape and colours, with every exposure's pose projected out."""
+) -> tuple[Floats, Floats, list[tuple[Floats, Floats]]]:
+    """Normal equations of shape and colours, with every exposure's pose projected out.
+
+    Beside them, for every exposure, its pose's own step and how that gives way to the shared one.
+    """
     poses = 3 if look.has_handle else 2
     shared = len(index) + 3 * parts
     normal, right = np.zeros((shared, shared)), np.zeros(shared)
+    steps: list[tuple[Floats, Floats]] = []
     for exposure in exposures:
         jacobian, residual, weight = _linearised(exposure, look, index, parts, poses)
         full = np.zeros((shared + poses, shared + poses))
@@ -172,7 +180,8 @@ def _joint_equations(
         solved = np.linalg.solve(own, np.column_stack([cross.T, pulled[shared:]]))
         normal += full[:shared, :shared] - cross @ solved[:, :-1]
         right += pulled[:shared] - cross @ solved[:, -1]
-    return normal / PIXEL_CORRELATION, right / PIXEL_CORRELATION
+        steps.append((solved[:, -1], solved[:, :-1]))
+    return normal / PIXEL_CORRELATION, right / PIXEL_CORRELATION, steps
 
 
 def _step_within(
@@ -225,7 +234,7 @@ def _linearised(
     columns: list[Floats] = []
     for i in index:
         moved = shape.copy()
-        step = 0.02 if SHAPE_PARAMETERS[i].endswith("blur_px") else 5e-4
+        step = 2e-3 if SHAPE_PARAMETERS[i] in LENGTHS else 0.05
         moved[i] += step
         changed = replace(look, model=look.model.with_shape(moved))
         other = rendered(cover_of(exposure, changed), exposure.behind, look.colours)
