@@ -279,7 +279,7 @@ def _spread_weights(count, fine, sigma, shift, weights, slopes, first):
     taps = weights.shape[1]
     for p in range(count):
         centre = (p - shift + 0.5) * fine - 0.5
-        start = int(math.floor(centre - 0.5 * (taps - 1)))
+        start = math.floor(centre - 0.5 * (taps - 1))
         first[p] = start
         total = 0.0
         for q in range(taps):
@@ -304,7 +304,7 @@ def blur(planes, rows, columns, fine, sigma, shift_u, shift_v, sloped, out):
     sloped : whether derivatives are asked for
     out : (p, 3, rows, columns) filled with values and their derivatives by both shifts
     """
-    taps = 2 * int(math.ceil(BLUR_REACH * sigma * fine)) + 1
+    taps = 2 * math.ceil(BLUR_REACH * sigma * fine) + 1
     across, across_slope = np.empty((columns, taps)), np.empty((columns, taps))
     upright, upright_slope = np.empty((rows, taps)), np.empty((rows, taps))
     first_u, first_v = np.empty(columns, np.int64), np.empty(rows, np.int64)

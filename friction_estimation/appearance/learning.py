@@ -48,7 +48,6 @@ def learn_appearance(exposures: Sequence[Exposure], model: StoneModel, noise: fl
     noise : of a pixel, standard deviation in grey levels
     """
     sigma = np.maximum([3 * noise, 2 * noise, 2 * noise], MIN_NOISE)
-    exposures = exposures[:: max(1, len(exposures) // EXPOSURES)]
     body = _body_colour(exposures, model)
     look = Appearance(
         model=model, colours=np.tile(body, (len(PARTS), 1)), noise=4 * sigma, has_handle=False

@@ -41,6 +41,7 @@ from friction_estimation.tracking.background import (
     sheet_region,
 )
 from friction_estimation.tracking.film_track import FilmTrack, TrackingOptions
+from friction_estimation.tracking.heading import Turn
 from friction_estimation.tracking.joining import Record, join_frames
 from friction_estimation.tracking.pilot import Pilot
 from friction_estimation.video import Film
@@ -129,7 +130,8 @@ def track_film(
         frames = ((t, hold.put_back(frame)) for t, frame in frames)
     if progress is not None:
         frames = progress(frames, film.frame_count)
-    record = _measure_all(frames, rough, ice, background, camera, look, options)
+    turn = _turn_of(exposures) if look.has_handle else None
+    record = _measure_all(frames, rough, ice, background, camera, look, turn, options)
     return replace(join_frames(record, look, landmarks, throw, path), hold=hold)
 
 
@@ -175,7 +177,7 @@ def _exposures(
 ) -> list[Exposure]:
     """The stone's clear pictures, found with one camera, as another places them."""
     clear = [s for s in rough.sightings if s.likeness >= MIN_LIKENESS]
-    clear = clear[:: max(1, len(clear) // EXPOSURES)]
+    clear = clear[:: max(1, -(-len(clear) // EXPOSURES))]
     middle = model.height / 2
     places = np.array([s.xy for s in clear]).reshape(-1, 2)
     if camera is not seen_by:
@@ -192,6 +194,14 @@ def _exposures(
     )
 
 
+def _turn_of(exposures: Sequence[Exposure]) -> Turn | None:
+    """The heading through the throw, as the pictures that taught the look agree on it."""
+    ordered = sorted(exposures, key=lambda exposure: exposure.t)
+    if len(ordered) < 4:
+        return None
+    return Turn([e.t for e in ordered], [float(e.pose[2]) for e in ordered])
+
+
 def _measure_all(
     frames: Iterable[tuple[float, Image]],
     rough: RoughPath,
@@ -199,10 +209,18 @@ def _measure_all(
     background: Background,
     camera: Camera,
     look: Appearance,
+    turn: Turn | None,
     options: TrackingOptions,
 ) -> Record:
-    record = Record()
-    pilot = Pilot(rough=rough, camera=camera, look=look, options=options, region=background.slices)
+    record = Record(turn=turn)
+    pilot = Pilot(
+        rough=rough,
+        camera=camera,
+        look=look,
+        options=options,
+        region=background.slices,
+        turn=turn,
+    )
     for t, frame in frames:
         start = pilot.predict(t, frame)
         fit = min(
@@ -230,7 +248,8 @@ def _measure_all(
                 second = measure(frame, ice, background.origin_px, camera, look, again)
                 if second is not None and pilot.accepts(second, again):
                     fit = second
-        record.theta.append(pilot.note(t, fit))
+        pilot.note(t, fit)
+        record.probed.append(pilot.probing)
         record.t.append(t)
         record.fits.append(fit)
     return record

@@ -7,8 +7,11 @@ agree with, whichever end they took for the front, is found first; then the fron
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
 
 Floats = NDArray[np.float64]
 
@@ -26,6 +29,51 @@ LARGEST_MISS = 0.7
 """A heading further from the joint one [rad] is a misread handle."""
 SIGMA_FLOOR = 0.15
 """No single heading counts for more than one with this standard error [rad]."""
+
+
+LEAST_RIGHT = 0.75
+"""Share of the frames begun at both ends of the handle that must choose the expected one."""
+
+
+class Turn:
+    """A stone's heading through a throw as its clearest pictures show it, all of them together.
+
+    Parameters
+    ----------
+    moments : (n,) of the pictures, increasing [s]
+    headings : (n,) unwrapped [rad]
+    """
+
+    def __init__(self, moments: Sequence[float], headings: Sequence[float]) -> None:
+        self._t, self._theta = np.asarray(moments), np.asarray(headings)
+        self._curve = PchipInterpolator(self._t, self._theta)
+
+    def at(self, t: Floats | float) -> Floats:
+        """Heading at times [s]; before the first picture and after the last it runs on steadily."""
+        t = np.asarray(t, dtype=np.float64)
+        inside = np.clip(t, self._t[0], self._t[-1])
+        # At rest the last spin is nothing; at the release the first one is the thrower's.
+        rate = self._curve.derivative()(inside)
+        return self._curve(inside) + rate * (t - inside)
+
+
+def heading_about(turn: Turn, t: Floats, theta: Floats, probed: NDArray[np.bool_]) -> Floats:
+    """Headings near an expected turn, unwrapped, (n,); NaN for those that are not.
+
+    Parameters
+    ----------
+    turn : what is expected
+    t, theta : (n,) times and measured headings, modulo a turn; NaN where unknown
+    probed : (n,) frames in which the fit was begun at both ends of the handle. Only they can
+        contradict the turn; where too many do, no heading is believed
+    """
+    expected = turn.at(t)
+    miss = np.angle(np.exp(1j * (theta - expected)))
+    right = np.abs(miss) < LARGEST_MISS
+    asked = probed & np.isfinite(theta)
+    if asked.sum() < 5 or np.mean(right[asked]) < LEAST_RIGHT:
+        return np.full(len(t), np.nan)
+    return np.where(right, expected + miss, np.nan)
 
 
 def consistent_heading(t: Floats, theta: Floats, sigma: Floats, speed: Floats) -> Floats:

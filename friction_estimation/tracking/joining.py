@@ -14,9 +14,9 @@ from curling_env.trajectory import Trajectory
 from friction_estimation.appearance import Appearance, StoneFit
 from friction_estimation.refinement import Refined
 from friction_estimation.tracking.film_track import FilmTrack
-from friction_estimation.tracking.heading import consistent_heading
+from friction_estimation.tracking.heading import Turn, consistent_heading, heading_about
 from friction_estimation.tracking.smoothing import smooth
-from friction_estimation.tracking.uncertainty import systematic_sigma
+from friction_estimation.tracking.uncertainty import heading_sigma, systematic_sigma
 
 Floats = NDArray[np.float64]
 
@@ -25,7 +25,8 @@ Floats = NDArray[np.float64]
 class Record:
     t: list[float] = field(default_factory=list)
     fits: list[StoneFit | None] = field(default_factory=list)
-    theta: list[float] = field(default_factory=list)
+    probed: list[bool] = field(default_factory=list)
+    turn: Turn | None = None
 
 
 def join_frames(
@@ -47,8 +48,11 @@ def join_frames(
     theta = spin = sigma_theta = np.full(len(t), np.nan)
     if look.has_handle:
         speed = np.hypot(smoothed[0].rate, smoothed[1].rate)
-        theta, spin, sigma_theta = _heading(t, fits, speed)
+        theta, spin, sigma_theta = _heading(
+            t, fits, speed, record.turn, np.array(record.probed[first : last + 1])
+        )
     place = np.column_stack([axis.value for axis in smoothed])
+    sigma_theta = np.hypot(sigma_theta, heading_sigma(landmarks.camera, place, look.model))
     noise = np.hypot(smoothed[0].sigma, smoothed[1].sigma)[kept] / np.sqrt(2)
     common = systematic_sigma(landmarks, place[kept], look.model.height)
     trajectory = Trajectory(
@@ -72,12 +76,19 @@ def join_frames(
 
 
 def _heading(
-    t: Floats, fits: Sequence[StoneFit | None], speed: Floats
+    t: Floats,
+    fits: Sequence[StoneFit | None],
+    speed: Floats,
+    turn: Turn | None,
+    probed: NDArray[np.bool_],
 ) -> tuple[Floats, Floats, Floats]:
     """Smoothed heading, spin and the heading's standard error, each (n,)."""
     sigma = np.array([np.nan if fit is None else np.sqrt(fit.covariance[2, 2]) for fit in fits])
     measured = np.array([np.nan if fit is None else fit.theta for fit in fits])
-    theta = consistent_heading(t, measured, sigma, speed)
+    if turn is None:
+        theta = consistent_heading(t, measured, sigma, speed)
+    else:
+        theta = heading_about(turn, t, measured, probed)
     if np.isfinite(theta).sum() < 5:
         nothing = np.full(len(t), np.nan)
         return nothing, nothing, nothing

@@ -10,6 +10,7 @@ from friction_estimation.appearance import Appearance, StoneFit
 from friction_estimation.camera import Camera
 from friction_estimation.tracking.acquisition import RoughPath
 from friction_estimation.tracking.film_track import TrackingOptions
+from friction_estimation.tracking.heading import Turn
 from friction_estimation.tracking.optical_flow import shift_between
 
 Floats = NDArray[np.float64]
@@ -19,6 +20,8 @@ MAX_HEADING_MISS = 0.7
 """A heading further from where the spin leads [rad] is a misread handle, not a turn."""
 HEADING_GAIN = 0.35
 """How far the expected heading gives way to each frame's; the spin by half its square."""
+PROBE_EVERY = 10
+"""Every so many frames the fit is begun at both ends of the handle, so that it may contradict."""
 
 
 class Pilot:
@@ -32,9 +35,11 @@ class Pilot:
         look: Appearance,
         options: TrackingOptions,
         region: tuple[slice, slice],
+        turn: Turn | None,
     ) -> None:
         self._rough, self._camera, self._look = rough, camera, look
-        self._options, self._region = options, region
+        self._options, self._region, self._turn = options, region, turn
+        self._frames = 0
         self._grey: Image | None = None
         self._last: StoneFit | None = None
         self._last_t = 0.0
@@ -45,7 +50,8 @@ class Pilot:
         part = np.ascontiguousarray(frame[self._region])
         grey = np.asarray(cv2.cvtColor(part, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
         before, self._grey = self._grey, grey
-        theta = self._theta + self._spin * (t - self._last_t)
+        self._frames += 1
+        theta = self._heading(t)
         if self._last is None or before is None:
             return np.array([*self._rough.at(t), theta])
         origin = np.array([self._region[1].start, self._region[0].start], dtype=np.float64)
@@ -59,14 +65,28 @@ class Pilot:
         return np.array([*there, theta])
 
     @property
+    def probing(self) -> bool:
+        """Whether this frame is asked which of the handle's ends is the front."""
+        return self._frames % PROBE_EVERY == 1
+
+    @property
     def headings_to_try(self) -> Floats:
         """Turns from the expected heading [rad] to begin a fit at; many until one is known."""
-        if self._headings or not self._look.has_handle:
+        if not self._look.has_handle:
+            return np.zeros(1)
+        if self._turn is not None:
+            return np.array([0.0, np.pi]) if self.probing else np.zeros(1)
+        if self._headings:
             return np.zeros(1)
         return np.arange(8, dtype=np.float64) * (np.pi / 4)
 
     def fallback(self, t: float) -> Floats:
-        return np.array([*self._rough.at(t), self._theta + self._spin * (t - self._last_t)])
+        return np.array([*self._rough.at(t), self._heading(t)])
+
+    def _heading(self, t: float) -> float:
+        if self._turn is not None:
+            return float(self._turn.at(t))
+        return self._theta + self._spin * (t - self._last_t)
 
     def accepts(self, fit: StoneFit, start: Floats) -> bool:
         footprint = 2.0 / np.linalg.norm(self._camera.px_per_metre(fit.xy), -2)  # of two pixels [m]
@@ -76,21 +96,19 @@ class Pilot:
             and np.linalg.norm(fit.xy - start[:2]) <= self._options.gate + footprint
         )
 
-    def note(self, t: float, fit: StoneFit | None) -> float:
-        """Remember a frame; its unwrapped heading [rad], NaN where it is not to be trusted."""
+    def note(self, t: float, fit: StoneFit | None) -> None:
+        """Remember a frame, and what its heading says of the next one's."""
         self._last = fit
         if fit is None or not self._look.has_handle or not np.isfinite(fit.theta):
-            return np.nan
+            return
         dt = t - self._last_t
         expected = self._theta + self._spin * dt if self._headings else self._theta
         miss = float(np.angle(np.exp(1j * (fit.theta - expected))))
-        trusted = abs(miss) < MAX_HEADING_MISS
         if self._headings == 0:
             self._theta = fit.theta
         else:
-            gain = HEADING_GAIN if trusted else 0.0
+            gain = HEADING_GAIN if abs(miss) < MAX_HEADING_MISS else 0.0
             self._theta = expected + gain * miss
             self._spin += gain**2 / 2 * miss / max(dt, 1e-3)
         self._last_t = t
         self._headings += 1
-        return expected + miss if trusted else np.nan

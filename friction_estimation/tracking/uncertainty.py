@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from friction_estimation.appearance import StoneModel
 from friction_estimation.camera import Camera
 from friction_estimation.refinement import CLICK_PX, Refined
 
@@ -20,6 +21,8 @@ OBLIQUITY = 5.0
 """Low views hardly tell a stone's foot from its far rim: the outline's error grows by the squared
 cotangent of the line of sight's elevation over this. Both numbers as found on films rendered by
 `friction_estimation.synthetic` from the named cameras."""
+HANDLE_PX = 0.25
+"""How far the handle learnt for a stone is off across its length; found as the two above."""
 STEP = 1e-5
 
 
@@ -50,6 +53,20 @@ def systematic_sigma(landmarks: Refined, xy: Floats, height: float) -> Floats:
     loose_px = 0.0 if landmarks.readings else CLICK_PX / 2
     variance += (np.hypot(edge_px, loose_px)[:, None] * metre) ** 2
     return np.sqrt(variance.sum(axis=1) / 2)
+
+
+def heading_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
+    """Standard error of the heading that neighbouring frames share, (n,) [rad].
+
+    Parameters
+    ----------
+    xy : (n, 2) places on the ice [m]
+    model : whose handle shows the heading
+    """
+    length = model.handle_front - model.handle_back
+    z = model.height + model.handle_rise
+    squeezed = [np.linalg.norm(camera.px_per_metre(place, z), -2) for place in xy]
+    return HANDLE_PX / (length * np.array(squeezed))
 
 
 def _metres_per_px(camera: Camera, xy: Floats, z: float) -> Floats:
