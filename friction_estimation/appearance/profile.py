@@ -62,7 +62,7 @@ SHAPE_BOUNDS = {
     "blur_px": (0.3, 4.0),
     "colour_blur_px": (0.3, 5.0),
     "shadow_radius": (0.05, 0.3),
-    "shadow_blur": (0.001, 0.1),
+    "shadow_blur": (0.01, 0.1),
     "shadow": (0.0, 0.9),
     "handle_depth": (0.001, 0.08),
     "roundness": (1.0, 3.0),

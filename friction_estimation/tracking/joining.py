@@ -92,5 +92,6 @@ def _heading(
     if np.isfinite(theta).sum() < 5:
         nothing = np.full(len(t), np.nan)
         return nothing, nothing, nothing
+    theta = theta - 2 * np.pi * np.round(theta[np.isfinite(theta)][0] / (2 * np.pi))
     result = smooth(t, theta, np.clip(sigma, 1e-3, 1.0))
     return result.value, result.rate, result.sigma
