@@ -87,30 +87,49 @@ def film_and_track(
     ------
     OutputError : a file cannot be written
     """
+    paths: list[Trajectory] = []
+    for k, release in enumerate(releases):
+        bounds = play_bounds(ice, release.direction)
+        path = slide(ice, release, bounds=bounds, fps=TRUE_PATH_RATE, throw=k).trajectory
+        assert path is not None  # a rate was given
+        paths.append(path)
+    return film_paths(
+        folder, paths, ice.sheet, ice.stone, seed=seed, fps=fps, workers=workers, tell=tell
+    )
+
+
+def film_paths(
+    folder: Path,
+    paths: Sequence[Trajectory],
+    sheet: Sheet,
+    stone: Stone,
+    *,
+    seed: int,
+    fps: float,
+    workers: int,
+    tell: Callable[[str, float], None],
+) -> Films:
+    """Film stones on their paths, and track every film; see `film_and_track`."""
     from friction_estimation.scene import save_scene
     from friction_estimation.synthetic import FilmSpec, scene_of
 
     films = make_directory(folder / "films")
     spec = FilmSpec(camera=CAMERA, fps=fps, seed=seed, people=PEOPLE)
     scene = films / f"{CAMERA}.scene.json"
-    save_scene(scene_of(spec.resolved(), sheet=ice.sheet, stone=ice.stone), scene)
-    jobs: list[Job] = []
-    for k, release in enumerate(releases):
-        bounds = play_bounds(ice, release.direction)
-        path = slide(ice, release, bounds=bounds, fps=TRUE_PATH_RATE, throw=k).trajectory
-        assert path is not None  # a rate was given
-        jobs.append(
-            Job(
-                film=films / f"{CAMERA}-{k}.mp4",
-                scene=scene,
-                path=path,
-                sheet=ice.sheet,
-                stone=ice.stone,
-                fps=fps,
-                seed=seed,
-                overlay=folder / "overlay.mp4" if k == 0 else None,
-            )
+    save_scene(scene_of(spec.resolved(), sheet=sheet, stone=stone), scene)
+    jobs = [
+        Job(
+            film=films / f"{CAMERA}-{k}.mp4",
+            scene=scene,
+            path=path,
+            sheet=sheet,
+            stone=stone,
+            fps=fps,
+            seed=seed,
+            overlay=folder / "overlay.mp4" if k == 0 else None,
         )
+        for k, path in enumerate(paths)
+    ]
     results: dict[int, tuple[Trajectory, float, int]] = {}
 
     def finished(k: int, result: tuple[Trajectory, float, int]) -> None:

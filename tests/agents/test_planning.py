@@ -1,7 +1,10 @@
 from __future__ import annotations
 
 import json
+import runpy
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import gymnasium
 import numpy as np
@@ -366,3 +369,17 @@ def test_command_refuses_bad_stones(curling, tmp_path, text: str) -> None:
     (tmp_path / "s.json").write_text(text)
     result = curling("plan", "--ice", "paper", "--target", "0,17", "--stones", tmp_path / "s.json")
     assert "s.json" in result.complaint
+
+
+def test_the_experiment_runs(monkeypatch, capsys, tmp_path) -> None:
+    script = Path(__file__).parents[2] / "scripts" / "plan_throws.py"
+    arguments = [str(script), "--candidates", "1000", "-o", str(tmp_path)]
+    monkeypatch.setattr(sys, "argv", arguments)
+    with pytest.raises(SystemExit) as end:
+        runpy.run_path(str(script), run_name="__main__")
+    assert not end.value.code
+    table = capsys.readouterr().out.splitlines()
+    assert len(table) == 1 + 9
+    assert len(list(tmp_path.glob("*.png"))) == 9
+    success = np.array([int(row[26:36].strip("% ")) for row in table[1:]]).reshape(3, 3)
+    assert (np.diff(success, axis=1) <= 0).all()  # elite, champion, club

@@ -1,0 +1,53 @@
+"""A draw, a freeze and a takeout planned for hands of every skill: what to throw, what to expect.
+
+python scripts/plan_throws.py --ice ice.json -o runs/plan_throws
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from agents.planning import plan_task
+from agents.planning.picture import draw_plan
+from curling_env.cli import say
+from curling_env.errors import CurlingError
+from curling_env.ice import load_ice
+from curling_env.storage import make_directory
+
+SHOTS = {"draw": (0.0, 17.3735), "freeze": (0.3, 17.6), "takeout": (0.3, 17.6)}
+"""Tasks and their marks: the button, and a stone behind the tee line, sheet frame [m]."""
+SKILLS = ("elite", "champion", "club")
+
+
+def main(
+    ice: Annotated[str, typer.Option(help="An ice file or a preset.")] = "standard",
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR")] = Path(
+        "runs/plan_throws"
+    ),
+    candidates: Annotated[int, typer.Option(min=100, help="Throws looked at first.")] = 30_000,
+) -> None:
+    """Plan three shots for three hands, and draw them."""
+    known, folder = load_ice(ice), make_directory(output)
+    print(f"{'shot':9}{'hand':10}{'m/s':>7}{'succeeds':>10}{'miss [m]':>10}   call")
+    for task, mark in SHOTS.items():
+        for skill in SKILLS:
+            plan = plan_task(known, task, mark, skill=skill, candidates=candidates)
+            best = plan.best
+            print(
+                f"{task:9}{skill:10}{best.throw.speed:7.3f}{best.spread.success.mean():10.0%}"
+                f"{best.expected_miss:10.2f}   {best.words.call}"
+            )
+            draw_plan(known, plan, folder / f"{task}-{skill}.png")
+    say(f"{folder}: a picture of each")
+
+
+if __name__ == "__main__":
+    try:
+        typer.run(main)
+    except CurlingError as error:
+        print(f"plan_throws: {error}", file=sys.stderr)
+        sys.exit(2)

@@ -1,0 +1,114 @@
+"""The loop from hidden ice to throws on it, at small size."""
+
+from __future__ import annotations
+
+import json
+import runpy
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from agents.closed_loop.hidden import draw_hidden_ice, run
+from agents.closed_loop.practice import NOISE, practice_throws, watch
+from agents.closed_loop.proof import CHAINS, interval, ratio_interval
+from agents.closed_loop.throwing import make
+from agents.planning import plan, plan_task
+from curling_env.physics.slide import slide
+from curling_env.sheet import TEE_Y
+from curling_env.throw import Throw
+from friction_estimation.whole import understand_ice
+
+
+@pytest.mark.parametrize("effects", [True, False])
+def test_the_hidden_ice_runs_as_its_truth_says(effects: bool) -> None:
+    hidden = draw_hidden_ice(np.random.default_rng(3), effects=effects)
+    truth = hidden.truth()
+    assert bool(truth.effects) is effects
+    assert 0.045 < hidden.spread < 0.085
+    for speed, angle, spin in ((1.95, 0.03, 1.2), (1.7, -0.02, -1.5)):
+        release = Throw(speed=speed, angle=angle, spin=spin).release()
+        path, rest = run(hidden, release), slide(truth, release)
+        # Another integrator, a continuous field instead of cells: millimetres apart.
+        assert np.hypot(path[-1, 1] - rest.x, path[-1, 2] - rest.y) < 8e-3
+        assert path[-1, 5] == pytest.approx(rest.theta, abs=0.03)
+
+
+def test_the_camera_errs_by_its_noise() -> None:
+    hidden = draw_hidden_ice(np.random.default_rng(3))
+    release = practice_throws(4, np.random.default_rng(1))[2]
+    track = watch(hidden, release, 2, np.random.default_rng(2))
+    path = run(hidden, release)
+    true = np.column_stack([np.interp(track.t, path[:, 0], path[:, k]) for k in (1, 2)])
+    assert (track.xy - true).std() == pytest.approx(NOISE, rel=0.1)
+    assert np.diff(track.t).mean() == pytest.approx(1 / 30)
+
+
+def test_plans_on_the_truth_are_made_on_the_hidden_ice() -> None:
+    hidden = draw_hidden_ice(np.random.default_rng(3))
+    truth = hidden.truth()
+    draw = plan(truth, (0.4, TEE_Y), skill="none")
+    made = make(hidden, truth, truth, draw, np.zeros((1, 3)))
+    assert made.miss[0] < 0.02
+    assert made.success.all()
+    hit = plan_task(truth, "takeout", (-0.5, 17.8), skill="elite")
+    made = make(hidden, truth, truth, hit, np.array([[0.0, 0.0, 0.0], [0.0, 0.03, 0.0]]))
+    assert made.success.tolist() == [True, False]  # the second passes a metre beside the stone
+    assert made.miss[0] < 0.01
+    assert made.miss[1] == pytest.approx(28.6 * 0.03, rel=0.1)
+
+
+def test_map_and_effects_are_told_from_each_other() -> None:
+    hidden = draw_hidden_ice(np.random.default_rng(5))
+    rng = np.random.default_rng(6)
+    tracks = [watch(hidden, r, k, rng) for k, r in enumerate(practice_throws(10, rng))]
+    whole = understand_ice(tracks)
+    assert "speed_dependent_friction" in whole.along
+    assert {"air_drag", "time_drift"} <= whole.dropped.keys()  # there is neither
+    found, curl = (whole.ice.effect(name) for name in ("speed_dependent_friction", "curl"))
+    assert found.parameters["exponent"] == pytest.approx(hidden.exponent, abs=0.02)
+    assert curl.parameters["strength"] == pytest.approx(hidden.curl, rel=0.1)
+    rests = []
+    for aim in (0.0, 0.9):
+        meant = plan(whole.ice, (aim, TEE_Y), skill="none").best.throw
+        path = run(hidden, meant.release())
+        rests.append(np.hypot(path[-1, 1] - aim, path[-1, 2] - TEE_Y))
+    assert np.mean(rests) < 0.3  # ten throws; uniform ice would miss by metres
+
+
+def test_intervals_hold_the_mean_and_follow_the_spread() -> None:
+    values = np.array([1.0, 2.0, 3.0, 6.0])
+    found = interval(values)
+    assert found["low"] < found["mean"] == 3.0 < found["high"]
+    low, high = ratio_interval(2.0 * values, values)
+    assert low == pytest.approx(2.0)
+    assert high == pytest.approx(2.0)
+
+
+@pytest.fixture
+def script(monkeypatch, capsys):
+    def call(*arguments: object) -> str:
+        path = Path(__file__).parents[2] / "scripts" / "closed_loop.py"
+        monkeypatch.setattr(sys, "argv", [str(path), *map(str, arguments)])
+        with pytest.raises(SystemExit) as end:
+            runpy.run_path(str(path), run_name="__main__")
+        assert not end.value.code
+        return capsys.readouterr().out
+
+    return call
+
+
+def test_the_script_reports_all_chains(script, tmp_path: Path) -> None:
+    table = script(
+        "--seed", 14, "--no-effects", "--practice", 8, "--draws", 1, "--guards", 1,
+        "--takeouts", 1, "--trials", 2, "-o", tmp_path,
+    )  # fmt: skip
+    assert "map and effects" in table
+    (report,) = json.loads((tmp_path / "report.json").read_text())
+    assert set(report["chains"]) == set(CHAINS)
+    assert report["effects"] == []  # nothing is missing, nothing is named
+    for chain in CHAINS:
+        assert report["chains"][chain]["exact"]["mean_miss_m"]["mean"] >= 0
+    assert report["chains"]["truth"]["exact"]["mean_miss_m"]["mean"] < 0.02
+    assert (tmp_path / "ice-14.png").stat().st_size > 20_000
