@@ -27,8 +27,11 @@ Image = NDArray[np.uint8]
 FEATURES = 160
 FEATURE_QUALITY = 0.02
 FEATURE_DISTANCE_PX = 16
-FEW = 12
-"""With fewer corners found again nothing is said of the camera."""
+FEW = 40
+"""With fewer corners in the first frame nothing is said of the camera: those that there are may
+belong to what moves."""
+FOUND_AGAIN = 12
+"""Least number of them that must be found to move together."""
 TOLERANCE_PX = 1.0
 """Corners that agree within this with the common motion carry it."""
 MIN_SHARE = 0.35
@@ -85,7 +88,7 @@ class Hold:
             self.grey, grey, self.corners_px, None, winSize=(21, 21), maxLevel=4
         )
         good = found.ravel() == 1
-        if np.count_nonzero(good) < FEW:
+        if np.count_nonzero(good) < FOUND_AGAIN:
             return None
         matrix, inside = cv2.estimateAffinePartial2D(
             self.corners_px[good],
@@ -94,7 +97,8 @@ class Hold:
             ransacReprojThreshold=TOLERANCE_PX,
             maxIters=500,
         )
-        if matrix is None or np.count_nonzero(inside) < max(FEW, MIN_SHARE * len(self.corners_px)):
+        wanted = max(FOUND_AGAIN, MIN_SHARE * len(self.corners_px))
+        if matrix is None or np.count_nonzero(inside) < wanted:
             return None
         return np.asarray(matrix, dtype=np.float64)
 

@@ -13,6 +13,7 @@ from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.slide import slide
 from curling_env.throw import Throw
+from friction_estimation.steadiness import held
 from friction_estimation.synthetic import FilmSpec, Stage, on_film, scene_of, write_film
 from friction_estimation.tracking import track_film
 
@@ -111,6 +112,16 @@ def test_a_camera_that_moves_is_refused_with_the_moment(clean, tmp_path, fault, 
         track_film(tmp_path / "film.mp4", scene)
     assert words in str(refused.value)
     assert "film.mp4, at " in str(refused.value)
+
+
+def test_of_a_picture_with_hardly_a_mark_nothing_is_said():
+    """A bright block that moves over a bare field: no camera moves for that."""
+    frames = []
+    for i in range(20):
+        frame = np.full((270, 480, 3), 230, dtype=np.uint8)
+        frame[100:140, 20 * i : 20 * i + 40] = 40
+        frames.append((i / FPS, frame))
+    assert held(frames, "film.mp4") is None
 
 
 def test_a_film_with_a_corrupt_tail_gives_the_rows_before_it(clean, tmp_path):
