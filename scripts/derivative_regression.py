@@ -1,6 +1,6 @@
 """The common way to find missing forces, to compare with: differentiate tracks, then regress.
 
-Accelerations by local quadratics over a second are regressed on a library with one column per
+Accelerations by local quadratics over two seconds are regressed on a library with one column per
 effect of the ice; terms are added while BIC falls. With `method="sindy"` pysindy's sequentially
 thresholded least squares chooses from the same library instead (`pip install pysindy`).
 """
@@ -15,7 +15,7 @@ from friction_estimation.kinematics import local_fit
 
 Floats = NDArray[np.float64]
 
-WINDOW = 1.0
+WINDOW = 2.0
 """Width of the local quadratics [s]."""
 SLOWEST = 0.15
 """Speed below which accelerations are left out [m/s]."""

@@ -24,7 +24,9 @@ def demo(
 
     Makes ice with hidden heavy and keen areas, films practice throws on it, tracks the stone,
     estimates the friction map from the tracks, plans a draw on the map, and throws it on the
-    estimated and on the hidden ice. Nothing is canned: another --seed is another ice.
+    estimated and on the hidden ice. Then a curl is hidden from the model: its draw misses,
+    discovery names what is missing, and the draw planned again lands. Nothing is canned: another
+    --seed is another ice.
 
     Leaves the films, an overlay film, tracks.csv, ice.json and one page of pictures (index.html,
     page.png) in the folder, and says on stdout what it found.

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.demo.areas import Area, relative
+from agents.demo.missing import Missing
 from agents.planning import Plan
 from curling_env.ice import Ice
 from curling_env.sheet import TEE_Y
@@ -56,6 +57,7 @@ class Findings:
     on_estimated, on_true, average_on_true : (2,) where the tested draws rested [m]
     draws : more of them, to other places in the house
     areas : heavy and keen areas found
+    missing : what another ice hid from its model, and what finding it gained
     film_frames, film_size : frames filmed in all, and the films' size [px]
     seconds : the demo took [s]
     """
@@ -72,6 +74,7 @@ class Findings:
     average_on_true: Floats
     draws: list[Draw]
     areas: list[Area]
+    missing: Missing
     film_frames: int
     film_size: tuple[int, int]
     seconds: float
@@ -165,6 +168,7 @@ class Findings:
             f"On the estimated ice it stops {_length(self._miss_on_estimated)} from its target; on "
             f"the hidden ice {_length(self.miss)}. Planned on average ice it would have missed by "
             f"{_length(self.average_miss)}.",
+            self.missing.sentence(),
             f"Over {len(self.draws)} draws across the house: {self.headline()}",
         ]
 
@@ -180,6 +184,11 @@ class Findings:
             "track_rms_m": [float(value) for value in self.track_errors],
             "map_error": self.map_error,
             "average_error": self.average_error,
+            "hidden_effect": {
+                "named": self.missing.names,
+                "miss_before_m": self.missing.miss_before,
+                "miss_after_m": self.missing.miss_after,
+            },
             "areas": [
                 {
                     "kind": area.kind,

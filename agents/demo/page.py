@@ -59,6 +59,12 @@ PAGE = Template("""<!doctype html>
   <figure><img src="$house" alt="where the tested draw came to rest"></figure>
   <figure><img src="$more" alt="more draws"></figure>
 </div>
+<h2>What the model did not know</h2>
+<p>$missing Here nobody was told that stones curl: another ice was tracked with a camera&#8217;s
+noise, and given to <code>curling discover</code> with a model that has no curl. Its report:
+<a href="discovery/report.html">discovery/report.html</a>.</p>
+<figure><img src="$found_missing" alt="the draw before and after discovery" style="max-width:34rem">
+</figure>
 $film
 <h2>How this came about</h2>
 <p>The ice was made up with hidden heavy and keen areas, and $throws practice throws on it were
@@ -84,7 +90,7 @@ def write_page(
     Parameters
     ----------
     found : to tell of
-    directory : with maps.png, house.png and draws.png
+    directory : with maps.png, house.png, draws.png and missing.png
     film_still : a frame of the overlay film, if there is one
     files : names to mention, with what they are
 
@@ -114,7 +120,9 @@ def write_page(
         house=_inline(directory / "house.png"),
         more=_inline(directory / "draws.png"),
         areas=areas,
-        call=escape(found.sentences()[-3] + " " + found.sentences()[-2]),
+        call=escape(found.sentences()[-4] + " " + found.sentences()[-3]),
+        missing=escape(found.missing.sentence()),
+        found_missing=_inline(directory / "missing.png"),
         film=film,
         files=", ".join(f"<code>{escape(name)}</code>" for name in files),
         frames=f"{found.film_frames:,}".replace(",", " "),

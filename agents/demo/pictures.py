@@ -166,6 +166,30 @@ def _house(ax: Axes, found: Findings) -> None:
               frameon=False)  # fmt: skip
 
 
+def draw_missing(found: Findings, path: str | Path) -> None:
+    """The draw on ice with a hidden curl, planned before and after it was found."""
+    figure = drawing.new_figure(6.0, 5.6)
+    ax = figure.subplots()
+    view, missing = drawing.from_the_thrower(found.plan.direction), found.missing
+    ice = found.true_ice
+    drawing.draw_sheet(ax, ice.sheet, view)
+    handles = [_wanted()]
+    for rest, colour, miss, text in (
+        (missing.before, BY_AVERAGE, missing.miss_before, "planned without curl"),
+        (missing.after, ON_TRUE, missing.miss_after, "planned with what was found"),
+    ):
+        drawing.draw_stone(ax, ice.stone.radius, rest, view, colour=colour, alpha=0.9)
+        label = f"{text}: {100 * miss:.0f} cm off"
+        handles.append(
+            Line2D([], [], marker="o", mfc=colour, mec="#3c4248", ls="", ms=10, label=label)
+        )
+    drawing.draw_target(ax, missing.target, view)
+    drawing.show_house(ax, ice.sheet, short=2.6, past=2.6)
+    ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.08), fontsize=9,
+              frameon=False)  # fmt: skip
+    _save(figure, path)
+
+
 def _wanted() -> Line2D:
     return Line2D(
         [], [], marker="+", color=drawing.TARGET_COLOUR, ls="", ms=11, mew=2, label="wanted"

@@ -14,6 +14,7 @@ from agents.demo import filming, page, pictures
 from agents.demo.areas import find_areas
 from agents.demo.findings import Draw, Findings
 from agents.demo.hidden import hidden_ice, practice_throws
+from agents.demo.missing import find_what_is_missing
 from agents.evaluate import rest_in_env
 from agents.planning import Plan, plan
 from curling_env.ice import Ice, save_ice
@@ -83,6 +84,9 @@ def run_demo(
     tell("throwing it", 0.87)
     more = _throw_draws(truth, estimated, average, pictures.HOUSE_TARGETS[:draws], tell)
 
+    tell("hiding a curl, and finding it", 0.95)
+    missing = find_what_is_missing(folder / "discovery", BUTTON, seed=seed)
+
     found = Findings(
         true_ice=truth,
         estimated_ice=estimated,
@@ -96,16 +100,19 @@ def run_demo(
         average_on_true=_test(truth, on_average),
         draws=more,
         areas=find_areas(estimated),
+        missing=missing,
         film_frames=films.frames,
         film_size=films.size,
         seconds=time.monotonic() - began,
     )
-    tell("drawing the page", 0.95)
+    tell("drawing the page", 0.98)
     pictures.draw_maps(found, folder / "maps.png")
     pictures.draw_house(found, folder / "house.png")
     pictures.draw_draws(found, folder / "draws.png")
+    pictures.draw_missing(found, folder / "missing.png")
     pictures.draw_page(found, folder / "page.png")
     files = ["films/", "overlay.mp4", "tracks.csv", "ice.json", "true-ice.json", "page.png"]
+    files.append("discovery/report.html")
     page.write_page(found, folder, film_still=films.still, files=files)
     write_json(folder / "findings.json", found.as_dict())
     tell("done", 1.0)

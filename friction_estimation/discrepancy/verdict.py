@@ -14,7 +14,6 @@ from friction_estimation.discrepancy.candidates import UNDECIDABLE, Term
 from friction_estimation.discrepancy.discovery import ENOUGH_THROWS, Discovery
 from friction_estimation.discrepancy.intervals import standard_errors, with_sides
 from friction_estimation.discrepancy.references import Calibration, as_effect
-from friction_estimation.discrepancy.residuals import TOLERATED
 
 READABLE = {
     "speed_dependent_friction": "friction that follows the sliding speed",
@@ -251,7 +250,7 @@ def _unknown(found: Discovery) -> dict[str, Any]:
         or "no single variable stands out",
         "evidence": {
             "slow_misfit": number(found.after.ratio),
-            "tolerated": TOLERATED,
+            "tolerated": found.after.tolerated,
             "shares": {f.variable: number(f.share) for f in found.follows},
             "p": {f.variable: number(f.p) for f in found.follows},
             "proxies": list(dict.fromkeys(label.partition("[")[0] for label in found.unproved)),

@@ -11,6 +11,7 @@ import pytest
 from agents.demo import filming
 from agents.demo.areas import find_areas, relative
 from agents.demo.hidden import hidden_ice, practice_throws
+from agents.demo.missing import find_what_is_missing
 from curling_env.ice import FrictionMap, Ice, load_ice
 from curling_env.physics.slide import SlideEnd, slide
 from curling_env.sheet import PAPER_SHEET, TEE_Y
@@ -75,6 +76,16 @@ def test_the_hidden_areas_are_read_from_measured_paths() -> None:
         assert true[area.cells].mean() == pytest.approx(area.difference, abs=0.02)
 
 
+def test_a_hidden_curl_is_named_and_the_draw_lands(tmp_path: Path) -> None:
+    target = np.array([0.0, TEE_Y])
+    missing = find_what_is_missing(tmp_path / "discovery", target, seed=3)
+    assert missing.names == ["curl"]
+    assert missing.miss_before > 0.5
+    assert missing.miss_after < 0.1
+    for name in ("tracks.csv", "report.json", "report.html", "ice.json"):
+        assert (tmp_path / "discovery" / name).stat().st_size > 100
+
+
 @pytest.mark.slow
 def test_the_demo_leaves_all_it_promises(curling, tmp_path: Path) -> None:
     from agents.demo.session import run_demo
@@ -95,7 +106,7 @@ def test_the_demo_leaves_all_it_promises(curling, tmp_path: Path) -> None:
     assert picture.shape[1] > 1000
     page = (folder / "index.html").read_text()
     assert found.headline() in page.replace("&#x27;", "'")
-    assert page.count("data:image/png;base64,") == 4
+    assert page.count("data:image/png;base64,") == 5
     assert 'src="http' not in page
     numbers = json.loads((folder / "findings.json").read_text())
     assert numbers["miss_on_true_ice_m"] == pytest.approx(
