@@ -24,7 +24,7 @@ THROWS = 12
 """Throws in both directions, with both handles: eight are the fewest that name anything."""
 FPS = 15.0
 POSITION_NOISE, HEADING_NOISE = 0.003, 0.015
-"""Of a camera above the sheet [m, rad]: three times what the demo's own films are tracked to."""
+"""Of a camera above the sheet, about that of tracked films [m, rad]."""
 
 
 @dataclass(frozen=True, kw_only=True)
