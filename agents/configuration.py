@@ -158,7 +158,21 @@ def configuration(name: str | Path, **others: Any) -> TrainingSettings:
 
     Raises
     ------
-    InputError : no such file, or one that describes no training
+    InputError : no such file, or one that describes no training of throws
+    """
+    document = read_configuration(name)
+    try:
+        return settings_from(document, **others)
+    except InputError as error:
+        raise InputError(error.problem, source=name, where=error.where) from error
+
+
+def read_configuration(name: str | Path) -> Any:
+    """What a configuration file holds, or one of the project's by its name.
+
+    Raises
+    ------
+    InputError : no such file, or not YAML
     """
     import yaml
 
@@ -170,15 +184,11 @@ def configuration(name: str | Path, **others: Any) -> TrainingSettings:
             f"no such configuration file, and not one of {', '.join(configurations())}", source=name
         )
     try:
-        document = yaml.safe_load(read_text(where))
+        return yaml.safe_load(read_text(where))
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         place = None if mark is None else f"line {mark.line + 1}"
         raise InputError("is not YAML", source=name, where=place) from error
-    try:
-        return settings_from(document, **others)
-    except InputError as error:
-        raise InputError(error.problem, source=name, where=error.where) from error
 
 
 def configurations() -> list[str]:

@@ -57,21 +57,31 @@ def train(
     A run that was killed ends as if it had not been, to the last bit, when it is resumed; a
     checkpoint knows its settings.
 
+    The configuration ends-league trains a player of ends instead: generations meet themselves and
+    their past selves. What is in the folder already is taken up. Its model.npz plays games
+    (`curling tournament runs/ends/model.npz greedy`).
+
     \b
     Examples:
         curling train --config button-one-ice --ice ice.json -o runs/button
         curling train --config house-random-ices -o runs/any-ice
         curling train --resume runs/any-ice -o runs/any-ice
+        curling train --config ends-league -o runs/ends
     """
     import sys
 
     from tqdm import tqdm
 
     from agents import evaluate, training
-    from agents.configuration import configuration, with_settings
+    from agents.configuration import configuration, read_configuration, with_settings
     from curling_env.ice import load_ice
     from curling_env.storage import write_json
 
+    if resume is None:
+        document = read_configuration(config)
+        if isinstance(document, dict) and document.get("algorithm") == "league":
+            _play_league(config, document, output, seed)
+            return
     checkpoint = resume
     if resume is not None:
         checkpoint = training.latest_checkpoint(resume) if resume.is_dir() else resume
@@ -119,3 +129,19 @@ def train(
         f"best {over['ratio']:.2f} ({over['low']:.2f}-{over['high']:.2f})"
     )
     print_json(result)
+
+
+def _play_league(config: str, document: dict[str, Any], output: Path, seed: int | None) -> None:
+    """Train a player of ends."""
+    from agents.league import league_from, run_league
+    from curling_env.errors import InputError
+
+    try:
+        settings = league_from(document, **({} if seed is None else {"seed": seed}))
+    except InputError as error:
+        raise InputError(error.problem, source=config) from error
+    run_league(
+        output, settings,
+        through=lambda items, label: progress(items, label, unit="batch"), tell=say,
+    )  # fmt: skip
+    say(f"the agent: {output / 'model.npz'}")

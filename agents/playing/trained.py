@@ -1,15 +1,20 @@
-"""A trained model as a player: it draws to the button as it learnt to."""
+"""A trained model as a player: one that plays ends, or one that draws to the button."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+from agents.models import read_model
+from agents.playing.search.player import SearchPlayer
 from curling_env.errors import InputError
 from curling_env.game import Call, Player, View, player_named
 from curling_env.game.players import player_names
 from curling_env.ice import Ice
 from curling_env.sheet import Direction, tee
 from curling_env.throw import Throw
+
+LOOKED_AT = 400
+"""Throws that a player of a league tries in the mind before each delivery."""
 
 
 class TrainedPlayer(Player):
@@ -27,7 +32,6 @@ class TrainedPlayer(Player):
     def __init__(self, path: str | Path) -> None:
         from agents.thrower import Thrower
 
-        self.name = Path(path).stem
         self._thrower = Thrower.load(path)
         self._throws: dict[Direction, tuple[Ice, Throw]] = {}
 
@@ -43,6 +47,27 @@ class TrainedPlayer(Player):
         return Throw(speed=speed, angle=angle, spin=spin, x=x)
 
 
+def trained_player(path: str | Path) -> Player:
+    """The player whose model is in a file: of a league, or of draws.
+
+    Raises
+    ------
+    InputError : no such file, or not a model of this project
+    """
+    document = read_model(path)
+    player: Player
+    if "layers" in document:
+        from agents.league import load_ends_network
+
+        player = SearchPlayer(LOOKED_AT, network=load_ends_network(document, path))
+    else:
+        player = TrainedPlayer(path)
+    where = Path(path)
+    # `model.npz` is what every run leaves; its folder says which.
+    player.name = where.absolute().parent.name if where.stem == "model" else where.stem
+    return player
+
+
 def player_from(name: str) -> Player:
     """The player of that name, with its option if it has one, or the model in that file.
 
@@ -53,7 +78,7 @@ def player_from(name: str) -> Player:
     if name.partition(":")[0] in player_names():
         return player_named(name)
     if Path(name).suffix or Path(name).exists():
-        return TrainedPlayer(name)
+        return trained_player(name)
     raise InputError(
         f"no player is named {name!r}; there are {', '.join(player_names())}, or a trained "
         "model's file"

@@ -12,18 +12,29 @@ pytest.importorskip("yaml")
 from agents.configuration import (
     configuration,
     configurations,
+    read_configuration,
     schedule_of,
     settings_from,
 )
 from agents.ices import RandomIces
+from agents.league import league_from
 from curling_env.errors import InputError
 
+LEAGUES = [name for name in configurations() if "league" in name]
 
-@pytest.mark.parametrize("name", configurations())
+
+@pytest.mark.parametrize("name", sorted(set(configurations()) - set(LEAGUES)))
 def test_the_projects_own_are_whole_and_come_back_from_their_document(name: str) -> None:
     settings = configuration(name, seed=3)
     assert settings.seed == 3
     assert settings_from(settings.as_dict()) == settings
+
+
+@pytest.mark.parametrize("name", LEAGUES)
+def test_leagues_are_whole(name: str) -> None:
+    league_from(read_configuration(name))
+    with pytest.raises(InputError, match="algorithm"):
+        configuration(name)
 
 
 def test_a_file_says_what_is_learnt(tmp_path: Path) -> None:

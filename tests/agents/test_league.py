@@ -1,0 +1,122 @@
+"""A league: ends between generations, what they learn, and the file that plays."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch")
+
+from agents.league import Ends, LeagueSettings, league_from, learn, run_league
+from agents.models import read_model, write_model
+from agents.playing.match import play_game
+from agents.playing.search.worth import MOST, Network
+from agents.playing.trained import player_from
+from curling_env.errors import InputError
+from curling_env.game import Rink, player_named
+from curling_env.rules import rule_set
+from curling_env.rules.lines import Lines
+
+TINY = LeagueSettings(generations=(256, 64), tried=12, layers=(32, 16, 48, 24), epochs=25)
+
+
+@pytest.fixture(scope="module")
+def league(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[str]]:
+    folder, said = tmp_path_factory.mktemp("league"), []
+    run_league(folder, TINY, tell=said.append)
+    return folder, said
+
+
+def layers_of(path: Path) -> list[np.ndarray]:
+    return [array for layer in read_model(path)["layers"] for array in layer]
+
+
+def test_a_league_taken_up_again_ends_as_one_that_was_not_stopped(
+    league: tuple[Path, list[str]], tmp_path: Path
+) -> None:
+    folder, _ = league
+    first_file = (folder / "generation-1.npz").read_bytes()
+    (tmp_path / "generation-1.npz").write_bytes(first_file)
+    run_league(tmp_path, TINY)
+    for a, b in zip(
+        layers_of(folder / "model.npz"), layers_of(tmp_path / "model.npz"), strict=True
+    ):
+        np.testing.assert_array_equal(a, b)
+    first = layers_of(folder / "generation-1.npz")
+    assert any(
+        (a != b).any() for a, b in zip(first, layers_of(tmp_path / "model.npz"), strict=True)
+    )
+    with pytest.raises(InputError, match="other settings"):
+        run_league(tmp_path, replace(TINY, seed=1))
+
+
+def test_it_says_how_a_generation_did_against_past_selves(tmp_path: Path) -> None:
+    said: list[str] = []
+    settings = replace(TINY, generations=(1, 1), past=1.0, epochs=1, tried=6)
+    run_league(tmp_path, settings, tell=said.append)
+    assert len(said) == 1
+    assert said[0].startswith("generation 1 against the rule of thumb: ")
+
+
+def surprise(network: Network, ends: Ends) -> float:
+    """Minus the log of what was said of the scores that came, over all positions."""
+    score = np.clip(ends.score, -MOST, MOST) + MOST
+    said = [
+        network.chances(Lines(), ends.stones[k].astype(float), 15 - k, ends.worth, 0.0)
+        for k in range(15)
+    ]
+    return -float(np.mean([np.log(s[np.arange(len(score)), score] + 1e-9) for s in said]))
+
+
+def test_positions_tell_how_ends_will_be_scored_and_chance_does_not(
+    league: tuple[Path, list[str]],
+) -> None:
+    played = read_model(league[0] / "generation-1.npz")["ends"]
+    first, second = (Ends(**ends) for ends in played)
+    rng = np.random.default_rng(0)
+    shuffled = first._replace(score=rng.permutation(first.score))
+    shares = np.bincount(np.clip(first.score, -MOST, MOST) + MOST, minlength=2 * MOST + 1) + 0.5
+    shares /= shares.sum()
+    by_shares = -np.log(shares[np.clip(second.score, -MOST, MOST) + MOST]).mean()
+    learnt = surprise(learn(Lines(), [first], TINY, 0), second)
+    by_chance = surprise(learn(Lines(), [shuffled], TINY, 0), second)
+    # A hundred ends teach a little, about 0.08 nats over knowing the shares alone.
+    assert learnt < by_shares
+    assert by_chance > by_shares
+
+
+def test_the_model_plays_a_game(league: tuple[Path, list[str]]) -> None:
+    folder, _ = league
+    player = player_from(str(folder / "model.npz"))
+    assert player.name == folder.name
+    rink = Rink("standard", rules=rule_set("world_curling_2024", ends=1), skills="elite")
+    played = play_game(rink, (player, player_named("draw")), seed=3)
+    assert len(played.deliveries) >= 16
+    assert len({delivery.shot.call.shot for delivery in played.deliveries[:16:2]}) > 1
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"generation": 3}, "unknown key 'generation'"),
+        ({"generations": []}, "generations must list"),
+        ({"layers": [1, 2]}, "layers must be four"),
+        ({"past": 2}, "past must lie"),
+        ({"tried": 2}, "tried is at least"),
+        ({"skill": "god"}, "no skill"),
+    ],
+)
+def test_refuses_a_league_that_makes_no_sense(wrong: dict[str, object], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        league_from({"algorithm": "league", **wrong})
+
+
+def test_refuses_weights_of_another_network(league: tuple[Path, list[str]], tmp_path: Path) -> None:
+    document = read_model(league[0] / "model.npz")
+    for layers in (document["layers"][:3], [[np.zeros((2, 2)), np.zeros(2)]] * 5, None):
+        write_model(tmp_path / "bad.npz", {**document, "layers": layers})
+        with pytest.raises(InputError):
+            player_from(str(tmp_path / "bad.npz"))
