@@ -51,7 +51,9 @@ class TrainingSettings:
     normalize : whether observations are centred and scaled by their spread over the ices and
         targets of the task; what never changes there is then left out
     env_kwargs : options of `CurlingSheet-v0`; `throw_range` and `weights` as mappings
-    skill : of the hand that carries out what the agent means, while it learns and when it is judged
+    skill : of the hand that carries out what the agent means
+    practice : of the hand while it learns, where that is another: a steadier one shows more clearly
+        what a throw was worth, and what is best for it is nearly best for all
     ices : the ices it learns on, where it is not one
     knows : of each of them: ``map`` (the estimated map), ``mean`` (its mean friction) or
         ``nothing``
@@ -74,6 +76,7 @@ class TrainingSettings:
     normalize: bool = False
     env_kwargs: Mapping[str, Any] = field(default_factory=dict[str, Any])
     skill: str = "club"
+    practice: str | None = None
     ices: RandomIces | None = None
     knows: str = "map"
     noise: float = 0.1
@@ -86,7 +89,8 @@ class TrainingSettings:
         _one_of("algorithm", self.algorithm, ALGORITHMS)
         _one_of("policy", self.policy, ("MlpPolicy",))
         _one_of("knows", self.knows, KNOWN)
-        skill_named(self.skill)
+        for hand in (self.skill, self.practice or self.skill):
+            skill_named(hand)
         for name, least in (
             ("n_timesteps", 1), ("n_envs", 1), ("seed", 0), ("checkpoint_every", 0),
             ("eval_freq", 0),

@@ -47,15 +47,16 @@ def sheets_of(settings: TrainingSettings, ice: Ice, *, num_envs: int | None = No
     from agents.vectorised import Sheets, SheetsOnManyIces
 
     n = settings.n_envs if num_envs is None else num_envs
+    hand = settings.practice or settings.skill
     options = {**settings.environment(), "throw_range": throw_range_of(settings, ice)}
     if settings.ices is None:
         envs = CurlingSheetVectorEnv(n, ice=ice, autoreset_mode=AutoresetMode.SAME_STEP, **options)
-        return Sheets(envs, settings.skill)
+        return Sheets(envs, hand)
     return SheetsOnManyIces(
         n,
         ices=settings.ices,
         knows=settings.knows,
-        skill=settings.skill,
+        skill=hand,
         groups=n // gcd(n, SHEETS_ON_ONE),
         **options,
     )
