@@ -27,11 +27,14 @@ Image = NDArray[np.uint8]
 FEATURES = 160
 FEATURE_QUALITY = 0.02
 FEATURE_DISTANCE_PX = 16
-FEW = 40
-"""With fewer corners in the first frame nothing is said of the camera: those that there are may
-belong to what moves."""
-FOUND_AGAIN = 12
-"""Least number of them that must be found to move together."""
+FEW = 6
+"""So many corners make a majority; where fewer agree, nothing is said of the camera."""
+IN_PLACE_PX = 0.5
+IN_PLACE_SHARE = 0.4
+"""Corners that stay where they were win over a common motion of this many times as few: people
+who cross a bare sheet may carry more corners than the sheet has."""
+MANY = 40
+"""With so many corners in the first frame, that none agree in another means another view."""
 TOLERANCE_PX = 1.0
 """Corners that agree within this with the common motion carry it."""
 MIN_SHARE = 0.35
@@ -88,17 +91,21 @@ class Hold:
             self.grey, grey, self.corners_px, None, winSize=(21, 21), maxLevel=4
         )
         good = found.ravel() == 1
-        if np.count_nonzero(good) < FOUND_AGAIN:
-            return None
-        matrix, inside = cv2.estimateAffinePartial2D(
-            self.corners_px[good],
-            there[good],
-            method=cv2.RANSAC,
-            ransacReprojThreshold=TOLERANCE_PX,
-            maxIters=500,
-        )
-        wanted = max(FOUND_AGAIN, MIN_SHARE * len(self.corners_px))
-        if matrix is None or np.count_nonzero(inside) < wanted:
+        apart = np.linalg.norm((there - self.corners_px)[good, 0], axis=1)
+        in_place = np.count_nonzero(apart < IN_PLACE_PX)
+        matrix, together = None, 0
+        if np.count_nonzero(good) >= FEW:
+            matrix, inside = cv2.estimateAffinePartial2D(
+                self.corners_px[good],
+                there[good],
+                method=cv2.RANSAC,
+                ransacReprojThreshold=TOLERANCE_PX,
+                maxIters=500,
+            )
+            together = 0 if inside is None else np.count_nonzero(inside)
+        if in_place >= FEW and in_place >= IN_PLACE_SHARE * together:
+            return np.eye(2, 3)
+        if matrix is None or together < max(FEW, MIN_SHARE * len(self.corners_px)):
             return None
         return np.asarray(matrix, dtype=np.float64)
 
@@ -148,6 +155,8 @@ def held(sample: Sequence[tuple[float, Image]], source: str | Path) -> Hold | No
     swayed = 0.0
     for t, frame in sample[every::every]:
         motion = hold.motion(frame)
+        if motion is None and len(hold.corners_px) < MANY:
+            continue
         if motion is None:
             raise InputError(
                 "the camera shows another view than in the first frame; it must stand still: cut "
