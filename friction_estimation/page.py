@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import base64
+import io
 from collections.abc import Collection, Sequence
 from html import escape
 from pathlib import Path
+
+from matplotlib.figure import Figure
 
 from curling_env.storage import write_text
 
@@ -20,7 +23,9 @@ img{max-width:100%;height:auto;display:block}
 table{border-collapse:collapse;width:100%;font-size:.92rem}
 td,th{padding:.3rem .6rem;border-bottom:1px solid #e3e8ed;text-align:left}
 td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}
-figure{margin:.6rem 0}
+figure{margin:.6rem 0;min-width:0}
+.side{display:flex;flex-wrap:wrap;gap:1rem;align-items:flex-start}
+.side figure{flex:1 1 22rem;margin:0}
 figcaption,.faint{color:#66727f;font-size:.92rem}
 .stills{display:grid;grid-template-columns:repeat(auto-fit,minmax(17rem,1fr));gap:.6rem}
 .facts{display:grid;grid-template-columns:repeat(auto-fit,minmax(11rem,1fr));gap:.8rem;
@@ -48,19 +53,24 @@ def write_page(path: str | Path, title: str, sections: Sequence[str]) -> None:
     )
 
 
-def picture(content: bytes, alt: str, *, kind: str = "png", caption: str = "") -> str:
+def picture(content: bytes | Figure, alt: str, *, kind: str = "png", caption: str = "") -> str:
     """An embedded picture with a caption below it, as HTML.
 
     Parameters
     ----------
-    content : of a picture file
+    content : of a picture file, or a figure to draw
     alt : what it shows, plain text, for who cannot see it
     kind : png or jpeg
     caption : plain text
     """
+    if not isinstance(content, bytes):
+        drawn = io.BytesIO()
+        content.savefig(drawn, format="png", dpi=130)
+        content = drawn.getvalue()
     data = base64.b64encode(content).decode()
     image = f"<img alt='{escape(alt, quote=True)}' src='data:image/{kind};base64,{data}'>"
-    return f"<figure>{image}<figcaption>{escape(caption)}</figcaption></figure>"
+    below = f"<figcaption>{escape(caption)}</figcaption>" if caption else ""
+    return f"<figure>{image}{below}</figure>"
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], numeric: Collection[int] = ()) -> str:

@@ -107,7 +107,7 @@ def find_what_is_missing(
     OutputError : a file cannot be written
     """
     from friction_estimation.discrepancy.discovery import discover
-    from friction_estimation.discrepancy.page import write_page
+    from friction_estimation.discrepancy.page import write_report_page
     from friction_estimation.discrepancy.verdict import baseline_ice, improved_ice, write_files
 
     folder = make_directory(folder)
@@ -129,7 +129,7 @@ def find_what_is_missing(
     write_tracks(folder / "tracks.csv", tracks)
     found = discover(tracks, without_curl(standard), seed=seed)
     report = write_files(found, folder)
-    write_page(found, report, folder / "report.html")
+    write_report_page(found, report, folder / "report.html")
     rests = [
         rest_in_env(hidden, plan(_certain(ice), target, skill="none").best.throw, target)
         for ice in (baseline_ice(found), improved_ice(found))

@@ -71,7 +71,7 @@ def discover(
     from curling_env.storage import make_directory
     from curling_env.trajectory import read_tracks
     from friction_estimation.discrepancy.discovery import discover as find
-    from friction_estimation.discrepancy.page import write_page
+    from friction_estimation.discrepancy.page import write_report_page
     from friction_estimation.discrepancy.references import Quantity, calibrate, read_reference
     from friction_estimation.discrepancy.verdict import write_files
     from friction_estimation.scene import load_scene
@@ -97,7 +97,7 @@ def discover(
 
         found = find(measured, base, scene=view, references=references, seed=seed, progress=show)
     report = write_files(found, folder)
-    write_page(found, report, folder / "report.html")
+    write_report_page(found, report, folder / "report.html")
     for reason in found.session.left_out:
         say(f"left out: {reason}")
     say(f"{folder}: report.html, report.json, baseline.json, ice.json")

@@ -1,16 +1,11 @@
-"""The report as a page of its own: pictures first, everything in one file."""
+"""A discovery as one page: pictures first, then the evidence."""
 
 from __future__ import annotations
 
-import base64
-import io
 from html import escape
 from pathlib import Path
 from typing import Any
 
-from matplotlib.figure import Figure
-
-from curling_env.storage import write_text
 from friction_estimation.discrepancy.discovery import Discovery
 from friction_estimation.discrepancy.on_a_draw import draw_shift
 from friction_estimation.discrepancy.pictures import (
@@ -20,92 +15,49 @@ from friction_estimation.discrepancy.pictures import (
     residual_pictures,
 )
 from friction_estimation.discrepancy.verdict import readable
-
-STYLE = """
-body{font:16px/1.5 system-ui,sans-serif;color:#22313f;background:#eef3f7;margin:0}
-main{max-width:60rem;margin:0 auto;padding:1.5rem}
-section{background:#fff;border-radius:10px;padding:1.1rem 1.4rem;margin:1rem 0;
-box-shadow:0 1px 3px #0002}
-h1{font-size:1.55rem;line-height:1.3;margin:.4rem 0}
-h2{font-size:1.1rem;margin:.2rem 0 .6rem}
-img{max-width:100%;height:auto;display:block}
-table{border-collapse:collapse;width:100%;font-size:.92rem}
-td,th{padding:.3rem .6rem;border-bottom:1px solid #e3e8ed;text-align:left}
-td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}
-.faint{color:#66727f;font-size:.92rem}
-.side{display:flex;flex-wrap:wrap;gap:1rem;align-items:flex-start}
-figure{flex:1 1 22rem;margin:0;min-width:0}
-figcaption{color:#445;font-size:.95rem;margin-top:.3rem}
-.scroll{overflow-x:auto}
-.tag{background:#e3edf6;border-radius:5px;padding:.1rem .5rem;font-size:.9rem}
-"""
+from friction_estimation.page import picture, table, write_page
 
 
-def write_page(found: Discovery, report: dict[str, Any], path: Path) -> None:
+def write_report_page(found: Discovery, report: dict[str, Any], path: Path) -> None:
     """Write `report.html`."""
-    parts = [f"<section><h1>{escape(report['verdict'])}</h1>{_first_pictures(found)}</section>"]
+    parts = [f"<h1>{escape(report['verdict'])}</h1>{_first_pictures(found)}"]
     if report["effects"]:
-        parts.append(f"<section><h2>What is missing</h2>{_effects(report)}</section>")
+        parts.append(f"<h2>What is missing</h2>{_effects(report)}")
     for label, figure in residual_pictures(found):
         name = readable(label.partition("[")[0])
         title = "What nothing known explains" if label == "unknown" else f"Where {name} shows"
         parts.append(
-            f"<section><h2>{escape(title)}</h2><p class=faint>Red: what the model as it was leaves "
+            f"<h2>{escape(title)}</h2><p class=faint>Red: what the model as it was leaves "
             "unexplained, averaged over all throws. Green: what is left once the effect is in it. "
-            f"Noise alone lies around zero.</p>{_picture(figure, title)}</section>"
+            f"Noise alone lies around zero.</p>{picture(figure, title)}"
         )
     if found.gaps:
         parts.append(
-            "<section><h2>Throws the model had never seen</h2>"
+            "<h2>Throws the model had never seen</h2>"
             "<p class=faint>Forecast from their first four seconds.</p>"
-            f"{_picture(forecast_picture(found), 'forecast and measured paths')}</section>"
+            + picture(forecast_picture(found), "forecast and measured paths")
         )
     parts += [_open_questions(report), _league(report), _smallest(report), _numbers(report)]
-    write_text(
-        path,
-        "<!doctype html><html lang=en><meta charset=utf-8><title>Discovery</title>"
-        f"<meta name=viewport content='width=device-width'><style>{STYLE}</style>"
-        f"<main>{''.join(parts)}</main></html>\n",
-    )
+    write_page(path, "Discovery", [part for part in parts if part])
 
 
 def _first_pictures(found: Discovery) -> str:
     """How far off before and after, and what that does to a draw."""
-    shown: list[tuple[str, str]] = []
+    shown = ""
     if found.gaps:
-        shown.append(
-            (
-                _picture(gap_picture(found), "distance between forecast and rest"),
-                "How far from the forecast throws came to rest that nothing was fitted to.",
-            )
+        shown += picture(
+            gap_picture(found),
+            "distance between forecast and rest",
+            caption="How far from the forecast throws came to rest that nothing was fitted to.",
         )
     shift = draw_shift(found)
     if shift is not None:
-        picture = draw_picture(shift, found.final.model.ice)
-        shown.append((_picture(picture, "the same draw before and after"), shift.words))
-    figures = "".join(
-        f"<figure>{picture}<figcaption>{escape(words)}</figcaption></figure>"
-        for picture, words in shown
-    )
-    return f"<div class=side>{figures}</div>" if shown else ""
-
-
-def _picture(figure: Figure, shows: str) -> str:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=130)
-    data = base64.b64encode(buffer.getvalue()).decode()
-    return f"<img alt='{escape(shows)}' src='data:image/png;base64,{data}'>"
-
-
-def _table(head: list[str], rows: list[list[str]], numeric: set[int]) -> str:
-    def cells(row: list[str], tag: str) -> str:
-        return "".join(
-            f"<{tag} class=n>{c}</{tag}>" if k in numeric else f"<{tag}>{c}</{tag}>"
-            for k, c in enumerate(row)
+        shown += picture(
+            draw_picture(shift, found.final.model.ice),
+            "the same draw before and after",
+            caption=shift.words,
         )
-
-    body = "".join(f"<tr>{cells(row, 'td')}</tr>" for row in rows)
-    return f"<div class=scroll><table><tr>{cells(head, 'th')}</tr>{body}</table></div>"
+    return f"<div class=side>{shown}</div>" if shown else ""
 
 
 def _unit(unit: str) -> str:
@@ -128,7 +80,7 @@ def _effects(report: dict[str, Any]) -> str:
                 escape(effect["where"]),
             ]
         )
-    return _table(["missing", "how much", "where it shows"], rows, set()) if rows else ""
+    return table(["missing", "how much", "where it shows"], rows) if rows else ""
 
 
 def _open_questions(report: dict[str, Any]) -> str:
@@ -145,7 +97,7 @@ def _open_questions(report: dict[str, Any]) -> str:
             items.append(f"Proxies that mend part of the unknown, none of them proved: {listed}.")
     items.append(report["undecidable"]["why"][0].upper() + report["undecidable"]["why"][1:])
     listed = "".join(f"<li>{escape(item)}</li>" for item in items)
-    return f"<section><h2>What these throws cannot tell</h2><ul>{listed}</ul></section>"
+    return f"<h2>What these throws cannot tell</h2><ul>{listed}</ul>"
 
 
 def _league(report: dict[str, Any]) -> str:
@@ -166,7 +118,7 @@ def _league(report: dict[str, Any]) -> str:
             ]
         )
     head = ["alone beside the model", "gain in −2 ln L", "needed", "closes", "p (corrected)"]
-    return f"<section><h2>The candidates</h2>{_table(head, rows, {1, 2, 3, 4})}</section>"
+    return f"<h2>The candidates</h2>{table(head, rows, {1, 2, 3, 4})}"
 
 
 def _smallest(report: dict[str, Any]) -> str:
@@ -177,9 +129,9 @@ def _smallest(report: dict[str, Any]) -> str:
     if not rows:
         return ""
     return (
-        "<section><h2>What would have been seen</h2><p class=faint>The smallest effect that these "
+        "<h2>What would have been seen</h2><p class=faint>The smallest effect that these "
         "throws would have shown clearly (five standard errors).</p>"
-        f"{_table(['effect', 'smallest'], rows, set())}</section>"
+        f"{table(['effect', 'smallest'], rows)}"
     )
 
 
@@ -196,4 +148,4 @@ def _numbers(report: dict[str, Any]) -> str:
     ]
     left = "".join(f"<li>{escape(reason)}</li>" for reason in report["left_out"])
     extra = f"<p class=faint>Left out:</p><ul>{left}</ul>" if left else ""
-    return f"<section><h2>Noise and baseline</h2>{_table(['', ''], rows, {1})}{extra}</section>"
+    return f"<h2>Noise and baseline</h2>{table(['', ''], rows, {1})}{extra}"
