@@ -19,6 +19,7 @@ from curling_env.envs.tasks import Task, task_named
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.physics.engine import Engine, Outcome, Status, StoneState
+from curling_env.physics.stride import QUICK
 from curling_env.sheet import Direction, to_delivery, to_sheet
 from curling_env.throw import Throw
 
@@ -112,7 +113,7 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         if self.task.has_given and throws > 1:
             raise InputError(f"the task {self.task.name} has one throw an episode, got {throws}")
         self.render_mode = render_mode
-        self.engine = Engine(self.ice)
+        self.engine = Engine(self.ice, tolerance=QUICK)  # as many sheets at once
         self.throws, self._fps = throws, fps
         self._choices: dict[str, Any] = {
             "target": target,

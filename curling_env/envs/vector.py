@@ -20,7 +20,6 @@ from curling_env.errors import InputError
 from curling_env.physics.batch import MOST_STONES, RELEASE_DTYPE, play_batch
 from curling_env.physics.engine import Status, StoneState, is_hogged, left_by_the_side
 from curling_env.physics.slide import play_bounds
-from curling_env.physics.stride import EXACT
 from curling_env.sheet import HOG_LINE_Y, Direction, to_delivery, to_sheet
 from curling_env.throw import Throw, velocity_of
 
@@ -298,7 +297,6 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
                 table[mine],
                 identity=self._names[:k],
                 bounds=bounds,
-                tolerance=EXACT,  # as the environment of one sheet
             )
             if (after.meetings < 0).any():
                 raise InputError("a stone never stops on this ice; check its friction and slope")

@@ -166,16 +166,17 @@ class Engine:
     Parameters
     ----------
     ice : map, effects and stone; read once
+    tolerance : how far a lone rest may be off on the roughest ice, as of `slide` [m]
 
     Raises
     ------
     InputError : an effect that is not in the catalogue, or parameters its card does not allow
     """
 
-    def __init__(self, ice: Ice) -> None:
+    def __init__(self, ice: Ice, *, tolerance: float = EXACT) -> None:
         self.ice = ice
         self.law = compile_law(ice)
-        self._work = new_work(EXACT)
+        self._work = new_work(tolerance)
         self._bounds = {direction: play_bounds(ice, direction) for direction in Direction}
 
     def play(

@@ -18,8 +18,10 @@ from curling_env.presets import paper, standard
 from curling_env.sheet import TEE_Y, Direction
 
 N = 6
-AGREE = 2e-4
-"""Distance within which the two ways put a stone to rest [m]."""
+ROUNDING = 1e-12
+"""Lone throws are the same slide; what is told of them is rounded in other orders."""
+HIT = 1e-4
+"""Distance within which the two ways put stones to rest that have met [m]."""
 MODES = ("NextStep", "SameStep")
 
 
@@ -58,34 +60,35 @@ LONE = [
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("options", LONE)
 def test_the_story_is_the_same_as_one_by_one(options, mode, rng):
-    # Wide apart, so that stones of one episode do not meet: contacts are tested below.
+    # Stones of one episode may meet; most do not.
+    bound = ROUNDING if options.get("throws", 1) == 1 else HIT
     many, single = make(autoreset_mode=mode, **options), one_by_one(mode, **options)
     stories = [envs.reset(seed=7) for envs in (many, single)]
     for _ in range(7):
-        np.testing.assert_allclose(stories[0][0], stories[1][0], atol=AGREE)
-        assert_same_info(stories[0][-1], stories[1][-1])
+        np.testing.assert_allclose(stories[0][0], stories[1][0], atol=bound)
+        assert_same_info(stories[0][-1], stories[1][-1], bound)
         actions = some_actions(rng)
         steps = [envs.step(actions) for envs in (many, single)]
         for a, b in zip(steps[0][1:4], steps[1][1:4], strict=True):
-            np.testing.assert_allclose(a, b, atol=4 * AGREE)
+            np.testing.assert_allclose(a, b, atol=bound)
             assert a.dtype == b.dtype
         stories = [(step[0], step[-1]) for step in steps]
 
 
-def assert_same_info(many: dict, single: dict) -> None:
+def assert_same_info(many: dict, single: dict, bound: float) -> None:
     """The same names, masks and numbers; a throw and what is kept of it apart."""
     apart = {"throw", "trajectory", "outcome", "_trajectory", "_outcome"}
     assert many.keys() - apart == single.keys() - apart
     for name in many.keys() - apart:
         a, b = many[name], single[name]
         if isinstance(a, dict):
-            assert_same_info(a, b)
+            assert_same_info(a, b, bound)
         elif name in ("status", "_status"):
             assert a.tolist() == b.tolist()
         elif a.dtype == object and name == "final_obs":
-            np.testing.assert_allclose(np.stack(a), np.stack(b), atol=AGREE)
+            np.testing.assert_allclose(np.stack(a), np.stack(b), atol=bound)
         else:
-            np.testing.assert_allclose(a, b.astype(a.dtype), atol=4 * AGREE)
+            np.testing.assert_allclose(a, b.astype(a.dtype), atol=bound)
 
 
 def test_hits_end_as_one_by_one(rng):
@@ -102,8 +105,8 @@ def test_hits_end_as_one_by_one(rng):
         met += len(outcome.contacts) == 1
         if len(outcome.contacts) <= 1:
             assert info["status"][i] == outcome.delivered_status.value
-            np.testing.assert_allclose(seen[i], alone[0][0], atol=1e-3)
-            assert rewards[i] == pytest.approx(alone[1][0], abs=4e-3)
+            np.testing.assert_allclose(seen[i], alone[0][0], atol=HIT)
+            assert rewards[i] == pytest.approx(alone[1][0], abs=4 * HIT)
     assert met > 10
 
 
@@ -209,7 +212,7 @@ def test_trajectories_come_when_asked_for(rng):
         envs.reset(seed=4)
         told.append([envs.step(actions) for _ in range(2)])
     for (a, *_, info), (b, *_, bare) in zip(*told, strict=True):
-        np.testing.assert_allclose(a, b, atol=2e-3)
+        np.testing.assert_allclose(a, b, atol=HIT)
         assert "trajectory" not in bare
         for path, outcome in zip(info["trajectory"], info["outcome"], strict=True):
             assert path.xy[-1] == pytest.approx((outcome.delivered.x, outcome.delivered.y))
