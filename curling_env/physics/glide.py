@@ -1,8 +1,8 @@
 """The way of one stone, stride by stride, until something ends it.
 
-A draw is about two dozen strides (see `stride`). A stride ends where an effect is not smooth (the
+A draw is some twenty strides (see `stride`). A stride ends where an effect is not smooth (the
 edge of a patch, the beginning and end of a sweep), and near a bound or an obstacle its path is
-followed from knot to knot. The last 4 mm/s are uniform deceleration.
+followed from knot to knot. The last few mm/s are one parabola.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from curling_env.physics.compiled import compiled, inlined
 from curling_env.physics.effects.motion import GRAVITY, SWEPT
-from curling_env.physics.law import Law, mu_of_map
+from curling_env.physics.law import SLOWEST, Law, mu_of_map
 from curling_env.physics.stride import (
     KNOT_SIZE,
     MOST_KNOTS,
@@ -30,6 +30,8 @@ LONGEST_STRIDE = 8.0
 """Longest stride [s]."""
 CLOSE = 2.0
 """Prediction error above which the law is asked again, over the one aimed at."""
+GROWTH = 1.5
+"""A second stride over the first, which predicted nothing."""
 FAR = 15.0
 """Prediction error above which a shorter stride is taken, over the one aimed at."""
 EDGE = 2e-6
@@ -98,6 +100,18 @@ def _time_short_of(distance: float, velocity: float, acceleration: float) -> flo
     distance = 0.97 * distance if distance > 1e-3 else distance - 0.5 * EDGE
     root = speed * speed + 2.0 * (acceleration if velocity > 0.0 else -acceleration) * distance
     return 2.0 * distance / (speed + math.sqrt(root)) if root > 0.0 else np.inf
+
+
+@inlined
+def _way_to_rest(speed: float, rate: float, tail: float) -> float:
+    """Way that is left, over the speed [s]: a parabola that begins at this rate and rests in time.
+
+    Parameters
+    ----------
+    speed, rate : of the centre or of the band, and how fast it falls [m/s, m/s²]
+    tail : time to rest [s]
+    """
+    return tail * (2.0 / 3.0 - rate * tail / (6.0 * max(speed, SLOWEST)))
 
 
 @inlined
@@ -264,14 +278,14 @@ def glide(
     watched = samples.shape[0] > 0 or path.shape[0] > 0
     motion[SWEPT] = 1.0 if sweep_start <= t < sweep_end else 0.0
     fresh = True
-    longest = LONGEST_STRIDE
+    share = pace.first_share
     before = 1.0
     end = SlideEnd.NEVER_STOPS
     for _ in range(MAX_STRIDES):
         speed = math.sqrt(now[3] * now[3] + now[4] * now[4])
         rim = law.band_radius * math.fabs(now[5])
         ax = ay = at = 0.0
-        mu = work.moments[3]
+        mu = work.moments[4]
         if fresh:
             # P and Q are not known yet: the map's friction alone tells the scale of time.
             rate = GRAVITY * mu_of_map(law, now[0], now[1])
@@ -283,19 +297,22 @@ def glide(
             rate = math.sqrt(ax * ax + ay * ay)
             turn = law.band_radius * math.fabs(at)
         if max(speed, rim) < pace.rest_speed:
-            tail = max(speed, rim) / max(rate, turn, 1e-6)
-            brief = min(speed / max(rate, 1e-6), tail)
+            # Centre and band come to rest together.
+            both = max(math.sqrt(speed * speed + rim * rim), SLOWEST)
+            tail = both / max((speed * rate + rim * turn) / both, 1e-6)
+            way = _way_to_rest(speed, rate, tail)
+            turning = _way_to_rest(rim, turn, tail)
             while count < samples.shape[0] and count * dt <= t + tail:
                 u = count * dt - t
                 fade = u * (1.0 - 0.5 * u / tail) if tail > 0.0 else 0.0
                 samples[count, 0] = count * dt
-                samples[count, 1] = now[0] + 0.5 * brief * now[3]
-                samples[count, 2] = now[1] + 0.5 * brief * now[4]
+                samples[count, 1] = now[0] + way * now[3]
+                samples[count, 2] = now[1] + way * now[4]
                 samples[count, 3] = now[2] + fade * now[5]
                 count += 1
-            now[0] += 0.5 * brief * now[3]
-            now[1] += 0.5 * brief * now[4]
-            now[2] += 0.5 * tail * now[5]
+            now[0] += way * now[3]
+            now[1] += way * now[4]
+            now[2] += turning * now[5]
             now[3] = now[4] = now[5] = 0.0
             t += tail
             length = _append_state(path, length, now, t, 0.0, 0.0, 0.0)
@@ -304,7 +321,7 @@ def glide(
         if t > MAX_TIME:
             break
         time_left = max(speed, rim) / max(rate, turn, 1e-6)
-        h = min((pace.first_share if fresh else pace.longest_share) * time_left, longest)
+        h = min(share * time_left, LONGEST_STRIDE)
         if law.patterned:
             h = min(h, MOST_KNOTS / 8.0 * law.cell / max(speed, 1e-6))
         if law.x_breaks.shape[0] > 0 or law.y_breaks.shape[0] > 0:
@@ -322,7 +339,7 @@ def glide(
                 now[5] += hop * at
                 t += hop
                 fresh = True
-                longest = LONGEST_STRIDE
+                share = pace.first_share
                 continue
             h = min(h, until)
         switch = np.inf
@@ -342,16 +359,16 @@ def glide(
             for k in range(6):
                 now[k] = states[0, k]
                 parts[2, k] = parts[0, k]
-            work.moments[3] = mu
-            longest = 0.5 * h
+            work.moments[4] = mu
+            share = 0.5 * h / time_left
             continue
         if (last > CLOSE * aim or (first > FAR * aim and not fresh)) and h > SHORTEST_STRIDE:
             for k in range(6):
                 now[k] = states[0, k]
                 parts[2, k] = parts[0, k]
-            work.moments[3] = mu
-            fresh = fresh or last > CLOSE
-            longest = h * (0.3 if fresh else max(0.3, 0.8 * math.sqrt(math.sqrt(aim / first))))
+            work.moments[4] = mu
+            shorter = 0.3 if fresh else max(0.3, 0.8 * math.sqrt(math.sqrt(aim / first)))
+            share = shorter * h / time_left
             continue
         if watched or _may_touch(states, rate * h * h / 16.0 + 2e-3, bounds, obstacles, reach):
             for k in range(6):
@@ -379,8 +396,8 @@ def glide(
                 end = SlideEnd.CONTACT if contact else SlideEnd.LEFT_BOUNDS
                 break
         # The error of a prediction grows with the fourth power of the stride.
-        factor = 1.0 if fresh else math.sqrt(math.sqrt(aim / max(first, 1e-2 * aim)))
-        longest = min(LONGEST_STRIDE, h * min(max(factor, 0.3), 2.5))
+        factor = GROWTH if fresh else math.sqrt(math.sqrt(aim / max(first, 1e-2 * aim)))
+        share = min(pace.longest_share, h / time_left * min(max(factor, 0.3), 2.5))
         remember(work)
         before = h
         fresh = False
@@ -388,7 +405,7 @@ def glide(
             t = switch
             motion[SWEPT] = 1.0 if sweep_start <= t < sweep_end else 0.0
             fresh = True
-            longest = LONGEST_STRIDE
+            share = pace.first_share
         else:
             t += h
     return end, t, count, length

@@ -33,11 +33,11 @@ def quick_log(x: float) -> float:
     # 2·artanh(t) with |t| < 0.172, as a series to t^17.
     t = (m - 1.0) / (m + 1.0)
     w = t * t
-    series = w * (
-        1 / 3
-        + w
-        * (1 / 5 + w * (1 / 7 + w * (1 / 9 + w * (1 / 11 + w * (1 / 13 + w * (1 / 15 + w / 17))))))
-    )
+    # In pairs, whose sums do not wait for each other.
+    w2 = w * w
+    low = (1 / 3 + w * (1 / 5)) + w2 * (1 / 7 + w * (1 / 9))
+    high = (1 / 11 + w * (1 / 13)) + w2 * (1 / 15 + w * (1 / 17))
+    series = w * (low + w2 * w2 * high)
     return exponent * _LN2_HIGH + (2.0 * t + (2.0 * t * series + exponent * _LN2_LOW))
 
 
@@ -48,9 +48,11 @@ def quick_exp(x: float) -> float:
     shifted = x * _LOG2_E + _ROUNDER
     whole = shifted - _ROUNDER
     r = (x - whole * _LN2_HIGH) - whole * _LN2_LOW
-    # Taylor to r^11 with |r| < 0.347.
-    a = 1.0 + r * (1.0 + r * (1 / 2 + r * (1 / 6 + r * (1 / 24 + r * (1 / 120)))))
-    r3 = r * r * r
-    b = 1 / 720 + r * (1 / 5040 + r * (1 / 40320 + r * (1 / 362880 + r * (1 / 3628800))))
+    # Taylor to r^11 with |r| < 0.347, in pairs, whose sums do not wait for each other.
+    r2 = r * r
+    r4 = r2 * r2
+    low = (1.0 + r) + r2 * (1 / 2 + r * (1 / 6))
+    middle = (1 / 24 + r * (1 / 120)) + r2 * (1 / 720 + r * (1 / 5040))
+    high = (1 / 40320 + r * (1 / 362880)) + r2 * (1 / 3628800 + r * (1 / 39916800))
     scale = (np.float64(shifted).view(np.int64) + np.int64(1023)) << np.int64(52)
-    return (a + r3 * r3 * b) * np.int64(scale).view(np.float64)
+    return (low + r4 * (middle + r4 * high)) * np.int64(scale).view(np.float64)

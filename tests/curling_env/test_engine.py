@@ -15,7 +15,7 @@ from curling_env.physics.effects.motion import MOTION_SIZE
 from curling_env.physics.engine import Engine, Status, StoneState, resolve_contact
 from curling_env.physics.law import compile_law
 from curling_env.physics.slide import SlideEnd, play_bounds, slide, slide_kernel
-from curling_env.physics.stride import new_work
+from curling_env.physics.stride import EXACT, new_work
 from curling_env.presets import PRESETS, paper, standard
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, PAPER_SHEET, TEE_Y, Direction
 from curling_env.stone import RULE_BOOK_STONE
@@ -112,7 +112,7 @@ def test_a_hit_rolls_out_where_the_textbook_impulse_sends_it(ice, offset):
     bounds = play_bounds(ice, Direction.AWAY)
     end, _, _ = slide_kernel(
         compile_law(ice), state, np.zeros(MOTION_SIZE), 0.0, 0.0, 0.0, bounds, here, 2 * R, 1.0,
-        np.empty((0, 4)), new_work(),
+        np.empty((0, 4)), new_work(EXACT),
     )  # fmt: skip
     assert end == SlideEnd.CONTACT
     struck = np.array([target.x, target.y, 0, 0, target.theta, 0])

@@ -47,6 +47,11 @@ def thin_ring(ratio: float) -> tuple[float, float]:
     return force, ((1 - ratio) * k + (1 + ratio) * e) / np.pi
 
 
+def quadrature(ratio: float) -> float:
+    """What the sum over contacts may be off by: most where the rim nearly stands on the ice."""
+    return 7e-5 if min(ratio, 1 / ratio) > 0.85 else 2e-6
+
+
 def test_pure_translation_feels_the_weight_and_no_torque() -> None:
     force, torque = band(1.0, spin=1.0)[0], acceleration(paper(), np.array([[0, 0, 0, 2, 0.0]]))
     assert force < 1
@@ -65,18 +70,18 @@ def test_pure_rotation_feels_the_full_torque_and_no_force() -> None:
     ],
 )
 def test_band_is_the_thin_ring(ratio: float) -> None:
-    assert band(ratio) == pytest.approx(thin_ring(ratio), abs=1e-4)
+    assert band(ratio) == pytest.approx(thin_ring(ratio), abs=quadrature(ratio))
 
 
 @given(st.floats(1e-3, 1.0))
 def test_force_and_torque_are_dual(ratio: float) -> None:
-    assert band(ratio)[1] == pytest.approx(band(1 / ratio)[0], abs=1e-4)
+    assert band(ratio)[1] == pytest.approx(band(1 / ratio)[0], abs=1e-9)
 
 
 def test_published_values_of_the_thin_ring() -> None:
-    assert band(0.5)[0] == pytest.approx(0.258658, abs=1e-4)
-    assert band(2.0)[0] == pytest.approx(0.934216, abs=1e-4)
-    assert band(1.0) == pytest.approx((2 / np.pi, 2 / np.pi), abs=1e-4)
+    assert band(0.5)[0] == pytest.approx(0.258658, abs=2e-6)
+    assert band(2.0)[0] == pytest.approx(0.934216, abs=2e-6)
+    assert band(1.0) == pytest.approx((2 / np.pi, 2 / np.pi), abs=quadrature(1.0))
 
 
 def test_limits_of_slow_and_fast_rotation() -> None:
