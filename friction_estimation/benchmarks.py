@@ -52,7 +52,8 @@ def _tracking(folder: Path) -> Iterator[Measure]:
         write_overlay(film, scene, found, folder / "overlay.mp4")
         return found.frame_count
 
-    tracked, drawn = rate(track, repeats=REPEATS), rate(draw, repeats=REPEATS)
+    tracked = rate(track, repeats=REPEATS, warm=True)
+    drawn = rate(draw, repeats=REPEATS, warm=True)
     yield Measure(name="track_frames_per_s", value=tracked, unit="frames/s")
     yield Measure(
         name="track_frames_per_s_with_overlay",

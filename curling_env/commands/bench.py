@@ -16,7 +16,8 @@ def bench(
 ) -> None:
     """Measure how many throws and frames a second this machine does.
 
-    One core unless the name says otherwise, processor time, best of three. The measures whose name
+    One core unless the name says otherwise, processor time, best of three; the two measures of two
+    cores go by the clock on the wall and want a quiet machine. The measures whose name
     begins with pymunk_only are the same throws done by pymunk and a Python callback at 60 Hz, as a
     scale. The first run on a machine compiles for a minute; that is not counted.
 

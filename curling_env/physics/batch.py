@@ -127,7 +127,10 @@ def _slide_all(
     bounds: Any,
     dt: float,
     paths: Any,
-    out: Any,
+    x: Any,
+    y: Any,
+    theta: Any,
+    time: Any,
     end: Any,
     motion: Any,
     work: Work,
@@ -145,7 +148,7 @@ def _slide_all(
         state[5] = release[_OMEGA]
         motion[STONE] = release[_STONE]
         motion[ORDER] = release[_ORDER]
-        end[i], t, count, _ = glide(
+        end[i], time[i], count, _ = glide(
             law,
             motion,
             release[_CLOCK],
@@ -160,10 +163,9 @@ def _slide_all(
             0.0,
             work,
         )
-        out[i, 0] = state[0]
-        out[i, 1] = state[1]
-        out[i, 2] = state[2]
-        out[i, 3] = t
+        x[i] = state[0]
+        y[i] = state[1]
+        theta[i] = state[2]
         for k in range(paths.shape[1]):
             for c in range(3):
                 paths[i, k, c] = samples[k, 1 + c] if k < count else np.nan
@@ -204,9 +206,11 @@ def throw_batch(
     chosen = np.zeros(n, dtype=np.intp) if which is None else np.asarray(which)
     if chosen.shape != (n,) or (n and not 0 <= chosen.min() <= chosen.max() < len(ices)):
         raise InputError(f"expected for each of {n} releases the index of one of {len(ices)} ices")
-    out, end = np.empty((n, 4)), np.empty(n, dtype=np.int8)
+    x, y, theta, time = (np.empty(n) for _ in range(4))
+    end = np.empty(n, dtype=np.int8)
     kept = int(min(longest, MAX_TIME) * fps) + 1 if fps else 0
     paths = np.empty((n, kept, 3))
+    filled = (paths, x, y, theta, time, end)
     for index, surface in enumerate(ices):
         law = compile_law(surface)
         limits = edge_bounds(surface) if bounds is None else bounds
@@ -215,29 +219,27 @@ def throw_batch(
             part: NDArray[np.intp] | slice, law: Law = law, limits: Floats = limits
         ) -> None:
             # A slice is worked on in place; a scattered choice is copied there and back.
-            places, ends, ways = out[part], end[part], paths[part]
+            mine = [whole[part] for whole in filled]
             _slide_all(
                 law,
                 rows[part],
                 limits,
                 1.0 / fps if fps else 1.0,
-                ways,
-                places,
-                ends,
+                *mine,
                 np.zeros(MOTION_SIZE),
                 new_work(tolerance),
                 np.empty((kept, 4)),
                 NO_OBSTACLES,
             )
             if not isinstance(part, slice):
-                out[part], end[part], paths[part] = places, ends, ways
+                for whole, some in zip(filled, mine, strict=True):
+                    whole[part] = some
 
         if len(ices) == 1:
             _share(slide_some, n, workers)
         else:
             mine = np.flatnonzero(chosen == index)
             _share(lambda part, mine=mine, slide=slide_some: slide(mine[part]), len(mine), workers)
-    x, y, theta, time = (np.ascontiguousarray(column) for column in out.T)
     return Rests(x=x, y=y, theta=theta, time=time, end=end, paths=paths if fps else None)
 
 
