@@ -11,7 +11,7 @@ generation played is kept in its file: a run that was killed goes on from its la
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,42 +19,29 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.models import read_model, write_model
-from agents.playing.search.atlas import Atlas
-from agents.playing.search.positions import SLOTS, Sheet, points_of
-from agents.playing.search.shots import Shots, shots_for
-from agents.playing.search.winning import Winning
-from agents.playing.search.worth import (
-    MOST,
-    POSITION_FEATURES,
-    SCORES,
-    STONE_FEATURES,
-    Network,
-    position_features,
-    stone_features,
+from agents.ends import (
+    AGAIN,
+    LEADS,
+    MOST_ENDS_LEFT,
+    SIDE_BY_SIDE,
+    TRIED,
+    WIDTHS,
+    Ends,
+    Players,
+    Through,
+    learn,
+    play_ends,
+    sheet_for,
+    spread_of,
+    worth_of_scores,
 )
+from agents.models import read_model, write_model
+from agents.playing.search.positions import Sheet
+from agents.playing.search.worth import POSITION_FEATURES, SCORES, STONE_FEATURES, Network
 from curling_env.errors import InputError
-from curling_env.ice import load_ice
 from curling_env.rules import rule_set
-from curling_env.rules.lines import Lines
-from curling_env.sheet import Direction
 from curling_env.skill import skill_named
 from curling_env.storage import make_directory
-
-Floats = NDArray[np.float64]
-Through = Callable[[Iterable[Any], str], Iterable[Any]]
-"""Passes items on and shows how far it is: (items, label) -> the same items."""
-
-SIDE_BY_SIDE = 128
-"""Ends played at once."""
-AGAIN, TIMES = 6, 3
-"""How many of the shots tried are tried again, and how often."""
-MOST_ENDS_LEFT, LEADS = 8, 1.7
-"""Ends are played as if of games with up to so many ends to come, and leads of this spread."""
-GROUP = 8
-"""Deliveries of a batch of ends that make one step of learning."""
-NEAR = 0.7
-"""Distance from the tee at which the rule of thumb counts a stone 1/e [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,8 +68,8 @@ class LeagueSettings:
 
     generations: tuple[int, ...] = (512, 768, 1536)
     past: float = 0.5
-    tried: int = 32
-    layers: tuple[int, int, int, int] = (48, 32, 96, 64)
+    tried: int = TRIED
+    layers: tuple[int, int, int, int] = WIDTHS
     epochs: int = 8
     learning_rate: float = 3e-3
     ice: str = "standard"
@@ -124,21 +111,6 @@ def league_from(document: dict[str, Any], **others: Any) -> LeagueSettings:
     return LeagueSettings(**values)
 
 
-class Ends(NamedTuple):
-    """Ends that were played side by side.
-
-    Parameters
-    ----------
-    stones : (deliveries, n, 16, 2) positions after each delivery, hammer's stones first
-    score : (n,) of the team with the hammer
-    worth : (n, 13) what each score was worth to it
-    """
-
-    stones: NDArray[np.float32]
-    score: NDArray[np.int64]
-    worth: Floats
-
-
 class Meeting(NamedTuple):
     """What a generation scored against an opponent.
 
@@ -176,12 +148,7 @@ def run_league(
 
     torch.set_num_threads(1)
     folder = make_directory(directory)
-    sheet = Sheet(
-        ice=load_ice(settings.ice),
-        direction=Direction.AWAY,
-        rules=rule_set(settings.rules),
-        lines=Lines(),
-    )
+    sheet = sheet_for(settings.ice, settings.rules)
     players: list[Network | None] = [None]
     lived: list[Ends] = []
     for number in range(len(settings.generations)):
@@ -193,8 +160,15 @@ def run_league(
             for meeting in meetings:
                 tell(_in_words(number, meeting))
             # How the rule of thumb plays is soon of no interest.
+            torch.manual_seed(settings.seed + number)
             network = learn(
-                sheet.lines, [*(lived if number > 1 else []), *fresh], settings, number, through
+                sheet.lines,
+                [*(lived if number > 1 else []), *fresh],
+                np.random.default_rng((settings.seed, number, 2**21)),
+                layers=settings.layers,
+                epochs=settings.epochs,
+                learning_rate=settings.learning_rate,
+                through=through,
             )
             write_model(
                 path, {**_document(network, settings), "ends": [e._asdict() for e in fresh]}
@@ -250,7 +224,7 @@ def _season(
         with_hammer = bool(place % 2)
         first, second = players[newest], players[opponent]
         pair = (first, second) if with_hammer else (second, first)
-        ends = play_ends(sheet, pair, settings, rng)
+        ends = _play_batch(sheet, pair, settings, rng)
         fresh.append(ends)
         if past:
             scored.setdefault(opponent, []).append(ends.score if with_hammer else -ends.score)
@@ -262,167 +236,15 @@ def _season(
     return fresh, meetings
 
 
-def play_ends(
-    sheet: Sheet,
-    players: tuple[Network | None, Network | None],
-    settings: LeagueSettings,
-    rng: np.random.Generator,
-    n: int = SIDE_BY_SIDE,
+def _play_batch(
+    sheet: Sheet, players: Players, settings: LeagueSettings, rng: np.random.Generator
 ) -> Ends:
-    """Play ends side by side.
-
-    Parameters
-    ----------
-    players : with the hammer, and without; None goes by the rule of thumb
-    n : ends
-    """
-    atlas = Atlas(sheet.ice, sheet.direction)
-    winning = Winning(sheet.rules)
-    left = rng.integers(1, MOST_ENDS_LEFT + 1, n).tolist()
-    lead = np.rint(rng.normal(0, LEADS, n)).astype(int).tolist()
-    worth = np.array([winning.of_scores(*game) for game in zip(lead, left, strict=True)])
-    hand = skill_named(settings.skill)
-    sigma = np.array([hand.sigma_speed, hand.sigma_angle, hand.sigma_spin])
-    stones = np.full((n, SLOTS, 2), np.nan)
-    seen: list[Floats] = []
-    for delivered in range(sheet.rules.deliveries):
-        mover = sheet.mover(delivered)
-        moment = _Moment(sheet, players[mover], stones, delivered, worth)
-        shots = shots_for(atlas, sheet, stones, delivered)
-        shots = shots[_best(shots.position, rng.random(len(shots)), settings.tried)]
-        first = moment.value(shots, rng.standard_normal((len(shots), 3)) * sigma)
-        best = _best(shots.position, first, AGAIN)
-        again = shots[np.repeat(best, TIMES)]
-        more = moment.value(again, rng.standard_normal((len(again), 3)) * sigma)
-        mean = (first[best] + more.reshape(-1, TIMES).sum(axis=1)) / (TIMES + 1)
-        chosen = best[_best(shots.position[best], mean, 1)]
-        meant = np.empty((n, 3))
-        meant[shots.position[chosen]] = shots.throws[chosen]
-        stones = sheet.play(stones, delivered, meant + rng.standard_normal((n, 3)) * sigma)
-        seen.append(stones)
-    return Ends(np.array(seen, dtype=np.float32), points_of(sheet.lines, stones), worth)
-
-
-class _Moment(NamedTuple):
-    """Positions of ends side by side, before the same delivery of each."""
-
-    sheet: Sheet
-    player: Network | None
-    stones: Floats
-    delivered: int
-    worth: Floats
-
-    def value(self, shots: Shots, errors: Floats) -> Floats:
-        """What each shot with its error leads to, for the team that throws it."""
-        at, sheet = shots.position, self.sheet
-        after = sheet.play(self.stones[at], self.delivered, shots.throws + errors)
-        left = sheet.rules.deliveries - self.delivered - 1
-        worth = self.worth[at]
-        points = points_of(sheet.lines, after)
-        if left == 0:
-            value = worth[np.arange(len(after)), np.clip(points, -MOST, MOST) + MOST]
-        elif self.player is None:
-            value = _by_thumb(sheet, after, points, left, worth)
-        else:
-            chances = self.player.chances(sheet.lines, after, left, worth, 0.0)
-            value = (chances * worth).sum(axis=1)
-        return value if sheet.mover(self.delivered) == 0 else -value
-
-
-def _by_thumb(
-    sheet: Sheet, stones: Floats, points: NDArray[np.int64], left: int, worth: Floats
-) -> Floats:
-    """What lies counts the more the later, and near stones are worth having."""
-    near = np.nan_to_num(np.exp(-np.hypot(stones[:, :, 0], stones[:, :, 1]) / NEAR))
-    half = SLOTS // 2
-    net = near[:, :half].sum(axis=1) - near[:, half:].sum(axis=1)
-    played = 1 - left / sheet.rules.deliveries
-    guess = played * points + (1 - 0.5 * played) * net + 0.5 * (1 - played)
-    at = np.clip(guess + MOST, 0, 2 * MOST - 1e-9)
-    k, rows = at.astype(int), np.arange(len(stones))
-    return worth[rows, k] * (1 - at + k) + worth[rows, k + 1] * (at - k)
-
-
-def _best(position: NDArray[np.intp], value: Floats, most: int) -> NDArray[np.intp]:
-    """Indices of the best `most` of each position."""
-    order = np.lexsort((-value, position))
-    starts = np.r_[True, np.diff(position[order]) != 0]
-    begin = np.maximum.accumulate(np.where(starts, np.arange(len(order)), 0))
-    return order[np.arange(len(order)) - begin < most]
-
-
-# --- learning -------------------------------------------------------------------------------------
-
-
-class _Row(NamedTuple):
-    """What is seen of a batch's positions after one delivery, and how the ends were scored."""
-
-    stones: NDArray[np.float32]
-    which: NDArray[np.intp]
-    position: NDArray[np.float32]
-    score: NDArray[np.int64]
-
-
-def learn(
-    lines: Lines,
-    lived: list[Ends],
-    settings: LeagueSettings,
-    number: int,
-    through: Through = lambda items, label: items,
-) -> Network:
-    """The network that says best how ends were scored; each is seen in the mirror too."""
-    import torch
-    from torch import nn
-
-    rows = [row for ends in lived for row in _rows_of(lines, ends)]
-    torch.manual_seed(settings.seed + number)
-    rng = np.random.default_rng((settings.seed, number, 2**21))
-    a, b, c, d = settings.layers
-    stone = nn.Sequential(nn.Linear(STONE_FEATURES, a), nn.ReLU(), nn.Linear(a, b), nn.ReLU())
-    position = nn.Sequential(
-        nn.Linear(2 * b + POSITION_FEATURES, c), nn.ReLU(), nn.Linear(c, d), nn.ReLU(),
-        nn.Linear(d, len(SCORES)),
-    )  # fmt: skip
-    steps = settings.epochs * -(-len(rows) // GROUP)
-    optimiser = torch.optim.AdamW([*stone.parameters(), *position.parameters()], weight_decay=1e-3)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(
-        optimiser, settings.learning_rate, total_steps=steps + 1
-    )
-    for _ in through(range(settings.epochs), "learning"):
-        order = rng.permutation(len(rows))
-        for begin in range(0, len(rows), GROUP):
-            some = [rows[k] for k in order[begin : begin + GROUP]]
-            begins = np.cumsum([0, *(SLOTS * len(row.score) for row in some)])
-            team = np.concatenate([r.which + at for r, at in zip(some, begins, strict=False)])
-            team //= SLOTS // 2
-            ends = sum(len(row.score) for row in some)
-            looked = stone(torch.from_numpy(np.concatenate([row.stones for row in some])))
-            teams = torch.zeros(2 * ends, b).index_add(0, torch.from_numpy(team), looked)
-            whole = torch.from_numpy(np.concatenate([row.position for row in some]))
-            logits = position(torch.cat([teams.reshape(ends, -1), whole], dim=1))
-            score = torch.from_numpy(np.concatenate([row.score for row in some]))
-            loss = nn.functional.cross_entropy(logits, score)
-            optimiser.zero_grad()
-            loss.backward()
-            optimiser.step()
-            schedule.step()
-    linear = [module for module in (*stone, *position) if isinstance(module, nn.Linear)]
-    return Network(
-        layers=tuple(
-            (m.weight.detach().numpy().T.copy(), m.bias.detach().numpy().copy()) for m in linear
-        )
-    )
-
-
-def _rows_of(lines: Lines, ends: Ends) -> Iterable[_Row]:
-    deliveries = len(ends.stones)
-    score = np.clip(ends.score, -MOST, MOST) + MOST
-    for delivered in range(deliveries - 1):
-        for mirror in (1.0, -1.0):
-            stones = ends.stones[delivered] * np.array([mirror, 1.0])
-            seen, which = stone_features(lines, stones)
-            left = deliveries - 1 - delivered
-            yield _Row(seen, which, position_features(lines, stones, left, ends.worth, 0.0), score)
+    """Ends of games as they come, by hands of the league's skill."""
+    left = rng.integers(1, MOST_ENDS_LEFT + 1, SIDE_BY_SIDE)
+    lead = np.rint(rng.normal(0, LEADS, SIDE_BY_SIDE)).astype(int)
+    worth = worth_of_scores(sheet.rules, lead, left)
+    sigma = spread_of(skill_named(settings.skill))
+    return play_ends(sheet, players, worth, sigma, rng, tried=settings.tried)
 
 
 # --- files ----------------------------------------------------------------------------------------

@@ -23,6 +23,7 @@ from curling_env.physics.compiled import compiled
 from curling_env.rules.lines import Lines
 from curling_env.rules.stones import STONES_A_TEAM
 from curling_env.skill import SKILLS
+from curling_env.storage import atomic_path
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
@@ -48,7 +49,7 @@ class Network:
     layers: tuple[tuple[Singles, Singles], ...]
 
     def chances(
-        self, lines: Lines, stones: Floats, left: int, scores_worth: Floats, skill: float
+        self, lines: Lines, stones: Floats, left: int, scores_worth: Floats, skill: Floats | float
     ) -> Floats:
         """How likely each of `SCORES` is, (n, 13).
 
@@ -57,7 +58,7 @@ class Network:
         stones : (n, 16, 2) positions, see `positions`
         left : stones still to be delivered in the end
         scores_worth : (13,) or (n, 13) worth of each score to the hammer team, in any unit
-        skill : of the players, see `skill_of`
+        skill : of the players, for all or (n,); see `skill_of`
         """
         seen, which = stone_features(lines, stones)
         (a, a0), (b, b0), *rest = self.layers
@@ -81,7 +82,7 @@ class Network:
 
 
 def load_network(path: Path | None = None) -> Network:
-    """A network of `scripts/learn_worth.py`; without a path the package's own."""
+    """A network of `save_network`; without a path the package's own."""
     file = files("agents.playing.search").joinpath(FILE) if path is None else path
     with np.load(BytesIO(file.read_bytes()), allow_pickle=False) as archive:
         layers = len(archive.files) // 2
@@ -94,6 +95,21 @@ def load_network(path: Path | None = None) -> Network:
                 for k in range(layers)
             )
         )
+
+
+def save_network(path: Path, network: Network) -> None:
+    """Write a network's arrays in half precision: it is a small file of the package.
+
+    Raises
+    ------
+    OutputError : the file cannot be written
+    """
+    arrays: dict[str, Any] = {}
+    for k, (weights, offset) in enumerate(network.layers):
+        arrays[f"weights_{k}"] = weights.astype(np.float16)
+        arrays[f"offset_{k}"] = offset.astype(np.float16)
+    with atomic_path(path) as draft, draft.open("wb") as file:
+        np.savez_compressed(file, **arrays)
 
 
 def skill_of(sigma_angle: float) -> float:
