@@ -28,6 +28,13 @@ def tournament(
     skill: SkillOption = "elite",
     still: StillOption = False,
     sweep: SweepOption = True,
+    workers: Annotated[
+        str,
+        typer.Option(
+            metavar="N|ray|ray://HOST:PORT",
+            help="Local processes, or a Ray cluster: the one at hand, or the one at an address.",
+        ),
+    ] = "1",
     as_json: Annotated[bool, typer.Option("--json", help="The table as JSON.")] = False,
     seed: SeedOption = 0,
 ) -> None:
@@ -35,11 +42,14 @@ def tournament(
 
     Every two play the same number of games, each as home and with the hammer equally often. The
     table has the share of games won and an Elo rating, both with their 95 % interval: intervals
-    that overlap mean that more games are needed.
+    that overlap mean that more games are needed. Games are played side by side on as many workers
+    as there are, and the table is the same on any number of them, unless a player thinks by the
+    clock (search:0.2s).
 
     \b
-    Example:
+    Examples:
         curling tournament draw rulebased greedy --games 40 --ends 8
+        curling tournament search:1000 rulebased --games 60 --workers 8
     """
     from dataclasses import asdict
 
@@ -56,6 +66,7 @@ def tournament(
         games=games,
         seed=seed,
         through=lambda items, label: progress(items, label, unit="game"),
+        workers=workers,
     )
     if as_json:
         print_json(

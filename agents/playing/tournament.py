@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from agents.playing.match import play_game
 from curling_env.errors import InputError
+from curling_env.executor import executor
 from curling_env.game import Player, Rink
-from curling_env.rules import Team
+from curling_env.rules import Game, Team
 
 Floats = NDArray[np.float64]
 Through = Callable[[Iterable[Any], str], Iterable[Any]]
@@ -69,8 +70,32 @@ class Tournament:
     wins: Floats
 
 
+@dataclass(frozen=True, kw_only=True)
+class Fixture:
+    """A game to be played, with all it depends on.
+
+    Parameters
+    ----------
+    rink, seed, last_stone : see `play_game`
+    players : of home and away
+    places : of home and away among the tournament's players
+    """
+
+    rink: Rink
+    players: tuple[Player, Player]
+    places: tuple[int, int]
+    seed: int
+    last_stone: Team
+
+
 def play_tournament(
-    rink: Rink, players: list[Player], *, games: int, seed: int, through: Through
+    rink: Rink,
+    players: list[Player],
+    *,
+    games: int,
+    seed: int,
+    through: Through,
+    workers: int | str = 1,
 ) -> Tournament:
     """Every two players meet in a number of games, each as home and with the hammer equally often.
 
@@ -78,36 +103,57 @@ def play_tournament(
     ----------
     games : of every two players
     through : shows progress
+    workers : who plays the games, see `executor`; players that think by the clock apart, the
+        tournament is the same on any number of them
 
     Raises
     ------
-    InputError : fewer than two players, or two of one name
+    InputError : fewer than two players, two of one name, or workers that there are not
     """
     names = tuple(player.name for player in players)
     if len(players) < 2 or len(set(names)) < len(names):
         raise InputError("a tournament needs two players or more, each of another name")
-    pairs = list(combinations(range(len(players)), 2))
-    fixtures = [(i, j, g) for g in range(games) for i, j in pairs]
+    fixtures = _fixtures(rink, players, games, seed)
     rows: list[tuple[int, int, float]] = []
     points = np.zeros((len(players), 3))  # for, against, ends
-    for i, j, g in through(fixtures, "games"):
-        home, away = (i, j) if g % 2 == 0 else (j, i)
-        game = play_game(
-            rink,
-            (players[home], players[away]),
-            seed=seed + 1000 * g + pairs.index((i, j)),
-            last_stone=Team((g // 2) % 2),
-        ).game
-        for place, team in ((home, Team.HOME), (away, Team.AWAY)):
-            points[place] += game.score[team], game.score[team.other], len(game.line_score)
-        won = 0.5 if game.winner is None else float(game.winner is Team.HOME)
-        rows.append((i, j, won if home == i else 1 - won))
+    with executor(workers) as crew:
+        played = crew.map(_play, fixtures)
+        for fixture, game in zip(through(fixtures, "games"), played, strict=True):
+            for place, team in zip(fixture.places, Team, strict=True):
+                points[place] += game.score[team], game.score[team.other], len(game.line_score)
+            won = 0.5 if game.winner is None else float(game.winner is Team.HOME)
+            rows.append((*fixture.places, won))
     results = np.array(rows)
     return Tournament(
         standings=_standings(names, results, points, seed),
         names=names,
         wins=_table(len(players), results),
     )
+
+
+def _fixtures(rink: Rink, players: list[Player], games: int, seed: int) -> list[Fixture]:
+    """All games in their order: each two players once, then each two again, and so on."""
+    fixtures: list[Fixture] = []
+    for g in range(games):
+        for number, pair in enumerate(combinations(range(len(players)), 2)):
+            home, away = pair if g % 2 == 0 else pair[::-1]
+            fixtures.append(
+                Fixture(
+                    rink=rink,
+                    players=(players[home], players[away]),
+                    places=(home, away),
+                    seed=seed + 1000 * g + number,
+                    last_stone=Team((g // 2) % 2),
+                )
+            )
+    return fixtures
+
+
+def _play(fixture: Fixture) -> Game:
+    """The game as it ended."""
+    return play_game(
+        fixture.rink, fixture.players, seed=fixture.seed, last_stone=fixture.last_stone
+    ).game
 
 
 def _table(n: int, results: Floats) -> Floats:
@@ -120,7 +166,8 @@ def _table(n: int, results: Floats) -> Floats:
 
 def ratings(wins: Floats) -> Floats:
     """Elo ratings (n,) with mean 0 that make the wins (n, n) likeliest (Bradley and Terry)."""
-    wins = wins + PRIOR * (wins + wins.T > 0)
+    # Among all, also those whose games a bootstrap happens to leave out.
+    wins = wins + PRIOR * (1 - np.eye(len(wins)))
     games = wins + wins.T
     strength = np.ones(len(wins))
     for _ in range(2000):

@@ -65,6 +65,23 @@ def test_thinking_pays(better, games, ends):
     assert table.wins.sum() == games
 
 
+def test_a_tournament_is_the_same_on_any_number_of_workers():
+    def table(workers, seed):
+        return play_tournament(
+            rink(1),
+            [DrawPlayer(), RuleBasedPlayer()],
+            games=4,
+            seed=seed,
+            through=lambda x, _: x,
+            workers=workers,
+        )
+
+    alone, together = table(1, 5), table(2, 5)
+    assert alone.standings == together.standings
+    assert np.array_equal(alone.wins, together.wins)
+    assert alone.standings != table(1, 6).standings
+
+
 def test_the_same_seed_is_the_same_game():
     runs = [
         lines_of(
@@ -195,6 +212,10 @@ def test_ratings_and_intervals():
     high, low = ratings(wins)
     assert high + low == pytest.approx(0, abs=1e-6)
     assert high - low == pytest.approx(400 * np.log10(30.5 / 10.5), rel=1e-3)
+    # A third who played nobody, as may be in a bootstrap of few games, is rated as the mean.
+    third = ratings(np.pad(wins, (0, 1)))
+    assert np.isfinite(third).all()
+    assert third[2] == pytest.approx(0, abs=1e-6)
     assert wilson(30, 40) == pytest.approx((0.598, 0.858), abs=2e-3)
     with pytest.raises(InputError, match="another name"):
         play_tournament(
@@ -241,3 +262,4 @@ def test_the_tournament_command(curling):
     shown = curling("tournament", "draw", "rulebased", "--games", "2", "--ends", "1")
     assert "Elo" in shown.out
     assert "two players" in curling("tournament", "draw").complaint
+    assert "workers" in curling("tournament", "draw", "rulebased", "--workers", "0").complaint
