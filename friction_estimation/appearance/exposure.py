@@ -15,8 +15,14 @@ from friction_estimation.appearance.fit import (
     channels_of,
     fit_stone,
 )
-from friction_estimation.appearance.kernels import FINE, coverage
-from friction_estimation.appearance.model import PARTS, StoneModel, Window, window_at
+from friction_estimation.appearance.model import StoneModel, Window, window_at
+from friction_estimation.appearance.painting import (
+    blurred,
+    over,
+    painted,
+    shares,
+    tinted,
+)
 from friction_estimation.camera import Camera
 
 Floats = NDArray[np.float64]
@@ -114,24 +120,9 @@ def keep_near(exposure: Exposure, look: Appearance) -> None:
         exposure.behind = np.ascontiguousarray(exposure.behind[within.ravel()])
 
 
-def cover_of(exposure: Exposure, look: Appearance, pose: Floats | None = None) -> Floats:
-    pose = exposure.pose if pose is None else pose
-    window = exposure.window
-    out = np.empty((2, len(exposure.picture), len(PARTS) + 1))
-    coverage(
-        pose[0],
-        pose[1],
-        pose[2],
-        look.model.shape(),
-        window.foot,
-        window.lean,
-        window.scale,
-        *window.shape,
-        FINE,
-        look.has_handle,
-        out,
-    )
-    return out
+def cover_of(exposure: Exposure, look: Appearance) -> Floats:
+    """What each part covers of every pixel, see `shares`."""
+    return shares(exposure.window, look.model.shape(), exposure.pose, with_handle=look.has_handle)
 
 
 def rendered(cover: Floats, behind: Floats, colours: Floats) -> Floats:
@@ -142,21 +133,31 @@ def rendered(cover: Floats, behind: Floats, colours: Floats) -> Floats:
     return behind * bare + np.einsum("cnk,kc->nc", parts, colours)
 
 
+def seen_with(exposure: Exposure, look: Appearance, planes: Floats) -> Floats:
+    """The picture that a painting makes, (n, 3) channels."""
+    light = tinted(planes, look.colours)
+    seen = blurred(light, exposure.window, look.model.shape())
+    return exposure.behind + over(seen, exposure.behind)
+
+
+def planes_of(exposure: Exposure, look: Appearance) -> Floats:
+    return painted(exposure.window, look.model.shape(), exposure.pose, with_handle=look.has_handle)
+
+
 def weights_of(residual: Floats, noise: Floats) -> Floats:
     total = np.sum((residual / noise) ** 2, axis=1)
     return 1 / (1 + total / (3 * OUTLIER_AT**2)) ** 2
 
 
-def cost_of(exposure: Exposure, look: Appearance, pose: Floats) -> float:
-    """Robust misfit of one exposure with the stone at a pose."""
-    cover = cover_of(exposure, look, pose)
-    residual = exposure.picture - rendered(cover, exposure.behind, look.colours)
+def cost_of(exposure: Exposure, look: Appearance, planes: Floats) -> float:
+    """Robust misfit of one exposure to a painting of the stone."""
+    residual = exposure.picture - seen_with(exposure, look, planes)
     squares = np.sum((residual / look.noise) ** 2, axis=1)
     return float(np.sum(squares / (1 + squares / (3 * OUTLIER_AT**2))))
 
 
 def total_misfit(exposures: Sequence[Exposure], look: Appearance) -> float:
-    return sum(cost_of(exposure, look, exposure.pose) for exposure in exposures)
+    return sum(cost_of(exposure, look, planes_of(exposure, look)) for exposure in exposures)
 
 
 def residual_noise(exposures: Sequence[Exposure], look: Appearance) -> Floats:

@@ -11,12 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from friction_estimation.appearance.kernels import FINE, gauss_newton
-from friction_estimation.appearance.model import (
-    StoneModel,
-    Window,
-    window_at,
-)
+from friction_estimation.appearance.kernels import pose_equations
+from friction_estimation.appearance.model import StoneModel, Window, window_at
+from friction_estimation.appearance.painting import blurred, painted, tinted, turn_handle
 from friction_estimation.camera import Camera
 
 Floats = NDArray[np.float64]
@@ -25,8 +22,21 @@ MARGIN_PX = 4.0
 """Ring of background around the stone that the fit looks at: about three blurs wide."""
 OUTLIER_AT = 4.0
 """Residuals of this many standard deviations count half (Geman-McClure weights)."""
+NEAR_EDGE_PX = 40.0
+"""Within this of the image's edge a stone may be cut off."""
 PIXEL_CORRELATION = 4.0
 """Neighbouring residuals agree (blur, compression): as many pixels as make one independent one."""
+MAX_ITERATIONS = 12
+MAX_PAINTINGS = 8
+NEGLIGIBLE_STEP = 0.1
+"""A step of less than this share of a standard error ends the fit."""
+REPAINT_AT_PX = 0.7
+REPAINT_TURN = 0.15
+"""Beyond these shifts [px] and turns [rad] a moved picture no longer is that of a moved stone."""
+LONGEST_STEP = 0.08
+LONGEST_TURN = 0.3
+"""Beyond these [m, rad] a step leaves the range of the linearisation."""
+SMALL_TURN = 0.05
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -95,26 +105,64 @@ def fit_stone(
     (3,) best place and heading; (3, 3) covariance; misfit; visible share: see `StoneFit`
     """
     pose = np.array(start, dtype=np.float64)
-    covariance = np.full((3, 3), np.nan)
-    quality = np.empty(2)
-    gauss_newton(
-        picture,
-        behind,
-        window.foot,
-        window.lean,
-        window.scale,
-        *window.shape,
-        FINE,
-        appearance.model.shape(),
-        appearance.colours,
-        appearance.noise,
-        appearance.has_handle,
-        OUTLIER_AT,
-        pose,
-        covariance,
-        quality,
-    )
-    return pose, covariance * PIXEL_CORRELATION, float(quality[0]), float(quality[1])
+    model, shape = appearance.model, appearance.model.shape()
+    metre = window.scale[0] + 0.5 * model.height * window.scale[1]
+    px = np.linalg.inv(metre)
+    size = 3 if appearance.has_handle else 2
+    slow = np.zeros((5, 3, *window.shape))
+    normal, right, totals = np.empty((3, 3)), np.empty(3), np.empty(4)
+    damped = np.eye(size)
+    done = False
+    for _ in range(MAX_PAINTINGS):
+        begun = pose.copy()
+        # The stone is painted once and its picture moved; a long way asks for another painting.
+        planes = painted(window, shape, begun, with_handle=appearance.has_handle)
+        light = tinted(planes, appearance.colours)
+        turning = None
+        if appearance.has_handle:
+            turn_handle(planes, window, shape, begun + np.array([0.0, 0.0, SMALL_TURN]))
+            turning = (tinted(planes, appearance.colours) - light) / SMALL_TURN
+        moved = np.zeros(3)
+        for _ in range(MAX_ITERATIONS):
+            shift = px @ moved[:2]
+            shift_px = (float(shift[0]), float(shift[1]))
+            seen = blurred(light, window, shape, shift_px, sloped=True)
+            if turning is not None:
+                slow = blurred(turning, window, shape, shift_px)
+            pose_equations(
+                picture,
+                behind,
+                seen,
+                slow,
+                moved[2],
+                px,
+                appearance.noise,
+                OUTLIER_AT,
+                normal,
+                right,
+                totals,
+            )
+            damped = normal[:size, :size] + np.diag(1e-4 * np.diag(normal)[:size] + 1e-6)
+            step = np.linalg.solve(damped, right[:size])
+            gain = float(step @ right[:size])  # in squared standard errors
+            shrink = min(1.0, LONGEST_STEP / (np.hypot(step[0], step[1]) + 1e-12))
+            if size == 3:
+                shrink = min(shrink, LONGEST_TURN / (abs(step[2]) + 1e-12))
+            pose[:size] += shrink * step
+            moved = pose - begun
+            done = gain < NEGLIGIBLE_STEP**2 * size
+            far, turned = float(np.linalg.norm(px @ moved[:2])), abs(moved[2])
+            if done or far > 2 * REPAINT_AT_PX or turned > 2 * REPAINT_TURN:
+                break
+        if done and far < REPAINT_AT_PX and turned < REPAINT_TURN:
+            break
+    covariance = np.zeros((3, 3))
+    covariance[2, 2] = np.inf
+    squares, weights, stone_pixels, seen_pixels = totals.tolist()
+    spread = max(squares / max(weights, 1.0), 0.01)
+    covariance[:size, :size] = PIXEL_CORRELATION * spread * np.linalg.inv(damped)
+    misfit = float(np.sqrt(squares / max(weights, 1e-9)))
+    return pose, covariance, misfit, seen_pixels / max(stone_pixels, 1e-9)
 
 
 def measure(
@@ -151,15 +199,12 @@ def measure(
         picture, np.ascontiguousarray(behind), window, appearance, start
     )
     width, height = camera.size
-    at_end = appearance.model.outline_px(camera, pose[:2])
-    inside = 0.0
-    if len(at_end):
-        inside = float(
-            np.mean(
-                (at_end >= 0).all(axis=1)
-                & (at_end <= np.array([width - 1, height - 1])).all(axis=1)
-            )
-        )
+    inside = 1.0
+    (left, top), right_end = outline.min(axis=0), np.array([width, height]) - outline.max(axis=0)
+    if min(left, top, *right_end) < NEAR_EDGE_PX:
+        at_end = appearance.model.outline_px(camera, pose[:2])
+        within = (at_end >= 0) & (at_end <= np.array([width - 1, height - 1]))
+        inside = float(within.all(axis=1).mean()) if len(at_end) else 0.0
     return StoneFit(
         xy=pose[:2],
         theta=float(pose[2]) if appearance.has_handle else np.nan,

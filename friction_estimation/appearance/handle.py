@@ -13,11 +13,13 @@ from friction_estimation.appearance.exposure import (
     Exposure,
     cost_of,
     cover_of,
+    planes_of,
     rendered,
     settle,
     total_misfit,
 )
 from friction_estimation.appearance.fit import PIXEL_CORRELATION, Appearance
+from friction_estimation.appearance.painting import turn_handle
 
 Floats = NDArray[np.float64]
 
@@ -104,8 +106,7 @@ def turn_together(exposures: Sequence[Exposure], look: Appearance) -> None:
             options = carried[:, :, None] + reluctance[None]
             came_from.append(np.argmin(options, axis=1))
             value = np.min(options, axis=1)
-        poses = [np.array([*exposure.pose[:2], heading]) for heading in headings]
-        costs = np.array([cost_of(exposure, look, pose) for pose in poses])
+        costs = _costs_of_headings(exposure, look, headings)
         value = value + (costs - costs.min())[:, None] / PIXEL_CORRELATION
     at, spin = np.unravel_index(int(np.argmin(value)), value.shape)
     heading = float(headings[at])
@@ -115,3 +116,14 @@ def turn_together(exposures: Sequence[Exposure], look: Appearance) -> None:
             near = round((heading + np.pi) / step) % HEADINGS_TRIED
             spin = came_from[k - 1][near, spin]
             heading -= float(SPINS_TRIED[spin]) * (ordered[k].t - ordered[k - 1].t)
+
+
+def _costs_of_headings(exposure: Exposure, look: Appearance, headings: Floats) -> Floats:
+    """Misfit of one exposure at each heading; the body below the handle is painted once."""
+    planes, shape = planes_of(exposure, look), look.model.shape()
+    costs: list[float] = []
+    for heading in headings:
+        pose = np.array([*exposure.pose[:2], heading])
+        turn_handle(planes, exposure.window, shape, pose)
+        costs.append(cost_of(exposure, look, planes))
+    return np.array(costs)

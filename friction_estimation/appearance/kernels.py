@@ -1,6 +1,8 @@
 """Compiled arithmetic of the stone's picture.
 
-All of it stands in one file, because numba notices a change only in the file it compiled.
+All of it stands in one file, because numba notices a change only in the file it compiled. Each
+kernel does one thing and `painting` calls them in turn: a kernel that calls another compiles it
+once more, and compiling is what a first run waits for.
 """
 
 from __future__ import annotations
@@ -70,13 +72,6 @@ PLANES = PARTS + 1
 NORMAL_MIRROR = 0.02
 """Share of upright light that water ice mirrors (Schlick's form of Fresnel's law)."""
 
-MAX_ITERATIONS = 12
-MAX_PAINTINGS = 8
-NEGLIGIBLE_STEP = 0.1
-"""A step of less than this share of a standard error ends the fit."""
-REPAINT_AT_PX = 0.7
-REPAINT_TURN = 0.15
-"""Beyond these shifts [px] and turns [rad] a moved picture no longer is that of a moved stone."""
 BLUR_REACH = 3.2
 """A point spread ends at this many standard deviations."""
 
@@ -127,36 +122,33 @@ def _px_per_metre(dx, dy, z, scale):
 
 
 @compiled
-def paint(x, y, theta, shape, foot, lean, scale, rows, columns, fine, with_handle, out):
-    """What part of the stone is seen in every fine pixel of a window.
+def paint_body(x, y, shape, foot, lean, scale, rows, columns, fine, planes):
+    """What part of the body is seen in every fine pixel of a window, as if it had no handle.
 
     Parameters
     ----------
-    x, y, theta : place and heading of the stone, sheet frame [m, rad]
+    x, y : place of the stone, sheet frame [m]
     shape : (26,) see `SHAPE_PARAMETERS`
     foot, lean, scale, rows, columns : of a `Window`
     fine : fine pixels along a pixel's side
-    with_handle : whether there is a handle
-    out : (6, rows·fine, columns·fine) filled with the share of foot, side, bevel, top and handle,
-        and the light that the ice lacks where it is seen. What the ice mirrors of the body counts
-        as foot and side
+    planes : (6, rows·fine, columns·fine), of which the first four are filled with the shares of
+        foot, side, bevel and top. What the ice mirrors of the body counts as foot and side
     """
     radius, height = shape[0], shape[1]
     nodes, turned = np.empty((NODES, 2)), np.zeros(NODES)
     _outline(shape, nodes, turned)
-    contact_from = radius - 0.5 * shape[2]
-    handle_z = height + shape[6]
-    cosine, sine = math.cos(theta), math.sin(theta)
-    out[:] = 0.0
-    widest = np.abs(scale[0]).max() + handle_z * np.abs(scale[1]).max()
+    widest = np.abs(scale[0]).max() + height * np.abs(scale[1]).max()
     reach = radius + widest
-    tall = handle_z if with_handle else height
+    top_z, top_r = nodes[NODES - 1, 0], nodes[NODES - 1, 1]
+    surely_top = max(top_r - widest, 0.0)
     values = np.empty(NODES)
     for i in range(rows * fine):
         row = i // fine
         below = min(row, rows - 2)
         down = (i + 0.5) / fine - 0.5 - below
         for j in range(columns * fine):
+            for k in range(4):
+                planes[k, i, j] = 0.0
             column = j // fine
             right = min(column, columns - 2)
             along = (j + 0.5) / fine - 0.5 - right
@@ -166,9 +158,13 @@ def paint(x, y, theta, shape, foot, lean, scale, rows, columns, fine, with_handl
             fy = foot[a, 1] + along * (foot[a + 1, 1] - foot[a, 1])
             fy += down * (foot[a + columns, 1] - foot[a, 1]) - y
             lx, ly = lean[row * columns + column, 0], lean[row * columns + column, 1]
+            ox, oy = fx + top_z * lx, fy + top_z * ly
+            if ox * ox + oy * oy < surely_top * surely_top:
+                planes[3, i, j] = 1.0
+                continue
             c0, c1, c2 = fx * fx + fy * fy, fx * lx + fy * ly, lx * lx + ly * ly
             # nearest approach of the line of sight to the stone's axis, within its height
-            z = min(max(-c1 / (c2 + 1e-12), 0.0), tall)
+            z = min(max(-c1 / (c2 + 1e-12), 0.0), height)
             cover = 0.0
             if c0 + z * (2 * c1 + z * c2) < reach * reach:
                 for k in range(NODES):
@@ -200,24 +196,19 @@ def paint(x, y, theta, shape, foot, lean, scale, rows, columns, fine, with_handl
                 if seen < 0:
                     seen = strip
             if cover > 0:
-                z, r = nodes[NODES - 1, 0], nodes[NODES - 1, 1]
-                dx, dy = fx + z * lx, fy + z * ly
-                rho = math.sqrt(dx * dx + dy * dy)
+                rho = math.sqrt(ox * ox + oy * oy)
                 top = cover
-                if rho > 0.2 * r:
-                    top *= _ramp((rho - r) * _px_per_metre(dx, dy, z, scale) * fine)
-                out[3, i, j] = top
+                if rho > 0.2 * top_r:
+                    top *= _ramp((rho - top_r) * _px_per_metre(ox, oy, top_z, scale) * fine)
+                planes[3, i, j] = top
                 side = cover - top
-                if seen > FOOT_STRIPS:
-                    strip = min(seen, NODES - 2)
-                    out[2, i, j] = side * turned[strip]
-                    out[1, i, j] = side * (1 - turned[strip])
-                else:
-                    out[0, i, j] = side * turned[seen]
-                    out[1, i, j] = side * (1 - turned[seen])
-            if cover < 1:
-                bare = 1 - cover
-                if shape[21] > 0.0:
+                strip = min(seen, NODES - 2)
+                rounded = 2 if strip > FOOT_STRIPS else 0
+                planes[rounded, i, j] = side * turned[strip]
+                planes[1, i, j] = side * (1 - turned[strip])
+            if cover < 1 and shape[21] > 0.0:
+                z = min(max(c1 / (c2 + 1e-12), 0.0), height)
+                if c0 - z * (2 * c1 - z * c2) < (reach + 2 * widest) ** 2:
                     image = 1e9
                     for m in range(MIRROR_NODES):
                         k = m * (NODES - 1) // (MIRROR_NODES - 1)
@@ -228,68 +219,134 @@ def paint(x, y, theta, shape, foot, lean, scale, rows, columns, fine, with_handl
                     if image < 1.0:  # pebble spreads the mirror image
                         steep = 1.0 - 1.0 / math.sqrt(1.0 + c2)
                         share = shape[21] * (NORMAL_MIRROR + (1.0 - NORMAL_MIRROR) * steep**5)
-                        share *= bare * _ramp(0.5 * image)
-                        out[0, i, j] += 0.5 * share
-                        out[1, i, j] += 0.5 * share
-                        bare -= share
-                gap = max(math.sqrt(c0) - contact_from, 0.0) / shape[20]
-                light = 1.0
-                if gap < 3.0:
-                    light -= shape[19] * math.exp(-gap * gap)
-                dx, dy = fx - shape[12], fy - shape[13]
-                distance = math.sqrt(dx * dx + dy * dy) - shape[14]
-                if distance < 3 * shape[15]:
-                    light *= 1 - shape[16] * 0.5 * math.erfc(distance / shape[15] * math.sqrt(0.5))
-                out[5, i, j] = bare * (1 - light)
-            if with_handle:
-                ax, ay = fx + height * lx, fy + height * ly
-                extent = 0.16 + shape[6] * (abs(lx) + abs(ly)) + widest
-                if ax * ax + ay * ay < extent * extent:
-                    handle = 0.0
-                    for k in range(3):
-                        z = height + 0.5 * k * shape[23]
-                        dx, dy = fx + z * lx, fy + z * ly
-                        distance = math.sqrt(dx * dx + dy * dy) - shape[22]
-                        distance *= _px_per_metre(dx, dy, z, scale) * fine
-                        handle = max(handle, _ramp(distance))
-                    for k in range(GRIP_LEVELS + NECK_LEVELS):
-                        front = shape[8]
-                        z = handle_z - shape[17] * k / (GRIP_LEVELS - 1)
-                        if k >= GRIP_LEVELS:
-                            front = shape[7] + shape[25]
-                            up = (k - GRIP_LEVELS + 0.5) / NECK_LEVELS
-                            z = height + max(shape[6] - shape[17], 0.0) * up
-                        dx, dy = fx + z * lx, fy + z * ly
-                        forward, aside = cosine * dx + sine * dy, -sine * dx + cosine * dy
-                        middle, half = 0.5 * (shape[7] + front), 0.5 * (front - shape[7])
-                        ahead = (abs(forward - middle) - half) * fine
-                        ahead *= _px_per_metre(cosine, sine, z, scale)
-                        beside = (abs(aside) - 0.5 * shape[9]) * fine
-                        beside *= _px_per_metre(-sine, cosine, z, scale)
-                        handle = max(handle, _ramp(ahead) * _ramp(beside))
-                    if handle > 0:
-                        for k in range(PLANES):
-                            out[k, i, j] *= 1 - handle
-                        out[4, i, j] = handle
+                        share *= (1 - cover) * _ramp(0.5 * image)
+                        planes[0, i, j] += 0.5 * share
+                        planes[1, i, j] += 0.5 * share
 
 
 @compiled
-def _spread_weights(count, fine, sigma, shift, weights, slopes, first):
-    """Fill each pixel's weights of fine pixels under a Gaussian, and their slopes by the shift."""
-    taps = weights.shape[1]
-    for p in range(count):
-        centre = (p - shift + 0.5) * fine - 0.5
-        start = math.floor(centre - 0.5 * (taps - 1))
-        first[p] = start
-        total = 0.0
-        for q in range(taps):
-            away = (start + q - centre) / (fine * sigma)
-            weights[p, q] = math.exp(-0.5 * away * away)
-            slopes[p, q] = -weights[p, q] * away / sigma
-            total += weights[p, q]
-        for q in range(taps):
-            weights[p, q] /= total
-            slopes[p, q] /= total
+def paint_shade(x, y, shape, foot, rows, columns, fine, planes):
+    """What light the ice lacks in every fine pixel where it is seen beside the body.
+
+    Parameters
+    ----------
+    as of `paint_body`, whose four planes are read; the last plane is filled
+    """
+    contact_from = shape[0] - 0.5 * shape[2]
+    for i in range(rows * fine):
+        below = min(i // fine, rows - 2)
+        down = (i + 0.5) / fine - 0.5 - below
+        for j in range(columns * fine):
+            planes[5, i, j] = 0.0
+            bare = 1.0 - planes[0, i, j] - planes[1, i, j] - planes[2, i, j] - planes[3, i, j]
+            if bare < 1e-9:
+                continue
+            right = min(j // fine, columns - 2)
+            along = (j + 0.5) / fine - 0.5 - right
+            a = below * columns + right
+            fx = foot[a, 0] + along * (foot[a + 1, 0] - foot[a, 0])
+            fx += down * (foot[a + columns, 0] - foot[a, 0]) - x
+            fy = foot[a, 1] + along * (foot[a + 1, 1] - foot[a, 1])
+            fy += down * (foot[a + columns, 1] - foot[a, 1]) - y
+            gap = max(math.sqrt(fx * fx + fy * fy) - contact_from, 0.0) / shape[20]
+            light = 1.0
+            if gap < 3.0:
+                light -= shape[19] * math.exp(-gap * gap)
+            dx, dy = fx - shape[12], fy - shape[13]
+            distance = math.sqrt(dx * dx + dy * dy) - shape[14]
+            if distance < 3 * shape[15]:
+                light *= 1 - shape[16] * 0.5 * math.erfc(distance / shape[15] * math.sqrt(0.5))
+            planes[5, i, j] = bare * (1 - light)
+
+
+@compiled
+def paint_handle(x, y, theta, shape, foot, lean, scale, rows, columns, fine, handle):
+    """The share of every fine pixel that the handle covers.
+
+    Parameters
+    ----------
+    theta : heading of the stone [rad]; the others as of `paint_body`
+    handle : (rows·fine, columns·fine), filled
+    """
+    height = shape[1]
+    handle_z = height + shape[6]
+    cosine, sine = math.cos(theta), math.sin(theta)
+    widest = np.abs(scale[0]).max() + handle_z * np.abs(scale[1]).max()
+    for i in range(rows * fine):
+        row = i // fine
+        below = min(row, rows - 2)
+        down = (i + 0.5) / fine - 0.5 - below
+        for j in range(columns * fine):
+            handle[i, j] = 0.0
+            column = j // fine
+            right = min(column, columns - 2)
+            along = (j + 0.5) / fine - 0.5 - right
+            a = below * columns + right
+            fx = foot[a, 0] + along * (foot[a + 1, 0] - foot[a, 0])
+            fx += down * (foot[a + columns, 0] - foot[a, 0]) - x
+            fy = foot[a, 1] + along * (foot[a + 1, 1] - foot[a, 1])
+            fy += down * (foot[a + columns, 1] - foot[a, 1]) - y
+            lx, ly = lean[row * columns + column, 0], lean[row * columns + column, 1]
+            ax, ay = fx + height * lx, fy + height * ly
+            extent = 0.16 + shape[6] * (abs(lx) + abs(ly)) + widest
+            if ax * ax + ay * ay >= extent * extent:
+                continue
+            share = 0.0
+            for k in range(3):
+                z = height + 0.5 * k * shape[23]
+                dx, dy = fx + z * lx, fy + z * ly
+                distance = math.sqrt(dx * dx + dy * dy) - shape[22]
+                if distance < widest:
+                    distance *= _px_per_metre(dx, dy, z, scale) * fine
+                    share = max(share, _ramp(distance))
+            for k in range(GRIP_LEVELS + NECK_LEVELS):
+                if share >= 1.0:
+                    break
+                front = shape[8]
+                z = handle_z - shape[17] * k / (GRIP_LEVELS - 1)
+                if k >= GRIP_LEVELS:
+                    front = shape[7] + shape[25]
+                    up = (k - GRIP_LEVELS + 0.5) / NECK_LEVELS
+                    z = height + max(shape[6] - shape[17], 0.0) * up
+                dx, dy = fx + z * lx, fy + z * ly
+                forward, aside = cosine * dx + sine * dy, -sine * dx + cosine * dy
+                ahead = abs(forward - 0.5 * (shape[7] + front)) - 0.5 * (front - shape[7])
+                beside = abs(aside) - 0.5 * shape[9]
+                if ahead < widest and beside < widest:
+                    ahead *= _px_per_metre(cosine, sine, z, scale) * fine
+                    beside *= _px_per_metre(-sine, cosine, z, scale) * fine
+                    share = max(share, _ramp(ahead) * _ramp(beside))
+            handle[i, j] = share
+
+
+@compiled
+def tint(planes, handle, colours, tinted):
+    """The stone's light in every fine pixel, and what it hides of the ice.
+
+    Parameters
+    ----------
+    planes : (6, height, width) of `paint_body` and `paint_shade`
+    handle : (height, width) of `paint_handle`
+    colours : (5, 3) of the parts
+    tinted : (5, height, width) filled with the stone's brightness and the share of the ice's that
+        is lost behind it and in its shade; its two colours and the share of the ice's lost
+    """
+    for i in range(handle.shape[0]):
+        for j in range(handle.shape[1]):
+            h = handle[i, j]
+            free = 1.0 - h
+            luma, blue, red, cover = 0.0, 0.0, 0.0, 0.0
+            for k in range(4):
+                share = planes[k, i, j]
+                cover += share
+                luma += share * colours[k, 0]
+                blue += share * colours[k, 1]
+                red += share * colours[k, 2]
+            tinted[0, i, j] = free * luma + h * colours[4, 0]
+            tinted[1, i, j] = free * (cover + planes[5, i, j]) + h
+            tinted[2, i, j] = free * blue + h * colours[4, 1]
+            tinted[3, i, j] = free * red + h * colours[4, 2]
+            tinted[4, i, j] = free * cover + h
 
 
 @compiled
@@ -302,233 +359,123 @@ def blur(planes, rows, columns, fine, sigma, shift_u, shift_v, sloped, out):
     sigma : of the point spread [px]
     shift_u, shift_v : by how much the planes are moved [px]
     sloped : whether derivatives are asked for
-    out : (p, 3, rows, columns) filled with values and their derivatives by both shifts
+    out : (p, 3, rows, columns) filled with values and their derivatives by both shifts; without
+        slopes only with values
     """
     taps = 2 * math.ceil(BLUR_REACH * sigma * fine) + 1
-    across, across_slope = np.empty((columns, taps)), np.empty((columns, taps))
-    upright, upright_slope = np.empty((rows, taps)), np.empty((rows, taps))
-    first_u, first_v = np.empty(columns, np.int64), np.empty(rows, np.int64)
-    _spread_weights(columns, fine, sigma, shift_u, across, across_slope, first_u)
-    _spread_weights(rows, fine, sigma, shift_v, upright, upright_slope, first_v)
+    weights, slopes = np.empty((2, taps)), np.empty((2, taps))
+    first = np.empty(2, np.int64)
+    for axis in range(2):  # all pixels have the same weights: they lie alike among fine ones
+        centre = 0.5 * fine - 0.5 - (shift_v if axis == 0 else shift_u) * fine
+        first[axis] = math.floor(centre - 0.5 * (taps - 1))
+        total = 0.0
+        for q in range(taps):
+            away = (first[axis] + q - centre) / (fine * sigma)
+            weights[axis, q] = math.exp(-0.5 * away * away)
+            slopes[axis, q] = -weights[axis, q] * away / sigma
+            total += weights[axis, q]
+        for q in range(taps):
+            weights[axis, q] /= total
+            slopes[axis, q] /= total
     height, width = rows * fine, columns * fine
-    line, slope = np.empty(width), np.empty(width)
+    # Upright first. Fine pixels of one phase then lie side by side, so that all sums run along
+    # memory.
+    span = columns + taps // fine + 2
+    lines, phases = np.empty((2, width)), np.empty((2, fine, span))
+    sums = np.empty((3, columns))
     for p in range(planes.shape[0]):
         for row in range(rows):
-            line[:] = 0.0
-            slope[:] = 0.0
+            lines[:] = 0.0
             for q in range(taps):
-                source = planes[p, min(max(first_v[row] + q, 0), height - 1)]
-                weight = upright[row, q]
-                for j in range(width):
-                    line[j] += weight * source[j]
+                source = planes[p, min(max(row * fine + first[0] + q, 0), height - 1)]
+                weight, slope = weights[0, q], slopes[0, q]
                 if sloped:
-                    weight = upright_slope[row, q]
                     for j in range(width):
-                        slope[j] += weight * source[j]
-            for column in range(columns):
-                value, by_u, by_v = 0.0, 0.0, 0.0
-                for q in range(taps):
-                    j = min(max(first_u[column] + q, 0), width - 1)
-                    value += across[column, q] * line[j]
-                    if sloped:
-                        by_u += across_slope[column, q] * line[j]
-                        by_v += across[column, q] * slope[j]
-                out[p, 0, row, column] = value
-                out[p, 1, row, column] = by_u
-                out[p, 2, row, column] = by_v
+                        lines[0, j] += weight * source[j]
+                        lines[1, j] += slope * source[j]
+                else:
+                    for j in range(width):
+                        lines[0, j] += weight * source[j]
+            for f in range(fine):
+                for m in range(span):
+                    j = min(max(first[1] + m * fine + f, 0), width - 1)
+                    phases[0, f, m] = lines[0, j]
+                    phases[1, f, m] = lines[1, j]
+            sums[:] = 0.0
+            for q in range(taps):
+                m = q // fine
+                weight, slope = weights[1, q], slopes[1, q]
+                plain = phases[0, q % fine, m : m + columns]
+                if sloped:
+                    upright = phases[1, q % fine, m : m + columns]
+                    for column in range(columns):
+                        sums[0, column] += weight * plain[column]
+                        sums[1, column] += slope * plain[column]
+                        sums[2, column] += weight * upright[column]
+                else:
+                    for column in range(columns):
+                        sums[0, column] += weight * plain[column]
+            for d in range(3 if sloped else 1):
+                for column in range(columns):
+                    out[p, d, row, column] = sums[d, column]
 
 
 @compiled
-def coverage(x, y, theta, shape, foot, lean, scale, rows, columns, fine, with_handle, out):
-    """How much of each pixel every part covers, and the light that the ice in it lacks.
+def pose_equations(picture, behind, seen, slow, turn, px, noise, outlier_at, normal, right, totals):
+    """Weighted normal equations of a stone's place and heading in one window.
 
     Parameters
     ----------
-    as of `paint`
-    out : (2, rows·columns, 6) first as brightness is blurred, then as colour is
+    picture, behind : (n, 3) channels of the frame and of the ice
+    seen : (5, 3, rows, columns) tinted planes, blurred, with their slopes
+    slow : the same of their derivative by the heading, without slopes
+    turn : how far the heading is from that of the painting [rad]
+    px : (2, 2) pixels per metre on the ice
+    noise : (3,) of each channel
+    normal, right : (3, 3) and (3,) filled
+    totals : (4,) filled with the sums of weighted squares and of weights, and of the stone's
+        pixels and of those that are seen
     """
-    planes = np.empty((PLANES, rows * fine, columns * fine))
-    paint(x, y, theta, shape, foot, lean, scale, rows, columns, fine, with_handle, planes)
-    blurred = np.empty((PLANES, 3, rows, columns))
-    for channel in range(2):
-        blur(planes, rows, columns, fine, shape[10 + channel], 0.0, 0.0, False, blurred)
-        for k in range(PLANES):
-            for row in range(rows):
-                for column in range(columns):
-                    out[channel, row * columns + column, k] = blurred[k, 0, row, column]
-
-
-@compiled
-def _tint(parts, colours, planes):
-    """Fill brightness, cover, lost light and both colours from the parts."""
-    height, width = parts.shape[1], parts.shape[2]
-    planes[:] = 0.0
-    for i in range(height):
-        for k in range(PARTS):
-            for j in range(width):
-                share = parts[k, i, j]
-                planes[0, i, j] += share * colours[k, 0]
-                planes[1, i, j] += share
-                planes[3, i, j] += share * colours[k, 1]
-                planes[4, i, j] += share * colours[k, 2]
-        for j in range(width):
-            planes[2, i, j] = parts[5, i, j]
-
-
-@compiled
-def gauss_newton(
-    picture,
-    behind,
-    foot,
-    lean,
-    scale,
-    rows,
-    columns,
-    fine,
-    shape,
-    colours,
-    noise,
-    has_handle,
-    outlier_at,
-    pose,
-    covariance,
-    quality,
-):
-    """Minimise the robust misfit over `pose`, and fill `covariance` and `quality`.
-
-    The stone is painted once and its picture moved; only a long way asks for another painting.
-    """
-    n = rows * columns
-    size = 3 if has_handle else 2
-    parts = np.empty((PLANES, rows * fine, columns * fine))
-    planes = np.empty((5, rows * fine, columns * fine))
-    turned_planes = np.empty((5, rows * fine, columns * fine))
-    # brightness: value, cover, lost light; colour: both values and their cover
-    sharp, soft = np.empty((3, 3, rows, columns)), np.empty((3, 3, rows, columns))
-    sharp_turned, soft_turned = np.empty((3, 3, rows, columns)), np.empty((3, 3, rows, columns))
-    order = np.array([3, 4, 1])
-    small_turn = 0.05
-    # pixels per metre of ice, at half the stone's height
-    metre = scale[0] + 0.5 * shape[1] * scale[1]
-    det = metre[0, 0] * metre[1, 1] - metre[0, 1] * metre[1, 0]
-    px = np.empty((2, 2))
-    px[0, 0], px[0, 1] = metre[1, 1] / det, -metre[0, 1] / det
-    px[1, 0], px[1, 1] = -metre[1, 0] / det, metre[0, 0] / det
-    normal, right = np.zeros((3, 3)), np.zeros(3)
+    columns = seen.shape[3]
     residual, slopes = np.empty(3), np.empty((3, 3))
-    scaled = np.eye(size)
-    squares, weights, stone_pixels, seen_pixels = 0.0, 0.0, 0.0, 0.0
-    done = False
-    for _ in range(MAX_PAINTINGS):
-        start = pose.copy()
-        paint(
-            pose[0], pose[1], pose[2],
-            shape, foot, lean, scale, rows, columns, fine, has_handle, parts,
-        )  # fmt: skip
-        _tint(parts, colours, planes)
-        if has_handle:
-            paint(
-                pose[0], pose[1], pose[2] + small_turn,
-                shape, foot, lean, scale, rows, columns, fine, has_handle, parts,
-            )  # fmt: skip
-            _tint(parts, colours, turned_planes)
-            turned_planes -= planes
-            turned_planes /= small_turn
-        for _ in range(MAX_ITERATIONS):
-            dx, dy, turn = pose[0] - start[0], pose[1] - start[1], pose[2] - start[2]
-            u = px[0, 0] * dx + px[0, 1] * dy
-            v = px[1, 0] * dx + px[1, 1] * dy
-            blur(planes[:3], rows, columns, fine, shape[10], u, v, True, sharp)
-            blur(planes[order], rows, columns, fine, shape[11], u, v, True, soft)
-            if has_handle:
-                blur(turned_planes[:3], rows, columns, fine, shape[10], u, v, False, sharp_turned)
-                blur(turned_planes[order], rows, columns, fine, shape[11], u, v, False, soft_turned)
-            normal[:] = 0.0
-            right[:] = 0.0
-            squares, weights, stone_pixels, seen_pixels = 0.0, 0.0, 0.0, 0.0
-            for i in range(n):
-                row, column = i // columns, i % columns
-                total = 0.0
-                for channel in range(3):
-                    ice = behind[i, channel]
-                    if channel == 0:
-                        seen, at, gone = sharp, 0, 1.0
-                        slow = sharp_turned
-                    else:
-                        seen, at, gone = soft, channel - 1, 0.0
-                        slow = soft_turned
-                    cover = 1 if channel == 0 else 2
-                    for d in range(3):
-                        bare = seen[cover, d, row, column]
-                        if channel == 0:
-                            bare += seen[2, d, row, column]
-                        slopes[d, channel] = seen[at, d, row, column] - ice * bare
-                    value = slopes[0, channel] + ice
-                    by_u, by_v = slopes[1, channel], slopes[2, channel]
-                    slopes[0, channel] = by_u * px[0, 0] + by_v * px[1, 0]
-                    slopes[1, channel] = by_u * px[0, 1] + by_v * px[1, 1]
-                    slopes[2, channel] = 0.0
-                    if has_handle:
-                        bare = slow[cover, 0, row, column]
-                        bare += gone * slow[2, 0, row, column]
-                        slopes[2, channel] = slow[at, 0, row, column] - ice * bare
-                        value += turn * slopes[2, channel]
-                    for p in range(size):
-                        slopes[p, channel] /= noise[channel]
-                    residual[channel] = (picture[i, channel] - value) / noise[channel]
-                    total += residual[channel] ** 2
-                weight = 1.0 / (1.0 + total / (3.0 * outlier_at**2)) ** 2
-                squares += weight * total / 3.0
-                weights += weight
-                covered = sharp[1, 0, row, column]
-                stone_pixels += covered
-                seen_pixels += covered * weight
-                for p in range(size):
-                    for channel in range(3):
-                        right[p] += weight * slopes[p, channel] * residual[channel]
-                        for q in range(p + 1):
-                            normal[p, q] += weight * slopes[p, channel] * slopes[q, channel]
-            for p in range(size):
-                for q in range(p):
-                    normal[q, p] = normal[p, q]
-            scaled = normal[:size, :size].copy()
-            for p in range(size):
-                scaled[p, p] = scaled[p, p] * 1.0001 + 1e-6
-            step = np.linalg.solve(scaled, right[:size])
-            gain = 0.0  # of the step, in squared standard errors
-            for p in range(size):
-                gain += step[p] * right[p]
-            # A step larger than a handful of centimetres leaves the range of the linearisation.
-            length = math.hypot(step[0], step[1])
-            shrink = min(1.0, 0.08 / (length + 1e-12))
-            if size == 3:
-                shrink = min(shrink, 0.3 / (abs(step[2]) + 1e-12))
-            for p in range(size):
-                step[p] *= shrink
-                pose[p] += step[p]
-            done = gain < NEGLIGIBLE_STEP**2 * size
-            dx, dy = pose[0] - start[0], pose[1] - start[1]
-            far = math.hypot(px[0, 0] * dx + px[0, 1] * dy, px[1, 0] * dx + px[1, 1] * dy)
-            if done or far > 2 * REPAINT_AT_PX or abs(pose[2] - start[2]) > 2 * REPAINT_TURN:
-                break
-        dx, dy = pose[0] - start[0], pose[1] - start[1]
-        far = math.hypot(px[0, 0] * dx + px[0, 1] * dy, px[1, 0] * dx + px[1, 1] * dy)
-        if done and far < REPAINT_AT_PX and abs(pose[2] - start[2]) < REPAINT_TURN:
-            break
-    covariance[:] = 0.0
-    covariance[2, 2] = np.inf
-    inverse = np.linalg.inv(scaled)
-    spread = max(squares / max(weights, 1.0), 0.01)
-    for p in range(size):
-        for q in range(size):
-            covariance[p, q] = inverse[p, q] * spread
-    quality[0] = np.sqrt(squares / max(weights, 1e-9))
-    quality[1] = seen_pixels / max(stone_pixels, 1e-9)
+    normal[:] = 0.0
+    right[:] = 0.0
+    totals[:] = 0.0
+    for i in range(picture.shape[0]):
+        row, column = i // columns, i % columns
+        total = 0.0
+        for channel in range(3):
+            ice = behind[i, channel]
+            at = channel + 1 if channel else 0
+            hidden = 4 if channel else 1
+            sigma = noise[channel]
+            value = ice + seen[at, 0, row, column] - ice * seen[hidden, 0, row, column]
+            by_u = seen[at, 1, row, column] - ice * seen[hidden, 1, row, column]
+            by_v = seen[at, 2, row, column] - ice * seen[hidden, 2, row, column]
+            by_turn = slow[at, 0, row, column] - ice * slow[hidden, 0, row, column]
+            slopes[0, channel] = (by_u * px[0, 0] + by_v * px[1, 0]) / sigma
+            slopes[1, channel] = (by_u * px[0, 1] + by_v * px[1, 1]) / sigma
+            slopes[2, channel] = by_turn / sigma
+            residual[channel] = (picture[i, channel] - value - turn * by_turn) / sigma
+            total += residual[channel] ** 2
+        weight = 1.0 / (1.0 + total / (3.0 * outlier_at**2)) ** 2
+        totals[0] += weight * total / 3.0
+        totals[1] += weight
+        totals[2] += seen[4, 0, row, column]
+        totals[3] += weight * seen[4, 0, row, column]
+        for p in range(3):
+            for channel in range(3):
+                right[p] += weight * slopes[p, channel] * residual[channel]
+                for q in range(p + 1):
+                    normal[p, q] += weight * slopes[p, channel] * slopes[q, channel]
+    for p in range(3):
+        for q in range(p):
+            normal[q, p] = normal[p, q]
 
 
 @compiled
 def normal_equations(jacobian, residual, weight, normal, right):
-    """Add a weighted least-squares problem, (n, m), to its normal equations.
+    """Fill in the normal equations of a weighted least-squares problem, (n, m).
 
     Written out, because a threaded library call on such slim matrices mostly waits for its threads.
     """
@@ -539,5 +486,8 @@ def normal_equations(jacobian, residual, weight, normal, right):
             if scaled == 0.0:
                 continue
             right[p] += scaled * residual[i]
-            for q in range(m):
+            for q in range(p + 1):
                 normal[p, q] += scaled * jacobian[i, q]
+    for p in range(m):
+        for q in range(p):
+            normal[q, p] = normal[p, q]

@@ -22,6 +22,7 @@ Floats = NDArray[np.float64]
 
 PARTS = ("foot", "side", "bevel", "top", "handle")
 """The parts of a stone that have a colour of their own, from the ice up."""
+CIRCLE = np.array([(np.cos(a), np.sin(a)) for a in np.linspace(0, 2 * np.pi, 48, endpoint=False)])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,18 +95,18 @@ class StoneModel:
         """Points on the body's outline in the raw image, (n, 2) [px], as a convex polygon."""
         import cv2
 
-        around = np.linspace(0, 2 * np.pi, 48, endpoint=False)
-        circle = np.column_stack([np.cos(around), np.sin(around)])
-        rings = [
-            np.column_stack([np.asarray(xy) + radius * circle, np.full(len(circle), height)])
-            for height, radius in (
-                (0.0, self.radius - self.foot_inset),
-                (self.foot_height, self.radius),
-                (self.height - self.bevel_height, self.radius),
-                (self.height, self.radius - self.bevel_inset),
-            )
-        ]
-        px = camera.project(np.concatenate(rings))
+        rings = np.array(
+            [
+                (self.radius - self.foot_inset, 0.0),
+                (self.radius, self.foot_height),
+                (self.radius, self.height - self.bevel_height),
+                (self.radius - self.bevel_inset, self.height),
+            ]
+        )
+        points = np.empty((len(rings), len(CIRCLE), 3))
+        points[:, :, :2] = np.asarray(xy) + rings[:, :1, None] * CIRCLE
+        points[:, :, 2] = rings[:, 1:]
+        px = camera.project(points.reshape(-1, 3))
         if not np.isfinite(px).all():
             return np.empty((0, 2))
         return cv2.convexHull(px.astype(np.float32)).reshape(-1, 2).astype(np.float64)

@@ -10,14 +10,24 @@ from numpy.typing import NDArray
 
 from friction_estimation.appearance.exposure import (
     Exposure,
-    cover_of,
-    rendered,
+    planes_of,
     total_misfit,
     weights_of,
 )
 from friction_estimation.appearance.fit import PIXEL_CORRELATION, Appearance
-from friction_estimation.appearance.kernels import normal_equations
-from friction_estimation.appearance.model import PARTS, SHAPE_PARAMETERS, StoneModel
+from friction_estimation.appearance.kernels import FINE, blur, normal_equations
+from friction_estimation.appearance.model import PARTS, SHAPE_PARAMETERS, StoneModel, Window
+from friction_estimation.appearance.painting import (
+    BLUR,
+    COLOUR_BLUR,
+    HANDLE,
+    blurred,
+    over,
+    painted,
+    shade_anew,
+    tinted,
+    turn_handle,
+)
 
 Floats = NDArray[np.float64]
 
@@ -75,6 +85,9 @@ SHAPE_BOUNDS = {
     "neck_length": (0.0, 0.06),
 }
 LENGTHS = tuple(name for name, spread in SHAPE_SPREAD.items() if spread < 0.1)
+OF_HANDLE = ("handle", "collar", "neck")
+OF_SHADE = ("shadow", "contact")
+BLURS = ("blur_px", "colour_blur_px")
 ENOUGH = 0.1
 """A round that lowers the squared standard errors by less than this is the last."""
 FOOT_BRIGHTNESS = 1.1
@@ -92,8 +105,7 @@ def refine_profile(
 ) -> Appearance:
     """Levenberg-Marquardt on shape, blur and colours, and on every exposure's pose with them."""
     typical = typical_model.shape()
-    of_handle = ("handle", "collar", "neck")
-    names = [n for n in SHAPE_SPREAD if look.has_handle or not n.startswith(of_handle)]
+    names = [n for n in SHAPE_SPREAD if look.has_handle or not n.startswith(OF_HANDLE)]
     index = [SHAPE_PARAMETERS.index(n) for n in names]
     spread = np.array([SHAPE_SPREAD[n] for n in names])
     parts = len(PARTS) if look.has_handle else len(PARTS) - 1
@@ -226,33 +238,63 @@ def _linearised(
     exposure: Exposure, look: Appearance, index: list[int], parts: int, poses: int
 ) -> tuple[Floats, Floats, Floats]:
     """Derivatives of the standardised residuals by shape, colours and pose; residuals; weights."""
-    cover = cover_of(exposure, look)
-    picture = rendered(cover, exposure.behind, look.colours)
-    residual = exposure.picture - picture
-    weight = np.repeat(weights_of(residual, look.noise), 3)
-    shape = look.model.shape()
-    columns: list[Floats] = []
-    for i in index:
+    window, behind, pose = exposure.window, exposure.behind, exposure.pose
+    shape, noise = look.model.shape(), look.noise
+    planes = planes_of(exposure, look)
+    light = tinted(planes, look.colours)
+    picture = over(blurred(light, window, shape), behind)
+    residual = exposure.picture - behind - picture
+    weight = np.repeat(weights_of(residual, noise), 3)
+    jacobian = np.zeros((len(residual), 3, len(index) + 3 * parts + poses))
+    for column, i in enumerate(index):
         moved = shape.copy()
         step = 2e-3 if SHAPE_PARAMETERS[i] in LENGTHS else 0.05
         moved[i] += step
-        changed = replace(look, model=look.model.with_shape(moved))
-        other = rendered(cover_of(exposure, changed), exposure.behind, look.colours)
-        columns.append(((other - picture) / step / look.noise).ravel())
-    per_channel = cover[[0, 1, 1]]
-    for part in range(parts):
-        for channel in range(3):
-            slope = np.zeros_like(residual)
-            slope[:, channel] = per_channel[channel, :, part] / look.noise[channel]
-            columns.append(slope.ravel())
+        changed = light
+        if SHAPE_PARAMETERS[i] not in BLURS:
+            changed = tinted(_painted_anew(planes, i, window, moved, pose), look.colours)
+        other = over(blurred(changed, window, moved), behind)
+        jacobian[:, :, column] = (other - picture) / (step * noise)
+    visible = planes * (1 - planes[HANDLE])
+    visible[HANDLE] = planes[HANDLE]
+    rows, columns = window.shape
+    seen = np.empty((parts, 3, rows, columns))
+    for channel in range(3):
+        if channel < 2:
+            sigma = shape[BLUR if channel == 0 else COLOUR_BLUR]
+            blur(visible[:parts], rows, columns, FINE, sigma, 0.0, 0.0, False, seen)
+        at = len(index) + 3 * np.arange(parts) + channel
+        jacobian[:, channel, at] = seen[:, 0].reshape(parts, -1).T / noise[channel]
     for p in range(poses):
-        pose = exposure.pose.copy()
         step = 1e-2 if p == 2 else 1e-3
-        pose[p] += step
-        other = rendered(cover_of(exposure, look, pose), exposure.behind, look.colours)
-        columns.append(((other - picture) / step / look.noise).ravel())
+        moved = pose.copy()
+        moved[p] += step
+        if p == 2:
+            turned = planes.copy()
+            turn_handle(turned, window, shape, moved)
+        else:
+            turned = painted(window, shape, moved, with_handle=look.has_handle)
+        other = over(blurred(tinted(turned, look.colours), window, shape), behind)
+        jacobian[:, :, len(index) + 3 * parts + p] = (other - picture) / (step * noise)
     return (
-        np.column_stack(columns),
-        (residual / look.noise).ravel(),
+        jacobian.reshape(len(weight), -1),
+        (residual / noise).ravel(),
         weight,
     )
+
+
+def _painted_anew(
+    planes: Floats, changed: int, window: Window, shape: Floats, pose: Floats
+) -> Floats:
+    """A painting after a change of one parameter; only what it bears on is painted again."""
+    name = SHAPE_PARAMETERS[changed]
+    if name.startswith(OF_HANDLE):
+        again = planes.copy()
+        turn_handle(again, window, shape, pose)
+    elif name.startswith(OF_SHADE):
+        again = planes.copy()
+        shade_anew(again, window, shape, pose)
+    else:
+        again = painted(window, shape, pose, with_handle=False)
+        again[HANDLE] = planes[HANDLE]
+    return again

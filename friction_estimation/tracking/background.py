@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -39,6 +40,11 @@ class Background:
     origin_px: tuple[int, int]
     image: NDArray[np.float32]
     noise: float
+
+    @cached_property
+    def flat(self) -> Image:
+        """The image in whole grey levels."""
+        return self.image.astype(np.uint8)
 
     @property
     def slices(self) -> tuple[slice, slice]:
@@ -103,13 +109,19 @@ def find_background(frames: Sequence[Image], region: tuple[slice, slice]) -> Bac
         spread.append(float(np.median(difference[::3, ::3].max(axis=2))))
     noise = max(1.0, 1.4826 * float(np.median(spread)))
     for part in parts:
-        still = cv2.absdiff(part, middle).max(axis=2) <= max(4.0, 3 * noise)
+        still = _strongest(cv2.absdiff(part, middle)) <= max(4.0, 3 * noise)
         total += part * still[..., None]
         count += still
     image = np.where(count[..., None] > 0, total / np.maximum(count, 1)[..., None], middle)
     return Background(
         origin_px=(region[1].start, region[0].start), image=image.astype(np.float32), noise=noise
     )
+
+
+def _strongest(difference: Image) -> Image:
+    """The largest of the three channels of every pixel."""
+    blue, green, red = cv2.split(difference)
+    return cv2.max(cv2.max(blue, green), red)
 
 
 def _median(parts: NDArray[np.uint8]) -> Image:
@@ -127,8 +139,8 @@ def moving_blobs(frame: Image, background: Background, min_area_px: float = 6.0)
     A person is thus one blob, on the ice and beside it; masking the sheet first would cut a foot
     off that passes for a stone.
     """
-    flat = background.image.astype(np.uint8)
-    difference = cv2.absdiff(np.ascontiguousarray(frame[background.slices]), flat).max(axis=2)
+    difference = cv2.absdiff(np.ascontiguousarray(frame[background.slices]), background.flat)
+    difference = _strongest(difference)
     limit = max(MIN_CONTRAST, 5 * background.noise)
     mask = (cv2.blur(difference, (3, 3)) > limit).astype(np.uint8)
     _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)

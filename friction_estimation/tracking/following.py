@@ -218,7 +218,6 @@ def _measure_all(
         camera=camera,
         look=look,
         options=options,
-        region=background.slices,
         turn=turn,
     )
     for t, frame in frames:

@@ -47,14 +47,14 @@ class Turn:
     def __init__(self, moments: Sequence[float], headings: Sequence[float]) -> None:
         self._t, self._theta = np.asarray(moments), np.asarray(headings)
         self._curve = PchipInterpolator(self._t, self._theta)
+        self._rate = self._curve.derivative()
 
     def at(self, t: Floats | float) -> Floats:
         """Heading at times [s]; before the first picture and after the last it runs on steadily."""
         t = np.asarray(t, dtype=np.float64)
         inside = np.clip(t, self._t[0], self._t[-1])
         # At rest the last spin is nothing; at the release the first one is the thrower's.
-        rate = self._curve.derivative()(inside)
-        return self._curve(inside) + rate * (t - inside)
+        return self._curve(inside) + self._rate(inside) * (t - inside)
 
 
 def heading_about(turn: Turn, t: Floats, theta: Floats, probed: NDArray[np.bool_]) -> Floats:

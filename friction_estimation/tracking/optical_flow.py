@@ -76,14 +76,20 @@ def points_to_follow(grey: Image, outline_px: Floats, count: int = 12) -> Floats
 def shift_between(
     before: Image, after: Image, outline_px: Floats, flow: Flow = "pyramidal"
 ) -> Floats | None:
-    """Motion of what lies inside an outline from one grey image to the next, (2,) [px].
+    """Motion of what lies inside an outline from one BGR frame to the next, (2,) [px].
 
-    The median over points; None where fewer than three can be followed.
+    The median over points; None where fewer than three can be followed. Only what is near the
+    outline is looked at.
     """
     low = np.maximum(np.floor(outline_px.min(axis=0)).astype(int) - 32, 0)
     high = np.ceil(outline_px.max(axis=0)).astype(int) + 33
     part = (slice(low[1], high[1]), slice(low[0], high[0]))
-    first, second = np.ascontiguousarray(before[part]), np.ascontiguousarray(after[part])
+    if before[part].size == 0:
+        return None
+    first, second = (
+        cv2.cvtColor(np.ascontiguousarray(frame[part]), cv2.COLOR_BGR2GRAY)
+        for frame in (before, after)
+    )
     points = points_to_follow(first, outline_px - low)
     there, good = lucas_kanade(first, second, points, flow)
     if good.sum() < 3:

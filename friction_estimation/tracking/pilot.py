@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,29 +33,25 @@ class Pilot:
         camera: Camera,
         look: Appearance,
         options: TrackingOptions,
-        region: tuple[slice, slice],
         turn: Turn | None,
     ) -> None:
         self._rough, self._camera, self._look = rough, camera, look
-        self._options, self._region, self._turn = options, region, turn
+        self._options, self._turn = options, turn
         self._frames = 0
-        self._grey: Image | None = None
+        self._frame: Image | None = None
         self._last: StoneFit | None = None
         self._last_t = 0.0
         self._theta, self._spin = 0.0, 0.0
         self._headings = 0
 
     def predict(self, t: float, frame: Image) -> Floats:
-        part = np.ascontiguousarray(frame[self._region])
-        grey = np.asarray(cv2.cvtColor(part, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
-        before, self._grey = self._grey, grey
+        before, self._frame = self._frame, frame
         self._frames += 1
         theta = self._heading(t)
         if self._last is None or before is None:
             return np.array([*self._rough.at(t), theta])
-        origin = np.array([self._region[1].start, self._region[0].start], dtype=np.float64)
         outline = self._look.model.outline_px(self._camera, self._last.xy)
-        shift = shift_between(before, grey, outline - origin, self._options.flow)
+        shift = shift_between(before, frame, outline, self._options.flow)
         if shift is None:
             return np.array([*self._rough.at(t), theta])
         middle = self._look.model.height / 2

@@ -8,8 +8,8 @@ from scipy.ndimage import gaussian_filter
 
 from friction_estimation.appearance import Appearance, StoneModel
 from friction_estimation.appearance.fit import fit_stone
-from friction_estimation.appearance.kernels import FINE, coverage
-from friction_estimation.appearance.model import PARTS, window_at
+from friction_estimation.appearance.model import window_at
+from friction_estimation.appearance.painting import shares
 from friction_estimation.camera import Camera
 
 CAMERA = Camera.looking_at(
@@ -78,11 +78,7 @@ def scene(request):
 
 def test_a_low_view_is_painted_to_a_grey_level(scene):
     xy, window, truth = scene
-    out = np.empty((2, len(truth), len(PARTS) + 1))
-    coverage(
-        *xy, 0.0, MODEL.shape(), window.foot, window.lean, window.scale,
-        *window.shape, FINE, False, out,
-    )  # fmt: skip
+    out = shares(window, MODEL.shape(), np.array([*xy, 0.0]), with_handle=False)
     painted = out[0, :, :-1] @ GREY + ICE * (1 - out[0].sum(axis=1))
     assert np.abs(painted - truth).max() < 6.0
     assert np.sqrt(np.mean((painted - truth) ** 2)) < 0.8

@@ -1,0 +1,124 @@
+"""Pictures of a stone in a window: painted finely, tinted, and blurred as the camera blurs."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from friction_estimation.appearance.kernels import (
+    FINE,
+    PLANES,
+    blur,
+    paint_body,
+    paint_handle,
+    paint_shade,
+    tint,
+)
+from friction_estimation.appearance.model import SHAPE_PARAMETERS, Window
+
+Floats = NDArray[np.float64]
+
+HANDLE = PLANES - 2
+"""The plane of the handle."""
+BLUR, COLOUR_BLUR = SHAPE_PARAMETERS.index("blur_px"), SHAPE_PARAMETERS.index("colour_blur_px")
+SHARP, SOFT = slice(0, 2), slice(2, 5)
+"""Tinted planes that the camera sees as sharply as brightness, and as it sees colour."""
+
+
+def painted(window: Window, shape: Floats, pose: Floats, *, with_handle: bool) -> Floats:
+    """Shares of the parts and the ice's lost light, (6, rows·FINE, columns·FINE).
+
+    Parameters
+    ----------
+    shape : (26,) see `SHAPE_PARAMETERS`
+    pose : (3,) x, y [m] and theta [rad]
+    """
+    rows, columns = window.shape
+    planes = np.empty((PLANES, rows * FINE, columns * FINE))
+    paint_body(
+        pose[0], pose[1], shape, window.foot, window.lean, window.scale, rows, columns, FINE, planes
+    )
+    shade_anew(planes, window, shape, pose)
+    if with_handle:
+        turn_handle(planes, window, shape, pose)
+    else:
+        planes[HANDLE] = 0.0
+    return planes
+
+
+def shade_anew(planes: Floats, window: Window, shape: Floats, pose: Floats) -> None:
+    """Paint the shade around a painted body, in place."""
+    paint_shade(pose[0], pose[1], shape, window.foot, *window.shape, FINE, planes)
+
+
+def turn_handle(planes: Floats, window: Window, shape: Floats, pose: Floats) -> None:
+    """Paint the handle over a painted body, in place."""
+    paint_handle(
+        pose[0],
+        pose[1],
+        pose[2],
+        shape,
+        window.foot,
+        window.lean,
+        window.scale,
+        *window.shape,
+        FINE,
+        planes[HANDLE],
+    )
+
+
+def tinted(planes: Floats, colours: Floats) -> Floats:
+    """The stone's light and what it takes from the ice's, (5, rows·FINE, columns·FINE); `tint`."""
+    out = np.empty((5, *planes.shape[1:]))
+    tint(planes, planes[HANDLE], colours, out)
+    return out
+
+
+def blurred(
+    light: Floats,
+    window: Window,
+    shape: Floats,
+    shift_px: tuple[float, float] = (0.0, 0.0),
+    *,
+    sloped: bool = False,
+) -> Floats:
+    """Tinted planes as the camera sees them, (5, 3, rows, columns): values and slopes by shift."""
+    rows, columns = window.shape
+    out = np.empty((5, 3, rows, columns))
+    for planes, parameter in ((SHARP, BLUR), (SOFT, COLOUR_BLUR)):
+        blur(light[planes], rows, columns, FINE, shape[parameter], *shift_px, sloped, out[planes])
+    return out
+
+
+def over(seen: Floats, behind: Floats) -> Floats:
+    """What the stone adds to the ice's picture and takes from it, (n, 3).
+
+    Parameters
+    ----------
+    seen : (5, 3, rows, columns) of `blurred`
+    behind : (n, 3) channels of the ice
+    """
+    value = seen[:, 0].reshape(5, -1)
+    added = np.empty_like(behind)
+    added[:, 0] = value[0] - behind[:, 0] * value[1]
+    added[:, 1] = value[2] - behind[:, 1] * value[4]
+    added[:, 2] = value[3] - behind[:, 2] * value[4]
+    return added
+
+
+def shares(window: Window, shape: Floats, pose: Floats, *, with_handle: bool) -> Floats:
+    """How much of each pixel every part covers, and the light that the ice in it lacks.
+
+    Returns
+    -------
+    (2, rows·columns, 6) first as brightness is blurred, then as colour is; the lost light last
+    """
+    rows, columns = window.shape
+    planes = painted(window, shape, pose, with_handle=with_handle)
+    planes[[0, 1, 2, 3, 5]] *= 1 - planes[HANDLE]
+    out = np.empty((2, rows * columns, PLANES))
+    seen = np.empty((PLANES, 3, rows, columns))
+    for channel, parameter in enumerate((BLUR, COLOUR_BLUR)):
+        blur(planes, rows, columns, FINE, shape[parameter], 0.0, 0.0, False, seen)
+        out[channel] = seen[:, 0].reshape(PLANES, -1).T
+    return out
