@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +19,8 @@ Floats = NDArray[np.float64]
 FPS = 30.0
 FILM_FPS = 15.0
 """Frames a second of films [1/s]: tracking takes its time."""
+FILM_SIZE = (960, 540)
+"""Of their pictures [px]."""
 NOISE = 0.005
 """Of a measured coordinate, frame by frame [m]."""
 HEADING_NOISE = 0.02
@@ -98,12 +99,24 @@ def film(
         )
     films = film_paths(
         folder, paths, PAPER_SHEET, RULE_BOOK_STONE, seed=int(rng.integers(1000)),
-        fps=FILM_FPS, workers=workers, tell=tell,
+        fps=FILM_FPS, frame_size=FILM_SIZE, workers=workers, tell=tell,
     )  # fmt: skip
-    return [
-        replace(seen, clock=release.clock)
-        for seen, release in zip(films.tracks, releases, strict=True)
-    ]
+    return films.tracks
+
+
+def track_errors(ice: HiddenIce, releases: list[Release], tracks: list[Trajectory]) -> Floats:
+    """RMS distance of each track from the true path, release to end, (n,) [m].
+
+    The two are compared in the session's time: a track may begin before the release.
+    """
+    errors: list[float] = []
+    for release, seen in zip(releases, tracks, strict=True):
+        path = run(ice, release)
+        t = seen.t + (seen.clock - release.clock)
+        shown = (t >= 0) & ((t <= path[-1, 0]) | _rests(path))
+        true = np.column_stack([np.interp(t[shown], path[:, 0], path[:, j]) for j in (1, 2)])
+        errors.append(float(np.sqrt(((seen.xy[shown] - true) ** 2).sum(axis=1).mean())))
+    return np.array(errors)
 
 
 def _rests(path: Floats) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.closed_loop.hidden import HiddenIce, draw_hidden_ice
-from agents.closed_loop.practice import practice_throws, track
+from agents.closed_loop.practice import practice_throws, track, track_errors
 from agents.closed_loop.throwing import Made, make
 from agents.planning import Plan, plan, plan_task
 from agents.planning.wanted import Done
@@ -54,6 +54,7 @@ class Proof:
     seed : of everything
     hidden : the ice
     tracks : of the practice
+    track_errors : RMS distance of each from the true path, (n,) [m]
     ices : believed by each chain, in the order of `CHAINS`
     whole : how the third was found
     asked : the throws that were planned
@@ -65,6 +66,7 @@ class Proof:
     seed: int
     hidden: HiddenIce
     tracks: list[Trajectory]
+    track_errors: Floats
     ices: dict[str, Ice]
     whole: WholeIce
     asked: list[Asked]
@@ -104,6 +106,7 @@ class Proof:
         return {
             "seed": self.seed,
             "hidden": self.hidden.as_dict(),
+            "track_rms_m": [float(error) for error in self.track_errors],
             "kept_along": self.whole.along,
             "dropped_along": self.whole.dropped,
             "verdict": sentence(self.whole.discovery),
@@ -221,8 +224,9 @@ def prove(
             exact[chain].append(make(hidden, truth, ice, planned, np.zeros((1, 3))))
             with_error[chain].append(make(hidden, truth, ice, planned, errors))
     return Proof(
-        seed=seed, hidden=hidden, tracks=tracks, ices=ices, whole=whole, asked=asked, plans=plans,
-        exact=exact, with_error=with_error, skill=skill,
+        seed=seed, hidden=hidden, tracks=tracks,
+        track_errors=track_errors(hidden, releases, tracks), ices=ices, whole=whole, asked=asked,
+        plans=plans, exact=exact, with_error=with_error, skill=skill,
     )  # fmt: skip
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,9 @@ from curling_env.storage import make_directory
 from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
 
+if TYPE_CHECKING:
+    from friction_estimation.synthetic import FilmSpec
+
 Floats = NDArray[np.float64]
 
 CAMERA = "gantry"
@@ -29,6 +33,8 @@ PEOPLE = False
 """Whether players walk through the picture."""
 TRUE_PATH_RATE = 120.0
 """Samples a second of the true path that is filmed."""
+AT_REST = 0.01
+"""A path that ends slower than this has come to rest [m/s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,8 +46,7 @@ class Job:
     path: Trajectory
     sheet: Sheet
     stone: Stone
-    fps: float
-    seed: int
+    spec: FilmSpec
     overlay: Path | None
 
 
@@ -51,7 +56,7 @@ class Films:
 
     Parameters
     ----------
-    tracks : measured, in order of play
+    tracks : measured, in order of play; `clock` is the session time of a film's first frame
     errors : (n,) RMS distance of each from the truth [m]
     frames : filmed in all
     size : width and height [px]
@@ -108,13 +113,19 @@ def film_paths(
     fps: float,
     workers: int,
     tell: Callable[[str, float], None],
+    frame_size: tuple[int, int] | None = None,
 ) -> Films:
-    """Film stones on their paths, and track every film; see `film_and_track`."""
+    """Film stones on their paths, and track every film; see `film_and_track`.
+
+    Parameters
+    ----------
+    frame_size : width and height [px]; the camera's own by default
+    """
     from friction_estimation.scene import save_scene
     from friction_estimation.synthetic import FilmSpec, scene_of
 
     films = make_directory(folder / "films")
-    spec = FilmSpec(camera=CAMERA, fps=fps, seed=seed, people=PEOPLE)
+    spec = FilmSpec(camera=CAMERA, size=frame_size, fps=fps, seed=seed, people=PEOPLE)
     scene = films / f"{CAMERA}.scene.json"
     save_scene(scene_of(spec.resolved(), sheet=sheet, stone=stone), scene)
     jobs = [
@@ -124,8 +135,8 @@ def film_paths(
             path=path,
             sheet=sheet,
             stone=stone,
-            fps=fps,
-            seed=seed,
+            # A stone that leaves the ice is not to be seen halting at its edge.
+            spec=spec if _rests(path) else replace(spec, tail=0.0),
             overlay=folder / "overlay.mp4" if k == 0 else None,
         )
         for k, path in enumerate(paths)
@@ -161,21 +172,26 @@ def _film_and_track(job: Job) -> tuple[Trajectory, float, int]:
     import cv2
 
     from friction_estimation.scene import load_scene
-    from friction_estimation.synthetic import FilmSpec, render_film
+    from friction_estimation.synthetic import render_film
     from friction_estimation.tracking import track_film
     from friction_estimation.tracking.overlay import write_overlay
 
     cv2.setNumThreads(1)  # one process a core
-    spec = FilmSpec(camera=CAMERA, fps=job.fps, seed=job.seed, people=PEOPLE)
-    truth = render_film(job.film, job.path, spec, sheet=job.sheet, stone=job.stone)
+    truth = render_film(job.film, job.path, job.spec, sheet=job.sheet, stone=job.stone)
     scene = load_scene(job.scene)
     result = track_film(job.film, scene, throw=job.path.throw)
     if job.overlay is not None:
         write_overlay(job.film, scene, result, job.overlay)
-    track = result.trajectory
+    # Times of a film count from its first frame, and that comes before the release.
+    track = replace(result.trajectory, clock=truth.clock)
     true_x, true_y = (np.interp(track.t, truth.t, truth.xy[:, k]) for k in range(2))
     error = np.hypot(track.xy[:, 0] - true_x, track.xy[:, 1] - true_y)
     return track, float(np.sqrt(np.mean(error**2))), len(truth)
+
+
+def _rests(path: Trajectory) -> bool:
+    last = np.hypot(*(path.xy[-1] - path.xy[-2])) / (path.t[-1] - path.t[-2])
+    return bool(last < AT_REST)
 
 
 def estimate(tracks: list[Trajectory], law: Ice, *, uniform: bool = False) -> Ice:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import runpy
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from agents.closed_loop.hidden import draw_hidden_ice, run
-from agents.closed_loop.practice import NOISE, practice_throws, watch
+from agents.closed_loop.practice import NOISE, film, practice_throws, track_errors, watch
 from agents.closed_loop.proof import CHAINS, interval, ratio_interval
 from agents.closed_loop.throwing import make
 from agents.planning import plan, plan_task
@@ -43,6 +44,30 @@ def test_the_camera_errs_by_its_noise() -> None:
     true = np.column_stack([np.interp(track.t, path[:, 0], path[:, k]) for k in (1, 2)])
     assert (track.xy - true).std() == pytest.approx(NOISE, rel=0.1)
     assert np.diff(track.t).mean() == pytest.approx(1 / 30)
+
+
+def test_tracks_are_compared_with_the_truth_in_the_time_of_the_session() -> None:
+    hidden = draw_hidden_ice(np.random.default_rng(3))
+    releases = practice_throws(4, np.random.default_rng(1))
+    rng = np.random.default_rng(2)
+    tracks = [watch(hidden, release, k, rng) for k, release in enumerate(releases)]
+    assert track_errors(hidden, releases, tracks) == pytest.approx(NOISE * np.sqrt(2), rel=0.1)
+    late = [replace(seen, t=seen.t + 0.5, clock=seen.clock - 0.5) for seen in tracks]
+    assert track_errors(hidden, releases, late) == pytest.approx(NOISE * np.sqrt(2), rel=0.1)
+    # Half a second that the clock does not tell of is as far as a stone runs in it.
+    assert track_errors(hidden, releases, [replace(s, t=s.t + 0.5) for s in tracks]).min() > 0.3
+
+
+@pytest.mark.slow
+def test_a_filmed_practice_is_tracked_within_a_centimetre(tmp_path: Path) -> None:
+    hidden = draw_hidden_ice(np.random.default_rng(3))
+    soft = Throw(speed=1.0, angle=0.02, spin=1.2).release(clock=60.0)
+    tracks = film(
+        hidden, [soft], np.random.default_rng(1), lambda what, part: None,
+        folder=tmp_path, workers=1,
+    )  # fmt: skip
+    assert tracks[0].clock < 60.0  # the film begins before the release
+    assert track_errors(hidden, [soft], tracks)[0] < 0.01
 
 
 def test_plans_on_the_truth_are_made_on_the_hidden_ice() -> None:

@@ -15,6 +15,7 @@ from agents.demo.missing import find_what_is_missing
 from curling_env.ice import FrictionMap, Ice, load_ice
 from curling_env.physics.slide import SlideEnd, slide
 from curling_env.sheet import PAPER_SHEET, TEE_Y
+from curling_env.throw import Throw
 from curling_env.trajectory import read_tracks
 
 
@@ -44,6 +45,24 @@ def test_even_or_uncertain_ice_has_no_areas() -> None:
     _, y = np.meshgrid(PAPER_SHEET.x_centres, PAPER_SHEET.y_centres)
     assert find_areas(believed(0.02 * np.sin(y))) == []
     assert find_areas(believed(0.08 * np.sin(y), sigma=0.06)) == []
+
+
+def test_a_stone_that_leaves_the_ice_is_not_filmed_at_rest(tmp_path: Path, monkeypatch) -> None:
+    tails: list[float] = []
+
+    def film(job: filming.Job):
+        tails.append(job.spec.tail)
+        return job.path, 0.0, 0
+
+    monkeypatch.setattr(filming, "_film_and_track", film)
+    ice = Ice.uniform(0.0082)
+    weights = [Throw(speed=speed).release() for speed in (1.9, 3.0)]
+    assert [slide(ice, w).end for w in weights] == [SlideEnd.REST, SlideEnd.LEFT_BOUNDS]
+    filming.film_and_track(
+        tmp_path, ice, weights, seed=0, fps=15.0, workers=1, tell=lambda what, part: None
+    )
+    assert tails[0] > 0
+    assert tails[1] == 0
 
 
 def test_practice_throws_stay_on_the_ice_and_cross_it_both_ways() -> None:
