@@ -98,7 +98,7 @@ def train(
         _check_is_of(begun, settings, known, resume)
     folder = make_directory(directory)
     env = sheets_of(settings, known)
-    model = _new_model(env, settings)
+    model = new_model(env, settings)
     if begun is not None:
         _restore(model, begun, resume)
     _keep_logs(model, folder)
@@ -182,7 +182,13 @@ def has_tensorboard() -> bool:
 # --- the parts ------------------------------------------------------------------------------------
 
 
-def _new_model(env: Any, settings: TrainingSettings) -> Any:
+def new_model(env: Any, settings: TrainingSettings) -> Any:
+    """An untrained model of stable-baselines3.
+
+    Raises
+    ------
+    InputError : hyperparameters that the algorithm refuses
+    """
     import stable_baselines3 as sb3
     from stable_baselines3.common.noise import NormalActionNoise
 

@@ -41,6 +41,7 @@ EXTRAS = {
     "pygame": "viewer",
     "pettingzoo": "game",
     "ray": "ray",
+    "ray.rllib": "rllib",
     "pyarrow": "parquet",
 }
 """Which extra of the distribution brings a module that the core does without."""
@@ -222,7 +223,8 @@ def _orderly_termination() -> Generator[None]:
 
 
 def _extra_of(error: ModuleNotFoundError) -> str | None:
-    return EXTRAS.get((error.name or "").partition(".")[0])
+    name = error.name or ""
+    return EXTRAS.get(name) or EXTRAS.get(name.partition(".")[0])
 
 
 def _help_for(error: typer.TyperException) -> str:

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from curling_env.cli import IceOption, OutputDirectory, print_json, progress, say
+from curling_env.errors import InputError
 
 
 def train(
@@ -37,6 +38,13 @@ def train(
             help="Go on from a checkpoint, or from the last one in a run's folder.",
         ),
     ] = None,
+    workers: Annotated[
+        str | None,
+        typer.Option(
+            metavar="rllib:N",
+            help="Learn with RLlib: N workers share the sheets, on the Ray cluster or here.",
+        ),
+    ] = None,
     targets: Annotated[int, typer.Option(min=1, help="Draws in the evaluation.")] = 50,
     seed: Annotated[
         int | None, typer.Option(min=0, help="Of all randomness, if not the configured.")
@@ -57,6 +65,9 @@ def train(
     A run that was killed ends as if it had not been, to the last bit, when it is resumed; a
     checkpoint knows its settings.
 
+    With --workers rllib:N the same configuration (PPO's) is learnt with RLlib, on as many machines
+    as the Ray cluster at hand has. The model is of the same kind; such a run keeps no checkpoints.
+
     The configuration ends-league trains a player of ends instead: generations meet themselves and
     their past selves. What is in the folder already is taken up. Its model.npz plays games
     (`curling tournament runs/ends/model.npz greedy`).
@@ -66,6 +77,7 @@ def train(
         curling train --config button-one-ice --ice ice.json -o runs/button
         curling train --config house-random-ices -o runs/any-ice
         curling train --resume runs/any-ice -o runs/any-ice
+        curling train --workers rllib:8 -o runs/cluster
         curling train --config ends-league -o runs/ends
     """
     import sys
@@ -77,9 +89,14 @@ def train(
     from curling_env.ice import load_ice
     from curling_env.storage import write_json
 
+    rllib_workers = None if workers is None else _rllib_workers(workers)
+    if rllib_workers and resume is not None:
+        raise InputError("a run with RLlib keeps no checkpoints; --resume is for one without")
     if resume is None:
         document = read_configuration(config)
         if isinstance(document, dict) and document.get("algorithm") == "league":
+            if rllib_workers:
+                raise InputError("a league is not trained with RLlib", source=config)
             _play_league(config, document, output, seed)
             return
     checkpoint = resume
@@ -92,7 +109,7 @@ def train(
         settings, n_timesteps=steps, skill=skill, checkpoint_every=checkpoint_every, seed=seed
     )
     thrown_on = load_ice(ice)
-    if not training.has_tensorboard():
+    if not (rllib_workers or training.has_tensorboard()):
         say("tensorboard is not installed: logs are CSV only (pip install 'curling-sheet[train]')")
     bar: Any = None  # begins with the first throw, so that bad input is refused without one
 
@@ -108,7 +125,12 @@ def train(
         bar.update(done - bar.n)
 
     try:
-        thrower = training.train(output, settings, thrown_on, resume=checkpoint, tell=tell)
+        if rllib_workers:
+            from agents import rllib
+
+            thrower = rllib.train(output, settings, thrown_on, workers=rllib_workers, tell=tell)
+        else:
+            thrower = training.train(output, settings, thrown_on, resume=checkpoint, tell=tell)
     finally:
         if bar is not None:
             bar.close()
@@ -131,10 +153,16 @@ def train(
     print_json(result)
 
 
+def _rllib_workers(text: str) -> int:
+    kind, _, count = text.partition(":")
+    if kind != "rllib" or not (count.isascii() and count.isdigit() and int(count) > 0):
+        raise InputError(f"--workers must be rllib: and a number of workers, got {text!r}")
+    return int(count)
+
+
 def _play_league(config: str, document: dict[str, Any], output: Path, seed: int | None) -> None:
     """Train a player of ends."""
     from agents.league import league_from, run_league
-    from curling_env.errors import InputError
 
     try:
         settings = league_from(document, **({} if seed is None else {"seed": seed}))
