@@ -32,8 +32,9 @@ from friction_estimation.appearance.profile import refine_profile
 Floats = NDArray[np.float64]
 
 SHADOW_TRIED = 0.1
-REFINEMENTS = (8, 8, 40)
-"""Most rounds of adjustment between which noise and headings are found anew."""
+REFINEMENTS = ((3, 8), (2, 8), (1, 40))
+"""Every how manyth exposure is adjusted to, and in how many rounds at most; between them noise and
+headings are found anew from all."""
 EXPOSURES = 20
 """Frames that the look is learnt from; more only cost time."""
 
@@ -61,13 +62,14 @@ def learn_appearance(exposures: Sequence[Exposure], model: StoneModel, noise: fl
     for exposure in exposures:
         keep_near(exposure, look)
     look = _with_shadow(exposures, look)
-    for rounds in REFINEMENTS:
-        look = refine_profile(exposures, look, model, rounds)
-        look = replace(look, noise=residual_noise(exposures, look))
+    ordered = sorted(exposures, key=lambda exposure: exposure.t)
+    for every, rounds in REFINEMENTS:
+        look = refine_profile(ordered[::every], look, model, rounds)
+        look = replace(look, noise=residual_noise(ordered[::every], look))
         if look.has_handle:
             turn_together(exposures, look)
-            for exposure in exposures:
-                settle(exposure, look)
+        for exposure in exposures:
+            settle(exposure, look)
     return look
 
 
