@@ -13,7 +13,7 @@ from friction_estimation.synthetic.film import render_film, render_films, write_
 from friction_estimation.synthetic.paint import Light, Palette
 from friction_estimation.synthetic.people import Cast, Person
 from friction_estimation.synthetic.solid import StoneOnIce, StoneShape
-from friction_estimation.synthetic.spec import FilmSpec, on_film
+from friction_estimation.synthetic.spec import FilmSpec, all_on_film, on_film
 from friction_estimation.synthetic.stage import Stage, frames
 
 __all__ = [
@@ -27,6 +27,7 @@ __all__ = [
     "StoneOnIce",
     "StoneShape",
     "View",
+    "all_on_film",
     "frames",
     "named_camera",
     "on_film",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -97,17 +98,43 @@ def on_film(trajectory: Trajectory, spec: FilmSpec) -> Trajectory:
     ------
     InputError : a path without samples
     """
-    if len(trajectory) == 0:
+    return all_on_film([trajectory], spec)[0]
+
+
+def all_on_film(trajectories: Sequence[Trajectory], spec: FilmSpec) -> list[Trajectory]:
+    """Where each of several stones is in every frame; see `on_film`.
+
+    Parameters
+    ----------
+    trajectories : the thrown stone's first; the others' times count from the same moment, and
+        before their first sample they lie there
+
+    Raises
+    ------
+    InputError : a path without samples
+    """
+    if any(len(trajectory) == 0 for trajectory in trajectories):
         raise InputError("a throw without a path cannot be filmed")
-    state, rate = _states(trajectory, spec)
-    # Times on the film count from its first frame, those of the path from the release.
-    start, stop = float(trajectory.t[0]), float(trajectory.t[-1])
+    # Times on the film count from its first frame, those of the paths from the release.
+    start = float(trajectories[0].t[0])
+    stop = max(float(trajectory.t[-1]) for trajectory in trajectories)
     count = int(np.floor((spec.lead_in + stop - start + spec.tail) * spec.fps + 1e-9)) + 1
     t = np.arange(count) / spec.fps
     since = t - spec.lead_in + start
-    within = np.clip(since, start, stop)
-    values = state(within)
-    if not spec.held:
+    return [
+        _on_film(trajectory, spec, t, since, thrown=k == 0)
+        for k, trajectory in enumerate(trajectories)
+    ]
+
+
+def _on_film(
+    trajectory: Trajectory, spec: FilmSpec, t: Floats, since: Floats, *, thrown: bool
+) -> Trajectory:
+    """One stone's places at times since the first frame and on the trajectories' own clock."""
+    state, rate = _states(trajectory, spec)
+    start, stop = float(trajectory.t[0]), float(trajectory.t[-1])
+    values = state(np.clip(since, start, stop))
+    if thrown and not spec.held:
         values = values + np.minimum(since - start, 0.0)[:, None] * rate(start)
     before = np.searchsorted(trajectory.t, since + 1e-9) - 1
     swept = trajectory.swept[np.maximum(before, 0)] * ((since >= start) & (since <= stop))

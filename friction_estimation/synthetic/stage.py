@@ -18,7 +18,7 @@ from curling_env.trajectory import Trajectory
 from friction_estimation.synthetic.paint import PixelRays, paint_sheet
 from friction_estimation.synthetic.people import Cast, Person, draw_person
 from friction_estimation.synthetic.solid import StoneShape
-from friction_estimation.synthetic.spec import FilmSpec, on_film
+from friction_estimation.synthetic.spec import FilmSpec, all_on_film
 from friction_estimation.synthetic.stones import (
     HANDLE_COLOURS,
     SHADOW_REACH,
@@ -83,49 +83,45 @@ class Stage:
         """The sheet with its resting stones, without noise and people, (height, width, 3)."""
         return _to_frame(self._still, 1.0)
 
-    def frames(self, trajectory: Trajectory, *, seed: int = 0) -> Iterator[Frame]:
+    def frames(
+        self, trajectory: Trajectory, *, others: Sequence[Trajectory] = (), seed: int = 0
+    ) -> Iterator[Frame]:
         """The frames of one throw, (height, width, 3) blue-green-red.
 
         Parameters
         ----------
-        trajectory : sheet frame, t = first sample at the release
+        trajectory : of the thrown stone; sheet frame, t = first sample at the release
+        others : of stones that are struck, on the same clock; before it they lie where they begin
         seed : tells throws apart that share a spec
         """
-        path = on_film(trajectory, self.spec)
+        paths = all_on_film([trajectory, *others], self.spec)
         rng = np.random.default_rng([self.spec.seed, seed])
-        cast = Cast(path, self.spec.lead_in, self.sheet, rng) if self.spec.people else None
-        colour = HANDLE_COLOURS[trajectory.stone % len(HANDLE_COLOURS)]
-        velocity = np.zeros((1, 2)) if len(path) < 2 else np.gradient(path.xy, path.t, axis=0)
+        cast = Cast(paths[0], self.spec.lead_in, self.sheet, rng) if self.spec.people else None
+        moving = [_stones_along(path) for path in paths]
         picture = self._still.copy()
         touched: list[Box] = []
-        for k in range(len(path)):
+        for k in range(len(paths[0])):
             for box in touched:
                 picture[box.slices] = self._still[box.slices]
-            stone = StoneOnIce(
-                x=float(path.xy[k, 0]),
-                y=float(path.xy[k, 1]),
-                theta=float(path.theta[k]),
-                vx=float(velocity[k, 0]),
-                vy=float(velocity[k, 1]),
-                colour=colour,
+            touched = self._act(
+                picture, [stones[k] for stones in moving], cast.at(k) if cast else []
             )
-            touched = self._act(picture, stone, cast.at(k) if cast else [])
             yield self._expose(picture, rng)
 
     def _act(
-        self, picture: NDArray[np.int16], stone: StoneOnIce, people: Sequence[Person]
+        self,
+        picture: NDArray[np.int16],
+        moving: Sequence[StoneOnIce],
+        people: Sequence[Person],
     ) -> list[Box]:
         """Draw what moves, the farthest first; returns the boxes it was drawn into."""
-        box, stones = self._box_of(stone), [stone]
-        beside = self._resting_near(box)
-        if beside:
-            stones += [self.resting[k] for k in beside]
-            box = _around([box, *(self._resting_boxes[k] for k in beside)])
-            picture[box.slices] = self._bare[box.slices]
         acts: list[tuple[float, Box, Callable[[], None]]] = []
-        if not box.empty:
+        for box, stones in self._together(moving):
+            if len(stones) > 1:
+                picture[box.slices] = self._bare[box.slices]
             paint = partial(self._draw_stones, picture, box, stones)
-            acts.append((self._distance(np.array([stone.x, stone.y])), box, paint))
+            foremost = np.array([stones[0].x, stones[0].y])
+            acts.append((self._distance(foremost), box, paint))
         for person in people:
             where = person.box(self.camera)
             if not where.empty:
@@ -135,24 +131,21 @@ class Stage:
             paint()
         return [where for _, where, _ in acts]
 
+    def _together(self, moving: Sequence[StoneOnIce]) -> list[tuple[Box, list[StoneOnIce]]]:
+        """Moving stones, and the resting ones beside them, in groups that are drawn as one."""
+        stones = [*moving, *self.resting]
+        boxes = [*(self._box_of(stone) for stone in moving), *self._resting_boxes]
+        return [
+            (_around([boxes[k] for k in group]), [stones[k] for k in sorted(group)])
+            for group in _touching(boxes)
+            if min(group) < len(moving)
+        ]
+
     def _distance(self, position: Floats) -> float:
         return float(np.linalg.norm(np.array([*position, 0.1]) - self.camera.position))
 
     def _box_of(self, stone: StoneOnIce) -> Box:
         return stone_box(self.camera, self.shape, stone, reach=SHADOW_REACH)
-
-    def _resting_near(self, box: Box) -> list[int]:
-        """Resting stones whose pictures the box, grown by theirs, runs into."""
-        near: list[int] = []
-        grown = True
-        while grown and not box.empty:
-            grown = False
-            for k, other in enumerate(self._resting_boxes):
-                if k not in near and not other.empty and box.meets(other):
-                    near.append(k)
-                    box = box.joined(other)
-                    grown = True
-        return near
 
     def _draw_stones(
         self, picture: NDArray[np.int16], box: Box, stones: Sequence[StoneOnIce]
@@ -192,6 +185,22 @@ class Stage:
 
 def _to_frame(picture: NDArray[np.int16], gain: float) -> Frame:
     return np.asarray(cv2.convertScaleAbs(picture, alpha=gain / TONES), dtype=np.uint8)
+
+
+def _stones_along(path: Trajectory) -> list[StoneOnIce]:
+    """A stone in every frame of its path, with its speed and the colour of its number."""
+    velocity = np.zeros((1, 2)) if len(path) < 2 else np.gradient(path.xy, path.t, axis=0)
+    return [
+        StoneOnIce(
+            x=float(x),
+            y=float(y),
+            theta=float(theta),
+            vx=float(vx),
+            vy=float(vy),
+            colour=HANDLE_COLOURS[path.stone % len(HANDLE_COLOURS)],
+        )
+        for (x, y), theta, (vx, vy) in zip(path.xy, path.theta, velocity, strict=True)
+    ]
 
 
 def _to_tones(picture: NDArray[np.float32]) -> NDArray[np.int16]:
