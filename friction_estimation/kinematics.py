@@ -34,6 +34,8 @@ MIN_TRAVEL = 1.0
 """Shortest free slide that is used [m]: less says nothing of friction (methods: 1 m, 100 %)."""
 MIN_SAMPLES = 20
 """Fewest samples of a free slide that is used."""
+STILL = 0.05
+"""Two rows of a stone that nobody touched differ by less [m]."""
 PUSHED = 0.5
 """Part of the free slide's deceleration below which a stone counts as still pushed. Ice varies by
 some per cent, a hand takes the deceleration away altogether."""
@@ -286,14 +288,22 @@ def free_slides(tracks: list[Trajectory]) -> tuple[list[FreeSlide], list[str]]:
     slides: list[FreeSlide] = []
     reasons: list[str] = []
     for track in tracks:
+        if _only_lies(track) and len(tracks) > 1:
+            continue  # a stone beside the thrown one, of which nothing was to be expected
         try:
             slides.append(free_slide(track))
         except TrackTooShortError as error:
             reasons.append(error.problem)
     if not slides:
         more = f" ({len(reasons) - 1} more like it)" if len(reasons) > 1 else ""
-        raise TrackTooShortError(f"no throw slides freely: {reasons[0]}{more}")
+        reason = reasons[0] if reasons else "every stone lies still"
+        raise TrackTooShortError(f"no throw slides freely: {reason}{more}")
     return slides, reasons
+
+
+def _only_lies(track: Trajectory) -> bool:
+    """Whether a track is that of an untouched stone: a row at the beginning and one at the end."""
+    return len(track) == 2 and bool((np.ptp(track.xy, axis=0) < STILL).all())
 
 
 def _longest_run(flags: Flags) -> tuple[int, int]:

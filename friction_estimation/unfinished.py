@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -34,8 +34,8 @@ class Unfinished:
         self.folder = output.with_name(output.name + SUFFIX)
         self._choices = dict(choices)
 
-    def recall(self, throw: int, film: Path) -> tuple[Trajectory, dict[str, Any]] | None:
-        """The track of a film and what was said of it, where they were kept."""
+    def recall(self, throw: int, film: Path) -> tuple[list[Trajectory], dict[str, Any]] | None:
+        """The tracks of a film and what was said of it, where they were kept."""
         try:
             note = read_json(self._note(throw))
             tracks = read_tracks(self._track(throw))
@@ -43,12 +43,14 @@ class Unfinished:
             return None
         if not isinstance(note, dict) or note.get("key") != self._key(throw, film):
             return None
-        return tracks[0], note["about"]
+        return tracks, note["about"]
 
-    def keep(self, throw: int, film: Path, track: Trajectory, about: Mapping[str, Any]) -> None:
-        """Keep a film's track, and what is to be said of it."""
+    def keep(
+        self, throw: int, film: Path, tracks: Sequence[Trajectory], about: Mapping[str, Any]
+    ) -> None:
+        """Keep a film's tracks, and what is to be said of it."""
         make_directory(self.folder)
-        write_tracks(self._track(throw), [track])
+        write_tracks(self._track(throw), tracks)
         write_json(self._note(throw), {"key": self._key(throw, film), "about": dict(about)})
 
     def done(self) -> None:

@@ -4,6 +4,7 @@
 `handle`, `profile` and `learning` find from a film what no scene file says of a stone.
 """
 
+from friction_estimation.appearance.among import Posed, measure_among
 from friction_estimation.appearance.exposure import Exposure, exposures_at, total_misfit
 from friction_estimation.appearance.fit import Appearance, StoneFit, channels_of, measure
 from friction_estimation.appearance.learning import EXPOSURES, learn_appearance
@@ -13,11 +14,13 @@ __all__ = [
     "EXPOSURES",
     "Appearance",
     "Exposure",
+    "Posed",
     "StoneFit",
     "StoneModel",
     "channels_of",
     "exposures_at",
     "learn_appearance",
     "measure",
+    "measure_among",
     "total_misfit",
 ]

@@ -182,22 +182,46 @@ def measure(
     background_origin : column and row of the background's upper left pixel in the frame
     start : (3,) x, y [m], theta [rad]
     """
-    outline = appearance.model.outline_px(camera, start[:2])
+    window = window_for(appearance.model, camera, start, background_origin, background.shape)
+    if window is None:
+        return None
+    picture = channels_of(frame[window.slices]).reshape(-1, 3)
+    behind = background[slices_in(window, background_origin)].reshape(-1, 3)
+    return fit_window(picture, np.ascontiguousarray(behind), window, camera, appearance, start)
+
+
+def window_for(
+    model: StoneModel,
+    camera: Camera,
+    start: Floats,
+    background_origin: tuple[int, int],
+    shape: tuple[int, ...],
+) -> Window | None:
+    """The pixels that a stone at `start` is fitted to; see `measure`."""
+    outline = model.outline_px(camera, start[:2])
     window = window_at(camera, outline, MARGIN_PX)
     if window is None:
         return None
-    window = _inside(window, camera, outline, background_origin, background.shape[:2])
-    if window is None:
-        return None
+    return _inside(window, camera, background_origin, shape)
+
+
+def slices_in(window: Window, origin: tuple[int, int]) -> tuple[slice, slice]:
+    """Rows and columns of a window in an array that begins at a pixel."""
     rows, columns = window.slices
-    u, v = background_origin
-    picture = channels_of(frame[rows, columns]).reshape(-1, 3)
-    behind = background[
-        rows.start - v : rows.stop - v, columns.start - u : columns.stop - u
-    ].reshape(-1, 3)
-    pose, covariance, misfit, visible = fit_stone(
-        picture, np.ascontiguousarray(behind), window, appearance, start
-    )
+    u, v = origin
+    return slice(rows.start - v, rows.stop - v), slice(columns.start - u, columns.stop - u)
+
+
+def fit_window(
+    picture: Floats,
+    behind: Floats,
+    window: Window,
+    camera: Camera,
+    appearance: Appearance,
+    start: Floats,
+) -> StoneFit:
+    """The stone fitted to the pixels (n, 3) of a window; see `fit_stone`."""
+    pose, covariance, misfit, visible = fit_stone(picture, behind, window, appearance, start)
     width, height = camera.size
     inside = 1.0
     (left, top), right_end = outline.min(axis=0), np.array([width, height]) - outline.max(axis=0)
@@ -218,7 +242,6 @@ def measure(
 def _inside(
     window: Window,
     camera: Camera,
-    outline: Floats,
     origin: tuple[int, int],
     shape: tuple[int, ...],
 ) -> Window | None:

@@ -55,7 +55,7 @@ def learn_appearance(exposures: Sequence[Exposure], model: StoneModel, noise: fl
     )
     for exposure in exposures:
         settle(exposure, look)
-    look = replace(look, colours=_colours(exposures, look))
+    look = replace(look, colours=colours_of(exposures, look))
     for exposure in exposures:
         settle(exposure, look)
     look = with_handle(exposures, look)
@@ -83,7 +83,7 @@ def _body_colour(exposures: Sequence[Exposure], model: StoneModel) -> Floats:
     return np.median(np.concatenate(inside), axis=0)
 
 
-def _colours(exposures: Sequence[Exposure], look: Appearance) -> Floats:
+def colours_of(exposures: Sequence[Exposure], look: Appearance) -> Floats:
     """Colours of the parts by robust linear least squares, drawn weakly to the present ones."""
     colours = look.colours.copy()
     active = len(PARTS) if look.has_handle else len(PARTS) - 1

@@ -255,7 +255,7 @@ def _filmed(
                 frames, f"track {name}", total=total, unit="frame"
             ),
         )
-        tracks.append(found.trajectory)
+        tracks += found.trajectories
         if with_stills and i < FILMS_SHOWN:
             stills += [
                 Still(film=film.name, t=t, jpeg=cv2.imencode(".jpg", image)[1].tobytes())

@@ -87,7 +87,9 @@ def track(
     The tracks file has one row per frame in which the stone was seen: throw, t (seconds from the
     film's first frame), x, y (metres from mid-sheet), theta (heading of the handle), and the
     standard errors sigma_xy and sigma_theta. sigma_xy holds what stays the same from frame to
-    frame too: the camera's place and the stone's shape.
+    frame too: the camera's place and the stone's shape. Other stones on the sheet have rows of
+    their own, told apart by stone (the thrown one is 0): one that is struck from the contact on,
+    one that nobody touches in the first and in the last frame.
 
     Instead of films, give the number of a camera (0 is the first) or the URL of a stream: each
     throw is recorded as a film of its own, tracked as soon as it is over, and added to the tracks
@@ -158,7 +160,7 @@ def track(
         throw = 0 if together else i
         before = None if overlay is not None else unfinished.recall(i, film)
         if before is not None:
-            track_, about = before
+            of_film, about = before
             say(f"{film.name}: tracked before the interruption")
         else:
             result = track_film(
@@ -170,13 +172,14 @@ def track(
                     frames, f"track {name}", total=total, unit="frame"
                 ),
             )
-            track_, about = result.trajectory, _about(result)
+            of_film, about = result.trajectories, _about(result)
             say(f"{film.name}: {_words(result)}")
             if overlay is not None:
                 _draw(film, scenes[i], result, overlay)
             if len(films) > 1:
-                unfinished.keep(i, film, track_, about)
-        tracks.append(track_)
+                unfinished.keep(i, film, of_film, about)
+        # What several cameras see of one throw is joined for the thrown stone.
+        tracks += of_film[:1] if together else of_film
         said.append({"film": films[i], "throw": throw, **about})
     if together:
         from friction_estimation.handover import join_cameras
@@ -217,6 +220,19 @@ def _about(result: FilmTrack) -> dict[str, Any]:
         "tracked": len(result.trajectory),
         "from_s": float(result.trajectory.t[0]),
         "to_s": float(result.trajectory.t[-1]),
+        **({"contacts_s": list(result.contacts)} if result.contacts else {}),
+        **({"others": [_about_other(other) for other in result.others]} if result.others else {}),
+    }
+
+
+def _about_other(other: FilmTrack) -> dict[str, object]:
+    """What of a stone that was not thrown is printed."""
+    begin, end = other.trajectory.xy[0], other.trajectory.xy[-1]
+    return {
+        "stone": other.trajectory.stone,
+        "struck": bool(other.contacts),
+        "lay": [round(float(value), 4) for value in begin],
+        **({"rests": [round(float(value), 4) for value in end]} if other.contacts else {}),
     }
 
 
@@ -229,8 +245,16 @@ def _words(result: FilmTrack) -> str:
     )
     return (
         f"stone seen in {len(result.trajectory)} of {result.frame_count} frames, its place known "
-        f"to about {known:.1f} mm; {paint}"
+        f"to about {known:.1f} mm; {paint}{_company(result)}"
     )
+
+
+def _company(result: FilmTrack) -> str:
+    struck = sum(bool(other.contacts) for other in result.others)
+    still = len(result.others) - struck
+    parts = [f"{struck} struck"] if struck else []
+    parts += [f"{still} untouched"] if still else []
+    return f"; other stones: {', '.join(parts)}" if parts else ""
 
 
 def _median(values: object) -> float:

@@ -51,6 +51,8 @@ class FilmTrack:
     frame_count : frames of the film
     camera, look : what the film was read with
     landmarks : how well the paint on the ice agrees with the camera
+    contacts : moments at which it struck or was struck [s]
+    others : tracks of the other stones on the sheet, numbered from 1
     hold : puts the frames back where the camera swayed; None where it stood still
     """
 
@@ -62,4 +64,11 @@ class FilmTrack:
     camera: Camera
     look: Appearance
     landmarks: Refined
+    contacts: tuple[float, ...] = ()
+    others: tuple[FilmTrack, ...] = ()
     hold: Hold | None = None
+
+    @property
+    def trajectories(self) -> tuple[Trajectory, ...]:
+        """Of all stones, the thrown one first, as they stand in a tracks file."""
+        return (self.trajectory, *(other.trajectory for other in self.others))

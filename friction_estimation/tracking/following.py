@@ -8,7 +8,7 @@ flow predicts and gates. And positions are joined by a smoother that knows their
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -40,10 +40,13 @@ from friction_estimation.tracking.background import (
     moving_blobs,
     sheet_region,
 )
+from friction_estimation.tracking.collisions import tracks_of
 from friction_estimation.tracking.film_track import FilmTrack, TrackingOptions
+from friction_estimation.tracking.gathering import gather
 from friction_estimation.tracking.heading import Turn
 from friction_estimation.tracking.joining import Record, join_frames
 from friction_estimation.tracking.pilot import Pilot
+from friction_estimation.tracking.together import follow_together
 from friction_estimation.video import Film
 
 Floats = NDArray[np.float64]
@@ -65,7 +68,7 @@ def track_film(
     options: TrackingOptions | None = None,
     progress: Progress | None = None,
 ) -> FilmTrack:
-    """The thrown stone of one film.
+    """The thrown stone of one film, and beside it all other stones on the sheet.
 
     Parameters
     ----------
@@ -88,6 +91,12 @@ def track_film(
     hold = held(sample, path)
     if hold is not None:
         sample = [(t, hold.put_back(frame)) for t, frame in sample]
+
+    def put_right(frames: Iterable[tuple[float, Image]]) -> Iterator[tuple[float, Image]]:
+        for t, frame in frames:
+            even = frame if lighting is None else lighting.evened(frame)
+            yield t, even if hold is None else hold.put_back(even)
+
     # A lens that is not known yet may show the sheet tens of pixels from where it is thought.
     known = scene.camera_matrix is not None and scene.distortion is not None
     region = sheet_region(camera, scene.sheet, 12 if known else 48)
@@ -104,10 +113,10 @@ def track_film(
             "no thrown stone found: nothing of a stone's size slides along the ice", source=path
         )
     ice = channels_of(background.image)
-    seen_by = camera
+    seen_by, pictures = camera, sample
 
     def exposures_of(camera: Camera) -> list[Exposure]:
-        return _exposures(sample, rough, ice, background, seen_by, camera, model)
+        return _exposures(pictures, rough, ice, background, seen_by, camera, model)
 
     if landmarks.log_focal_sigma > UNDECIDED and exposures_of(camera):
         loose, painted = landmarks, background
@@ -123,14 +132,32 @@ def track_film(
     if not exposures:
         raise InputError("the thrown stone is nowhere wholly in the image", source=path)
     look = learn_appearance(exposures, model, background.noise)
-    frames: Iterable[tuple[float, Image]] = film.frames()
-    if lighting is not None:
-        frames = ((t, lighting.evened(frame)) for t, frame in frames)
-    if hold is not None:
-        frames = ((t, hold.put_back(frame)) for t, frame in frames)
+
+    def sample_until(t: float) -> list[tuple[float, Image]]:
+        share = np.linspace(0, t / max(sample[-1][0], 1e-6), SPARSE_FRAMES)
+        wanted = np.round(share * (film.frame_count - 1)).astype(int).tolist()
+        return list(put_right(film.pick(wanted)))
+
+    company = gather(sample, background, camera, look, scene.sheet, rough, sample_until)
+    if company is not None and company.rough is not rough:
+        # The path may have gone over to a stone that was struck: all is learnt anew.
+        rough, background, seen_by = company.rough, company.background, camera
+        pictures, ice = company.sample, channels_of(background.image)
+        exposures = exposures_of(camera) or exposures
+        look = learn_appearance(exposures, model, background.noise)
+        company = (
+            gather(sample, background, camera, look, scene.sheet, rough, sample_until) or company
+        )
+    frames: Iterable[tuple[float, Image]] = put_right(film.frames())
     if progress is not None:
         frames = progress(frames, film.frame_count)
     turn = _turn_of(exposures) if look.has_handle else None
+    if company is not None:
+        moments = [t for t, _ in sample]
+        movers = follow_together(
+            frames, rough, look, turn, company.lying, moments, ice, background, camera, options
+        )
+        return replace(tracks_of(movers, company.lying, landmarks, throw, path), hold=hold)
     record = _measure_all(frames, rough, ice, background, camera, look, turn, options)
     return replace(join_frames(record, look, landmarks, throw, path), hold=hold)
 

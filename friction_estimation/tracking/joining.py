@@ -21,6 +21,10 @@ from friction_estimation.tracking.uncertainty import heading_sigma, systematic_s
 Floats = NDArray[np.float64]
 
 
+MIN_FITTED = 5
+"""Frames in which a stone must be measured to have a track."""
+
+
 @dataclass(eq=False)
 class Record:
     t: list[float] = field(default_factory=list)
@@ -34,7 +38,7 @@ def join_frames(
 ) -> FilmTrack:
     """Smooth the frames' measurements, and keep the rows in which the stone was seen."""
     fitted = [i for i, fit in enumerate(record.fits) if fit is not None]
-    if len(fitted) < 5:
+    if len(fitted) < MIN_FITTED:
         raise InputError("the thrown stone is seen in fewer than five frames", source=path)
     first, last = fitted[0], fitted[-1]
     t = np.array(record.t[first : last + 1])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import cv2
@@ -21,6 +21,8 @@ Progress = Callable[[Iterable[tuple[float, Image]], int], Iterable[tuple[float, 
 
 PATH = (40, 170, 255)
 OUTLINE = (80, 230, 120)
+OTHERS = ((255, 170, 60), (230, 90, 220), (70, 220, 255), (160, 255, 160), (120, 120, 255))
+"""Outlines of the other stones, by their number."""
 TEXT = (255, 255, 255)
 PANEL = (46, 38, 32)
 ICE = (246, 243, 238)
@@ -91,22 +93,30 @@ class _Overlay:
         row = self._row_of.get(index)
         until = int(np.searchsorted(self._track.frame, index, side="right"))
         self._polyline(frame, self._path_px[:until], PATH, 3)
+        seen = [(other, _row_at(other, index)) for other in self._track.others]
+        for other, other_row in seen:
+            if other_row is not None:
+                path = other.trajectory.xy[: other_row + 1]
+                flat = np.column_stack([path, np.zeros(len(path))])
+                self._polyline(frame, other.camera.project(flat), _colour_of(other), 2)
+                self._stone(frame, other, other_row, _colour_of(other))
         if row is not None:
-            self._stone(frame, row)
-        self._draw_map(frame, until, row)
+            self._stone(frame, self._track, row, OUTLINE)
+        self._draw_map(frame, until, row, seen)
         self._draw_numbers(frame, row, until, t)
         return frame
 
-    def _stone(self, frame: Image, row: int) -> None:
-        track = self._track
+    def _stone(
+        self, frame: Image, track: FilmTrack, row: int, colour: tuple[int, int, int]
+    ) -> None:
         xy, theta = track.trajectory.xy[row], track.trajectory.theta[row]
         outline = track.look.model.outline_px(track.camera, xy)
-        self._polyline(frame, np.concatenate([outline, outline[:1]]), OUTLINE, 2)
+        self._polyline(frame, np.concatenate([outline, outline[:1]]), colour, 2)
         if np.isfinite(theta):
             z = track.look.model.height + track.look.model.handle_rise
             ahead = xy + 2.2 * track.look.model.radius * np.array([np.cos(theta), np.sin(theta)])
             line = track.camera.project([[*xy, z], [*ahead, z]])
-            self._polyline(frame, line, OUTLINE, 2)
+            self._polyline(frame, line, colour, 2)
 
     def _map(self, size: tuple[int, int]) -> tuple[Image, TopView]:
         sheet = self._scene.sheet
@@ -131,15 +141,22 @@ class _Overlay:
         cv2.line(image, at(0, -sheet.length), at(0, sheet.length), LINE, 1, cv2.LINE_AA, 4)
         return image, view
 
-    def _draw_map(self, frame: Image, until: int, row: int | None) -> None:
+    def _draw_map(
+        self,
+        frame: Image,
+        until: int,
+        row: int | None,
+        others: Sequence[tuple[FilmTrack, int | None]],
+    ) -> None:
         image = self._inset.copy()
         self._polyline(image, self._path_view[:until], PATH, 2)
+        for other, other_row in others:
+            if other_row is not None:
+                places = self._view.to_view(other.trajectory.xy[: other_row + 1])
+                self._polyline(image, places, _colour_of(other), 1)
+                self._disc(image, places[-1], _colour_of(other))
         if row is not None:
-            radius = max(self._track.look.model.radius * self._view.px_per_m, 3.5)
-            u, v = np.round(16 * self._path_view[row]).astype(int)
-            centre = int(u), int(v)
-            cv2.circle(image, centre, round(16 * radius), PANEL, -1, cv2.LINE_AA, 4)
-            cv2.circle(image, centre, round(16 * radius), OUTLINE, 2, cv2.LINE_AA, 4)
+            self._disc(image, self._path_view[row], OUTLINE)
         if self._lies_flat(frame.shape):
             image = cv2.rotate(image, cv2.ROTATE_90_CLOCKWISE)
         edge = round(8 * self._unit)
@@ -153,6 +170,14 @@ class _Overlay:
             return
         frame[top - edge : top + rows + edge, left - edge : left + columns + edge] = PANEL
         frame[top : top + rows, left : left + columns] = image
+
+    def _disc(self, image: Image, place: Floats, colour: tuple[int, int, int]) -> None:
+        """A stone on the map."""
+        radius = max(self._track.look.model.radius * self._view.px_per_m, 3.5)
+        u, v = np.round(16 * place).astype(int)
+        centre = int(u), int(v)
+        cv2.circle(image, centre, round(16 * radius), PANEL, -1, cv2.LINE_AA, 4)
+        cv2.circle(image, centre, round(16 * radius), colour, 2, cv2.LINE_AA, 4)
 
     def _lies_flat(self, shape: tuple[int, ...]) -> bool:
         """Whether the map goes along the lower edge: where the right one would cover the ice."""
@@ -199,3 +224,13 @@ class _Overlay:
         points = np.round(px * 16).astype(np.int32).reshape(-1, 1, 2)
         thickness = max(1, round(width * self._unit))
         cv2.polylines(image, [points], False, colour, thickness, cv2.LINE_AA, 4)
+
+
+def _row_at(track: FilmTrack, index: int) -> int | None:
+    """The row of a frame, or of the last one before it; None before the first."""
+    row = int(np.searchsorted(track.frame, index, side="right")) - 1
+    return row if row >= 0 else None
+
+
+def _colour_of(track: FilmTrack) -> tuple[int, int, int]:
+    return OTHERS[(track.trajectory.stone - 1) % len(OTHERS)]

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 from numpy.typing import NDArray
 
 from friction_estimation.appearance import Appearance, StoneFit
 from friction_estimation.camera import Camera
-from friction_estimation.tracking.acquisition import RoughPath
 from friction_estimation.tracking.film_track import TrackingOptions
 from friction_estimation.tracking.heading import Turn
 from friction_estimation.tracking.optical_flow import shift_between
@@ -23,13 +24,21 @@ PROBE_EVERY = 10
 """Every so many frames the fit is begun at both ends of the handle, so that it may contradict."""
 
 
+class Led(Protocol):
+    """Says where a stone should be."""
+
+    def at(self, t: float) -> Floats:
+        """Place at a time [s], (2,) [m]."""
+        ...
+
+
 class Pilot:
     """Says where to look next: by flow while the stone is seen, by the rough path else."""
 
     def __init__(
         self,
         *,
-        rough: RoughPath,
+        rough: Led,
         camera: Camera,
         look: Appearance,
         options: TrackingOptions,

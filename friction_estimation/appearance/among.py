@@ -1,0 +1,117 @@
+"""One stone among others: those behind it are what it stands before, those before it hide it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from friction_estimation.appearance.exposure import Exposure, cover_of, rendered
+from friction_estimation.appearance.fit import (
+    MARGIN_PX,
+    Appearance,
+    StoneFit,
+    channels_of,
+    fit_window,
+    slices_in,
+    window_for,
+)
+from friction_estimation.appearance.model import Window
+from friction_estimation.camera import Camera
+
+Floats = NDArray[np.float64]
+
+HIDDEN_SHARE = 0.05
+"""A pixel of which a nearer stone covers more than this says nothing of the one behind it."""
+MOST_HIDDEN = 0.7
+"""Of a stone, what others may hide; less of it is too little to be measured."""
+FILLINGS = 3
+"""Rounds in which hidden pixels are given what the stone would show there."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Posed:
+    """A stone whose place is known.
+
+    Parameters
+    ----------
+    look : how it looks
+    pose : (3,) x, y [m] and heading [rad]
+    in_ice : whether the picture of the ice shows it already; it then only hides
+    """
+
+    look: Appearance
+    pose: Floats
+    in_ice: bool = False
+
+
+def measure_among(
+    frame: NDArray[np.uint8],
+    background: Floats,
+    background_origin: tuple[int, int],
+    camera: Camera,
+    appearance: Appearance,
+    start: Floats,
+    others: Sequence[Posed],
+) -> StoneFit | None:
+    """The stone near `start` in a frame in which others stand about it; see `measure`.
+
+    Hidden pixels are filled with what the stone shows at the place found so far, round by round:
+    they then pull it nowhere (expectation and maximisation).
+
+    Parameters
+    ----------
+    others : the stones about it, where they are in this frame
+
+    Returns
+    -------
+    None where nothing of it is in the image, or too much of it is hidden
+    """
+    window = window_for(appearance.model, camera, start, background_origin, background.shape)
+    if window is None:
+        return None
+    picture = channels_of(frame[window.slices]).reshape(-1, 3)
+    behind = np.ascontiguousarray(background[slices_in(window, background_origin)].reshape(-1, 3))
+    hidden = np.zeros(len(picture), dtype=bool)
+    distance = _distance(camera, start)
+    for other in sorted(others, key=lambda other: -_distance(camera, other.pose)):
+        if not _reaches(window, other, camera):
+            continue
+        exposure = Exposure(window=window, picture=picture, behind=behind, pose=other.pose, t=0.0)
+        cover = cover_of(exposure, other.look)
+        if not other.in_ice:
+            behind = np.ascontiguousarray(rendered(cover, behind, other.look.colours))
+        if _distance(camera, other.pose) < distance:
+            hidden |= cover[0, :, :-1].sum(axis=1) > HIDDEN_SHARE
+    if not hidden.any():
+        return fit_window(picture, behind, window, camera, appearance, start)
+    own = Exposure(window=window, picture=picture, behind=behind, pose=start, t=0.0)
+    body = cover_of(own, appearance)[0, :, :-1].sum(axis=1)
+    if body[hidden].sum() > MOST_HIDDEN * body.sum():
+        return None
+    fit: StoneFit | None = None
+    pose = np.array(start, dtype=np.float64)
+    for _ in range(FILLINGS):
+        shown = rendered(cover_of(own, appearance, pose), behind, appearance.colours)
+        picture[hidden] = shown[hidden]
+        fit = fit_window(picture, behind, window, camera, appearance, pose)
+        pose = np.array([*fit.xy, fit.theta if appearance.has_handle else pose[2]])
+    return fit
+
+
+def _distance(camera: Camera, pose: Floats) -> float:
+    return float(np.linalg.norm(camera.position[:2] - pose[:2]))
+
+
+def _reaches(window: Window, other: Posed, camera: Camera) -> bool:
+    """Whether another stone, its handle or its shadow, may touch a window's pixels."""
+    outline = other.look.model.outline_px(camera, other.pose[:2])
+    if len(outline) == 0:
+        return False
+    size = np.ptp(outline, axis=0)
+    low, high = outline.min(axis=0) - size / 2 - MARGIN_PX, outline.max(axis=0) + size / 2
+    u, v = window.origin_px
+    rows, columns = window.shape
+    return bool(low[0] < u + columns and high[0] > u and low[1] < v + rows and high[1] > v)

@@ -1,0 +1,539 @@
+"""The other stones on the sheet while one is thrown: where they lie, and which of them leave.
+
+What lies still is part of a film's background, where nothing that moves gives it away. A stone is
+darker than ice and paint in at least one colour and about as large as a stone would be there; such
+spots are fitted with the look learnt from the thrown stone, over ice filled in from around them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.sheet import Sheet
+from friction_estimation.appearance import (
+    Appearance,
+    Posed,
+    StoneModel,
+    channels_of,
+    exposures_at,
+    measure,
+)
+from friction_estimation.appearance.exposure import (
+    Exposure,
+    cost_of,
+    cover_of,
+    rendered,
+    weights_of,
+)
+from friction_estimation.appearance.fit import PIXEL_CORRELATION
+from friction_estimation.appearance.learning import colours_of
+from friction_estimation.camera import Camera
+from friction_estimation.tracking.acquisition import (
+    RoughPath,
+    sightings_in,
+    stone_likeness,
+    thrown_stone,
+)
+from friction_estimation.tracking.background import MIN_CONTRAST, Background, Blob, moving_blobs
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Image = NDArray[np.uint8]
+
+SCALE_STEP = 1.5
+"""Stones are looked for in sizes that differ by this factor."""
+AROUND = 2.2
+"""Spots up to this many stones wide stand out; larger ones are paint or people."""
+LEAST_PX = 4.0
+"""A stone whose picture is smaller is not looked for [px]."""
+LEAST_LIKENESS = 0.05
+LEAST_VISIBLE = 0.6
+"""Share of a spot that must look like a stone."""
+EXPLAINED = 0.5
+"""A stone must leave at most this share of the misfit that bare ice leaves."""
+HEADINGS_TRIED = 24
+BY_PLACE = 0.2
+"""Spots nearer to each other are one stone [m]."""
+STILL = 0.04
+"""A stone is where it lay if it is found within this, and a pixel's play [m]."""
+PICTURES = 3
+"""Frames at each end of the film whose median shows what lay there."""
+LEAST_PRESENCE = 0.6
+"""Share of the frames in which a stone that lies must be made out; people stand before it."""
+CLEAR_FRONT = 12.0
+"""By how much the other end of a handle must fit worse, in squared standard errors."""
+HALO = 0.10
+"""How far beyond its edge a stone darkens the ice [m]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Bystander:
+    """A stone that lay on the sheet when the film began, or when it ended.
+
+    Parameters
+    ----------
+    posed : its look and place
+    sigma : standard error of each coordinate, by noise alone [m]
+    heading : of its handle [rad]; NaN where its front cannot be told
+    seen : (n,) in which of the sparse frames it lay there
+    """
+
+    posed: Posed
+    sigma: float
+    heading: float
+    seen: Flags
+
+    @property
+    def xy(self) -> Floats:
+        """Its place, (2,) [m]."""
+        return self.posed.pose[:2]
+
+    @property
+    def last_seen(self) -> int:
+        """The last sparse frame in which it lay there."""
+        return int(np.flatnonzero(self.seen)[-1])
+
+    @property
+    def stays(self) -> bool:
+        """Whether it lay there from the beginning to the end."""
+        return bool(self.seen[:PICTURES].any() and self.seen[-PICTURES:].any())
+
+    @property
+    def leaves(self) -> bool:
+        """Whether it lay there at first and not at the end."""
+        return bool(self.seen[:PICTURES].any() and not self.seen[-PICTURES:].any())
+
+
+def bystanders(
+    sample: Sequence[tuple[float, Image]],
+    background: Background,
+    camera: Camera,
+    look: Appearance,
+    sheet: Sheet,
+    rough: RoughPath,
+) -> list[Bystander]:
+    """The stones that lie on the sheet at the film's beginning or end.
+
+    Parameters
+    ----------
+    sample : sparse frames and their times
+    look : of the thrown stone; others have its shape, and a handle's colour of their own
+    rough : the thrown stone's path; what lies only at its end is that stone
+
+    Returns
+    -------
+    empty where nothing lies on the sheet but the thrown stone at its end
+    """
+    frames = [frame for _, frame in sample]
+    pictures = [
+        np.median([f[background.slices] for f in part], axis=0).astype(np.uint8)
+        for part in (frames[:PICTURES], frames[-PICTURES:])
+    ]
+    pictures.insert(1, np.clip(np.rint(background.image), 0, 255).astype(np.uint8))
+    spots = [
+        spots_like_stones(picture, background, camera, look.model, sheet) for picture in pictures
+    ]
+    empty = background.image.copy()
+    places: list[Floats] = []
+    for picture, found in zip(pictures, spots, strict=True):
+        new = [xy for xy in found if all(np.linalg.norm(xy - k) > BY_PLACE for k in places)]
+        _fill_in(empty, picture, background.origin_px, camera, look.model, new)
+        places += [xy for xy in new if _is_explained(xy, picture, empty, background, camera, look)]
+    end = rough.sightings[-1].xy
+    if all(np.linalg.norm(xy - end) < 2 * BY_PLACE for xy in places):
+        return []
+    ice = channels_of(empty)
+    known: list[Bystander] = []
+    for xy in places:
+        one = _bystander(xy, frames, ice, background, camera, look)
+        if one is not None and all(np.linalg.norm(one.xy - k.xy) > BY_PLACE for k in known):
+            known.append(one)
+    return known
+
+
+def spots_like_stones(
+    picture: Image, background: Background, camera: Camera, model: StoneModel, sheet: Sheet
+) -> list[Floats]:
+    """Places [m] of dark spots that are as large as a stone would be there.
+
+    Parameters
+    ----------
+    picture : (rows, columns, 3) the background's region
+    """
+    # Along the sheet's middle line and edges, how large a stone looks and where.
+    x = np.linspace(-sheet.width / 2, sheet.width / 2, 3)
+    y = np.linspace(-sheet.length / 2, sheet.length / 2, 90)
+    ground = np.array([(a, b, 0.0) for a in x for b in y])
+    ground = ground[camera.sees(ground)]
+    if len(ground) == 0:
+        return []
+    px = camera.project(ground) - np.array(background.origin_px)
+    size = np.array([_size_px(camera, model, place[:2]) for place in ground])
+    whole = np.isfinite(size)
+    px, size = px[whole], size[whole]
+    size = np.maximum(size, LEAST_PX)
+    steps = np.round(np.log(size / size.min()) / np.log(SCALE_STEP)).astype(int)
+    found: list[tuple[float, Floats]] = []
+    for step in np.unique(steps):
+        part = px[steps == step]
+        width = float(size.min() * SCALE_STEP**step)
+        low = np.maximum(np.floor(part.min(axis=0) - 3 * width).astype(int), 0)
+        high = np.ceil(part.max(axis=0) + 3 * width).astype(int)
+        cut = np.ascontiguousarray(picture[low[1] : high[1], low[0] : high[0]])
+        if min(cut.shape[:2]) < 4:
+            continue
+        for blob in _dark_spots(cut, width, background, low):
+            spot = stone_likeness(blob, camera, model, sheet)
+            if spot is not None and spot.likeness >= LEAST_LIKENESS:
+                found.append((spot.likeness, spot.xy))
+    places: list[Floats] = []
+    for _, xy in sorted(found, key=lambda item: -item[0]):
+        if all(np.linalg.norm(xy - other) > BY_PLACE for other in places):
+            places.append(xy)
+    return places
+
+
+def _size_px(camera: Camera, model: StoneModel, xy: Floats) -> float:
+    outline = model.outline_px(camera, xy)
+    return float(np.ptp(outline, axis=0).max()) if len(outline) else np.nan
+
+
+def _dark_spots(
+    cut: Image, width: float, background: Background, low: NDArray[np.int_]
+) -> list[Blob]:
+    """Blobs darker than all within a stone's width or two about them, in any colour."""
+    reach = 2 * round(AROUND * width / 2) + 1
+    kernel = cv2.getStructuringElement(cv2.MORPH_RECT, (reach, reach))
+    depth = cv2.morphologyEx(cut, cv2.MORPH_BLACKHAT, kernel).max(axis=2)
+    limit = max(2 * MIN_CONTRAST, 6 * background.noise)
+    mask = (depth > limit).astype(np.uint8)
+    thin = max(3, 2 * round(width / 8) + 1)  # lines are thinner than stones
+    mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((thin, thin), np.uint8))
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=4)
+    origin = np.array(background.origin_px, dtype=np.float64) + low
+    blobs: list[Blob] = []
+    for k, (left, top, w, h, area) in enumerate(stats[1:].tolist(), start=1):
+        if not (0.4 * width < max(w, h) < 2.5 * width):
+            continue
+        own = labels[top : top + h, left : left + w] == k
+        rows, columns = np.nonzero(own)
+        px = np.column_stack([columns, rows]) + np.array([left, top]) + origin
+        blobs.append(
+            Blob(
+                low_px=px.min(axis=0),
+                high_px=px.max(axis=0),
+                centre_px=px.mean(axis=0),
+                area_px=float(area),
+                whole_px=np.array([w, h], dtype=np.float64),
+            )
+        )
+    return blobs
+
+
+def footprint(
+    shape: tuple[int, ...],
+    origin: tuple[int, int],
+    camera: Camera,
+    model: StoneModel,
+    xy: Floats,
+) -> NDArray[np.uint8]:
+    """Mask of the pixels that a stone, its handle, shadow or mirror image changes.
+
+    Parameters
+    ----------
+    shape : rows and columns of the mask, which begins at pixel `origin`
+    """
+    around = np.linspace(0, 2 * np.pi, 36, endpoint=False)
+    circle = np.column_stack([np.cos(around), np.sin(around)])
+    rings = [
+        np.column_stack([xy + radius * circle, np.full(36, z)])
+        for z, radius in (
+            (-0.7 * model.height, model.radius),
+            (0.0, model.radius + HALO),
+            (model.height + model.handle_rise + 0.02, model.radius),
+        )
+    ]
+    px = camera.project(np.concatenate(rings)) - np.array(origin)
+    mask = np.zeros(shape[:2], dtype=np.uint8)
+    if np.isfinite(px).all():
+        hull = cv2.convexHull(px.astype(np.float32))
+        cv2.fillConvexPoly(mask, np.round(hull).astype(np.int32), 1)
+        mask = cv2.dilate(mask, np.ones((3, 3), np.uint8))
+    return mask
+
+
+def _fill_in(
+    empty: NDArray[np.float32],
+    picture: Image,
+    origin: tuple[int, int],
+    camera: Camera,
+    model: StoneModel,
+    places: Sequence[Floats],
+) -> None:
+    """Put a picture's ice, without the stones at places, into `empty` around them."""
+    if not places:
+        return
+    masks = [footprint(empty.shape, origin, camera, model, xy) for xy in places]
+    all_of_them = np.maximum.reduce(masks)
+    for mask in masks:
+        rows, columns = np.nonzero(mask)
+        if len(rows) == 0:
+            continue
+        part = (
+            slice(max(int(rows.min()) - 12, 0), int(rows.max()) + 13),
+            slice(max(int(columns.min()) - 12, 0), int(columns.max()) + 13),
+        )
+        empty[part] = cv2.inpaint(
+            np.ascontiguousarray(picture[part]),
+            np.ascontiguousarray(all_of_them[part]),
+            3.0,
+            cv2.INPAINT_TELEA,
+        )
+
+
+def _is_explained(
+    xy: Floats,
+    picture: Image,
+    empty: NDArray[np.float32],
+    background: Background,
+    camera: Camera,
+    look: Appearance,
+) -> bool:
+    """Whether a stone's body explains a spot in a picture: cheap, and enough for most spots."""
+    outline = look.model.outline_px(camera, xy) - np.array(background.origin_px)
+    size = np.ptp(outline, axis=0).max() + 12
+    low = np.maximum(np.floor(outline.min(axis=0) - size).astype(int), 0)
+    high = np.ceil(outline.max(axis=0) + size).astype(int)
+    part = (slice(low[1], high[1]), slice(low[0], high[0]))
+    origin = (background.origin_px[0] + int(low[0]), background.origin_px[1] + int(low[1]))
+    frame = np.zeros((camera.size[1], camera.size[0], 3), dtype=np.uint8)
+    frame[background.slices] = picture
+    body = replace(look, has_handle=False)
+    fit = measure(frame, channels_of(empty[part]), origin, camera, body, np.array([*xy, 0.0]))
+    return (
+        fit is not None
+        and fit.visible >= LEAST_VISIBLE
+        and bool(np.linalg.norm(fit.xy - xy) < 2 * BY_PLACE)
+    )
+
+
+def _bystander(
+    xy: Floats,
+    frames: Sequence[Image],
+    ice: Floats,
+    background: Background,
+    camera: Camera,
+    look: Appearance,
+) -> Bystander | None:
+    """The stone at a place, its own look, and when it lay there; None if there is none."""
+    origin = background.origin_px
+    body = replace(look, has_handle=False)
+    start = np.array([*xy, 0.0])
+    lying: list[int] = []
+    for _ in range(2):  # the second time from a better place
+        found: list[tuple[int, Floats]] = []
+        for i, frame in enumerate(frames):
+            fit = measure(frame, ice, origin, camera, body, start)
+            if (
+                fit is not None
+                and fit.visible >= LEAST_VISIBLE
+                and fit.inside > 0.98
+                and np.linalg.norm(fit.xy - start[:2]) < 2 * BY_PLACE
+            ):
+                found.append((i, fit.xy))
+        if len(found) < PICTURES:
+            return None
+        places = np.array([place for _, place in found])
+        start = np.array([*np.median(places, axis=0), 0.0])
+        play = STILL + 1.0 / np.linalg.norm(camera.px_per_metre(start[:2]), -2)
+        near = np.linalg.norm(places - start[:2], axis=1) < play
+        lying = [i for (i, _), close in zip(found, near, strict=True) if close]
+    if len(lying) < PICTURES:
+        return None
+    span = lying[-1] - lying[0] + 1
+    if len(lying) < LEAST_PRESENCE * span:
+        return None
+    chosen = lying[:: max(1, len(lying) // 9)]
+    still = np.median([frames[i][background.slices] for i in chosen], axis=0)
+    whole = np.zeros((camera.size[1], camera.size[0], 3), dtype=np.uint8)
+    whole[background.slices] = np.clip(np.rint(still), 0, 255)
+    exposures = exposures_at([whole], [0.0], [start[:2]], ice, origin, camera, look.model)
+    if not exposures:
+        return None
+    exposure = exposures[0]
+    exposure.pose = start
+    own = _own_look(exposure, look)
+    fit = measure(whole, ice, origin, camera, own, exposure.pose)
+    if fit is None or fit.visible < LEAST_VISIBLE:
+        return None
+    pose = np.array([*fit.xy, fit.theta if own.has_handle else 0.0])
+    if cost_of(exposure, own, pose) > EXPLAINED * _cost_of_bare_ice(exposure, own):
+        return None
+    seen = np.zeros(len(frames), dtype=bool)
+    seen[lying] = True
+    return Bystander(
+        posed=Posed(look=own, pose=pose),
+        sigma=float(np.sqrt(np.trace(fit.covariance[:2, :2]) / 2)),
+        heading=_heading_told(exposure, own, pose),
+        seen=seen,
+    )
+
+
+def _heading_told(exposure: Exposure, look: Appearance, pose: Floats) -> float:
+    """The heading if the handle's other end is clearly not the front, else NaN."""
+    turned = pose + np.array([0.0, 0.0, np.pi])
+    against = cost_of(exposure, look, turned) - cost_of(exposure, look, pose)
+    told = look.has_handle and against / PIXEL_CORRELATION > CLEAR_FRONT
+    return float(pose[2]) if told else np.nan
+
+
+def _cost_of_bare_ice(exposure: Exposure, look: Appearance) -> float:
+    far = np.array([exposure.pose[0] + 100.0, exposure.pose[1], 0.0])
+    return cost_of(exposure, look, far)
+
+
+def _own_look(exposure: Exposure, look: Appearance) -> Appearance:
+    """The look of a stone of the same shape, with its own colours; turns `exposure` to it."""
+    if not look.has_handle:
+        own = replace(look, colours=colours_of([exposure], look))
+        return own
+    best, least = look, np.inf
+    pose = exposure.pose
+    for heading in np.linspace(-np.pi, np.pi, HEADINGS_TRIED, endpoint=False):
+        trial = np.array([*exposure.pose[:2], heading])
+        cover = cover_of(exposure, look, trial)
+        colours = look.colours.copy()
+        for _ in range(2):
+            residual = exposure.picture - rendered(cover, exposure.behind, colours)
+            weight = weights_of(residual, look.noise)
+            for channel, blur in enumerate((0, 1, 1)):
+                share = cover[blur, :, 4]
+                total = float(np.sum(weight * share**2))
+                if total > 0.1:
+                    colours[4, channel] += float(
+                        np.sum(weight * share * residual[:, channel]) / total
+                    )
+        own = replace(look, colours=colours)
+        cost = cost_of(exposure, own, trial)
+        if cost < least:
+            best, least, pose = own, cost, trial
+    exposure.pose = pose
+    return replace(best, colours=colours_of([exposure], best))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Company:
+    """What a throw meets on the sheet.
+
+    Parameters
+    ----------
+    lying : the other stones
+    sample : the frames and their times in which `rough` was sighted
+    rough : the thrown stone's path until the first of them leaves
+    background : the ice without those that leave
+    """
+
+    lying: tuple[Bystander, ...]
+    sample: Sequence[tuple[float, Image]]
+    rough: RoughPath
+    background: Background
+
+
+def gather(
+    sample: Sequence[tuple[float, Image]],
+    background: Background,
+    camera: Camera,
+    look: Appearance,
+    sheet: Sheet,
+    rough: RoughPath,
+    sample_until: Callable[[float], Sequence[tuple[float, Image]]],
+) -> Company | None:
+    """The other stones on the sheet, and the thrown stone's path told from theirs.
+
+    None where the thrown stone is alone. See `bystanders`.
+
+    Parameters
+    ----------
+    sample_until : as many frames as `sample` has, from the film's beginning to a time [s]
+    """
+    lying = bystanders(sample, background, camera, look, sheet, rough)
+    if not any(stone.stays or stone.leaves for stone in lying):
+        return None
+    if not any(stone.leaves for stone in lying):
+        return Company(lying=tuple(lying), sample=sample, rough=rough, background=background)
+    ice = _ice_without(lying, sample, background, camera, look.model)
+    places = np.array([stone.xy for stone in lying if stone.leaves])
+    leaving = sorted((s for s in lying if s.leaves), key=lambda stone: stone.last_seen)
+    while leaving:
+        # A stone thrown hard passes in a few sparse frames, most of them behind sweepers.
+        before = sample_until(sample[leaving[0].last_seen][0])
+        path = thrown_stone(
+            [
+                sighting
+                for i, (t, frame) in enumerate(before)
+                for sighting in sightings_in(
+                    moving_blobs(frame, ice), i, t, camera, look.model, sheet
+                )
+                if np.linalg.norm(places - sighting.xy, axis=1).min() > 2 * look.model.radius
+            ]
+        )
+        if path is not None:
+            return Company(lying=tuple(lying), sample=before, rough=path, background=ice)
+        # Nothing came before it left: it is the thrown stone, held until its release.
+        lying = [stone for stone in lying if stone is not leaving[0]]
+        leaving = leaving[1:]
+    if not any(stone.stays for stone in lying):
+        return None
+    return Company(lying=tuple(lying), sample=sample, rough=rough, background=background)
+
+
+def _ice_without(
+    lying: Sequence[Bystander],
+    sample: Sequence[tuple[float, Image]],
+    background: Background,
+    camera: Camera,
+    model: StoneModel,
+) -> Background:
+    """The background with the ice that is seen before a stone comes, and after it leaves."""
+    moved = [stone for stone in lying if not stone.stays]
+    origin = background.origin_px
+    masks = [
+        footprint(background.image.shape, origin, camera, model, stone.xy) > 0 for stone in moved
+    ]
+    image = background.image.copy()
+    for mask in masks:
+        rows, columns = np.nonzero(mask)
+        if len(rows) == 0:
+            continue
+        part = (
+            slice(int(rows.min()), int(rows.max()) + 1),
+            slice(int(columns.min()), int(columns.max()) + 1),
+        )
+        cuts = np.stack([frame[background.slices][part] for _, frame in sample]).astype(np.float32)
+        covered = np.zeros(cuts.shape[:3], dtype=bool)
+        for stone, other in zip(moved, masks, strict=True):
+            here = np.flatnonzero(stone.seen)
+            # A stone is half gone in the frame after the last that shows it at rest.
+            from_, to = (0, here[-1] + 2) if stone.leaves else (here[0] - 1, len(sample))
+            covered[max(from_, 0) : to] |= other[part]
+        cuts[covered] = np.nan
+        free = (~covered).sum(axis=0)
+        own = mask[part] & (free >= PICTURES)
+        with np.errstate(all="ignore"):
+            bare = np.nanmedian(np.where(own[None, :, :, None], cuts, 0.0), axis=0)
+        image[part][own] = bare[own]
+        never = mask[part] & ~own
+        if never.any():
+            filled = cv2.inpaint(
+                np.clip(np.rint(image[part]), 0, 255).astype(np.uint8),
+                never.astype(np.uint8),
+                3.0,
+                cv2.INPAINT_TELEA,
+            )
+            image[part][never] = filled[never]
+    return replace(background, image=image)
