@@ -9,7 +9,9 @@ so that speed along the path changes by friction alone.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -36,6 +38,11 @@ MIN_SAMPLES = 20
 """Fewest samples of a free slide that is used."""
 STILL = 0.05
 """Two rows of a stone that nobody touched differ by less [m]."""
+TOUCHING = 0.6
+"""Two stones' centres are nearer than this in the frame after they met [m]: two radii, and what
+the faster goes in a frame."""
+CONTACT_PLAY = 0.07
+"""How far a track's first row may lie from the contact that began it [s]: two frames."""
 PUSHED = 0.5
 """Part of the free slide's deceleration below which a stone counts as still pushed. Ice varies by
 some per cent, a hand takes the deceleration away altogether."""
@@ -232,19 +239,28 @@ def smooth_motion(t: Floats, xy: Floats, *, window: float = 1.0, noise: float = 
     )
 
 
-def free_slide(track: Trajectory) -> FreeSlide:
+def free_slide(track: Trajectory, contacts: Sequence[float] = ()) -> FreeSlide:
     """The part of a track after the stone left the hand and before it rests or is stopped.
 
     The end is where the stone has reached its last place, or where it is slowed or turned more
     than ice can. The beginning is found in three steps: the stone moves; the last moment at which
     a push ended, which shows as deceleration that sets in; and the delivery hog line, before
     which the rules want the stone released. What lies before that line is used only where it is
-    long enough to show that nobody pushed.
+    long enough to show that nobody pushed. Of a stone that struck or was struck, the longest way
+    between contacts is taken.
+
+    Parameters
+    ----------
+    contacts : times at which it touched another stone [s]
 
     Raises
     ------
     TrackTooShortError : no free slide of a metre and 20 samples
     """
+    if len(contacts):
+        first, last = _longest_way(track, contacts)
+        part = free_slide(_rows_of(track, first, last))
+        return replace(part, track=track, rows=part.rows + first)
     name = f"throw {track.throw}"
     if len(track) < MIN_SAMPLES:
         raise TrackTooShortError(f"{name} has {len(track)} samples, needs {MIN_SAMPLES}")
@@ -287,11 +303,11 @@ def free_slides(tracks: list[Trajectory]) -> tuple[list[FreeSlide], list[str]]:
     """
     slides: list[FreeSlide] = []
     reasons: list[str] = []
-    for track in tracks:
+    for track, contacts in zip(tracks, contacts_of(tracks), strict=True):
         if _only_lies(track) and len(tracks) > 1:
             continue  # a stone beside the thrown one, of which nothing was to be expected
         try:
-            slides.append(free_slide(track))
+            slides.append(free_slide(track, contacts))
         except TrackTooShortError as error:
             reasons.append(error.problem)
     if not slides:
@@ -299,6 +315,49 @@ def free_slides(tracks: list[Trajectory]) -> tuple[list[FreeSlide], list[str]]:
         reason = reasons[0] if reasons else "every stone lies still"
         raise TrackTooShortError(f"no throw slides freely: {reason}{more}")
     return slides, reasons
+
+
+def contacts_of(tracks: Sequence[Trajectory]) -> list[list[float]]:
+    """When each stone touched another, as the tracks of one throw tell together [s].
+
+    The track of a stone that was struck begins with the contact; what was next to it then, struck
+    it. A contact of which only one stone has a track is not seen.
+    """
+    found: list[list[float]] = [[] for _ in tracks]
+    for struck in tracks:
+        if len(struck) < 2 or _only_lies(struck):
+            continue
+        for k, other in enumerate(tracks):
+            at = float(struck.t[0])
+            alone = other.throw != struck.throw or other is struck
+            if alone or len(other) < 2 or not other.t[0] < at <= other.t[-1]:
+                continue
+            there = [np.interp(at, other.t, other.xy[:, axis]) for axis in range(2)]
+            if np.hypot(*(struck.xy[0] - there)) < TOUCHING:
+                found[k].append(at)
+    return [sorted(times) for times in found]
+
+
+def _longest_way(track: Trajectory, contacts: Sequence[float]) -> tuple[int, int]:
+    """First and past-last row of the longest way between contacts.
+
+    The row at a contact and the one before it may lie on either side of it.
+    """
+    edges = [-np.inf, *sorted(contacts), np.inf]
+    best, longest = (0, 0), -1.0
+    for begin, end in pairwise(edges):
+        inside = np.flatnonzero((track.t > begin + CONTACT_PLAY) & (track.t < end - CONTACT_PLAY))
+        if len(inside) < 2:
+            continue
+        way = float(np.hypot(*(track.xy[inside[-1]] - track.xy[inside[0]])))
+        if way > longest:
+            best, longest = (int(inside[0]), int(inside[-1]) + 1), way
+    return best
+
+
+def _rows_of(track: Trajectory, first: int, last: int) -> Trajectory:
+    columns = ("t", "xy", "theta", "swept", "sigma_xy", "sigma_theta")
+    return replace(track, **{name: getattr(track, name)[first:last] for name in columns})
 
 
 def _only_lies(track: Trajectory) -> bool:

@@ -116,7 +116,7 @@ def sightings_in(
     blobs: Sequence[Blob], frame: int, t: float, camera: Camera, model: StoneModel, sheet: Sheet
 ) -> list[Sighting]:
     """All blobs of one sparse frame that may be a stone."""
-    found = (stone_likeness(blob, camera, model, sheet) for blob in blobs)
+    found = (stone_likeness(blob, camera, model, sheet) for blob in blobs if blob.darker)
     return [
         Sighting(frame=frame, t=t, xy=s.xy, likeness=s.likeness) for s in found if s is not None
     ]

@@ -63,6 +63,8 @@ class Blob:
     centre_px : (2,) mean of the core's pixels [px]
     area_px : number of the core's pixels
     whole_px : (2,) width and height of all of it, with shadow and whatever touches it [px]
+    darker : whether it is darker than the background in some colour, as all are but the empty
+        places of things that lay there through most of the film
     """
 
     low_px: Floats
@@ -70,6 +72,7 @@ class Blob:
     centre_px: Floats
     area_px: float
     whole_px: Floats
+    darker: bool = True
 
 
 def sheet_region(camera: Camera, sheet: Sheet, margin_px: int = 12) -> tuple[slice, slice]:
@@ -139,14 +142,15 @@ def moving_blobs(frame: Image, background: Background, min_area_px: float = 6.0)
     A person is thus one blob, on the ice and beside it; masking the sheet first would cut a foot
     off that passes for a stone.
     """
-    difference = cv2.absdiff(np.ascontiguousarray(frame[background.slices]), background.flat)
-    difference = _strongest(difference)
+    cut = np.ascontiguousarray(frame[background.slices])
+    flat = background.flat
+    difference = _strongest(cv2.absdiff(cut, flat))
     limit = max(MIN_CONTRAST, 5 * background.noise)
     mask = (cv2.blur(difference, (3, 3)) > limit).astype(np.uint8)
     _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
     origin = np.array(background.origin_px, dtype=np.float64)
     return [
-        _blob(k, stat, labels, difference, origin)
+        _blob(k, stat, labels, difference, cut, flat, origin)
         for k, stat in enumerate(stats[1:], start=1)
         if stat[4] >= min_area_px
     ]
@@ -157,6 +161,8 @@ def _blob(
     stat: NDArray[np.int32],
     labels: NDArray[np.int32],
     difference: Image,
+    frame: Image,
+    flat: Image,
     origin: Floats,
 ) -> Blob:
     """One blob, cut down to its solid core: what a soft shadow beside it adds is left out."""
@@ -179,4 +185,5 @@ def _blob(
         centre_px=px.mean(axis=0),
         area_px=float(len(rows)),
         whole_px=np.array([width, height], dtype=np.float64),
+        darker=bool((frame[box][own].mean(axis=0) < flat[box][own].mean(axis=0)).any()),
     )

@@ -47,10 +47,14 @@ Image = NDArray[np.uint8]
 
 SCALE_STEP = 1.5
 """Stones are looked for in sizes that differ by this factor."""
-AROUND = 2.2
+AROUND = 1.8
 """Spots up to this many stones wide stand out; larger ones are paint or people."""
 LEAST_PX = 4.0
 """A stone whose picture is smaller is not looked for [px]."""
+DEEPER = 2.5
+"""The second, higher contrast at which spots are looked for."""
+LEAST_OPENED = 8.0
+"""Flatter pictures of stones may be lost when thin lines are taken away [px]."""
 LEAST_LIKENESS = 0.05
 LEAST_VISIBLE = 0.6
 """Share of a spot that must look like a stone."""
@@ -143,7 +147,8 @@ def bystanders(
     for picture, found in zip(pictures, spots, strict=True):
         new = [xy for xy in found if all(np.linalg.norm(xy - k) > BY_PLACE for k in places)]
         _fill_in(empty, picture, background.origin_px, camera, look.model, new)
-        places += [xy for xy in new if _is_explained(xy, picture, empty, background, camera, look)]
+        fitted = (_fitted_place(xy, picture, empty, background, camera, look) for xy in new)
+        places += [xy for xy in fitted if xy is not None]
     end = rough.sightings[-1].xy
     if all(np.linalg.norm(xy - end) < 2 * BY_PLACE for xy in places):
         return []
@@ -173,10 +178,12 @@ def spots_like_stones(
     if len(ground) == 0:
         return []
     px = camera.project(ground) - np.array(background.origin_px)
-    size = np.array([_size_px(camera, model, place[:2]) for place in ground])
-    whole = np.isfinite(size)
-    px, size = px[whole], size[whole]
-    size = np.maximum(size, LEAST_PX)
+    extent = np.array([_extent_px(camera, model, place[:2]) for place in ground])
+    whole = np.isfinite(extent).all(axis=1)
+    px, extent = px[whole], np.maximum(extent[whole], LEAST_PX)
+    if len(px) == 0:
+        return []
+    size = extent.max(axis=1)
     steps = np.round(np.log(size / size.min()) / np.log(SCALE_STEP)).astype(int)
     found: list[tuple[float, Floats]] = []
     for step in np.unique(steps):
@@ -187,7 +194,8 @@ def spots_like_stones(
         cut = np.ascontiguousarray(picture[low[1] : high[1], low[0] : high[0]])
         if min(cut.shape[:2]) < 4:
             continue
-        for blob in _dark_spots(cut, width, background, low):
+        flat = float(extent[steps == step].min())
+        for blob in _dark_spots(cut, width, flat, background, low):
             spot = stone_likeness(blob, camera, model, sheet)
             if spot is not None and spot.likeness >= LEAST_LIKENESS:
                 found.append((spot.likeness, spot.xy))
@@ -198,22 +206,38 @@ def spots_like_stones(
     return places
 
 
-def _size_px(camera: Camera, model: StoneModel, xy: Floats) -> float:
+def _extent_px(camera: Camera, model: StoneModel, xy: Floats) -> Floats:
+    """Width and height of a stone's picture, (2,) [px]; NaN where it has none."""
     outline = model.outline_px(camera, xy)
-    return float(np.ptp(outline, axis=0).max()) if len(outline) else np.nan
+    return np.ptp(outline, axis=0) if len(outline) else np.full(2, np.nan)
 
 
 def _dark_spots(
-    cut: Image, width: float, background: Background, low: NDArray[np.int_]
+    cut: Image, width: float, flat: float, background: Background, low: NDArray[np.int_]
 ) -> list[Blob]:
     """Blobs darker than all within a stone's width or two about them, in any colour."""
     reach = 2 * round(AROUND * width / 2) + 1
     kernel = cv2.getStructuringElement(cv2.MORPH_RECT, (reach, reach))
-    depth = cv2.morphologyEx(cut, cv2.MORPH_BLACKHAT, kernel).max(axis=2)
+    depth = cv2.morphologyEx(cut, cv2.MORPH_BLACKHAT, kernel)
     limit = max(2 * MIN_CONTRAST, 6 * background.noise)
-    mask = (depth > limit).astype(np.uint8)
-    thin = max(3, 2 * round(width / 8) + 1)  # lines are thinner than stones
-    mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((thin, thin), np.uint8))
+    # Lines are thinner than stones; but where a stone is flat itself, that may leave nothing of it.
+    thin = max(3, 2 * round(flat / 8) + 1)
+    found: list[Blob] = []
+    for one in cv2.split(depth):
+        # A ring is dark in two colours and hardly in the third, in which a stone on it stands out.
+        for least in (limit, DEEPER * limit):
+            mask = (one > least).astype(np.uint8)
+            opened = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((thin, thin), np.uint8))
+            found += _blobs_in(opened, width, background, low)
+            if flat < LEAST_OPENED:
+                found += _blobs_in(mask, width, background, low)
+    return found
+
+
+def _blobs_in(
+    mask: NDArray[np.uint8], width: float, background: Background, low: NDArray[np.int_]
+) -> list[Blob]:
+    """Connected parts of a mask that are about as large as a stone."""
     _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=4)
     origin = np.array(background.origin_px, dtype=np.float64) + low
     blobs: list[Blob] = []
@@ -296,15 +320,15 @@ def _fill_in(
         )
 
 
-def _is_explained(
+def _fitted_place(
     xy: Floats,
     picture: Image,
     empty: NDArray[np.float32],
     background: Background,
     camera: Camera,
     look: Appearance,
-) -> bool:
-    """Whether a stone's body explains a spot in a picture: cheap, and enough for most spots."""
+) -> Floats | None:
+    """Where a stone's body explains a spot in a picture; None where none does."""
     outline = look.model.outline_px(camera, xy) - np.array(background.origin_px)
     size = np.ptp(outline, axis=0).max() + 12
     low = np.maximum(np.floor(outline.min(axis=0) - size).astype(int), 0)
@@ -315,11 +339,9 @@ def _is_explained(
     frame[background.slices] = picture
     body = replace(look, has_handle=False)
     fit = measure(frame, channels_of(empty[part]), origin, camera, body, np.array([*xy, 0.0]))
-    return (
-        fit is not None
-        and fit.visible >= LEAST_VISIBLE
-        and bool(np.linalg.norm(fit.xy - xy) < 2 * BY_PLACE)
-    )
+    if fit is None or fit.visible < LEAST_VISIBLE:
+        return None
+    return fit.xy if np.linalg.norm(fit.xy - xy) < 2 * BY_PLACE else None
 
 
 def _bystander(
@@ -334,25 +356,21 @@ def _bystander(
     origin = background.origin_px
     body = replace(look, has_handle=False)
     start = np.array([*xy, 0.0])
-    lying: list[int] = []
-    for _ in range(2):  # the second time from a better place
-        found: list[tuple[int, Floats]] = []
-        for i, frame in enumerate(frames):
-            fit = measure(frame, ice, origin, camera, body, start)
-            if (
-                fit is not None
-                and fit.visible >= LEAST_VISIBLE
-                and fit.inside > 0.98
-                and np.linalg.norm(fit.xy - start[:2]) < 2 * BY_PLACE
-            ):
-                found.append((i, fit.xy))
-        if len(found) < PICTURES:
-            return None
-        places = np.array([place for _, place in found])
-        start = np.array([*np.median(places, axis=0), 0.0])
-        play = STILL + 1.0 / np.linalg.norm(camera.px_per_metre(start[:2]), -2)
-        near = np.linalg.norm(places - start[:2], axis=1) < play
-        lying = [i for (i, _), close in zip(found, near, strict=True) if close]
+    play = STILL + 1.0 / np.linalg.norm(camera.px_per_metre(xy), -2)
+    found: list[tuple[int, Floats]] = []
+    for i, frame in enumerate(frames):
+        fit = measure(frame, ice, origin, camera, body, start)
+        if (
+            fit is not None
+            and fit.visible >= LEAST_VISIBLE
+            and fit.inside > 0.98
+            and np.linalg.norm(fit.xy - xy) < play
+        ):
+            found.append((i, fit.xy))
+    if not found:
+        return None
+    lying = [i for i, _ in found]
+    start = np.array([*np.median([place for _, place in found], axis=0), 0.0])
     if len(lying) < PICTURES:
         return None
     span = lying[-1] - lying[0] + 1
