@@ -94,7 +94,8 @@ def measure_among(
     fit: StoneFit | None = None
     pose = np.array(start, dtype=np.float64)
     for _ in range(FILLINGS):
-        shown = rendered(cover_of(own, appearance, pose), behind, appearance.colours)
+        own.pose = pose
+        shown = rendered(cover_of(own, appearance), behind, appearance.colours)
         picture[hidden] = shown[hidden]
         fit = fit_window(picture, behind, window, camera, appearance, pose)
         pose = np.array([*fit.xy, fit.theta if appearance.has_handle else pose[2]])

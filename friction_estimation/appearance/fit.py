@@ -224,8 +224,8 @@ def fit_window(
     pose, covariance, misfit, visible = fit_stone(picture, behind, window, appearance, start)
     width, height = camera.size
     inside = 1.0
-    (left, top), right_end = outline.min(axis=0), np.array([width, height]) - outline.max(axis=0)
-    if min(left, top, *right_end) < NEAR_EDGE_PX:
+    (left, top), (rows, columns) = window.origin_px, window.shape
+    if min(left, top, width - left - columns, height - top - rows) < NEAR_EDGE_PX:
         at_end = appearance.model.outline_px(camera, pose[:2])
         within = (at_end >= 0) & (at_end <= np.array([width - 1, height - 1]))
         inside = float(within.all(axis=1).mean()) if len(at_end) else 0.0

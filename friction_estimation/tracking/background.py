@@ -103,7 +103,7 @@ def find_background(frames: Sequence[Image], region: tuple[slice, slice]) -> Bac
     frames : whole BGR frames, spread over the film
     """
     parts = np.stack([frame[region] for frame in frames])
-    middle = _median(parts)
+    middle = median_picture(parts)
     total = np.zeros(middle.shape, dtype=np.float32)
     count = np.zeros(middle.shape[:2], dtype=np.float32)
     spread: list[float] = []
@@ -127,7 +127,8 @@ def _strongest(difference: Image) -> Image:
     return cv2.max(cv2.max(blue, green), red)
 
 
-def _median(parts: NDArray[np.uint8]) -> Image:
+def median_picture(parts: NDArray[np.uint8]) -> Image:
+    """Pixel by pixel the median of pictures (n, rows, columns, 3)."""
     middle = np.empty(parts.shape[1:], dtype=np.uint8)
     k = len(parts) // 2
     for row in range(0, parts.shape[1], 32):  # in strips, which stay in the processor's cache

@@ -27,6 +27,7 @@ from friction_estimation.appearance.exposure import (
     Exposure,
     cost_of,
     cover_of,
+    planes_of,
     rendered,
     weights_of,
 )
@@ -39,7 +40,13 @@ from friction_estimation.tracking.acquisition import (
     stone_likeness,
     thrown_stone,
 )
-from friction_estimation.tracking.background import MIN_CONTRAST, Background, Blob, moving_blobs
+from friction_estimation.tracking.background import (
+    MIN_CONTRAST,
+    Background,
+    Blob,
+    median_picture,
+    moving_blobs,
+)
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -134,10 +141,10 @@ def bystanders(
     empty where nothing lies on the sheet but the thrown stone at its end
     """
     frames = [frame for _, frame in sample]
-    pictures = [
-        np.median([f[background.slices] for f in part], axis=0).astype(np.uint8)
-        for part in (frames[:PICTURES], frames[-PICTURES:])
+    cuts = [
+        [f[background.slices] for f in part] for part in (frames[:PICTURES], frames[-PICTURES:])
     ]
+    pictures = [median_picture(np.stack(part)) for part in cuts]
     pictures.insert(1, np.clip(np.rint(background.image), 0, 255).astype(np.uint8))
     spots = [
         spots_like_stones(picture, background, camera, look.model, sheet) for picture in pictures
@@ -390,7 +397,7 @@ def _bystander(
     if fit is None or fit.visible < LEAST_VISIBLE:
         return None
     pose = np.array([*fit.xy, fit.theta if own.has_handle else 0.0])
-    if cost_of(exposure, own, pose) > EXPLAINED * _cost_of_bare_ice(exposure, own):
+    if _cost_at(exposure, own, pose) > EXPLAINED * _cost_of_bare_ice(exposure, own):
         return None
     seen = np.zeros(len(frames), dtype=bool)
     seen[lying] = True
@@ -405,14 +412,20 @@ def _bystander(
 def _heading_told(exposure: Exposure, look: Appearance, pose: Floats) -> float:
     """The heading if the handle's other end is clearly not the front, else NaN."""
     turned = pose + np.array([0.0, 0.0, np.pi])
-    against = cost_of(exposure, look, turned) - cost_of(exposure, look, pose)
+    against = _cost_at(exposure, look, turned) - _cost_at(exposure, look, pose)
     told = look.has_handle and against / PIXEL_CORRELATION > CLEAR_FRONT
     return float(pose[2]) if told else np.nan
 
 
+def _cost_at(exposure: Exposure, look: Appearance, pose: Floats) -> float:
+    """Robust misfit with the stone at a pose."""
+    placed = replace(exposure, pose=pose)
+    return cost_of(placed, look, planes_of(placed, look))
+
+
 def _cost_of_bare_ice(exposure: Exposure, look: Appearance) -> float:
     far = np.array([exposure.pose[0] + 100.0, exposure.pose[1], 0.0])
-    return cost_of(exposure, look, far)
+    return _cost_at(exposure, look, far)
 
 
 def _own_look(exposure: Exposure, look: Appearance) -> Appearance:
@@ -424,7 +437,7 @@ def _own_look(exposure: Exposure, look: Appearance) -> Appearance:
     pose = exposure.pose
     for heading in np.linspace(-np.pi, np.pi, HEADINGS_TRIED, endpoint=False):
         trial = np.array([*exposure.pose[:2], heading])
-        cover = cover_of(exposure, look, trial)
+        cover = cover_of(replace(exposure, pose=trial), look)
         colours = look.colours.copy()
         for _ in range(2):
             residual = exposure.picture - rendered(cover, exposure.behind, colours)
@@ -437,7 +450,7 @@ def _own_look(exposure: Exposure, look: Appearance) -> Appearance:
                         np.sum(weight * share * residual[:, channel]) / total
                     )
         own = replace(look, colours=colours)
-        cost = cost_of(exposure, own, trial)
+        cost = _cost_at(exposure, own, trial)
         if cost < least:
             best, least, pose = own, cost, trial
     exposure.pose = pose

@@ -156,7 +156,7 @@ def follow_together(
 
     def pilot_for(course: Course, look: Appearance, turn: Turn | None) -> Pilot:
         return Pilot(
-            rough=course, camera=camera, look=look, options=options, region=background.slices,
+            rough=course, camera=camera, look=look, options=options,
             turn=turn,
         )  # fmt: skip
 

@@ -25,12 +25,13 @@ def track(throw=0):
 def test_what_was_kept_is_recalled_until_all_is_done(tmp_path, film):
     work = Unfinished(tmp_path / "tracks.csv", {"flow": "plain"})
     assert work.recall(0, film) is None
-    work.keep(0, film, track(), {"frames": 7})
+    work.keep(0, film, [track()], {"frames": 7})
     again = Unfinished(tmp_path / "tracks.csv", {"flow": "plain"})
     found = again.recall(0, film)
     assert found is not None
-    np.testing.assert_allclose(found[0].xy, track().xy, atol=1e-5)
-    assert found[1] == {"frames": 7}
+    (kept,), about = found
+    np.testing.assert_allclose(kept.xy, track().xy, atol=1e-5)
+    assert about == {"frames": 7}
     again.done()
     assert again.recall(0, film) is None
     assert not again.folder.exists()
@@ -38,7 +39,7 @@ def test_what_was_kept_is_recalled_until_all_is_done(tmp_path, film):
 
 def test_another_choice_place_or_film_is_other_work(tmp_path, film):
     out = tmp_path / "tracks.csv"
-    Unfinished(out, {"flow": "plain"}).keep(0, film, track(), {})
+    Unfinished(out, {"flow": "plain"}).keep(0, film, [track()], {})
     assert Unfinished(out, {"flow": "pyramidal"}).recall(0, film) is None
     assert Unfinished(out, {"flow": "plain"}).recall(1, film) is None
     assert Unfinished(tmp_path / "other.csv", {"flow": "plain"}).recall(0, film) is None
@@ -49,7 +50,7 @@ def test_another_choice_place_or_film_is_other_work(tmp_path, film):
 @pytest.mark.parametrize("spoilt", ["throw-000.csv", "throw-000.json"])
 def test_a_half_written_track_is_made_again(tmp_path, film, spoilt):
     work = Unfinished(tmp_path / "tracks.csv", {})
-    work.keep(0, film, track(), {})
+    work.keep(0, film, [track()], {})
     (work.folder / spoilt).write_text("{")
     assert work.recall(0, film) is None
 
@@ -74,6 +75,7 @@ def test_the_command_goes_on_after_an_interruption(curling, tmp_path, monkeypatc
         landmarks = type("Landmarks", (), {"readings": 0})
         result = type("Result", (), {"frame_count": 9, "landmarks": landmarks})
         result.trajectory = Trajectory(**{**track(throw).__dict__, "sigma_xy": np.full(5, 0.01)})
+        result.trajectories, result.others, result.contacts = (result.trajectory,), (), ()
         return result
 
     monkeypatch.setattr(tracking, "track_film", stand_in)
