@@ -80,7 +80,7 @@ def smooth(t: Floats, measured: Floats, sigma: Floats) -> Smoothed:
         value=value,
         rate=rate,
         change=change,
-        sigma=np.sqrt(variance),
+        sigma=np.sqrt(np.maximum(variance, 0.0)),  # rounding, where a stone lies still
         used=used,
         scale=scale,
     )
