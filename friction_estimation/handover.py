@@ -294,7 +294,7 @@ def _fit_with(chain: Sequence[Trajectory], offset: Floats, jerk: float) -> tuple
     return evidence, _Path(
         knots=knots,
         coefficients=coefficients,
-        covariance=covariance,
+        covariance=np.asarray(covariance, dtype=np.float64),
         offset=offset,
         offset_sigma=sigma,
         place=place,
@@ -333,7 +333,7 @@ def _seen(chain: Sequence[Trajectory], path: _Path) -> Trajectory:
         speed = np.linalg.norm(_basis(path.knots, t, 1) @ path.coefficients, axis=1)
         sigma = np.hypot(sigma, speed * path.offset_sigma[k] / np.sqrt(2))
         turn = track.sigma_theta if track.sigma_theta.size else np.full(len(t), np.nan)
-        own = dict(
+        own: dict[str, Floats] = dict(
             zip(
                 names,
                 (t, track.xy - path.place[k], track.theta, track.swept, sigma, turn),

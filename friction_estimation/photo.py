@@ -279,7 +279,7 @@ def _rings_around(image: Image, tee: Floats, hog: Floats) -> _Rings:
         return -change
 
     bounds = [(-CLICK_REACH, CLICK_REACH)] * 2 + [RING_SCALES] * 2
-    found = differential_evolution(flatness, bounds, seed=1, maxiter=60, tol=1e-4)
+    found = differential_evolution(flatness, bounds, rng=1, maxiter=60, tol=1e-4)
     centre = tee + found.x[:2] * metre_px
     along, across = found.x[2:] * metre_px * HOUSE_RADIUS
     # Who looks from the hog line to the house has v, which grows downwards, behind them.

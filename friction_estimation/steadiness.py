@@ -27,14 +27,14 @@ Image = NDArray[np.uint8]
 FEATURES = 160
 FEATURE_QUALITY = 0.02
 FEATURE_DISTANCE_PX = 16
+MANY = 30
+"""Corners that the first frame must have for the camera's motion to be told from the people's."""
 FEW = 6
-"""So many corners make a majority; where fewer agree, nothing is said of the camera."""
+"""So many corners make a motion."""
 IN_PLACE_PX = 0.5
 IN_PLACE_SHARE = 0.4
 """Corners that stay where they were win over a common motion of this many times as few: people
 who cross a bare sheet may carry more corners than the sheet has."""
-MANY = 40
-"""With so many corners in the first frame, that none agree in another means another view."""
 TOLERANCE_PX = 1.0
 """Corners that agree within this with the common motion carry it."""
 MIN_SHARE = 0.35
@@ -148,15 +148,13 @@ def held(sample: Sequence[tuple[float, Image]], source: str | Path) -> Hold | No
     if len(sample) < 2:
         return None
     hold = Hold.of(sample[0][1])
-    if len(hold.corners_px) < FEW:
+    if len(hold.corners_px) < MANY:
         return None
     width = sample[0][1].shape[1]
     every = max(1, (len(sample) - 1) // LOOKED_AT)
     swayed = 0.0
     for t, frame in sample[every::every]:
         motion = hold.motion(frame)
-        if motion is None and len(hold.corners_px) < MANY:
-            continue
         if motion is None:
             raise InputError(
                 "the camera shows another view than in the first frame; it must stand still: cut "

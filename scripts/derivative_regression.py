@@ -88,7 +88,7 @@ def names_found(tracks: list, *, method: str = "bic") -> list[str]:
     names, columns, target, _ = library(open_session(tracks))
     columns = columns / np.maximum(np.sqrt((columns**2).mean(axis=0)), 1e-12)
     if method == "sindy":
-        from pysindy import STLSQ
+        from pysindy import STLSQ  # pyright: ignore[reportMissingImports]
 
         fitted = STLSQ(threshold=THRESHOLD).fit(columns, target[:, None])
         chosen = np.flatnonzero(np.abs(np.ravel(fitted.coef_)) > 0).tolist()

@@ -19,7 +19,7 @@ from curling_env.sheet import Direction, tee
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--config", default="button-one-ice", help="a name or a YAML file")
     parser.add_argument("--ice", default="standard")
     parser.add_argument("--steps", type=int, help="throws to learn from, if not the configured")

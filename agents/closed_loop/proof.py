@@ -207,7 +207,7 @@ def prove(
     mapped = estimate_ice(tracks).ice
     whole = understand_ice(tracks, seed=seed, tell=lambda what, part: tell(what, 0.1 + 0.4 * part))
     truth = hidden.truth()
-    ices = dict(zip(CHAINS, (uniform, mapped, whole.ice, truth), strict=True))
+    ices: dict[str, Ice] = dict(zip(CHAINS, (uniform, mapped, whole.ice, truth), strict=True))
     asked = _throws_asked(house, draws, guards, takeouts)
     skill = skill_named(skill)
     errors = skill.errors(trials, luck)

@@ -290,7 +290,7 @@ def _wanted(
         aim = tee(direction) if mark is None else mark
         given = int(candidates[np.argmin(np.hypot(*(stones[candidates] - aim).T))])
         mark = stones[given]
-    elif mark is None:
+    if mark is None:
         mark = np.asarray(to_sheet(asked.centre, direction))
     wanted = Done(
         task=asked, mark=mark, direction=direction, stones=stones, given=given,

@@ -120,15 +120,10 @@ def find_throws(
     line = float(np.arctan2(-ahead[0], ahead[1]))
     widest = min(float(np.arctan2(SIDEWAYS, ahead[1])), 0.4)
     ways = ways_of(ice, spins)
-    speed, angle, way = (
-        axis.ravel()
-        for axis in np.meshgrid(
-            np.linspace(slowest, fastest, WEIGHTS),
-            line + np.linspace(-widest, widest, LINES),
-            np.arange(len(ways)),
-            indexing="ij",
-        )
-    )
+    weights, lines = np.linspace(slowest, fastest, WEIGHTS), np.linspace(-widest, widest, LINES)
+    way = np.tile(np.arange(len(ways)), WEIGHTS * LINES)
+    speed = np.repeat(weights, LINES * len(ways))
+    angle = np.tile(np.repeat(line + lines, len(ways)), WEIGHTS)
     spin, *sweep = ways[way].T
     grid = np.column_stack([speed, angle, spin, np.full(len(spin), x), *sweep])
     rest = roll_out(ice, grid, direction).xy

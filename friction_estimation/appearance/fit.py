@@ -122,7 +122,7 @@ def fit_stone(
         if appearance.has_handle:
             turn_handle(planes, window, shape, begun + np.array([0.0, 0.0, SMALL_TURN]))
             turning = (tinted(planes, appearance.colours) - light) / SMALL_TURN
-        moved = np.zeros(3)
+        moved, far, turned = np.zeros(3), 0.0, 0.0
         for _ in range(MAX_ITERATIONS):
             shift = px @ moved[:2]
             shift_px = (float(shift[0]), float(shift[1]))

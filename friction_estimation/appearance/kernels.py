@@ -165,7 +165,7 @@ def paint_body(x, y, shape, foot, lean, scale, rows, columns, fine, planes):
             c0, c1, c2 = fx * fx + fy * fy, fx * lx + fy * ly, lx * lx + ly * ly
             # nearest approach of the line of sight to the stone's axis, within its height
             z = min(max(-c1 / (c2 + 1e-12), 0.0), height)
-            cover = 0.0
+            cover, seen = 0.0, -1
             if c0 + z * (2 * c1 + z * c2) < reach * reach:
                 for k in range(NODES):
                     z, r = nodes[k, 0], nodes[k, 1]

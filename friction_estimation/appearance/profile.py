@@ -189,7 +189,9 @@ def _joint_equations(
         normal_equations(jacobian, residual, weight, full, pulled)
         own = full[shared:, shared:] + 1e-9 * np.eye(poses)
         cross = full[:shared, shared:]
-        solved = np.linalg.solve(own, np.column_stack([cross.T, pulled[shared:]]))
+        solved = np.asarray(
+            np.linalg.solve(own, np.column_stack([cross.T, pulled[shared:]])), dtype=np.float64
+        )
         normal += full[:shared, :shared] - cross @ solved[:, :-1]
         right += pulled[:shared] - cross @ solved[:, -1]
         steps.append((solved[:, -1], solved[:, :-1]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,7 +83,8 @@ def draw_shift(found: Discovery) -> DrawShift | None:
         return run.xy
 
     try:
-        speed = brentq(lambda v: path(before, v)[-1, 1] - TEE_Y, *SPEEDS, xtol=1e-4)
+        root: Any = brentq(lambda v: path(before, v)[-1, 1] - TEE_Y, *SPEEDS, xtol=1e-4)
+        speed = float(root)
         return DrawShift(speed=speed, before=path(before, speed), after=path(after, speed))
     except (InputError, ValueError):
         return None  # ice on which no stone stops, or none comes as far

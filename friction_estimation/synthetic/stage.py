@@ -189,17 +189,19 @@ def _to_frame(picture: NDArray[np.int16], gain: float) -> Frame:
 
 def _stones_along(path: Trajectory) -> list[StoneOnIce]:
     """A stone in every frame of its path, with its speed and the colour of its number."""
-    velocity = np.zeros((1, 2)) if len(path) < 2 else np.gradient(path.xy, path.t, axis=0)
+    velocity = np.zeros((1, 2))
+    if len(path) > 1:
+        velocity = np.asarray(np.gradient(path.xy, path.t, axis=0))
     return [
         StoneOnIce(
             x=float(x),
             y=float(y),
             theta=float(theta),
-            vx=float(vx),
-            vy=float(vy),
+            vx=vx,
+            vy=vy,
             colour=HANDLE_COLOURS[path.stone % len(HANDLE_COLOURS)],
         )
-        for (x, y), theta, (vx, vy) in zip(path.xy, path.theta, velocity, strict=True)
+        for (x, y), theta, (vx, vy) in zip(path.xy, path.theta, velocity.tolist(), strict=True)
     ]
 
 

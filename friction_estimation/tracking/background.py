@@ -1,5 +1,9 @@
 """The ice without what moves on it, and the moving blobs in front of it."""
 
+# OpenCV's stubs widen the element type of every array that they return.
+# pyright: reportArgumentType=false, reportCallIssue=false, reportReturnType=false
+# pyright: reportAssignmentType=false
+
 from __future__ import annotations
 
 from collections.abc import Sequence

@@ -107,11 +107,12 @@ def track_film(
         landmarks = refine(camera, scene, background.image, background.origin_px)
         camera = landmarks.camera
     model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
-    rough = _acquire(sample, background, camera, model, scene)
-    if rough is None:
+    acquired = _acquire(sample, background, camera, model, scene)
+    if acquired is None:
         raise InputError(
             "no thrown stone found: nothing of a stone's size slides along the ice", source=path
         )
+    rough = acquired
     ice = channels_of(background.image)
     seen_by, pictures = camera, sample
 

@@ -5,6 +5,10 @@ darker than ice and paint in at least one colour and about as large as a stone w
 spots are fitted with the look learnt from the thrown stone, over ice filled in from around them.
 """
 
+# OpenCV's stubs widen the element type of every array that they return.
+# pyright: reportArgumentType=false, reportCallIssue=false, reportReturnType=false
+# pyright: reportAssignmentType=false
+
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
@@ -234,7 +238,9 @@ def _dark_spots(
         # A ring is dark in two colours and hardly in the third, in which a stone on it stands out.
         for least in (limit, DEEPER * limit):
             mask = (one > least).astype(np.uint8)
-            opened = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((thin, thin), np.uint8))
+            opened = np.asarray(
+                cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((thin, thin), np.uint8)), np.uint8
+            )
             found += _blobs_in(opened, width, background, low)
             if flat < LEAST_OPENED:
                 found += _blobs_in(mask, width, background, low)
@@ -294,7 +300,7 @@ def footprint(
     if np.isfinite(px).all():
         hull = cv2.convexHull(px.astype(np.float32))
         cv2.fillConvexPoly(mask, np.round(hull).astype(np.int32), 1)
-        mask = cv2.dilate(mask, np.ones((3, 3), np.uint8))
+        cv2.dilate(mask, np.ones((3, 3), np.uint8), dst=mask)
     return mask
 
 

@@ -68,7 +68,7 @@ def heading_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
     length = model.handle_front - model.handle_back
     z = model.height + model.handle_rise
     squeezed = [np.linalg.norm(camera.px_per_metre(place, z), -2) for place in xy]
-    return HANDLE_PX / (length * np.array(squeezed))
+    return HANDLE_PX / (length * np.array(squeezed, dtype=np.float64))
 
 
 def _metres_per_px(camera: Camera, xy: Floats, z: float) -> Floats:
