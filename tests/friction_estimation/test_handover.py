@@ -154,7 +154,14 @@ def test_the_command_joins_films_and_says_how_their_clocks_differ(
     def given(film, scene, **_):
         landmarks = SimpleNamespace(readings=100, rms_px=0.1)
         track = tracks[film.stem]
-        return SimpleNamespace(trajectory=track, frame_count=len(track), landmarks=landmarks)
+        return SimpleNamespace(
+            trajectory=track,
+            trajectories=(track,),
+            others=(),
+            contacts=(),
+            frame_count=len(track),
+            landmarks=landmarks,
+        )
 
     monkeypatch.setattr(tracking, "track_film", given)
     asked = []
