@@ -7,10 +7,7 @@ else the machine does can only make it slower. Packages declare theirs under the
 
 from __future__ import annotations
 
-import json
 import math
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -31,29 +28,6 @@ MAP_SPREAD = 0.04
 STONES = 8
 SHEETS = 256
 """Side by side in the vector environment."""
-MEMORY_OF_A_MILLION = """
-import json, resource, sys
-import numpy as np
-from curling_env.physics.batch import RELEASE_DTYPE, throw_batch
-from curling_env.presets import standard
-
-def peak():  # in megabytes from kilobytes on Linux, bytes on macOS
-    of_a_unit = 1e-6 if sys.platform == "darwin" else 1.024e-3
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * of_a_unit
-
-def throw(n):
-    table = np.zeros(n, dtype=RELEASE_DTYPE)
-    table["vy"], table["omega"] = 0.05, 0.1
-    return throw_batch(standard(), table)
-
-throw(10)
-before = peak()
-kept = throw(1_000_000)
-print(json.dumps(peak() - before))
-"""
-"""Run in a process of its own, whose peak nothing else has raised. The stones go slowly: a slide
-leaves nothing behind, so how long it lasts does not matter."""
-
 Floats = NDArray[np.float64]
 
 
@@ -107,11 +81,29 @@ def wall_rates(*works: Callable[[], int]) -> list[float]:
 
 
 def memory_of_a_million() -> float:
-    """What a million throws without paths need at most, releases and results included [MB]."""
-    done = subprocess.run(
-        [sys.executable, "-c", MEMORY_OF_A_MILLION], capture_output=True, text=True, check=True
-    )
-    return float(json.loads(done.stdout))
+    """What a million throws without paths need at most, releases and results included [MB].
+
+    Counted as the arrays are asked for. The stones go slowly: a slide leaves nothing behind, so how
+    long it lasts does not matter.
+    """
+    import tracemalloc
+
+    from curling_env.physics.batch import RELEASE_DTYPE, throw_batch
+
+    def throw(count: int) -> object:
+        table = np.zeros(count, dtype=RELEASE_DTYPE)
+        table["vy"], table["omega"] = 0.05, 0.1
+        return throw_batch(standard(), table)
+
+    throw(10)
+    tracemalloc.start()
+    try:
+        kept = throw(1_000_000)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    del kept
+    return 1e-6 * peak
 
 
 def mapped_ice(rng: np.random.Generator) -> Ice:
