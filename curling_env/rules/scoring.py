@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from curling_env.rules.lines import Lines
 from curling_env.rules.rulesets import RuleSet
-from curling_env.rules.stones import Lying, Stones, Team
+from curling_env.rules.stones import Stones, Team
 
 
 def shot_order(lines: Lines, stones: Stones) -> Stones:
@@ -61,9 +61,3 @@ def hammer_after(rules: RuleSet, hammer: Team, score: tuple[int, int]) -> Team:
     if score == (0, 0):
         return hammer if rules.blank_keeps_hammer else hammer.other
     return Team.AWAY if score[0] else Team.HOME
-
-
-def shot_stone(lines: Lines, stones: Stones) -> Lying | None:
-    """The stone nearest to the tee in the house, or None."""
-    order = shot_order(lines, stones)
-    return order[0] if order else None

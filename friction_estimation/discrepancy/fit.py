@@ -33,8 +33,6 @@ Floats = NDArray[np.float64]
 
 SPREADS = np.concatenate([[0.0], np.geomspace(2e-4, 0.3, 30)])
 """Throw-to-throw spreads of ln μ that are tried."""
-LOCAL = 7
-"""Columns of a throw's own: six of its release, one of its friction."""
 FURTHEST = 2.0
 """Largest |ln factor| of a throw's friction that a fit may try: seven times heavier or keener."""
 ENOUGH = 0.05

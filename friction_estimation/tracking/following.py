@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.errors import InputError
-from curling_env.trajectory import Trajectory
 from friction_estimation.appearance import (
     EXPOSURES,
     Appearance,
@@ -161,20 +160,6 @@ def track_film(
         return replace(tracks_of(movers, company.lying, landmarks, throw, path), hold=hold)
     record = _measure_all(frames, rough, ice, background, camera, look, turn, options)
     return replace(join_frames(record, look, landmarks, throw, path), hold=hold)
-
-
-def track_films(
-    paths: Sequence[str | Path],
-    scene: Scene,
-    *,
-    options: TrackingOptions | None = None,
-    progress: Progress | None = None,
-) -> list[Trajectory]:
-    """One throw per film, in order of play; see `track_film`."""
-    return [
-        track_film(path, scene, throw=i, options=options, progress=progress).trajectory
-        for i, path in enumerate(paths)
-    ]
 
 
 def _acquire(
