@@ -30,6 +30,7 @@ from curling_env.physics.effects.motion import GRAVITY
 from curling_env.physics.slide import slide
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.throw import Throw
+from friction_estimation.camera_bias import CameraBias
 from friction_estimation.compare import FAR, Comparison
 from friction_estimation.inversion import Estimate, estimate_ice
 from friction_estimation.kinematics import smooth_motion
@@ -61,6 +62,9 @@ def write_pictures(found: Estimate, folder: Path) -> list[str]:
     if found.method == "trajectory" and not found.uniform:
         save_profile(found, folder / "profile.png")
         names.append("profile.png")
+    if found.bias_search is not None and len(found.bias_search.bias):
+        save_camera_bias(found.bias_search.bias, found.ice, folder / "camera.png")
+        names.append("camera.png")
     return names
 
 
@@ -250,14 +254,36 @@ def save_profile(found: Estimate, path: Path) -> None:
             alpha=0.5, label="differentiated and averaged, per cell")  # fmt: skip
     span = max(float(np.nanmax(shown + 3 * error) - np.nanmin(shown - 3 * error)), 0.1 * found.mu)
     ax.set_ylim(max(0.0, np.nanmin(shown) - 1.2 * span), np.nanmax(shown) + 1.2 * span)
-    ax.set_xlim(-sheet.length / 2, sheet.length / 2)
-    ax.set_xticks([-TEE_Y, -HOG_LINE_Y, 0, HOG_LINE_Y, TEE_Y])
-    ax.set_xticklabels(["home tee", "hog line", "middle", "hog line", "away tee"])
-    plain_axes(ax)
+    _along_the_sheet(ax, found.ice)
     ax.set_ylabel("μ, mean over the cells crossed", fontsize=9, color=INK)
     ax.legend(frameon=False, fontsize=8, ncols=3, loc="upper left")
     figure.suptitle("Friction along the sheet", fontsize=13, color=INK)
     save_figure(figure, path)
+
+
+def save_camera_bias(bias: CameraBias, ice: Ice, path: Path) -> None:
+    """The ripple of a camera along the sheet, and how well it is known."""
+    figure = new_figure(13, 3.4)
+    ax = figure.subplots()
+    y = np.linspace(bias.nodes[0], bias.nodes[-1], 400)
+    shown, error = 1000 * bias.at(y), 1000 * np.interp(y, bias.nodes, bias.sigma)
+    ax.fill_between(y, shown - 1.96 * error, shown + 1.96 * error, color=TRACK_COLOURS[0],
+                    alpha=0.2, lw=0)  # fmt: skip
+    ax.plot(y, shown, color=TRACK_COLOURS[0], lw=2)
+    ax.axhline(0, color=INK, lw=0.8)
+    _along_the_sheet(ax, ice)
+    ax.set_ylabel("towards home ← mm → away", fontsize=9, color=INK)
+    figure.suptitle(
+        f"What the camera was off by: {1000 * bias.size:.1f} mm (rms)", fontsize=13, color=INK
+    )
+    save_figure(figure, path)
+
+
+def _along_the_sheet(ax: Any, ice: Ice) -> None:
+    ax.set_xlim(-ice.sheet.length / 2, ice.sheet.length / 2)
+    ax.set_xticks([-TEE_Y, -HOG_LINE_Y, 0, HOG_LINE_Y, TEE_Y])
+    ax.set_xticklabels(["home tee", "hog line", "middle", "hog line", "away tee"])
+    plain_axes(ax)
 
 
 def save_comparison(comparison: Comparison, ice: Ice, path: Path) -> None:

@@ -38,6 +38,8 @@ CAPTIONS = {
     "profile.png": "Friction along the sheet with its uncertainty. The dots are the older way, "
     "differentiating the track and averaging in each cell.",
     "motion.png": "Speed over time, and deceleration over distance, smoothed over two seconds.",
+    "camera.png": "Along the sheet, the same for every throw; the map is free of it. The band "
+    "holds it with 95 % probability.",
     "residuals.png": "What the fit does not explain. It should look like noise around zero, and "
     "neighbouring frames should soon be unlike.",
 }
@@ -45,6 +47,7 @@ TITLES = {
     "map.png": "Where it is keen and where heavy",
     "profile.png": "Along the sheet",
     "motion.png": "How the stones slowed",
+    "camera.png": "What the camera was off by",
     "residuals.png": "How well the fit agrees",
 }
 
@@ -129,14 +132,21 @@ def _facts(found: Estimate) -> list[tuple[str, str]]:
         pairs.append((f"{found.resolution:.1f} m", "finest detail that is resolved"))
     if found.noise is not None:
         pairs.append((f"{1000 * found.noise.total:.1f} mm", "noise of a measured position"))
+    search = found.bias_search
+    if search is not None and search.outcome == "found":
+        pairs.append((f"{1000 * search.bias.size:.1f} mm", "ripple of the camera, taken off"))
     return pairs
 
 
 def _remarks(found: Estimate) -> str:
-    if not found.skipped:
-        return ""
-    items = "".join(f"<li>{escape(reason)}</li>" for reason in found.skipped)
-    return f"<p class=faint>Left out:</p><ul class=faint>{items}</ul>"
+    said = ""
+    search = found.bias_search
+    if search is not None and search.outcome != "found":
+        said = f"<p class=faint>{escape(search.words.capitalize())}.</p>"
+    if found.skipped:
+        items = "".join(f"<li>{escape(reason)}</li>" for reason in found.skipped)
+        said += f"<p class=faint>Left out:</p><ul class=faint>{items}</ul>"
+    return said
 
 
 def _throws(found: Estimate) -> str:

@@ -52,6 +52,14 @@ class MethodChoice(StrEnum):
     paper = "paper"
 
 
+class BiasChoice(StrEnum):
+    """Whether an error of the camera is fitted with the map."""
+
+    auto = "auto"
+    on = "on"
+    off = "off"
+
+
 def estimate(
     inputs: Annotated[
         list[Path] | None,
@@ -103,6 +111,14 @@ def estimate(
             "--refit", help="Fit the strengths of the start's effects too, together with the map."
         ),
     ] = False,
+    camera_bias: Annotated[
+        BiasChoice,
+        typer.Option(
+            "--camera-bias",
+            help="A ripple of the camera along the sheet: fitted with the map where it is clear "
+            "(auto), wherever throws could show one (on), never (off).",
+        ),
+    ] = BiasChoice.auto,
     report: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Also write a page, pictures and tables here."),
@@ -152,6 +168,12 @@ def estimate(
     (friction that follows the speed, air drag, a fall along the sheet) are fitted together with the
     map, so that neither is taken for the other; what acts across it (curl) stays, for a stone is
     followed along the line it was seen to take. A start with an exponent of 0 will do.
+
+    A camera may err by some millimetres that wave along the sheet, the same for every throw; that
+    looks like friction that varies, as v squared and with the direction, and no number of throws
+    averages it away. Throws both ways, or at speeds well apart, tell it from the ice: where all of
+    them show such a ripple clearly, and each half of them the same one, it is fitted with the map.
+    The JSON says what came of it, and from what size on a ripple would have been seen.
 
     Throws at several speeds, in both directions and on several lines tell the most. With --plan,
     and no tracks, the command says how many are needed for the detail and precision wanted: the
@@ -216,6 +238,7 @@ def estimate(
             prior=beginning.friction if prior is not None and beginning is not None else None,
             update=before,
             refit=refit,
+            camera_bias=camera_bias.value,
             progress=bar.show,
         )
     save_ice(found.ice, output)
@@ -227,6 +250,9 @@ def estimate(
         folder = make_directory(report)
         names = write_report(found, folder, stills)
         say(f"{folder}: {', '.join(names)}")
+    search = found.bias_search
+    if search is not None and (search.outcome == "found" or camera_bias == BiasChoice.on):
+        say(search.words)
     for reason in found.skipped:
         say(f"left out: {reason}")
     print_json(found.summary())

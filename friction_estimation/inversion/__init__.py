@@ -2,8 +2,8 @@
 
 `estimate_ice` is the way in. Behind it: the course a stone followed (course), its ride along it
 under the force law (ride), noise and prior (noise, prior), the joint fit of all throws and cells
-(trajectory_fit), effects fitted with them (refit), the paper's own way (paper_method), and the
-limit of all (bound).
+(trajectory_fit), effects and a ripple of the camera fitted with them (refit, bias_search), the
+paper's own way (paper_method), and the limit of all (bound).
 """
 
 from __future__ import annotations
@@ -17,16 +17,19 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.ice import FrictionMap, Ice
 from curling_env.trajectory import Trajectory
+from friction_estimation.inversion.bias_search import BiasSearch
 from friction_estimation.inversion.bound import CellBound, cell_bound, uniform_bound
 from friction_estimation.inversion.knowledge import Knowledge
 from friction_estimation.inversion.noise import Noise
 from friction_estimation.inversion.paper_method import average_cells
 from friction_estimation.inversion.prior import Belief
-from friction_estimation.inversion.trajectory_fit import Ridden, fit_trajectories
+from friction_estimation.inversion.trajectory_fit import CameraBiasChoice, Ridden, fit_trajectories
 from friction_estimation.kinematics import FreeSlide, free_slides
 
 __all__ = [
     "METHODS",
+    "BiasSearch",
+    "CameraBiasChoice",
     "CellBound",
     "Estimate",
     "Knowledge",
@@ -60,6 +63,8 @@ class Estimate:
     throws : as fitted; empty for the paper's way
     resolved : independent numbers that the data determine in the map
     knowledge : what all throws told, with the prior of the map; None for the paper's way
+    bias_search : what came of looking for a ripple of the camera along the sheet, and the ripple
+        that was fitted with the map; None where nobody looked
     """
 
     ice: Ice
@@ -74,6 +79,7 @@ class Estimate:
     throws: tuple[Ridden, ...] = ()
     resolved: float = 1.0
     knowledge: Knowledge | None = None
+    bias_search: BiasSearch | None = None
 
     @property
     def belief(self) -> Belief | None:
@@ -133,6 +139,8 @@ class Estimate:
                 "length_m": self.belief.length,
                 "smoothness": smoothness if np.isfinite(smoothness) else "gaussian",
             }
+        if self.bias_search is not None:
+            document["camera_bias"] = self.bias_search.summary()
         if self.ice.effects:
             document["effects"] = [
                 {"name": e.name, "parameters": dict(e.parameters), "sigma": dict(e.sigma)}
@@ -176,6 +184,7 @@ def estimate_ice(
     prior: FrictionMap | None = None,
     update: Knowledge | None = None,
     refit: bool = False,
+    camera_bias: CameraBiasChoice = "auto",
     progress: Callable[[str, float], None] = _silent,
 ) -> Estimate:
     """Estimate the friction of an ice from the tracks of throws on it.
@@ -192,6 +201,8 @@ def estimate_ice(
     update : what the throws told from which `start` was estimated; these are added to them
     refit : whether the strengths of the start's effects that act along the travel (a friction that
         follows the speed, air drag, a fall of the ice along the sheet) are fitted with the map
+    camera_bias : whether a ripple of the camera along the sheet is fitted with a map: ``auto``, if
+        the throws clearly show one; ``on``, if they could show one; ``off``
     progress : called with what is being done and the part of it that is done
 
     Raises
@@ -206,6 +217,8 @@ def estimate_ice(
         _check_earlier(start, method, uniform, prior, update)
     if refit:
         _check_refit(start, method, uniform, update)
+    if camera_bias == "on" and (method != "trajectory" or uniform):
+        raise InputError("a ripple of the camera is fitted with a map, by the trajectory method")
     slides, skipped = free_slides(list(tracks))
     if method == "paper":
         averaged = average_cells(slides, start, uniform=uniform)
@@ -219,8 +232,9 @@ def estimate_ice(
             skipped=tuple(skipped),
         )
     fit = fit_trajectories(
-        slides, start, uniform=uniform, prior=prior, before=update, refit=refit, progress=progress
-    )
+        slides, start, uniform=uniform, prior=prior, before=update, refit=refit,
+        camera_bias=camera_bias, progress=progress,
+    )  # fmt: skip
     return Estimate(
         ice=fit.ice,
         method=method,
@@ -234,6 +248,7 @@ def estimate_ice(
         throws=fit.throws,
         resolved=fit.resolved,
         knowledge=fit.knowledge,
+        bias_search=fit.bias_search,
     )
 
 

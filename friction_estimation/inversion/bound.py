@@ -21,7 +21,8 @@ from curling_env.errors import InputError
 from curling_env.physics.effects.motion import GRAVITY
 from curling_env.sheet import PAPER_SHEET, Sheet
 from curling_env.throw import Release
-from friction_estimation.inversion.prior import LEVEL_SPREAD, matern
+from friction_estimation.inversion.prior import LEVEL_SPREAD
+from friction_estimation.matern import matern
 
 Floats = NDArray[np.float64]
 

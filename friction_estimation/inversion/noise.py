@@ -86,6 +86,12 @@ class Noise:
         )
         return out[keep]
 
+    def volume(self, t: Floats, scale: Floats, keep: Flags) -> float:
+        """2·ln of the volume of the noise of the rows that `whiten` uses."""
+        used = keep & spaced_rows(t, keep, self.spacing)
+        spread = _misfit(t[used], np.zeros(int(used.sum())), *self._numbers)
+        return float(spread + 2.0 * np.log(scale[used]).sum())
+
     @property
     def _numbers(self) -> tuple[float, float, float]:
         return max(self.white, SMALLEST) ** 2, self.slow**2, max(self.time, 1e-3)

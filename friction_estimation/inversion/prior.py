@@ -2,7 +2,8 @@
 
 ln μ is a constant of which nothing is known, plus a Matérn field whose spread and length the data
 choose by their evidence (marginal likelihood), plus, if throws scatter, an offset per throw whose
-spread is chosen the same way.
+spread is chosen the same way. Where the camera errs by a smooth ripple along the sheet
+(camera_bias.py), that is one more field, in metres, of its own amplitude and length.
 """
 
 from __future__ import annotations
@@ -15,6 +16,14 @@ from scipy.linalg import cho_factor, cho_solve, eigh, solve_triangular
 from scipy.optimize import minimize
 
 from curling_env.sheet import Sheet
+from friction_estimation.camera_bias import (
+    LONGEST_RIPPLE,
+    SHORTEST_RIPPLE,
+    USUAL_RIPPLE,
+    USUAL_RIPPLE_LENGTH,
+    ripple_root,
+)
+from friction_estimation.matern import matern
 
 Floats = NDArray[np.float64]
 
@@ -36,6 +45,8 @@ of 0.1 they would tell 0.5 % of what is unknown. The second number serves for a 
 
 EFFECT_SPREAD = 0.1
 """A prior standard deviation of an effect's parameter is put on the scale of ln μ by this."""
+RIPPLE_UNIT = 0.1
+"""And so is a metre of the camera's ripple: 10 mm of it are as usual as a tenth of μ."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,12 +59,16 @@ class Belief:
     length : over which it is alike [m]
     scatter : standard deviation of ln μ from throw to throw
     smoothness : of the field, a Matérn order of `SMOOTHNESS`
+    ripple, ripple_length : standard deviation of the camera's displacement along the sheet, and
+        over which it is alike [m]; none where 0
     """
 
     spread: float
     length: float
     scatter: float
     smoothness: float = 2.5
+    ripple: float = 0.0
+    ripple_length: float = USUAL_RIPPLE_LENGTH
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,6 +84,7 @@ class Posterior:
     belief : the prior that was used
     effects, effects_sigma : (p,) free parameters of effects and their standard errors, in prior
         standard deviations
+    ripple, ripple_sigma : (n,) displacement by the camera at the nodes, and its standard error [m]
     """
 
     field: Floats
@@ -80,14 +96,8 @@ class Posterior:
     belief: Belief
     effects: Floats
     effects_sigma: Floats
-
-
-def matern(distance: Floats, length: float, smoothness: float) -> Floats:
-    """Matérn correlation at distances [m], of order 3/2, 5/2 or infinity (Gaussian)."""
-    if smoothness == np.inf:
-        return np.exp(-0.5 * (distance / length) ** 2)
-    r = np.sqrt(2.0 * smoothness) * distance / length
-    return (1.0 + r + (r**2 / 3.0 if smoothness == 2.5 else 0.0)) * np.exp(-r)
+    ripple: Floats
+    ripple_sigma: Floats
 
 
 class Evidence:
@@ -95,16 +105,19 @@ class Evidence:
 
     Parameters
     ----------
-    information : (m + throws + p, m + throws + p) Gram matrix of the sensitivities to the m cells
-        that were crossed, then to each throw's offset, then to p free parameters of effects in
-        prior standard deviations
-    pull : (m + throws + p,) sensitivities times residuals, with the present estimate added back
+    information : (size, size) Gram matrix of the sensitivities to the m cells that were crossed,
+        then to each throw's offset, then to p free parameters of effects in prior standard
+        deviations, then to the camera's ripple at n nodes [m]
+    pull : (size,) sensitivities times residuals, with the present estimate added back
     crossed : (m,) flat indices of the cells
     sheet : whose cells they are
     ground : (cells,) about which the field is believed to vary; zero where None
     known : (cells,) relative standard error that an earlier ice gives each cell; what has changed
         since then comes on top of it. None where nothing is known.
     effects : p
+    nodes : (n,) of the ripple along the sheet [m]; none where None
+    asked : sum of squares of the whitened rows with the present estimate added back, plus 2·ln of
+        the volume of their noise: makes evidences under different noise comparable
     """
 
     def __init__(
@@ -117,6 +130,8 @@ class Evidence:
         ground: Floats | None = None,
         known: Floats | None = None,
         effects: int = 0,
+        nodes: Floats | None = None,
+        asked: float = 0.0,
     ) -> None:
         nothing = np.zeros(sheet.shape[0] * sheet.shape[1])
         self.information, self.pull, self.cells = information, pull, crossed
@@ -124,7 +139,8 @@ class Evidence:
         self.earlier = nothing if known is None else known
         self.own = self.earlier[crossed]
         self.m = len(crossed)
-        self.throws = len(pull) - self.m - effects
+        self.nodes = np.empty(0) if nodes is None else nodes
+        self.throws = len(pull) - self.m - effects - len(self.nodes)
         self.sheet = sheet
         columns = sheet.shape[1]
         x = sheet.x_centres[np.arange(sheet.shape[0] * columns) % columns]
@@ -133,21 +149,50 @@ class Evidence:
         own = self.centres[crossed]
         self.between = np.hypot(*(own[:, None] - own[None]).transpose(2, 0, 1))
         self.to_all = np.hypot(*(self.centres[:, None] - own[None]).transpose(2, 0, 1))
-        # In units in which a free parameter is as little known as the friction of a cell.
+        # In units in which all that is free is as little known as the friction of a cell.
+        acting = slice(self.m + self.throws, self.m + self.throws + effects)
         unit = np.ones(len(pull))
-        unit[self.m + self.throws :] = 1.0 / EFFECT_SPREAD
+        unit[acting] = 1.0 / EFFECT_SPREAD
+        unit[acting.stop :] = RIPPLE_UNIT
         values, vectors = eigh(information * np.outer(unit, unit))
         told = values > LEAST_INFORMATION
         root = np.sqrt(values[told])
         self.clear = int((values[told] <= CLEAR_INFORMATION).sum())
         beyond = unit * (pull - information[:, : self.m] @ self.ground[crossed])
         self.data = (vectors[:, told].T @ beyond) / root
+        based = self.ground[crossed]
+        asked -= float(based @ (2 * pull[: self.m] - information[: self.m, : self.m] @ based))
+        self.constant = asked - float(self.data @ self.data)
         self.rows = root[:, None] * vectors[:, told].T
         self.level = self.rows[:, : self.m].sum(axis=1)
         offsets = self.rows[:, self.m : self.m + self.throws]
         self.offset_square = offsets @ offsets.T
-        self.effects = EFFECT_SPREAD * self.rows[:, self.m + self.throws :]
+        self.effects = EFFECT_SPREAD * self.rows[:, acting]
+        self.ripple = self.rows[:, acting.stop :] / RIPPLE_UNIT
         self.effect_square = self.effects @ self.effects.T
+
+    def without_effects(self, effects: Floats, belief: Belief) -> tuple[Floats, Floats]:
+        """Information and pull of cells and offsets alone.
+
+        Parameters
+        ----------
+        effects : (p,) values at which free parameters stay from now on
+        belief : hyperparameters; what is not known of the camera's ripple is taken off
+        """
+        told = slice(self.m + self.throws)
+        acting = slice(told.stop, told.stop + len(effects))
+        information, pull = self.information[told, told], self.pull[told]
+        pull = pull - self.information[told, acting] @ effects
+        if belief.ripple > 0.0 and len(self.nodes):
+            root = belief.ripple * ripple_root(self.nodes, belief.ripple_length)
+            shared = self.information[told, acting.stop :] @ root
+            own = root.T @ self.information[acting.stop :, acting.stop :] @ root
+            bent = self.information[acting.stop :, acting] @ effects
+            goal = root.T @ (self.pull[acting.stop :] - bent)
+            weights = np.linalg.solve(np.eye(len(own)) + own, np.column_stack([shared.T, goal]))
+            information = information - shared @ weights[:, :-1]
+            pull = pull - shared @ weights[:, -1]
+        return information, pull
 
     def covariance(self, belief: Belief, first: int = 0) -> Floats:
         """Of the compressed data from the first one on, (r, r); they are sorted by information."""
@@ -158,11 +203,14 @@ class Evidence:
         total += LEVEL_SPREAD**2 * np.outer(level, level)
         total += belief.scatter**2 * self.offset_square[first:, first:]
         total += self.effect_square[first:, first:]
+        if belief.ripple > 0.0 and len(self.nodes):
+            ripple = self.ripple[first:] @ ripple_root(self.nodes, belief.ripple_length)
+            total += belief.ripple**2 * (ripple @ ripple.T)
         total.flat[:: len(total) + 1] += 1.0
         return total
 
     def misfit(self, belief: Belief, first: int = 0) -> float:
-        """−2·ln of evidence times hyperprior."""
+        """−2·ln of evidence times hyperprior, but for `constant`."""
         chol = np.linalg.cholesky(self.covariance(belief, first))
         white = solve_triangular(chol, self.data[first:], lower=True)
         return (
@@ -171,21 +219,32 @@ class Evidence:
             + (np.log(belief.spread / USUAL_SPREAD) / SPREAD_FREEDOM) ** 2
             + (np.log(belief.length / USUAL_LENGTH) / LENGTH_FREEDOM) ** 2
             + 2 * float(np.log1p((belief.scatter / USUAL_SCATTER) ** 2))
+            + 2 * float(np.log1p((belief.ripple / USUAL_RIPPLE) ** 2))
+            + (np.log(belief.ripple_length / USUAL_RIPPLE_LENGTH) / LENGTH_FREEDOM) ** 2
         )
 
     def best_belief(self, start: Belief, *, scatter: bool, coarse: bool = False) -> Belief:
-        """Hyperparameters of the greatest evidence, of the smoothness of the start."""
+        """Hyperparameters of the greatest evidence, of the smoothness of the start.
+
+        A ripple is among them where the start has one.
+        """
+        sought = {
+            "spread": (start.spread, 1e-3, 0.5),
+            "length": (start.length, 0.4, 20.0),
+        }
+        if scatter:
+            sought["scatter"] = (max(start.scatter, 1e-4), 1e-5, 0.1)
+        if start.ripple > 0.0:
+            sought["ripple"] = (start.ripple, 1e-5, 0.03)
+            sought["ripple_length"] = (start.ripple_length, SHORTEST_RIPPLE, LONGEST_RIPPLE)
+        first, low, high = np.log(list(sought.values())).T
+        fixed = start if scatter else replace(start, scatter=0.0)
 
         def belief(p: Floats) -> Belief:
-            return Belief(
-                spread=float(np.exp(np.clip(p[0], np.log(1e-3), np.log(0.5)))),
-                length=float(np.exp(np.clip(p[1], np.log(0.4), np.log(20.0)))),
-                scatter=float(np.exp(np.clip(p[2], np.log(1e-5), np.log(0.1)))) if scatter else 0.0,
-                smoothness=start.smoothness,
-            )
+            values = np.exp(np.clip(p, low, high)).tolist()
+            return replace(fixed, **dict(zip(sought, values, strict=True)))
 
-        guess = np.log([start.spread, start.length, max(start.scatter, 1e-4)])
-        guess = guess if scatter else guess[:2]
+        guess = first
         tolerance = 0.1 if coarse else 0.03
         found = minimize(
             lambda p: self.misfit(belief(p), self.clear if coarse else 0),
@@ -195,14 +254,19 @@ class Evidence:
                 "initial_simplex": np.vstack([guess, guess + 0.4 * np.eye(len(guess))]),
                 "xatol": tolerance,
                 "fatol": tolerance,
-                "maxfev": 40 if coarse else 80,
+                "maxfev": 40 if coarse else 80 if start.ripple == 0.0 else 160,
             },
         )
         return belief(found.x)
 
-    def first_belief(self, *, scatter: bool) -> Belief:
-        """Hyperparameters and smoothness of the greatest evidence, roughly."""
-        start = Belief(spread=USUAL_SPREAD, length=USUAL_LENGTH, scatter=USUAL_SCATTER)
+    def first_belief(self, *, scatter: bool, ripple: float = 0.0) -> Belief:
+        """Hyperparameters and smoothness of the greatest evidence, roughly.
+
+        `ripple` is where its amplitude is first looked for; 0 for none.
+        """
+        start = Belief(
+            spread=USUAL_SPREAD, length=USUAL_LENGTH, scatter=USUAL_SCATTER, ripple=ripple
+        )
         middle = self.best_belief(start, scatter=scatter, coarse=True)
         if self.throws < FEW_THROWS:
             return middle
@@ -237,18 +301,29 @@ class Evidence:
             float(alike.mean()) + LEVEL_SPREAD**2 - float(mean @ cho_solve(factor, mean))
         )
         inverse = cho_solve(factor, np.eye(len(self.data)))
+        ripple = np.zeros((len(self.nodes), len(self.data)))
+        ripple_variance = np.zeros(len(self.nodes))
+        resolved = float(len(self.data) - np.trace(inverse))
+        if belief.ripple > 0.0 and len(self.nodes):
+            root = belief.ripple * ripple_root(self.nodes, belief.ripple_length)
+            shown = self.ripple @ root
+            ripple = root @ shown.T
+            resolved -= float((shown * (inverse @ shown)).sum())  # these are not of the map
+            ripple_variance = (root**2).sum(axis=1) - (ripple * (ripple @ inverse)).sum(axis=1)
         return Posterior(
             field=self.ground + cross @ weights,
             field_sigma=np.sqrt(np.maximum(variance, 0.0)),
             offsets=belief.scatter**2 * (offsets.T @ weights),
             level=float(mean @ weights + self.ground[over].mean()),
             level_sigma=float(np.sqrt(max(level_variance, 0.0))),
-            resolved=float(len(self.data) - np.trace(inverse)),
+            resolved=resolved,
             belief=belief,
             effects=self.effects.T @ weights,
             effects_sigma=np.sqrt(
                 np.maximum(1.0 - (self.effects * (inverse @ self.effects)).sum(axis=0), 0.0)
             ),
+            ripple=ripple @ weights,
+            ripple_sigma=np.sqrt(np.maximum(ripple_variance, 0.0)),
         )
 
 

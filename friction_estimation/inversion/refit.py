@@ -148,6 +148,28 @@ def free_effects(ice: Ice, throws: Sequence[Ridden]) -> FreeEffects:
     return FreeEffects(ice=ice, freed=kept, values=np.zeros(len(kept)))
 
 
+RIVALS = {"speed_dependent_friction": {"exponent": 0.0}, "slope": {"x": 0.0, "y": 0.0}}
+"""Effects that bend all throws alike by speed or direction, as a camera that errs does."""
+
+
+def with_rivals(free: FreeEffects, throws: Sequence[Ridden]) -> FreeEffects:
+    """The free effects and, free too, those that could be taken for an error of the camera."""
+    given = {effect.name for effect in free.ice.effects}
+    added = tuple(
+        ActiveEffect(name=name, parameters=dict(parameters))
+        for name, parameters in RIVALS.items()
+        if name not in given
+    )
+    own = len(free.ice.effects)
+    ice = replace(free.ice, effects=(*free.ice.effects, *added))
+    rivals = tuple(f for f in free_effects(ice, throws).freed if f.effect >= own)
+    return FreeEffects(
+        ice=ice,
+        freed=(*free.freed, *rivals),
+        values=np.append(free.values, np.zeros(len(rivals))),
+    )
+
+
 def _work_of(ice: Ice, other: Ice, throw: Ridden) -> Floats:
     """Mean squares of the difference of two laws along and across the travel of a throw."""
     passenger = throw.passenger

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +23,24 @@ from threadpoolctl import threadpool_limits
 
 from curling_env.ice import FrictionMap, Ice
 from curling_env.physics.law import acceleration
+from friction_estimation.camera_bias import NO_BIAS, USUAL_RIPPLE, CameraBias, bias_over
+from friction_estimation.inversion.bias_search import (
+    CLEAR_GAIN,
+    CLEAR_LIKENESS,
+    LEAST_RIPPLE,
+    LEAST_THROWS,
+    LEAST_VARIETY,
+    BiasSearch,
+    likeness,
+    seen_from,
+    split_throws,
+    variety,
+)
 from friction_estimation.inversion.course import lay_course
 from friction_estimation.inversion.knowledge import Knowledge
 from friction_estimation.inversion.noise import Noise, estimate_noise
-from friction_estimation.inversion.prior import Evidence, Posterior, uniform_posterior
-from friction_estimation.inversion.refit import SMALL, FreeEffects, free_effects
+from friction_estimation.inversion.prior import Belief, Evidence, Posterior, uniform_posterior
+from friction_estimation.inversion.refit import SMALL, FreeEffects, free_effects, with_rivals
 from friction_estimation.inversion.ride import Passenger, Ride, Track, sensitivities
 from friction_estimation.inversion.spin import fit_spin
 from friction_estimation.kinematics import FreeSlide, smooth_motion
@@ -34,8 +48,9 @@ from friction_estimation.kinematics import FreeSlide, smooth_motion
 Floats = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 """Called with what is being done and the part of it that is done, 0 to 1."""
+CameraBiasChoice = Literal["auto", "on", "off"]
 
-UNIFORM_ROUNDS, MAP_ROUNDS, REFIT_ROUNDS = 8, 4, 6
+UNIFORM_ROUNDS, MAP_ROUNDS, REFIT_ROUNDS, BIAS_ROUNDS = 8, 4, 6, 5
 """Gauss–Newton rounds at most; the path is nearly linear in ln μ and two to four are enough, in
 the parameters of effects less so."""
 LONGEST_STEP = 0.7
@@ -62,8 +77,9 @@ class Ridden:
     scale : (k,) noise of each row relative to the common noise
     start, speed : fitted distance and speed at the first row [m, m/s]
     offset : its own departure in ln μ
+    shift : (k,) by which the camera's ripple displaces each row along the course [m]
     keep : (k,) rows that agree with the noise
-    left : (k,) measured minus ridden distance [m]
+    left : (k,) measured minus ridden and displaced distance [m]
     """
 
     slide: FreeSlide
@@ -73,6 +89,7 @@ class Ridden:
     start: float
     speed: float
     offset: float = 0.0
+    shift: Floats
     keep: NDArray[np.bool_]
     left: Floats
 
@@ -95,6 +112,7 @@ class Fit:
     throws : as fitted
     resolved : independent numbers that the data determine in the map; 1 for a uniform ice
     knowledge : what the throws told, for later throws to add to; holds the prior's hyperparameters
+    bias_search : what came of looking for a ripple of the camera; None where nobody looked
     """
 
     ice: Ice
@@ -105,6 +123,7 @@ class Fit:
     throws: tuple[Ridden, ...]
     resolved: float
     knowledge: Knowledge
+    bias_search: BiasSearch | None = None
 
 
 def fit_trajectories(
@@ -116,6 +135,7 @@ def fit_trajectories(
     prior: FrictionMap | None = None,
     before: Knowledge | None = None,
     refit: bool = False,
+    camera_bias: CameraBiasChoice = "off",
     progress: Progress = _silent,
 ) -> Fit:
     """Estimate the friction of an ice from the free slides of its throws.
@@ -130,11 +150,13 @@ def fit_trajectories(
         the throws show to have changed; its level is not held to
     before : what earlier throws on the ice told: these throws are added to them
     refit : whether the strengths of the effects that act along the travel are fitted with the map
+    camera_bias : whether a ripple of the camera is fitted with the map: ``auto``, if the throws
+        clearly show one; ``on``, if they could show one; ``off``
     progress : told how far the fit is
     """
     # The matrices are too small to share: threads of the linear algebra only wait for each other.
     with threadpool_limits(limits=1, user_api="blas"):
-        return _fit(slides, start, uniform, scatter, prior, before, refit, progress)
+        return _fit(slides, start, uniform, scatter, prior, before, refit, camera_bias, progress)
 
 
 def _fit(
@@ -145,6 +167,7 @@ def _fit(
     prior: FrictionMap | None,
     before: Knowledge | None,
     refit: bool,
+    camera_bias: CameraBiasChoice,
     progress: Progress,
 ) -> Fit:
     track = Track(start)
@@ -190,12 +213,14 @@ def _fit(
         known = before.known
     sought = Sought(level=level, ground=ground, known=known, observed=observed, before=before)
     nothing = FreeEffects(ice=start, values=np.empty(0))
-    throws, noise, posterior, evidence, free = _fit_map(
-        one.throws, track, sought, one.noise, scatter,
-        free_effects(start, one.throws) if refit else nothing, progress,
-    )  # fmt: skip
-    told = slice(len(evidence.pull) - len(free))  # what is not of the effects, these being fixed
-    pull = evidence.pull[told] - evidence.information[told, told.stop :] @ free.values
+    free = free_effects(start, one.throws) if refit else nothing
+    found = _fit_map(one.throws, track, sought, one.noise, scatter, free, progress)
+    search: BiasSearch | None = None
+    if camera_bias != "off":
+        found, search = _search_bias(found, sought, scatter, camera_bias == "on", progress)
+    throws, noise, posterior = found.throws, found.noise, found.posterior
+    free, evidence = found.free, found.evidence
+    information, pull = evidence.without_effects(free.values, posterior.belief)
     cells = np.exp(level + posterior.field.reshape(shape))
     friction = replace(
         start.friction,
@@ -215,15 +240,16 @@ def _fit(
         knowledge=Knowledge(
             reference=level,
             cells=evidence.cells,
-            information=evidence.information[told, told],
+            information=information,
             pull=pull,
             observed=observed,
             mu=cells,
             noise=noise,
-            belief=posterior.belief,
+            belief=replace(posterior.belief, ripple=0.0),  # the next session's camera is another
             ground=None if known is None else ground,
             known=known,
         ),
+        bias_search=search,
     )
 
 
@@ -269,6 +295,7 @@ def _board(slide: FreeSlide, order: int) -> Ridden:
         scale=scale,
         start=float(fit[0]),
         speed=float(fit[1]),
+        shift=np.zeros(len(t)),
         keep=np.ones(len(t), dtype=np.bool_),
         left=np.zeros(len(t)),
     )
@@ -305,7 +332,10 @@ def _flat(ice: Ice, mu: float) -> Ice:
 
 @dataclass(frozen=True, kw_only=True)
 class _Linear:
-    """A throw linearised about its ride, whitened, its start and speed projected out."""
+    """A throw linearised about its ride, whitened, its start and speed projected out.
+
+    `volume` is 2·ln of the density that noise and release spread out over.
+    """
 
     crossed: NDArray[np.intp]
     friction: Floats
@@ -315,6 +345,7 @@ class _Linear:
     release_left: Floats
     release_friction: Floats
     release_effects: Floats
+    volume: float
 
     def release_step(self, change: Floats, effects: Floats | None = None) -> Floats:
         """Change of start and speed that goes with a change of ln μ in the crossed cells.
@@ -330,7 +361,7 @@ class _Linear:
 def _ride(throw: Ridden, track: Track, gate: Noise) -> tuple[Ridden, Ride]:
     """The throw ridden once more, its residuals and good rows up to date."""
     ride = track.ride(throw.passenger, throw.start, throw.speed, throw.offset)
-    left = throw.measured - ride.distance_at(throw.t)
+    left = throw.measured - throw.shift - ride.distance_at(throw.t)
     keep = gate.keep(throw.t, left, throw.scale)
     if keep.sum() < 0.5 * len(keep):  # the path is still far off: nothing can be called wild yet
         keep = np.ones(len(keep), dtype=np.bool_)
@@ -349,15 +380,22 @@ def _bent(throw: Ridden, ride: Ride, track: Track, free: FreeEffects) -> Floats:
 
 
 def _linearise(
-    throw: Ridden, ride: Ride, track: Track, noise: Noise, free: FreeEffects | None = None
+    throw: Ridden,
+    ride: Ride,
+    track: Track,
+    noise: Noise,
+    free: FreeEffects | None = None,
+    bias: CameraBias = NO_BIAS,
 ) -> _Linear:
+    """`effects` of what comes back are the free parameters and the nodes of the camera's bias."""
     cells, weights = track.cell_weights(throw.passenger.course.at(ride.distance))
     shares = weights * track.mu.ravel()[cells]
     shares /= shares.sum(axis=1, keepdims=True)
     crossed, release, friction = sensitivities(ride, cells, shares)
     columns = ride.tangents_at(np.hstack([release, friction]), throw.t)
     bent = np.empty((len(throw.t), 0)) if free is None else _bent(throw, ride, track, free)
-    columns = np.column_stack([throw.left, columns, bent])
+    seen = bias.seen_along(throw.passenger.course, throw.measured)
+    columns = np.column_stack([throw.left, columns, bent, seen])
     white = noise.whiten(throw.t, columns, throw.scale, throw.keep)
     q, root = np.linalg.qr(white[:, 1:3])
     clear = white - q @ (q.T @ white)
@@ -371,6 +409,8 @@ def _linearise(
         release_left=q.T @ white[:, 0],
         release_friction=q.T @ white[:, 3:cut],
         release_effects=q.T @ white[:, cut:],
+        volume=noise.volume(throw.t, throw.scale, throw.keep)
+        + 2.0 * float(np.log(np.abs(np.diag(root))).sum()),
     )
 
 
@@ -472,6 +512,25 @@ class Sought:
     observed: NDArray[np.bool_]
     before: Knowledge | None
 
+    @property
+    def played(self) -> int:
+        """How many throws are in what was told before."""
+        return 0 if self.before is None else self.before.throws
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Mapped:
+    """A map as it was fitted, and what it was fitted with."""
+
+    throws: list[Ridden]
+    track: Track
+    field: Floats
+    noise: Noise
+    posterior: Posterior
+    evidence: Evidence
+    free: FreeEffects
+    bias: CameraBias = NO_BIAS
+
 
 def _fit_map(
     throws: list[Ridden],
@@ -481,40 +540,27 @@ def _fit_map(
     scatter: bool,
     free: FreeEffects,
     progress: Progress,
-) -> tuple[list[Ridden], Noise, Posterior, Evidence, FreeEffects]:
+) -> _Mapped:
     """The map of ln μ about the level, jointly with an offset of each throw and free effects."""
     before, level = sought.before, sought.level
+    throws = list(throws)
     field = sought.ground if before is None else np.log(before.mu.ravel()) - level
     track.set_field(level, field)
     noise = Noise(white=float(np.median([throw.slide.noise for throw in throws])))
-    played = 0 if before is None else before.throws
-    scatter = scatter and played + len(throws) >= 3
+    scatter = scatter and sought.played + len(throws) >= 3
     belief = None if before is None else before.belief
-    posterior: Posterior | None = None
-    evidence: Evidence | None = None
+    mapped: _Mapped | None = None
     rounds = REFIT_ROUNDS if len(free) else MAP_ROUNDS
     for number in range(rounds):
-        linear: list[_Linear] = []
-        for k, throw in enumerate(throws):
-            throws[k], ride = _ride(throw, track, gate)
-            linear.append(_linearise(throws[k], ride, track, noise, free))
-        evidence = _gather(linear, throws, field, track, sought, free)
+        linear = _linearise_all(throws, track, gate, noise, free, NO_BIAS)
+        evidence = _gather(linear, throws, field, track, sought, free, NO_BIAS)
         final = number == rounds - 1
         if belief is None:
             belief = evidence.first_belief(scatter=scatter)
         elif final:
             belief = evidence.best_belief(belief, scatter=scatter)
-        posterior = evidence.posterior(belief, sought.observed.ravel())
-        change = posterior.field - field
-        limit = min(1.0, LONGEST_STEP / max(float(np.abs(change).max()), 1e-9))
-        effects = limit * (posterior.effects - free.values)
-        for k, throw in enumerate(throws):
-            offset = throw.offset + limit * (posterior.offsets[played + k] - throw.offset)
-            own = limit * change[linear[k].crossed] + offset - throw.offset
-            throws[k] = _moved(throw, linear[k].release_step(own, effects), float(offset))
-        field = field + limit * change
-        free = free.at(free.values + effects)
-        track = track.under(free.now).set_field(level, field)
+        mapped = _step(linear, evidence, belief, throws, track, field, sought, free, NO_BIAS, noise)
+        throws, track, field, free = mapped.throws, mapped.track, mapped.field, mapped.free
         for k, throw in enumerate(throws):
             throws[k], _ = _ride(throw, track, gate)
         progress("the friction map", (number + 1) / rounds)
@@ -522,9 +568,218 @@ def _fit_map(
         if 0 < number < rounds - 1:
             noise = estimate_noise(_residuals(throws), slowest=SLOW_NOISE_MAP, start=noise)
             gate = noise
-    assert posterior is not None
-    assert evidence is not None
-    return throws, noise, posterior, evidence, free
+    assert mapped is not None
+    return mapped
+
+
+def _search_bias(
+    without: _Mapped, sought: Sought, scatter: bool, must: bool, progress: Progress
+) -> tuple[_Mapped, BiasSearch]:
+    """A ripple of the camera, looked for from the map that was fitted without one.
+
+    Parameters
+    ----------
+    must : whether a ripple is fitted even where it is not clear that there is one
+
+    Returns
+    -------
+    the map with the ripple, or the one without where none is fitted; and what came of it
+    """
+    throws, belief = without.throws, without.posterior.belief
+    apart = _variety(throws)
+    if len(throws) < LEAST_THROWS or apart < LEAST_VARIETY:
+        return without, BiasSearch(outcome="inseparable", variety=apart)
+    bias = bias_over([k.passenger.course.at(k.measured[k.keep])[:, 1] for k in throws])
+    other = _fit_bias(without, bias, sought, scatter, progress)
+    if other is None:
+        usual = _beside_rivals(without, bias, [without.noise], sought)[0].all()
+        clear_from = seen_from(usual, belief)
+        return without, BiasSearch(outcome="none", variety=apart, seen_from=clear_from)
+    # A noise that was estimated beside a ripple may favour it, so that a map without one is also
+    # tried with that.
+    now, usual = _beside_rivals(other, other.bias, [other.noise, without.noise], sought,
+                                without.throws)  # fmt: skip
+    found = other.posterior.belief
+    evidence, before = now.all(), usual.all()
+    plain = evidence.best_belief(replace(found, ripple=0.0), scatter=found.scatter > 0.0)
+    best = min(evidence.misfit(plain) + evidence.constant, before.misfit(belief) + before.constant)
+    gain = best - evidence.misfit(found) - evidence.constant
+    declined = BiasSearch(
+        outcome="none", variety=apart, seen_from=seen_from(evidence, found), gain=gain
+    )
+    if gain < CLEAR_GAIN and not must:
+        return without, declined
+    halves = split_throws(np.array([k.speed for k in now.throws]), _directions(now.throws))
+    like = likeness(evidence, [now.of(half) for half in halves], found)
+    if like < CLEAR_LIKENESS and not must:
+        return without, replace(declined, likeness=like)
+    return other, replace(declined, outcome="found", likeness=like, bias=other.bias)
+
+
+def _fit_bias(
+    without: _Mapped, bias: CameraBias, sought: Sought, scatter: bool, progress: Progress
+) -> _Mapped | None:
+    """Map and ripple of the camera together, from the map without one; None if there is none."""
+    throws, track, field = list(without.throws), without.track, without.field
+    free, noise = without.free, without.noise
+    gate = noise
+    scatter = scatter and sought.played + len(throws) >= 3
+    belief: Belief | None = None
+    mapped: _Mapped | None = None
+    for number in range(BIAS_ROUNDS):
+        linear = _linearise_all(throws, track, gate, noise, free, bias)
+        evidence = _gather(linear, throws, field, track, sought, free, bias)
+        if belief is None:
+            near = replace(without.posterior.belief, ripple=USUAL_RIPPLE)
+            belief = evidence.best_belief(near, scatter=scatter, coarse=True)
+            if belief.ripple >= LEAST_RIPPLE:
+                belief = evidence.first_belief(scatter=scatter, ripple=USUAL_RIPPLE)
+        else:
+            final = number == BIAS_ROUNDS - 1
+            belief = evidence.best_belief(belief, scatter=scatter, coarse=not final)
+        if belief.ripple < LEAST_RIPPLE:
+            return None
+        mapped = _step(linear, evidence, belief, throws, track, field, sought, free, bias, noise)
+        throws, track, field = mapped.throws, mapped.track, mapped.field
+        free, bias = mapped.free, mapped.bias
+        for k, throw in enumerate(throws):
+            throws[k], _ = _ride(throw, track, gate)
+        progress("a ripple of the camera", (number + 1) / BIAS_ROUNDS)
+        if number < BIAS_ROUNDS - 1:
+            noise = gate = estimate_noise(_residuals(throws), slowest=SLOW_NOISE_MAP, start=noise)
+    return mapped
+
+
+def _directions(throws: Sequence[Ridden]) -> Floats:
+    """Signs of the throws' travel along the sheet."""
+    return np.array([np.sign(throw.passenger.course.heading[0, 1]) for throw in throws])
+
+
+def _variety(throws: Sequence[Ridden]) -> float:
+    """How unlike the throws passed the same places; see `bias_search.variety`."""
+    places: list[Floats] = []
+    squares: list[Floats] = []
+    for throw, way in zip(throws, _directions(throws), strict=True):
+        ridden = throw.measured - throw.left
+        onward = slice(None, None, int(way))
+        places.append(throw.passenger.course.at(ridden)[onward, 1])
+        squares.append(way * np.gradient(ridden, throw.t)[onward] ** 2)
+    return variety(places, squares)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Witnesses:
+    """Throws linearised with a camera's bias free, and effects that bend throws in a like way."""
+
+    throws: Sequence[Ridden]
+    linear: Sequence[_Linear]
+    mapped: _Mapped
+    sought: Sought
+    free: FreeEffects
+    bias: CameraBias
+
+    def all(self) -> Evidence:
+        """What all throws say."""
+        return self._gathered(range(len(self.throws)), self.sought)
+
+    def of(self, rows: Sequence[int]) -> Evidence:
+        """What some of them say, forgetting earlier ones."""
+        return self._gathered(rows, replace(self.sought, before=None))
+
+    def _gathered(self, rows: Sequence[int], sought: Sought) -> Evidence:
+        return _gather(
+            [self.linear[k] for k in rows], [self.throws[k] for k in rows], self.mapped.field,
+            self.mapped.track, sought, self.free, self.bias,
+        )  # fmt: skip
+
+
+def _beside_rivals(
+    mapped: _Mapped,
+    bias: CameraBias,
+    noises: Sequence[Noise],
+    sought: Sought,
+    others: Sequence[Ridden] | None = None,
+) -> list[_Witnesses]:
+    """The throws of a map as witnesses for a ripple of the camera, once for each noise.
+
+    All are judged by the same rows: those kept here and, where `others` are given, there.
+    """
+    free = with_rivals(mapped.free, mapped.throws)
+    pairs = zip(mapped.throws, others or mapped.throws, strict=True)
+    throws = [replace(k, keep=k.keep & j.keep) for k, j in pairs]
+    rides = [mapped.track.ride(k.passenger, k.start, k.speed, k.offset) for k in throws]
+    spacing = max(noise.spacing for noise in noises)
+    return [
+        _Witnesses(
+            throws=throws,
+            linear=[
+                _linearise(k, ride, mapped.track, replace(noise, spacing=spacing), free, bias)
+                for k, ride in zip(throws, rides, strict=True)
+            ],
+            mapped=mapped,
+            sought=sought,
+            free=free,
+            bias=bias,
+        )
+        for noise in noises
+    ]
+
+
+def _linearise_all(
+    throws: list[Ridden],
+    track: Track,
+    gate: Noise,
+    noise: Noise,
+    free: FreeEffects,
+    bias: CameraBias,
+) -> list[_Linear]:
+    """All throws linearised; `throws` are brought up to date."""
+    linear: list[_Linear] = []
+    for k, throw in enumerate(throws):
+        throws[k], ride = _ride(throw, track, gate)
+        linear.append(_linearise(throws[k], ride, track, noise, free, bias))
+    return linear
+
+
+def _step(
+    linear: Sequence[_Linear],
+    evidence: Evidence,
+    belief: Belief,
+    throws: Sequence[Ridden],
+    track: Track,
+    field: Floats,
+    sought: Sought,
+    free: FreeEffects,
+    bias: CameraBias,
+    noise: Noise,
+) -> _Mapped:
+    """One Gauss–Newton step of map, offsets, effects, bias and releases."""
+    posterior = evidence.posterior(belief, sought.observed.ravel())
+    change = posterior.field - field
+    limit = min(1.0, LONGEST_STEP / max(float(np.abs(change).max()), 1e-9))
+    effects = limit * (posterior.effects - free.values)
+    ripple = limit * (posterior.ripple - bias.values)
+    bias = replace(bias, values=bias.values + ripple, sigma=posterior.ripple_sigma)
+    others = np.concatenate([effects, ripple])
+    moved: list[Ridden] = []
+    for k, throw in enumerate(throws):
+        offset = throw.offset + limit * (posterior.offsets[sought.played + k] - throw.offset)
+        own = limit * change[linear[k].crossed] + offset - throw.offset
+        after = _moved(throw, linear[k].release_step(own, others), float(offset))
+        seen = bias.seen_along(throw.passenger.course, throw.measured)
+        moved.append(replace(after, shift=seen @ bias.values))
+    field = field + limit * change
+    free = free.at(free.values + effects)
+    return _Mapped(
+        throws=moved,
+        track=track.under(free.now).set_field(sought.level, field),
+        field=field,
+        noise=noise,
+        posterior=posterior,
+        evidence=evidence,
+        free=free,
+        bias=bias,
+    )
 
 
 def _gather(
@@ -534,16 +789,20 @@ def _gather(
     track: Track,
     sought: Sought,
     free: FreeEffects,
+    bias: CameraBias,
 ) -> Evidence:
-    """Normal equations of all throws in the cells crossed, the throws' offsets and free effects."""
+    """Normal equations of all throws in the cells crossed, the throws' offsets, free effects and
+    the nodes of the camera's bias.
+    """
     before = sought.before
     cells = [part.crossed for part in linear]
     crossed = np.unique(np.concatenate(cells if before is None else [before.cells, *cells]))
     m = len(crossed)
-    played = 0 if before is None else before.throws
+    played = sought.played
     throw_end = m + played + len(linear)
-    size = throw_end + len(free)
+    size = throw_end + len(free) + len(bias)
     information, pull = np.zeros((size, size)), np.zeros(size)
+    asked = 0.0
     if before is not None:
         places = np.append(np.searchsorted(crossed, before.cells), m + np.arange(played))
         information[np.ix_(places, places)] = before.information
@@ -552,13 +811,17 @@ def _gather(
         own = np.append(np.searchsorted(crossed, part.crossed), m + played + k)
         places = np.append(own, np.arange(throw_end, size))
         columns = np.column_stack([part.friction, part.friction.sum(axis=1), part.effects])
-        present = np.concatenate([field[part.crossed], [throws[k].offset], free.values])
+        present = np.concatenate(
+            [field[part.crossed], [throws[k].offset], free.values, bias.values]
+        )
         square = columns.T @ columns
         information[np.ix_(places, places)] += square
         pull[places] += columns.T @ part.left + square @ present
+        goal = part.left + columns @ present
+        asked += float(goal @ goal) + part.volume
     return Evidence(
         information, pull, crossed, track.ice.sheet, ground=sought.ground, known=sought.known,
-        effects=len(free),
+        effects=len(free), nodes=bias.nodes, asked=asked,
     )  # fmt: skip
 
 
