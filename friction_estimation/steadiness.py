@@ -45,6 +45,16 @@ SWAY_SHARE = 0.02
 """Largest sway that is corrected for, as a share of the picture's width."""
 ZOOM_SHARE = 0.01
 """Largest change of scale that is corrected for."""
+TILES = (6, 8)
+"""Rows and columns of pieces in which two pictures are held beside each other."""
+DETAIL_PX = 4.0
+"""What is finer than this is compared: lines and edges, which lie elsewhere after a small move."""
+TEXTURED = 4.0
+"""Least spread of a piece that shows something [grey levels]."""
+ALIKE = 0.7
+"""Correlation of pieces that show the same; between different views it is about nothing."""
+ALIKE_SHARE = 0.4
+"""Of the pieces, those that must be alike; people stand before the others."""
 LOOKED_AT = 12
 """Frames in which the camera's motion is measured before it is believed to be still."""
 
@@ -109,6 +119,29 @@ class Hold:
             return None
         return np.asarray(matrix, dtype=np.float64)
 
+    def same_view(self, frame: Image) -> bool:
+        """Whether a picture is what it was in the first frame, people left aside.
+
+        On bare ice people carry most corners that stand out, and they all walk away.
+        """
+        grey = np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+        if grey.shape != self.grey.shape:
+            return False
+        first, other = _detail(self.grey), _detail(grey)
+        rows = np.array_split(np.arange(grey.shape[0]), TILES[0])
+        columns = np.array_split(np.arange(grey.shape[1]), TILES[1])
+        likeness: list[float] = []
+        for down in rows:
+            for across in columns:
+                part = slice(down[0], down[-1] + 1), slice(across[0], across[-1] + 1)
+                before, now = first[part], other[part]
+                spread = float(before.std())
+                if spread > TEXTURED:
+                    both = spread * max(float(now.std()), 1.0)
+                    likeness.append(float(np.mean(before * now)) / both)
+        alike = sum(one > ALIKE for one in likeness)
+        return alike >= FEW and alike >= ALIKE_SHARE * len(likeness)
+
     def put_back(self, frame: Image) -> Image:
         """The frame as the camera would have seen it from where it first stood."""
         motion = self.motion(frame)
@@ -124,6 +157,12 @@ class Hold:
             ),
             dtype=np.uint8,
         )
+
+
+def _detail(grey: Image) -> NDArray[np.float32]:
+    """A picture less its broad light and shade."""
+    fine = np.asarray(grey, dtype=np.float32)
+    return np.asarray(fine - cv2.GaussianBlur(fine, (0, 0), DETAIL_PX), dtype=np.float32)
 
 
 def sway_px(motion: Floats, corners_px: NDArray[np.float32]) -> float:
@@ -155,6 +194,8 @@ def held(sample: Sequence[tuple[float, Image]], source: str | Path) -> Hold | No
     swayed = 0.0
     for t, frame in sample[every::every]:
         motion = hold.motion(frame)
+        if motion is None and hold.same_view(frame):
+            continue
         if motion is None:
             raise InputError(
                 "the camera shows another view than in the first frame; it must stand still: cut "

@@ -117,7 +117,18 @@ class Film:
 
     def pick(self, wanted: Sequence[int]) -> list[tuple[float, Image]]:
         """The frames of these numbers that the film has, with approximate times [s]."""
-        frames: list[tuple[float, Image]] = []
+        return list(self.picked(wanted))
+
+    def between(self, low: float, high: float, step: float) -> Iterator[tuple[float, Image]]:
+        """Frames from one time to another about a step apart, with approximate times [s]."""
+        first, last = (
+            max(round(low * self.fps), 0),
+            min(round(high * self.fps), self.frame_count - 1),
+        )
+        return self.picked(range(first, last + 1, max(1, round(step * self.fps))))
+
+    def picked(self, wanted: Sequence[int]) -> Iterator[tuple[float, Image]]:
+        """The same as `pick`, one after the other."""
         with _capture(self.path) as capture:
             at = 0
             for index in sorted(set(wanted)):
@@ -132,8 +143,7 @@ class Film:
                     stamp = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
                     if index < len(self.times):
                         stamp = self.times[index]
-                    frames.append((index / self.fps if self.fps_given else stamp, frame))
-        return frames
+                    yield index / self.fps if self.fps_given else stamp, frame
 
 
 def save_times(film: str | Path, times: Sequence[float]) -> None:

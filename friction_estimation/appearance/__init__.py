@@ -5,7 +5,12 @@
 """
 
 from friction_estimation.appearance.among import Posed, measure_among
-from friction_estimation.appearance.exposure import Exposure, exposures_at, total_misfit
+from friction_estimation.appearance.exposure import (
+    Exposure,
+    exposures_at,
+    share_left,
+    total_misfit,
+)
 from friction_estimation.appearance.fit import Appearance, StoneFit, channels_of, measure
 from friction_estimation.appearance.learning import EXPOSURES, learn_appearance
 from friction_estimation.appearance.model import StoneModel
@@ -22,5 +27,6 @@ __all__ = [
     "learn_appearance",
     "measure",
     "measure_among",
+    "share_left",
     "total_misfit",
 ]

@@ -160,6 +160,15 @@ def total_misfit(exposures: Sequence[Exposure], look: Appearance) -> float:
     return sum(cost_of(exposure, look, planes_of(exposure, look)) for exposure in exposures)
 
 
+def share_left(exposures: Sequence[Exposure], look: Appearance) -> float:
+    """What the stone's picture leaves of the difference from the ice without it, 0 to 1."""
+    bare = 0.0
+    for exposure in exposures:
+        nothing = np.zeros_like(planes_of(exposure, look))
+        bare += cost_of(exposure, look, nothing)
+    return total_misfit(exposures, look) / max(bare, 1e-9)
+
+
 def residual_noise(exposures: Sequence[Exposure], look: Appearance) -> Floats:
     """Spread of what the model leaves on the stone, per channel.
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -13,9 +13,10 @@ from scipy.interpolate import PchipInterpolator
 from curling_env.sheet import Sheet
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera import Camera
-from friction_estimation.tracking.background import Blob
+from friction_estimation.tracking.background import Background, Blob, moving_blobs
 
 Floats = NDArray[np.float64]
+Image = NDArray[np.uint8]
 
 MAX_SPEED = 5.0
 """No thrown stone is faster [m/s]; the hardest take-outs reach about 4."""
@@ -27,6 +28,10 @@ CROWN = 0.06
 """How far a handle stands above the body, roughly [m]."""
 MAX_GROWTH = 2.5
 """A stone's shadow and mirror image make its blob at most this many times as wide or high."""
+ENOUGH_SIGHTINGS = 12
+"""A path seen in fewer sparse frames is looked at again in frames closer together."""
+CLOSER = 0.12
+"""Time between these [s]."""
 MISS_COST = 0.15
 """What a sparse frame without a sighting takes from a path's score; a perfect sighting gives 1."""
 
@@ -66,6 +71,78 @@ class RoughPath:
             speed = (places[span - 1] - places[0]) / (times[span - 1] - times[0])
             return places[0] + speed * (t - times[0])
         return places[-1]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Acquired:
+    """The thrown stone, found.
+
+    Parameters
+    ----------
+    rough : its path
+    pictures : times [s] and frames that the path's sightings count by
+    """
+
+    rough: RoughPath
+    pictures: Sequence[tuple[float, Image]]
+
+
+def acquire(
+    sample: Sequence[tuple[float, Image]],
+    background: Background,
+    camera: Camera,
+    model: StoneModel,
+    sheet: Sheet,
+    between: Callable[[float, float, float], Iterable[tuple[float, Image]]],
+) -> Acquired | None:
+    """The thrown stone: looked for in sparse frames, and closer where these hardly show it.
+
+    A camera over one house sees a stone that is thrown from there for a second or two.
+
+    Parameters
+    ----------
+    sample : sparse frames over the whole film
+    between : frames from one time to another, a step apart [s]
+    """
+    rough = thrown_stone(_sightings(sample, background, camera, model, sheet))
+    if rough is not None and len(rough.sightings) >= ENOUGH_SIGHTINGS:
+        return Acquired(rough=rough, pictures=sample)
+    sparse = (sample[-1][0] - sample[0][0]) / max(len(sample) - 1, 1)
+    if sparse <= 2 * CLOSER:
+        return None if rough is None else Acquired(rough=rough, pictures=sample)
+    low, high = sample[0][0], sample[-1][0]
+    if rough is not None:
+        low = max(low, rough.sightings[0].t - sparse)
+        high = min(high, rough.sightings[-1].t + sparse)
+    closer = thrown_stone(_sightings(between(low, high, CLOSER), background, camera, model, sheet))
+    if closer is None:
+        return None if rough is None else Acquired(rough=rough, pictures=sample)
+    # The frames are not all kept while they are looked through: they may fill the memory.
+    seen = closer.sightings[:: -(-len(closer.sightings) // len(sample))]
+    chosen = {round(s.t, 6): s for s in seen}
+    pictures = [(t, frame) for t, frame in between(low, high, CLOSER) if round(t, 6) in chosen]
+    return Acquired(
+        rough=RoughPath(
+            sightings=tuple(
+                replace(chosen[round(t, 6)], frame=k) for k, (t, _) in enumerate(pictures)
+            )
+        ),
+        pictures=pictures,
+    )
+
+
+def _sightings(
+    frames: Iterable[tuple[float, Image]],
+    background: Background,
+    camera: Camera,
+    model: StoneModel,
+    sheet: Sheet,
+) -> list[Sighting]:
+    return [
+        sighting
+        for i, (t, frame) in enumerate(frames)
+        for sighting in sightings_in(moving_blobs(frame, background), i, t, camera, model, sheet)
+    ]
 
 
 def stone_likeness(blob: Blob, camera: Camera, model: StoneModel, sheet: Sheet) -> Sighting | None:

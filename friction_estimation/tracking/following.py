@@ -25,6 +25,7 @@ from friction_estimation.appearance import (
     exposures_at,
     learn_appearance,
     measure,
+    share_left,
 )
 from friction_estimation.camera import Camera
 from friction_estimation.lighting import flickering
@@ -32,11 +33,13 @@ from friction_estimation.parallax import UNDECIDED, focal_from_stone
 from friction_estimation.refinement import at_focal, refine, unrefined
 from friction_estimation.scene import Scene
 from friction_estimation.steadiness import held
-from friction_estimation.tracking.acquisition import RoughPath, sightings_in, thrown_stone
+from friction_estimation.tracking.acquisition import (
+    RoughPath,
+    acquire,
+)
 from friction_estimation.tracking.background import (
     Background,
     find_background,
-    moving_blobs,
     sheet_region,
 )
 from friction_estimation.tracking.collisions import tracks_of
@@ -55,6 +58,9 @@ Progress = Callable[[Iterable[tuple[float, Image]], int], Iterable[tuple[float, 
 SPARSE_FRAMES = 40
 """Frames looked at before tracking: for the background, the rough path and the stone's look."""
 BACKGROUND_FRAMES = 15
+MOST_LEFT = 0.2
+"""Of the difference from the empty ice, what a stone's picture may leave: stones leave 0.04 to
+0.1, people on the ice, taken for stones, 0.3 to 0.5."""
 MIN_LIKENESS = 0.3
 """Sightings less like a stone than this do not teach its look."""
 
@@ -106,14 +112,18 @@ def track_film(
         landmarks = refine(camera, scene, background.image, background.origin_px)
         camera = landmarks.camera
     model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
-    acquired = _acquire(sample, background, camera, model, scene)
+
+    def between(low: float, high: float, step: float) -> Iterator[tuple[float, Image]]:
+        return put_right(film.between(low, high, step))
+
+    acquired = acquire(sample, background, camera, model, scene.sheet, between)
     if acquired is None:
         raise InputError(
             "no thrown stone found: nothing of a stone's size slides along the ice", source=path
         )
-    rough = acquired
+    rough, pictures = acquired.rough, acquired.pictures
     ice = channels_of(background.image)
-    seen_by, pictures = camera, sample
+    seen_by = camera
 
     def exposures_of(camera: Camera) -> list[Exposure]:
         return _exposures(pictures, rough, ice, background, seen_by, camera, model)
@@ -132,6 +142,11 @@ def track_film(
     if not exposures:
         raise InputError("the thrown stone is nowhere wholly in the image", source=path)
     look = learn_appearance(exposures, model, background.noise)
+    if share_left(exposures, look) > MOST_LEFT:
+        raise InputError(
+            "no thrown stone found: what slides along the ice does not look like a stone",
+            source=path,
+        )
 
     def sample_until(t: float) -> list[tuple[float, Image]]:
         share = np.linspace(0, t / max(sample[-1][0], 1e-6), SPARSE_FRAMES)
@@ -160,23 +175,6 @@ def track_film(
         return replace(tracks_of(movers, company.lying, landmarks, throw, path), hold=hold)
     record = _measure_all(frames, rough, ice, background, camera, look, turn, options)
     return replace(join_frames(record, look, landmarks, throw, path), hold=hold)
-
-
-def _acquire(
-    sample: Sequence[tuple[float, Image]],
-    background: Background,
-    camera: Camera,
-    model: StoneModel,
-    scene: Scene,
-) -> RoughPath | None:
-    sightings = [
-        sighting
-        for i, (t, frame) in enumerate(sample)
-        for sighting in sightings_in(
-            moving_blobs(frame, background), i, t, camera, model, scene.sheet
-        )
-    ]
-    return thrown_stone(sightings)
 
 
 def _exposures(

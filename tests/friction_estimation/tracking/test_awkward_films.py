@@ -135,6 +135,27 @@ def test_another_view_is_told_from_people_before_the_same_one():
         held([*same[:5], *((t, other) for t, _ in same[5:])], "film.mp4")
 
 
+def test_people_who_leave_bare_ice_are_not_a_camera_that_moved():
+    """What stands out best in the first frame walks away; two thin lines stay, or do not."""
+    rng = np.random.default_rng(3)
+
+    def view(*, crowd, moved=0):
+        frame = np.full((270, 480, 3), 225.0)
+        frame[60 + moved : 64 + moved] -= 25
+        frame[200 + moved : 204 + moved] -= 25
+        frame += np.random.default_rng(crowd * 7 + moved).normal(0, 1.5, frame.shape)
+        if crowd:
+            for x in range(20, 460, 60):
+                frame[100:160, x : x + 30] = 255 * rng.integers(0, 2, (60, 30, 1))
+        return np.clip(frame, 0, 255).astype(np.uint8)
+
+    later = [(i / FPS, view(crowd=False)) for i in range(1, 12)]
+    assert held([(0.0, view(crowd=True)), *later], "film.mp4") is None
+    moved = [(i / FPS, view(crowd=False, moved=20)) for i in range(1, 12)]
+    with pytest.raises(InputError, match="another view"):
+        held([(0.0, view(crowd=True)), *moved], "film.mp4")
+
+
 def test_of_a_picture_with_hardly_a_mark_nothing_is_said():
     """A bright block that moves over a bare field: no camera moves for that."""
     frames = []
