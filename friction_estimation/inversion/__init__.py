@@ -2,8 +2,9 @@
 
 `estimate_ice` is the way in. Behind it: the course a stone followed (course), its ride along it
 under the force law (ride), noise and prior (noise, prior), the joint fit of all throws and cells
-(trajectory_fit), effects and a ripple of the camera fitted with them (refit, bias_search), the
-paper's own way (paper_method), and the limit of all (bound).
+(trajectory_fit), effects and a ripple of the camera fitted with them (refit, bias_search), what all
+frames err by together (shared_error), the paper's own way (paper_method), and the limit of all
+(bound).
 """
 
 from __future__ import annotations

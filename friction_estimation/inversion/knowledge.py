@@ -42,6 +42,8 @@ class Knowledge:
     belief : the prior's hyperparameters; None for one number
     ground, known : (cells,) ln μ about which the map was believed to vary, and its relative
         standard error, where an ice of another day was its prior; None otherwise
+    shared : (m + throws, q) how q independent errors that all throws share pull; None where the
+        tracks stated none
     """
 
     reference: float
@@ -54,6 +56,7 @@ class Knowledge:
     belief: Belief | None
     ground: Floats | None = None
     known: Floats | None = None
+    shared: Floats | None = None
 
     @property
     def throws(self) -> int:
@@ -90,6 +93,7 @@ def save_knowledge(knowledge: Knowledge, path: Path) -> None:
             ),
             ground=[] if knowledge.ground is None else knowledge.ground,
             known=[] if knowledge.known is None else knowledge.known,
+            shared=[] if knowledge.shared is None else knowledge.shared,
         )  # fmt: skip
 
 
@@ -127,6 +131,7 @@ def load_knowledge(ice: Ice, source: str | Path) -> Knowledge:
                 belief=Belief(**dict(zip(_BELIEF, prior, strict=True))) if prior else None,
                 ground=stored["ground"] if stored["ground"].size else None,
                 known=stored["known"] if stored["known"].size else None,
+                shared=stored["shared"] if stored["shared"].size else None,
             )
     except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
         raise InputError(f"cannot be read as the evidence of an ice: {error}",
@@ -134,6 +139,8 @@ def load_knowledge(ice: Ice, source: str | Path) -> Knowledge:
     size = len(found.pull)
     whole = found.information.shape == (size, size) and found.throws > 0
     if not (whole and np.isfinite(found.information).all() and np.isfinite(found.pull).all()):
+        raise InputError("is not the whole evidence of an ice", source=path)
+    if found.shared is not None and (found.shared.ndim != 2 or len(found.shared) != size):
         raise InputError("is not the whole evidence of an ice", source=path)
     same = found.mu.shape == ice.friction.mu.shape and found.observed.shape == found.mu.shape
     same = same and all(

@@ -160,6 +160,7 @@ class Evidence:
         self.clear = int((values[told] <= CLEAR_INFORMATION).sum())
         beyond = unit * (pull - information[:, : self.m] @ self.ground[crossed])
         self.data = (vectors[:, told].T @ beyond) / root
+        self.compress = vectors[:, told].T * unit / root[:, None]
         based = self.ground[crossed]
         asked -= float(based @ (2 * pull[: self.m] - information[: self.m, : self.m] @ based))
         self.constant = asked - float(self.data @ self.data)
@@ -171,28 +172,33 @@ class Evidence:
         self.ripple = self.rows[:, acting.stop :] / RIPPLE_UNIT
         self.effect_square = self.effects @ self.effects.T
 
-    def without_effects(self, effects: Floats, belief: Belief) -> tuple[Floats, Floats]:
-        """Information and pull of cells and offsets alone.
+    def without_effects(
+        self, effects: Floats, belief: Belief, shared: Floats | None = None
+    ) -> tuple[Floats, Floats, Floats | None]:
+        """Information and pull of cells and offsets alone, and what of `shared` falls to them.
 
         Parameters
         ----------
         effects : (p,) values at which free parameters stay from now on
         belief : hyperparameters; what is not known of the camera's ripple is taken off
+        shared : (size, q) pull of what all throws err by together
         """
         told = slice(self.m + self.throws)
         acting = slice(told.stop, told.stop + len(effects))
-        information, pull = self.information[told, told], self.pull[told]
-        pull = pull - self.information[told, acting] @ effects
+        bent = np.concatenate([np.zeros(told.stop), effects, np.zeros(len(self.nodes))])
+        pulls = (self.pull - self.information @ bent)[:, None]
+        if shared is not None:
+            pulls = np.column_stack([pulls, shared])
+        information, left = self.information[told, told], pulls[told]
         if belief.ripple > 0.0 and len(self.nodes):
             root = belief.ripple * ripple_root(self.nodes, belief.ripple_length)
-            shared = self.information[told, acting.stop :] @ root
+            across = self.information[told, acting.stop :] @ root
             own = root.T @ self.information[acting.stop :, acting.stop :] @ root
-            bent = self.information[acting.stop :, acting] @ effects
-            goal = root.T @ (self.pull[acting.stop :] - bent)
-            weights = np.linalg.solve(np.eye(len(own)) + own, np.column_stack([shared.T, goal]))
-            information = information - shared @ weights[:, :-1]
-            pull = pull - shared @ weights[:, -1]
-        return information, pull
+            goal = root.T @ pulls[acting.stop :]
+            weights = np.linalg.solve(np.eye(len(own)) + own, np.column_stack([across.T, goal]))
+            information = information - across @ weights[:, : told.stop]
+            left = left - across @ weights[:, told.stop :]
+        return information, left[:, 0], None if shared is None else left[:, 1:]
 
     def covariance(self, belief: Belief, first: int = 0) -> Floats:
         """Of the compressed data from the first one on, (r, r); they are sorted by information."""
@@ -324,6 +330,31 @@ class Evidence:
             ),
             ripple=ripple @ weights,
             ripple_sigma=np.sqrt(np.maximum(ripple_variance, 0.0)),
+        )
+
+    def blurred(self, posterior: Posterior, shared: Floats, over: NDArray[np.bool_]) -> Posterior:
+        """The posterior with standard errors that know of what all throws err by together.
+
+        Parameters
+        ----------
+        posterior : of these data
+        shared : (size, q) how q independent errors of unit size pull
+        over : (cells,) those over which the level is the mean
+        """
+        belief = posterior.belief
+        cells = self.rows[:, : self.m]
+        field = matern(self.to_all, belief.length, belief.smoothness)
+        field *= belief.spread**2 + np.outer(self.earlier, self.own)
+        cross = field @ cells.T + LEVEL_SPREAD**2 * self.level
+        weights = np.linalg.solve(self.covariance(belief), self.compress @ shared)
+        moved = cross @ weights
+        acted = self.effects.T @ weights
+        level = moved[over].mean(axis=0)
+        return replace(
+            posterior,
+            field_sigma=np.hypot(posterior.field_sigma, np.linalg.norm(moved, axis=1)),
+            level_sigma=float(np.hypot(posterior.level_sigma, np.linalg.norm(level))),
+            effects_sigma=np.hypot(posterior.effects_sigma, np.linalg.norm(acted, axis=1)),
         )
 
 

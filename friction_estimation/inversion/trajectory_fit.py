@@ -23,6 +23,7 @@ from threadpoolctl import threadpool_limits
 
 from curling_env.ice import FrictionMap, Ice
 from curling_env.physics.law import acceleration
+from curling_env.sheet import Sheet
 from friction_estimation.camera_bias import NO_BIAS, USUAL_RIPPLE, CameraBias, bias_over
 from friction_estimation.inversion.bias_search import (
     CLEAR_GAIN,
@@ -42,6 +43,7 @@ from friction_estimation.inversion.noise import Noise, estimate_noise
 from friction_estimation.inversion.prior import Belief, Evidence, Posterior, uniform_posterior
 from friction_estimation.inversion.refit import SMALL, FreeEffects, free_effects, with_rivals
 from friction_estimation.inversion.ride import Passenger, Ride, Track, sensitivities
+from friction_estimation.inversion.shared_error import SharedError, shared_error
 from friction_estimation.inversion.spin import fit_spin
 from friction_estimation.kinematics import FreeSlide, smooth_motion
 
@@ -177,11 +179,17 @@ def _fit(
     one = _fit_level(throws, track, level, scatter, before if uniform else None, progress)
     if uniform:
         mu = float(np.exp(one.level))
-        friction = FrictionMap.uniform(mu, start.sheet, sigma=mu * one.sigma)
+        shared = _shared_by_level(one, track, before)
+        sigma = one.sigma
+        if shared is not None:
+            weights = 1.0 / (1.0 / one.information + one.scatter**2)
+            share = (weights / weights.sum()) @ (shared / one.information[:, None])
+            sigma = float(np.hypot(sigma, np.linalg.norm(share)))
+        friction = FrictionMap.uniform(mu, start.sheet, sigma=mu * sigma)
         return Fit(
             ice=replace(start, friction=friction),
             mu=mu,
-            sigma=mu * one.sigma,
+            sigma=mu * sigma,
             scatter=one.scatter,
             noise=one.noise,
             throws=tuple(one.throws),
@@ -195,6 +203,7 @@ def _fit(
                 mu=friction.mu,
                 noise=one.noise,
                 belief=None,
+                shared=shared,
             ),
         )
     observed = crossed_cells(one.throws, start)
@@ -220,7 +229,10 @@ def _fit(
         found, search = _search_bias(found, sought, scatter, camera_bias == "on", progress)
     throws, noise, posterior = found.throws, found.noise, found.posterior
     free, evidence = found.free, found.evidence
-    information, pull = evidence.without_effects(free.values, posterior.belief)
+    shared = _shared_by_map(found, sought)
+    if shared is not None:
+        posterior = evidence.blurred(posterior, shared, observed.ravel())
+    information, pull, shared = evidence.without_effects(free.values, posterior.belief, shared)
     cells = np.exp(level + posterior.field.reshape(shape))
     friction = replace(
         start.friction,
@@ -248,6 +260,7 @@ def _fit(
             belief=replace(posterior.belief, ripple=0.0),  # the next session's camera is another
             ground=None if known is None else ground,
             known=known,
+            shared=shared,
         ),
         bias_search=search,
     )
@@ -823,6 +836,61 @@ def _gather(
         information, pull, crossed, track.ice.sheet, ground=sought.ground, known=sought.known,
         effects=len(free), nodes=bias.nodes, asked=asked,
     )  # fmt: skip
+
+
+def _stated(throws: Sequence[Ridden], sheet: Sheet, noise: Noise) -> SharedError | None:
+    """What the tracks say to err by together."""
+    stated = [k.slide.track.sigma_xy for k in throws]
+    return shared_error(
+        sheet,
+        [k.passenger.course.at(k.measured)[:, 1] for k in throws],
+        [
+            sigma[k.slide.rows] if sigma.size else sigma
+            for k, sigma in zip(throws, stated, strict=True)
+        ],
+        noise.total,
+    )
+
+
+def _shared_by_level(one: _One, track: Track, before: Knowledge | None) -> Floats | None:
+    """Pull of what all throws err by together on each throw's ln μ, (throws, n) for n units."""
+    error = _stated(one.throws, track.ice.sheet, one.noise)
+    if error is None:
+        return None if before is None else before.shared
+    rows: list[Floats] = []
+    for throw in one.throws:
+        ride = track.ride(throw.passenger, throw.start, throw.speed, throw.offset)
+        part = _linearise(throw, ride, track, one.noise, None, error.basis)
+        rows.append(part.friction.sum(axis=1) @ part.effects @ error.root)
+    shared = np.array(rows)
+    if before is None:
+        return shared
+    old = np.zeros((before.throws, shared.shape[1])) if before.shared is None else before.shared
+    return np.vstack([old, shared])
+
+
+def _shared_by_map(found: _Mapped, sought: Sought) -> Floats | None:
+    """Pull of what all throws err by together on everything fitted, (size, n) for n units."""
+    before, evidence, track = sought.before, found.evidence, found.track
+    error = _stated(found.throws, track.ice.sheet, found.noise)
+    if error is None and (before is None or before.shared is None):
+        return None
+    count = len(error.nodes) if error is not None else before.shared.shape[1]
+    shared = np.zeros((len(evidence.pull), count))
+    m, last = evidence.m, evidence.m + evidence.throws
+    if before is not None and before.shared is not None:
+        places = np.append(
+            np.searchsorted(evidence.cells, before.cells), m + np.arange(before.throws)
+        )
+        shared[places] = before.shared
+    for k, throw in enumerate(found.throws if error is not None else ()):
+        ride = track.ride(throw.passenger, throw.start, throw.speed, throw.offset)
+        part = _linearise(throw, ride, track, found.noise, found.free, found.bias)
+        seen = _linearise(throw, ride, track, found.noise, None, error.basis).effects
+        own = np.append(np.searchsorted(evidence.cells, part.crossed), m + sought.played + k)
+        columns = np.column_stack([part.friction, part.friction.sum(axis=1), part.effects])
+        shared[np.append(own, np.arange(last, len(shared)))] += columns.T @ seen @ error.root
+    return shared
 
 
 def _moved(throw: Ridden, step: Floats, offset: float) -> Ridden:
