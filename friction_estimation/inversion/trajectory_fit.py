@@ -871,25 +871,29 @@ def _shared_by_level(one: _One, track: Track, before: Knowledge | None) -> Float
 
 def _shared_by_map(found: _Mapped, sought: Sought) -> Floats | None:
     """Pull of what all throws err by together on everything fitted, (size, n) for n units."""
-    before, evidence, track = sought.before, found.evidence, found.track
+    evidence, track = found.evidence, found.track
+    told = None if sought.before is None else sought.before.shared
     error = _stated(found.throws, track.ice.sheet, found.noise)
-    if error is None and (before is None or before.shared is None):
-        return None
-    count = len(error.nodes) if error is not None else before.shared.shape[1]
-    shared = np.zeros((len(evidence.pull), count))
-    m, last = evidence.m, evidence.m + evidence.throws
-    if before is not None and before.shared is not None:
-        places = np.append(
-            np.searchsorted(evidence.cells, before.cells), m + np.arange(before.throws)
-        )
-        shared[places] = before.shared
-    for k, throw in enumerate(found.throws if error is not None else ()):
+    shared: Floats | None = None
+    if sought.before is not None and told is not None:
+        shared = np.zeros((len(evidence.pull), told.shape[1]))
+        cells = np.searchsorted(evidence.cells, sought.before.cells)
+        shared[np.append(cells, evidence.m + np.arange(sought.played))] = told
+    if error is None:
+        return shared
+    if shared is None:
+        shared = np.zeros((len(evidence.pull), len(error.nodes)))
+    last = evidence.m + evidence.throws
+    for k, throw in enumerate(found.throws):
         ride = track.ride(throw.passenger, throw.start, throw.speed, throw.offset)
         part = _linearise(throw, ride, track, found.noise, found.free, found.bias)
         seen = _linearise(throw, ride, track, found.noise, None, error.basis).effects
-        own = np.append(np.searchsorted(evidence.cells, part.crossed), m + sought.played + k)
+        cells = np.searchsorted(evidence.cells, part.crossed)
+        places = np.concatenate(
+            [cells, [evidence.m + sought.played + k], np.arange(last, len(shared))]
+        )
         columns = np.column_stack([part.friction, part.friction.sum(axis=1), part.effects])
-        shared[np.append(own, np.arange(last, len(shared)))] += columns.T @ seen @ error.root
+        shared[places] += columns.T @ seen @ error.root
     return shared
 
 
