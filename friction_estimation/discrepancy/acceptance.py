@@ -114,7 +114,7 @@ def noise_floor(fitted: Fit, session: Session) -> Gap:
         variance[rows] = (
             np.einsum("ncj,jk,nck->n", reach, covariance, reach)
             + spread.sum(axis=1)
-            + 2 * noise.total[0] ** 2
+            + 2 * (noise.position * session.sigma[rows, 0]) ** 2
         )
     return _gap(session, variance, ~early, predicted[:, :2])
 

@@ -7,6 +7,7 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from friction_estimation.discrepancy.candidates import UNDECIDABLE, Term, forms
+from friction_estimation.discrepancy.misplacement import misplacement_of
 from friction_estimation.discrepancy.model import Model
 from friction_estimation.discrepancy.session import Session
 
@@ -28,7 +29,8 @@ def base_model(ice: Ice | None, session: Session) -> Model:
     InputError : an effect that is not known
     """
     if ice is None:
-        return Model(ice=Ice.uniform(_first_friction(session)))
+        plain = Ice.uniform(_first_friction(session))
+        return Model(ice=plain, misplacement=misplacement_of(session))
     known = forms(session.measurements)
     terms: list[Term] = []
     for effect in ice.effects:
@@ -49,7 +51,7 @@ def base_model(ice: Ice | None, session: Session) -> Model:
         terms.append(
             Term(form=form, values={k: float(v or 0.0) for k, v in values.items()}, free=free)
         )
-    return Model(ice=ice, terms=tuple(terms))
+    return Model(ice=ice, terms=tuple(terms), misplacement=misplacement_of(session))
 
 
 def _first_friction(session: Session) -> float:

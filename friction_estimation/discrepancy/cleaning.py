@@ -29,10 +29,10 @@ FEWEST = 20
 """Rows below which a series is left as it is."""
 
 
-def slow_basis(t: Floats) -> Floats:
-    """Cosines slower than `SLOWEST_PERIOD` and a parabola: what physics may look like, (n, K)."""
+def slow_basis(t: Floats, period: float = SLOWEST_PERIOD) -> Floats:
+    """Cosines slower than a period and a parabola: what physics may look like, (n, K)."""
     span = max(float(t[-1] - t[0]), 1e-9)
-    count = int(max(1, min(2 * span / SLOWEST_PERIOD + 2, len(t) / 3)))
+    count = int(max(1, min(2 * span / period + 2, len(t) / 3)))
     phase = np.pi * (t - t[0]) / span
     return np.column_stack([np.cos(phase[:, None] * np.arange(count)), phase, phase**2])
 

@@ -124,6 +124,6 @@ def _trial_throws(session: Session) -> tuple[Session, Floats]:
         xy=np.zeros((n * len(t), 2)),
         theta=np.zeros(n * len(t)),
         swept=swept,
-        sigma=np.ones(n * len(t)),
+        sigma=np.ones((n * len(t), 2)),
         starts=np.arange(n + 1) * len(t),
     ), states

@@ -9,7 +9,8 @@ out,
 
 h being the information of a throw about its own friction. τ is found with the shared parameters:
 the quadratic around the present point is profiled over a grid of τ, because F has more than one
-minimum (a spread of zero explains nothing, a free one swallows every effect between throws).
+minimum (a spread of zero explains nothing, a free one swallows every effect between throws). The
+amplitude of a misplacement of places is found likewise, its coefficients integrated out.
 """
 
 from __future__ import annotations
@@ -128,7 +129,42 @@ def prior_gram(model: Model, size: int) -> Floats:
     gram[at, at] = COUPLING_SIGMA**-2
     gram[at, -1] = gram[-1, at] = -model.ln_coupling / COUPLING_SIGMA**2
     gram[-1, -1] = (model.ln_coupling / COUPLING_SIGMA) ** 2
+    if model.misplacement is not None:
+        own, places = model.misplacement, np.arange(size)[model.misplaced]
+        gram[places, places] += own.amplitude**-2
+        gram[places, -1] = gram[-1, places] = -own.values / own.amplitude**2
+        gram[-1, -1] += float(own.values @ own.values) / own.amplitude**2
     return gram
+
+
+def width_cost(model: Model, total: Floats, amplitude: float) -> float:
+    """What F pays for integrating over a misplacement's coefficients: ln |1 + A² information|.
+
+    Parameters
+    ----------
+    total : Gram matrix of all throws, without priors
+    """
+    information = total[model.misplaced, model.misplaced]
+    return float(np.linalg.slogdet(np.eye(len(information)) + amplitude**2 * information)[1])
+
+
+def profile_amplitude(model: Model, total: Floats, kept: NDArray[np.intp]) -> tuple[float, float]:
+    """The amplitude of the misplacement that minimises F, and that part of F.
+
+    Parameters
+    ----------
+    total : Gram matrix of all throws, without priors, of the shared parameters and the residual
+    kept : the shared parameters that are free, with the residual
+    """
+    assert model.misplacement is not None
+    best = (model.misplacement.amplitude, np.inf)
+    for amplitude in model.misplacement.amplitudes:
+        other = replace(model, misplacement=replace(model.misplacement, amplitude=float(amplitude)))
+        whole = total + prior_gram(other, len(total))
+        value = solve_shared(whole[np.ix_(kept, kept)])[1] + width_cost(model, total, amplitude)
+        if value < best[1]:
+            best = (float(amplitude), value)
+    return best
 
 
 def solve_shared(total: Floats) -> tuple[Floats, float]:
@@ -232,7 +268,7 @@ def fit(
     for _ in range(iterations):
         predicted, grams, reduced = linearise(model, session, noise, states, ln_factors)
         prior = prior_gram(model, reduced.shape[1] - 1)
-        here = _deviance(reduced, ln_factors, model.spread, prior)
+        here = _deviance(model, reduced, ln_factors, prior)
         if present is not None and not here < present[5] + 1e-6:
             damping *= 0.3
             if damping < 0.02:
@@ -277,10 +313,13 @@ def _moved(grams: Floats, state_step: Floats, factor_step: Floats) -> Floats:
     return out
 
 
-def _deviance(reduced: Floats, ln_factors: Floats, spread: float, prior: Floats) -> float:
+def _deviance(model: Model, reduced: Floats, ln_factors: Floats, prior: Floats) -> float:
     """F at the present parameters, with releases and factors at their best."""
-    grams, log_terms = eliminate_factor(reduced, ln_factors, spread)
-    return float(grams[:, -1, -1].sum() + log_terms.sum() + prior[-1, -1])
+    grams, log_terms = eliminate_factor(reduced, ln_factors, model.spread)
+    deviance = float(grams[:, -1, -1].sum() + log_terms.sum() + prior[-1, -1])
+    if model.misplacement is not None:
+        deviance += width_cost(model, grams.sum(axis=0), model.misplacement.amplitude)
+    return deviance
 
 
 def _step(
@@ -296,7 +335,13 @@ def _step(
     if shared:
         spread, step, _ = profile_spread(reduced, ln_factors, prior, spreads)
         bands, _ = eliminate_factor(reduced, ln_factors, spread)
-        step = damping * bounded_step(bands.sum(axis=0) + prior, step, model)
+        total = bands.sum(axis=0)
+        if model.misplacement is not None:
+            amplitude, _ = profile_amplitude(model, total, np.arange(len(total)))
+            model = replace(model, misplacement=replace(model.misplacement, amplitude=amplitude))
+            prior = prior_gram(model, len(total))
+            step, _ = solve_shared(total + prior)
+        step = damping * bounded_step(total + prior, step, model)
     else:
         spread, step = model.spread, np.zeros(len(model.vector))
     vector = model.vector

@@ -14,6 +14,7 @@ from curling_env.physics.effects.motion import MOTION_SIZE, PUSH_SIZE
 from curling_env.physics.law import Law, compile_law
 from friction_estimation.discrepancy.candidates import Term
 from friction_estimation.discrepancy.forward import WORK_SHAPE, slide_session
+from friction_estimation.discrepancy.misplacement import Misplacement
 from friction_estimation.discrepancy.session import Session
 
 Floats = NDArray[np.float64]
@@ -39,6 +40,7 @@ class Model:
     terms : effects of the ice and of the measurement
     ln_mu, ln_coupling : see `GLOBALS`
     spread : standard deviation of ln μ from throw to throw
+    misplacement : errors of places that all throws share; None where tracks do not err so
     """
 
     ice: Ice
@@ -46,33 +48,46 @@ class Model:
     ln_mu: float = 0.0
     ln_coupling: float = 0.0
     spread: float = 0.0
+    misplacement: Misplacement | None = None
     steps: dict[tuple[str, str], float] = field(default_factory=dict, repr=False)
 
     @property
+    def misplaced(self) -> slice:
+        """Places of the misplacement's coefficients among the shared parameters."""
+        count = 0 if self.misplacement is None else len(self.misplacement)
+        return slice(len(GLOBALS), len(GLOBALS) + count)
+
+    @property
     def names(self) -> list[tuple[str, str]]:
-        """(term, parameter) of every shared parameter; the globals' term is empty."""
-        return [("", name) for name in GLOBALS] + [
-            (term.label, name) for term in self.terms for name in term.free
-        ]
+        """(term, parameter) of every shared parameter; that of what is no term is empty."""
+        own = self.misplaced
+        fields = [("", f"misplacement_{k}") for k in range(own.stop - own.start)]
+        return (
+            [("", name) for name in GLOBALS]
+            + fields
+            + [(term.label, name) for term in self.terms for name in term.free]
+        )
 
     @property
     def vector(self) -> Floats:
         """Values of the shared parameters in the order of `names`."""
-        values = [self.ln_mu, self.ln_coupling]
+        fields = [] if self.misplacement is None else self.misplacement.values.tolist()
+        values = [self.ln_mu, self.ln_coupling, *fields]
         return np.array(values + [term.values[n] for term in self.terms for n in term.free])
 
     @property
     def bounds(self) -> tuple[Floats, Floats]:
         """Least and largest values of the shared parameters."""
         cards = [term.form.parameter(n) for term in self.terms for n in term.free]
-        low = [-3.0, -1.0, *(p.low for p in cards)]
-        high = [3.0, 1.0, *(p.high for p in cards)]
+        wide = [np.inf] * (self.misplaced.stop - self.misplaced.start)
+        low = [-3.0, -1.0, *(-w for w in wide), *(p.low for p in cards)]
+        high = [3.0, 1.0, *wide, *(p.high for p in cards)]
         return np.array(low), np.array(high)
 
     def at(self, vector: Floats) -> Model:
         """The model with other shared parameters, kept within their bounds."""
         vector = np.clip(vector, *self.bounds)
-        position = len(GLOBALS)
+        position = self.misplaced.stop
         terms: list[Term] = []
         for term in self.terms:
             changed: dict[str, float] = {}
@@ -85,6 +100,7 @@ class Model:
             terms=tuple(terms),
             ln_mu=float(vector[0]),
             ln_coupling=float(vector[1]),
+            misplacement=self.misplacement and self.misplacement.at(vector[self.misplaced]),
         )
 
     def with_terms(self, *terms: Term) -> Model:
@@ -173,6 +189,8 @@ def predict(
         for term in model.terms:
             if term.form.displacement is not None:
                 out[:, :2] += term.form.displacement(true, out[:, 4], term.values)
+        if model.misplacement is not None:
+            out[:, :2] += model.misplacement.displacement(true, out[:, 4])
     return out
 
 
@@ -205,7 +223,13 @@ def sensitivities(
         predict(model, session, states, ln_factors + step)[:, MEASURED] - measured
     ) / step
     columns[:, :, 7] = columns[:, :, 6]  # the map's friction acts as that of every throw
-    for j in range(1, len(vector)):
+    fields = model.misplaced
+    if model.misplacement is not None:
+        columns[:, 2, 7 + fields.start : 7 + fields.stop] = 0.0
+        columns[:, :2, 7 + fields.start : 7 + fields.stop] = model.misplacement.columns(
+            base[:, :2], base[:, 4]
+        )
+    for j in (1, *range(fields.stop, len(vector))):
         step = _step(model, session, states, ln_factors, measured, j)
         moved = vector.copy()
         moved[j] += step

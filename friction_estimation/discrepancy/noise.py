@@ -7,6 +7,10 @@ out is independent and of unit variance, so that one frame counts once.
 
 The size is learnt from what no slide can do: the residuals' part that no slow cosine follows.
 Slow residuals may be an effect the model lacks, and must not be mistaken for noise.
+
+Tracks from film err by what lasts for seconds (`Session.errs_slowly`). Of them only what is slower
+than `FILM_PERIOD` is kept from the noise, which may then remember for seconds; what is slower still
+belongs to places (`misplacement.py`).
 """
 
 from __future__ import annotations
@@ -34,33 +38,49 @@ Floats = NDArray[np.float64]
 
 MEMORY_BOUNDS = (0.05, 0.7)
 """Memory of the fading part [s]; a longer one could not be told from physics."""
+FILM_PERIOD = 6.0
+"""What swings slower than this may be physics, where tracks err slowly [s]: the winding of a stone
+about a point beside its centre is among what is faster, so that such an effect is first taken for
+noise, and found all the same because it winds in step in all throws."""
+SMOOTHED_PERIOD = 2.5
+"""What swings faster than this a smoother has flattened [s]."""
+FILM_MEMORY = (0.05, 2.0)
+"""Memory of the fading part of such tracks [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Noise:
-    """Noise of positions and of the heading.
+    """Noise of x, y and the heading.
 
     Parameters
     ----------
-    white : independent part, of a coordinate and of the heading [m, rad]
+    white : independent part, of x, y and the heading [m, m, rad]
     fading : the part with a memory, likewise
     memory : time in which it fades to 1/e [s]
     """
 
-    white: tuple[float, float]
-    fading: tuple[float, float]
-    memory: tuple[float, float]
+    white: tuple[float, float, float]
+    fading: tuple[float, float, float]
+    memory: tuple[float, float, float]
 
     @property
-    def total(self) -> tuple[float, float]:
-        """Standard deviation of a row [m, rad]."""
-        xy, theta = (float(np.hypot(w, f)) for w, f in zip(self.white, self.fading, strict=True))
-        return xy, theta
+    def total(self) -> Floats:
+        """Standard deviations of a row, (3,) [m, m, rad]."""
+        return np.hypot(self.white, self.fading)
+
+    @property
+    def position(self) -> float:
+        """Standard deviation of a coordinate, x and y taken together [m]."""
+        return float(np.sqrt((self.total[:2] ** 2).mean()))
+
+    @property
+    def remembers(self) -> bool:
+        """Whether positions have a part that fades."""
+        return max(self.fading[:2]) > 0.0
 
     def table(self) -> Floats:
         """(3, 3): white, fading, memory of x, y and theta, for the kernel."""
-        rows = np.array([self.white, self.fading, self.memory]).T
-        return np.ascontiguousarray(rows[[0, 0, 1]])
+        return np.ascontiguousarray(np.array([self.white, self.fading, self.memory]).T)
 
 
 @compiled
@@ -73,7 +93,10 @@ def _whiten(
     memory: float,
     state: Any,
 ) -> float:
-    """Innovations of every column (n, m) under the noise, in place; returns Σ log variance."""
+    """Innovations of every column (n, m) under the noise, in place; returns Σ log variance.
+
+    Both parts of the noise are `sigma` times as large in a row.
+    """
     n, m = columns.shape
     for j in range(m):
         state[j] = 0.0
@@ -93,17 +116,16 @@ def _whiten(
         last = times[i]
         # `prior` carries the filter's variance of the fading part from the row before.
         predicted = keep * keep * prior + fading * fading * (1.0 - keep * keep)
-        noise = white * sigma[i]
-        variance = predicted + noise * noise
+        variance = predicted + white * white
         gain = predicted / variance
         scale = 1.0 / np.sqrt(variance)
         for j in range(m):
             expected = keep * state[j]
-            innovation = columns[i, j] - expected
+            innovation = columns[i, j] / sigma[i] - expected
             state[j] = expected + gain * innovation
             columns[i, j] = innovation * scale
         prior = (1.0 - gain) * predicted
-        log_variance += np.log(variance)
+        log_variance += np.log(variance * sigma[i] * sigma[i])
     return log_variance
 
 
@@ -126,13 +148,23 @@ def whiten_session(
             total += _whiten(
                 columns[first:last, channel, :],
                 times[first:last],
-                sigma[first:last],
+                sigma[first:last, channel // 2],
                 table[channel, 0],
                 table[channel, 1],
                 table[channel, 2],
                 state,
             )
     return total
+
+
+def fast_cosines(t: Floats) -> Floats:
+    """Cosines faster than `SMOOTHED_PERIOD`, which a smoother flattens, (n, K).
+
+    They say nothing of what is slow, and would outvote it.
+    """
+    span = max(float(t[-1] - t[0]), 1e-9)
+    first = int(2 * span / SMOOTHED_PERIOD) + 1
+    return np.cos(np.pi * (t - t[0])[:, None] / span * np.arange(first, len(t) - 1))
 
 
 def fast_part(session: Session, residuals: Floats) -> Floats:
@@ -148,11 +180,16 @@ def fast_part(session: Session, residuals: Floats) -> Floats:
 
 
 def wild_rows(session: Session, residuals: Floats) -> NDArray[np.bool_]:
-    """Rows that do not lie where their neighbours say; never the first of a throw."""
+    """Rows that do not lie where their neighbours say; never the first of a throw.
+
+    None of smoothed tracks: what was wild in them the smoother has left out or spread.
+    """
+    if session.smoothed:
+        return np.zeros(len(residuals), dtype=bool)
     fast = fast_part(session, residuals)
     wild = np.zeros(len(fast), dtype=bool)
     for channel in range(3):
-        values = fast[:, channel] / (session.sigma if channel < 2 else 1.0)
+        values = fast[:, channel] / session.sigma[:, channel // 2]
         known = np.isfinite(values)
         if known.sum() < 20:
             continue
@@ -168,7 +205,8 @@ def estimate_noise(
     """Noise by maximum likelihood of the residuals' fast part.
 
     Slow cosines of each throw are projected out, so that an effect the model lacks does not count
-    as noise.
+    as noise. Raw tracks are taken to err alike in x and y; a film's do not, since a low camera sees
+    one of them foreshortened.
 
     Parameters
     ----------
@@ -178,18 +216,25 @@ def estimate_noise(
     start : an earlier estimate, from which fewer steps are needed
     """
     chosen = np.unique(np.linspace(0, len(session) - 1, min(throws, len(session))).astype(int))
-    found = [
-        _estimate_channel(
+    together = ((0,), (1,), (2,)) if session.errs_slowly else ((0, 1), (2,))
+    found = {
+        channels: _estimate_channel(
             session,
             residuals,
             chosen,
             channels,
-            start and (start.white[k], start.fading[k], start.memory[k]),
+            start
+            and (start.white[channels[0]], start.fading[channels[0]], start.memory[channels[0]]),
         )
-        for k, channels in enumerate(((0, 1), (2,)))
-    ]
-    white, fading, memory = (tuple(values) for values in zip(*found, strict=True))
-    return Noise(white=white, fading=fading, memory=memory)  # pyright: ignore[reportArgumentType]
+        for channels in together
+    }
+    each = [found[channels] for channels in together for _ in channels]
+    white, fading, memory = (tuple(values) for values in zip(*each, strict=True))
+    return Noise(
+        white=white,  # pyright: ignore[reportArgumentType]
+        fading=fading,  # pyright: ignore[reportArgumentType]
+        memory=memory,  # pyright: ignore[reportArgumentType]
+    )
 
 
 def _estimate_channel(
@@ -200,17 +245,21 @@ def _estimate_channel(
     before: tuple[float, float, float] | None,
 ) -> tuple[float, float, float]:
     least = LEAST[channels[0] // 2]
+    slow = session.errs_slowly
+    bounds = FILM_MEMORY if slow else MEMORY_BOUNDS
     parts: list[tuple[Floats, Floats, Floats]] = []
     for i in chosen:
         rows = session.rows(int(i))
         for channel in channels:
             values = residuals[rows, channel]
             known = np.isfinite(values)
-            if known.sum() < 40:
+            if known.sum() < (FEWEST if session.smoothed else 2 * FEWEST):
                 continue
             t = session.times[rows][known]
-            basis = slow_basis(t)
-            sigma = session.sigma[rows][known] if channel < 2 else np.ones(int(known.sum()))
+            basis = slow_basis(t, FILM_PERIOD) if slow else slow_basis(t)
+            if session.smoothed:
+                basis = np.column_stack([basis, fast_cosines(t)])
+            sigma = session.sigma[rows, channel // 2][known]
             parts.append((t, sigma, np.column_stack([basis, values[known]])))
     if not parts:
         return least, 0.0, 0.1
@@ -219,7 +268,7 @@ def _estimate_channel(
 
     def deviance(guess: Floats) -> float:
         white, fading = np.exp(guess[:2])
-        memory = float(np.exp(np.clip(guess[2], *np.log(MEMORY_BOUNDS))))
+        memory = float(np.exp(np.clip(guess[2], *np.log(bounds))))
         total = 0.0
         for t, sigma, columns in parts:
             work = columns.copy()
@@ -228,7 +277,7 @@ def _estimate_channel(
             inner = gram[:-1, :-1] + 1e-9 * np.trace(gram[:-1, :-1]) * np.eye(len(gram) - 1)
             left = gram[-1, -1] - gram[-1, :-1] @ np.linalg.solve(inner, gram[:-1, -1])
             total += log_variance + left + float(np.linalg.slogdet(inner)[1])
-        outside = guess[2] - np.clip(guess[2], *np.log(MEMORY_BOUNDS))
+        outside = guess[2] - np.clip(guess[2], *np.log(bounds))
         return total + 1e3 * outside**2
 
     begins = [(start * np.sqrt(1 - share), start * np.sqrt(share), 0.15) for share in (0.1, 0.9)]
@@ -252,7 +301,7 @@ def _estimate_channel(
         if best is None or found.fun < best.fun:
             best = found
     white, fading = np.exp(best.x[:2])
-    memory = float(np.exp(np.clip(best.x[2], *np.log(MEMORY_BOUNDS))))
+    memory = float(np.exp(np.clip(best.x[2], *np.log(bounds))))
     if fading < 0.05 * white:
         fading = 0.0
     return max(float(white), 0.1 * least), float(fading), memory

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from friction_estimation.discrepancy.candidates import Term, forms
-from friction_estimation.discrepancy.fit import Fit, gram_matrices
+from friction_estimation.discrepancy.fit import Fit, gram_matrices, prior_gram
 from friction_estimation.discrepancy.model import sensitivities
 
 Floats = NDArray[np.float64]
@@ -38,8 +38,8 @@ def find_patch(fitted: Fit) -> Term | None:
     size = nx * ny
     information, pull = np.zeros((size, size)), np.zeros(size)
     shared = len(model.vector)
-    cross_all, inner_all, right_all = np.zeros((size, shared)), np.zeros((shared, shared)), 0.0
-    right_all = np.zeros(shared)
+    prior = prior_gram(model, shared + 1)
+    cross_all, inner_all, right_all = np.zeros((size, shared)), prior[:-1, :-1], prior[:-1, -1]
     residual = fitted.residuals
     for i in range(len(session)):
         rows = session.rows(i)

@@ -19,6 +19,9 @@ TOLERATED_FADING = 1.25
 """The same for noise with a memory, most of which is slower than what it is learnt from. With 16
 throws and a memory of 0.3 s its slow part is found to 8 % (standard deviation, measured): three
 of those."""
+TOLERATED_SLOW = 2.0
+"""The same for tracks that err slowly, whose noise is learnt from what swings within seconds and
+carried on to what lasts for a throw."""
 SURE = 4.0
 """Standard deviations of χ² beyond which residuals are not white."""
 
@@ -104,5 +107,7 @@ def misfit(fitted: Fit, columns: Floats) -> Misfit:
         seen = values > 1e-6 * values.max()
         parts = (vectors[:, seen].T @ left[:-1, -1]) / np.sqrt(values[seen])
         chi2[i], dof[i] = float((parts**2).sum()), float(seen.sum())
-    tolerated = TOLERATED_FADING if noise.fading[0] > 0.0 else TOLERATED
+    tolerated = TOLERATED_FADING if noise.remembers else TOLERATED
+    if session.errs_slowly:
+        tolerated = TOLERATED_SLOW
     return Misfit(chi2=chi2, dof=dof, tolerated=tolerated)

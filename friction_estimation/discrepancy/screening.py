@@ -20,6 +20,7 @@ from friction_estimation.discrepancy.fit import (
     eliminate_states,
     linearise,
     prior_gram,
+    profile_amplitude,
     profile_spread,
     solve_shared,
 )
@@ -94,9 +95,15 @@ def _least(reduced: Floats, fitted: Fit, prior: Floats, kept: list[int]) -> floa
     chosen = np.array([*kept, reduced.shape[1] - 2])
     columns = np.concatenate([[0], chosen + 1])
     part = reduced[:, columns[:, None], columns]
-    spread = fitted.model.spread
-    spreads = np.array([0.0, 2e-4, *np.geomspace(5e-4, 0.3, 12), max(spread, 1e-4)])
-    return profile_spread(part, fitted.ln_factors, prior[np.ix_(chosen, chosen)], spreads)[2]
+    model = fitted.model
+    spreads = np.array([0.0, 2e-4, *np.geomspace(5e-4, 0.3, 12), max(model.spread, 1e-4)])
+    own = prior[np.ix_(chosen, chosen)]
+    spread, _, least = profile_spread(part, fitted.ln_factors, own, spreads)
+    if model.misplacement is None:
+        return least
+    grams, log_terms = eliminate_factor(part, fitted.ln_factors, spread)
+    total = grams.sum(axis=0)
+    return profile_amplitude(model, total, np.arange(len(total)))[1] + float(log_terms.sum())
 
 
 def _project(total: Floats, own: int) -> Floats:

@@ -50,6 +50,9 @@ SIDE_SHIFTS = (-0.3, -0.2, -0.12, -0.06, 0.06, 0.12, 0.2, 0.3)
 NARROWEST = 0.15
 """Narrowest patch [m]: a stone's running band."""
 
+FIRST_NOISE = Noise(white=(0.005, 0.005, 0.02), fading=(0.0, 0.0, 0.0), memory=(0.1, 0.1, 0.1))
+"""Taken until the residuals tell better."""
+
 Progress = Callable[[str, float], None]
 
 
@@ -150,7 +153,7 @@ def fit_with_noise(
     model: Model, session: Session, start: Noise | None = None, begin: Fit | None = None
 ) -> Fit:
     """Fit with the noise learnt from what is left, and wild rows left out."""
-    noise = start or Noise(white=(0.005, 0.02), fading=(0.0, 0.0), memory=(0.1, 0.1))
+    noise = start or FIRST_NOISE
     states = begin.states if begin is not None else None
     factors = begin.ln_factors if begin is not None else None
     first = fit(model, session, noise, states=states, ln_factors=factors)

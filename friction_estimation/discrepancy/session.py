@@ -1,4 +1,8 @@
-"""A session as discovery sees it: the free slides of all throws, laid out for the forward model."""
+"""A session as discovery sees it: the free slides of all throws, laid out for the forward model.
+
+Tracks from films are smoothed, and what is left of their errors is slow. Where they are so smooth
+that neighbouring rows repeat each other, only rows far enough apart to differ are kept.
+"""
 
 from __future__ import annotations
 
@@ -12,9 +16,10 @@ from numpy.typing import NDArray
 from curling_env.errors import InputError
 from curling_env.sheet import HOG_LINE_Y
 from curling_env.trajectory import Trajectory
-from friction_estimation.discrepancy.cleaning import without_wild_rows
+from friction_estimation.discrepancy.cleaning import slow_basis, without_wild_rows
 from friction_estimation.discrepancy.form import Form
 from friction_estimation.discrepancy.measurement import MEASUREMENTS, measurements_through
+from friction_estimation.inversion.noise import Residual, smoothing_time
 from friction_estimation.kinematics import FreeSlide, free_slides
 from friction_estimation.scene import Scene
 
@@ -49,7 +54,10 @@ class Session:
     xy : (rows, 2) [m]
     theta : (rows,) [rad]; NaN where unknown
     swept : (rows,)
-    sigma : (rows,) relative noise of the rows, mean 1
+    sigma : (rows, 2) relative noise of position and heading of the rows, mean 1
+    claimed : standard error of a coordinate that the tracks claim of themselves, median [m]; 0
+        where they claim none
+    smoothed : whether the tracks come smoothed, as those from films do
     starts : (k+1,) first row of each throw
     left_out : why other throws are not here
     measurements : what the camera may have done to them
@@ -66,11 +74,22 @@ class Session:
     swept: Floats
     sigma: Floats
     starts: Indices
+    claimed: float = 0.0
+    smoothed: bool = False
     left_out: tuple[str, ...] = ()
     measurements: tuple[Form, ...] = MEASUREMENTS
 
     def __len__(self) -> int:
         return len(self.throws)
+
+    @property
+    def errs_slowly(self) -> bool:
+        """Whether the tracks may err by what lasts for seconds, and by what belongs to a place.
+
+        A smoothed track has no other errors left, and one that says how wrong it is counts in what
+        all its frames share.
+        """
+        return self.smoothed or self.claimed > 0.0
 
     def rows(self, i: int) -> slice:
         """Rows of the i-th throw."""
@@ -181,16 +200,22 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
         raise InputError(f"no throw lies on the sheet: {off_sheet[0]}")
     slides, reasons = free_slides(on_sheet)
     order_of = {throw: k for k, throw in enumerate(sorted({track.throw for track in tracks}))}
-    kept = [_thinned(slide) for slide in slides]
+    spacing = _smoothing(slides)
+    kept = [_thinned(slide, spacing) for slide in slides]
     counts = [len(rows) for rows in kept]
     pairs = list(zip(slides, kept, strict=True))
-    sigma = [
-        s.track.sigma_xy[rows] if s.track.sigma_xy.size else np.full(len(rows), np.nan)
-        for s, rows in pairs
-    ]
-    relative = np.concatenate(sigma)
-    known = np.isfinite(relative) & (relative > 0)
-    relative = np.where(known, relative, 1.0) / (relative[known].mean() if known.any() else 1.0)
+    position, claimed = _relative(
+        [
+            s.track.sigma_xy[rows] if s.track.sigma_xy.size else np.full(len(rows), np.nan)
+            for s, rows in pairs
+        ]
+    )
+    heading, _ = _relative(
+        [
+            s.track.sigma_theta[rows] if s.track.sigma_theta.size else np.full(len(rows), np.nan)
+            for s, rows in pairs
+        ]
+    )
     return Session(
         throws=np.array([s.track.throw for s in slides], dtype=np.intp),
         orders=np.array([order_of[s.track.throw] for s in slides], dtype=np.intp),
@@ -201,7 +226,9 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
         xy=np.concatenate([s.track.xy[rows] for s, rows in pairs]),
         theta=np.concatenate([s.track.theta[rows] for s, rows in pairs]),
         swept=np.concatenate([s.track.swept[rows] for s, rows in pairs]),
-        sigma=relative,
+        sigma=np.column_stack([position, heading]),
+        claimed=claimed,
+        smoothed=spacing > 0.0,
         starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
         left_out=(*off_sheet, *reasons),
         measurements=MEASUREMENTS if scene is None else measurements_through(scene),
@@ -221,11 +248,33 @@ def _elsewhere(track: Trajectory) -> str:
     return ""
 
 
-def _thinned(slide: FreeSlide) -> Indices:
-    """Rows of a slide, every second or third only where the film is faster than needed."""
+def _relative(claims: Sequence[Floats]) -> tuple[Floats, float]:
+    """Claimed standard errors over their mean, 1 where there is none; and their median or 0."""
+    values = np.concatenate(claims)
+    known = np.isfinite(values) & (values > 0)
+    if not known.any():
+        return np.ones(len(values)), 0.0
+    mean, median = float(values[known].mean()), float(np.median(values[known]))
+    return np.where(known, values / mean, 1.0), median
+
+
+def _smoothing(slides: Sequence[FreeSlide]) -> float:
+    """How far apart rows of the tracks must be for their errors to differ [s]; 0 for raw tracks."""
+    fast: list[Residual] = []
+    for slide in slides:
+        t, xy = slide.track.t[slide.rows], slide.track.xy[slide.rows]
+        basis = slow_basis(t)
+        left = xy - basis @ np.linalg.lstsq(basis, xy, rcond=None)[0]
+        fast += [(t, left[:, axis], np.ones(len(t))) for axis in range(2)]
+    return smoothing_time(fast) if fast else 0.0
+
+
+def _thinned(slide: FreeSlide, spacing: float) -> Indices:
+    """Rows of a slide at least `spacing` apart, and no more than are needed."""
     rows = _from_hog_line(slide)
     t = slide.track.t[rows]
-    every = max(1, round((len(t) - 1) / max(t[-1] - t[0], 1e-9) / FULL_RATE))
+    step = (t[-1] - t[0]) / max(len(t) - 1, 1)
+    every = max(1, round(1.0 / max(step, 1e-9) / FULL_RATE), int(spacing / max(step, 1e-9) + 0.5))
     return rows[::every]
 
 

@@ -103,9 +103,9 @@ def document(found: Discovery) -> dict[str, Any]:
             "mu_follows_p": number(found.structure[1]),
         },
         "noise": {
-            "position_m": number(noise.total[0]),
-            "heading_rad": number(noise.total[1]),
-            "memory_s": number(noise.memory[0] if noise.fading[0] > 0 else 0.0),
+            "position_m": number(noise.position),
+            "heading_rad": number(float(noise.total[2])),
+            "memory_s": number(max(noise.memory[:2]) if noise.remembers else 0.0),
         },
         "candidates": league(found),
         "smallest_detectable": smallest(found),
