@@ -269,6 +269,9 @@ def main() -> None:
     parser.add_argument("--sessions", type=int, default=4, help="per effect, with 16 throws")
     parser.add_argument("--other-throws", type=int, nargs="*", default=[8, 12, 24])
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument(
+        "--film", action="store_true", help="tracks that err as those from films do"
+    )
     parser.add_argument("--kinds", nargs="+", default=list(KINDS), choices=KINDS)
     parser.add_argument("-o", "--output", type=Path, default=Path("runs/blind"))
     arguments = parser.parse_args()
@@ -279,7 +282,12 @@ def main() -> None:
     for k, task in enumerate(tqdm(tasks)):
         rng = np.random.default_rng([arguments.seed, k])
         columns, truth = make_session(
-            task.hidden, rng, throws=task.throws, fresh=FRESH, ways=task.ways
+            task.hidden,
+            rng,
+            throws=task.throws,
+            fresh=FRESH,
+            ways=task.ways,
+            film=arguments.film,
         )
         name = f"{k:04d}"
         seen = np.array(columns["throw"]) < task.throws

@@ -316,6 +316,26 @@ def coloured(n: int, t: Floats, sigma: float, memory: float, rng: np.random.Gene
     return sigma * noise
 
 
+def waves(count: int, rng: np.random.Generator, *, period: float) -> Any:
+    """A smooth random function of unit size with values (n, count): cosines around a period."""
+    number = 2.0 * np.pi / (period * rng.uniform(0.5, 4.0, (24, count)))
+    phase = rng.uniform(0.0, 2.0 * np.pi, (24, count))
+
+    def at(u: Floats) -> Floats:
+        return np.cos(u[:, None, None] * number + phase).sum(axis=1) / math.sqrt(12.0)
+
+    return at
+
+
+FILM_PLACE = 0.002
+"""Of the errors of places that all throws share [m]."""
+FILM_WANDERS = (0.0005, 0.0015, 0.03)
+"""Of the errors of x, y and the heading that last for seconds [m, m, rad]: as measured on films by
+`film_sessions.py`, of a camera above the sheet."""
+FILM_CLAIMS = (0.0023, 0.05)
+"""What the tracks claim of themselves [m, rad]."""
+
+
 def make_session(
     effects: tuple[str, ...],
     rng: np.random.Generator,
@@ -323,6 +343,7 @@ def make_session(
     throws: int = 16,
     fresh: int = 0,
     ways: int = 2,
+    film: bool = False,
 ) -> tuple[dict[str, list[Any]], dict[str, Any]]:
     """Columns of a track file, and the sealed truth.
 
@@ -330,6 +351,7 @@ def make_session(
     ----------
     fresh : throws played on after the session, on the same ice; the last in the columns
     ways : directions of play, 2 or 1
+    film : whether the tracks err as those from films do: smoothly, and all alike at a place
     """
     q = hidden_numbers(rng)
     camera: dict[str, Any] = {}
@@ -344,6 +366,7 @@ def make_session(
     clock = 0.0
     gap = rng.integers(throws // 3, 2 * throws // 3)
     base_mu = q[MU]
+    misplaced = [waves(2, rng, period=20.0) for _ in range(2)] if film else []
     speeds = np.concatenate([speeds, rng.uniform(1.4, 2.9, fresh)])
     for k in range(throws + fresh):
         direction = 1.0 if k % ways == 0 else -1.0
@@ -383,11 +406,19 @@ def make_session(
         swept = (frames >= sweep[0]) & (frames < sweep[1])
         xy = xy * camera.get("scale", 1.0)
         shown = frames * camera.get("time", 1.0)
-        for j in range(2):
-            xy[:, j] += coloured(len(frames), frames, sigma, memory, rng)
-        theta = theta + coloured(len(frames), frames, 0.02, 0.0, rng)
-        wild = rng.random(len(frames)) < outliers
-        xy[wild] += rng.normal(0, 0.15, (int(wild.sum()), 2))
+        if film:
+            wandering = waves(3, rng, period=3.0)(frames) * FILM_WANDERS
+            shared = misplaced[0](xy[:, 1]) + misplaced[1](xy[:, 1]) * xy[:, :1]
+            xy = xy + FILM_PLACE * shared + wandering[:, :2]
+            theta = theta + wandering[:, 2]
+            columns.setdefault("sigma_xy", []).extend([FILM_CLAIMS[0]] * len(frames))
+            columns.setdefault("sigma_theta", []).extend([FILM_CLAIMS[1]] * len(frames))
+        else:
+            for j in range(2):
+                xy[:, j] += coloured(len(frames), frames, sigma, memory, rng)
+            theta = theta + coloured(len(frames), frames, 0.02, 0.0, rng)
+            wild = rng.random(len(frames)) < outliers
+            xy[wild] += rng.normal(0, 0.15, (int(wild.sum()), 2))
         rows = len(frames)
         columns["throw"] += [k] * rows
         columns["t"] += np.round(shown, 4).tolist()

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
@@ -27,7 +26,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from curling_env.storage import make_directory, write_json
-from curling_env.trajectory import Trajectory, read_tracks, write_tracks
+from curling_env.trajectory import Trajectory, write_tracks
 
 Floats = NDArray[np.float64]
 
@@ -94,9 +93,7 @@ def play(session: FilmedSession) -> tuple[list[Trajectory], dict[str, Any]]:
         inside = np.abs(path[rows, 0]) < 2.1  # a stone at the boards is taken off
         rows = rows[: int(np.argmin(inside)) if not inside.all() else len(rows)]
         paths.append(
-            Trajectory(
-                t=rows * STEP, xy=path[rows, :2], theta=path[rows, 4], throw=k, clock=clock
-            )
+            Trajectory(t=rows * STEP, xy=path[rows, :2], theta=path[rows, 4], throw=k, clock=clock)
         )
     return paths, {"effects": truth, "mu": mu}
 

@@ -60,8 +60,8 @@ PAGE = Template("""<!doctype html>
   <figure><img src="$more" alt="more draws"></figure>
 </div>
 <h2>What the model did not know</h2>
-<p>$missing Here nobody was told that stones curl: another ice was tracked with a camera&#8217;s
-noise, and given to <code>curling discover</code> with a model that has no curl. Its report:
+<p>$missing Here nobody was told that stones curl: friction was estimated from the same tracks
+without it, and <code>curling discover</code> was asked what this ice lacks. Its report:
 <a href="discovery/report.html">discovery/report.html</a>.</p>
 <figure><img src="$found_missing" alt="the draw before and after discovery" style="max-width:34rem">
 </figure>

@@ -84,8 +84,10 @@ def run_demo(
     tell("throwing it", 0.87)
     more = _throw_draws(truth, estimated, average, pictures.HOUSE_TARGETS[:draws], tell)
 
-    tell("hiding a curl, and finding it", 0.95)
-    missing = find_what_is_missing(folder / "discovery", BUTTON, seed=seed)
+    tell("forgetting the curl, and finding it", 0.95)
+    missing = find_what_is_missing(
+        folder / "discovery", truth, films.tracks, law, BUTTON, seed=seed
+    )
 
     found = Findings(
         true_ice=truth,

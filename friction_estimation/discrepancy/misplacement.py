@@ -32,8 +32,6 @@ WIDEST = (2e-3, 8e-3)
 """The same in metres at most. A tracker that notices that its lens is wrong claims decimetres."""
 STEPS = 6
 """Amplitudes tried."""
-USUAL_CLAIM = 2e-3
-"""Standard error of smoothed tracks that claim none [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,12 +94,11 @@ def _correlation(y: Floats, nodes: Floats) -> Floats:
 
 def misplacement_of(session: Session) -> Misplacement | None:
     """A field that is still zero, over all places of a session; None where tracks do not err so."""
-    if not session.errs_slowly:
+    if session.claimed <= 0.0:
         return None
     low, high = float(session.xy[:, 1].min()), float(session.xy[:, 1].max())
     nodes = np.linspace(low, high, max(3, int(np.ceil((high - low) / SPACING)) + 1))
-    claim = session.claimed or USUAL_CLAIM
-    least, most = np.minimum(np.array(TIMES_CLAIMED) * claim, WIDEST)
+    least, most = np.minimum(np.array(TIMES_CLAIMED) * session.claimed, WIDEST)
     amplitudes = np.geomspace(least, most, STEPS)
     return Misplacement(
         nodes=nodes,

@@ -1,7 +1,8 @@
 """A session as discovery sees it: the free slides of all throws, laid out for the forward model.
 
-Tracks from films are smoothed, and what is left of their errors is slow. Where they are so smooth
-that neighbouring rows repeat each other, only rows far enough apart to differ are kept.
+Tracks from films say how wrong they are, what all frames share included, and are smoothed. Where
+they are so smooth that neighbouring rows repeat each other, only rows far enough apart to differ
+are kept.
 """
 
 from __future__ import annotations
@@ -16,10 +17,13 @@ from numpy.typing import NDArray
 from curling_env.errors import InputError
 from curling_env.sheet import HOG_LINE_Y
 from curling_env.trajectory import Trajectory
-from friction_estimation.discrepancy.cleaning import slow_basis, without_wild_rows
+from friction_estimation.discrepancy.cleaning import (
+    fast_series,
+    robust_deviation,
+    without_wild_rows,
+)
 from friction_estimation.discrepancy.form import Form
 from friction_estimation.discrepancy.measurement import MEASUREMENTS, measurements_through
-from friction_estimation.inversion.noise import Residual, smoothing_time
 from friction_estimation.kinematics import FreeSlide, free_slides
 from friction_estimation.scene import Scene
 
@@ -29,6 +33,11 @@ Indices = NDArray[np.intp]
 FULL_RATE = 40.0
 """Frames a second that are kept of faster films [1/s]: a slide is smooth over 25 ms, its noise is
 not independent, and time is spent per row."""
+SMOOTHED = 0.3
+"""Jitter from row to row over the claimed standard error below which a track was smoothed: a film's
+has 0.01 to 0.13."""
+SMOOTHED_SPACING = 1.0 / 3.0
+"""Between the rows that are kept of a smoothed track [s]: those between tell nothing new."""
 
 USUAL_SPIN = 1.5
 """Spin taken where no heading was measured [rad/s]; its side cannot matter, for then curl is not
@@ -57,7 +66,7 @@ class Session:
     sigma : (rows, 2) relative noise of position and heading of the rows, mean 1
     claimed : standard error of a coordinate that the tracks claim of themselves, median [m]; 0
         where they claim none
-    smoothed : whether the tracks come smoothed, as those from films do
+    smoothed : whether such tracks come smoothed
     starts : (k+1,) first row of each throw
     left_out : why other throws are not here
     measurements : what the camera may have done to them
@@ -84,12 +93,11 @@ class Session:
 
     @property
     def errs_slowly(self) -> bool:
-        """Whether the tracks may err by what lasts for seconds, and by what belongs to a place.
+        """Whether the tracks may err by what lasts for seconds and by what belongs to a place.
 
-        A smoothed track has no other errors left, and one that says how wrong it is counts in what
-        all its frames share.
+        Only one that says how wrong it is can count in what all its frames share.
         """
-        return self.smoothed or self.claimed > 0.0
+        return self.claimed > 0.0
 
     def rows(self, i: int) -> slice:
         """Rows of the i-th throw."""
@@ -200,22 +208,21 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
         raise InputError(f"no throw lies on the sheet: {off_sheet[0]}")
     slides, reasons = free_slides(on_sheet)
     order_of = {throw: k for k, throw in enumerate(sorted({track.throw for track in tracks}))}
-    spacing = _smoothing(slides)
-    kept = [_thinned(slide, spacing) for slide in slides]
+    claims = [s.track.sigma_xy[s.rows] for s in slides if s.track.sigma_xy.size]
+    claimed = float(np.nanmedian(np.concatenate(claims))) if claims else 0.0
+    smoothed = claimed > 0.0 and _are_smoothed(slides, claimed)
+    kept = [_thinned(slide, SMOOTHED_SPACING if smoothed else 0.0) for slide in slides]
     counts = [len(rows) for rows in kept]
     pairs = list(zip(slides, kept, strict=True))
-    position, claimed = _relative(
-        [
-            s.track.sigma_xy[rows] if s.track.sigma_xy.size else np.full(len(rows), np.nan)
-            for s, rows in pairs
-        ]
-    )
-    heading, _ = _relative(
-        [
-            s.track.sigma_theta[rows] if s.track.sigma_theta.size else np.full(len(rows), np.nan)
-            for s, rows in pairs
-        ]
-    )
+    sigma = [
+        _relative(
+            [column[rows] if column.size else np.full(len(rows), np.nan) for column, rows in c]
+        )
+        for c in (
+            [(s.track.sigma_xy, rows) for s, rows in pairs],
+            [(s.track.sigma_theta, rows) for s, rows in pairs],
+        )
+    ]
     return Session(
         throws=np.array([s.track.throw for s in slides], dtype=np.intp),
         orders=np.array([order_of[s.track.throw] for s in slides], dtype=np.intp),
@@ -226,9 +233,9 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
         xy=np.concatenate([s.track.xy[rows] for s, rows in pairs]),
         theta=np.concatenate([s.track.theta[rows] for s, rows in pairs]),
         swept=np.concatenate([s.track.swept[rows] for s, rows in pairs]),
-        sigma=np.column_stack([position, heading]),
+        sigma=np.column_stack(sigma),
         claimed=claimed,
-        smoothed=spacing > 0.0,
+        smoothed=smoothed,
         starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
         left_out=(*off_sheet, *reasons),
         measurements=MEASUREMENTS if scene is None else measurements_through(scene),
@@ -248,25 +255,22 @@ def _elsewhere(track: Trajectory) -> str:
     return ""
 
 
-def _relative(claims: Sequence[Floats]) -> tuple[Floats, float]:
-    """Claimed standard errors over their mean, 1 where there is none; and their median or 0."""
+def _relative(claims: Sequence[Floats]) -> Floats:
+    """Claimed standard errors over their mean, 1 where there is none."""
     values = np.concatenate(claims)
     known = np.isfinite(values) & (values > 0)
-    if not known.any():
-        return np.ones(len(values)), 0.0
-    mean, median = float(values[known].mean()), float(np.median(values[known]))
-    return np.where(known, values / mean, 1.0), median
+    mean = float(values[known].mean()) if known.any() else 1.0
+    return np.where(known, values / mean, 1.0)
 
 
-def _smoothing(slides: Sequence[FreeSlide]) -> float:
-    """How far apart rows of the tracks must be for their errors to differ [s]; 0 for raw tracks."""
-    fast: list[Residual] = []
-    for slide in slides:
-        t, xy = slide.track.t[slide.rows], slide.track.xy[slide.rows]
-        basis = slow_basis(t)
-        left = xy - basis @ np.linalg.lstsq(basis, xy, rcond=None)[0]
-        fast += [(t, left[:, axis], np.ones(len(t))) for axis in range(2)]
-    return smoothing_time(fast) if fast else 0.0
+def _are_smoothed(slides: Sequence[FreeSlide], claimed: float) -> bool:
+    """Whether tracks jitter so much less from row to row than they claim to err."""
+    jitter = [
+        robust_deviation(fast_series(slide.track.t[slide.rows], slide.track.xy[slide.rows, axis]))
+        for slide in slides
+        for axis in range(2)
+    ]
+    return float(np.median(jitter)) < SMOOTHED * claimed
 
 
 def _thinned(slide: FreeSlide, spacing: float) -> Indices:
