@@ -4,9 +4,9 @@
     python scripts/film_sessions.py judge -o runs/film_sessions
 
 `film` draws sessions with something hidden or nothing (`blind_sessions.py`: its own formulas and
-integrator), films every throw, tracks the films with the right scene and with one whose lens is
-wrong, and keeps the tracks; what is there already is not made again. `judge` runs discovery on the
-tracks and only then opens what was hidden.
+integrator), films every throw, tracks the films with the scene as it is and, of some, with one that
+knows half of the lens's distortion. Tracks that are there are not made again. `judge` runs
+discovery on the tracks, without a scene and with it, and only then opens what was hidden.
 """
 
 from __future__ import annotations
@@ -14,19 +14,26 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 from blind_sessions import HOG, MU, SCATTER, STEP, hidden_numbers, hide, throw_path
 from numpy.typing import NDArray
 from tqdm import tqdm
 
 from curling_env.storage import make_directory, write_json
-from curling_env.trajectory import Trajectory, write_tracks
+from curling_env.trajectory import Trajectory, read_tracks, write_tracks
+from friction_estimation.discrepancy.discovery import discover
+from friction_estimation.discrepancy.verdict import document
+from friction_estimation.scene import load_scene, save_scene
+from friction_estimation.synthetic import FilmSpec, render_film, scene_of
+from friction_estimation.synthetic.cameras import named_camera
+from friction_estimation.tracking import track_film
 
 Floats = NDArray[np.float64]
 
@@ -98,14 +105,12 @@ def play(session: FilmedSession) -> tuple[list[Trajectory], dict[str, Any]]:
     return paths, {"effects": truth, "mu": mu}
 
 
+WRONG_TOO = (1, 2, 4)
+"""Seeds of the sessions that are tracked with a wrong lens as well."""
+
+
 def film_one(session: FilmedSession, folder: Path, k: int) -> None:
     """Film a throw, and track it with the right lens and with a wrong one."""
-    import cv2
-
-    from friction_estimation.scene import load_scene, save_scene
-    from friction_estimation.synthetic import FilmSpec, render_film, scene_of
-    from friction_estimation.tracking import track_film
-
     cv2.setNumThreads(1)
     path = play(session)[0][k]
     rests = np.hypot(*(path.xy[-1] - path.xy[-2])) / (path.t[-1] - path.t[-2]) < 0.02
@@ -136,11 +141,9 @@ def film_one(session: FilmedSession, folder: Path, k: int) -> None:
         )
 
 
-WRONG_TOO = (1, 2, 4)
-
-
 def make_films(folder: Path, workers: int) -> None:
-    pending = []
+    """Film and track all sessions, throw by throw."""
+    pending: list[Future[None]] = []
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
         for session in SESSIONS:
             place = make_directory(folder / session.name)
@@ -152,10 +155,61 @@ def make_films(folder: Path, workers: int) -> None:
             job.result()
 
 
+def verdict_on(place: Path, lens: str, *, with_scene: bool) -> str | None:
+    """A row of the table for one session's tracks; None where they are not complete."""
+    files = [place / f"{k}.{lens}.csv" for k in range(THROWS)]
+    if not all(file.exists() for file in files):
+        return None
+    tracks = [track for file in files for track in read_tracks(file)]
+    scene = load_scene(place / f"{lens}.scene.json") if with_scene else None
+    begun = time.process_time()
+    found = discover(tracks, scene=scene)
+    seconds = time.process_time() - begun
+    report = document(found)
+    hidden = json.loads((place / "truth.json").read_text())["effects"]
+    named = [effect["name"] for effect in report["effects"]]
+    sizes: list[str] = []
+    for effect in report["effects"]:
+        for name, got in effect["parameters"].items():
+            true = hidden.get(effect["name"], {}).get(name)
+            if name.startswith("lens_"):
+                own = named_camera(place.name.split("-")[1], FilmSpec().resolved().size).distortion
+                true = (1.0 - LENS_SHARE) * own[("k1", "k2", "p1", "p2").index(name[5:])]
+            if true is not None and got["stderr"] > 0.0:
+                off = (got["value"] - true) / got["stderr"]
+                sizes.append(f"{name} {got['value']:.4g} ± {got['stderr']:.1g} ({off:+.1f} σ)")
+    row = (
+        place.name,
+        lens,
+        "yes" if with_scene else "no",
+        ", ".join(named) or "nothing",
+        "; ".join(sizes),
+        f"{seconds:.1f}",
+    )
+    return "| " + " | ".join(row) + " |"
+
+
+def judge(folder: Path) -> None:
+    """Print what discovery says of every session's tracks, as Markdown."""
+    print("| hidden, camera, seed | lens | scene given | named | found (off by) | CPU s |")
+    print("|---|---|---|---|---|---|")
+    for session in SESSIONS:
+        for lens in ("right", "wrong"):
+            for with_scene in (False, True):
+                row = verdict_on(folder / session.name, lens, with_scene=with_scene)
+                if row is not None:
+                    print(row, flush=True)
+
+
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
     parser.add_argument("step", choices=("film", "judge"))
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("-o", "--output", type=Path, default=Path("runs/film_sessions"))
-    a = parser.parse_args()
-    make_films(a.output, a.workers)
+    arguments = parser.parse_args()
+    if arguments.step == "film":
+        make_films(arguments.output, arguments.workers)
+    else:
+        judge(arguments.output)

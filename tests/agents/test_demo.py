@@ -95,13 +95,19 @@ def test_the_hidden_areas_are_read_from_measured_paths() -> None:
         assert true[area.cells].mean() == pytest.approx(area.difference, abs=0.02)
 
 
-def test_a_hidden_curl_is_named_and_the_draw_lands(tmp_path: Path) -> None:
+def test_a_hidden_curl_is_named_and_the_draw_lands(tmp_path: Path, as_filmed) -> None:
     target = np.array([0.0, TEE_Y])
-    missing = find_what_is_missing(tmp_path / "discovery", target, seed=3)
+    truth = hidden_ice(np.random.default_rng(3))
+    releases = practice_throws(8, np.random.default_rng(4))
+    paths = [slide(truth, r, fps=15, throw=k).trajectory for k, r in enumerate(releases)]
+    law = replace(load_ice("standard"), stone=truth.stone)
+    missing = find_what_is_missing(
+        tmp_path / "discovery", truth, as_filmed(paths, 5), law, target, seed=3
+    )
     assert missing.names == ["curl"]
     assert missing.miss_before > 0.5
-    assert missing.miss_after < 0.1
-    for name in ("tracks.csv", "report.json", "report.html", "ice.json"):
+    assert missing.miss_after < 0.25
+    for name in ("report.json", "report.html", "ice.json"):
         assert (tmp_path / "discovery" / name).stat().st_size > 100
 
 
