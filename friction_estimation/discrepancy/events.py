@@ -13,6 +13,7 @@ from friction_estimation.discrepancy.fit import (
     prior_gram,
     solve_shared,
 )
+from friction_estimation.discrepancy.residuals import doubt_of
 from friction_estimation.discrepancy.session import Session
 
 SURPRISING = 6.0
@@ -37,7 +38,7 @@ def odd_throws(best: Fit, session: Session) -> NDArray[np.intp]:
     """
     whole = fit(best.model, session, best.noise)
     values = np.isfinite(session.observed).sum(axis=1)
-    dof = np.add.reduceat(values, session.starts[:-1]).astype(np.float64)
+    dof = np.add.reduceat(values, session.starts[:-1]) * doubt_of(session)
     odd: list[int] = []
     excess = _excess_without(whole, odd, dof)
     if excess < SURPRISING * np.sqrt(2.0 * dof.sum()):
