@@ -129,39 +129,42 @@ def prior_gram(model: Model, size: int) -> Floats:
     gram[at, at] = COUPLING_SIGMA**-2
     gram[at, -1] = gram[-1, at] = -model.ln_coupling / COUPLING_SIGMA**2
     gram[-1, -1] = (model.ln_coupling / COUPLING_SIGMA) ** 2
-    if model.misplacement is not None:
+    if model.misplacement:
         own, places = model.misplacement, np.arange(size)[model.misplaced]
-        gram[places, places] += own.amplitude**-2
-        gram[places, -1] = gram[-1, places] = -own.values / own.amplitude**2
-        gram[-1, -1] += float(own.values @ own.values) / own.amplitude**2
+        precision = own.deviations**-2
+        gram[places, places] += precision
+        gram[places, -1] = gram[-1, places] = -own.values * precision
+        gram[-1, -1] += float(own.values**2 @ precision)
     return gram
 
 
-def width_cost(model: Model, total: Floats, amplitude: float) -> float:
-    """What F pays for integrating over a misplacement's coefficients: ln |1 + A² information|.
+def width_cost(model: Model, total: Floats) -> float:
+    """What F pays for integrating over a misplacement's coefficients: ln |1 + their information|.
 
     Parameters
     ----------
     total : Gram matrix of all throws, without priors
     """
-    information = total[model.misplaced, model.misplaced]
-    return float(np.linalg.slogdet(np.eye(len(information)) + amplitude**2 * information)[1])
+    if not model.misplacement:
+        return 0.0
+    sizes = model.misplacement.deviations
+    information = total[model.misplaced, model.misplaced] * sizes[:, None] * sizes
+    return float(np.linalg.slogdet(np.eye(len(sizes)) + information)[1])
 
 
-def profile_amplitude(model: Model, total: Floats, kept: NDArray[np.intp]) -> tuple[float, float]:
+def profile_amplitude(model: Model, total: Floats) -> tuple[float, float]:
     """The amplitude of the misplacement that minimises F, and that part of F.
 
     Parameters
     ----------
     total : Gram matrix of all throws, without priors, of the shared parameters and the residual
-    kept : the shared parameters that are free, with the residual
     """
     assert model.misplacement is not None
     best = (model.misplacement.amplitude, np.inf)
     for amplitude in model.misplacement.amplitudes:
         other = replace(model, misplacement=replace(model.misplacement, amplitude=float(amplitude)))
         whole = total + prior_gram(other, len(total))
-        value = solve_shared(whole[np.ix_(kept, kept)])[1] + width_cost(model, total, amplitude)
+        value = solve_shared(whole)[1] + width_cost(other, total)
         if value < best[1]:
             best = (float(amplitude), value)
     return best
@@ -317,9 +320,7 @@ def _deviance(model: Model, reduced: Floats, ln_factors: Floats, prior: Floats) 
     """F at the present parameters, with releases and factors at their best."""
     grams, log_terms = eliminate_factor(reduced, ln_factors, model.spread)
     deviance = float(grams[:, -1, -1].sum() + log_terms.sum() + prior[-1, -1])
-    if model.misplacement is not None:
-        deviance += width_cost(model, grams.sum(axis=0), model.misplacement.amplitude)
-    return deviance
+    return deviance + width_cost(model, grams.sum(axis=0))
 
 
 def _step(
@@ -336,8 +337,8 @@ def _step(
         spread, step, _ = profile_spread(reduced, ln_factors, prior, spreads)
         bands, _ = eliminate_factor(reduced, ln_factors, spread)
         total = bands.sum(axis=0)
-        if model.misplacement is not None:
-            amplitude, _ = profile_amplitude(model, total, np.arange(len(total)))
+        if model.misplacement:
+            amplitude, _ = profile_amplitude(model, total)
             model = replace(model, misplacement=replace(model.misplacement, amplitude=amplitude))
             prior = prior_gram(model, len(total))
             step, _ = solve_shared(total + prior)

@@ -44,17 +44,20 @@ class Misplacement:
     nodes : (n,) along the sheet [m]
     amplitudes : that may be tried [m]
     amplitude : standard deviation of each coordinate on the centre line [m]
-    values : (4 n + 2,) coefficients, each of standard deviation `amplitude`; the last two are
-        ahead of the centre and to the left of the heading
+    values : (4 n + 2,) coefficients; the last two are ahead of the centre and to the left of the
+        heading
+    held : whether the coefficients stay as they are, and are no parameters of a fit
     """
 
     nodes: Floats
     amplitudes: Floats
     amplitude: float
     values: Floats
+    held: bool = False
 
     def __len__(self) -> int:
-        return len(self.values)
+        """Coefficients that a fit may change."""
+        return 0 if self.held else len(self.values)
 
     @cached_property
     def _root(self) -> Floats:
@@ -82,6 +85,17 @@ class Misplacement:
     def _shape(self, xy: Floats) -> Floats:
         along = _correlation(xy[:, 1], self.nodes) @ self._root
         return np.concatenate([along, along * xy[:, :1]], axis=1)
+
+    @property
+    def deviations(self) -> Floats:
+        """Prior standard deviation of each coefficient, (4 n + 2,) [m].
+
+        That which turns with the stone stays at the least amplitude: more is a tracked point beside
+        the centre, and to be found.
+        """
+        out = np.full(len(self.values), self.amplitude)
+        out[-2:] = self.amplitudes[0]
+        return out
 
     def at(self, values: Floats) -> Misplacement:
         """With other coefficients."""

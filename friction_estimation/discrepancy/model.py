@@ -54,7 +54,7 @@ class Model:
     @property
     def misplaced(self) -> slice:
         """Places of the misplacement's coefficients among the shared parameters."""
-        count = 0 if self.misplacement is None else len(self.misplacement)
+        count = len(self.misplacement) if self.misplacement else 0
         return slice(len(GLOBALS), len(GLOBALS) + count)
 
     @property
@@ -71,7 +71,7 @@ class Model:
     @property
     def vector(self) -> Floats:
         """Values of the shared parameters in the order of `names`."""
-        fields = [] if self.misplacement is None else self.misplacement.values.tolist()
+        fields = self.misplacement.values.tolist() if self.misplacement else []
         values = [self.ln_mu, self.ln_coupling, *fields]
         return np.array(values + [term.values[n] for term in self.terms for n in term.free])
 
@@ -100,7 +100,9 @@ class Model:
             terms=tuple(terms),
             ln_mu=float(vector[0]),
             ln_coupling=float(vector[1]),
-            misplacement=self.misplacement and self.misplacement.at(vector[self.misplaced]),
+            misplacement=self.misplacement.at(vector[self.misplaced])
+            if self.misplacement
+            else self.misplacement,
         )
 
     def with_terms(self, *terms: Term) -> Model:
@@ -224,7 +226,7 @@ def sensitivities(
     ) / step
     columns[:, :, 7] = columns[:, :, 6]  # the map's friction acts as that of every throw
     fields = model.misplaced
-    if model.misplacement is not None:
+    if model.misplacement:
         columns[:, 2, 7 + fields.start : 7 + fields.stop] = 0.0
         columns[:, :2, 7 + fields.start : 7 + fields.stop] = model.misplacement.columns(
             base[:, :2], base[:, 4]

@@ -8,7 +8,7 @@ anew: chance must rarely do as well as the best of all such effects.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,7 +70,11 @@ def prove(
     held_out : throws that no fit has seen, which count as well
     whole : all throws, for effects that are seen only between throws
     """
-    without = refit(fitted, fitted.model.without(label))
+    model = fitted.model.without(label)
+    if model.misplacement and fitted.model.term(label).form.kind == "measurement":
+        # Errors of places would stand in for it in every throw; selection has weighed the two.
+        model = replace(model, misplacement=replace(model.misplacement, held=True))
+    without = refit(fitted, model)
     improvements = left_out_scores(without) - left_out_scores(fitted)
     throws = fitted.session.throws
     if len(held_out):

@@ -99,11 +99,11 @@ def _least(reduced: Floats, fitted: Fit, prior: Floats, kept: list[int]) -> floa
     spreads = np.array([0.0, 2e-4, *np.geomspace(5e-4, 0.3, 12), max(model.spread, 1e-4)])
     own = prior[np.ix_(chosen, chosen)]
     spread, _, least = profile_spread(part, fitted.ln_factors, own, spreads)
-    if model.misplacement is None:
+    if not model.misplacement:
         return least
     grams, log_terms = eliminate_factor(part, fitted.ln_factors, spread)
     total = grams.sum(axis=0)
-    return profile_amplitude(model, total, np.arange(len(total)))[1] + float(log_terms.sum())
+    return profile_amplitude(model, total)[1] + float(log_terms.sum())
 
 
 def _project(total: Floats, own: int) -> Floats:

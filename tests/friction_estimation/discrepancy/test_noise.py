@@ -41,7 +41,7 @@ def test_a_slow_misfit_is_not_taken_for_noise(make_session, rng):
 def test_whitened_noise_is_white_and_of_unit_size(make_session, rng):
     session = open_session(make_session())
     residual = residuals_of(session, 0.005, 0.3, rng)
-    noise = Noise(white=(1e-6, 1e-6), fading=(0.005, 0.005), memory=(0.3, 0.3))
+    noise = Noise(white=3 * (1e-6,), fading=3 * (0.005,), memory=3 * (0.3,))
     work = residual[:, :, None].copy()
     table = noise.table()
     whiten_session(work, session.times, session.sigma, session.starts, table, np.empty(1))
