@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -26,6 +27,10 @@ DEFAULT_FPS = 30.0
 """Taken where neither the film nor the scene says anything usable."""
 SEEK_BEYOND = 40
 """A jump of fewer frames is quicker made by decoding them: a seek goes back to a whole picture."""
+KEYS_SUFFICE = 0.8
+"""Share of the frames asked for that a film's whole pictures must make up to be taken instead."""
+CAPTURE_OPTIONS = "OPENCV_FFMPEG_CAPTURE_OPTIONS"
+"""Environment variable that OpenCV reads when it opens a film; it takes these options no other way."""
 TIMES_SUFFIX = ".times.csv"
 """Added to a film's name: a table with the time of every frame, where its container lost them."""
 
@@ -112,8 +117,46 @@ class Film:
                 yield t, frame
 
     def sample(self, count: int) -> list[tuple[float, Image]]:
-        """About `count` frames spread evenly over the film, with approximate times [s]."""
+        """About `count` frames spread evenly over the film, with approximate times [s].
+
+        Where there are enough of them, these are the film's whole pictures: the frames between are
+        stored as changes, and need not be decoded then.
+        """
+        keys = self._whole_pictures(count)
+        if len(keys) >= KEYS_SUFFICE * min(count, self.frame_count):
+            return keys
         return self.pick(np.linspace(0, self.frame_count - 1, count).round().astype(int).tolist())
+
+    def index_at(self, t: float) -> int:
+        """The number of the frame nearest to a time [s], as far as the film's rate tells."""
+        if self.times:
+            index = int(np.searchsorted(self.times, t - 0.5 / self.fps))
+        else:
+            index = round(t * self.fps)
+        return min(max(index, 0), self.frame_count - 1)
+
+    def _whole_pictures(self, count: int) -> list[tuple[float, Image]]:
+        """At most `count` of the frames that stand for themselves, with approximate times [s]."""
+        frames: list[tuple[float, Image]] = []
+        with _capture(self.path, "avdiscard;nonkey") as capture:
+            said = capture.get(cv2.CAP_PROP_FPS)
+            step, due = (self.frame_count - 1) / max(count - 1, 1), 0.0
+            while capture.grab():
+                stamp = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
+                index = round(stamp * said)
+                if index < due - step / 2:
+                    continue
+                due = max(due + step, index + step / 2)
+                ok, frame = capture.retrieve()
+                if ok and (frame.shape[1], frame.shape[0]) == self.size:
+                    frames.append((self._time_of(index, stamp), frame))
+        return frames
+
+    def _time_of(self, index: int, stamp: float) -> float:
+        """Time of a frame whose number and time the container tells [s]."""
+        if index < len(self.times):
+            return self.times[index]
+        return index / self.fps if self.fps_given else stamp
 
     def pick(self, wanted: Sequence[int]) -> list[tuple[float, Image]]:
         """The frames of these numbers that the film has, with approximate times [s]."""
@@ -121,10 +164,7 @@ class Film:
 
     def between(self, low: float, high: float, step: float) -> Iterator[tuple[float, Image]]:
         """Frames from one time to another about a step apart, with approximate times [s]."""
-        first, last = (
-            max(round(low * self.fps), 0),
-            min(round(high * self.fps), self.frame_count - 1),
-        )
+        first, last = self.index_at(low), self.index_at(high)
         return self.picked(range(first, last + 1, max(1, round(step * self.fps))))
 
     def picked(self, wanted: Sequence[int]) -> Iterator[tuple[float, Image]]:
@@ -141,9 +181,7 @@ class Film:
                 at = index + 1
                 if ok and (frame.shape[1], frame.shape[0]) == self.size:
                     stamp = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
-                    if index < len(self.times):
-                        stamp = self.times[index]
-                    yield index / self.fps if self.fps_given else stamp, frame
+                    yield self._time_of(index, stamp), frame
 
 
 def save_times(film: str | Path, times: Sequence[float]) -> None:
@@ -176,8 +214,17 @@ def is_stream(source: str) -> bool:
 
 
 @contextmanager
-def _capture(path: Path) -> Iterator[cv2.VideoCapture]:
-    capture = cv2.VideoCapture(str(path))
+def _capture(path: Path, options: str | None = None) -> Iterator[cv2.VideoCapture]:
+    before = os.environ.get(CAPTURE_OPTIONS)
+    if options is not None:
+        os.environ[CAPTURE_OPTIONS] = options
+    try:
+        capture = cv2.VideoCapture(str(path))
+    finally:
+        if before is None:
+            os.environ.pop(CAPTURE_OPTIONS, None)
+        else:
+            os.environ[CAPTURE_OPTIONS] = before
     try:
         if not capture.isOpened():
             raise InputError("not a film that can be decoded", source=path)

@@ -15,10 +15,11 @@ from friction_estimation.appearance.fit import (
     channels_of,
     fit_stone,
 )
+from friction_estimation.appearance.kernels import robust_misfit
 from friction_estimation.appearance.model import StoneModel, Window, window_at
 from friction_estimation.appearance.painting import (
+    Planes,
     blurred,
-    over,
     painted,
     shares,
     tinted,
@@ -120,12 +121,12 @@ def keep_near(exposure: Exposure, look: Appearance) -> None:
         exposure.behind = np.ascontiguousarray(exposure.behind[within.ravel()])
 
 
-def cover_of(exposure: Exposure, look: Appearance) -> Floats:
+def cover_of(exposure: Exposure, look: Appearance) -> Planes:
     """What each part covers of every pixel, see `shares`."""
     return shares(exposure.window, look.model.shape(), exposure.pose, with_handle=look.has_handle)
 
 
-def rendered(cover: Floats, behind: Floats, colours: Floats) -> Floats:
+def rendered(cover: Planes, behind: Floats, colours: Floats) -> Floats:
     per_channel = cover[[0, 1, 1]]  # brightness is sharp, both colour differences are not
     parts = per_channel[:, :, :-1]
     bare = 1 - parts.sum(axis=2).T
@@ -133,14 +134,7 @@ def rendered(cover: Floats, behind: Floats, colours: Floats) -> Floats:
     return behind * bare + np.einsum("cnk,kc->nc", parts, colours)
 
 
-def seen_with(exposure: Exposure, look: Appearance, planes: Floats) -> Floats:
-    """The picture that a painting makes, (n, 3) channels."""
-    light = tinted(planes, look.colours)
-    seen = blurred(light, exposure.window, look.model.shape())
-    return exposure.behind + over(seen, exposure.behind)
-
-
-def planes_of(exposure: Exposure, look: Appearance) -> Floats:
+def planes_of(exposure: Exposure, look: Appearance) -> Planes:
     return painted(exposure.window, look.model.shape(), exposure.pose, with_handle=look.has_handle)
 
 
@@ -149,11 +143,11 @@ def weights_of(residual: Floats, noise: Floats) -> Floats:
     return 1 / (1 + total / (3 * OUTLIER_AT**2)) ** 2
 
 
-def cost_of(exposure: Exposure, look: Appearance, planes: Floats) -> float:
+def cost_of(exposure: Exposure, look: Appearance, planes: Planes) -> float:
     """Robust misfit of one exposure to a painting of the stone."""
-    residual = exposure.picture - seen_with(exposure, look, planes)
-    squares = np.sum((residual / look.noise) ** 2, axis=1)
-    return float(np.sum(squares / (1 + squares / (3 * OUTLIER_AT**2))))
+    light = tinted(planes, look.colours)
+    seen = blurred(light, exposure.window, look.model.shape())
+    return robust_misfit(exposure.picture, exposure.behind, seen, look.noise, OUTLIER_AT)
 
 
 def total_misfit(exposures: Sequence[Exposure], look: Appearance) -> float:

@@ -6,14 +6,15 @@ Robust Gauss-Newton on place and heading: a pixel that neither the stone nor the
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from friction_estimation.appearance.kernels import pose_equations
+from friction_estimation.appearance.kernels import pose_step
 from friction_estimation.appearance.model import StoneModel, Window, window_at
-from friction_estimation.appearance.painting import blurred, painted, tinted, turn_handle
+from friction_estimation.appearance.painting import Planes, blurred, painted, tinted, turn_handle
 from friction_estimation.camera import Camera
 
 Floats = NDArray[np.float64]
@@ -28,8 +29,10 @@ PIXEL_CORRELATION = 4.0
 """Neighbouring residuals agree (blur, compression): as many pixels as make one independent one."""
 MAX_ITERATIONS = 12
 MAX_PAINTINGS = 8
-NEGLIGIBLE_STEP = 0.1
-"""A step of less than this share of a standard error ends the fit."""
+NEGLIGIBLE_STEP = 0.3
+"""A step of less than this share of a standard error ends the fit; the next would be far less."""
+STEADY_PX = 0.5
+"""What a turn changes in the picture stays as it is while the picture moves by less."""
 REPAINT_AT_PX = 0.7
 REPAINT_TURN = 0.15
 """Beyond these shifts [px] and turns [rad] a moved picture no longer is that of a moved stone."""
@@ -104,65 +107,72 @@ def fit_stone(
     -------
     (3,) best place and heading; (3, 3) covariance; misfit; visible share: see `StoneFit`
     """
-    pose = np.array(start, dtype=np.float64)
     model, shape = appearance.model, appearance.model.shape()
     metre = window.scale[0] + 0.5 * model.height * window.scale[1]
     px = np.linalg.inv(metre)
-    size = 3 if appearance.has_handle else 2
-    slow = np.zeros((5, 3, *window.shape))
-    normal, right, totals = np.empty((3, 3)), np.empty(3), np.empty(4)
-    damped = np.eye(size)
+    (ux, uy), (vx, vy) = px.tolist()
+    turns = appearance.has_handle
+    size = 3 if turns else 2
+    slow = np.zeros((5, 3, *window.shape), dtype=np.float32)
+    step, inverse, totals = np.empty(3), np.empty((3, 3)), np.empty(5)
+    x, y, theta = np.asarray(start, dtype=np.float64).tolist()
     done = False
     for _ in range(MAX_PAINTINGS):
-        begun = pose.copy()
         # The stone is painted once and its picture moved; a long way asks for another painting.
-        planes = painted(window, shape, begun, with_handle=appearance.has_handle)
-        light = tinted(planes, appearance.colours)
-        turning = None
-        if appearance.has_handle:
-            turn_handle(planes, window, shape, begun + np.array([0.0, 0.0, SMALL_TURN]))
-            turning = (tinted(planes, appearance.colours) - light) / SMALL_TURN
-        moved, far, turned = np.zeros(3), 0.0, 0.0
+        x0, y0, theta0 = x, y, theta
+        light, turning = _painted_light(window, appearance, x0, y0, theta0)
+        slow_at = (np.inf, np.inf)
+        far, turned = 0.0, 0.0
         for _ in range(MAX_ITERATIONS):
-            shift = px @ moved[:2]
-            shift_px = (float(shift[0]), float(shift[1]))
-            seen = blurred(light, window, shape, shift_px, sloped=True)
-            if turning is not None:
-                slow = blurred(turning, window, shape, shift_px)
-            pose_equations(
+            at = (ux * (x - x0) + uy * (y - y0), vx * (x - x0) + vy * (y - y0))
+            seen = blurred(light, window, shape, at, sloped=True)
+            if turning is not None and math.dist(at, slow_at) > STEADY_PX:
+                slow, slow_at = blurred(turning, window, shape, at), at
+            pose_step(
                 picture,
                 behind,
                 seen,
                 slow,
-                moved[2],
+                theta - theta0,
                 px,
                 appearance.noise,
                 OUTLIER_AT,
-                normal,
-                right,
+                size,
+                step,
+                inverse,
                 totals,
             )
-            damped = normal[:size, :size] + np.diag(1e-4 * np.diag(normal)[:size] + 1e-6)
-            step = np.linalg.solve(damped, right[:size])
-            gain = float(step @ right[:size])  # in squared standard errors
-            shrink = min(1.0, LONGEST_STEP / (np.hypot(step[0], step[1]) + 1e-12))
-            if size == 3:
-                shrink = min(shrink, LONGEST_TURN / (abs(step[2]) + 1e-12))
-            pose[:size] += shrink * step
-            moved = pose - begun
-            done = gain < NEGLIGIBLE_STEP**2 * size
-            far, turned = float(np.linalg.norm(px @ moved[:2])), abs(moved[2])
+            dx, dy, dtheta = step.tolist()
+            shrink = min(1.0, LONGEST_STEP / (math.hypot(dx, dy) + 1e-12))
+            shrink = min(shrink, LONGEST_TURN / (abs(dtheta) + 1e-12))
+            x, y, theta = x + shrink * dx, y + shrink * dy, theta + shrink * dtheta
+            done = totals[4] < NEGLIGIBLE_STEP**2 * size
+            far = math.hypot(ux * (x - x0) + uy * (y - y0), vx * (x - x0) + vy * (y - y0))
+            turned = abs(theta - theta0)
             if done or far > 2 * REPAINT_AT_PX or turned > 2 * REPAINT_TURN:
                 break
         if done and far < REPAINT_AT_PX and turned < REPAINT_TURN:
             break
-    covariance = np.zeros((3, 3))
-    covariance[2, 2] = np.inf
-    squares, weights, stone_pixels, seen_pixels = totals.tolist()
+    squares, weights, stone_pixels, seen_pixels = totals[:4].tolist()
     spread = max(squares / max(weights, 1.0), 0.01)
-    covariance[:size, :size] = PIXEL_CORRELATION * spread * np.linalg.inv(damped)
-    misfit = float(np.sqrt(squares / max(weights, 1e-9)))
-    return pose, covariance, misfit, seen_pixels / max(stone_pixels, 1e-9)
+    covariance = PIXEL_CORRELATION * spread * inverse
+    if not turns:
+        covariance[2, 2] = np.inf
+    misfit = math.sqrt(squares / max(weights, 1e-9))
+    return np.array([x, y, theta]), covariance, misfit, seen_pixels / max(stone_pixels, 1e-9)
+
+
+def _painted_light(
+    window: Window, appearance: Appearance, x: float, y: float, theta: float
+) -> tuple[Planes, Planes | None]:
+    """A stone's tinted planes, and their derivative by the heading where it has one."""
+    shape, colours = appearance.model.shape(), appearance.colours
+    planes = painted(window, shape, np.array([x, y, theta]), with_handle=appearance.has_handle)
+    light = tinted(planes, colours)
+    if not appearance.has_handle:
+        return light, None
+    turn_handle(planes, window, shape, np.array([x, y, theta + SMALL_TURN]))
+    return light, (tinted(planes, colours) - light) / np.float32(SMALL_TURN)
 
 
 def measure(

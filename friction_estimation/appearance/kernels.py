@@ -65,7 +65,7 @@ NECK_LEVELS = 2
 MIRROR_NODES = 5
 FINE = 2
 """Into how many parts a pixel's side is cut when a stone is painted: with soft edges two err by
-less than half a grey level on average, and four by no less."""
+less than half a grey level on average, and four by no less. `blur` is written for two."""
 PARTS = 5
 PLANES = PARTS + 1
 """Foot, side, bevel, top, handle; and the light that the ice has lost, where it is seen."""
@@ -122,7 +122,7 @@ def _px_per_metre(dx, dy, z, scale):
 
 
 @compiled
-def paint_body(x, y, shape, foot, lean, scale, rows, columns, fine, planes):
+def paint_body(x, y, shape, foot, lean, scale, rows, columns, planes):
     """What part of the body is seen in every fine pixel of a window, as if it had no handle.
 
     Parameters
@@ -130,102 +130,120 @@ def paint_body(x, y, shape, foot, lean, scale, rows, columns, fine, planes):
     x, y : place of the stone, sheet frame [m]
     shape : (26,) see `SHAPE_PARAMETERS`
     foot, lean, scale, rows, columns : of a `Window`
-    fine : fine pixels along a pixel's side
-    planes : (6, rows·fine, columns·fine), of which the first four are filled with the shares of
+    planes : (6, rows·FINE, columns·FINE), of which the first four are filled with the shares of
         foot, side, bevel and top. What the ice mirrors of the body counts as foot and side
     """
     radius, height = shape[0], shape[1]
-    nodes, turned = np.empty((NODES, 2)), np.zeros(NODES)
+    nodes, turned, slopes = np.empty((NODES, 2)), np.zeros(NODES), np.zeros(NODES)
     _outline(shape, nodes, turned)
+    for k in range(NODES - 1):
+        rise = nodes[k + 1, 0] - nodes[k, 0]
+        slopes[k] = (nodes[k + 1, 1] - nodes[k, 1]) / rise if rise > 1e-9 else 0.0
     widest = np.abs(scale[0]).max() + height * np.abs(scale[1]).max()
     reach = radius + widest
     top_z, top_r = nodes[NODES - 1, 0], nodes[NODES - 1, 1]
-    surely_top = max(top_r - widest, 0.0)
+    surely_top = max(top_r - 2 * widest, 0.0)
     values = np.empty(NODES)
-    for i in range(rows * fine):
-        row = i // fine
+    for row in range(rows):
         below = min(row, rows - 2)
-        down = (i + 0.5) / fine - 0.5 - below
-        for j in range(columns * fine):
-            for k in range(4):
-                planes[k, i, j] = 0.0
-            column = j // fine
+        for column in range(columns):
             right = min(column, columns - 2)
-            along = (j + 0.5) / fine - 0.5 - right
             a = below * columns + right
-            fx = foot[a, 0] + along * (foot[a + 1, 0] - foot[a, 0])
-            fx += down * (foot[a + columns, 0] - foot[a, 0]) - x
-            fy = foot[a, 1] + along * (foot[a + 1, 1] - foot[a, 1])
-            fy += down * (foot[a + columns, 1] - foot[a, 1]) - y
+            i0, j0 = row * FINE, column * FINE
             lx, ly = lean[row * columns + column, 0], lean[row * columns + column, 1]
+            fx, fy = foot[row * columns + column, 0] - x, foot[row * columns + column, 1] - y
+            # Most pixels are all top or all ice; their fine ones need no closer look.
             ox, oy = fx + top_z * lx, fy + top_z * ly
-            if ox * ox + oy * oy < surely_top * surely_top:
-                planes[3, i, j] = 1.0
+            whole = 1.0 if ox * ox + oy * oy < surely_top * surely_top else 0.0
+            c2 = lx * lx + ly * ly
+            c1 = fx * lx + fy * ly
+            z = min(max(-c1 / (c2 + 1e-12), -height), height)
+            away = fx * fx + fy * fy + z * (2 * c1 + z * c2)
+            if whole > 0.0 or away > (reach + 3 * widest) ** 2:
+                for m in range(FINE):
+                    for n in range(FINE):
+                        planes[0, i0 + m, j0 + n] = 0.0
+                        planes[1, i0 + m, j0 + n] = 0.0
+                        planes[2, i0 + m, j0 + n] = 0.0
+                        planes[3, i0 + m, j0 + n] = whole
                 continue
-            c0, c1, c2 = fx * fx + fy * fy, fx * lx + fy * ly, lx * lx + ly * ly
-            # nearest approach of the line of sight to the stone's axis, within its height
-            z = min(max(-c1 / (c2 + 1e-12), 0.0), height)
-            cover, seen = 0.0, -1
-            if c0 + z * (2 * c1 + z * c2) < reach * reach:
-                for k in range(NODES):
-                    z, r = nodes[k, 0], nodes[k, 1]
-                    values[k] = c0 + z * (2 * c1 + z * c2) - r * r
-                nearest, z_nearest, r_nearest, strip = 1e18, 0.0, 1.0, 0
-                seen = NODES - 1 if values[NODES - 1] <= 0 else -1
-                for k in range(NODES - 2, -1, -1):
-                    rise = nodes[k + 1, 0] - nodes[k, 0]
-                    least, at = values[k], 0.0
-                    if values[k + 1] < least:
-                        least, at = values[k + 1], 1.0
-                    if rise > 1e-9:
-                        slope = (nodes[k + 1, 1] - nodes[k, 1]) / rise
-                        second = c2 - slope * slope
-                        first = c1 + c2 * nodes[k, 0] - slope * nodes[k, 1]
-                        if second > 0 and first < 0 and -first < second * rise:
-                            least, at = values[k] - first * first / second, -first / second / rise
-                    if seen < 0 and least <= 0:
-                        seen = k
-                    r = nodes[k, 1] + at * (nodes[k + 1, 1] - nodes[k, 1])
-                    if least / r < nearest:
-                        nearest, r_nearest, strip = least / r, r, k
-                        z_nearest = nodes[k, 0] + at * rise
-                dx, dy = fx + z_nearest * lx, fy + z_nearest * ly
-                rho = math.sqrt(max(nearest * r_nearest + r_nearest * r_nearest, 0.0))
-                distance = (rho - r_nearest) * _px_per_metre(dx, dy, z_nearest, scale)
-                cover = _ramp(distance * fine)
-                if seen < 0:
-                    seen = strip
-            if cover > 0:
-                rho = math.sqrt(ox * ox + oy * oy)
-                top = cover
-                if rho > 0.2 * top_r:
-                    top *= _ramp((rho - top_r) * _px_per_metre(ox, oy, top_z, scale) * fine)
-                planes[3, i, j] = top
-                side = cover - top
-                strip = min(seen, NODES - 2)
-                rounded = 2 if strip > FOOT_STRIPS else 0
-                planes[rounded, i, j] = side * turned[strip]
-                planes[1, i, j] = side * (1 - turned[strip])
-            if cover < 1 and shape[21] > 0.0:
-                z = min(max(c1 / (c2 + 1e-12), 0.0), height)
-                if c0 - z * (2 * c1 - z * c2) < (reach + 2 * widest) ** 2:
-                    image = 1e9
-                    for m in range(MIRROR_NODES):
-                        k = m * (NODES - 1) // (MIRROR_NODES - 1)
-                        z = nodes[k, 0]
-                        dx, dy = fx - z * lx, fy - z * ly
-                        distance = math.sqrt(dx * dx + dy * dy) - nodes[k, 1]
-                        image = min(image, distance * _px_per_metre(dx, dy, -z, scale))
-                    if image < 1.0:  # pebble spreads the mirror image
-                        steep = 1.0 - 1.0 / math.sqrt(1.0 + c2)
-                        share = shape[21] * (NORMAL_MIRROR + (1.0 - NORMAL_MIRROR) * steep**5)
-                        share *= (1 - cover) * _ramp(0.5 * image)
-                        planes[0, i, j] += 0.5 * share
-                        planes[1, i, j] += 0.5 * share
+            for m in range(FINE):
+                down = row + (m + 0.5) / FINE - 0.5 - below
+                for n in range(FINE):
+                    i, j = i0 + m, j0 + n
+                    along = column + (n + 0.5) / FINE - 0.5 - right
+                    fx = foot[a, 0] + along * (foot[a + 1, 0] - foot[a, 0])
+                    fx += down * (foot[a + columns, 0] - foot[a, 0]) - x
+                    fy = foot[a, 1] + along * (foot[a + 1, 1] - foot[a, 1])
+                    fy += down * (foot[a + columns, 1] - foot[a, 1]) - y
+                    c0, c1 = fx * fx + fy * fy, fx * lx + fy * ly
+                    for k in range(4):
+                        planes[k, i, j] = 0.0
+                    # nearest approach of the line of sight to the stone's axis, within its height
+                    z = min(max(-c1 / (c2 + 1e-12), 0.0), height)
+                    cover, seen = 0.0, -1
+                    if c0 + z * (2 * c1 + z * c2) < reach * reach:
+                        for k in range(NODES):
+                            z, r = nodes[k, 0], nodes[k, 1]
+                            values[k] = c0 + z * (2 * c1 + z * c2) - r * r
+                        nearest, z_nearest, r_nearest, strip = 1e18, 0.0, 1.0, 0
+                        seen = NODES - 1 if values[NODES - 1] <= 0 else -1
+                        for k in range(NODES - 2, -1, -1):
+                            rise = nodes[k + 1, 0] - nodes[k, 0]
+                            least, at = values[k], 0.0
+                            if values[k + 1] < least:
+                                least, at = values[k + 1], 1.0
+                            if rise > 1e-9:
+                                second = c2 - slopes[k] * slopes[k]
+                                first = c1 + c2 * nodes[k, 0] - slopes[k] * nodes[k, 1]
+                                if second > 0 and first < 0 and -first < second * rise:
+                                    at = -first / second
+                                    least = values[k] + first * at
+                                    at /= rise
+                            if seen < 0 and least <= 0:
+                                seen = k
+                            r = nodes[k, 1] + at * (nodes[k + 1, 1] - nodes[k, 1])
+                            if least < nearest * r:
+                                nearest, r_nearest, strip = least / r, r, k
+                                z_nearest = nodes[k, 0] + at * rise
+                        dx, dy = fx + z_nearest * lx, fy + z_nearest * ly
+                        rho = math.sqrt(max(nearest * r_nearest + r_nearest * r_nearest, 0.0))
+                        distance = (rho - r_nearest) * _px_per_metre(dx, dy, z_nearest, scale)
+                        cover = _ramp(distance * FINE)
+                        if seen < 0:
+                            seen = strip
+                    if cover > 0:
+                        ox, oy = fx + top_z * lx, fy + top_z * ly
+                        rho = math.sqrt(ox * ox + oy * oy)
+                        top = cover
+                        if rho > 0.2 * top_r:
+                            top *= _ramp((rho - top_r) * _px_per_metre(ox, oy, top_z, scale) * FINE)
+                        planes[3, i, j] = top
+                        side = cover - top
+                        strip = min(seen, NODES - 2)
+                        rounded = 2 if strip > FOOT_STRIPS else 0
+                        planes[rounded, i, j] = side * turned[strip]
+                        planes[1, i, j] = side * (1 - turned[strip])
+                    if cover < 1 and shape[21] > 0.0:
+                        z = min(max(c1 / (c2 + 1e-12), 0.0), height)
+                        if c0 - z * (2 * c1 - z * c2) < (reach + 2 * widest) ** 2:
+                            image = 1e9
+                            for q in range(MIRROR_NODES):
+                                k = q * (NODES - 1) // (MIRROR_NODES - 1)
+                                z = nodes[k, 0]
+                                dx, dy = fx - z * lx, fy - z * ly
+                                distance = math.sqrt(dx * dx + dy * dy) - nodes[k, 1]
+                                image = min(image, distance * _px_per_metre(dx, dy, -z, scale))
+                            if image < 1.0:  # pebble spreads the mirror image
+                                steep = 1.0 - 1.0 / math.sqrt(1.0 + c2)
+                                share = NORMAL_MIRROR + (1.0 - NORMAL_MIRROR) * steep**5
+                                share *= shape[21] * (1 - cover) * _ramp(0.5 * image)
+                                planes[0, i, j] += 0.5 * share
+                                planes[1, i, j] += 0.5 * share
 
 
 @compiled
-def paint_shade(x, y, shape, foot, rows, columns, fine, planes):
+def paint_shade(x, y, shape, foot, rows, columns, planes):
     """What light the ice lacks in every fine pixel where it is seen beside the body.
 
     Parameters
@@ -233,90 +251,108 @@ def paint_shade(x, y, shape, foot, rows, columns, fine, planes):
     as of `paint_body`, whose four planes are read; the last plane is filled
     """
     contact_from = shape[0] - 0.5 * shape[2]
-    for i in range(rows * fine):
-        below = min(i // fine, rows - 2)
-        down = (i + 0.5) / fine - 0.5 - below
-        for j in range(columns * fine):
+    contact_ends = contact_from + 3.0 * shape[20]
+    shadow_ends = shape[14] + 3.0 * shape[15]
+    for i in range(rows * FINE):
+        below = min(i // FINE, rows - 2)
+        down = (i + 0.5) / FINE - 0.5 - below
+        for j in range(columns * FINE):
             planes[5, i, j] = 0.0
             bare = 1.0 - planes[0, i, j] - planes[1, i, j] - planes[2, i, j] - planes[3, i, j]
-            if bare < 1e-9:
+            if bare < 1e-6:
                 continue
-            right = min(j // fine, columns - 2)
-            along = (j + 0.5) / fine - 0.5 - right
+            right = min(j // FINE, columns - 2)
+            along = (j + 0.5) / FINE - 0.5 - right
             a = below * columns + right
             fx = foot[a, 0] + along * (foot[a + 1, 0] - foot[a, 0])
             fx += down * (foot[a + columns, 0] - foot[a, 0]) - x
             fy = foot[a, 1] + along * (foot[a + 1, 1] - foot[a, 1])
             fy += down * (foot[a + columns, 1] - foot[a, 1]) - y
-            gap = max(math.sqrt(fx * fx + fy * fy) - contact_from, 0.0) / shape[20]
-            light = 1.0
-            if gap < 3.0:
+            light, square = 1.0, fx * fx + fy * fy
+            if square < contact_ends * contact_ends:
+                gap = max(math.sqrt(square) - contact_from, 0.0) / shape[20]
                 light -= shape[19] * math.exp(-gap * gap)
             dx, dy = fx - shape[12], fy - shape[13]
-            distance = math.sqrt(dx * dx + dy * dy) - shape[14]
-            if distance < 3 * shape[15]:
+            square = dx * dx + dy * dy
+            if square < shadow_ends * shadow_ends:
+                distance = math.sqrt(square) - shape[14]
                 light *= 1 - shape[16] * 0.5 * math.erfc(distance / shape[15] * math.sqrt(0.5))
             planes[5, i, j] = bare * (1 - light)
 
 
 @compiled
-def paint_handle(x, y, theta, shape, foot, lean, scale, rows, columns, fine, handle):
+def paint_handle(x, y, theta, shape, foot, lean, scale, rows, columns, handle):
     """The share of every fine pixel that the handle covers.
 
     Parameters
     ----------
     theta : heading of the stone [rad]; the others as of `paint_body`
-    handle : (rows·fine, columns·fine), filled
+    handle : (rows·FINE, columns·FINE), filled
     """
     height = shape[1]
     handle_z = height + shape[6]
     cosine, sine = math.cos(theta), math.sin(theta)
     widest = np.abs(scale[0]).max() + handle_z * np.abs(scale[1]).max()
-    for i in range(rows * fine):
-        row = i // fine
+    reach_front, reach_back = max(shape[8], shape[7] + shape[25]), shape[7]
+    half_width, collar = 0.5 * shape[9], shape[22] + widest
+    for row in range(rows):
         below = min(row, rows - 2)
-        down = (i + 0.5) / fine - 0.5 - below
-        for j in range(columns * fine):
-            handle[i, j] = 0.0
-            column = j // fine
+        for column in range(columns):
             right = min(column, columns - 2)
-            along = (j + 0.5) / fine - 0.5 - right
             a = below * columns + right
-            fx = foot[a, 0] + along * (foot[a + 1, 0] - foot[a, 0])
-            fx += down * (foot[a + columns, 0] - foot[a, 0]) - x
-            fy = foot[a, 1] + along * (foot[a + 1, 1] - foot[a, 1])
-            fy += down * (foot[a + columns, 1] - foot[a, 1]) - y
+            i0, j0 = row * FINE, column * FINE
             lx, ly = lean[row * columns + column, 0], lean[row * columns + column, 1]
-            ax, ay = fx + height * lx, fy + height * ly
-            extent = 0.16 + shape[6] * (abs(lx) + abs(ly)) + widest
-            if ax * ax + ay * ay >= extent * extent:
+            fx = foot[row * columns + column, 0] - x + height * lx
+            fy = foot[row * columns + column, 1] - y + height * ly
+            # Where a line of sight comes by handle and collar at all, between top and handle.
+            play = 2 * widest + shape[6] * (abs(lx) + abs(ly))
+            forward, aside = cosine * fx + sine * fy, abs(cosine * fy - sine * fx)
+            by_bar = (
+                aside < half_width + play and reach_back - play < forward < reach_front + play
+            )
+            rise = shape[23]
+            near = collar + widest + rise * (abs(lx) + abs(ly))
+            by_collar = fx * fx + fy * fy < near * near
+            if not by_bar and not by_collar:
+                for m in range(FINE):
+                    for n in range(FINE):
+                        handle[i0 + m, j0 + n] = 0.0
                 continue
-            share = 0.0
-            for k in range(3):
-                z = height + 0.5 * k * shape[23]
-                dx, dy = fx + z * lx, fy + z * ly
-                distance = math.sqrt(dx * dx + dy * dy) - shape[22]
-                if distance < widest:
-                    distance *= _px_per_metre(dx, dy, z, scale) * fine
-                    share = max(share, _ramp(distance))
-            for k in range(GRIP_LEVELS + NECK_LEVELS):
-                if share >= 1.0:
-                    break
-                front = shape[8]
-                z = handle_z - shape[17] * k / (GRIP_LEVELS - 1)
-                if k >= GRIP_LEVELS:
-                    front = shape[7] + shape[25]
-                    up = (k - GRIP_LEVELS + 0.5) / NECK_LEVELS
-                    z = height + max(shape[6] - shape[17], 0.0) * up
-                dx, dy = fx + z * lx, fy + z * ly
-                forward, aside = cosine * dx + sine * dy, -sine * dx + cosine * dy
-                ahead = abs(forward - 0.5 * (shape[7] + front)) - 0.5 * (front - shape[7])
-                beside = abs(aside) - 0.5 * shape[9]
-                if ahead < widest and beside < widest:
-                    ahead *= _px_per_metre(cosine, sine, z, scale) * fine
-                    beside *= _px_per_metre(-sine, cosine, z, scale) * fine
-                    share = max(share, _ramp(ahead) * _ramp(beside))
-            handle[i, j] = share
+            for m in range(FINE):
+                down = row + (m + 0.5) / FINE - 0.5 - below
+                for n in range(FINE):
+                    along = column + (n + 0.5) / FINE - 0.5 - right
+                    fx = foot[a, 0] + along * (foot[a + 1, 0] - foot[a, 0])
+                    fx += down * (foot[a + columns, 0] - foot[a, 0]) - x
+                    fy = foot[a, 1] + along * (foot[a + 1, 1] - foot[a, 1])
+                    fy += down * (foot[a + columns, 1] - foot[a, 1]) - y
+                    share = 0.0
+                    for k in range(3 if by_collar else 0):
+                        z = height + 0.5 * k * rise
+                        dx, dy = fx + z * lx, fy + z * ly
+                        square = dx * dx + dy * dy
+                        if square < collar * collar:
+                            distance = math.sqrt(square) - shape[22]
+                            distance *= _px_per_metre(dx, dy, z, scale) * FINE
+                            share = max(share, _ramp(distance))
+                    for k in range(GRIP_LEVELS + NECK_LEVELS if by_bar else 0):
+                        if share >= 1.0:
+                            break
+                        front = shape[8]
+                        z = handle_z - shape[17] * k / (GRIP_LEVELS - 1)
+                        if k >= GRIP_LEVELS:
+                            front = shape[7] + shape[25]
+                            up = (k - GRIP_LEVELS + 0.5) / NECK_LEVELS
+                            z = height + max(shape[6] - shape[17], 0.0) * up
+                        dx, dy = fx + z * lx, fy + z * ly
+                        forward, aside = cosine * dx + sine * dy, -sine * dx + cosine * dy
+                        ahead = abs(forward - 0.5 * (shape[7] + front)) - 0.5 * (front - shape[7])
+                        beside = abs(aside) - half_width
+                        if ahead < widest and beside < widest:
+                            ahead *= _px_per_metre(cosine, sine, z, scale) * FINE
+                            beside *= _px_per_metre(-sine, cosine, z, scale) * FINE
+                            share = max(share, _ramp(ahead) * _ramp(beside))
+                    handle[i0 + m, j0 + n] = share
 
 
 @compiled
@@ -331,98 +367,112 @@ def tint(planes, handle, colours, tinted):
     tinted : (5, height, width) filled with the stone's brightness and the share of the ice's that
         is lost behind it and in its shade; its two colours and the share of the ice's lost
     """
+    one = np.float32(1.0)
     for i in range(handle.shape[0]):
+        foot, side, bevel, top = planes[0, i], planes[1, i], planes[2, i], planes[3, i]
+        shade, grip = planes[5, i], handle[i]
+        lost, light = tinted[1, i], tinted[4, i]
         for j in range(handle.shape[1]):
-            h = handle[i, j]
-            free = 1.0 - h
-            luma, blue, red, cover = 0.0, 0.0, 0.0, 0.0
-            for k in range(4):
-                share = planes[k, i, j]
-                cover += share
-                luma += share * colours[k, 0]
-                blue += share * colours[k, 1]
-                red += share * colours[k, 2]
-            tinted[0, i, j] = free * luma + h * colours[4, 0]
-            tinted[1, i, j] = free * (cover + planes[5, i, j]) + h
-            tinted[2, i, j] = free * blue + h * colours[4, 1]
-            tinted[3, i, j] = free * red + h * colours[4, 2]
-            tinted[4, i, j] = free * cover + h
+            free = one - grip[j]
+            cover = foot[j] + side[j] + bevel[j] + top[j]
+            lost[j] = free * (cover + shade[j]) + grip[j]
+            light[j] = free * cover + grip[j]
+        for channel in range(3):
+            out = tinted[channel + 1 if channel else 0, i]
+            a, b, c = colours[0, channel], colours[1, channel], colours[2, channel]
+            d, e = colours[3, channel], colours[4, channel]
+            for j in range(handle.shape[1]):
+                own = foot[j] * a + side[j] * b + bevel[j] * c + top[j] * d
+                out[j] = (one - grip[j]) * own + grip[j] * e
 
 
 @compiled
-def blur(planes, rows, columns, fine, sigma, shift_u, shift_v, sloped, out):
+def blur(planes, rows, columns, sigma, shift_u, shift_v, sloped, out):
     """Fine planes as the camera's pixels see them, moved by a shift.
 
     Parameters
     ----------
-    planes : (p, rows·fine, columns·fine)
+    planes : (p, rows·FINE, columns·FINE)
     sigma : of the point spread [px]
     shift_u, shift_v : by how much the planes are moved [px]
     sloped : whether derivatives are asked for
     out : (p, 3, rows, columns) filled with values and their derivatives by both shifts; without
         slopes only with values
     """
-    taps = 2 * math.ceil(BLUR_REACH * sigma * fine) + 1
-    weights, slopes = np.empty((2, taps)), np.empty((2, taps))
+    # Taps are taken four at a time, so that sums stay in registers; the last ones may weigh nothing.
+    needed = 2 * math.ceil(BLUR_REACH * sigma * FINE) + 1
+    taps = 4 * ((needed + 3) // 4)
+    weights, slopes = np.zeros((2, taps), np.float32), np.zeros((2, taps), np.float32)
     first = np.empty(2, np.int64)
     for axis in range(2):  # all pixels have the same weights: they lie alike among fine ones
-        centre = 0.5 * fine - 0.5 - (shift_v if axis == 0 else shift_u) * fine
-        first[axis] = math.floor(centre - 0.5 * (taps - 1))
+        centre = 0.5 * FINE - 0.5 - (shift_v if axis == 0 else shift_u) * FINE
+        first[axis] = math.floor(centre - 0.5 * (needed - 1))
         total = 0.0
-        for q in range(taps):
-            away = (first[axis] + q - centre) / (fine * sigma)
-            weights[axis, q] = math.exp(-0.5 * away * away)
+        for q in range(needed):
+            away = (first[axis] + q - centre) / (FINE * sigma)
+            total += math.exp(-0.5 * away * away)
+        for q in range(needed):
+            away = (first[axis] + q - centre) / (FINE * sigma)
+            weights[axis, q] = math.exp(-0.5 * away * away) / total
             slopes[axis, q] = -weights[axis, q] * away / sigma
-            total += weights[axis, q]
-        for q in range(taps):
-            weights[axis, q] /= total
-            slopes[axis, q] /= total
-    height, width = rows * fine, columns * fine
+    height, width = rows * FINE, columns * FINE
     # Upright first. Fine pixels of one phase then lie side by side, so that all sums run along
     # memory.
-    span = columns + taps // fine + 2
-    lines, phases = np.empty((2, width)), np.empty((2, fine, span))
-    sums = np.empty((3, columns))
+    span = columns + taps // FINE + 1
+    lines, phases = np.empty((2, width), np.float32), np.empty((2, FINE, span), np.float32)
     for p in range(planes.shape[0]):
         for row in range(rows):
             lines[:] = 0.0
-            for q in range(taps):
-                source = planes[p, min(max(row * fine + first[0] + q, 0), height - 1)]
-                weight, slope = weights[0, q], slopes[0, q]
+            plain, upright = lines[0], lines[1]
+            for q in range(0, taps, 4):
+                top = row * FINE + first[0] + q
+                s0 = planes[p, min(max(top, 0), height - 1)]
+                s1 = planes[p, min(max(top + 1, 0), height - 1)]
+                s2 = planes[p, min(max(top + 2, 0), height - 1)]
+                s3 = planes[p, min(max(top + 3, 0), height - 1)]
+                w0, w1 = weights[0, q], weights[0, q + 1]
+                w2, w3 = weights[0, q + 2], weights[0, q + 3]
+                for j in range(width):
+                    plain[j] += w0 * s0[j] + w1 * s1[j] + w2 * s2[j] + w3 * s3[j]
                 if sloped:
+                    w0, w1 = slopes[0, q], slopes[0, q + 1]
+                    w2, w3 = slopes[0, q + 2], slopes[0, q + 3]
                     for j in range(width):
-                        lines[0, j] += weight * source[j]
-                        lines[1, j] += slope * source[j]
-                else:
-                    for j in range(width):
-                        lines[0, j] += weight * source[j]
-            for f in range(fine):
-                for m in range(span):
-                    j = min(max(first[1] + m * fine + f, 0), width - 1)
-                    phases[0, f, m] = lines[0, j]
-                    phases[1, f, m] = lines[1, j]
-            sums[:] = 0.0
-            for q in range(taps):
-                m = q // fine
-                weight, slope = weights[1, q], slopes[1, q]
-                plain = phases[0, q % fine, m : m + columns]
-                if sloped:
-                    upright = phases[1, q % fine, m : m + columns]
-                    for column in range(columns):
-                        sums[0, column] += weight * plain[column]
-                        sums[1, column] += slope * plain[column]
-                        sums[2, column] += weight * upright[column]
-                else:
-                    for column in range(columns):
-                        sums[0, column] += weight * plain[column]
+                        upright[j] += w0 * s0[j] + w1 * s1[j] + w2 * s2[j] + w3 * s3[j]
+            for d in range(2 if sloped else 1):
+                line = lines[d]
+                for f in range(FINE):
+                    phase, start = phases[d, f], first[1] + f
+                    inner = min(max(-(start // FINE), 0), span)
+                    outer = max(min((width - 1 - start) // FINE + 1, span), inner)
+                    for m in range(inner):
+                        phase[m] = line[0]
+                    part = line[start + inner * FINE :]
+                    for m in range(outer - inner):
+                        phase[inner + m] = part[m * FINE]
+                    for m in range(outer, span):
+                        phase[m] = line[width - 1]
             for d in range(3 if sloped else 1):
-                for column in range(columns):
-                    out[p, d, row, column] = sums[d, column]
+                total = out[p, d, row]
+                total[:] = 0.0
+                own = slopes[1] if d == 1 else weights[1]
+                even, odd = phases[1 if d == 2 else 0, 0], phases[1 if d == 2 else 0, 1]
+                for q in range(0, taps, 4):
+                    m = q // FINE
+                    e0, e1 = even[m : m + columns], even[m + 1 : m + 1 + columns]
+                    o0, o1 = odd[m : m + columns], odd[m + 1 : m + 1 + columns]
+                    w0, w1, w2, w3 = own[q], own[q + 1], own[q + 2], own[q + 3]
+                    for column in range(columns):
+                        total[column] += (
+                            w0 * e0[column] + w1 * o0[column] + w2 * e1[column] + w3 * o1[column]
+                        )
 
 
 @compiled
-def pose_equations(picture, behind, seen, slow, turn, px, noise, outlier_at, normal, right, totals):
-    """Weighted normal equations of a stone's place and heading in one window.
+def pose_step(
+    picture, behind, seen, slow, turn, px, noise, outlier_at, size, step, covariance, totals
+):
+    """One Gauss-Newton step of a stone's place and heading in one window.
 
     Parameters
     ----------
@@ -432,62 +482,153 @@ def pose_equations(picture, behind, seen, slow, turn, px, noise, outlier_at, nor
     turn : how far the heading is from that of the painting [rad]
     px : (2, 2) pixels per metre on the ice
     noise : (3,) of each channel
-    normal, right : (3, 3) and (3,) filled
-    totals : (4,) filled with the sums of weighted squares and of weights, and of the stone's
-        pixels and of those that are seen
+    size : 3, or 2 for a stone without a heading
+    step, covariance : (3,) and (3, 3) filled; of independent pixels
+    totals : (5,) filled with the sums of weighted squares and of weights, of the stone's pixels
+        and of those that are seen, and the squared standard errors that the step gains
     """
     columns = seen.shape[3]
-    residual, slopes = np.empty(3), np.empty((3, 3))
-    normal[:] = 0.0
-    right[:] = 0.0
-    totals[:] = 0.0
+    outlier = 1.0 / (3.0 * outlier_at**2)
+    n0, n1, n2 = 1.0 / noise[0], 1.0 / noise[1], 1.0 / noise[2]
+    nxx, nxy, nyy, nxt, nyt, ntt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    rx, ry, rt = 0.0, 0.0, 0.0
+    squares, weights, stone, visible = 0.0, 0.0, 0.0, 0.0
     for i in range(picture.shape[0]):
         row, column = i // columns, i % columns
         total = 0.0
+        uu, uv, vv, ut, vt, tt, u, v, t = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for channel in range(3):
             ice = behind[i, channel]
             at = channel + 1 if channel else 0
             hidden = 4 if channel else 1
-            sigma = noise[channel]
+            scale = n2 if channel == 2 else (n1 if channel == 1 else n0)
             value = ice + seen[at, 0, row, column] - ice * seen[hidden, 0, row, column]
-            by_u = seen[at, 1, row, column] - ice * seen[hidden, 1, row, column]
-            by_v = seen[at, 2, row, column] - ice * seen[hidden, 2, row, column]
-            by_turn = slow[at, 0, row, column] - ice * slow[hidden, 0, row, column]
-            slopes[0, channel] = (by_u * px[0, 0] + by_v * px[1, 0]) / sigma
-            slopes[1, channel] = (by_u * px[0, 1] + by_v * px[1, 1]) / sigma
-            slopes[2, channel] = by_turn / sigma
-            residual[channel] = (picture[i, channel] - value - turn * by_turn) / sigma
-            total += residual[channel] ** 2
-        weight = 1.0 / (1.0 + total / (3.0 * outlier_at**2)) ** 2
-        totals[0] += weight * total / 3.0
-        totals[1] += weight
-        totals[2] += seen[4, 0, row, column]
-        totals[3] += weight * seen[4, 0, row, column]
-        for p in range(3):
-            for channel in range(3):
-                right[p] += weight * slopes[p, channel] * residual[channel]
-                for q in range(p + 1):
-                    normal[p, q] += weight * slopes[p, channel] * slopes[q, channel]
+            by_u = scale * (seen[at, 1, row, column] - ice * seen[hidden, 1, row, column])
+            by_v = scale * (seen[at, 2, row, column] - ice * seen[hidden, 2, row, column])
+            by_turn = scale * (slow[at, 0, row, column] - ice * slow[hidden, 0, row, column])
+            residual = scale * (picture[i, channel] - value) - turn * by_turn
+            total += residual * residual
+            uu += by_u * by_u
+            uv += by_u * by_v
+            vv += by_v * by_v
+            ut += by_u * by_turn
+            vt += by_v * by_turn
+            tt += by_turn * by_turn
+            u += by_u * residual
+            v += by_v * residual
+            t += by_turn * residual
+        weight = 1.0 / (1.0 + total * outlier)
+        weight *= weight
+        squares += weight * total / 3.0
+        weights += weight
+        stone += seen[4, 0, row, column]
+        visible += weight * seen[4, 0, row, column]
+        nxx += weight * uu
+        nxy += weight * uv
+        nyy += weight * vv
+        nxt += weight * ut
+        nyt += weight * vt
+        ntt += weight * tt
+        rx += weight * u
+        ry += weight * v
+        rt += weight * t
+    # From pixels to metres, damped a little, and solved by cofactors.
+    a, b, c, d = px[0, 0], px[0, 1], px[1, 0], px[1, 1]
+    xx = a * a * nxx + 2 * a * c * nxy + c * c * nyy
+    xy = a * b * nxx + (a * d + b * c) * nxy + c * d * nyy
+    yy = b * b * nxx + 2 * b * d * nxy + d * d * nyy
+    xt, yt = a * nxt + c * nyt, b * nxt + d * nyt
+    gx, gy = a * rx + c * ry, b * rx + d * ry
+    xx, yy, tt = 1.0001 * xx + 1e-6, 1.0001 * yy + 1e-6, 1.0001 * ntt + 1e-6
+    if size == 2:
+        xt, yt, tt, rt = 0.0, 0.0, 1.0, 0.0
+    covariance[0, 0] = yy * tt - yt * yt
+    covariance[0, 1] = xt * yt - xy * tt
+    covariance[0, 2] = xy * yt - xt * yy
+    covariance[1, 1] = xx * tt - xt * xt
+    covariance[1, 2] = xy * xt - xx * yt
+    covariance[2, 2] = xx * yy - xy * xy
+    det = xx * covariance[0, 0] + xy * covariance[0, 1] + xt * covariance[0, 2]
     for p in range(3):
-        for q in range(p):
-            normal[q, p] = normal[p, q]
+        for q in range(p, 3):
+            covariance[p, q] /= det
+            covariance[q, p] = covariance[p, q]
+    for p in range(3):
+        step[p] = covariance[p, 0] * gx + covariance[p, 1] * gy + covariance[p, 2] * rt
+    totals[0], totals[1], totals[2], totals[3] = squares, weights, stone, visible
+    totals[4] = step[0] * gx + step[1] * gy + step[2] * rt
+
+
+@compiled
+def lay_over(seen, behind, added):
+    """Fill in what the stone adds to the ice's picture and takes from it.
+
+    Parameters
+    ----------
+    seen : (5, 3, rows, columns) of `blur`, of which the values count
+    behind : (3, rows, columns) channels of the ice
+    added : (3, rows, columns)
+    """
+    for row in range(seen.shape[2]):
+        for channel in range(3):
+            light = seen[channel + 1 if channel else 0, 0, row]
+            hidden = seen[4 if channel else 1, 0, row]
+            ice, out = behind[channel, row], added[channel, row]
+            for column in range(seen.shape[3]):
+                out[column] = light[column] - ice[column] * hidden[column]
+
+
+@compiled
+def robust_misfit(picture, behind, seen, noise, outlier_at):
+    """Sum of squares of what a stone's picture leaves, in standard deviations; outliers saturate.
+
+    Parameters
+    ----------
+    as of `pose_step`
+    """
+    columns = seen.shape[3]
+    outlier = 1.0 / (3.0 * outlier_at**2)
+    n0, n1, n2 = 1.0 / noise[0], 1.0 / noise[1], 1.0 / noise[2]
+    total = 0.0
+    for i in range(picture.shape[0]):
+        row, column = i // columns, i % columns
+        bare = 1.0 - seen[1, 0, row, column]
+        luma = n0 * (picture[i, 0] - behind[i, 0] * bare - seen[0, 0, row, column])
+        bare = 1.0 - seen[4, 0, row, column]
+        blue = n1 * (picture[i, 1] - behind[i, 1] * bare - seen[2, 0, row, column])
+        red = n2 * (picture[i, 2] - behind[i, 2] * bare - seen[3, 0, row, column])
+        square = luma * luma + blue * blue + red * red
+        total += square / (1.0 + square * outlier)
+    return total
 
 
 @compiled
 def normal_equations(jacobian, residual, weight, normal, right):
-    """Fill in the normal equations of a weighted least-squares problem, (n, m).
+    """Fill the normal equations of a weighted least-squares problem.
 
     Written out, because a threaded library call on such slim matrices mostly waits for its threads.
+
+    Parameters
+    ----------
+    jacobian : (m, n) derivatives of n residuals by m parameters; they are weighted in place
+    residual, weight : (n,)
+    normal, right : (m, m) and (m,)
     """
-    n, m = jacobian.shape
+    m, n = jacobian.shape
     for i in range(n):
-        for p in range(m):
-            scaled = weight[i] * jacobian[i, p]
-            if scaled == 0.0:
-                continue
-            right[p] += scaled * residual[i]
-            for q in range(p + 1):
-                normal[p, q] += scaled * jacobian[i, q]
+        weight[i] = math.sqrt(weight[i])
+        residual[i] *= weight[i]
     for p in range(m):
-        for q in range(p):
-            normal[q, p] = normal[p, q]
+        own = jacobian[p]
+        total = 0.0
+        for i in range(n):
+            own[i] *= weight[i]
+            total += own[i] * residual[i]
+        right[p] = total
+        for q in range(p + 1):
+            other = jacobian[q]
+            total = 0.0
+            for i in range(n):
+                total += own[i] * other[i]
+            normal[p, q] = total
+            normal[q, p] = total

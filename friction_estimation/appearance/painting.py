@@ -9,6 +9,7 @@ from friction_estimation.appearance.kernels import (
     FINE,
     PLANES,
     blur,
+    lay_over,
     paint_body,
     paint_handle,
     paint_shade,
@@ -17,6 +18,8 @@ from friction_estimation.appearance.kernels import (
 from friction_estimation.appearance.model import SHAPE_PARAMETERS, Window
 
 Floats = NDArray[np.float64]
+Planes = NDArray[np.float32]
+"""Pictures are single: what they hold is known to a tenth of a grey level at best."""
 
 HANDLE = PLANES - 2
 """The plane of the handle."""
@@ -25,7 +28,7 @@ SHARP, SOFT = slice(0, 2), slice(2, 5)
 """Tinted planes that the camera sees as sharply as brightness, and as it sees colour."""
 
 
-def painted(window: Window, shape: Floats, pose: Floats, *, with_handle: bool) -> Floats:
+def painted(window: Window, shape: Floats, pose: Floats, *, with_handle: bool) -> Planes:
     """Shares of the parts and the ice's lost light, (6, rows·FINE, columns·FINE).
 
     Parameters
@@ -34,9 +37,9 @@ def painted(window: Window, shape: Floats, pose: Floats, *, with_handle: bool) -
     pose : (3,) x, y [m] and theta [rad]
     """
     rows, columns = window.shape
-    planes = np.empty((PLANES, rows * FINE, columns * FINE))
+    planes = np.empty((PLANES, rows * FINE, columns * FINE), dtype=np.float32)
     paint_body(
-        pose[0], pose[1], shape, window.foot, window.lean, window.scale, rows, columns, FINE, planes
+        pose[0], pose[1], shape, window.foot, window.lean, window.scale, rows, columns, planes
     )
     shade_anew(planes, window, shape, pose)
     if with_handle:
@@ -46,12 +49,12 @@ def painted(window: Window, shape: Floats, pose: Floats, *, with_handle: bool) -
     return planes
 
 
-def shade_anew(planes: Floats, window: Window, shape: Floats, pose: Floats) -> None:
+def shade_anew(planes: Planes, window: Window, shape: Floats, pose: Floats) -> None:
     """Paint the shade around a painted body, in place."""
-    paint_shade(pose[0], pose[1], shape, window.foot, *window.shape, FINE, planes)
+    paint_shade(pose[0], pose[1], shape, window.foot, *window.shape, planes)
 
 
-def turn_handle(planes: Floats, window: Window, shape: Floats, pose: Floats) -> None:
+def turn_handle(planes: Planes, window: Window, shape: Floats, pose: Floats) -> None:
     """Paint the handle over a painted body, in place."""
     paint_handle(
         pose[0],
@@ -62,51 +65,47 @@ def turn_handle(planes: Floats, window: Window, shape: Floats, pose: Floats) -> 
         window.lean,
         window.scale,
         *window.shape,
-        FINE,
         planes[HANDLE],
     )
 
 
-def tinted(planes: Floats, colours: Floats) -> Floats:
+def tinted(planes: Planes, colours: Floats) -> Planes:
     """The stone's light and what it takes from the ice's, (5, rows·FINE, columns·FINE); `tint`."""
-    out = np.empty((5, *planes.shape[1:]))
-    tint(planes, planes[HANDLE], colours, out)
+    out = np.empty((5, *planes.shape[1:]), dtype=np.float32)
+    tint(planes, planes[HANDLE], colours.astype(np.float32), out)
     return out
 
 
 def blurred(
-    light: Floats,
+    light: Planes,
     window: Window,
     shape: Floats,
     shift_px: tuple[float, float] = (0.0, 0.0),
     *,
     sloped: bool = False,
-) -> Floats:
+) -> Planes:
     """Tinted planes as the camera sees them, (5, 3, rows, columns): values and slopes by shift."""
     rows, columns = window.shape
-    out = np.empty((5, 3, rows, columns))
+    out = np.empty((5, 3, rows, columns), dtype=np.float32)
     for planes, parameter in ((SHARP, BLUR), (SOFT, COLOUR_BLUR)):
-        blur(light[planes], rows, columns, FINE, shape[parameter], *shift_px, sloped, out[planes])
+        blur(light[planes], rows, columns, shape[parameter], *shift_px, sloped, out[planes])
     return out
 
 
-def over(seen: Floats, behind: Floats) -> Floats:
-    """What the stone adds to the ice's picture and takes from it, (n, 3).
+def laid_over(seen: Planes, behind: Planes) -> Planes:
+    """What the stone adds to the ice's picture and takes from it, (3, rows, columns).
 
     Parameters
     ----------
     seen : (5, 3, rows, columns) of `blurred`
-    behind : (n, 3) channels of the ice
+    behind : (3, rows, columns) channels of the ice
     """
-    value = seen[:, 0].reshape(5, -1)
     added = np.empty_like(behind)
-    added[:, 0] = value[0] - behind[:, 0] * value[1]
-    added[:, 1] = value[2] - behind[:, 1] * value[4]
-    added[:, 2] = value[3] - behind[:, 2] * value[4]
+    lay_over(seen, behind, added)
     return added
 
 
-def shares(window: Window, shape: Floats, pose: Floats, *, with_handle: bool) -> Floats:
+def shares(window: Window, shape: Floats, pose: Floats, *, with_handle: bool) -> Planes:
     """How much of each pixel every part covers, and the light that the ice in it lacks.
 
     Returns
@@ -116,9 +115,9 @@ def shares(window: Window, shape: Floats, pose: Floats, *, with_handle: bool) ->
     rows, columns = window.shape
     planes = painted(window, shape, pose, with_handle=with_handle)
     planes[[0, 1, 2, 3, 5]] *= 1 - planes[HANDLE]
-    out = np.empty((2, rows * columns, PLANES))
-    seen = np.empty((PLANES, 3, rows, columns))
+    out = np.empty((2, rows * columns, PLANES), dtype=np.float32)
+    seen = np.empty((PLANES, 3, rows, columns), dtype=np.float32)
     for channel, parameter in enumerate((BLUR, COLOUR_BLUR)):
-        blur(planes, rows, columns, FINE, shape[parameter], 0.0, 0.0, False, seen)
+        blur(planes, rows, columns, shape[parameter], 0.0, 0.0, False, seen)
         out[channel] = seen[:, 0].reshape(PLANES, -1).T
     return out

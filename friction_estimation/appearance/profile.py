@@ -15,14 +15,15 @@ from friction_estimation.appearance.exposure import (
     weights_of,
 )
 from friction_estimation.appearance.fit import PIXEL_CORRELATION, Appearance
-from friction_estimation.appearance.kernels import FINE, blur, normal_equations
+from friction_estimation.appearance.kernels import blur, normal_equations
 from friction_estimation.appearance.model import PARTS, SHAPE_PARAMETERS, StoneModel, Window
 from friction_estimation.appearance.painting import (
     BLUR,
     COLOUR_BLUR,
     HANDLE,
+    Planes,
     blurred,
-    over,
+    laid_over,
     painted,
     shade_anew,
     tinted,
@@ -88,6 +89,7 @@ LENGTHS = tuple(name for name, spread in SHAPE_SPREAD.items() if spread < 0.1)
 OF_HANDLE = ("handle", "collar", "neck")
 OF_SHADE = ("shadow", "contact")
 BLURS = ("blur_px", "colour_blur_px")
+DEBUG=__import__("os").environ.get("DBG")
 ENOUGH = 0.1
 """A round that lowers the squared standard errors by less than this is the last."""
 FOOT_BRIGHTNESS = 1.1
@@ -146,6 +148,7 @@ def refine_profile(
             damping *= 10
             for exposure, pose in zip(exposures, before, strict=True):
                 exposure.pose = pose
+        if DEBUG: print(len(exposures), round(last-value,2), round(value,1), damping)
         if last - value < ENOUGH:
             break
     return look
@@ -184,8 +187,8 @@ def _joint_equations(
     steps: list[tuple[Floats, Floats]] = []
     for exposure in exposures:
         jacobian, residual, weight = _linearised(exposure, look, index, parts, poses)
-        full = np.zeros((shared + poses, shared + poses))
-        pulled = np.zeros(shared + poses)
+        full = np.empty((shared + poses, shared + poses))
+        pulled = np.empty(shared + poses)
         normal_equations(jacobian, residual, weight, full, pulled)
         own = full[shared:, shared:] + 1e-9 * np.eye(poses)
         cross = full[:shared, shared:]
@@ -239,55 +242,58 @@ def _granite_prior(colours: Floats, start: int, size: int) -> tuple[Floats, Floa
 def _linearised(
     exposure: Exposure, look: Appearance, index: list[int], parts: int, poses: int
 ) -> tuple[Floats, Floats, Floats]:
-    """Derivatives of the standardised residuals by shape, colours and pose; residuals; weights."""
-    window, behind, pose = exposure.window, exposure.behind, exposure.pose
-    shape, noise = look.model.shape(), look.noise
+    """Derivatives of the standardised residuals by shape, colours and pose; residuals; weights.
+
+    Returns
+    -------
+    (m, 3·n) derivatives, (3·n,) residuals and weights: all of one channel, then the next
+    """
+    window, pose = exposure.window, exposure.pose
+    rows, columns = window.shape
+    shape, noise = look.model.shape(), look.noise[:, None, None]
+    behind = np.asarray(exposure.behind.T.reshape(3, rows, columns), dtype=np.float32, order="C")
     planes = planes_of(exposure, look)
     light = tinted(planes, look.colours)
-    picture = over(blurred(light, window, shape), behind)
-    residual = exposure.picture - behind - picture
-    weight = np.repeat(weights_of(residual, noise), 3)
-    jacobian = np.zeros((len(residual), 3, len(index) + 3 * parts + poses))
-    for column, i in enumerate(index):
+    seen = blurred(light, window, shape, sloped=True)
+    picture = laid_over(seen, behind)
+    residual = (exposure.picture - exposure.behind).T.reshape(3, rows, columns) - picture
+    weight = np.tile(weights_of(residual.reshape(3, -1).T, look.noise), 3)
+    jacobian = np.zeros((len(index) + 3 * parts + poses, 3, rows, columns))
+    for p, i in enumerate(index):
         moved = shape.copy()
         step = 2e-3 if SHAPE_PARAMETERS[i] in LENGTHS else 0.05
         moved[i] += step
         changed = light
         if SHAPE_PARAMETERS[i] not in BLURS:
             changed = tinted(_painted_anew(planes, i, window, moved, pose), look.colours)
-        other = over(blurred(changed, window, moved), behind)
-        jacobian[:, :, column] = (other - picture) / (step * noise)
+        other = laid_over(blurred(changed, window, moved), behind)
+        np.multiply(other - picture, 1 / (step * noise), out=jacobian[p])
     visible = planes * (1 - planes[HANDLE])
     visible[HANDLE] = planes[HANDLE]
-    rows, columns = window.shape
-    seen = np.empty((parts, 3, rows, columns))
+    of_parts = np.empty((parts, 3, rows, columns), dtype=np.float32)
     for channel in range(3):
         if channel < 2:
             sigma = shape[BLUR if channel == 0 else COLOUR_BLUR]
-            blur(visible[:parts], rows, columns, FINE, sigma, 0.0, 0.0, False, seen)
+            blur(visible[:parts], rows, columns, sigma, 0.0, 0.0, False, of_parts)
         at = len(index) + 3 * np.arange(parts) + channel
-        jacobian[:, channel, at] = seen[:, 0].reshape(parts, -1).T / noise[channel]
-    for p in range(poses):
-        step = 1e-2 if p == 2 else 1e-3
-        moved = pose.copy()
-        moved[p] += step
-        if p == 2:
-            turned = planes.copy()
-            turn_handle(turned, window, shape, moved)
-        else:
-            turned = painted(window, shape, moved, with_handle=look.has_handle)
-        other = over(blurred(tinted(turned, look.colours), window, shape), behind)
-        jacobian[:, :, len(index) + 3 * parts + p] = (other - picture) / (step * noise)
-    return (
-        jacobian.reshape(len(weight), -1),
-        (residual / noise).ravel(),
-        weight,
-    )
+        jacobian[at, channel] = of_parts[:, 0] / noise[channel]
+    # A stone that moves a little shows the same picture elsewhere.
+    by_shift = np.stack([laid_over(seen[:, [d, 0, 0]], behind) for d in (1, 2)])
+    px = np.linalg.inv(window.scale[0] + 0.5 * look.model.height * window.scale[1])
+    first = len(index) + 3 * parts
+    jacobian[first : first + 2] = np.einsum("sp,s...->p...", px, by_shift) / noise
+    if poses == 3:
+        step = 1e-2
+        turned = planes.copy()
+        turn_handle(turned, window, shape, pose + np.array([0.0, 0.0, step]))
+        other = laid_over(blurred(tinted(turned, look.colours), window, shape), behind)
+        jacobian[first + 2] = (other - picture) / (step * noise)
+    return jacobian.reshape(len(jacobian), -1), (residual / noise).ravel(), weight
 
 
 def _painted_anew(
-    planes: Floats, changed: int, window: Window, shape: Floats, pose: Floats
-) -> Floats:
+    planes: Planes, changed: int, window: Window, shape: Floats, pose: Floats
+) -> Planes:
     """A painting after a change of one parameter; only what it bears on is painted again."""
     name = SHAPE_PARAMETERS[changed]
     if name.startswith(OF_HANDLE):

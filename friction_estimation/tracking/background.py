@@ -26,6 +26,8 @@ MIN_CONTRAST = 14.0
 """Least difference of brightness (of 255) that counts as something in front of the ice."""
 CORE_SHARE = 0.5
 """Of a blob's strongest contrast, what its solid core has; shadow and mirror image have less."""
+STRIP_ROWS = 16
+"""Medians are taken strip by strip, which stay in the processor's cache."""
 LARGEST_CORE_PX = 40_000
 """Blobs whose box is larger than this are no stones, and keep their outline as it is."""
 
@@ -108,21 +110,20 @@ def find_background(frames: Sequence[Image], region: tuple[slice, slice]) -> Bac
     """
     parts = np.stack([frame[region] for frame in frames])
     middle = median_picture(parts)
-    total = np.zeros(middle.shape, dtype=np.float32)
-    count = np.zeros(middle.shape[:2], dtype=np.float32)
-    spread: list[float] = []
-    for part in parts:
-        difference = cv2.absdiff(part, middle)
-        spread.append(float(np.median(difference[::3, ::3].max(axis=2))))
+    thinned = [cv2.absdiff(part[::3, ::3], middle[::3, ::3]) for part in parts]
+    spread = [float(np.median(_strongest(difference))) for difference in thinned]
     noise = max(1.0, 1.4826 * float(np.median(spread)))
+    limit = max(4.0, 3 * noise)
+    total = np.zeros(middle.shape, dtype=np.float32)
+    count = np.zeros(middle.shape[:2], dtype=np.uint8)
     for part in parts:
-        still = _strongest(cv2.absdiff(part, middle)) <= max(4.0, 3 * noise)
-        total += part * still[..., None]
+        still = (_strongest(cv2.absdiff(part, middle)) <= limit).view(np.uint8)
+        cv2.accumulate(part, total, mask=still)
         count += still
-    image = np.where(count[..., None] > 0, total / np.maximum(count, 1)[..., None], middle)
-    return Background(
-        origin_px=(region[1].start, region[0].start), image=image.astype(np.float32), noise=noise
-    )
+    np.divide(total, count[..., None], out=total, where=count[..., None] > 0)
+    nowhere = count == 0
+    total[nowhere] = middle[nowhere]
+    return Background(origin_px=(region[1].start, region[0].start), image=total, noise=noise)
 
 
 def _strongest(difference: Image) -> Image:
@@ -132,13 +133,40 @@ def _strongest(difference: Image) -> Image:
 
 
 def median_picture(parts: NDArray[np.uint8]) -> Image:
-    """Pixel by pixel the median of pictures (n, rows, columns, 3)."""
+    """Pixel by pixel the median of pictures (n, rows, columns, 3); the upper one of two."""
     middle = np.empty(parts.shape[1:], dtype=np.uint8)
-    k = len(parts) // 2
-    for row in range(0, parts.shape[1], 32):  # in strips, which stay in the processor's cache
-        strip = parts[:, row : row + 32]
-        middle[row : row + 32] = np.partition(strip, k, axis=0)[k]
+    for row in range(0, parts.shape[1], STRIP_ROWS):
+        middle[row : row + STRIP_ROWS] = _middle(list(parts[:, row : row + STRIP_ROWS].copy()))
     return middle
+
+
+def _middle(parts: list[Image]) -> Image:
+    """The median of pictures, which are overwritten.
+
+    Of just over half of them, the least and the greatest cannot be it; the next takes their place.
+    """
+    if len(parts) % 2 == 0:
+        parts.append(np.full_like(parts[0], 255))
+    spare = np.empty_like(parts[0])
+
+    def sort(i: int, j: int) -> None:
+        nonlocal spare
+        np.minimum(pool[i], pool[j], out=spare)
+        np.maximum(pool[i], pool[j], out=pool[j])
+        pool[i], spare = spare, pool[i]
+
+    pool, rest = parts[: len(parts) // 2 + 2], parts[len(parts) // 2 + 2 :]
+    while len(pool) > 2:
+        last = len(pool) - 1
+        for i in range(len(pool) // 2):  # the lesser half goes first, the greater half last
+            sort(i, last - i)
+        for i in range(1, (last + 2) // 2):
+            sort(0, i)
+        for i in range((last + 1) // 2, last):
+            sort(i, last)
+        pool = pool[1:-1] + rest[:1]
+        rest = rest[1:]
+    return pool[0]
 
 
 def moving_blobs(frame: Image, background: Background, min_area_px: float = 6.0) -> list[Blob]:

@@ -105,7 +105,7 @@ def track_film(
     # A lens that is not known yet may show the sheet tens of pixels from where it is thought.
     known = scene.camera_matrix is not None and scene.distortion is not None
     region = sheet_region(camera, scene.sheet, 12 if known else 48)
-    every = max(1, len(sample) // BACKGROUND_FRAMES)
+    every = max(1, -(-len(sample) // BACKGROUND_FRAMES))
     background = find_background([frame for _, frame in sample[::every]], region)
     landmarks = unrefined(camera)
     if options.refine:
@@ -149,8 +149,7 @@ def track_film(
         )
 
     def sample_until(t: float) -> list[tuple[float, Image]]:
-        share = np.linspace(0, t / max(sample[-1][0], 1e-6), SPARSE_FRAMES)
-        wanted = np.round(share * (film.frame_count - 1)).astype(int).tolist()
+        wanted = np.linspace(0, film.index_at(t), SPARSE_FRAMES).round().astype(int).tolist()
         return list(put_right(film.pick(wanted)))
 
     company = gather(sample, background, camera, look, scene.sheet, rough, sample_until)
