@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,18 +63,24 @@ def with_handle(exposures: Sequence[Exposure], look: Appearance) -> Appearance:
     before = total_misfit(exposures, look)
     poses = [exposure.pose for exposure in exposures]
     best, best_misfit, best_poses = look, before, poses
-    for rise, collar in product(HANDLE_RISES, HANDLE_COLLARS):
-        for exposure, pose in zip(exposures, poses, strict=True):
-            exposure.pose = pose
-        model = replace(look.model, handle_rise=rise, collar_radius=collar, neck_length=collar / 2)
-        found = replace(look, model=model, colours=colours, has_handle=True)
-        turn_together(exposures, found)
-        for exposure in exposures:
-            settle(exposure, found)
-        misfit = total_misfit(exposures, found)
-        if misfit < best_misfit:
-            best, best_misfit = found, misfit
-            best_poses = [exposure.pose for exposure in exposures]
+    for rise in HANDLE_RISES:
+        turned = poses
+        for collar in HANDLE_COLLARS:
+            for exposure, pose in zip(exposures, turned, strict=True):
+                exposure.pose = pose
+            model = replace(
+                look.model, handle_rise=rise, collar_radius=collar, neck_length=collar / 2
+            )
+            found = replace(look, model=model, colours=colours, has_handle=True)
+            if turned is poses:  # its base says little of where a handle points
+                turn_together(exposures, found)
+                turned = [exposure.pose for exposure in exposures]
+            for exposure in exposures:
+                settle(exposure, found)
+            misfit = total_misfit(exposures, found)
+            if misfit < best_misfit:
+                best, best_misfit = found, misfit
+                best_poses = [exposure.pose for exposure in exposures]
     for exposure, pose in zip(exposures, best_poses, strict=True):
         exposure.pose = pose
     return best

@@ -294,7 +294,7 @@ def paint_handle(x, y, theta, shape, foot, lean, scale, rows, columns, handle):
     cosine, sine = math.cos(theta), math.sin(theta)
     widest = np.abs(scale[0]).max() + handle_z * np.abs(scale[1]).max()
     reach_front, reach_back = max(shape[8], shape[7] + shape[25]), shape[7]
-    half_width, collar = 0.5 * shape[9], shape[22] + widest
+    half_width, collar, rise, play = 0.5 * shape[9], shape[22] + widest, shape[23], 2 * widest
     for row in range(rows):
         below = min(row, rows - 2)
         for column in range(columns):
@@ -304,13 +304,18 @@ def paint_handle(x, y, theta, shape, foot, lean, scale, rows, columns, handle):
             lx, ly = lean[row * columns + column, 0], lean[row * columns + column, 1]
             fx = foot[row * columns + column, 0] - x + height * lx
             fy = foot[row * columns + column, 1] - y + height * ly
-            # Where a line of sight comes by handle and collar at all, between top and handle.
-            play = 2 * widest + shape[6] * (abs(lx) + abs(ly))
-            forward, aside = cosine * fx + sine * fy, abs(cosine * fy - sine * fx)
-            by_bar = (
-                aside < half_width + play and reach_back - play < forward < reach_front + play
+            # Does the line of sight come by bar or collar, between top and handle?
+            forward, aside = cosine * fx + sine * fy, cosine * fy - sine * fx
+            ahead, beside = (
+                shape[6] * (cosine * lx + sine * ly),
+                shape[6] * (cosine * ly - sine * lx),
             )
-            rise = shape[23]
+            by_bar = (
+                aside + min(beside, 0.0) < half_width + play
+                and aside + max(beside, 0.0) > -half_width - play
+                and forward + min(ahead, 0.0) < reach_front + play
+                and forward + max(ahead, 0.0) > reach_back - play
+            )
             near = collar + widest + rise * (abs(lx) + abs(ly))
             by_collar = fx * fx + fy * fy < near * near
             if not by_bar and not by_collar:

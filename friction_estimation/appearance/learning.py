@@ -32,9 +32,9 @@ from friction_estimation.appearance.profile import refine_profile
 Floats = NDArray[np.float64]
 
 SHADOW_TRIED = 0.1
-REFINEMENTS = ((3, 8), (2, 8), (1, 40))
-"""Every how manyth exposure is adjusted to, and in how many rounds at most; between them noise and
-headings are found anew from all."""
+REFINEMENTS = ((3, 8), (2, 8), (1, 20))
+"""Every how manyth exposure is adjusted to, and in how many rounds at most; after each noise, and
+between them headings, are found anew from all."""
 EXPOSURES = 20
 """Frames that the look is learnt from; more only cost time."""
 

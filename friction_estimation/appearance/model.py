@@ -11,6 +11,7 @@ stone is then linear in the colours.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -84,6 +85,10 @@ class StoneModel:
 
     def shape(self) -> Floats:
         """The parameters in the order the kernels read them, (26,)."""
+        return self._shape.copy()
+
+    @cached_property
+    def _shape(self) -> Floats:
         return np.array([getattr(self, name) for name in SHAPE_PARAMETERS])
 
     def with_shape(self, values: ArrayLike) -> StoneModel:

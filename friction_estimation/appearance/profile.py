@@ -89,8 +89,7 @@ LENGTHS = tuple(name for name, spread in SHAPE_SPREAD.items() if spread < 0.1)
 OF_HANDLE = ("handle", "collar", "neck")
 OF_SHADE = ("shadow", "contact")
 BLURS = ("blur_px", "colour_blur_px")
-DEBUG=__import__("os").environ.get("DBG")
-ENOUGH = 0.1
+ENOUGH = 1.0
 """A round that lowers the squared standard errors by less than this is the last."""
 FOOT_BRIGHTNESS = 1.1
 """The foot overhangs: lit by the ice alone it is at most about as bright as the side."""
@@ -148,7 +147,7 @@ def refine_profile(
             damping *= 10
             for exposure, pose in zip(exposures, before, strict=True):
                 exposure.pose = pose
-        if DEBUG: print(len(exposures), round(last-value,2), round(value,1), damping)
+
         if last - value < ENOUGH:
             break
     return look

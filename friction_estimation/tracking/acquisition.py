@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -62,15 +63,26 @@ class RoughPath:
 
     def at(self, t: float) -> Floats:
         """Place at a time [s], (2,) [m]; beyond the sightings it runs on as it last went."""
-        times = np.array([s.t for s in self.sightings])
-        places = np.array([s.xy for s in self.sightings])
+        times, places = self._t, self._xy
         if times[0] <= t <= times[-1]:
-            return PchipInterpolator(times, places)(t)
+            return self._curve(t)
         if t < times[0]:
             span = min(3, len(times))
             speed = (places[span - 1] - places[0]) / (times[span - 1] - times[0])
             return places[0] + speed * (t - times[0])
         return places[-1]
+
+    @cached_property
+    def _t(self) -> Floats:
+        return np.array([s.t for s in self.sightings])
+
+    @cached_property
+    def _xy(self) -> Floats:
+        return np.array([s.xy for s in self.sightings])
+
+    @cached_property
+    def _curve(self) -> PchipInterpolator:
+        return PchipInterpolator(self._t, self._xy)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -53,8 +53,9 @@ class Turn:
         """Heading at times [s]; before the first picture and after the last it runs on steadily."""
         t = np.asarray(t, dtype=np.float64)
         inside = np.clip(t, self._t[0], self._t[-1])
+        on = t - inside
         # At rest the last spin is nothing; at the release the first one is the thrower's.
-        return self._curve(inside) + self._rate(inside) * (t - inside)
+        return self._curve(inside) + (self._rate(inside) * on if np.any(on) else 0.0)
 
 
 def heading_about(turn: Turn, t: Floats, theta: Floats, probed: NDArray[np.bool_]) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Protocol
 
 import numpy as np
@@ -93,12 +94,13 @@ class Pilot:
         return self._theta + self._spin * (t - self._last_t)
 
     def accepts(self, fit: StoneFit, start: Floats) -> bool:
+        if fit.visible < self._options.min_visible or fit.inside < self._options.min_inside:
+            return False
+        away = math.dist(fit.xy, start[:2])
+        if away <= self._options.gate:
+            return True
         footprint = 2.0 / np.linalg.norm(self._camera.px_per_metre(fit.xy), -2)  # of two pixels [m]
-        return bool(
-            fit.visible >= self._options.min_visible
-            and fit.inside >= self._options.min_inside
-            and np.linalg.norm(fit.xy - start[:2]) <= self._options.gate + footprint
-        )
+        return bool(away <= self._options.gate + footprint)
 
     def note(self, t: float, fit: StoneFit | None) -> None:
         """Remember a frame, and what its heading says of the next one's."""
@@ -107,7 +109,7 @@ class Pilot:
             return
         dt = t - self._last_t
         expected = self._theta + self._spin * dt if self._headings else self._theta
-        miss = float(np.angle(np.exp(1j * (fit.theta - expected))))
+        miss = math.remainder(fit.theta - expected, math.tau)
         if self._headings == 0:
             self._theta = fit.theta
         else:
