@@ -30,7 +30,7 @@ SEEK_BEYOND = 40
 KEYS_SUFFICE = 0.8
 """Share of the frames asked for that a film's whole pictures must make up to be taken instead."""
 CAPTURE_OPTIONS = "OPENCV_FFMPEG_CAPTURE_OPTIONS"
-"""Environment variable that OpenCV reads when it opens a film; it takes these options no other way."""
+"""Environment variable that OpenCV reads when it opens a film; these options go no other way."""
 TIMES_SUFFIX = ".times.csv"
 """Added to a film's name: a table with the time of every frame, where its container lost them."""
 
@@ -144,9 +144,9 @@ class Film:
             while capture.grab():
                 stamp = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
                 index = round(stamp * said)
-                if index < due - step / 2:
+                if index + 0.5 < due:
                     continue
-                due = max(due + step, index + step / 2)
+                due = step * ((index + 0.5) // step + 1)
                 ok, frame = capture.retrieve()
                 if ok and (frame.shape[1], frame.shape[0]) == self.size:
                     frames.append((self._time_of(index, stamp), frame))

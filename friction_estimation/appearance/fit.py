@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from friction_estimation.appearance.kernels import pose_step
+from friction_estimation.appearance.kernels import pose_step, separate
 from friction_estimation.appearance.model import StoneModel, Window, window_at
 from friction_estimation.appearance.painting import Planes, blurred, painted, tinted, turn_handle
 from friction_estimation.camera import Camera
@@ -82,11 +82,11 @@ class StoneFit:
     inside: float
 
 
-def channels_of(image: NDArray[np.uint8] | NDArray[np.float32] | Floats) -> Floats:
-    """BGR pixels (..., 3) as brightness and the two colour differences that films store."""
-    blue, green, red = np.moveaxis(np.asarray(image, dtype=np.float64), -1, 0)
-    luma = 0.114 * blue + 0.587 * green + 0.299 * red  # ITU-R BT.601
-    return np.stack([luma, 0.564 * (blue - luma), 0.713 * (red - luma)], axis=-1)
+def channels_of(image: NDArray[np.uint8] | NDArray[np.float32]) -> Floats:
+    """BGR pixels (rows, columns, 3) as brightness and two colour differences, as films store."""
+    channels = np.empty((image.shape[0] * image.shape[1], 3))
+    separate(np.ascontiguousarray(image), channels)
+    return channels.reshape(image.shape)
 
 
 def fit_stone(
@@ -208,8 +208,7 @@ def window_for(
     shape: tuple[int, ...],
 ) -> Window | None:
     """The pixels that a stone at `start` is fitted to; see `measure`."""
-    outline = model.outline_px(camera, start[:2])
-    window = window_at(camera, outline, MARGIN_PX)
+    window = window_at(camera, model.extent_px(camera, start[:2]), MARGIN_PX)
     if window is None:
         return None
     return _inside(window, camera, background_origin, shape)

@@ -21,6 +21,63 @@ compiled = njit(
 
 
 @compiled
+def separate(picture, channels):
+    """Fill in brightness and the two colour differences that films store (ITU-R BT.601).
+
+    Parameters
+    ----------
+    picture : (rows, columns, 3) BGR
+    channels : (rows·columns, 3)
+    """
+    for row in range(picture.shape[0]):
+        for column in range(picture.shape[1]):
+            i = row * picture.shape[1] + column
+            blue = float(picture[row, column, 0])
+            red = float(picture[row, column, 2])
+            luma = 0.114 * blue + 0.587 * picture[row, column, 1] + 0.299 * red
+            channels[i, 0] = luma
+            channels[i, 1] = 0.564 * (blue - luma)
+            channels[i, 2] = 0.713 * (red - luma)
+
+
+@compiled
+def extent(x, y, rings, matrix, distortion, rotation, translation, corners):
+    """Fill in the corners of the rectangle of pixels that circles about a place reach.
+
+    Parameters
+    ----------
+    x, y : the place, sheet frame [m]
+    rings : (n, 2) radius and height of each circle [m]
+    matrix, distortion, rotation, translation : of the camera
+    corners : (2, 2) lowest and highest column and row; NaN where a circle is behind the camera
+    """
+    fx, skew, cx = matrix[0, 0], matrix[0, 1], matrix[0, 2]
+    fy, cy = matrix[1, 1], matrix[1, 2]
+    k1, k2, p1, p2, k3 = distortion[0], distortion[1], distortion[2], distortion[3], distortion[4]
+    corners[0] = np.inf
+    corners[1] = -np.inf
+    for step in range(CIRCLE):
+        cosine = math.cos(2 * math.pi * step / CIRCLE)
+        sine = math.sin(2 * math.pi * step / CIRCLE)
+        for ring in range(rings.shape[0]):
+            a, b, c = x + rings[ring, 0] * cosine, y + rings[ring, 0] * sine, rings[ring, 1]
+            depth = rotation[2, 0] * a + rotation[2, 1] * b + rotation[2, 2] * c + translation[2]
+            if depth <= 0:
+                corners[:] = np.nan
+                return
+            u = rotation[0, 0] * a + rotation[0, 1] * b + rotation[0, 2] * c + translation[0]
+            v = rotation[1, 0] * a + rotation[1, 1] * b + rotation[1, 2] * c + translation[1]
+            u, v = u / depth, v / depth
+            r2 = u * u + v * v
+            radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+            ud = u * radial + 2 * p1 * u * v + p2 * (r2 + 2 * u * u)
+            vd = v * radial + p1 * (r2 + 2 * v * v) + 2 * p2 * u * v
+            column, row = fx * ud + skew * vd + cx, fy * vd + cy
+            corners[0, 0], corners[1, 0] = min(corners[0, 0], column), max(corners[1, 0], column)
+            corners[0, 1], corners[1, 1] = min(corners[0, 1], row), max(corners[1, 1], row)
+
+
+@compiled
 def sight_lines(u0, v0, rows, columns, matrix, distortion, rotation, position, foot, lean):
     """Fill `foot` and `lean` of a window; the lens is inverted by Newton's method."""
     fx, skew, cx = matrix[0, 0], matrix[0, 1], matrix[0, 2]
@@ -56,6 +113,8 @@ def sight_lines(u0, v0, rows, columns, matrix, distortion, rotation, position, f
             foot[i, 1] = position[1] - position[2] * gy / gz
 
 
+CIRCLE = 48
+"""Points that a circle is looked at in."""
 FOOT_STRIPS = 5
 BEVEL_STRIPS = 5
 NODES = FOOT_STRIPS + BEVEL_STRIPS + 2
@@ -404,7 +463,7 @@ def blur(planes, rows, columns, sigma, shift_u, shift_v, sloped, out):
     out : (p, 3, rows, columns) filled with values and their derivatives by both shifts; without
         slopes only with values
     """
-    # Taps are taken four at a time, so that sums stay in registers; the last ones may weigh nothing.
+    # Taps go four at a time, so that sums stay in registers; the last ones may weigh nothing.
     needed = 2 * math.ceil(BLUR_REACH * sigma * FINE) + 1
     taps = 4 * ((needed + 3) // 4)
     weights, slopes = np.zeros((2, taps), np.float32), np.zeros((2, taps), np.float32)

@@ -10,20 +10,23 @@ stone is then linear in the colours.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from friction_estimation.appearance.kernels import sight_lines
+from friction_estimation.appearance import kernels
 from friction_estimation.camera import Camera
 
 Floats = NDArray[np.float64]
 
 PARTS = ("foot", "side", "bevel", "top", "handle")
 """The parts of a stone that have a colour of their own, from the ice up."""
-CIRCLE = np.array([(np.cos(a), np.sin(a)) for a in np.linspace(0, 2 * np.pi, 48, endpoint=False)])
+CIRCLE_POINTS = np.array(
+    [(np.cos(a), np.sin(a)) for a in np.linspace(0, 2 * np.pi, kernels.CIRCLE, endpoint=False)]
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,7 +103,35 @@ class StoneModel:
         """Points on the body's outline in the raw image, (n, 2) [px], as a convex polygon."""
         import cv2
 
-        rings = np.array(
+        rings = self._rings
+        points = np.empty((len(rings), len(CIRCLE_POINTS), 3))
+        points[:, :, :2] = np.asarray(xy) + rings[:, :1, None] * CIRCLE_POINTS
+        points[:, :, 2] = rings[:, 1:]
+        px = camera.project(points.reshape(-1, 3))
+        if not np.isfinite(px).all():
+            return np.empty((0, 2))
+        return cv2.convexHull(px.astype(np.float32)).reshape(-1, 2).astype(np.float64)
+
+    def extent_px(self, camera: Camera, xy: ArrayLike) -> Floats:
+        """Corners of the rectangle around that outline, (2, 2) [px]; (0, 2) where there is none."""
+        corners = np.empty((2, 2))
+        x, y = np.asarray(xy, dtype=np.float64).tolist()
+        kernels.extent(
+            x,
+            y,
+            self._rings,
+            camera.matrix,
+            camera.distortion,
+            camera.rotation,
+            camera.translation,
+            corners,
+        )
+        return corners if np.isfinite(corners[0, 0]) else np.empty((0, 2))
+
+    @cached_property
+    def _rings(self) -> Floats:
+        """Radius and height of the circles that bound the body's picture, (4, 2) [m]."""
+        return np.array(
             [
                 (self.radius - self.foot_inset, 0.0),
                 (self.radius, self.foot_height),
@@ -108,13 +139,6 @@ class StoneModel:
                 (self.radius - self.bevel_inset, self.height),
             ]
         )
-        points = np.empty((len(rings), len(CIRCLE), 3))
-        points[:, :, :2] = np.asarray(xy) + rings[:, :1, None] * CIRCLE
-        points[:, :, 2] = rings[:, 1:]
-        px = camera.project(points.reshape(-1, 3))
-        if not np.isfinite(px).all():
-            return np.empty((0, 2))
-        return cv2.convexHull(px.astype(np.float32)).reshape(-1, 2).astype(np.float64)
 
 
 SHAPE_PARAMETERS = (
@@ -189,18 +213,20 @@ class Window:
 
 
 def window_at(camera: Camera, outline_px: Floats, margin_px: float) -> Window | None:
-    """The window around an outline, cut to the image; None where nothing of it is in the image."""
+    """The window around an outline or its corners, cut to the image; None where nothing of it is in the image."""
     if len(outline_px) == 0:
         return None
-    low = np.floor(outline_px.min(axis=0) - margin_px).astype(int)
-    high = np.ceil(outline_px.max(axis=0) + margin_px).astype(int)
-    u0, v0 = max(int(low[0]), 0), max(int(low[1]), 0)
-    u1, v1 = min(int(high[0]), camera.size[0] - 1), min(int(high[1]), camera.size[1] - 1)
+    low, high = outline_px.min(axis=0).tolist(), outline_px.max(axis=0).tolist()
+    u0, v0 = (max(math.floor(edge - margin_px), 0) for edge in low)
+    u1, v1 = (
+        min(math.ceil(edge + margin_px), size - 1)
+        for edge, size in zip(high, camera.size, strict=True)
+    )
     if u1 - u0 < 3 or v1 - v0 < 3:
         return None
     rows, columns = v1 - v0 + 1, u1 - u0 + 1
     foot, lean = np.empty((rows * columns, 2)), np.empty((rows * columns, 2))
-    sight_lines(
+    kernels.sight_lines(
         u0,
         v0,
         rows,

@@ -10,6 +10,7 @@ fit of the stone measures. `follow` is the tracker as the paper had it, flow alo
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import Literal
 
@@ -29,6 +30,12 @@ PYRAMID_LEVELS = 3
 WINDOW_PX = 9
 BACK_AND_FORTH_PX = 0.5
 """A point must come back to within this of where it began when the flow is reversed."""
+AROUND_PX = 32
+"""Flow looks so far around a stone."""
+FEW_POINTS = 6
+SEEK_EVERY = 8
+"""New points are looked for where fewer are left, and every so many frames."""
+ELLIPSE = np.array([(np.cos(a), np.sin(a)) for a in np.linspace(0, 2 * np.pi, 20, endpoint=False)])
 
 
 def lucas_kanade(
@@ -73,28 +80,55 @@ def points_to_follow(grey: Image, outline_px: Floats, count: int = 12) -> Floats
     return np.empty((0, 2)) if found is None else found.reshape(-1, 2).astype(np.float64)
 
 
-def shift_between(
-    before: Image, after: Image, outline_px: Floats, flow: Flow = "pyramidal"
-) -> Floats | None:
-    """Motion of what lies inside an outline from one BGR frame to the next, (2,) [px].
+class LocalFlow:
+    """The motion of what lies at one place of a film, from frame to frame.
 
-    The median over points; None where fewer than three can be followed. Only what is near the
-    outline is looked at.
+    Points that were followed once are followed on; new ones are looked for now and then, and where
+    few are left.
+
+    Parameters
+    ----------
+    flow : Lucas-Kanade in one scale or in a pyramid
     """
-    low = np.maximum(np.floor(outline_px.min(axis=0)).astype(int) - 32, 0)
-    high = np.ceil(outline_px.max(axis=0)).astype(int) + 33
-    part = (slice(low[1], high[1]), slice(low[0], high[0]))
-    if before[part].size == 0:
-        return None
-    first, second = (
-        cv2.cvtColor(np.ascontiguousarray(frame[part]), cv2.COLOR_BGR2GRAY)
-        for frame in (before, after)
-    )
-    points = points_to_follow(first, outline_px - low)
-    there, good = lucas_kanade(first, second, points, flow)
-    if good.sum() < 3:
-        return None
-    return np.median((there - points)[good], axis=0)
+
+    def __init__(self, flow: Flow) -> None:
+        self._flow: Flow = flow
+        self._points = np.empty((0, 2))
+        self._age = 0
+
+    def shift(self, before: Image, after: Image, corners_px: Floats) -> Floats | None:
+        """Motion of what is in a rectangle of one BGR frame to the next, (2,) [px].
+
+        The median over points; None where fewer than three can be followed. Only what is near the
+        rectangle is looked at.
+
+        Parameters
+        ----------
+        corners_px : (2, 2) of the rectangle in `before`
+        """
+        (u0, v0), (u1, v1) = corners_px.tolist()
+        left, top = max(math.floor(u0) - AROUND_PX, 0), max(math.floor(v0) - AROUND_PX, 0)
+        part = slice(top, math.ceil(v1) + AROUND_PX), slice(left, math.ceil(u1) + AROUND_PX)
+        if before[part].size == 0:
+            return None
+        first, second = _grey(before[part]), _grey(after[part])
+        origin = np.array([left, top], dtype=np.float64)
+        self._age += 1
+        if len(self._points) < FEW_POINTS or self._age > SEEK_EVERY:
+            half = (corners_px[1] - corners_px[0]) / 2
+            within = corners_px[0] + half - origin + half * ELLIPSE
+            self._points, self._age = points_to_follow(first, within) + origin, 0
+        points = self._points - origin
+        there, good = lucas_kanade(first, second, points, self._flow)
+        self._points = there[good] + origin
+        moved = np.sort((there - points)[good], axis=0)
+        if len(moved) < 3:
+            return None
+        return (moved[(len(moved) - 1) // 2] + moved[len(moved) // 2]) / 2
+
+
+def _grey(part: Image) -> Image:
+    return cv2.cvtColor(np.ascontiguousarray(part), cv2.COLOR_BGR2GRAY)
 
 
 def follow(

@@ -12,7 +12,7 @@ from friction_estimation.appearance import Appearance, StoneFit
 from friction_estimation.camera import Camera
 from friction_estimation.tracking.film_track import TrackingOptions
 from friction_estimation.tracking.heading import Turn
-from friction_estimation.tracking.optical_flow import shift_between
+from friction_estimation.tracking.optical_flow import LocalFlow
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -47,6 +47,7 @@ class Pilot:
     ) -> None:
         self._rough, self._camera, self._look = rough, camera, look
         self._options, self._turn = options, turn
+        self._flow = LocalFlow(options.flow)
         self._frames = 0
         self._frame: Image | None = None
         self._last: StoneFit | None = None
@@ -60,8 +61,8 @@ class Pilot:
         theta = self._heading(t)
         if self._last is None or before is None:
             return np.array([*self._rough.at(t), theta])
-        outline = self._look.model.outline_px(self._camera, self._last.xy)
-        shift = shift_between(before, frame, outline, self._options.flow)
+        corners = self._look.model.extent_px(self._camera, self._last.xy)
+        shift = self._flow.shift(before, frame, corners)
         if shift is None:
             return np.array([*self._rough.at(t), theta])
         middle = self._look.model.height / 2
