@@ -213,7 +213,7 @@ class Window:
 
 
 def window_at(camera: Camera, outline_px: Floats, margin_px: float) -> Window | None:
-    """The window around an outline or its corners, cut to the image; None where nothing of it is in the image."""
+    """The window around an outline or its corners, cut to the image; None where it is outside."""
     if len(outline_px) == 0:
         return None
     low, high = outline_px.min(axis=0).tolist(), outline_px.max(axis=0).tolist()

@@ -89,7 +89,7 @@ LENGTHS = tuple(name for name, spread in SHAPE_SPREAD.items() if spread < 0.1)
 OF_HANDLE = ("handle", "collar", "neck")
 OF_SHADE = ("shadow", "contact")
 BLURS = ("blur_px", "colour_blur_px")
-ENOUGH = 1.0
+ENOUGH = 0.3
 """A round that lowers the squared standard errors by less than this is the last."""
 FOOT_BRIGHTNESS = 1.1
 """The foot overhangs: lit by the ice alone it is at most about as bright as the side."""
