@@ -33,10 +33,13 @@ Floats = NDArray[np.float64]
 
 SHADOW_TRIED = 0.1
 REFINEMENTS = ((3, 8), (2, 8), (1, 20))
-"""Every how manyth exposure is adjusted to, and in how many rounds at most; after each noise, and
-between them headings, are found anew from all."""
-EXPOSURES = 12
-"""Frames that the look is learnt from; more only cost time: places are as true with 40."""
+"""Every how manyth exposure is adjusted to, and in how many rounds at most; between them noise and
+headings are found anew from all."""
+ENOUGH_PIXELS = 24_000
+FEWEST = 8
+"""Where the stone is large, so many pixels or exposures, whichever are more, are adjusted to."""
+EXPOSURES = 20
+"""Frames that the look is learnt from; more only cost time."""
 
 
 def learn_appearance(exposures: Sequence[Exposure], model: StoneModel, noise: float) -> Appearance:
@@ -63,9 +66,12 @@ def learn_appearance(exposures: Sequence[Exposure], model: StoneModel, noise: fl
         keep_near(exposure, look)
     look = _with_shadow(exposures, look)
     ordered = sorted(exposures, key=lambda exposure: exposure.t)
+    pixels = sum(len(exposure.picture) for exposure in exposures)
+    spare = max(1, min(pixels // ENOUGH_PIXELS, len(exposures) // FEWEST))
     for every, rounds in REFINEMENTS:
-        look = refine_profile(ordered[::every], look, model, rounds)
-        look = replace(look, noise=residual_noise(ordered[::every], look))
+        some = ordered[:: max(every, spare)]
+        look = refine_profile(some, look, model, rounds)
+        look = replace(look, noise=residual_noise(some, look))
         if look.has_handle:
             turn_together(exposures, look)
         for exposure in exposures:
