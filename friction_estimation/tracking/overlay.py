@@ -7,7 +7,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, RING_RADII, TEE_Y
 from friction_estimation.scene import Scene
@@ -28,6 +28,8 @@ PANEL = (46, 38, 32)
 ICE = (246, 243, 238)
 BLUE, RED, LINE = (190, 120, 50), (60, 60, 205), (150, 150, 150)
 """Colours are BGR, as films are."""
+LARGEST = 1280
+"""Films wider than this are drawn smaller [px]: encoding costs as much as all else together."""
 
 
 def write_overlay(
@@ -38,18 +40,18 @@ def write_overlay(
     *,
     progress: Progress | None = None,
 ) -> None:
-    """Draw what was tracked into the film it was tracked in.
+    """Draw what was tracked into the film it was tracked in; a large film becomes 1280 px wide.
 
     Raises
     ------
     OutputError : `output` cannot be written as a film
     """
     film = Film.open(film_path, scene.fps)
-    picture = _Overlay(track, scene, film.size)
+    picture = _Overlay(track, scene, film.size, LARGEST)
     frames: Iterable[tuple[float, Image]] = film.frames()
     if progress is not None:
         frames = progress(frames, film.frame_count)
-    with film_writer(output, film.size, film.fps) as writer:
+    with film_writer(output, picture.size, film.fps) as writer:
         for index, (t, frame) in enumerate(frames):
             writer.write(picture.draw(frame, index, t))
 
@@ -64,7 +66,7 @@ def stills(
     time since the first frame [s] and picture, BGR, of each
     """
     film = Film.open(film_path, scene.fps)
-    picture = _Overlay(track, scene, film.size)
+    picture = _Overlay(track, scene, film.size, max(film.size))
     rows = np.linspace(0, len(track.frame) - 1, count + 2).round().astype(int)[1:-1]
     wanted = np.unique(track.frame[rows]).tolist()
     found = film.pick(wanted)
@@ -72,24 +74,35 @@ def stills(
 
 
 class _Overlay:
-    def __init__(self, track: FilmTrack, scene: Scene, size: tuple[int, int]) -> None:
+    def __init__(
+        self, track: FilmTrack, scene: Scene, film_size: tuple[int, int], largest: int
+    ) -> None:
         self._track, self._scene = track, scene
+        self._scale = min(1.0, largest / max(film_size))
+        # Codecs want even sides.
+        size = film_size
+        if self._scale < 1:
+            size = tuple(2 * round(self._scale * side / 2) for side in film_size)
+        self.size: tuple[int, int] = size
         self._unit = max(size[1] / 1080, 0.35)
         self._row_of = {int(frame): row for row, frame in enumerate(track.frame)}
         xy = track.trajectory.xy
         flat = np.column_stack([xy, np.zeros(len(xy))])
-        self._path_px = track.camera.project(flat)
+        self._path_px = self._projected(track, flat)
         x, y = scene.sheet.width / 2, scene.sheet.length / 2
         edge = np.array([[a * x, b * y, 0.0] for a in (-1, 1) for b in np.linspace(-1, 1, 40)])
         seen = track.camera.sees(edge)
-        self._sheet_px = track.camera.project(edge)[seen] if seen.any() else self._path_px
+        self._sheet_px = self._projected(track, edge)[seen] if seen.any() else self._path_px
         self._inset, self._view = self._map(size)
         self._path_view = self._view.to_view(xy)
+        self._until = 0
 
     def draw(self, frame: Image, index: int, t: float) -> Image:
         """The frame, put back where the camera swayed, with everything drawn into it."""
         if self._track.hold is not None:
             frame = self._track.hold.put_back(frame)
+        if self._scale < 1:
+            frame = np.asarray(cv2.resize(frame, self.size), dtype=np.uint8)
         row = self._row_of.get(index)
         until = int(np.searchsorted(self._track.frame, index, side="right"))
         self._polyline(frame, self._path_px[:until], PATH, 3)
@@ -98,7 +111,7 @@ class _Overlay:
             if other_row is not None:
                 path = other.trajectory.xy[: other_row + 1]
                 flat = np.column_stack([path, np.zeros(len(path))])
-                self._polyline(frame, other.camera.project(flat), _colour_of(other), 2)
+                self._polyline(frame, self._projected(other, flat), _colour_of(other), 2)
                 self._stone(frame, other, other_row, _colour_of(other))
         if row is not None:
             self._stone(frame, self._track, row, OUTLINE)
@@ -106,16 +119,23 @@ class _Overlay:
         self._draw_numbers(frame, row, until, t)
         return frame
 
+    def _projected(self, track: FilmTrack, points: ArrayLike) -> Floats:
+        """Points of the sheet (n, 3) in the picture that is drawn, (n, 2) [px]."""
+        return self._scaled(track.camera.project(points))
+
+    def _scaled(self, px: Floats) -> Floats:
+        return self._scale * (px + 0.5) - 0.5
+
     def _stone(
         self, frame: Image, track: FilmTrack, row: int, colour: tuple[int, int, int]
     ) -> None:
         xy, theta = track.trajectory.xy[row], track.trajectory.theta[row]
-        outline = track.look.model.outline_px(track.camera, xy)
+        outline = self._scaled(track.look.model.outline_px(track.camera, xy))
         self._polyline(frame, np.concatenate([outline, outline[:1]]), colour, 2)
         if np.isfinite(theta):
             z = track.look.model.height + track.look.model.handle_rise
             ahead = xy + 2.2 * track.look.model.radius * np.array([np.cos(theta), np.sin(theta)])
-            line = track.camera.project([[*xy, z], [*ahead, z]])
+            line = self._projected(track, [[*xy, z], [*ahead, z]])
             self._polyline(frame, line, colour, 2)
 
     def _map(self, size: tuple[int, int]) -> tuple[Image, TopView]:
@@ -148,8 +168,10 @@ class _Overlay:
         row: int | None,
         others: Sequence[tuple[FilmTrack, int | None]],
     ) -> None:
+        # The path stays; only what is new of it is drawn.
+        self._polyline(self._inset, self._path_view[max(self._until - 1, 0) : until], PATH, 2)
+        self._until = until
         image = self._inset.copy()
-        self._polyline(image, self._path_view[:until], PATH, 2)
         for other, other_row in others:
             if other_row is not None:
                 places = self._view.to_view(other.trajectory.xy[: other_row + 1])
@@ -201,7 +223,8 @@ class _Overlay:
         step, left, top = round(40 * unit), round(28 * unit), round(28 * unit)
         width, height = round(350 * unit), step * len(lines) + round(24 * unit)
         panel = frame[top : top + height, left : left + width]
-        panel[:] = (0.25 * panel + 0.75 * np.array(PANEL)).astype(np.uint8)
+        tint = np.full_like(panel, PANEL)
+        panel[:] = cv2.addWeighted(panel, 0.25, tint, 0.75, 0.0)
         for i, text in enumerate(lines):
             origin = (left + round(18 * unit), top + round(10 * unit) + step * (i + 1) - 8)
             cv2.putText(
