@@ -10,6 +10,17 @@ from friction_estimation.kinematics import FreeSlide, smooth_motion
 Floats = NDArray[np.float64]
 
 
+FEWEST_HEADINGS = 20
+"""Rows with a heading without which the turn of a stone is not known."""
+USUAL_SPIN = 0.9
+"""Of a stone of which no heading was seen [rad/s]: three to four turns in 25 s."""
+
+
+def shows_heading(slide: FreeSlide) -> bool:
+    """Whether the heading was measured often enough to tell the spin."""
+    return int(np.isfinite(slide.track.theta[slide.rows]).sum()) >= FEWEST_HEADINGS
+
+
 def fit_spin(slide: FreeSlide) -> tuple[float, float, float, float]:
     """Spin ω₀ and power p of ω = ω₀ (v/v₀)^p, with v₀ and the heading at the start.
 
@@ -21,7 +32,7 @@ def fit_spin(slide: FreeSlide) -> tuple[float, float, float, float]:
     v0 = float(np.median(motion.speed[:10]))
     theta = slide.track.theta[slide.rows]
     known = np.isfinite(theta)
-    if known.sum() < 20:
+    if not shows_heading(slide):
         return 0.0, 0.2, v0, 0.0
     ratio = np.maximum(motion.speed / v0, 1e-3)
     t = slide.t - slide.t[0]

@@ -43,8 +43,8 @@ from friction_estimation.inversion.noise import Noise, estimate_noise
 from friction_estimation.inversion.prior import Belief, Evidence, Posterior, uniform_posterior
 from friction_estimation.inversion.refit import SMALL, FreeEffects, free_effects, with_rivals
 from friction_estimation.inversion.ride import Passenger, Ride, Track, sensitivities
-from friction_estimation.inversion.shared_error import SharedError, shared_error
-from friction_estimation.inversion.spin import fit_spin
+from friction_estimation.inversion.shared_error import SharedError, nodes_of, shared_error
+from friction_estimation.inversion.spin import USUAL_SPIN, fit_spin, shows_heading
 from friction_estimation.kinematics import FreeSlide, smooth_motion
 
 Floats = NDArray[np.float64]
@@ -79,6 +79,7 @@ class Ridden:
     scale : (k,) noise of each row relative to the common noise
     start, speed : fitted distance and speed at the first row [m, m/s]
     offset : its own departure in ln μ
+    turn_seen : whether its heading told its spin; else the usual one is taken
     shift : (k,) by which the camera's ripple displaces each row along the course [m]
     keep : (k,) rows that agree with the noise
     left : (k,) measured minus ridden and displaced distance [m]
@@ -91,6 +92,7 @@ class Ridden:
     start: float
     speed: float
     offset: float = 0.0
+    turn_seen: bool = True
     shift: Floats
     keep: NDArray[np.bool_]
     left: Floats
@@ -289,6 +291,9 @@ def _board(slide: FreeSlide, order: int) -> Ridden:
     # between frames: every frame weighs alike, and the noise is learnt from the residuals.
     scale = np.ones(len(t))
     spin, power, speed, heading = fit_spin(slide)
+    turn_seen = shows_heading(slide)
+    if not turn_seen:
+        spin = USUAL_SPIN
     passenger = Passenger(
         course=course,
         duration=float(t[-1]),
@@ -309,6 +314,7 @@ def _board(slide: FreeSlide, order: int) -> Ridden:
         start=float(fit[0]),
         speed=float(fit[1]),
         shift=np.zeros(len(t)),
+        turn_seen=turn_seen,
         keep=np.ones(len(t), dtype=np.bool_),
         left=np.zeros(len(t)),
     )
@@ -852,21 +858,42 @@ def _stated(throws: Sequence[Ridden], sheet: Sheet, noise: Noise) -> SharedError
     )
 
 
+def _seen_together(
+    throw: Ridden, ride: Ride, track: Track, noise: Noise, error: SharedError | None
+) -> Floats:
+    """How a throw's whitened rows respond to what all throws err by together, (rows, n + 1).
+
+    The last column is the turn of a stone whose heading was not seen: it is taken to be the usual
+    one, and as likely as not to be none.
+    """
+    nodes = nodes_of(track.ice.sheet)
+    bent = np.zeros(len(throw.t))
+    if not throw.turn_seen:
+        still = replace(throw.passenger, spin=0.0)
+        other = track.ride(still, throw.start, throw.speed, throw.offset)
+        bent = other.distance_at(throw.t) - ride.distance_at(throw.t)
+    basis = NO_BIAS if error is None else error.basis
+    part = _linearise(replace(throw, left=bent), ride, track, noise, None, basis)
+    if error is None:
+        return np.column_stack([np.zeros((len(part.left), len(nodes))), part.left])
+    return np.column_stack([part.effects @ error.root, part.left])
+
+
 def _shared_by_level(one: _One, track: Track, before: Knowledge | None) -> Floats | None:
     """Pull of what all throws err by together on each throw's ln μ, (throws, n) for n units."""
     error = _stated(one.throws, track.ice.sheet, one.noise)
-    if error is None:
-        return None if before is None else before.shared
+    told = None if before is None else before.shared
+    if told is None and error is None and all(throw.turn_seen for throw in one.throws):
+        return None
     rows: list[Floats] = []
     for throw in one.throws:
         ride = track.ride(throw.passenger, throw.start, throw.speed, throw.offset)
-        part = _linearise(throw, ride, track, one.noise, None, error.basis)
-        rows.append(part.friction.sum(axis=1) @ part.effects @ error.root)
+        own = _linearise(throw, ride, track, one.noise).friction.sum(axis=1)
+        rows.append(own @ _seen_together(throw, ride, track, one.noise, error))
     shared = np.array(rows)
     if before is None:
         return shared
-    old = np.zeros((before.throws, shared.shape[1])) if before.shared is None else before.shared
-    return np.vstack([old, shared])
+    return np.vstack([np.zeros((before.throws, shared.shape[1])) if told is None else told, shared])
 
 
 def _shared_by_map(found: _Mapped, sought: Sought) -> Floats | None:
@@ -874,26 +901,23 @@ def _shared_by_map(found: _Mapped, sought: Sought) -> Floats | None:
     evidence, track = found.evidence, found.track
     told = None if sought.before is None else sought.before.shared
     error = _stated(found.throws, track.ice.sheet, found.noise)
-    shared: Floats | None = None
+    if told is None and error is None and all(throw.turn_seen for throw in found.throws):
+        return None
+    shared = np.zeros((len(evidence.pull), len(nodes_of(track.ice.sheet)) + 1))
     if sought.before is not None and told is not None:
-        shared = np.zeros((len(evidence.pull), told.shape[1]))
         cells = np.searchsorted(evidence.cells, sought.before.cells)
         shared[np.append(cells, evidence.m + np.arange(sought.played))] = told
-    if error is None:
-        return shared
-    if shared is None:
-        shared = np.zeros((len(evidence.pull), len(error.nodes)))
     last = evidence.m + evidence.throws
     for k, throw in enumerate(found.throws):
         ride = track.ride(throw.passenger, throw.start, throw.speed, throw.offset)
         part = _linearise(throw, ride, track, found.noise, found.free, found.bias)
-        seen = _linearise(throw, ride, track, found.noise, None, error.basis).effects
+        seen = _seen_together(throw, ride, track, found.noise, error)
         cells = np.searchsorted(evidence.cells, part.crossed)
         places = np.concatenate(
             [cells, [evidence.m + sought.played + k], np.arange(last, len(shared))]
         )
         columns = np.column_stack([part.friction, part.friction.sum(axis=1), part.effects])
-        shared[places] += columns.T @ seen @ error.root
+        shared[places] += columns.T @ seen
     return shared
 
 

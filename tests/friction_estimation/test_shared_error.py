@@ -125,3 +125,20 @@ def test_nothing_stated_is_nothing_shared():
     assert shared_error(PAPER_SHEET, [y], [np.full(50, 0.004)], 0.005) is None
     found = shared_error(PAPER_SHEET, [y[::-1]], [np.full(50, 0.013)], 0.005)
     assert np.sqrt((found.root**2).sum(axis=1)) == pytest.approx(0.012, rel=1e-6)
+
+
+def test_a_stone_whose_turn_was_not_seen_is_known_less_well(sliding):
+    """Turning stones are braked less; without a heading the usual turn is taken, and doubted."""
+    inside, normed = 0, []
+    for seed in range(8):
+        rng = np.random.default_rng(80 + seed)
+        mu = rng.uniform(0.0075, 0.0105)
+        starts = sliding.varied_starts(rng, 2, spin=1.0)
+        tracks = sliding.measured_throws(sliding.uniform(mu), starts, rng, noise=NOISE, fps=15)
+        blind = [replace(track, theta=np.full(len(track), np.nan)) for track in tracks]
+        found, seen = estimate_ice(blind, uniform=True), estimate_ice(tracks, uniform=True)
+        assert found.sigma > 2 * seen.sigma
+        inside += abs(found.mu - mu) < 1.96 * found.sigma
+        normed.append((found.mu - mu) / found.sigma)
+    assert inside >= 7
+    assert np.sqrt(np.mean(np.square(normed))) > 0.1
