@@ -6,11 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from curling_env.ice import write_cells
-from curling_env.storage import write_json
+from curling_env.storage import write_json, write_table
 from friction_estimation.inversion import Estimate
 from friction_estimation.page import facts, picture, table, write_page
 from friction_estimation.report import draw_weight, per_cent, write_pictures
@@ -67,9 +69,10 @@ def write_report(found: Estimate, folder: Path, stills: Sequence[Still] = ()) ->
     """
     pictures = write_pictures(found, folder)
     write_cells(folder / "cells.csv", found.ice)
+    write_table(folder / "rows.csv", row_table(found))
     write_json(folder / "estimate.json", found.summary())
     _write_page(found, folder, pictures, stills)
-    return ["report.html", *pictures, "cells.csv", "estimate.json"]
+    return ["report.html", *pictures, "cells.csv", "rows.csv", "estimate.json"]
 
 
 def _write_page(
@@ -100,6 +103,32 @@ def _write_page(
     ]
     sections.append(f"<h2>The throws</h2>{_throws(found)}")
     write_page(folder / "report.html", "Friction of the ice", sections)
+
+
+def row_table(found: Estimate) -> dict[str, ArrayLike]:
+    """Every row of every track, and what became of it; columns for `write_table`.
+
+    `use` is ``used``, ``before`` the free slide or ``after`` it, ``wild`` (a jump from its
+    neighbours) or ``unlike`` all that the fit expects; `left_m` is what the fit leaves of it.
+    """
+    columns: dict[str, list[NDArray[Any]]] = {
+        name: [] for name in ("throw", "t", "x", "y", "use", "left_m")
+    }
+    for k, part in enumerate(found.slides):
+        track = part.track
+        place = np.arange(len(track))
+        use = np.full(len(track), "wild", dtype=object)
+        use[place < part.rows[0]], use[place > part.rows[-1]] = "before", "after"
+        use[part.rows] = "used"
+        left = np.full(len(track), np.nan)
+        if found.throws:
+            fitted = found.throws[k]
+            left[part.rows] = fitted.left
+            use[part.rows[~fitted.keep]] = "unlike"
+        own = (np.full(len(track), track.throw), track.t, *track.xy.T, use, left)
+        for name, values in zip(columns, own, strict=True):
+            columns[name].append(values)
+    return {name: np.concatenate(parts) for name, parts in columns.items()}
 
 
 def headline(found: Estimate) -> str:

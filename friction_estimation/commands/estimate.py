@@ -15,6 +15,7 @@ from curling_env.errors import InputError
 if TYPE_CHECKING:
     from curling_env.trajectory import Trajectory
     from friction_estimation.report_page import Still
+    from friction_estimation.unfinished import Unfinished
 
 
 FILMS_SHOWN = 4
@@ -75,7 +76,18 @@ def estimate(
         ),
     ] = None,
     scene: Annotated[
-        Path | None, typer.Option(metavar="SCENE.json", help="The camera's scene; for films.")
+        list[Path] | None,
+        typer.Option(
+            metavar="SCENE.json",
+            help="Where the camera sees the sheet; for films: one for all, or one for each.",
+        ),
+    ] = None,
+    camera: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="CAMERA.json",
+            help="Lens from `curling calibrate`, instead of the scene's; for films.",
+        ),
     ] = None,
     uniform: Annotated[
         bool, typer.Option("--uniform", help="One number for the sheet instead of a map.")
@@ -151,10 +163,13 @@ def estimate(
 ) -> None:
     """Estimate how slippery the ice is, cell by cell, from throws that were measured.
 
-    Give the tracks that `curling track` wrote, or the films themselves with --scene. Only the
-    free slide of each throw counts: the player's lead-in, the stone at rest and wild rows are
-    found and left out. All throws are fitted at once; each cell receives mu and its standard
-    error sigma, and cells that no stone crossed are marked as not observed.
+    Give the tracks that `curling track` wrote, or the films themselves with --scene: one throw
+    each, in order of play, of one camera or of several. Tracking that was interrupted goes on
+    where it was when the command is given again. Only the free slide of each throw counts: the
+    player's lead-in, the stone at rest and wild rows are found and left out; rows.csv of --report
+    says of every row whether it was used, and why not. All throws are fitted at once; each cell
+    receives mu and its standard error sigma, and cells that no stone crossed are marked as not
+    observed.
 
     The numbers appear as JSON on stdout: mu is the level of the sheet, with the interval low to
     high that holds it with 95 % probability. The ice file serves wherever ICE is asked for.
@@ -219,16 +234,19 @@ def estimate(
         before = load_knowledge(beginning, update)
     if tables and len(inputs) > 1:
         raise InputError("give one tracks file, or films, not both or several", source=inputs[1])
+    unfinished: Unfinished | None = None
     if tables:
+        if scene or camera:
+            raise InputError("a scene and a camera belong to films, not to tracks",
+                             source="--scene" if scene else "--camera")  # fmt: skip
         tracks, stills = read_tracks(inputs[0]), []
     else:
-        if scene is None:
+        if not scene:
             raise InputError("a film needs the scene of its camera: --scene SCENE.json "
                              "(a tracks file ends in .csv)", source=inputs[0])  # fmt: skip
-        import cv2
-
-        cv2.setNumThreads(1)
-        tracks, stills = _filmed(inputs, scene, with_stills=report is not None)
+        tracks, stills, unfinished = _filmed(
+            inputs, scene, camera, output, with_stills=report is not None
+        )
     with ProgressBar() as bar:
         found = estimate_ice(
             tracks,
@@ -255,39 +273,63 @@ def estimate(
         say(search.words)
     for reason in found.skipped:
         say(f"left out: {reason}")
+    if unfinished is not None:
+        unfinished.done()
     print_json(found.summary())
 
 
 def _filmed(
-    films: list[Path], scene: Path, *, with_stills: bool
-) -> tuple[list[Trajectory], list[Still]]:
-    """The tracks of films of one camera, and frames of them for the report."""
+    films: list[Path], scenes: list[Path], camera: Path | None, output: Path, *, with_stills: bool
+) -> tuple[list[Trajectory], list[Still], Unfinished]:
+    """The tracks of films, frames of them for the report, and what is kept until all is done."""
     import cv2
 
+    from curling_env.storage import file_digest
     from friction_estimation.report_page import Still
     from friction_estimation.scene import load_scene
     from friction_estimation.tracking import track_film
     from friction_estimation.tracking.overlay import stills as stills_of
+    from friction_estimation.unfinished import Unfinished
 
-    known = load_scene(scene)
+    if len(scenes) not in (1, len(films)):
+        raise InputError(
+            f"one scene for all films or one for each: {len(films)} films, {len(scenes)} scenes",
+            source="--scene",
+        )
+    cv2.setNumThreads(1)
+    known = [load_scene(path, camera) for path in scenes]
+    known *= len(films) // len(known)
+    unfinished = Unfinished(
+        output,
+        {"scenes": [file_digest(path) for path in (*scenes, *([camera] if camera else []))]},
+    )
     tracks: list[Trajectory] = []
     stills: list[Still] = []
     for i, film in enumerate(films):
+        shown = with_stills and i < FILMS_SHOWN
+        before = None if shown else unfinished.recall(i, film)
+        if before is not None:
+            tracks += before[0]
+            say(f"{film.name}: tracked before the interruption")
+            continue
         found = track_film(
             film,
-            known,
+            known[i],
             throw=i,
             progress=lambda frames, total, name=film.name: progress(
                 frames, f"track {name}", total=total, unit="frame"
             ),
         )
         tracks += found.trajectories
-        if with_stills and i < FILMS_SHOWN:
+        say(f"{film.name}: stone seen in {len(found.trajectory)} of {found.frame_count} frames")
+        if len(films) > 1:
+            unfinished.keep(i, film, found.trajectories, {})
+        if shown:
             stills += [
                 Still(film=film.name, t=t, jpeg=cv2.imencode(".jpg", image)[1].tobytes())
-                for t, image in stills_of(film, known, found)
+                for t, image in stills_of(film, known[i], found)
             ]
-    return tracks, stills
+    return tracks, stills, unfinished
 
 
 def _plan(

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 
+from curling_env.storage import read_table
 from friction_estimation.inversion import estimate_ice
 from friction_estimation.report_page import Still, headline, write_report
 
@@ -64,3 +67,25 @@ def test_what_was_left_out_is_said(found, sliding, tmp_path):
     assert "Left out" in text
     assert "throw 9" in text
     assert "Left out" not in headline(found)
+
+
+def test_every_row_says_whether_it_was_used(sliding, tmp_path):
+    rng = np.random.default_rng(8)
+    tracks = sliding.measured_throws(
+        sliding.uniform(0.0085), sliding.varied_starts(rng, 3), rng, rest=1.0
+    )
+    jumped = tracks[0].xy.copy()
+    jumped[[100, 250]] += 0.8
+    wild = replace(tracks[0], xy=jumped)
+    found = estimate_ice([wild, *tracks[1:]], uniform=True)
+    write_report(found, tmp_path)
+    table = read_table(tmp_path / "rows.csv", required=("throw", "t", "use", "left_m"))
+    use = np.array(table.text("use"))
+    assert len(table) == sum(len(track) for track in tracks)
+    assert set(use) <= {"before", "used", "wild", "unlike", "after"}
+    assert (use[[100, 250]] == "wild").all()
+    assert (use == "wild").sum() == sum(slide.wild for slide in found.slides)
+    assert (use == "after").sum() > 60
+    left = table.numbers("left_m", blank=True)
+    assert np.isfinite(left[use == "used"]).all()
+    assert np.isnan(left[use == "after"]).all()
