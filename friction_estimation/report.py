@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import Normal, Stroke
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
@@ -60,7 +62,7 @@ def write_pictures(found: Estimate, folder: Path) -> list[str]:
         save_residuals(found, folder / "residuals.png")
         names.append("residuals.png")
     if found.method == "trajectory" and not found.uniform:
-        save_profile(found, folder / "profile.png")
+        save_profile(found, papers_way(found), folder / "profile.png")
         names.append("profile.png")
     if found.bias_search is not None and len(found.bias_search.bias):
         save_camera_bias(found.bias_search.bias, found.ice, folder / "camera.png")
@@ -97,6 +99,21 @@ def draw_weight(ice: Ice, mu: float) -> tuple[float, float, float] | None:
     return high, path.duration, hog_to_hog
 
 
+def worth_of_a_per_cent(ice: Ice, mu: float) -> tuple[float, float] | None:
+    """What ice that is keener by one per cent does to a draw to the tee.
+
+    Returns
+    -------
+    how much further the same throw runs [m], and by how much the split from hog line to hog line
+    of the throw that then draws to the tee is longer [s]; None where no draw comes to rest there
+    """
+    usual, keener = draw_weight(ice, mu), draw_weight(ice, 0.99 * mu)
+    if usual is None or keener is None:
+        return None
+    even = replace(ice, friction=FrictionMap.uniform(0.99 * mu, ice.sheet))
+    return slide(even, Throw(speed=usual[0]).release(), bounds=FAR).y - TEE_Y, keener[2] - usual[2]
+
+
 def save_map(found: Estimate, path: Path) -> None:
     """The friction map as a curler reads it, its uncertainty, and the paths that showed it."""
     sheet, friction = found.ice.sheet, found.ice.friction
@@ -127,7 +144,10 @@ def save_map(found: Estimate, path: Path) -> None:
         draw_sheet(ax, sheet, rings=0.55)
         show_lengthwise(ax, sheet)
     for part in found.slides:
-        bottom.plot(*lengthwise(part.xy[::3]).T, color=INK, lw=0.6, alpha=0.45)
+        bottom.plot(
+            *lengthwise(part.xy[::3]).T, color=INK, lw=0.8,
+            path_effects=[Stroke(linewidth=2.0, foreground="white", alpha=0.7), Normal()],
+        )  # fmt: skip
     low, high = found.interval
     figure.suptitle(
         f"Friction of the ice: μ = {found.mu:.5f}  (95 %: {low:.5f} to {high:.5f}), "
@@ -232,10 +252,15 @@ def save_residuals(found: Estimate, path: Path) -> None:
     save_figure(figure, path)
 
 
-def save_profile(found: Estimate, path: Path) -> None:
+def papers_way(found: Estimate) -> Estimate:
+    """What differentiating and averaging, the paper's own way, makes of the same throws."""
+    tracks = [part.track for part in found.slides]
+    return estimate_ice(tracks, start=found.ice, method="paper", uniform=found.uniform)
+
+
+def save_profile(found: Estimate, plain: Estimate, path: Path) -> None:
     """Friction along the sheet: the joint fit, its σ, and the paper's own way beside it."""
     sheet, friction = found.ice.sheet, found.ice.friction
-    plain = estimate_ice([part.track for part in found.slides], start=found.ice, method="paper")
     figure = new_figure(13, 4.6)
     ax = figure.subplots()
     weights = friction.observed.astype(float)

@@ -15,7 +15,13 @@ from curling_env.ice import write_cells
 from curling_env.storage import write_json, write_table
 from friction_estimation.inversion import Estimate
 from friction_estimation.page import facts, picture, table, write_page
-from friction_estimation.report import draw_weight, per_cent, write_pictures
+from friction_estimation.report import (
+    draw_weight,
+    papers_way,
+    per_cent,
+    worth_of_a_per_cent,
+    write_pictures,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,6 +107,8 @@ def _write_page(
         for name in pictures
         if name != "map.png"
     ]
+    if found.method == "trajectory":
+        sections.append(f"<h2>The older way beside it</h2>{_beside(found)}")
     sections.append(f"<h2>The throws</h2>{_throws(found)}")
     write_page(folder / "report.html", "Friction of the ice", sections)
 
@@ -156,6 +164,12 @@ def _facts(found: Estimate) -> list[tuple[str, str]]:
             (f"{seconds:.1f} s", "hog line to rest at the tee"),
             (f"{speed:.2f} m/s", "draw weight at the hog line"),
         ]
+        worth = worth_of_a_per_cent(found.ice, found.mu)
+        if worth is not None:
+            pairs += [
+                (f"{worth[0]:.2f} m", "further for a draw where it is 1 % keener"),
+                (f"{worth[1]:.2f} s", "longer split of a draw on ice 1 % keener"),
+            ]
     pairs.append((str(len(found.slides)), "throws measured"))
     if found.belief is not None:
         pairs.append((f"{found.resolution:.1f} m", "finest detail that is resolved"))
@@ -178,6 +192,29 @@ def _remarks(found: Estimate) -> str:
     return said
 
 
+def _beside(found: Estimate) -> str:
+    """The joint fit and the paper's own way, in numbers."""
+    plain = papers_way(found)
+    rows: list[list[str]] = []
+    ways = (
+        ("joint fit of all throws", found),
+        ("differentiated and averaged, the paper's way", plain),
+    )
+    for name, way in ways:
+        low, high = way.interval
+        seen = way.ice.friction.observed
+        mu = way.ice.friction.mu[seen] / way.mu
+        varies = "" if found.uniform else per_cent(float(mu.std())).lstrip("+")
+        rows.append([name, f"{way.mu:.5f}", f"{low:.5f} to {high:.5f}", varies])
+    head = ["", "μ", "95 % interval", "cells differ by"]
+    return table(head, rows, numeric={1, 2, 3}) + (
+        "<p class=faint>Where cells of the older way differ by more, that is noise of its "
+        "derivatives.</p>"
+        if not found.uniform
+        else ""
+    )
+
+
 def _throws(found: Estimate) -> str:
     rows: list[list[str]] = []
     for entry in found.summary()["each"]:
@@ -187,7 +224,9 @@ def _throws(found: Estimate) -> str:
                 f"{entry['speed']:.2f}" if "speed" in entry else "",
                 f"{entry['seconds']:.1f}",
                 "yes" if entry["rests"] else "no",
-                f"{100 * (entry['mu_factor'] - 1):+.2f}" if "mu_factor" in entry else "",
+                f"{100 * (entry['mu_factor'] - 1) + 0.0:+.2f}".replace("-0.00", "+0.00")
+                if "mu_factor" in entry
+                else "",
                 f"{1000 * entry['rms_m']:.1f}" if "rms_m" in entry else "",
                 str(entry["wild_rows"]),
             ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from curling_env.trajectory import Trajectory, read_tracks
+from curling_env.trajectory import Trajectory, read_tracks, write_tracks
 from friction_estimation import tracking
 from friction_estimation.unfinished import Unfinished
 
@@ -92,3 +92,44 @@ def test_the_command_goes_on_after_an_interruption(curling, tmp_path, monkeypatc
     assert [k.throw for k in read_tracks(tmp_path / "tracks.csv")] == [0, 1, 2]
     assert [entry["frames"] for entry in done.json()] == [9, 9, 9]
     assert not any(path.suffix == ".unfinished" for path in tmp_path.iterdir())
+
+
+def test_films_of_two_cameras_go_straight_to_a_map(curling, sliding, tmp_path, monkeypatch):
+    """Each film has its scene; what was tracked before an interruption is not tracked again."""
+    rng = np.random.default_rng(3)
+    thrown = sliding.measured_throws(sliding.uniform(0.0085), sliding.varied_starts(rng, 2), rng)
+    scenes = [tmp_path / f"{name}.json" for name in "ab"]
+    for k, path in enumerate(scenes):
+        path.write_text(
+            f'{{"corners_px": {{"home_left": [1{k}, 590], "home_right": [110, 590], '
+            '"away_left": [10, 10], "away_right": [110, 10]}}'
+        )
+    films = [tmp_path / f"{name}.mp4" for name in "ab"]
+    films[0].write_bytes(b"film")
+    whole, tracked = tracking.track_film, []
+
+    def stand_in(path, scene, *, throw, progress):
+        if not path.exists():
+            return whole(path, scene, throw=throw, progress=progress)
+        tracked.append(path.name)
+        result = type("Result", (), {"frame_count": 9, "trajectory": thrown[throw]})
+        result.trajectories = (thrown[throw],)
+        return result
+
+    monkeypatch.setattr(tracking, "track_film", stand_in)
+    ice = tmp_path / "ice.json"
+    call = ("estimate", *films, "--scene", scenes[0], "--scene", scenes[1], "-o", ice, "--uniform")
+    assert "no such film" in curling(*call).err
+    assert not ice.exists()
+    films[1].write_bytes(b"film")
+    done = curling(*call)
+    assert done.status == 0, done.err
+    assert tracked == ["a.mp4", "b.mp4"]
+    assert done.json()["mu"] == pytest.approx(0.0085, rel=0.005)
+    assert not any(path.suffix == ".unfinished" for path in tmp_path.iterdir())
+    three = curling("estimate", *films, films[0], *call[3:])
+    assert three.status == 2
+    assert "one scene for all films or one for each: 3 films, 2 scenes" in three.err
+    table = tmp_path / "tracks.csv"
+    write_tracks(table, thrown)
+    assert "belong to films" in curling("estimate", table, "--scene", scenes[0], "-o", ice).err
