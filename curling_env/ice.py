@@ -156,6 +156,31 @@ class Ice:
             (1 - v) * mu[i1, j] + v * mu[i1, j1]
         )
 
+    def refined(self, times: int) -> Ice:
+        """The same ice on cells `times` as narrow: its friction is the same at every point.
+
+        Parameters
+        ----------
+        times : odd, so that the centres of the cells as they were are centres again
+
+        Raises
+        ------
+        InputError : an even number, or none
+        """
+        if times < 1 or times % 2 == 0:
+            raise InputError(f"cells are refined by an odd number of times, got {times}")
+        sheet = replace(self.sheet, cell_size=self.sheet.cell_size / times)
+        centres = np.stack(np.meshgrid(sheet.x_centres, sheet.y_centres), axis=-1)
+        friction, cell = self.friction, self.sheet.cell_of(centres)
+        mu = np.full(sheet.shape, friction.mu.flat[0])
+        finer = replace(
+            friction,
+            mu=mu if friction.is_uniform else self.mu_at(centres),
+            sigma=friction.sigma[cell],
+            observed=friction.observed[cell],
+        )
+        return replace(self, sheet=sheet, friction=finer)
+
     def effect(self, name: str) -> ActiveEffect | None:
         """The first active effect of that name, or None."""
         return next((effect for effect in self.effects if effect.name == name), None)

@@ -35,6 +35,7 @@ COMPARED = {
     "curl": ("strength", "speed_exponent"),
     "slope": ("x", "y"),
     "pebble_wear": ("rate",),
+    "pebble_wear:along paths": ("along_path",),
     "stone_bias": ("factor",),
     "sweeping": ("friction_factor",),
     "friction_patch": ("factor",),
@@ -107,11 +108,17 @@ def plan(kinds: list[str], sessions: int, others: list[int]) -> list[Task]:
     return out
 
 
+def name_and_form(effect: dict[str, Any]) -> str:
+    """An effect of a report; wear along paths is told from that of the whole sheet."""
+    along = effect["name"] == "pebble_wear" and "along_path" in effect["parameters"]
+    return "pebble_wear:along paths" if along else effect["name"]
+
+
 def score(report: dict[str, Any], truth: dict[str, Any], seconds: float) -> dict[str, Any]:
     """A session's row: what was named, and how well."""
-    hidden = sorted(n.partition(":")[0] for n in truth["effects"])
+    hidden = sorted(n if n in COMPARED else n.partition(":")[0] for n in truth["effects"])
     hidden = [name for name in hidden if name in COMPARED]
-    named = sorted({e["name"] for e in report["effects"] if e["name"] != "unknown"})
+    named = sorted({name_and_form(e) for e in report["effects"] if e["name"] != "unknown"})
     row: dict[str, Any] = {
         "hidden": hidden,
         "named": named,
@@ -122,7 +129,7 @@ def score(report: dict[str, Any], truth: dict[str, Any], seconds: float) -> dict
         "inside": [],
     }
     for effect in report["effects"]:
-        name = effect["name"]
+        name = name_and_form(effect)
         for p in COMPARED.get(name, ()):
             true = truth["effects"].get(name, {}).get(p)
             if true is None or p not in effect["parameters"]:
@@ -159,8 +166,10 @@ def visibility(report: dict[str, Any], hidden: dict[str, dict[str, float]]) -> f
     smallest = dict(report["smallest_detectable"].get(name, {}))
     if "stone" in true:
         smallest = dict(report["smallest_detectable"].get(f"{name}[{true['stone']:.0f}]", {}))
+    if "along_path" in true:
+        smallest = dict(report["smallest_detectable"].get("pebble_wear[along_path]", {}))
     for effect in report["effects"]:
-        if effect["name"] == name:
+        if name_and_form(effect) == name:
             smallest = {p: CLEARLY * v["stderr"] for p, v in effect["parameters"].items()}
     ratios = [
         abs(true[p] - NEUTRAL.get(name, 0.0)) / smallest[p]

@@ -30,6 +30,7 @@ NAMES = (
     "curl",
     "slope",
     "pebble_wear",
+    "pebble_wear:along paths",
     "stone_bias",
     "sweeping",
     "friction_patch",
@@ -47,6 +48,7 @@ FORMS = (
     "lens_distortion:end camera",
     "pebble_wear:linear",
     "time_drift:linear",
+    "pebble_wear:under each contact",
 )
 """Effects of the catalogue in forms that are not the catalogue's own."""
 OUTSIDE = (
@@ -98,12 +100,58 @@ OUTSIDE = (
     PATCH_SOFT,
     WEAR_LINEAR,
     DRIFT_LINEAR,
+    WEAR_ALONG,
+    WEAR_UNDER,
     SIZE,
-) = range(37)  # fmt: skip
+) = range(39)  # fmt: skip
+
+ACROSS, ALONG = 0.0125, 0.05
+"""Sides of the squares on which passes of earlier stones are counted [m]."""
+SQUARES = (401, 901)
 
 
 @numba.njit(cache=True)
-def rates(q: Any, s: Any, t: float, clock: float, order: float, stone: float, swept: float) -> Any:
+def square_of(x: float, y: float) -> Any:
+    i = int(x / ACROSS + 0.5 * SQUARES[0])
+    j = int(y / ALONG + 0.5 * SQUARES[1])
+    return min(max(i, 0), SQUARES[0] - 1), min(max(j, 0), SQUARES[1] - 1)
+
+
+@numba.njit(cache=True)
+def worn(rate: float, passes: Any, x: float, y: float, ex: float, ey: float, phi: float) -> float:
+    """Factor on friction where the contact at phi stands."""
+    forward, left = BAND * math.cos(phi), BAND * math.sin(phi)
+    i, j = square_of(x + forward * ex - left * ey, y + forward * ey + left * ex)
+    return math.exp(rate * passes[i, j])
+
+
+@numba.njit(cache=True)
+def run_over(passes: Any, path: Any) -> None:
+    """Count one more pass on every square that the band ran over."""
+    touched = np.zeros(passes.shape, dtype=np.bool_)
+    for k in range(0, path.shape[0], 5):
+        low, first = square_of(path[k, 0] - BAND, path[k, 1] - BAND)
+        high, last = square_of(path[k, 0] + BAND, path[k, 1] + BAND)
+        for i in range(low, high + 1):
+            for j in range(first, last + 1):
+                x = (i + 0.5 - 0.5 * SQUARES[0]) * ACROSS - path[k, 0]
+                y = (j + 0.5 - 0.5 * SQUARES[1]) * ALONG - path[k, 1]
+                if x * x + y * y < BAND * BAND:
+                    touched[i, j] = True
+    passes += touched
+
+
+@numba.njit(cache=True)
+def rates(
+    q: Any,
+    passes: Any,
+    s: Any,
+    t: float,
+    clock: float,
+    order: float,
+    stone: float,
+    swept: float,
+) -> Any:
     x, y, vx, vy, theta, spin = s[0], s[1], s[2], s[3], s[4], s[5]
     v = math.sqrt(vx * vx + vy * vy) + 1e-12
     ex, ey = vx / v, vy / v
@@ -125,6 +173,12 @@ def rates(q: Any, s: Any, t: float, clock: float, order: float, stone: float, sw
     mu *= 1.0 + q[O_HEADING] * math.sin(theta)
     mu *= 1.0 + q[O_RIPPLE] * math.sin(2.0 * math.pi * y / 5.0)
     mu *= 1.0 + q[O_BRUSHED] * (1.0 if vy > 0 else -1.0) * math.exp(-v)
+    if q[WEAR_ALONG] != 0.0:
+        mean = 0.0
+        for k in range(CONTACTS):
+            phi = 2.0 * math.pi * (k + 0.5) / CONTACTS
+            mean += worn(q[WEAR_ALONG], passes, x, y, ex, ey, phi) / CONTACTS
+        mu *= mean
     along = 0.0
     across = 0.0
     torque = 0.0
@@ -141,6 +195,8 @@ def rates(q: Any, s: Any, t: float, clock: float, order: float, stone: float, sw
                 local *= max(slip, 0.02) ** (-q[EXPONENT])
         local *= 1.0 + q[LINEAR] * (1.5 - slip)
         local *= 1.0 - q[ASYMMETRY] * math.cos(phi)
+        if q[WEAR_UNDER] != 0.0:
+            local *= worn(q[WEAR_UNDER], passes, x, y, ex, ey, phi)
         along -= local * ux / slip
         across -= local * uy / slip
         torque -= local * (-math.sin(phi) * ux + math.cos(phi) * uy) / slip
@@ -159,7 +215,16 @@ def rates(q: Any, s: Any, t: float, clock: float, order: float, stone: float, sw
 
 
 @numba.njit(cache=True)
-def throw_path(q: Any, start: Any, clock: float, order: float, stone: float, sweep: Any, out: Any):
+def throw_path(
+    q: Any,
+    passes: Any,
+    start: Any,
+    clock: float,
+    order: float,
+    stone: float,
+    sweep: Any,
+    out: Any,
+) -> int:
     """States every `STEP` until rest or the edge; how many."""
     s = start.copy()
     middle = np.empty(6)
@@ -171,7 +236,7 @@ def throw_path(q: Any, start: Any, clock: float, order: float, stone: float, swe
         if v < STOP or abs(s[1]) > EDGE:
             return n + 1
         swept = 1.0 if sweep[0] <= t < sweep[1] else 0.0
-        ax, ay, at = rates(q, s, t, clock + t, order, stone, swept)
+        ax, ay, at = rates(q, passes, s, t, clock + t, order, stone, swept)
         # The last millimetre per second would be overshot by a whole step.
         h = min(STEP, 0.5 * v / math.sqrt(ax * ax + ay * ay + 1e-18))
         half = 0.5 * h
@@ -181,7 +246,7 @@ def throw_path(q: Any, start: Any, clock: float, order: float, stone: float, swe
         middle[2] = s[2] + half * ax
         middle[3] = s[3] + half * ay
         middle[5] = s[5] + half * at
-        ax, ay, at = rates(q, middle, t + half, clock + t, order, stone, swept)
+        ax, ay, at = rates(q, passes, middle, t + half, clock + t, order, stone, swept)
         s[0] += h * middle[2]
         s[1] += h * middle[3]
         s[4] += h * middle[5]
@@ -220,6 +285,12 @@ def hide(name: str, q: Floats, camera: dict[str, Any], rng: np.random.Generator)
     if name == "pebble_wear":
         q[WEAR] = sign * 0.004 * size
         return {"rate": q[WEAR]}
+    if name == "pebble_wear:along paths":
+        q[WEAR_ALONG] = sign * 0.02 * size
+        return {"along_path": q[WEAR_ALONG]}
+    if name == "pebble_wear:under each contact":
+        q[WEAR_UNDER] = sign * 0.02 * size
+        return {}
     if name == "stone_bias":
         q[STONE], q[STONE_FACTOR] = rng.integers(0, 3), 1.0 + sign * 0.025 * size
         return {"stone": q[STONE], "factor": q[STONE_FACTOR]}
@@ -367,6 +438,7 @@ def make_session(
     gap = rng.integers(throws // 3, 2 * throws // 3)
     base_mu = q[MU]
     misplaced = [waves(2, rng, period=20.0) for _ in range(2)] if film else []
+    passes = np.zeros(SQUARES)
     speeds = np.concatenate([speeds, rng.uniform(1.4, 2.9, fresh)])
     for k in range(throws + fresh):
         direction = 1.0 if k % ways == 0 else -1.0
@@ -388,7 +460,8 @@ def make_session(
         stone = int(rng.integers(0, 4))
         q[MU] = base_mu * math.exp(rng.normal(0, SCATTER))
         path = np.empty((int(70 / STEP), 6))
-        n = throw_path(q, start, clock, float(k), float(stone), sweep, path)
+        n = throw_path(q, passes, start, clock, float(k), float(stone), sweep, path)
+        run_over(passes, path[:n])
         t = np.arange(n) * STEP
         frames = np.arange(0.0, t[-1], 1 / 30)
         frames = frames[(rng.random(len(frames)) > missing) | (frames == 0)]

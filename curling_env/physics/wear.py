@@ -52,10 +52,24 @@ def wear_of(ice: Ice, paths: Iterable[Floats]) -> Floats:
     (rows, columns); a pass changes a cell by the share of its area that the band covered. What
     several paths wear adds up, in any order of them
     """
-    covered = np.zeros(ice.sheet.shape)
+    return wear_along_path(ice) * passes_over(ice.sheet, paths)
+
+
+def passes_over(sheet: Sheet, paths: Iterable[Floats]) -> Floats:
+    """How often the running band passed over every cell, (rows, columns).
+
+    Parameters
+    ----------
+    paths : (n, 2) each, sheet frame [m]
+
+    Returns
+    -------
+    a pass over part of a cell counts as that part of it
+    """
+    covered = np.zeros(sheet.shape)
     for path in paths:
-        covered += _area_covered(ice.sheet, path)
-    return wear_along_path(ice) / ice.sheet.cell_size**2 * covered
+        covered += _area_covered(sheet, path)
+    return covered / sheet.cell_size**2
 
 
 def worn(ice: Ice, wear: Floats | None) -> Ice:

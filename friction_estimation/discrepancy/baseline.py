@@ -6,7 +6,7 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from friction_estimation.discrepancy.candidates import UNDECIDABLE, Term, forms
+from friction_estimation.discrepancy.candidates import FORMS, UNDECIDABLE, Term, forms
 from friction_estimation.discrepancy.misplacement import misplacement_of
 from friction_estimation.discrepancy.model import Model
 from friction_estimation.discrepancy.session import Session
@@ -48,10 +48,15 @@ def base_model(ice: Ice | None, session: Session) -> Model:
             for p in form.parameters
             if p.name not in PLACES and (p.neutral is not None or p.name in effect.sigma)
         )
+        if form.name in FORMS:
+            # The form it has is refitted; the others stay candidates.
+            free = tuple(n for n, value in values.items() if value or n in effect.sigma) or free
         terms.append(
             Term(form=form, values={k: float(v or 0.0) for k, v in values.items()}, free=free)
         )
-    return Model(ice=ice, terms=tuple(terms), misplacement=misplacement_of(session))
+    worn = any(term.values.get("along_path") for term in terms)
+    misplacement = misplacement_of(session)
+    return Model(ice=ice, terms=tuple(terms), misplacement=misplacement, own_cells_wear=worn)
 
 
 def _first_friction(session: Session) -> float:

@@ -25,6 +25,15 @@ UNDECIDABLE = ("scale_error", "frame_rate_error")
 PER_THROW = frozenset({"pebble_wear", "stone_bias", "time_drift"})
 """Effects that act on the friction of whole throws: they are seen between throws, not within."""
 
+ALONG_PATH = "along_path"
+"""Parameter of `pebble_wear` in its finer form: worn where stones ran, and not all over."""
+
+
+def without_stone(label: str) -> str:
+    """A label without the stone it is of; other forms of an effect keep theirs."""
+    name, _, which = label.partition("[")
+    return label if which == f"{ALONG_PATH}]" else name
+
 
 PUSHES_OF: Mapping[str, frozenset[str]] = {
     "curl": frozenset({"left"}),
@@ -60,8 +69,15 @@ class Term:
 
     @property
     def label(self) -> str:
-        """Its name, with the stone where there is one for each."""
-        return f"{self.name}[{self.values['stone']:.0f}]" if "stone" in self.values else self.name
+        """Its name, with the stone where there is one for each, or with the form it has."""
+        if "stone" in self.values:
+            return f"{self.name}[{self.values['stone']:.0f}]"
+        return f"{self.name}[{ALONG_PATH}]" if self.free == (ALONG_PATH,) else self.name
+
+    @property
+    def between_throws(self) -> bool:
+        """Whether it acts on the friction of whole throws, so that it is not seen within one."""
+        return self.name in PER_THROW and self.free != (ALONG_PATH,)
 
     def with_values(self, **values: float) -> Term:
         return replace(self, values={**self.values, **values})
@@ -100,6 +116,10 @@ def forms(measurements: Sequence[Form] = MEASUREMENTS) -> dict[str, Form]:
     return cards | {form.name: form for form in measurements}
 
 
+FORMS = frozenset({"pebble_wear"})
+"""Effects of which each form is a candidate by itself."""
+
+
 def _start(form: Form, **given: float) -> dict[str, float]:
     """Values at which the effect does nothing and its shape is the usual one."""
     values: dict[str, float] = {}
@@ -133,12 +153,24 @@ def candidates(session: Session, terms: tuple[Term, ...] = ()) -> list[Term]:
             continue
         if not _speaks_of(session, form):
             continue
+        if form.name == "pebble_wear" and _run_over(session):
+            found.append(Term(form=form, values=_start(form), free=(ALONG_PATH,)))
         finer = (*SHAPES.get(form.name, ()), "lens_p1", "lens_p2")
         free = tuple(n for n in form.switches if n not in finer)
         if form.name == "sweeping" and not has_curl:
             free = ("friction_factor",)
         found.append(Term(form=form, values=_start(form), free=free))
-    return [term for term in found if term.label not in taken]
+    fitted = {(term.name, name) for term in terms for name in term.free if term.name in FORMS}
+    return [
+        term
+        for term in found
+        if term.label not in taken and not fitted & {(term.name, name) for name in term.free}
+    ]
+
+
+def _run_over(session: Session) -> bool:
+    """Whether throws ran on ice that earlier ones had run on."""
+    return bool(len(session.lanes.orders) and session.orders.max() > session.lanes.orders.min())
 
 
 def _speaks_of(session: Session, form: Form) -> bool:

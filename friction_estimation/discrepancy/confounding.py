@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.sheet import HOG_LINE_Y
-from friction_estimation.discrepancy.candidates import candidates
+from friction_estimation.discrepancy.candidates import candidates, without_stone
 from friction_estimation.discrepancy.fit import Fit, fit
 from friction_estimation.discrepancy.model import predict
 from friction_estimation.discrepancy.screening import left_out_scores, screen
@@ -21,6 +21,8 @@ NEARLY = 0.8
 """Part of an effect's gain from which a candidate is fitted in its place."""
 SPEEDS = (1.3, 1.8, 2.4, 3.1)
 SPINS = (-2.2, -0.8, 0.8, 2.2)
+FURTHEST_LINE = 1.2
+"""How far from the middle of the sheet a throw begins at most [m]."""
 TIME = 25.0
 """How long a throw is watched [s]."""
 FRAMES = 15.0
@@ -48,11 +50,12 @@ def alternatives(fitted: Fit, label: str) -> list[Alternative]:
     """Candidates that serve as well as a named effect."""
     without = refit(fitted, fitted.model.without(label))
     gain = without.deviance - fitted.deviance
-    name = label.partition("[")[0]
+    own = without_stone(label)
     looks = [
         look
         for look in screen(without, candidates(fitted.session, without.model.terms))
-        if look.term.name != name and look.gain > min(NEARLY * gain, gain - RULED_OUT)
+        if without_stone(look.term.label) != own
+        and look.gain > min(NEARLY * gain, gain - RULED_OUT)
     ]
     found: list[Alternative] = []
     for look in looks[:3]:
@@ -61,7 +64,9 @@ def alternatives(fitted: Fit, label: str) -> list[Alternative]:
         if worse < RULED_OUT and trial.gain > trial.needed:
             throw, strength = separating_throw(fitted, trial.fit)
             found.append(
-                Alternative(name=look.term.name, worse=worse, throw=throw, strength=strength)
+                Alternative(
+                    name=without_stone(look.term.label), worse=worse, throw=throw, strength=strength
+                )
             )
     return found
 
@@ -72,7 +77,7 @@ def separating_throw(one: Fit, other: Fit) -> tuple[str, float]:
     The release is not known beforehand, and the throw's own friction is not either: what they can
     mend does not count.
     """
-    session, states = _trial_throws(one.session)
+    session, states = _trial_throws(one)
     ideal = predict(one.model, session, states, np.zeros(len(session)))
     seen = replace(session, xy=ideal[:, :2], theta=ideal[:, 4])
     mended = fit(other.model, seen, other.noise, states=states, shared=False)
@@ -83,7 +88,7 @@ def separating_throw(one: Fit, other: Fit) -> tuple[str, float]:
     swept = "swept" if session.swept[session.rows(k)].any() else "unswept"
     words = (
         f"{np.hypot(states[k, 2], states[k, 3]):.1f} m/s {way}, {abs(states[k, 5]):.1f} rad/s "
-        f"{side}, stone {session.stones[k]}, {swept}"
+        f"{side}, from x = {states[k, 0]:+.1f} m, stone {session.stones[k]}, {swept}"
     )
     wait = session.clocks[k] - one.session.clocks.max()
     if wait > 600:
@@ -91,24 +96,36 @@ def separating_throw(one: Fit, other: Fit) -> tuple[str, float]:
     return words, float(scores[k])
 
 
-def _trial_throws(session: Session) -> tuple[Session, Floats]:
+def _lines(fitted: Fit) -> tuple[float, float]:
+    """Where stones ran most and least so far, across the sheet between its hog lines [m]."""
+    sheet, lanes = fitted.model.wear_sheet, fitted.session.lanes
+    passes = lanes.passes(sheet)[-1]
+    x, between = sheet.x_centres, np.abs(sheet.y_centres) < HOG_LINE_Y
+    reach = np.abs(x) <= FURTHEST_LINE
+    often = passes[between].sum(axis=0)[reach]
+    return float(x[reach][np.argmax(often)]), float(x[reach][np.argmin(often)])
+
+
+def _trial_throws(fitted: Fit) -> tuple[Session, Floats]:
     """Throws that could be played next, and their releases."""
+    session = fitted.session
     t = np.arange(0.0, TIME, 1.0 / FRAMES)
     stones = np.unique(session.stones)
     swept_too = (False, True) if session.swept.any() else (False,)
     grid = [
-        (way, speed, spin, swept, wait)
+        (way, speed, spin, swept, wait, line)
         for way in (1.0, -1.0)
         for speed in SPEEDS
         for spin in SPINS
         for swept in swept_too
         for wait in (60.0, 3600.0)
+        for line in _lines(fitted)
     ]
     n = len(grid)
     states = np.array(
         [
-            [0.5 * (-1) ** k, -way * HOG_LINE_Y, 0.0, way * v, 0.0, w]
-            for k, (way, v, w, _, _) in enumerate(grid)
+            [line, -way * HOG_LINE_Y, 0.0, way * speed, 0.0, spin]
+            for way, speed, spin, _, _, line in grid
         ]
     )
     swept = np.concatenate(
@@ -126,4 +143,5 @@ def _trial_throws(session: Session) -> tuple[Session, Floats]:
         swept=swept,
         sigma=np.ones((n * len(t), 2)),
         starts=np.arange(n + 1) * len(t),
+        lanes=session.lanes,
     ), states

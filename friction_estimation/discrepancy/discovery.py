@@ -33,6 +33,7 @@ from friction_estimation.discrepancy.selection import (
     Progress,
     Selection,
     closure,
+    falls_short,
     fit_with_noise,
     misfit_of,
     prune,
@@ -49,7 +50,7 @@ ENOUGH_THROWS = 8
 BY_CHANCE = 0.05
 """Corrected probability below which an effect is proved."""
 CLOSES = 0.9
-"""Part of the misfit that named effects must close."""
+"""Part of the misfit that named effects must close, noise allowed for."""
 CLOSES_BESIDE_UNKNOWN = 0.97
 """Part that they must close where something is left that follows nothing known: a proxy closes up
 to 0.97."""
@@ -264,7 +265,7 @@ def _search(everything: Fit, rng: np.random.Generator, progress: Progress) -> Di
     closes = closure(selection.before, after)
     follows = _follow(named, after, structure, rng, progress) if open_ else []
     doubtful = _doubtful(proofs, follows, closes, after.excess) if open_ else []
-    if closes < CLOSES:
+    if falls_short(selection.before, after, CLOSES):
         doubtful = [proof.label for proof in proofs]
     if doubtful:
         # A proxy of what is unknown must not stand as a name: the rest is fitted without it.

@@ -8,10 +8,11 @@ every parameter, so that finite differences can be trusted.
 
 from __future__ import annotations
 
-from math import fabs, sqrt
-from typing import Any
+from math import exp, fabs, floor, sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from curling_env.physics.compiled import compiled, inlined
 from curling_env.physics.effects.motion import (
@@ -40,9 +41,66 @@ MAX_STEPS = 5_000
 """Steps after which a stone that never stops is left where it is."""
 
 
+class Wear(NamedTuple):
+    """What stones that ran before have worn along their paths, as the kernels read it.
+
+    Parameters
+    ----------
+    passes : (p + 1, rows, columns) over each cell once so many stones had run
+    before : (k,) how many had run before each throw
+    along_path : change of ln μ by one pass
+    origin_x, origin_y : centre of the first cell [m]
+    cell : side of the cells [m]
+    bilinear : whether friction is interpolated between the cells' centres
+    """
+
+    passes: NDArray[np.float64]
+    before: NDArray[np.intp]
+    along_path: float
+    origin_x: float
+    origin_y: float
+    cell: float
+    bilinear: bool
+
+
+@inlined
+def _worn_cell(wear: Any, stones: int, i: int, j: int) -> float:
+    """Factor on the friction of cell i, j after some stones; beyond the sheet the nearest."""
+    row = min(max(i, 0), wear.passes.shape[1] - 1)
+    column = min(max(j, 0), wear.passes.shape[2] - 1)
+    return exp(wear.along_path * wear.passes[stones, row, column])
+
+
+@inlined
+def _worn(wear: Any, throw: int, x: float, y: float) -> float:
+    """Factor on the friction at a point before a throw."""
+    stones = wear.before[throw]
+    u = (y - wear.origin_y) / wear.cell
+    v = (x - wear.origin_x) / wear.cell
+    if not wear.bilinear:
+        return _worn_cell(wear, stones, floor(u + 0.5), floor(v + 0.5))
+    i, j = floor(u), floor(v)
+    u -= i
+    v -= j
+    near = (1.0 - v) * _worn_cell(wear, stones, i, j) + v * _worn_cell(wear, stones, i, j + 1)
+    far = (1.0 - v) * _worn_cell(wear, stones, i + 1, j) + v * _worn_cell(
+        wear, stones, i + 1, j + 1
+    )
+    return near * (1.0 - u) + u * far
+
+
 @inlined
 def _derivative(
-    law: Any, motion: Any, push: Any, parts: Any, clock: float, t: float, s: Any, d: Any
+    law: Any,
+    wear: Any,
+    throw: int,
+    motion: Any,
+    push: Any,
+    parts: Any,
+    clock: float,
+    t: float,
+    s: Any,
+    d: Any,
 ):
     """Rate d of change of the state s (x, y, vx, vy, theta, omega) at time t."""
     motion[T] = t
@@ -50,6 +108,8 @@ def _derivative(
     motion[HEADING] = s[4]
     feel(law, motion, push, s[0], s[1], s[2], s[3], s[5], parts)
     mu = mu_of_map(law, s[0], s[1])
+    if wear.along_path != 0.0:
+        mu *= _worn(wear, throw, s[0], s[1])
     d[0] = s[2]
     d[1] = s[3]
     d[4] = s[5]
@@ -107,6 +167,8 @@ def _between(s0: Any, d0: Any, s1: Any, d1: Any, h: float, u: float, out: Any) -
 @compiled
 def _slide_at(
     law: Any,
+    wear: Any,
+    throw: int,
     s: Any,
     motion: Any,
     push: Any,
@@ -128,14 +190,14 @@ def _slide_at(
         work[6],
     )
     n = times.shape[0]
-    longest = PATTERNED_STEP if law.patterned else LONGEST_STEP
+    longest = PATTERNED_STEP if law.patterned or wear.along_path != 0.0 else LONGEST_STEP
     t = 0.0
     row = 0
     switch = 0
     while row < n and times[row] <= 0.0:
         _copy(s, out[row])
         row += 1
-    _derivative(law, motion, push, parts, clock, t, s, d)
+    _derivative(law, wear, throw, motion, push, parts, clock, t, s, d)
     for _ in range(MAX_STEPS):
         if row >= n:
             return
@@ -156,7 +218,7 @@ def _slide_at(
             return
         if switch < switches.shape[0] and switches[switch] <= t + 1e-9:
             motion[SWEPT] = 1.0 - motion[SWEPT]
-            _derivative(law, motion, push, parts, clock, t, s, d)
+            _derivative(law, wear, throw, motion, push, parts, clock, t, s, d)
             switch += 1
         h = SPEED_SHARE * fastest / max(rate, fabs(d[5]) * law.band_radius, 1e-9)
         h = min(longest, h)
@@ -168,16 +230,16 @@ def _slide_at(
         _copy(d, d0)
         for j in range(6):
             middle[j] = s[j] + 0.5 * h * d0[j]
-        _derivative(law, motion, push, parts, clock, t + 0.5 * h, middle, d2)
+        _derivative(law, wear, throw, motion, push, parts, clock, t + 0.5 * h, middle, d2)
         for j in range(6):
             middle[j] = s[j] + 0.5 * h * d2[j]
-        _derivative(law, motion, push, parts, clock, t + 0.5 * h, middle, d3)
+        _derivative(law, wear, throw, motion, push, parts, clock, t + 0.5 * h, middle, d3)
         for j in range(6):
             middle[j] = s[j] + h * d3[j]
-        _derivative(law, motion, push, parts, clock, t + h, middle, d4)
+        _derivative(law, wear, throw, motion, push, parts, clock, t + h, middle, d4)
         for j in range(6):
             s[j] += h / 6.0 * (d0[j] + 2.0 * d2[j] + 2.0 * d3[j] + d4[j])
-        _derivative(law, motion, push, parts, clock, t + h, s, d)
+        _derivative(law, wear, throw, motion, push, parts, clock, t + h, s, d)
         while row < n and times[row] <= t + h:
             _between(before, d0, s, d, h, (times[row] - t) / h, out[row])
             row += 1
@@ -191,6 +253,7 @@ def _slide_at(
 def slide_session(
     law: Any,
     mu: Any,
+    wear: Any,
     factors: Any,
     states: Any,
     orders: Any,
@@ -212,6 +275,7 @@ def slide_session(
     ----------
     law : the ice; its map is a place to work in
     mu : (rows, columns) the map's friction
+    wear : along the paths of earlier stones
     factors : (k,) factor on the map's friction, per throw
     states : (k, 6) at release
     orders, stones, clocks, swept_first : (k,) what a throw brings along; swept_first is 0 or 1
@@ -230,6 +294,8 @@ def slide_session(
         motion[SWEPT] = swept_first[i]
         _slide_at(
             law,
+            wear,
+            i,
             s,
             motion,
             push,

@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 from curling_env.ice import Ice
 from curling_env.physics.effects.motion import MOTION_SIZE, PUSH_SIZE
 from curling_env.physics.law import Law, compile_law
+from curling_env.sheet import Sheet
 from friction_estimation.discrepancy.candidates import Term
-from friction_estimation.discrepancy.forward import WORK_SHAPE, slide_session
+from friction_estimation.discrepancy.forward import WORK_SHAPE, Wear, slide_session
+from friction_estimation.discrepancy.lanes import times_to_tell_lanes_apart
 from friction_estimation.discrepancy.misplacement import Misplacement
 from friction_estimation.discrepancy.session import Session
 
@@ -26,6 +28,8 @@ COUPLING_SIGMA = 0.15
 """Prior standard deviation of ln_coupling: inertia ±10 %, radius of the band ±5 %."""
 STATE_STEPS = (1e-3, 1e-3, 2e-4, 2e-4, 2e-3, 1e-3)
 """Steps of finite differences in x, y, vx, vy, theta, omega."""
+NO_WEAR = Wear(np.zeros((1, 1, 1)), np.zeros(1, dtype=np.intp), 0.0, 0.0, 0.0, 1.0, True)
+"""Along the paths of earlier stones, where they wear nothing."""
 PATH_STEP = 3e-3
 """How far a finite difference in a parameter should move a path [m]."""
 
@@ -41,6 +45,8 @@ class Model:
     ln_mu, ln_coupling : see `GLOBALS`
     spread : standard deviation of ln μ from throw to throw
     misplacement : errors of places that all throws share; None where tracks do not err so
+    own_cells_wear : whether wear along paths is remembered by the map's own cells, however wide,
+        and not by cells that tell one lane from the next
     """
 
     ice: Ice
@@ -49,6 +55,7 @@ class Model:
     ln_coupling: float = 0.0
     spread: float = 0.0
     misplacement: Misplacement | None = None
+    own_cells_wear: bool = False
     steps: dict[tuple[str, str], float] = field(default_factory=dict, repr=False)
 
     @property
@@ -125,20 +132,51 @@ class Model:
             turning=law.turning * float(np.exp(self.ln_coupling)),
         )
 
+    @property
+    def wear_refined(self) -> int:
+        """How often a cell of the map is divided to remember wear along paths."""
+        return 1 if self.own_cells_wear else times_to_tell_lanes_apart(self.ice.sheet)
+
+    @property
+    def wear_sheet(self) -> Sheet:
+        """The sheet in the cells that remember wear along paths."""
+        sheet = self.ice.sheet
+        return replace(sheet, cell_size=sheet.cell_size / self.wear_refined)
+
+    def wear(self, session: Session) -> Wear:
+        """What the stones of a session wear along their paths."""
+        along_path = sum(t.values["along_path"] for t in self.terms if t.name == "pebble_wear")
+        if along_path == 0.0:
+            return NO_WEAR
+        sheet = self.wear_sheet
+        return Wear(
+            passes=session.lanes.passes(sheet),
+            before=session.lanes.before(session.orders),
+            along_path=along_path,
+            origin_x=float(sheet.x_centres[0]),
+            origin_y=float(sheet.y_centres[0]),
+            cell=sheet.cell_size,
+            bilinear=self.ice.friction.interpolation == "bilinear",
+        )
+
     def improved_ice(self, sigma: Mapping[tuple[str, str], float]) -> Ice:
         """The ice as an ordinary ice file holds it.
+
+        Where stones wear lanes into it, its cells are narrow enough to remember them.
 
         Parameters
         ----------
         sigma : standard errors by (term, parameter)
         """
         factor = float(np.exp(self.ln_mu))
-        friction = self.ice.friction
+        worn = any(term.values.get("along_path") for term in self.terms)
+        ice = self.ice.refined(self.wear_refined) if worn else self.ice
+        friction = ice.friction
         own = np.hypot(friction.sigma, friction.mu * sigma.get(("", "ln_mu"), 0.0))
         stone = self.ice.stone
         inertia = stone.inertia / float(np.exp(self.ln_coupling))
         return replace(
-            self.ice,
+            ice,
             friction=replace(friction, mu=friction.mu * factor, sigma=own * factor),
             stone=replace(stone, inertia=inertia),
             effects=tuple(
@@ -171,6 +209,7 @@ def predict(
     slide_session(
         law._replace(mu=np.empty_like(law.mu)),
         law.mu,
+        model.wear(session),
         np.exp(ln_factors),
         states,
         session.orders,

@@ -12,9 +12,11 @@ from scipy.optimize import brentq
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.slide import slide
+from curling_env.physics.wear import wear_along_path, wear_of, worn
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.throw import Throw
 from friction_estimation.discrepancy.discovery import Discovery
+from friction_estimation.discrepancy.model import Model
 
 Floats = NDArray[np.float64]
 
@@ -68,9 +70,13 @@ def draw_shift(found: Discovery) -> DrawShift | None:
     """A draw before and after; None where a model cannot lay one on the tee line."""
     if not found.proofs and found.residual_term is None:
         return None
-    before = found.final_base.model.improved_ice({})
-    after = found.final.model.improved_ice({})
     session = found.session
+
+    def as_it_was_left(model: Model) -> Ice:
+        ice = model.improved_ice({})
+        return worn(ice, wear_of(ice, session.lanes.paths)) if wear_along_path(ice) else ice
+
+    before, after = as_it_was_left(found.final_base.model), as_it_was_left(found.final.model)
     clock, order = float(session.clocks.max()) + 60.0, int(session.orders.max()) + 1
 
     def path(ice: Ice, speed: float) -> Floats:

@@ -6,6 +6,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from friction_estimation.discrepancy.candidates import without_stone
 from friction_estimation.discrepancy.discovery import Discovery
 from friction_estimation.discrepancy.on_a_draw import draw_shift
 from friction_estimation.discrepancy.pictures import (
@@ -24,7 +25,7 @@ def write_report_page(found: Discovery, report: dict[str, Any], path: Path) -> N
     if report["effects"]:
         parts.append(f"<h2>What is missing</h2>{_effects(report)}")
     for label, figure in residual_pictures(found):
-        name = readable(label.partition("[")[0])
+        name = readable(without_stone(label))
         title = "What nothing known explains" if label == "unknown" else f"Where {name} shows"
         parts.append(
             f"<h2>{escape(title)}</h2><p class=faint>Red: what the model as it was leaves "
@@ -60,6 +61,11 @@ def _first_pictures(found: Discovery) -> str:
     return f"<div class=side>{shown}</div>" if shown else ""
 
 
+def _words(effect: dict[str, Any]) -> str:
+    """A reported effect in plain words, in the form it has."""
+    return readable(without_stone(effect["evidence"].get("label", effect["name"])))
+
+
 def _unit(unit: str) -> str:
     return "" if unit == "1" else f" {escape(unit)}"
 
@@ -74,7 +80,7 @@ def _effects(report: dict[str, Any]) -> str:
         follows = ", ".join(effect["depends_on"])
         rows.append(
             [
-                f"<b>{escape(readable(effect['name']))}</b><br>"
+                f"<b>{escape(_words(effect))}</b><br>"
                 f"<span class=tag>{escape(effect['name'])}</span>",
                 values or (f"follows {escape(follows)}" if follows else "—"),
                 escape(effect["where"]),
@@ -88,9 +94,7 @@ def _open_questions(report: dict[str, Any]) -> str:
     for effect in report["effects"]:
         throws = effect["evidence"].get("separating_throws", {})
         for name, throw in throws.items():
-            items.append(
-                f"{readable(effect['name'])} or {readable(name)}? Settled by a throw of {throw}."
-            )
+            items.append(f"{_words(effect)} or {readable(name)}? Settled by a throw of {throw}.")
         proxies = effect["evidence"].get("proxies", [])
         if proxies:
             listed = ", ".join(readable(name) for name in proxies)
@@ -103,10 +107,10 @@ def _open_questions(report: dict[str, Any]) -> str:
 def _league(report: dict[str, Any]) -> str:
     if not report["candidates"]:
         return ""
-    proofs = {e["name"]: e["evidence"] for e in report["effects"]}
+    proofs = {e["evidence"].get("label", e["name"]): e["evidence"] for e in report["effects"]}
     rows: list[list[str]] = []
     for row in report["candidates"]:
-        p = proofs.get(row["name"].partition("[")[0], {}).get("p_holm")
+        p = proofs.get(row["name"], {}).get("p_holm")
         closes = row["closure"]
         rows.append(
             [

@@ -23,6 +23,7 @@ from curling_env.drawing import (
 )
 from curling_env.ice import Ice
 from curling_env.physics.law import acceleration
+from curling_env.physics.wear import worn
 from curling_env.sheet import Direction
 from friction_estimation.discrepancy.discovery import Discovery
 from friction_estimation.discrepancy.fit import Fit
@@ -49,6 +50,7 @@ SHOWN_OVER = {
     "slope": "y",
     "tracking_offset": "theta",
     "pebble_wear": "order",
+    "pebble_wear[along_path]": "passes",
     "time_drift": "clock",
     "stone_bias": "stone",
     "sweeping": "swept",
@@ -65,6 +67,7 @@ LABELS = {
     "clock": "session clock [min]",
     "stone": "stone",
     "swept": "unswept | swept",
+    "passes": "earlier stones that ran over the place",
 }
 
 
@@ -148,7 +151,7 @@ def forecast_picture(found: Discovery) -> Figure:
 
 def residual_pictures(found: Discovery) -> list[tuple[str, Figure]]:
     """For every named effect, and for each variable of what is unknown: before and after."""
-    wanted = [(p.label, SHOWN_OVER.get(p.label.partition("[")[0], "speed")) for p in found.proofs]
+    wanted = [(proof.label, _shown_over(proof.label)) for proof in found.proofs]
     wanted += [("unknown", f.variable) for f in found.follows if f.variable in LABELS]
     out: list[tuple[str, Figure]] = []
     before, after = found.final_base, found.final
@@ -160,6 +163,11 @@ def residual_pictures(found: Discovery) -> list[tuple[str, Figure]]:
         else:
             out.append((label, _within_throws(before, after, label, variable, found.follows)))
     return out
+
+
+def _shown_over(label: str) -> str:
+    """The variable over which an effect is drawn."""
+    return SHOWN_OVER.get(label) or SHOWN_OVER.get(label.partition("[")[0], "speed")
 
 
 def _between_throws(before: Fit, after: Fit, variable: str) -> Figure:
@@ -270,9 +278,13 @@ def _law_accelerations(model: Model, after: Fit) -> Floats:
     """A model's accelerations on the paths: along the travel, to its left, turning, (rows, 3)."""
     ice = model.improved_ice({})
     session, path = after.session, after.predicted
+    wear = model.wear(session)
+    unworn = ice
     out = np.full((len(path), 3), np.nan)
     for i in range(len(session)):
         rows = np.arange(session.starts[i], session.starts[i + 1], EVERY)
+        if wear.along_path != 0.0:
+            ice = worn(unworn, wear.along_path * wear.passes[wear.before[i]])
         states = path[rows][:, [0, 1, 2, 3, 5]]
         a = np.empty((len(rows), 3))
         for swept in (False, True):
@@ -304,6 +316,10 @@ def _in_travel(vectors: Floats, velocity: Floats) -> Floats:
 
 def _value(fitted: Fit, variable: str) -> Floats:
     path, session = fitted.predicted, fitted.session
+    if variable == "passes":
+        sheet = fitted.model.wear_sheet
+        stones = session.lanes.before(session.orders)[session.owner]
+        return session.lanes.passes(sheet)[stones, *sheet.cell_of(path[:, :2])]
     return {
         "speed": np.hypot(path[:, 2], path[:, 3]),
         "y": path[:, 1],

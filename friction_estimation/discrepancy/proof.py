@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student_t
 
-from friction_estimation.discrepancy.candidates import PER_THROW, Term, candidates
+from friction_estimation.discrepancy.candidates import Term, candidates
 from friction_estimation.discrepancy.fit import Fit, eliminate_states, fit
 from friction_estimation.discrepancy.screening import left_out_scores, screen, sign_flip_p
 from friction_estimation.discrepancy.selection import WORTH_TRYING, refit, try_term
@@ -82,7 +82,7 @@ def prove(
         improvements = np.concatenate([improvements, more])
         throws = np.concatenate([throws, held_out.throws])
     p = sign_flip_p(improvements, rng)
-    if fitted.model.term(label).name in PER_THROW:
+    if fitted.model.term(label).between_throws:
         p = _permutation_p(fit(without.model, whole, fitted.noise), rng)
         p = p if p < BETWEEN else 1.0
     return Proof(
@@ -104,7 +104,7 @@ def between_throws(fitted: Fit, whole: Session, rng: np.random.Generator) -> Fit
         terms = [
             t
             for t in candidates(whole, fitted.model.terms)
-            if t.name in PER_THROW and _tells(fitted.session, t)
+            if t.between_throws and _tells(fitted.session, t)
         ]
         looks = [look for look in screen(everything, terms) if look.gain > WORTH_TRYING]
         trials = [try_term(everything, look.term) for look in looks[:3]]

@@ -54,9 +54,14 @@ class Misfit:
         return float(self.chi2.sum() / max(self.dof.sum(), 1.0))
 
     @property
+    def chance(self) -> float:
+        """Standard deviation of the excess if nothing were missing."""
+        return float(np.sqrt(2.0 * max(self.dof.sum(), 1.0)))
+
+    @property
     def z(self) -> float:
         """Excess in standard deviations."""
-        return self.excess / float(np.sqrt(2.0 * max(self.dof.sum(), 1.0)))
+        return self.excess / self.chance
 
     @property
     def white(self) -> bool:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from friction_estimation.discrepancy.candidates import (
+    ALONG_PATH,
     OTHER_STARTS,
-    PER_THROW,
     SHAPES,
     Term,
     candidates,
@@ -131,6 +131,15 @@ def closure(before: Misfit, after: Misfit) -> float:
     return 1.0 if before.white else 1.0 - after.excess / before.excess
 
 
+def falls_short(before: Misfit, after: Misfit, share: float) -> bool:
+    """Whether less than this share of the misfit was closed, and not by chance alone.
+
+    Where little was amiss, noise alone leaves a tenth of it.
+    """
+    surely_left = after.excess - 2.0 * after.chance
+    return not before.white and surely_left > (1.0 - share) * before.excess
+
+
 def misfit_of(fitted: Fit) -> Misfit:
     """Slow misfit of a fit."""
     _, columns = sensitivities(fitted.model, fitted.session, fitted.states, fitted.ln_factors)
@@ -166,6 +175,8 @@ def fit_with_noise(
 def try_term(fitted: Fit, term: Term) -> Trial:
     """Fit a candidate beside the model: its strength first, then its shape."""
     trial = refit(fitted, fitted.model.with_terms(term))
+    if term.free == (ALONG_PATH,):
+        trial = _on_own_cells(trial)
     shapes = [n for n in SHAPES.get(term.name, ()) if n in term.values] or _own_shapes(term)
     if term.name == "friction_patch":
         shapes = ("y_min", "y_max")
@@ -187,6 +198,16 @@ def try_term(fitted: Fit, term: Term) -> Trial:
     return Trial(term=trial.model.term(term.label), fit=trial, gain=gain, cost=cost)
 
 
+def _on_own_cells(worn: Fit) -> Fit:
+    """Wear along paths on the map's own cells, where these throws ask for that.
+
+    A stone wears a lane as wide as its running band. Wider cells wear the ice beside it too: so
+    does an ice that was simulated on them.
+    """
+    other = refit(worn, replace(worn.model, own_cells_wear=not worn.model.own_cells_wear))
+    return other if other.deviance < worn.deviance else worn
+
+
 def _own_shapes(term: Term) -> tuple[str, ...]:
     """Shapes of an effect that a user registered: whatever its card gives a default for."""
     from friction_estimation.discrepancy.candidates import KNOWN
@@ -203,8 +224,8 @@ def best_trials(fitted: Fit, looks: Sequence[Look]) -> list[Trial]:
     hopeful = [k for k in looks if k.gain > WORTH_TRYING or k.term.name in OTHER_STARTS]
     if not hopeful:
         hopeful = list(looks[:1])
-    between = [look for look in hopeful if look.term.name in PER_THROW][:MOST_BETWEEN_THROWS]
-    chosen = [k for k in hopeful if k.term.name not in PER_THROW or k in between][:MOST_TRIALS]
+    between = [look for look in hopeful if look.term.between_throws][:MOST_BETWEEN_THROWS]
+    chosen = [k for k in hopeful if not k.term.between_throws or k in between][:MOST_TRIALS]
     trials = [try_term(fitted, look.term) for look in chosen]
     if not any(term.name == "friction_patch" for term in fitted.model.terms):
         patch = find_patch(fitted)

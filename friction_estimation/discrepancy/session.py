@@ -8,7 +8,7 @@ are kept.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -23,6 +23,7 @@ from friction_estimation.discrepancy.cleaning import (
     without_wild_rows,
 )
 from friction_estimation.discrepancy.form import Form
+from friction_estimation.discrepancy.lanes import Lanes
 from friction_estimation.discrepancy.measurement import MEASUREMENTS, measurements_through
 from friction_estimation.kinematics import FreeSlide, free_slides
 from friction_estimation.scene import Scene
@@ -70,6 +71,7 @@ class Session:
     starts : (k+1,) first row of each throw
     left_out : why other throws are not here
     measurements : what the camera may have done to them
+    lanes : where stones ran, in all throws of the session: those not searched wear the ice as well
     """
 
     throws: Indices
@@ -87,6 +89,7 @@ class Session:
     smoothed: bool = False
     left_out: tuple[str, ...] = ()
     measurements: tuple[Form, ...] = MEASUREMENTS
+    lanes: Lanes = field(default_factory=Lanes)
 
     def __len__(self) -> int:
         return len(self.throws)
@@ -239,6 +242,7 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
         starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
         left_out=(*off_sheet, *reasons),
         measurements=MEASUREMENTS if scene is None else measurements_through(scene),
+        lanes=Lanes.of((order_of[track.throw], track.xy) for track in on_sheet),
     )
 
 

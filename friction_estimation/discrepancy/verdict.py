@@ -10,7 +10,7 @@ import numpy as np
 
 from curling_env.ice import ActiveEffect, Ice, save_ice
 from curling_env.storage import write_json
-from friction_estimation.discrepancy.candidates import UNDECIDABLE, Term
+from friction_estimation.discrepancy.candidates import UNDECIDABLE, Term, without_stone
 from friction_estimation.discrepancy.discovery import ENOUGH_THROWS, Discovery
 from friction_estimation.discrepancy.intervals import standard_errors, with_sides
 from friction_estimation.discrepancy.references import Calibration, as_effect
@@ -20,6 +20,7 @@ READABLE = {
     "curl": "curl",
     "slope": "a slope of the ice",
     "pebble_wear": "pebble that wears from throw to throw",
+    "pebble_wear[along_path]": "pebble that wears where stones have run",
     "stone_bias": "a stone with a friction of its own",
     "sweeping": "sweeping",
     "friction_patch": "a patch of different ice",
@@ -31,6 +32,9 @@ READABLE = {
     "scale_error": "lengths that are off by a factor",
     "frame_rate_error": "times that are off by a factor",
 }
+
+SIGNS = {"pebble_wear[along_path]": "friction follows how often stones have run over the place"}
+"""Where an effect shows in another form than its card's."""
 
 OPEN = {"scale_error": "all lengths", "frame_rate_error": "all times"}
 CHECKS = {
@@ -122,7 +126,7 @@ def sentence(found: Discovery) -> str:
             f"Nothing is named: {count} {'throw slides' if count == 1 else 'throws slide'} freely, "
             f"and fewer than {ENOUGH_THROWS} cannot tell an effect from chance."
         )
-    names = list(dict.fromkeys(readable(p.label.partition("[")[0]) for p in found.proofs))
+    names = list(dict.fromkeys(readable(without_stone(p.label)) for p in found.proofs))
     parts: list[str] = []
     if names:
         listed = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
@@ -183,7 +187,8 @@ def _named(found: Discovery, k: int, sigma: Mapping[tuple[str, str], float]) -> 
     others = found.alternatives.get(proof.label, [])
     clear = np.argsort(-proof.improvements)[:3]
     numbers = np.sort(found.session.throws)[np.sort(clear)]
-    where = f"{term.form.sign}; clearest in throws {', '.join(str(n) for n in numbers)}"
+    sign = SIGNS.get(proof.label, term.form.sign)
+    where = f"{sign}; clearest in throws {', '.join(str(n) for n in numbers)}"
     return {
         "name": term.name,
         "kind": term.form.kind,
@@ -191,6 +196,7 @@ def _named(found: Discovery, k: int, sigma: Mapping[tuple[str, str], float]) -> 
         "depends_on": [],
         "where": where,
         "evidence": {
+            "label": proof.label,
             "gain": number(proof.gain),
             "p": number(proof.p),
             "p_holm": number(proof.corrected),
@@ -253,7 +259,7 @@ def _unknown(found: Discovery) -> dict[str, Any]:
             "tolerated": found.after.tolerated,
             "shares": {f.variable: number(f.share) for f in found.follows},
             "p": {f.variable: number(f.p) for f in found.follows},
-            "proxies": list(dict.fromkeys(label.partition("[")[0] for label in found.unproved)),
+            "proxies": list(dict.fromkeys(without_stone(label) for label in found.unproved)),
             "residual_term": found.residual_term,
         },
         "alternatives": [],

@@ -41,6 +41,20 @@ def equal(a: Ice, b: Ice) -> bool:
 
 
 @pytest.mark.parametrize("interpolation", ["bilinear", "cell"])
+@pytest.mark.parametrize("sheet", [PAPER_SHEET, WORLD_CURLING_SHEET])
+def test_refined_ice_has_the_same_friction_at_every_point(interpolation, sheet):
+    ice = uneven(sheet, interpolation)
+    finer = ice.refined(5)
+    assert finer.sheet.cell_size == pytest.approx(0.1)
+    rng = np.random.default_rng(2)
+    points = rng.uniform(-0.5, 0.5, (2000, 2)) * [sheet.width, sheet.length]
+    assert finer.mu_at(points) == pytest.approx(ice.mu_at(points), abs=1e-12)
+    assert Ice.uniform(0.009).refined(3).friction.is_uniform
+    with pytest.raises(InputError, match="odd"):
+        ice.refined(4)
+
+
+@pytest.mark.parametrize("interpolation", ["bilinear", "cell"])
 @pytest.mark.parametrize("sheet", [PAPER_SHEET, WORLD_CURLING_SHEET, Sheet(cell_size=0.25)])
 def test_ice_survives_its_file_to_the_last_bit(tmp_path, sheet, interpolation):
     ice = uneven(sheet, interpolation)
