@@ -36,6 +36,7 @@ from friction_estimation.discrepancy.selection import (
     falls_short,
     fit_with_noise,
     misfit_of,
+    place_sides,
     prune,
     refit,
     select,
@@ -300,7 +301,7 @@ def _search(everything: Fit, rng: np.random.Generator, progress: Progress) -> Di
         named, gaps["after"] = described
         gaps["noise_floor"] = noise_floor(named, unseen)
     progress("fitting all throws", 0.96)
-    final = fit_with_noise(named.model, session, named.noise)
+    final = place_sides(fit_with_noise(named.model, session, named.noise))
     final_base = refit(final, base.model)
     others = {proof.label: alternatives(final, proof.label) for proof in proofs}
     return Discovery(

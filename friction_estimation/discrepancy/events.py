@@ -14,6 +14,7 @@ from friction_estimation.discrepancy.fit import (
     solve_shared,
 )
 from friction_estimation.discrepancy.residuals import doubt_of
+from friction_estimation.discrepancy.selection import place_sides
 from friction_estimation.discrepancy.session import Session
 
 SURPRISING = 6.0
@@ -36,7 +37,7 @@ def odd_throws(best: Fit, session: Session) -> NDArray[np.intp]:
     best : fit of some of the throws with whatever was selected
     session : all throws
     """
-    whole = fit(best.model, session, best.noise)
+    whole = place_sides(fit(best.model, session, best.noise))
     values = np.isfinite(session.observed).sum(axis=1)
     dof = np.add.reduceat(values, session.starts[:-1]) * doubt_of(session)
     odd: list[int] = []

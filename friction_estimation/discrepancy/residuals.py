@@ -55,8 +55,13 @@ class Misfit:
 
     @property
     def chance(self) -> float:
-        """Standard deviation of the excess if nothing were missing."""
+        """Standard deviation of the excess if nothing were missing and the noise were known."""
         return float(np.sqrt(2.0 * max(self.dof.sum(), 1.0)))
+
+    @property
+    def uncertainty(self) -> float:
+        """The same with the noise as well known as it is: to a third of what is tolerated."""
+        return float(np.hypot(self.chance, (self.tolerated - 1.0) / 3.0 * self.dof.sum()))
 
     @property
     def z(self) -> float:

@@ -136,7 +136,7 @@ def falls_short(before: Misfit, after: Misfit, share: float) -> bool:
 
     Where little was amiss, noise alone leaves a tenth of it.
     """
-    surely_left = after.excess - 2.0 * after.chance
+    surely_left = after.excess - 2.0 * after.uncertainty
     return not before.white and surely_left > (1.0 - share) * before.excess
 
 
@@ -269,7 +269,7 @@ def refine(fitted: Fit) -> Fit:
     """Free the finer shapes of the terms where that pays."""
     for label in [term.label for term in fitted.model.terms]:
         if label == "friction_patch":
-            fitted = _place_sides(fitted)
+            fitted = place_sides(fitted)
         term = fitted.model.term(label)
         best = fitted
         for begin in finer_starts(term):
@@ -288,12 +288,14 @@ def refine(fitted: Fit) -> Fit:
     return fitted
 
 
-def _place_sides(fitted: Fit) -> Fit:
-    """Move the sides of a patch that run along the sheet to where they fit best.
+def place_sides(fitted: Fit) -> Fit:
+    """Move the sides of a patch that run along the sheet to where they fit best, if there is one.
 
     What a side does changes only when it passes a stone's path, so that it cannot be found by
     slopes; the search for the patch left it on a grid.
     """
+    if not any(term.label == "friction_patch" for term in fitted.model.terms):
+        return fitted
     for side in ("x_min", "x_max"):
         place = fitted.model.term("friction_patch").values[side]
         for shift in SIDE_SHIFTS:
