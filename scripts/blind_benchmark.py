@@ -57,6 +57,7 @@ PAIRS = (
     ("air_drag", "speed_dependent_friction"),
     ("spin_drag", "curl"),
     ("slope", "pebble_wear"),
+    ("curl", "pebble_wear:along paths"),
     ("tracking_offset", "curl"),
     ("friction_patch", "slope"),
     ("lens_distortion", "curl"),

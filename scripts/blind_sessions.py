@@ -439,6 +439,8 @@ def make_session(
     base_mu = q[MU]
     misplaced = [waves(2, rng, period=20.0) for _ in range(2)] if film else []
     passes = np.zeros(SQUARES)
+    # As in a game, every stone is played about equally often; a stone that is not cannot be found.
+    stones = np.concatenate([rng.permutation(np.arange(throws) % 4), rng.integers(0, 4, fresh)])
     speeds = np.concatenate([speeds, rng.uniform(1.4, 2.9, fresh)])
     for k in range(throws + fresh):
         direction = 1.0 if k % ways == 0 else -1.0
@@ -457,7 +459,7 @@ def make_session(
         if rng.random() < 0.4:
             begin = rng.uniform(1.0, 6.0)
             sweep = np.array([begin, begin + rng.uniform(3.0, 9.0)])
-        stone = int(rng.integers(0, 4))
+        stone = int(stones[k])
         q[MU] = base_mu * math.exp(rng.normal(0, SCATTER))
         path = np.empty((int(70 / STEP), 6))
         n = throw_path(q, passes, start, clock, float(k), float(stone), sweep, path)

@@ -13,7 +13,7 @@ from curling_env.ice import Ice
 from curling_env.trajectory import Trajectory
 from friction_estimation.discrepancy.acceptance import Gap, choose_held_out, forecast, noise_floor
 from friction_estimation.discrepancy.baseline import base_model
-from friction_estimation.discrepancy.candidates import pushes_of
+from friction_estimation.discrepancy.candidates import candidates, pushes_of
 from friction_estimation.discrepancy.confounding import Alternative, alternatives
 from friction_estimation.discrepancy.events import SURPRISING, odd_throws
 from friction_estimation.discrepancy.fit import Fit, fit
@@ -27,11 +27,12 @@ from friction_estimation.discrepancy.proof import (
 from friction_estimation.discrepancy.references import Calibration, calibrations_of, corrected
 from friction_estimation.discrepancy.residual_term import NAME, try_table
 from friction_estimation.discrepancy.residuals import Misfit
-from friction_estimation.discrepancy.screening import holm
+from friction_estimation.discrepancy.screening import holm, screen
 from friction_estimation.discrepancy.selection import (
     RULED_OUT,
     Progress,
     Selection,
+    Step,
     closure,
     falls_short,
     fit_with_noise,
@@ -229,7 +230,12 @@ def _doubtful(proofs: list[Proof], follows: list[Follows], closes: float, left: 
 
 def _too_few(everything: Fit) -> Discovery:
     misfit = misfit_of(everything)
-    selection = Selection(base=everything, best=everything, before=misfit, after=misfit, steps=[])
+    # Nothing is tried, but what so few throws would have shown is told.
+    looks = screen(everything, candidates(everything.session, everything.model.terms))
+    step = Step(looks=looks, trials=[], chosen="")
+    selection = Selection(
+        base=everything, best=everything, before=misfit, after=misfit, steps=[step]
+    )
     return Discovery(
         session=everything.session,
         selection=selection,

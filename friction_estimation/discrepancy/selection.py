@@ -45,7 +45,7 @@ RULED_OUT = 12.0
 """A candidate whose fit is worse than the chosen one's by this is ruled out (a likelihood ratio
 of 400)."""
 
-SIDE_SHIFTS = (-0.3, -0.2, -0.12, -0.06, 0.06, 0.12, 0.2, 0.3)
+SIDE_SHIFTS = (-0.8, -0.5, -0.3, -0.2, -0.12, -0.06, 0.06, 0.12, 0.2, 0.3, 0.5, 0.8)
 """How far a side of a patch is moved from the search's grid to see whether it fits better [m]."""
 NARROWEST = 0.15
 """Narrowest patch [m]: a stone's running band."""
