@@ -78,7 +78,7 @@ def test_what_goes_further_than_a_stone_can_is_no_lane(rng):
 def test_the_forward_model_runs_on_the_ice_that_stones_have_left(rng, cell_size):
     ice = wearing(-0.03, cell_size)
     session = open_session(play(ice, rng, throws=6, sigma=0.0, scatter=0.0))
-    exact = Noise(white=(1e-3, 1e-2), fading=(0.0, 0.0), memory=(0.1, 0.1))
+    exact = Noise(white=(1e-3, 1e-3, 1e-2), fading=(0.0,) * 3, memory=(0.1,) * 3)
     model = base_model(ice, session)
     worn = fit(model, session, exact, spreads=np.zeros(1), shared=False)
     untouched = model.without(model.terms[0].label)
