@@ -11,7 +11,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from friction_estimation.appearance import Exposure, StoneModel, learn_appearance, total_misfit
 from friction_estimation.appearance.fit import PIXEL_CORRELATION
@@ -22,9 +21,14 @@ UNDECIDED = 0.02
 """Standard error of the log focal length from which on the stone is asked."""
 HEIGHTS = (2.5, 25.0)
 """Cameras above a rink hang between these heights [m]."""
-TOLERANCE = 0.02
-"""Of the logarithm of the height at which the search ends."""
-STEPS = 7
+COARSE = 7
+"""Heights tried first. The lean goes by one over the height, and so do their steps."""
+FINE = (-2 / 3, -1 / 3, 1 / 3, 2 / 3)
+"""Then these parts of a step from the best."""
+REACH = 1.1
+"""The misfit is a parabola within so many steps of the best."""
+LEAST_SIGMA = 0.02
+"""The logarithm of the height is never known better than this."""
 THINNED = 3
 """Every third picture of the stone is enough to tell one height from another."""
 
@@ -46,7 +50,6 @@ def focal_from_stone(
     model, noise : as `learn_appearance` takes them
     """
     first = learn_appearance(exposures_of(landmarks.camera)[::THINNED], model, noise)
-    tried: dict[float, Refined] = {}
 
     def cost(change: float) -> float:
         found = at_focal(change)
@@ -56,18 +59,56 @@ def focal_from_stone(
         if not exposures:
             return np.inf
         look = learn_appearance(exposures, model, noise)
-        tried[change] = found
         misfit = total_misfit(exposures, replace(look, noise=first.noise)) / PIXEL_CORRELATION
         return misfit + log_height_prior(found.camera)
 
-    low, high = np.log(np.array(HEIGHTS) / landmarks.camera.position[2])
-    coarse = np.linspace(low, high, 4)
-    costs = [cost(float(change)) for change in coarse]
-    best = int(np.argmin(costs))
-    if not np.isfinite(costs[best]):
+    at = landmarks.camera.position[2]
+    lowest, highest = 1 / np.array(HEIGHTS)[::-1]
+    step = (highest - lowest) / (COARSE - 1)
+
+    def costs(leans: Sequence[float]) -> list[tuple[float, float]]:
+        found = [(lean, cost(float(np.log(1 / (lean * at))))) for lean in leans]
+        return [(lean, value) for lean, value in found if np.isfinite(value)]
+
+    seen = costs(np.linspace(lowest, highest, COARSE).tolist())
+    if not seen:
         return landmarks
-    bracket = coarse[max(best - 1, 0)], coarse[min(best + 1, len(coarse) - 1)]
-    limits = {"xatol": TOLERANCE, "maxiter": STEPS}
-    found = minimize_scalar(cost, bounds=bracket, method="bounded", options=limits)
-    change = min(tried, key=lambda c: abs(c - found.x))
-    return tried[change]
+    best = min(seen, key=lambda one: one[1])[0]
+    seen += costs([best + part * step for part in FINE if best + part * step > lowest / 2])
+    lean, sigma = lowest_of([one for one in seen if abs(one[0] - best) < REACH * step])
+    change = float(np.log(1 / (lean * at)))
+    found = at_focal(change)
+    if found is None:
+        return landmarks
+    return replace(found, farther=_camera(at_focal(change + max(sigma / lean, LEAST_SIGMA))))
+
+
+def _camera(refined: Refined | None) -> Camera | None:
+    return None if refined is None else refined.camera
+
+
+def lowest_of(seen: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Where a parabola through scattered values is lowest, and its standard error.
+
+    The look that is learnt at each height is one of several that fit nearly as well, so that single
+    misfits scatter by more than noise.
+
+    Parameters
+    ----------
+    seen : places and values there; one unit of value is one squared standard error
+    """
+    x, value = np.array(sorted(seen)).T
+    at, reach = float(x[np.argmin(value)]), float(np.ptp(x))
+    if len(x) < 4:
+        return at, reach
+    u = (x - x.mean()) / reach
+    design = np.column_stack([u**2, u, np.ones(len(u))])
+    (bend, slope, level), *_ = np.linalg.lstsq(design, value)
+    if bend <= 0:
+        return at, reach
+    lowest = float(np.clip(-slope / (2 * bend), u.min(), u.max()))
+    left = value - design @ [bend, slope, level]
+    scatter = left @ left / (len(u) - 3) * np.linalg.inv(design.T @ design)
+    turn = np.array([-lowest / bend, -1 / (2 * bend), 0.0])
+    sigma = float(np.sqrt(turn @ scatter @ turn + 1 / bend))
+    return x.mean() + reach * lowest, reach * sigma

@@ -135,6 +135,8 @@ class Refined:
     covariance : (m, m) of the free parameters: turn about the camera's axes [rad], shift in the
         camera's frame [m], and what was unknown of the lens
     lens : what of the lens was fitted
+    farther : a camera that the paint agrees with as well, a standard error of its height away,
+        where something other than paint told the height
     """
 
     camera: Camera
@@ -143,6 +145,7 @@ class Refined:
     before_px: float
     covariance: Floats
     lens: FreeLens
+    farther: Camera | None = None
 
     @property
     def log_focal_sigma(self) -> float:

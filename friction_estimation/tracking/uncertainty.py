@@ -53,6 +53,8 @@ def systematic_sigma(landmarks: Refined, xy: Floats, height: float) -> Floats:
         for p in range(count):
             moved[:, :, p] = (landmarks.moved(p, STEP).on_plane(px, middle) - xy) / STEP
     variance = np.einsum("nip,pq,niq->ni", moved, landmarks.covariance, moved)
+    if landmarks.farther is not None:
+        variance += (landmarks.farther.on_plane(px, middle) - xy) ** 2
     metre = _metres_per_px(camera, xy, middle)
     away = np.linalg.norm(xy - camera.position[:2], axis=1)
     cotangent = away / (camera.position[2] - middle)
