@@ -23,10 +23,12 @@ HEIGHTS = (2.5, 25.0)
 """Cameras above a rink hang between these heights [m]."""
 COARSE = 7
 """Heights tried first. The lean goes by one over the height, and so do their steps."""
-FINE = (-2 / 3, -1 / 3, 1 / 3, 2 / 3)
+FINE = (-0.5, -0.25, 0.25, 0.5)
 """Then these parts of a step from the best."""
 REACH = 1.1
-"""The misfit is a parabola within so many steps of the best."""
+"""Steps from the best within which heights are compared."""
+RISE = 0.25
+"""Where the misfit is higher by about this share, it is no parabola any more."""
 LEAST_SIGMA = 0.02
 """The logarithm of the height is never known better than this."""
 THINNED = 3
@@ -103,12 +105,14 @@ def lowest_of(seen: Sequence[tuple[float, float]]) -> tuple[float, float]:
         return at, reach
     u = (x - x.mean()) / reach
     design = np.column_stack([u**2, u, np.ones(len(u))])
-    (bend, slope, level), *_ = np.linalg.lstsq(design, value)
+    weight = 1 / (1 + ((value / value.min() - 1) / RISE) ** 2) ** 2
+    inverse = np.linalg.inv((design.T * weight) @ design)
+    bend, slope, level = inverse @ (design.T @ (weight * value))
     if bend <= 0:
         return at, reach
     lowest = float(np.clip(-slope / (2 * bend), u.min(), u.max()))
     left = value - design @ [bend, slope, level]
-    scatter = left @ left / (len(u) - 3) * np.linalg.inv(design.T @ design)
+    scatter = (weight * left) @ left / max(weight.sum() - 3, 1.0) * inverse
     turn = np.array([-lowest / bend, -1 / (2 * bend), 0.0])
     sigma = float(np.sqrt(turn @ scatter @ turn + 1 / bend))
     return x.mean() + reach * lowest, reach * sigma

@@ -29,6 +29,8 @@ MARK_PX = 0.15
 """Standard error of one reading of a mark that is not noise: paint, blur, compression [px]."""
 MARK_CORRELATION = 6.0
 """Neighbouring readings share their errors: so many count as one."""
+LAID = 0.002
+"""How far a ring's radius or a line is off where it should be painted [m]; it is so all along."""
 LEAST_SCALE_PX = 0.1
 """Readings are never taken to agree better than this [px]."""
 PAINT_PX = 1.5
@@ -441,6 +443,7 @@ class _Fit:
         now = misses(camera)
         damping, count = 0.0, 6 + lens.count
         covariance = np.full((count, count), np.nan)
+        pulls = np.zeros((count, 0))
         scale = scale_px
         for _ in range(ROUNDS):
             jacobian = np.empty((len(now), count))
@@ -469,6 +472,7 @@ class _Fit:
             unit = np.sqrt(np.diag(normal))
             normal /= np.outer(unit, unit)
             covariance = np.linalg.pinv(normal, rcond=1e-12) / np.outer(unit, unit)
+            pulls = (jacobian[:marks] * weight[:marks, None]).T @ self._laid(camera, readings)
             right = jacobian.T @ (weight * now) / unit
             before = loss(now)
             for _ in range(8):
@@ -484,7 +488,32 @@ class _Fit:
             if np.abs(delta * unit).max() < 0.01:
                 break
         left = now[:marks]
+        together = covariance @ pulls
+        covariance = covariance + together @ together.T
         return camera, covariance, left[np.abs(left) < OUTLIER * scale]
+
+    def _laid(self, camera: Camera, readings: Readings) -> Floats:
+        """How far each reading is off [px] where one painted curve is, (n, curves)."""
+        marks = self.marks
+        xy, normal = marks.xy[readings.index], marks.normal[readings.index]
+        on_ice = np.column_stack([xy, np.zeros(len(xy))])
+        across = np.column_stack([xy + LAID * normal, np.zeros(len(xy))])
+        off = np.sum((camera.project(across) - camera.project(on_ice)) * readings.normal_px, axis=1)
+        line = marks.width[readings.index] > 0
+        line |= marks.of("border")[readings.index]
+        end, side = np.sign(xy[:, 1]), np.sign(xy[:, 0])
+        along = np.abs(normal[:, 0]) > 0.5
+        # A line along the sheet is one from end to end, and there is one on either side.
+        place = np.where(line & along, 2 * side, np.where(line, 4 * end, end))
+        _, own = np.unique(
+            np.column_stack([marks.curve[readings.index], place, line & along]),
+            axis=0,
+            return_inverse=True,
+        )
+        own = own.ravel()
+        pulled = np.zeros((len(xy), int(own.max()) + 1))
+        pulled[np.arange(len(xy)), own] = off
+        return pulled
 
     def judged(self, before: Camera, after: Camera | None) -> Refined:
         """The better one of two cameras by what the marks say."""

@@ -15,13 +15,13 @@ from friction_estimation.refinement import CLICK_PX, Refined
 
 Floats = NDArray[np.float64]
 
-EDGE_SYSTEMATIC_PX = 0.05
+EDGE_SYSTEMATIC_PX = 0.08
 """How far the outline learnt for a stone is off in the image, seen from above."""
-OBLIQUITY = 20.0
-"""Low views hardly tell a stone's foot from its far rim: the outline's error grows by the squared
-cotangent of the line of sight's elevation over this. Set on four films that
-`friction_estimation.synthetic` rendered from 7 to 9 m above the far end, of stones with four
-outlines: errors there are 0.83 of the standard error this gives (0.45 to 1.09 by film)."""
+OBLIQUITY = 32.0
+"""Low views hardly tell a stone's foot from its far rim: the outline's error grows with the squared
+cotangent of the line of sight's elevation over this. Set on films that
+`friction_estimation.synthetic` rendered: from 7 to 9 m above the far end, of stones with four
+outlines, and from the gantry at 540 and 1080 lines."""
 OUTLINE = 0.005
 """How far the outline learnt for a stone is off along the ice where it is seen from one side [m];
 from straight above both its sides show, and nothing of it. What lamps and shadows do to a stone's
@@ -58,7 +58,7 @@ def systematic_sigma(landmarks: Refined, xy: Floats, height: float) -> Floats:
     metre = _metres_per_px(camera, xy, middle)
     away = np.linalg.norm(xy - camera.position[:2], axis=1)
     cotangent = away / (camera.position[2] - middle)
-    edge_px = EDGE_SYSTEMATIC_PX * (1 + cotangent**2 / OBLIQUITY)
+    edge_px = EDGE_SYSTEMATIC_PX * np.hypot(1.0, cotangent**2 / OBLIQUITY)
     # Without paint to check them, the clicked points are all there is.
     loose_px = 0.0 if landmarks.readings else CLICK_PX / 2
     edge = np.sum((np.hypot(edge_px, loose_px)[:, None] * metre) ** 2, axis=1)
