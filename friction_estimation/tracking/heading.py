@@ -33,6 +33,11 @@ SIGMA_FLOOR = 0.15
 
 LEAST_RIGHT = 0.75
 """Share of the frames begun at both ends of the handle that must choose the expected one."""
+NEARBY = 1.5
+LEAST_RIGHT_NEARBY = 0.6
+"""The same of those within so many seconds of a frame, for this frame's heading."""
+LONGEST_GAP = 2.0
+"""Whole turns are not counted across a longer time without a heading [s]."""
 
 
 class Turn:
@@ -74,7 +79,20 @@ def heading_about(turn: Turn, t: Floats, theta: Floats, probed: NDArray[np.bool_
     asked = probed & np.isfinite(theta)
     if asked.sum() < 5 or np.mean(right[asked]) < LEAST_RIGHT:
         return np.full(len(t), np.nan)
-    return np.where(right, expected + miss, np.nan)
+    # Where people hid it for seconds, the turn between two clear pictures may be a whole one off.
+    near = np.abs(t[:, None] - t[asked]) <= NEARBY
+    share = np.sum(near & right[asked], axis=1) / np.maximum(near.sum(axis=1), 1)
+    believed = right & ((share >= LEAST_RIGHT_NEARBY) | ~near.any(axis=1))
+    return np.where(_longest_stretch(t, believed), expected + miss, np.nan)
+
+
+def _longest_stretch(t: Floats, believed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Of the frames believed, those of the longest stretch without a long gap."""
+    at = np.flatnonzero(believed)
+    stretches = np.split(at, np.flatnonzero(np.diff(t[at]) > LONGEST_GAP) + 1)
+    kept = np.zeros(len(t), dtype=bool)
+    kept[max(stretches, key=len)] = True
+    return kept
 
 
 def consistent_heading(t: Floats, theta: Floats, sigma: Floats, speed: Floats) -> Floats:

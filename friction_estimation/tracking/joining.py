@@ -14,7 +14,12 @@ from curling_env.trajectory import Trajectory
 from friction_estimation.appearance import Appearance, StoneFit
 from friction_estimation.refinement import Refined
 from friction_estimation.tracking.film_track import FilmTrack
-from friction_estimation.tracking.heading import Turn, consistent_heading, heading_about
+from friction_estimation.tracking.heading import (
+    LONGEST_GAP,
+    Turn,
+    consistent_heading,
+    heading_about,
+)
 from friction_estimation.tracking.smoothing import smooth
 from friction_estimation.tracking.uncertainty import heading_sigma, systematic_sigma
 
@@ -98,4 +103,12 @@ def _heading(
         return nothing, nothing, nothing
     theta = theta - 2 * np.pi * np.round(theta[np.isfinite(theta)][0] / (2 * np.pi))
     result = smooth(t, theta, np.clip(sigma, 1e-3, 1.0))
-    return result.value, result.rate, result.sigma
+    known = t[np.isfinite(theta)]
+    nearest = np.clip(np.searchsorted(known, t), 1, len(known) - 1)
+    away = np.minimum(np.abs(t - known[nearest - 1]), np.abs(t - known[nearest]))
+    found = away <= LONGEST_GAP / 2
+    return (
+        np.where(found, result.value, np.nan),
+        np.where(found, result.rate, np.nan),
+        np.where(found, result.sigma, np.nan),
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_estimation.tracking.heading import consistent_heading
+from friction_estimation.tracking.heading import Turn, consistent_heading, heading_about
 
 T = np.arange(0, 20, 1 / 15)
 SPEED = np.maximum(2.0 - 0.1 * T, 0.0)
@@ -45,3 +45,26 @@ def test_frames_without_a_heading_stay_without():
     found = consistent_heading(T, theta, sigma, SPEED)
     assert np.isnan(found[50:80]).all()
     assert np.isfinite(found[80:]).mean() > 0.9
+
+
+def test_a_turn_that_loses_count_while_the_stone_is_hidden_is_not_believed_there():
+    """Clear pictures on both sides of a gap in which it turned once more than they seem to say."""
+    rng = np.random.default_rng(5)
+    moments = np.r_[np.arange(0, 7, 1.0), np.arange(14, 20, 1.0)]
+    headings = np.interp(moments, T, TRUTH) - 2 * np.pi * (moments > 10)
+    theta = np.angle(np.exp(1j * (TRUTH + rng.normal(0, 0.1, len(T)))))
+    found = heading_about(Turn(moments, headings), T, theta, np.arange(len(T)) % 5 == 0)
+    known = np.isfinite(found)
+    assert not known[(T > 9) & (T < 11)].any()
+    assert max(known[T < 4].mean(), known[T > 16].mean()) > 0.8
+    miss = (found - TRUTH)[known]
+    assert np.ptp(miss) < 1.0  # one count of whole turns throughout
+
+
+def test_a_turn_that_is_right_is_believed_throughout():
+    moments = np.arange(0, 20, 1.5)
+    theta = np.angle(np.exp(1j * (TRUTH + np.random.default_rng(6).normal(0, 0.1, len(T)))))
+    turn = Turn(moments, np.interp(moments, T, TRUTH))
+    found = heading_about(turn, T, theta, np.arange(len(T)) % 5 == 0)
+    assert np.isfinite(found).all()
+    assert np.abs(found - TRUTH).max() < 0.7
