@@ -79,11 +79,11 @@ class _Overlay:
     ) -> None:
         self._track, self._scene = track, scene
         self._scale = min(1.0, largest / max(film_size))
-        # Codecs want even sides.
         size = film_size
-        if self._scale < 1:
-            size = tuple(2 * round(self._scale * side / 2) for side in film_size)
-        self.size: tuple[int, int] = size
+        if self._scale < 1:  # codecs want even sides
+            width, height = (2 * round(self._scale * side / 2) for side in film_size)
+            size = (width, height)
+        self.size = size
         self._unit = max(size[1] / 1080, 0.35)
         self._row_of = {int(frame): row for row, frame in enumerate(track.frame)}
         xy = track.trajectory.xy
