@@ -64,10 +64,6 @@ SESSIONS = (
     FilmedSession(hidden=("slope",), camera="gantry", seed=3),
     FilmedSession(hidden=(), camera="end", seed=4),
     FilmedSession(hidden=("curl",), camera="end", seed=5),
-    FilmedSession(hidden=("speed_dependent_friction",), camera="gantry", seed=6),
-    FilmedSession(hidden=(), camera="side", seed=7),
-    FilmedSession(hidden=("curl", "speed_dependent_friction"), camera="gantry", seed=8),
-    FilmedSession(hidden=(), camera="gantry", seed=9),
 )
 
 

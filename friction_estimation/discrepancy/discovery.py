@@ -43,12 +43,10 @@ from friction_estimation.discrepancy.selection import (
     select,
     silent,
 )
-from friction_estimation.discrepancy.session import Session, open_session
+from friction_estimation.discrepancy.session import ENOUGH_THROWS, Session, open_session
 from friction_estimation.discrepancy.unknown import Follows, what_it_follows
 from friction_estimation.scene import Scene
 
-ENOUGH_THROWS = 8
-"""Fewer throws than this name nothing (methods)."""
 BY_CHANCE = 0.05
 """Corrected probability below which an effect is proved."""
 CLOSES = 0.9

@@ -40,6 +40,10 @@ has 0.01 to 0.13."""
 SMOOTHED_SPACING = 1.0 / 3.0
 """Between the rows that are kept of a smoothed track [s]: those between tell nothing new."""
 
+ENOUGH_THROWS = 8
+"""Fewer throws than this name nothing (methods)."""
+FEWEST_HEADINGS = 10
+"""Rows with a heading, of those that are kept, from which a throw's spin is known."""
 USUAL_SPIN = 1.5
 """Spin taken where no heading was measured [rad/s]; its side cannot matter, for then curl is not
 a candidate."""
@@ -152,7 +156,7 @@ class Session:
     def turns(self) -> NDArray[np.bool_]:
         """Whether the heading of each throw was measured, (k,)."""
         known = np.isfinite(self.theta).astype(int)
-        return np.add.reduceat(known, self.starts[:-1]) > 10
+        return np.add.reduceat(known, self.starts[:-1]) > FEWEST_HEADINGS
 
     def without_rows(self, wild: NDArray[np.bool_]) -> Session:
         """The session without some rows; the first of each throw stays, as does its release."""
@@ -214,9 +218,9 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
     claims = [s.track.sigma_xy[s.rows] for s in slides if s.track.sigma_xy.size]
     claimed = float(np.nanmedian(np.concatenate(claims))) if claims else 0.0
     smoothed = claimed > 0.0 and _are_smoothed(slides, claimed)
-    kept = [_thinned(slide, SMOOTHED_SPACING if smoothed else 0.0) for slide in slides]
-    counts = [len(rows) for rows in kept]
-    pairs = list(zip(slides, kept, strict=True))
+    spacing = SMOOTHED_SPACING if smoothed else 0.0
+    pairs, blind = _with_heading([(slide, _thinned(slide, spacing)) for slide in slides])
+    counts = [len(rows) for _, rows in pairs]
     sigma = [
         _relative(
             [column[rows] if column.size else np.full(len(rows), np.nan) for column, rows in c]
@@ -227,11 +231,11 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
         )
     ]
     return Session(
-        throws=np.array([s.track.throw for s in slides], dtype=np.intp),
-        orders=np.array([order_of[s.track.throw] for s in slides], dtype=np.intp),
-        stones=np.array([s.track.stone for s in slides], dtype=np.intp),
+        throws=np.array([s.track.throw for s, _ in pairs], dtype=np.intp),
+        orders=np.array([order_of[s.track.throw] for s, _ in pairs], dtype=np.intp),
+        stones=np.array([s.track.stone for s, _ in pairs], dtype=np.intp),
         clocks=np.array([s.track.clock + s.track.t[rows[0]] for s, rows in pairs]),
-        rests=np.array([s.rests for s in slides]),
+        rests=np.array([s.rests for s, _ in pairs]),
         times=np.concatenate([s.track.t[rows] - s.track.t[rows[0]] for s, rows in pairs]),
         xy=np.concatenate([s.track.xy[rows] for s, rows in pairs]),
         theta=np.concatenate([s.track.theta[rows] for s, rows in pairs]),
@@ -240,10 +244,29 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
         claimed=claimed,
         smoothed=smoothed,
         starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
-        left_out=(*off_sheet, *reasons),
+        left_out=(*off_sheet, *reasons, *blind),
         measurements=MEASUREMENTS if scene is None else measurements_through(scene),
         lanes=Lanes.of((order_of[track.throw], track.xy) for track in on_sheet),
     )
+
+
+def _with_heading(
+    pairs: list[tuple[FreeSlide, Indices]],
+) -> tuple[list[tuple[FreeSlide, Indices]], list[str]]:
+    """Slides whose heading was seen, if these are enough, and why the others are left out.
+
+    Which way a stone turned says which way it curls. Beside throws that show a curl, one of which
+    this is not known would have to be wrong every other time.
+    """
+    seen = [pair for pair in pairs if _turns(*pair)]
+    if len(seen) < ENOUGH_THROWS:
+        return pairs, []
+    blind = [slide.track.throw for slide, rows in pairs if not _turns(slide, rows)]
+    return seen, [f"throw {k}: no heading was seen, nor which way it turned" for k in blind]
+
+
+def _turns(slide: FreeSlide, rows: Indices) -> bool:
+    return bool(np.isfinite(slide.track.theta[rows]).sum() > FEWEST_HEADINGS)
 
 
 def _elsewhere(track: Trajectory) -> str:

@@ -11,9 +11,10 @@ import numpy as np
 from curling_env.ice import ActiveEffect, Ice, save_ice
 from curling_env.storage import write_json
 from friction_estimation.discrepancy.candidates import UNDECIDABLE, Term, without_stone
-from friction_estimation.discrepancy.discovery import ENOUGH_THROWS, Discovery
+from friction_estimation.discrepancy.discovery import Discovery
 from friction_estimation.discrepancy.intervals import standard_errors, with_sides
 from friction_estimation.discrepancy.references import Calibration, as_effect
+from friction_estimation.discrepancy.session import ENOUGH_THROWS
 
 READABLE = {
     "speed_dependent_friction": "friction that follows the sliding speed",

@@ -41,6 +41,20 @@ def test_no_variety_of_spin_is_said(make_session):
     assert [e["name"] for e in named] == ["curl"]
 
 
+def test_throws_that_turned_unseen_leave_where_enough_are_left(make_session):
+    tracks = make_session([CURL], throws=12)
+    for k in (1, 5, 8):
+        tracks[k] = replace(tracks[k], theta=np.full(len(tracks[k]), np.nan))
+    session = open_session(tracks)
+    assert session.throws.tolist() == [k for k in range(12) if k not in (1, 5, 8)]
+    assert [reason.partition(":")[0] for reason in session.left_out] == [
+        "throw 1",
+        "throw 5",
+        "throw 8",
+    ]
+    assert len(open_session(tracks[:9])) == 9  # six with a heading would be too few
+
+
 def test_a_good_session_says_neither(make_session):
     said = sentence(discover(make_session(throws=8)))
     assert ONE_WAY not in said
