@@ -53,6 +53,10 @@ ONE_SPIN = (
     "All stones turned the same way: curl cannot be told from a slope across the sheet until some "
     "turn the other way."
 )
+NO_SCENE = (
+    "The lens was judged without the camera's scene: all lengths, and every size with them, may "
+    "still be off by some per cent; give --scene or --known-length."
+)
 OTHER_ICE = (
     "The ice given fits these throws worse than uniform friction does: it is of other ice, or of "
     "another sheet."
@@ -163,6 +167,13 @@ def blind_spots(found: Discovery) -> list[str]:
         said.append(NO_HEADING)
     elif len(np.unique(np.sign(states[turns, 5]))) == 1:
         said.append(ONE_SPIN)
+    lens = [t for t in found.final.model.terms if t.label == "lens_distortion"]
+    if (
+        lens
+        and "k1" in lens[0].values
+        and not any(c.name == "scale_error" for c in found.calibrations)
+    ):
+        said.append(NO_SCENE)
     if found.fits_worse_than_uniform:
         said.append(OTHER_ICE)
     return said
