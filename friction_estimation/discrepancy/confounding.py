@@ -13,7 +13,7 @@ from friction_estimation.discrepancy.fit import Fit, fit
 from friction_estimation.discrepancy.model import predict
 from friction_estimation.discrepancy.screening import left_out_scores, screen
 from friction_estimation.discrepancy.selection import RULED_OUT, refit, try_term
-from friction_estimation.discrepancy.session import Session
+from friction_estimation.discrepancy.session import USUAL_SPIN, Session
 
 Floats = NDArray[np.float64]
 
@@ -137,6 +137,7 @@ def _trial_throws(fitted: Fit) -> tuple[Session, Floats]:
         stones=stones[np.arange(n) % len(stones)],
         clocks=np.array([session.clocks.max() + entry[4] for entry in grid]),
         rests=np.zeros(n, dtype=bool),
+        usual_spins=np.full(n, USUAL_SPIN),
         times=np.tile(t, n),
         xy=np.zeros((n * len(t), 2)),
         theta=np.zeros(n * len(t)),

@@ -28,7 +28,7 @@ from friction_estimation.discrepancy.model import (
     sensitivities,
 )
 from friction_estimation.discrepancy.noise import Noise, whiten_session
-from friction_estimation.discrepancy.session import USUAL_SPIN, Session
+from friction_estimation.discrepancy.session import Session
 
 Floats = NDArray[np.float64]
 
@@ -236,7 +236,7 @@ def linearise(
     grams = gram_matrices(session, noise, np.concatenate([columns, residual[:, :, None]], axis=2))
     # Without a heading only the last metres tell of the spin, which eases the band's drag.
     blind = ~session.turns
-    off = USUAL_SPIN - states[blind, 5]
+    off = session.usual_spins[blind] - states[blind, 5]
     grams[blind, 4, 4] += FROZEN
     grams[blind, 5, 5] += SPIN_SIGMA**-2
     grams[blind, 5, -1] += off / SPIN_SIGMA**2

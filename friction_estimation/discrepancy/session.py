@@ -44,9 +44,11 @@ ENOUGH_THROWS = 8
 """Fewer throws than this name nothing (methods)."""
 FEWEST_HEADINGS = 10
 """Rows with a heading, of those that are kept, from which a throw's spin is known."""
+CLEARLY_BENT = 5.0
+"""Standard errors from which paths are taken to bend with the turn."""
 USUAL_SPIN = 1.5
-"""Spin taken where no heading was measured [rad/s]; its side cannot matter, for then curl is not
-a candidate."""
+"""Spin taken where no heading was measured [rad/s]; where none was in any throw its side cannot
+matter, for then curl is not a candidate."""
 FURTHEST_ACROSS, FURTHEST_ALONG = 2.6, 24.0
 """Where the middle of a track may lie [m]: a little beyond the ice of the widest sheet."""
 AT_LINE = 0.05
@@ -69,6 +71,7 @@ class Session:
     theta : (rows,) [rad]; NaN where unknown
     swept : (rows,)
     sigma : (rows, 2) relative noise of position and heading of the rows, mean 1
+    usual_spins : (k,) spin taken where no heading was seen [rad/s]
     claimed : standard error of a coordinate that the tracks claim of themselves, median [m]; 0
         where they claim none
     smoothed : whether such tracks come smoothed
@@ -89,6 +92,7 @@ class Session:
     swept: Floats
     sigma: Floats
     starts: Indices
+    usual_spins: Floats
     claimed: float = 0.0
     smoothed: bool = False
     left_out: tuple[str, ...] = ()
@@ -147,7 +151,7 @@ class Session:
             states[i, 0:2], states[i, 2:4] = fit[2], fit[1]
             heading = self.theta[rows]
             known = early & np.isfinite(heading)
-            states[i, 5] = USUAL_SPIN
+            states[i, 5] = self.usual_spins[i]
             if known.sum() > 10:
                 states[i, 5], states[i, 4] = np.polyfit(t[known], heading[known], 1)
         return states
@@ -157,6 +161,27 @@ class Session:
         """Whether the heading of each throw was measured, (k,)."""
         known = np.isfinite(self.theta).astype(int)
         return np.add.reduceat(known, self.starts[:-1]) > FEWEST_HEADINGS
+
+    def with_usual_spins(self) -> Session:
+        """The session with the spins that are taken where no heading was seen.
+
+        To the side to which its path bends, if the throws whose turn was seen clearly bend with it.
+        """
+        bends, sides = np.zeros(len(self)), np.zeros(len(self))
+        for i in range(len(self)):
+            rows = self.rows(i)
+            t, xy, theta = self.times[rows], self.xy[rows], self.theta[rows]
+            way = (xy[-1] - xy[0]) / max(float(np.hypot(*(xy[-1] - xy[0]))), 1e-9)
+            bends[i] = np.polyfit(t, xy @ np.array([-way[1], way[0]]), 2)[0]
+            known = np.flatnonzero(np.isfinite(theta))
+            sides[i] = np.sign(theta[known[-1]] - theta[known[0]]) if len(known) > 1 else 0.0
+        with_turn = (bends * sides)[self.turns]
+        spins = np.full(len(self), USUAL_SPIN)
+        if len(with_turn) > 2:
+            error = float(with_turn.std()) / np.sqrt(len(with_turn))
+            if abs(with_turn.mean()) > CLEARLY_BENT * error:
+                spins = np.where(bends * with_turn.mean() < 0, -USUAL_SPIN, USUAL_SPIN)
+        return replace(self, usual_spins=spins)
 
     def without_rows(self, wild: NDArray[np.bool_]) -> Session:
         """The session without some rows; the first of each throw stays, as does its release."""
@@ -186,6 +211,7 @@ class Session:
             stones=self.stones[chosen],
             clocks=self.clocks[chosen],
             rests=self.rests[chosen],
+            usual_spins=self.usual_spins[chosen],
             times=self.times[rows],
             xy=self.xy[rows],
             theta=self.theta[rows],
@@ -241,13 +267,14 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
         theta=np.concatenate([s.track.theta[rows] for s, rows in pairs]),
         swept=np.concatenate([s.track.swept[rows] for s, rows in pairs]),
         sigma=np.column_stack(sigma),
+        usual_spins=np.full(len(pairs), USUAL_SPIN),
         claimed=claimed,
         smoothed=smoothed,
         starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
         left_out=(*off_sheet, *reasons, *blind),
         measurements=MEASUREMENTS if scene is None else measurements_through(scene),
         lanes=Lanes.of((order_of[track.throw], track.xy) for track in on_sheet),
-    )
+    ).with_usual_spins()
 
 
 def _with_heading(
