@@ -22,7 +22,17 @@ from typing import Any
 
 import cv2
 import numpy as np
-from blind_sessions import HOG, MU, SCATTER, STEP, hidden_numbers, hide, throw_path
+from blind_sessions import (
+    HOG,
+    MU,
+    SCATTER,
+    SQUARES,
+    STEP,
+    hidden_numbers,
+    hide,
+    run_over,
+    throw_path,
+)
 from numpy.typing import NDArray
 from tqdm import tqdm
 
@@ -75,6 +85,7 @@ def play(session: FilmedSession) -> tuple[list[Trajectory], dict[str, Any]]:
     mu = float(q[MU])
     speeds = rng.permutation(np.linspace(1.5, 2.7, THROWS))
     paths: list[Trajectory] = []
+    passes = np.zeros(SQUARES)
     for k in range(THROWS):
         way = 1.0 if k % 2 == 0 else -1.0
         line = rng.normal(0.0, 0.01)
@@ -91,7 +102,8 @@ def play(session: FilmedSession) -> tuple[list[Trajectory], dict[str, Any]]:
         q[MU] = mu * np.exp(rng.normal(0.0, SCATTER))
         path = np.empty((int(70 / STEP), 6))
         clock = 60.0 * k
-        n = throw_path(q, start, clock, float(k), 0.0, np.zeros(2), path)
+        n = throw_path(q, passes, start, clock, float(k), 0.0, np.zeros(2), path)
+        run_over(passes, path[:n])
         rows = np.unique(np.append(np.arange(0, n, round(1 / SAMPLES / STEP)), n - 1))
         inside = np.abs(path[rows, 0]) < 2.1  # a stone at the boards is taken off
         rows = rows[: int(np.argmin(inside)) if not inside.all() else len(rows)]
