@@ -565,7 +565,12 @@ def _fit_map(
     throws = list(throws)
     field = sought.ground if before is None else np.log(before.mu.ravel()) - level
     track.set_field(level, field)
-    noise = Noise(white=float(np.median([throw.slide.noise for throw in throws])))
+    # The rows of a smoothed track differ by far less than they err: what one friction for the sheet
+    # leaves of them is the first measure of their noise, and a map may not explain it all.
+    if gate.spacing > 0.0:
+        noise = Noise(white=gate.total, spacing=gate.spacing)
+    else:
+        noise = Noise(white=float(np.median([throw.slide.noise for throw in throws])))
     scatter = scatter and sought.played + len(throws) >= 3
     belief = None if before is None else before.belief
     mapped: _Mapped | None = None
