@@ -157,26 +157,22 @@ class RayCluster:
         ahead = AHEAD * max(1, int(ray.cluster_resources().get("CPU", 1)))
         source = iter(items)
         queue: deque[Any] = deque()
-        try:
-            while True:
-                queue.extend(task.remote(item) for item in islice(source, ahead - len(queue)))
-                if not queue:
-                    return
-                try:
-                    result = cast("Result", ray.get(queue[0]))
-                except RayTaskError as error:
-                    raise error.cause from None
-                except (WorkerCrashedError, NodeDiedError) as error:
-                    raise WorkersLostError(
-                        f"workers died {MOST_LOSSES + 1} times over the same piece of work"
-                    ) from error
-                queue.popleft()
-                yield result
-        finally:
-            # An abandoned sweep may outlive the cluster, and a cancel would begin another.
-            if ray.is_initialized():
-                for reference in queue:
-                    ray.cancel(reference, force=False)
+        # What has begun when a sweep is abandoned runs out by itself, a few pieces for each worker:
+        # in Ray a cancel races with the task's own end, and the loser is this process.
+        while True:
+            queue.extend(task.remote(item) for item in islice(source, ahead - len(queue)))
+            if not queue:
+                return
+            try:
+                result = cast("Result", ray.get(queue[0]))
+            except RayTaskError as error:
+                raise error.cause from None
+            except (WorkerCrashedError, NodeDiedError) as error:
+                raise WorkersLostError(
+                    f"workers died {MOST_LOSSES + 1} times over the same piece of work"
+                ) from error
+            queue.popleft()
+            yield result
 
 
 @contextmanager
