@@ -21,8 +21,8 @@ from curling_env.physics.wear import wear_along_path, wear_of, worn
 from curling_env.storage import write_table
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Release
 from curling_env.trajectory import Trajectory
+from friction_estimation.inversion.ridden import swept_intervals
 from friction_estimation.inversion.spin import fit_spin
-from friction_estimation.inversion.trajectory_fit import swept_intervals
 from friction_estimation.kinematics import FreeSlide, free_slides, robust_deviation
 
 Floats = NDArray[np.float64]

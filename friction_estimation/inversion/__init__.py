@@ -1,10 +1,11 @@
 """From measured paths to the ice they ran on.
 
 `estimate_ice` is the way in. Behind it: the course a stone followed (course), its ride along it
-under the force law (ride), noise and prior (noise, prior), the joint fit of all throws and cells
-(trajectory_fit), effects and a ripple of the camera fitted with them (refit, bias_search), what all
-frames err by together (shared_error), the paper's own way (paper_method), and the limit of all
-(bound).
+under the force law (ride), one throw as fitted and linearised (ridden, linear_throw), noise and
+prior (noise, prior), one friction and the map (level_fit, map_fit), effects and a ripple of the
+camera fitted with it (refit, ripple_fit, bias_search), what all frames err by together
+(shared_error), all of these in order (trajectory_fit), the paper's own way (paper_method), and the
+limit of all (bound).
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ from curling_env.physics.effects import catalogue
 from curling_env.physics.law import acceleration
 
 if TYPE_CHECKING:
-    from friction_estimation.inversion.trajectory_fit import Ridden
+    from friction_estimation.inversion.ridden import Ridden
 
 Floats = NDArray[np.float64]
 
@@ -146,6 +146,11 @@ def free_effects(ice: Ice, throws: Sequence[Ridden]) -> FreeEffects:
     felt = (along[0] > along[1]) & (along[0] > 0.0)
     kept = tuple(f for f, acts in zip(freed, felt, strict=True) if acts)
     return FreeEffects(ice=ice, freed=kept, values=np.zeros(len(kept)))
+
+
+def no_effects(ice: Ice) -> FreeEffects:
+    """The effects of an ice as they are: none of their parameters is free."""
+    return FreeEffects(ice=ice, values=np.empty(0))
 
 
 RIVALS = {"speed_dependent_friction": {"exponent": 0.0}, "slope": {"x": 0.0, "y": 0.0}}

@@ -15,8 +15,8 @@ from curling_env.throw import Release
 from curling_env.trajectory import Trajectory, write_tracks
 from friction_estimation.inversion import cell_bound, estimate_ice, uniform_bound
 from friction_estimation.inversion.noise import Noise, estimate_noise
+from friction_estimation.inversion.ridden import board_throw
 from friction_estimation.inversion.ride import Track, sensitivities
-from friction_estimation.inversion.trajectory_fit import _board
 from friction_estimation.kinematics import free_slide
 
 HOG = 10.9725
@@ -197,7 +197,7 @@ def test_sensitivities_are_the_derivatives_of_the_ride(sliding, rng, interpolati
     mu = np.full(PAPER_SHEET.shape, 0.009)
     friction = FrictionMap(mu=mu, sigma=0 * mu, observed=mu > 0, interpolation=interpolation)
     track = Track(Ice(friction=friction, effects=effects))
-    throw = _board(free_slide(tracks[0]), 0)
+    throw = board_throw(free_slide(tracks[0]), 0)
     field = rng.normal(0, 0.05, mu.size)
     track.set_field(np.log(0.009), field)
     ride = track.ride(throw.passenger, throw.start, throw.speed)
