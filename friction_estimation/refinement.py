@@ -67,6 +67,9 @@ MIDDLE_SPREAD = 0.2
 """How far from its middle the axis of a cut picture may lie, in halves of its longer side."""
 ASPECT_SPREAD = 0.06
 """How far a picture may be stretched, in log."""
+AS_GOOD = 1.02
+"""Two cameras whose costs differ by less than this factor agree with the paint equally well: of
+points that were marked exactly, nothing is left to improve."""
 OUTLIER = 3.0
 ROUNDS = 12
 STEP = 1e-5
@@ -523,7 +526,7 @@ class _Fit:
         readings = self.read(after, 2.0)
         if len(readings.index) < max(MIN_READINGS, MIN_SHARE * readings.expected):
             return given
-        if self.cost(after) >= self.cost(before):
+        if self.cost(after) > AS_GOOD * self.cost(before):
             return given
         camera, covariance, miss = self.fitted(after, readings, True, 0.5)
         rms_px = float(np.sqrt(np.mean(miss**2)))

@@ -109,6 +109,16 @@ def test_exact_points_and_a_known_lens_are_not_made_worse(views):
     assert misplaced(refined.camera, true) < 0.002
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_points_that_leave_nothing_to_improve_are_checked_by_the_paint_all_the_same(views, seed):
+    """Else σ would hold the doubt of a hand's marks, which the paint has removed."""
+    true, scene, still = views["end"]
+    grain = np.random.default_rng(seed).normal(0, 1.0, still.shape)
+    refined = refine(true, scene, np.clip(still + grain, 0, 255).astype(np.float32))
+    assert refined.readings > 300
+    assert misplaced(refined.camera, true) < 0.003
+
+
 def test_a_picture_without_paint_leaves_the_camera_as_it_was(views):
     true, scene, still = views["side"]
     rng = np.random.default_rng(0)
