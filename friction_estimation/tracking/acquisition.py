@@ -33,6 +33,10 @@ ENOUGH_SIGHTINGS = 12
 """A path seen in fewer sparse frames is looked at again in frames closer together."""
 CLOSER = 0.12
 """Time between these [s]."""
+LARGEST_MISFIT = 2.2
+"""By which factor a blob may be larger or smaller than a stone there would be."""
+RIM_PX = 1.5
+"""What the threshold takes in of the blurred rim of a blob."""
 MISS_COST = 0.15
 """What a sparse frame without a sighting takes from a path's score; a perfect sighting gives 1."""
 
@@ -183,20 +187,21 @@ def _as_stone(
         return None
     if (np.abs(xy) - np.array([sheet.width, sheet.length]) / 2 > model.radius).any():
         return None
+    found = blob.high_px - blob.low_px + 1
+    corners = model.extent_px(camera, xy)
+    if len(corners) == 0 or (corners[1] - corners[0] + RIM_PX > LARGEST_MISFIT * found + 0.01).any():
+        return None  # smaller than the body alone
     body = model.outline_px(camera, xy)
-    if len(body) == 0:
-        return None
     around = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     slim = 0.6 * model.radius * np.column_stack([np.cos(around), np.sin(around)])
     ends = [np.column_stack([xy + slim, np.full(24, z)]) for z in (low, high)]
     outline = np.concatenate([body, camera.project(np.concatenate(ends))])
-    expected = np.ptp(outline, axis=0) + 1.5  # the threshold takes in a blurred rim
-    found = blob.high_px - blob.low_px + 1
+    expected = np.ptp(outline, axis=0) + RIM_PX
     least = 0.9 * cv2.contourArea(body.astype(np.float32)) + 1.0
     most = 1.3 * cv2.contourArea(cv2.convexHull(outline.astype(np.float32))) + 4.0
     area = max(np.log(least / blob.area_px), np.log(blob.area_px / most), 0.0)
     misfit = max(float(np.abs(np.log(found / expected)).max()), area)
-    if misfit > np.log(2.2):
+    if misfit > np.log(LARGEST_MISFIT):
         return None
     return Sighting(frame=0, t=0.0, xy=xy, likeness=float(np.exp(-((misfit / 0.45) ** 2))))
 

@@ -219,8 +219,8 @@ def spots_like_stones(
 
 def _extent_px(camera: Camera, model: StoneModel, xy: Floats) -> Floats:
     """Width and height of a stone's picture, (2,) [px]; NaN where it has none."""
-    outline = model.outline_px(camera, xy)
-    return np.ptp(outline, axis=0) if len(outline) else np.full(2, np.nan)
+    corners = model.extent_px(camera, xy)
+    return corners[1] - corners[0] if len(corners) else np.full(2, np.nan)
 
 
 def _dark_spots(
