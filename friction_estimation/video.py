@@ -6,20 +6,28 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import count
+from fractions import Fraction
+from functools import cached_property
+from itertools import chain, dropwhile, islice
 from pathlib import Path
 
+import av
 import cv2
 import numpy as np
+from av.container import InputContainer
+from av.error import FFmpegError
+from av.packet import Packet
+from av.video.frame import VideoFrame
+from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
 from curling_env.errors import InputError, OutputError
 from curling_env.storage import atomic_path, read_table, write_table
+from friction_estimation.raw_frame import RawFrame
 
 Image = NDArray[np.uint8]
 
@@ -27,10 +35,10 @@ DEFAULT_FPS = 30.0
 """Taken where neither the film nor the scene says anything usable."""
 SEEK_BEYOND = 40
 """A jump of fewer frames is quicker made by decoding them: a seek goes back to a whole picture."""
+SEEK_BACK = 4.0
+"""Time by which a seek begins earlier if it came too late [s]."""
 KEYS_SUFFICE = 0.8
 """Share of the frames asked for that a film's whole pictures must make up to be taken instead."""
-CAPTURE_OPTIONS = "OPENCV_FFMPEG_CAPTURE_OPTIONS"
-"""Environment variable that OpenCV reads when it opens a film; these options go no other way."""
 TIMES_SUFFIX = ".times.csv"
 """Added to a film's name: a table with the time of every frame, where its container lost them."""
 
@@ -74,17 +82,19 @@ class Film:
             raise InputError("no such film", source=path)
         if path.is_dir():
             raise InputError("is a directory; expected a film", source=path)
-        with _capture(path) as capture:
-            ok, frame = capture.read()
-            if not ok:
+        with _opened(path) as (container, stream):
+            first = next(_decoded(container, stream), None)
+            if first is None:
                 raise InputError("not a film that can be decoded", source=path)
-            said = capture.get(cv2.CAP_PROP_FPS)
-            frame_count = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
-        usable = np.isfinite(said) and 1 <= said <= 1000
+            height, width, _ = RawFrame(first).shape
+            said = _rate(stream)
+            length = (container.duration or 0) / av.time_base
+            frame_count = stream.frames or round(length * (said or DEFAULT_FPS))
+        usable = 1 <= said <= 1000
         return cls(
             path=path,
-            size=(frame.shape[1], frame.shape[0]),
-            fps=fps or (float(said) if usable else DEFAULT_FPS),
+            size=(width, height),
+            fps=fps or (said if usable else DEFAULT_FPS),
             frame_count=max(frame_count, 1),
             fps_given=fps is not None,
             times=() if fps is not None else _times_beside(path),
@@ -96,17 +106,19 @@ class Film:
         Times are the container's where they increase; a frame without a usable one comes one
         nominal interval after its predecessor.
         """
+        for t, frame in self.raw_frames():
+            yield t, frame.whole()
+
+    def raw_frames(self) -> Iterator[tuple[float, RawFrame]]:
+        """The same, with colours only where they are looked at."""
         first: float | None = None
         last = -np.inf
-        with _capture(self.path) as capture:
-            for index in count():
-                ok, frame = capture.read()
-                if not ok:
-                    return
+        with _opened(self.path) as (container, stream):
+            for index, frame in enumerate(_decoded(container, stream)):
                 if index < len(self.times):
-                    yield self.times[index], frame
+                    yield self.times[index], RawFrame(frame)
                     continue
-                stamp = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
+                stamp = _stamp(frame, stream)
                 if first is None:
                     first, t = stamp, 0.0
                 else:
@@ -114,7 +126,7 @@ class Film:
                     if self.fps_given or not t > last + 0.05 / self.fps:
                         t = last + 1 / self.fps
                 last = t
-                yield t, frame
+                yield t, RawFrame(frame)
 
     def sample(self, count: int) -> list[tuple[float, Image]]:
         """About `count` frames spread evenly over the film, with approximate times [s].
@@ -137,19 +149,22 @@ class Film:
 
     def _whole_pictures(self, count: int) -> list[tuple[float, Image]]:
         """At most `count` of the frames that stand for themselves, with approximate times [s]."""
+        step, due = max((self.frame_count - 1) / max(count - 1, 1), 1.0), 0.0
         frames: list[tuple[float, Image]] = []
-        with _capture(self.path, "avdiscard;nonkey") as capture:
-            said = capture.get(cv2.CAP_PROP_FPS)
-            step, due = (self.frame_count - 1) / max(count - 1, 1), 0.0
-            while capture.grab():
-                stamp = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
+        with _opened(self.path) as (container, stream):
+            stream.codec_context.skip_frame = "NONKEY"
+            said = _rate(stream) or DEFAULT_FPS
+            for frame in _decoded(container, stream):
+                stamp = _stamp(frame, stream)
+                if not np.isfinite(stamp):
+                    return []
                 index = round(stamp * said)
                 if index + 0.5 < due:
                     continue
                 due = step * ((index + 0.5) // step + 1)
-                ok, frame = capture.retrieve()
-                if ok and (frame.shape[1], frame.shape[0]) == self.size:
-                    frames.append((self._time_of(index, stamp), frame))
+                raw = RawFrame(frame)
+                if (raw.shape[1], raw.shape[0]) == self.size:
+                    frames.append((self._time_of(index, stamp), raw.whole()))
         return frames
 
     def _time_of(self, index: int, stamp: float) -> float:
@@ -169,19 +184,29 @@ class Film:
 
     def picked(self, wanted: Sequence[int]) -> Iterator[tuple[float, Image]]:
         """The same as `pick`, one after the other."""
-        with _capture(self.path) as capture:
-            at = 0
+        with _opened(self.path) as (container, stream):
+            frames, at = _decoded(container, stream), 0
             for index in sorted(set(wanted)):
-                if index - at > SEEK_BEYOND:
-                    capture.set(cv2.CAP_PROP_POS_FRAMES, index)
-                else:
-                    while at < index and capture.grab():
-                        at += 1
-                ok, frame = capture.read()
-                at = index + 1
-                if ok and (frame.shape[1], frame.shape[0]) == self.size:
-                    stamp = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
-                    yield self._time_of(index, stamp), frame
+                if index - at > SEEK_BEYOND and index < len(self._moments):
+                    frames, at = _decoded_from(container, stream, self._moments[index]), index
+                frame = next(islice(frames, index - at, None), None)
+                if frame is None:
+                    return
+                at, raw = index + 1, RawFrame(frame)
+                if (raw.shape[1], raw.shape[0]) == self.size:
+                    yield self._time_of(index, _stamp(frame, stream)), raw.whole()
+
+    @cached_property
+    def _moments(self) -> list[int]:
+        """When each frame is due, in the container's own unit; empty where it does not say."""
+        with _opened(self.path) as (container, stream):
+            found = [
+                _moment(packet)
+                for packet in _packets(container, stream)
+                if packet.size and not packet.is_discard
+            ]
+        said = [moment for moment in found if moment is not None]
+        return sorted(said) if len(said) == len(found) else []
 
 
 def save_times(film: str | Path, times: Sequence[float]) -> None:
@@ -214,23 +239,80 @@ def is_stream(source: str) -> bool:
 
 
 @contextmanager
-def _capture(path: Path, options: str | None = None) -> Iterator[cv2.VideoCapture]:
-    before = os.environ.get(CAPTURE_OPTIONS)
-    if options is not None:
-        os.environ[CAPTURE_OPTIONS] = options
+def _opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
     try:
-        capture = cv2.VideoCapture(str(path))
-    finally:
-        if before is None:
-            os.environ.pop(CAPTURE_OPTIONS, None)
-        else:
-            os.environ[CAPTURE_OPTIONS] = before
-    try:
-        if not capture.isOpened():
+        container = av.open(str(path), metadata_errors="replace")
+    except (FFmpegError, OSError) as fault:
+        raise InputError("not a film that can be decoded", source=path) from fault
+    with container:
+        if not container.streams.video:
             raise InputError("not a film that can be decoded", source=path)
-        yield capture
-    finally:
-        capture.release()
+        stream = container.streams.video[0]
+        stream.thread_type = "AUTO"
+        yield container, stream
+
+
+def _packets(container: InputContainer, stream: VideoStream) -> Iterator[Packet[VideoStream]]:
+    """What is stored of the film from here on; where it is broken off it ends."""
+    packets = container.demux(stream)
+    while True:
+        try:
+            packet = next(packets)
+        except (StopIteration, FFmpegError):
+            return
+        yield packet
+
+
+def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame]:
+    """All frames from here on that can be decoded."""
+    for packet in _packets(container, stream):
+        try:
+            frames = packet.decode()
+        except FFmpegError:  # this packet holds no picture, the next one may
+            continue
+        yield from frames
+
+
+def _decoded_from(
+    container: InputContainer, stream: VideoStream, moment: int
+) -> Iterator[VideoFrame]:
+    """The same from the frame on that is due at a moment."""
+    back = round(SEEK_BACK / _unit(stream))
+    for begin in (moment, moment - back, _start(stream)):
+        # Some containers have no table of their whole pictures, and go where it seems best.
+        container.seek(begin, stream=stream)
+        frames = _decoded(container, stream)
+        first = next(frames, None)
+        if first is not None and (_moment(first) or 0) <= moment:
+            break
+    else:
+        return iter(())
+    return dropwhile(lambda frame: (_moment(frame) or 0) < moment, chain([first], frames))
+
+
+def _moment(stored: VideoFrame | Packet[VideoStream]) -> int | None:
+    """When a frame is due, in the container's own unit; None if it does not say."""
+    return stored.dts if stored.pts is None else stored.pts
+
+
+def _stamp(frame: VideoFrame, stream: VideoStream) -> float:
+    """When a frame is due since the film began [s]; NaN if the container does not say."""
+    moment = _moment(frame)
+    return np.nan if moment is None else float((moment - _start(stream)) * _unit(stream))
+
+
+def _start(stream: VideoStream) -> int:
+    return stream.start_time or 0
+
+
+def _unit(stream: VideoStream) -> Fraction:
+    """Of the container's moments [s]."""
+    return stream.time_base or Fraction(1, 1000)
+
+
+def _rate(stream: VideoStream) -> float:
+    """Nominal frames per second as the container says; 0 if it does not."""
+    return float(stream.guessed_rate or stream.average_rate or 0)
 
 
 class FilmWriter:

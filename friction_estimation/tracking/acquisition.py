@@ -189,7 +189,10 @@ def _as_stone(
         return None
     found = blob.high_px - blob.low_px + 1
     corners = model.extent_px(camera, xy)
-    if len(corners) == 0 or (corners[1] - corners[0] + RIM_PX > LARGEST_MISFIT * found + 0.01).any():
+    if (
+        len(corners) == 0
+        or (corners[1] - corners[0] + RIM_PX > LARGEST_MISFIT * found + 0.01).any()
+    ):
         return None  # smaller than the body alone
     body = model.outline_px(camera, xy)
     around = np.linspace(0, 2 * np.pi, 24, endpoint=False)

@@ -97,10 +97,12 @@ def track_film(
     if hold is not None:
         sample = [(t, hold.put_back(frame)) for t, frame in sample]
 
+    def right(frame: Image) -> Image:
+        even = frame if lighting is None else lighting.evened(frame)
+        return even if hold is None else hold.put_back(even)
+
     def put_right(frames: Iterable[tuple[float, Image]]) -> Iterator[tuple[float, Image]]:
-        for t, frame in frames:
-            even = frame if lighting is None else lighting.evened(frame)
-            yield t, even if hold is None else hold.put_back(even)
+        return ((t, right(frame)) for t, frame in frames)
 
     # A lens that is not known yet may show the sheet tens of pixels from where it is thought.
     known = scene.camera_matrix is not None and scene.distortion is not None
@@ -162,7 +164,8 @@ def track_film(
         company = (
             gather(sample, background, camera, look, scene.sheet, rough, sample_until) or company
         )
-    frames: Iterable[tuple[float, Image]] = put_right(film.frames())
+    as_filmed = lighting is None and hold is None
+    frames = film.raw_frames() if as_filmed else put_right(film.frames())
     if progress is not None:
         frames = progress(frames, film.frame_count)
     turn = _turn_of(exposures) if look.has_handle else None
