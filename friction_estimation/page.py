@@ -36,18 +36,23 @@ margin:1rem 0 0}
 """
 
 
-def write_page(path: str | Path, title: str, sections: Sequence[str]) -> None:
+def write_page(
+    path: str | Path, title: str, sections: Sequence[str], *, reload: float | None = None
+) -> None:
     """Write a page, complete or not at all.
 
     Parameters
     ----------
     title : plain text, for the browser's tab
     sections : HTML, each shown as a card
+    reload : the browser is to load the page again after this time [s]; None: it is not
     """
+    again = "" if reload is None else f"<meta http-equiv=refresh content={reload:g}>"
     cards = "".join(f"<section>{section}</section>" for section in sections)
     write_text(
         path,
         f"<!doctype html><html lang=en><meta charset=utf-8><title>{escape(title)}</title>"
+        f"{again}"
         "<meta name=viewport content='width=device-width'><link rel=icon href='data:,'>"
         f"<style>{STYLE}</style><main>{cards}</main></html>\n",
     )

@@ -39,6 +39,13 @@ class Still:
     t: float
     jpeg: bytes
 
+    @classmethod
+    def of(cls, film: str, t: float, image: NDArray[np.uint8]) -> Still:
+        """A still of a picture, (height, width, 3) BGR."""
+        import cv2
+
+        return cls(film=film, t=t, jpeg=cv2.imencode(".jpg", image)[1].tobytes())
+
 
 CAPTIONS = {
     "map.png": "The ice as a curler reads it: blue keen, red heavy. Below, how well each place is "
@@ -60,7 +67,9 @@ TITLES = {
 }
 
 
-def write_report(found: Estimate, folder: Path, stills: Sequence[Still] = ()) -> list[str]:
+def write_report(
+    found: Estimate, folder: Path, stills: Sequence[Still] = (), *, reload: float | None = None
+) -> list[str]:
     """All pictures and tables of an estimate, and the page that shows them, `report.html`.
 
     Parameters
@@ -68,6 +77,8 @@ def write_report(found: Estimate, folder: Path, stills: Sequence[Still] = ()) ->
     found : the estimate
     folder : exists
     stills : frames of the films, where there are films
+    reload : the browser is to load the page again after this time [s], while more is measured;
+        None: the page stays as it is
 
     Returns
     -------
@@ -77,12 +88,16 @@ def write_report(found: Estimate, folder: Path, stills: Sequence[Still] = ()) ->
     write_cells(folder / "cells.csv", found.ice)
     write_table(folder / "rows.csv", row_table(found))
     write_json(folder / "estimate.json", found.summary())
-    _write_page(found, folder, pictures, stills)
+    _write_page(found, folder, pictures, stills, reload)
     return ["report.html", *pictures, "cells.csv", "rows.csv", "estimate.json"]
 
 
 def _write_page(
-    found: Estimate, folder: Path, pictures: Sequence[str], stills: Sequence[Still]
+    found: Estimate,
+    folder: Path,
+    pictures: Sequence[str],
+    stills: Sequence[Still],
+    reload: float | None,
 ) -> None:
     sections = [f"<h1>{escape(headline(found))}</h1>{facts(_facts(found))}{_remarks(found)}"]
     sections += [
@@ -110,7 +125,7 @@ def _write_page(
     if found.method == "trajectory":
         sections.append(f"<h2>The older way beside it</h2>{_beside(found)}")
     sections.append(f"<h2>The throws</h2>{_throws(found)}")
-    write_page(folder / "report.html", "Friction of the ice", sections)
+    write_page(folder / "report.html", "Friction of the ice", sections, reload=reload)
 
 
 def row_table(found: Estimate) -> dict[str, ArrayLike]:

@@ -26,7 +26,7 @@ from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
 from curling_env.errors import InputError, OutputError
-from curling_env.storage import atomic_path, read_table, write_table
+from curling_env.storage import atomic_path, read_table
 from friction_estimation.raw_frame import RawFrame
 
 Image = NDArray[np.uint8]
@@ -54,8 +54,8 @@ class Film:
     fps : nominal frames per second
     frame_count : as the container says; the film may end earlier
     fps_given : whether the caller's rate replaces the container's times
-    times : of every frame as `TIMES_SUFFIX` beside the film keeps them [s]; empty where there is
-        none
+    times : of every frame as a table `TIMES_SUFFIX` beside the film gives them [s]; empty where
+        there is none
     """
 
     path: Path
@@ -209,17 +209,8 @@ class Film:
         return sorted(said) if len(said) == len(found) else []
 
 
-def save_times(film: str | Path, times: Sequence[float]) -> None:
-    """Keep when each frame of a film was taken, beside the film [s]."""
-    write_table(_times_path(Path(film)), {"t": np.round(times, 6)})
-
-
-def _times_path(film: Path) -> Path:
-    return film.with_name(film.name + TIMES_SUFFIX)
-
-
 def _times_beside(film: Path) -> tuple[float, ...]:
-    path = _times_path(film)
+    path = film.with_name(film.name + TIMES_SUFFIX)
     if not path.exists():
         return ()
     times = read_table(path, required=("t",)).numbers("t")

@@ -326,8 +326,7 @@ def _filmed(
             unfinished.keep(i, film, found.trajectories, {})
         if shown:
             stills += [
-                Still(film=film.name, t=t, jpeg=cv2.imencode(".jpg", image)[1].tobytes())
-                for t, image in stills_of(film, known[i], found)
+                Still.of(film.name, t, image) for t, image in stills_of(film, known[i], found)
             ]
     return tracks, stills, unfinished
 

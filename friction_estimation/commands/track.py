@@ -64,6 +64,13 @@ def track(
     throws: Annotated[
         int | None, typer.Option(min=1, help="Of a live camera: end after so many throws.")
     ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Of a live camera: a page that shows the ice so far, and loads itself again.",
+        ),
+    ] = None,
     flow: Annotated[
         FlowChoice, typer.Option(help="Optical flow that predicts the stone's next place.")
     ] = FlowChoice.pyramidal,
@@ -93,7 +100,8 @@ def track(
 
     Instead of films, give the number of a camera (0 is the first) or the URL of a stream: each
     throw is recorded as a film of its own, tracked as soon as it is over, and added to the tracks
-    file, and what the throws so far say of the ice is told. Ctrl-C ends it.
+    file, and what the throws so far say of the ice is told; with --report a page shows it, map and
+    all, and follows as the throws come. Ctrl-C ends it, and what was recorded is still tracked.
 
     Work on many films that was interrupted goes on where it was when the command is given again.
 
@@ -105,7 +113,7 @@ def track(
 
     \b
     Example:
-        curling track 0 --scene end.scene.json -o tracks.csv
+        curling track 0 --scene end.scene.json -o tracks.csv --report ice
         curling track end-0.mp4 end-1.mp4 --scene end.scene.json -o tracks.csv
         curling track end-0.mp4 --scene end.scene.json --overlay seen.mp4
         curling track home.mp4 mid.mp4 away.mp4 --together \\
@@ -145,8 +153,11 @@ def track(
         if overlay is not None:
             raise InputError("a live camera has no overlay; track its films again for that",
                              source="--overlay")  # fmt: skip
-        track_live(streams[0], scenes[0], output, keep=keep, throws=throws)
+        track_live(streams[0], scenes[0], output, keep=keep, throws=throws, report=report)
         return
+    for name, given in (("--report", report), ("--throws", throws), ("--keep", keep)):
+        if given is not None:
+            raise InputError("goes with a live camera's number or a stream's URL", source=name)
     unfinished = Unfinished(
         output,
         {

@@ -1,0 +1,161 @@
+"""Does live tracking keep up? A camera of 1080p50 is played at its own pace, and followed.
+
+Draws seen from behind the sheet are rendered, and then sent over the network as a camera sends
+them, in H.264, while they are recorded and tracked on what is left of this machine. Told are how
+long after a throw's end its track and the ice were known, how far off the track is, and how far the
+recording lagged behind the camera.
+
+python scripts/live_pace.py
+"""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections.abc import Generator, Sequence
+from contextlib import suppress
+from fractions import Fraction
+from itertools import count
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Annotated, Any
+
+import av
+import numpy as np
+import typer
+from av.error import FFmpegError
+
+from curling_env.physics.slide import slide
+from curling_env.presets import standard
+from curling_env.storage import make_directory
+from curling_env.throw import Throw
+from curling_env.trajectory import Trajectory
+from friction_estimation.live import Feed, Moment, Seen, follow, open_feed
+from friction_estimation.live.recorder import QUIET
+from friction_estimation.scene import load_scene
+from friction_estimation.synthetic import FilmSpec, on_film, render_films
+
+SPEC = FilmSpec(
+    camera="end", size=(1920, 1080), fps=50.0, people=False, lead_in=2.0, tail=QUIET + 2.0
+)
+WEIGHTS = (2.15, 2.2, 2.18)
+"""Speeds of the draws at the hog line [m/s]; no throw is in the picture for longer."""
+
+
+def main(
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="DIR", help="Keeps what was rendered.")
+    ] = Path("runs/live_pace"),
+) -> None:
+    """Play draws at the pace of a camera and see whether they are tracked as they come."""
+    folder = make_directory(output)
+    thrown = [_draw(weight) for weight in WEIGHTS]
+    sent = folder / "sent.mp4"
+    if not sent.exists():
+        _code(render_films(folder, thrown, SPEC), sent)
+    truths = [on_film(path, SPEC) for path in thrown]
+
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+    camera = get_context("spawn").Process(target=_send, args=(sent, address))
+    camera.start()
+    feed = Timed(open_feed(f"{address}?listen=1"))
+    scene = load_scene(folder / f"{SPEC.name}.scene.json")
+    used = time.process_time()
+    for news in follow(feed, scene, make_directory(folder / "kept"), report=folder):
+        now = feed.since
+        if isinstance(news, Seen):
+            over = news.clip.clock + news.clip.frames / SPEC.fps
+            print(f"{now:6.1f} s  {news.clip.path.name}, {now - over:.1f} s after its end: "
+                  + (_off(news, truths) if news.tracks else news.reason))  # fmt: skip
+        else:
+            print(f"{now:6.1f} s  {news.words}")
+    used = time.process_time() - used
+    camera.join()
+    lags = 1000 * np.array(feed.lags)
+    print(f"{len(lags)} frames; recording took {1000 * used / len(lags):.1f} ms of a core a frame; "
+          f"behind the camera by {np.median(lags):.0f} ms in the middle, {lags.max():.0f} ms "
+          "at most")  # fmt: skip
+
+
+def _draw(weight: float) -> Trajectory:
+    path = slide(
+        standard(), Throw(speed=weight, angle=-0.02, spin=1.5).release(), fps=100
+    ).trajectory
+    assert path is not None  # a rate was given
+    return path
+
+
+def _off(seen: Seen, truths: Sequence[Trajectory]) -> str:
+    """How far a track is from where its stone was, one second after the release and later."""
+    track = seen.tracks[0]
+    before = sum(len(truth) for truth in truths[: track.throw]) / SPEC.fps
+    truth, t = truths[track.throw], track.t + seen.clip.clock - before
+    late = t > SPEC.lead_in + 1
+    there = np.column_stack([np.interp(t, truth.t, truth.xy[:, k]) for k in (0, 1)])
+    miss = np.linalg.norm(track.xy - there, axis=1)[late]
+    return f"{len(track)} rows, {1000 * np.sqrt(np.mean(miss**2)):.1f} mm off"
+
+
+def _code(films: Sequence[Path], sent: Path) -> None:
+    """One film of several, coded as cameras do."""
+    with av.open(str(sent), "w") as output:
+        stream = output.add_stream("libx264", rate=round(SPEC.fps))
+        stream.width, stream.height = SPEC.size or (0, 0)
+        stream.options = {"preset": "veryfast", "crf": "20", "g": "50", "bf": "0"}
+        number = count()
+        for film in films:
+            with av.open(str(film)) as source:
+                for frame in source.decode(video=0):
+                    frame.pts, frame.time_base = next(number), 1 / Fraction(SPEC.fps)
+                    output.mux(stream.encode(frame))
+        output.mux(stream.encode())
+
+
+def _send(film: Path, address: str) -> None:
+    """Send a film at its own pace to who listens there."""
+    output: Any = None
+    while output is None:
+        with suppress(FFmpegError):
+            output = av.open(address, "w", format="mpegts", options={"flush_packets": "1"})
+        time.sleep(0.1)
+    with av.open(str(film)) as source, output:
+        video = source.streams.video[0]
+        stream = output.add_stream_from_template(video)
+        begun: float | None = None
+        for packet in source.demux(video):
+            if packet.dts is None:
+                continue
+            t = float(packet.dts * packet.time_base)
+            begun = time.monotonic() - t if begun is None else begun
+            time.sleep(max(0.0, begun + t - time.monotonic()))
+            packet.stream = stream
+            output.mux(packet)
+
+
+class Timed:
+    """A feed that notes how late each of its frames is taken."""
+
+    def __init__(self, feed: Feed) -> None:
+        self._feed = feed
+        self.size, self.fps = feed.size, feed.fps
+        self.add_to, self.close = feed.add_to, feed.close
+        self.lags: list[float] = []
+        self._begun = time.monotonic()
+
+    @property
+    def since(self) -> float:
+        """Time since the first frame [s]."""
+        return time.monotonic() - self._begun
+
+    def moments(self) -> Generator[Moment]:
+        for moment in self._feed.moments():
+            if not self.lags:
+                self._begun = time.monotonic() - moment.t
+            self.lags.append(self.since - moment.t)
+            yield moment
+
+
+if __name__ == "__main__":
+    typer.run(main)
