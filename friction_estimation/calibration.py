@@ -19,6 +19,11 @@ FOCAL_PRIOR = (1.0, 1.5)
 Weak on purpose: it decides only where the points cannot, as for a camera that looks straight down.
 """
 
+FOCALS = (0.35, 0.6, 1.0, 1.7)
+"""Focal lengths tried where the points cannot tell, in the longer sides of the image."""
+BENDS = (-0.3, -0.22, -0.15, -0.09, -0.04, 0.0, 0.05)
+"""Distortions tried: share by which the longer side's end is moved."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Pose:
@@ -110,3 +115,31 @@ def solve_focal_px(
     low, high = tried[max(best - 1, 0)], tried[min(best + 1, len(tried) - 1)]
     found = minimize_scalar(cost, bounds=(low, high), method="bounded", options={"xatol": 1e-6})
     return float(np.exp(found.x)) * side
+
+
+def solve_bent_lens(
+    sheet_points: Floats, points_px: Floats, matrix: Floats | None, size: tuple[int, int]
+) -> tuple[Floats, Floats, Pose] | None:
+    """The lens among several of `FOCALS` and `BENDS`, and its pose, that puts the points best.
+
+    Parameters
+    ----------
+    matrix : (3, 3) where it is known, None where not
+
+    Returns
+    -------
+    camera matrix (3, 3), distortion (5,) and pose; None where none has a pose
+    """
+    side = max(size)
+    focals = [share * side for share in FOCALS] if matrix is None else [matrix[0, 0]]
+    found: list[tuple[Floats, Floats, Pose]] = []
+    for focal in focals:
+        tried = matrix
+        if tried is None:
+            tried = np.array([[focal, 0, size[0] / 2], [0, focal, size[1] / 2], [0, 0, 1.0]])
+        for bend in BENDS:
+            distortion = np.array([bend * (2 * focal / side) ** 2, 0.0, 0.0, 0.0, 0.0])
+            pose = pose_from_points(sheet_points, points_px, tried, distortion)
+            if pose is not None:
+                found.append((tried, distortion, pose))
+    return min(found, key=lambda one: one[2].rms_px, default=None)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from curling_env.errors import InputError
-from friction_estimation.calibration import pose_from_points, solve_focal_px
+from friction_estimation.calibration import pose_from_points, solve_bent_lens, solve_focal_px
 from friction_estimation.scene import MIN_POINTS, Scene
 
 Floats = NDArray[np.float64]
@@ -79,8 +79,8 @@ class Camera:
         """The camera that sees the scene's points where they were marked.
 
         Without a camera matrix the focal length is solved with the pose, for square pixels and a
-        principal point at the image's centre; the lens then counts as free of distortion unless
-        the scene gives it (`landmarks.refine` improves on that).
+        principal point at the image's centre. Where no distortion is given the lens counts as free
+        of it, or as bent no more than the points ask for (`refinement.refine` improves on that).
 
         Raises
         ------
@@ -94,6 +94,10 @@ class Camera:
             matrix = intrinsics(focal_px, size)
         pose = pose_from_points(scene.sheet_points, scene.points_px, matrix, distortion)
         limit_px = 0.02 * float(np.hypot(*size))
+        if scene.distortion is None and (pose is None or pose.rms_px > limit_px):
+            known = None if scene.camera_matrix is None else matrix
+            bent = solve_bent_lens(scene.sheet_points, scene.points_px, known, size)
+            matrix, distortion, pose = bent or (matrix, distortion, pose)
         if pose is None or pose.rms_px > limit_px:
             raise InputError(
                 "no camera above the ice sees these points so; "

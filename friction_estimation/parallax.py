@@ -2,7 +2,8 @@
 
 Straight down, a longer lens further away shows the ice just the same. Not so a body of known
 height: the nearer the camera, the more its top is seen shifted outwards against its foot, and the
-more so towards the picture's rim. Only the right height leaves no residual all along the path.
+more so towards the picture's rim. Only the right height leaves no residual all along the path. What
+the paint says of the height, little as it may be, is weighed with it.
 """
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ def focal_from_stone(
             return np.inf
         look = learn_appearance(exposures, model, noise)
         misfit = total_misfit(exposures, replace(look, noise=first.noise)) / PIXEL_CORRELATION
-        return misfit + log_height_prior(found.camera)
+        return misfit + log_height_prior(found.camera) + found.misfit - landmarks.misfit
 
     at = landmarks.camera.position[2]
     lowest, highest = 1 / np.array(HEIGHTS)[::-1]

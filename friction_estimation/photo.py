@@ -25,7 +25,7 @@ from curling_env.sheet import (
     TEE_Y,
     Sheet,
 )
-from friction_estimation.calibration import poses_from_points
+from friction_estimation.calibration import BENDS, FOCALS, poses_from_points
 from friction_estimation.camera import NO_DISTORTION, Camera, intrinsics
 from friction_estimation.landmarks import (
     CURVES,
@@ -35,11 +35,9 @@ from friction_estimation.landmarks import (
     marks_of,
     read_marks,
 )
+from friction_estimation.lens import FreeLens
 from friction_estimation.picking.places import places_of
 from friction_estimation.refinement import (
-    BENDS,
-    FOCALS,
-    FreeLens,
     Refined,
     refine_from,
 )
@@ -136,7 +134,7 @@ def camera_from_photo(
     marks = marks[marks.of(*SURE)]
     # Without the border, the hog line and the outermost ring are what stands out.
     marks = replace(marks, strong=marks.of("12-foot ring", "hog line"))
-    lens = FreeLens(focal=True, bends=True, frame=True)
+    lens = FreeLens(focal=True, bends=True, cut=True)
     refined = refine_from(starts, sheet_points, points_px, image, marks, lens, height=height)
     if refined is None:
         raise InputError("no rings and hog line are found near what was clicked")

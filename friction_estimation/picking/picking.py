@@ -25,8 +25,9 @@ from curling_env.sheet import (
 )
 from friction_estimation.camera import Camera
 from friction_estimation.landmarks import brightness, marks_of, read_marks
+from friction_estimation.paint_fit import MIN_READINGS
 from friction_estimation.picking.places import places_of
-from friction_estimation.refinement import MIN_READINGS, MIN_SHARE, refine
+from friction_estimation.refinement import MIN_SHARE, refine
 from friction_estimation.scene import CORNERS, MIN_POINTS, Scene
 from friction_estimation.top_view import TopView
 from friction_estimation.video import Film

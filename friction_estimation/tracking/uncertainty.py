@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera import Camera
-from friction_estimation.refinement import CLICK_PX, Refined
+from friction_estimation.paint_fit import CLICK_PX
+from friction_estimation.refinement import Refined
 
 Floats = NDArray[np.float64]
 
@@ -34,6 +35,27 @@ HANDLE_PX = 0.25
 STEP = 1e-5
 
 
+def camera_variance(landmarks: Refined, xy: Floats, z: float) -> Floats:
+    """Squared standard errors of both coordinates that pose and lens leave, (n, 2) [m²].
+
+    Parameters
+    ----------
+    landmarks : the camera, and how well the paint told it
+    xy : (n, 2) places [m]
+    z : their height above the ice [m]
+    """
+    px = landmarks.camera.project(np.column_stack([xy, np.full(len(xy), z)]))
+    count = len(landmarks.covariance)
+    moved = np.zeros((len(xy), 2, count))
+    if landmarks.readings:
+        for p in range(count):
+            moved[:, :, p] = (landmarks.moved(p, STEP).on_plane(px, z) - xy) / STEP
+    variance = np.einsum("nip,pq,niq->ni", moved, landmarks.covariance, moved)
+    if landmarks.farther is not None:
+        variance += (landmarks.farther.on_plane(px, z) - xy) ** 2
+    return variance
+
+
 def systematic_sigma(landmarks: Refined, xy: Floats, height: float) -> Floats:
     """Standard error of each coordinate that is common to all frames, (n,) [m].
 
@@ -43,18 +65,8 @@ def systematic_sigma(landmarks: Refined, xy: Floats, height: float) -> Floats:
     xy : (n, 2) places on the ice [m]
     height : of the stone [m]
     """
-    camera = landmarks.camera
-    middle = height / 2
-    points = np.column_stack([xy, np.full(len(xy), middle)])
-    px = camera.project(points)
-    count = len(landmarks.covariance)
-    moved = np.zeros((len(xy), 2, count))
-    if landmarks.readings:
-        for p in range(count):
-            moved[:, :, p] = (landmarks.moved(p, STEP).on_plane(px, middle) - xy) / STEP
-    variance = np.einsum("nip,pq,niq->ni", moved, landmarks.covariance, moved)
-    if landmarks.farther is not None:
-        variance += (landmarks.farther.on_plane(px, middle) - xy) ** 2
+    camera, middle = landmarks.camera, height / 2
+    variance = camera_variance(landmarks, xy, middle)
     metre = _metres_per_px(camera, xy, middle)
     away = np.linalg.norm(xy - camera.position[:2], axis=1)
     cotangent = away / (camera.position[2] - middle)
