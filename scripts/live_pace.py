@@ -27,16 +27,17 @@ from av.error import FFmpegError
 
 from curling_env.physics.slide import slide
 from curling_env.presets import standard
-from curling_env.storage import make_directory
+from curling_env.storage import atomic_path, make_directory
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 from friction_estimation.live import Feed, Moment, Seen, follow, open_feed
+from friction_estimation.live.motion import MEMORY
 from friction_estimation.live.recorder import QUIET
 from friction_estimation.scene import load_scene
 from friction_estimation.synthetic import FilmSpec, on_film, render_films
 
 SPEC = FilmSpec(
-    camera="end", size=(1920, 1080), fps=50.0, people=False, lead_in=2.0, tail=QUIET + 2.0
+    camera="end", size=(1920, 1080), fps=50.0, people=False, lead_in=2.0, tail=QUIET + MEMORY + 1.0
 )
 WEIGHTS = (2.15, 2.2, 2.18)
 """Speeds of the draws at the hog line [m/s]; no throw is in the picture for longer."""
@@ -100,7 +101,7 @@ def _off(seen: Seen, truths: Sequence[Trajectory]) -> str:
 
 def _code(films: Sequence[Path], sent: Path) -> None:
     """One film of several, coded as cameras do."""
-    with av.open(str(sent), "w") as output:
+    with atomic_path(sent) as draft, av.open(str(draft), "w", format="mp4") as output:
         stream = output.add_stream("libx264", rate=round(SPEC.fps))
         stream.width, stream.height = SPEC.size or (0, 0)
         stream.options = {"preset": "veryfast", "crf": "20", "g": "50", "bf": "0"}

@@ -18,11 +18,11 @@ from curling_env.trajectory import Trajectory
 from friction_estimation.camera import Camera
 from friction_estimation.inversion import estimate_ice
 from friction_estimation.live.feed import Feed
+from friction_estimation.live.motion import Motion
 from friction_estimation.live.recorder import Clip, Recorder
 from friction_estimation.report_page import Still, write_report
 from friction_estimation.scene import Scene
 from friction_estimation.tracking import track_film
-from friction_estimation.tracking.background import sheet_region
 from friction_estimation.tracking.overlay import stills
 
 RELOADED = 10.0
@@ -90,11 +90,8 @@ def follow(
     ------
     InputError : points that do not fit the picture
     """
-    recorder = Recorder(
-        feed=feed,
-        region=sheet_region(Camera.from_scene(scene, feed.size), scene.sheet),
-        folder=folder,
-    )
+    motion = Motion.before(Camera.from_scene(scene, feed.size), scene)
+    recorder = Recorder(feed=feed, motion=motion, folder=folder)
     # A fresh process: one that was forked would share the camera.
     context = get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=context, initializer=_leave_interrupts) as beside:

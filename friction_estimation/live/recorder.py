@@ -1,8 +1,5 @@
 """Cuts a stream into films, one from quiet to quiet."""
 
-# OpenCV's stubs widen the element type of every array that they return.
-# pyright: reportArgumentType=false, reportCallIssue=false
-
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -10,23 +7,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import av
-import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.storage import atomic_path
 from friction_estimation.live.feed import Coded, Feed, Moment
+from friction_estimation.live.motion import Motion
 
-Image = NDArray[np.uint8]
-
-THINNED_PX = 4
-"""Motion is looked for in every so many rows and columns."""
-CONTRAST = 18
-"""Least change of brightness (of 255) that counts."""
-MOVING_SHARE = 4e-4
-"""Of the pixels around the sheet, those that must change between two looks: a third of a stone."""
-LOOK_EVERY = 0.1
-"""Time between two looks [s]: a stone on its last metre still moves by a pixel."""
 QUIET = 3.0
 """So long must all be still before a throw counts as over [s]."""
 LEAD_IN = 2.0
@@ -60,22 +46,21 @@ class Recorder:
     Parameters
     ----------
     feed : whose moments it is given
-    region : rows and columns of the picture in which motion counts
+    motion : on the ice in front of it
     folder : for the films
     """
 
     feed: Feed
-    region: tuple[slice, slice]
+    motion: Motion
     folder: Path
     count: int = 0
     _kept: list[Coded] = field(default_factory=list)
-    _before: Image | None = None
-    _looked: float = -np.inf
     _moved: float = -np.inf
 
     def take(self, moment: Moment) -> Clip | None:
         """Keep one moment; the film that ends with it, if one does."""
-        self._look(moment.t, moment.grey)
+        if self.motion.seen(moment.t, moment.grey):
+            self._moved = moment.t
         self._kept += moment.coded
         if self._moved == -np.inf:
             self._forget_until(moment.t - LEAD_IN)
@@ -110,18 +95,6 @@ class Recorder:
         """Let go what a film that begins at a time [s] does not need."""
         whole = [k for k, piece in enumerate(self._kept) if piece.whole and piece.t <= t]
         del self._kept[: whole[-1] if whole else 0]
-
-    def _look(self, t: float, grey: Image) -> None:
-        if t - self._looked < LOOK_EVERY:
-            return
-        self._looked = t
-        thinned = cv2.blur(grey[self.region], (THINNED_PX, THINNED_PX))
-        now = np.ascontiguousarray(thinned[::THINNED_PX, ::THINNED_PX], dtype=np.uint8)
-        if self._before is not None:
-            changed = np.count_nonzero(cv2.absdiff(now, self._before) > CONTRAST)
-            if changed > max(3, MOVING_SHARE * now.size):
-                self._moved = t
-        self._before = now
 
 
 def _write(path: Path, feed: Feed, pieces: Sequence[Coded]) -> None:

@@ -18,8 +18,9 @@ from curling_env.ice import Ice
 from curling_env.physics.slide import slide
 from curling_env.storage import write_table
 from curling_env.throw import Throw
-from curling_env.trajectory import read_tracks
+from curling_env.trajectory import Trajectory, read_tracks
 from friction_estimation.live import Recorder, Seen, Told, follow, open_feed
+from friction_estimation.live.motion import LOOK_EVERY, MEMORY, Motion
 from friction_estimation.live.recorder import LEAD_IN, LONGEST, QUIET
 from friction_estimation.scene import load_scene, save_scene
 from friction_estimation.synthetic import FilmSpec, Stage, on_film, scene_of, write_film
@@ -28,7 +29,12 @@ from friction_estimation.video import Film, is_stream
 FPS = 20.0
 WHOLE_EVERY = 12 / FPS
 """Time between whole pictures of a film that is written here [s]."""
-WHOLE = (slice(0, 60), slice(0, 160))
+
+
+def motion(scale=1):
+    """What looks at pictures of these tests: a stone is as large as the moving square."""
+    stones = np.full((30 * scale, 80 * scale), (2 / 10 / scale) ** 2)
+    return Motion(stones, (slice(0, 60 * scale), slice(0, 160 * scale)))
 
 
 def picture(at=None):
@@ -49,7 +55,7 @@ def recorded(tmp_path, frames):
     feed = fed(tmp_path, frames)
     kept = tmp_path / "kept"
     kept.mkdir()
-    recorder = Recorder(feed=feed, region=WHOLE, folder=kept)
+    recorder = Recorder(feed=feed, motion=motion(), folder=kept)
     with closing(feed):
         clips = [*map(recorder.take, feed.moments()), recorder.finish()]
     return [clip for clip in clips if clip is not None]
@@ -80,16 +86,17 @@ def test_numbers_and_addresses_are_streams_and_files_are_not(source, stream):
 
 
 def test_every_motion_between_two_quiets_is_one_film(tmp_path):
-    frames = [*still(6), *moving(3), *still(QUIET + 2), *moving(2), *still(1)]
+    frames = [*still(6), *moving(3), *still(QUIET + MEMORY + 1), *moving(2), *still(1)]
     clips = recorded(tmp_path, frames)
     assert [clip.path.name for clip in clips] == ["throw-000.mp4", "throw-001.mp4"]
     assert sorted((tmp_path / "kept").iterdir()) == [clip.path for clip in clips]
     first = Film.open(clips[0].path)
     assert first.frame_count == clips[0].frames
     assert clips[0].missing == 0
-    # What is kept of the quiet before is no less than was wanted, and of that after no more.
+    # What is kept of the quiet before is no less than was wanted, and of that after no more than
+    # it takes to be sure of it.
     assert 6.0 - LEAD_IN - WHOLE_EVERY <= clips[0].clock <= 6.0 - LEAD_IN
-    assert clips[0].clock + first.frame_count / FPS == pytest.approx(9 + QUIET, abs=0.3)
+    assert 9 < clips[0].clock + first.frame_count / FPS - QUIET <= 9 + MEMORY + 2 * LOOK_EVERY
 
 
 def test_a_film_holds_the_very_pictures_that_were_sent(tmp_path):
@@ -106,7 +113,7 @@ def test_a_film_holds_the_very_pictures_that_were_sent(tmp_path):
 
 def test_frames_that_never_came_are_counted(tmp_path):
     feed = fed(tmp_path, [*moving(3), *still(1)])
-    recorder = Recorder(feed=feed, region=WHOLE, folder=tmp_path)
+    recorder = Recorder(feed=feed, motion=motion(), folder=tmp_path)
     for k, moment in enumerate(feed.moments()):
         late = round(7 / FPS / moment.coded[0].unit) if k > 30 else 0
         coded = [replace(c, pts=c.pts + late, dts=c.dts + late) for c in moment.coded]
@@ -158,7 +165,7 @@ def test_a_webcams_frames_are_coded_finely_and_keep_their_drivers_times(tmp_path
     webcam(frames, stamps)
     feed = open_feed("0")
     assert (feed.size, feed.fps) == ((640, 240), FPS)
-    recorder = Recorder(feed=feed, region=(slice(0, 240), slice(0, 640)), folder=tmp_path)
+    recorder = Recorder(feed=feed, motion=motion(4), folder=tmp_path)
     assert all(recorder.take(moment) is None for moment in feed.moments())
     clip = recorder.finish()
     assert clip is not None
@@ -191,6 +198,22 @@ def test_nothing_is_kept_of_ice_on_which_nothing_moves(tmp_path):
     frames = [np.clip(f + noise.normal(0, 3, f.shape), 0, 255).astype(np.uint8) for f in still(20)]
     assert recorded(tmp_path, frames) == []
     assert list((tmp_path / "kept").iterdir()) == []
+
+
+@pytest.mark.parametrize(("speed", "seen"), [(0.2, True), (0.0, False)])
+def test_a_stone_that_creeps_at_the_far_end_is_seen_and_one_at_rest_is_not(speed, seen):
+    spec = FilmSpec(camera="end", people=False, size=(960, 540), fps=5.0, noise=4.0, lead_in=0.0)
+    stage = Stage(spec)
+    t = np.arange(0.0, 4.1, 0.1)
+    path = Trajectory(t=t, xy=np.column_stack([np.full_like(t, 0.3), 16.0 + speed * t]))
+    watch = Motion.before(stage.camera, scene_of(stage.camera))
+    looks = [
+        watch.seen(k / spec.fps, np.ascontiguousarray(frame[..., 1]))
+        for k, frame in enumerate(stage.frames(path, seed=3))
+        if k < 20
+    ]
+    assert any(looks) == seen
+    assert all(looks[10:]) == seen
 
 
 def test_a_film_ends_even_where_the_ice_is_never_quiet(tmp_path):
@@ -232,7 +255,7 @@ def session(tmp_path):
         starts.append(len(frames) / FPS)
         shown = list(stage.frames(path, seed=i))
         truths.append(on_film(path, spec))
-        frames += [*shown, *[shown[-1]] * int((QUIET + 1) * FPS)]
+        frames += [*shown, *[shown[-1]] * int((QUIET + MEMORY + 1) * FPS)]
     write_film(tmp_path / "sent.mp4", frames, FPS)
     save_scene(scene_of(stage.camera), tmp_path / "scene.json")
     return truths, starts
@@ -313,7 +336,7 @@ def test_films_without_a_thrown_stone_are_told_of_and_left(tmp_path):
     empty = np.asarray(stage.still, dtype=np.uint8)
     dark = empty.copy()
     dark[80:110, 100:200] = 0
-    one = [*[empty] * 40, *[empty, dark] * 20, *[empty] * int(FPS * (QUIET + 1))]
+    one = [*[empty] * 40, *[empty, dark] * 20, *[empty] * int(FPS * (QUIET + MEMORY + 1))]
     feed = fed(tmp_path, one * 3)
     assert feed.fps == FPS
     seen = list(follow(feed, scene_of(stage.camera), tmp_path))
