@@ -16,7 +16,7 @@ from friction_estimation.refinement import Refined
 
 Floats = NDArray[np.float64]
 
-EDGE_SYSTEMATIC_PX = 0.08
+EDGE_SYSTEMATIC_PX = 0.068
 """How far the outline learnt for a stone is off in the image, seen from above."""
 OBLIQUITY = 32.0
 """Low views hardly tell a stone's foot from its far rim: the outline's error grows with the squared
@@ -29,6 +29,10 @@ from straight above both its sides show, and nothing of it. What lamps and shado
 sides passes for shape. Set on five films that `friction_estimation.synthetic` rendered of ceiling
 cameras past which a stone slides, or short of which it stays: errors grow there with the slant of
 the view to 2.5 mm where the stone passes below, and to 6 mm where it does not."""
+ONE_WAY = 0.7
+"""Most of what frames share lies along the line of sight, and one number stands for both
+coordinates: with so much of the larger one's square, 95 % of all coordinates lie in their intervals
+even where only one of the two is off."""
 HANDLE_PX = 0.25
 """How far the handle learnt for a stone is off across its length. On three of the same films 93 to
 96 % of the headings lie within 1.96 standard errors; on the fourth no heading is found."""
@@ -68,14 +72,17 @@ def systematic_sigma(landmarks: Refined, xy: Floats, height: float) -> Floats:
     camera, middle = landmarks.camera, height / 2
     variance = camera_variance(landmarks, xy, middle)
     metre = _metres_per_px(camera, xy, middle)
-    away = np.linalg.norm(xy - camera.position[:2], axis=1)
-    cotangent = away / (camera.position[2] - middle)
+    sight = xy - camera.position[:2]
+    cotangent = np.linalg.norm(sight, axis=1) / (camera.position[2] - middle)
     edge_px = EDGE_SYSTEMATIC_PX * np.hypot(1.0, cotangent**2 / OBLIQUITY)
     # Without paint to check them, the clicked points are all there is.
     loose_px = 0.0 if landmarks.readings else CLICK_PX / 2
-    edge = np.sum((np.hypot(edge_px, loose_px)[:, None] * metre) ** 2, axis=1)
-    outline = OUTLINE**2 * cotangent**2 / (1 + cotangent**2)  # along the line of sight only
-    return np.sqrt((variance.sum(axis=1) + np.maximum(edge, outline)) / 2)
+    edge = (np.hypot(edge_px, loose_px)[:, None] * metre) ** 2
+    rise = camera.position[2] - middle
+    outline = OUTLINE**2 * sight**2 / (rise**2 + np.sum(sight**2, axis=1))[:, None]
+    seen_less = np.sum(outline, axis=1) > np.sum(edge, axis=1)
+    variance += np.where(seen_less[:, None], outline, edge)
+    return np.sqrt(np.maximum(variance.mean(axis=1), ONE_WAY * variance.max(axis=1)))
 
 
 def heading_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
