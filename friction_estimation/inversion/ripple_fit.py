@@ -25,7 +25,7 @@ from friction_estimation.inversion.bias_search import (
     variety,
 )
 from friction_estimation.inversion.level_fit import Progress
-from friction_estimation.inversion.linear_throw import LinearThrow, linearise
+from friction_estimation.inversion.linear_throw import LinearThrow
 from friction_estimation.inversion.map_fit import (
     SLOWEST_NOISE,
     FittedMap,
@@ -172,26 +172,10 @@ def _beside_rivals(
 
     All are judged by the same rows: those kept here and, where `others` are given, there.
     """
-    pairs = zip(state.throws, others or state.throws, strict=True)
-    throws = [replace(k, keep=k.keep & j.keep) for k, j in pairs]
-    state = replace(state, throws=throws, free=with_rivals(state.free, state.throws))
-    rides = [state.track.ride(k.passenger, k.start, k.speed, k.offset) for k in throws]
+    free = with_rivals(state.free, state.throws)
+    state = replace(state if others is None else state.kept_with(others), free=free)
     spacing = max(noise.spacing for noise in noises)
     return [
-        _Witnesses(
-            state=state,
-            linear=[
-                linearise(
-                    throw,
-                    ride,
-                    state.track,
-                    replace(noise, spacing=spacing),
-                    state.free,
-                    state.bias,
-                )
-                for throw, ride in zip(throws, rides, strict=True)
-            ],
-            sought=sought,
-        )
+        _Witnesses(state=state, linear=state.linear(replace(noise, spacing=spacing)), sought=sought)
         for noise in noises
     ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -173,6 +174,39 @@ def test_smoothed_track_is_not_taken_for_a_better_one(sliding, rng):
         assert found.noise.spacing > 0.1
         normed.append((found.mu - 0.009) / found.sigma)
     assert np.sqrt(np.mean(np.square(normed))) < 2.0
+
+
+def test_even_ice_is_found_even_on_film(sliding, as_filmed):
+    """A smoother leaves waves that last for seconds, as those do that uneven ice makes."""
+    left, inside = [], []
+    for seed in range(6):
+        rng = np.random.default_rng([61, seed])
+        starts = sliding.varied_starts(rng, 2)
+        tracks = sliding.measured_throws(sliding.uniform(0.009), starts, rng, noise=1e-5, fps=15)
+        friction = estimate_ice(as_filmed(tracks, seed), camera_bias="off").ice.friction
+        off = (friction.mu - 0.009)[friction.observed]
+        left.append(np.sqrt(np.mean(off**2)) / 0.009)
+        inside.append(np.abs(off) < 1.96 * friction.sigma[friction.observed])
+    assert np.median(left) < 0.004  # three times as much where all waves are taken for ice
+    assert np.concatenate(inside).mean() > 0.9
+
+
+def test_rows_that_are_said_to_err_more_count_less(sliding, rng):
+    """Of half of all rows, far away, the errors are six times as large, and the track says so."""
+    errors = {}
+    for seed in range(10):
+        rng = np.random.default_rng([62, seed])
+        tracks = sliding.measured_throws(
+            sliding.uniform(0.009), sliding.varied_starts(rng, 1), rng, noise=1e-5, fps=15
+        )
+        size = [np.where(k.xy[:, 1] > 0, 0.012, 0.002) for k in tracks]
+        off = [rng.normal(0, 1, k.xy.shape) * s[:, None] for k, s in zip(tracks, size, strict=True)]
+        seen = [replace(k, xy=k.xy + e) for k, e in zip(tracks, off, strict=True)]
+        said = [replace(k, sigma_xy=s) for k, s in zip(seen, size, strict=True)]
+        for name, measured in (("seen", seen), ("said", said)):
+            errors.setdefault(name, []).append(estimate_ice(measured, uniform=True).mu / 0.009 - 1)
+    spread = {name: np.sqrt(np.mean(np.square(e))) for name, e in errors.items()}
+    assert spread["said"] < 0.85 * spread["seen"]
 
 
 def test_white_noise_is_not_taken_for_slow(rng):
