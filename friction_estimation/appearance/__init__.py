@@ -12,6 +12,7 @@ from friction_estimation.appearance.exposure import (
     total_misfit,
 )
 from friction_estimation.appearance.fit import Appearance, StoneFit, channels_of, measure
+from friction_estimation.appearance.handle import heading_costs
 from friction_estimation.appearance.learning import EXPOSURES, learn_appearance
 from friction_estimation.appearance.model import StoneModel
 
@@ -24,6 +25,7 @@ __all__ = [
     "StoneModel",
     "channels_of",
     "exposures_at",
+    "heading_costs",
     "learn_appearance",
     "measure",
     "measure_among",

@@ -12,6 +12,7 @@ from friction_estimation.appearance.exposure import (
     Exposure,
     cost_of,
     cover_of,
+    exposures_at,
     planes_of,
     rendered,
     settle,
@@ -19,10 +20,13 @@ from friction_estimation.appearance.exposure import (
 )
 from friction_estimation.appearance.fit import PIXEL_CORRELATION, Appearance
 from friction_estimation.appearance.painting import turn_handle
+from friction_estimation.camera import Camera
 
 Floats = NDArray[np.float64]
 
 HEADINGS_TRIED = 24
+HEADINGS_ASKED = 16
+"""What handles look like at all headings is finer in no picture that leaves its heading open."""
 SPINS_TRIED = np.linspace(-4.0, 4.0, 33)
 """Rates of turning [rad/s]; a stone thrown to stay in play hardly turns faster."""
 SPIN_CHANGE = 0.05
@@ -121,6 +125,31 @@ def turn_together(exposures: Sequence[Exposure], look: Appearance) -> None:
             near = round((heading + np.pi) / step) % HEADINGS_TRIED
             spin = came_from[k - 1][near, spin]
             heading -= float(SPINS_TRIED[spin]) * (ordered[k].t - ordered[k - 1].t)
+
+
+def heading_costs(
+    frame: NDArray[np.uint8],
+    xy: Floats,
+    background: Floats,
+    background_origin: tuple[int, int],
+    camera: Camera,
+    look: Appearance,
+) -> Floats | None:
+    """How badly each heading, from -π on a whole turn round, fits a stone in one frame, (k,).
+
+    Parameters
+    ----------
+    xy : (2,) where the stone is [m]
+
+    Returns
+    -------
+    squared standard errors; None for a stone that is not wholly in the image
+    """
+    found = exposures_at([frame], [0.0], [xy], background, background_origin, camera, look.model)
+    if not found:
+        return None
+    headings = np.linspace(-np.pi, np.pi, HEADINGS_ASKED, endpoint=False)
+    return _costs_of_headings(found[0], look, headings) / PIXEL_CORRELATION
 
 
 def _costs_of_headings(exposure: Exposure, look: Appearance, headings: Floats) -> Floats:

@@ -121,8 +121,7 @@ def join_pieces(
         part = Record(
             t=record.t[first:last],
             fits=record.fits[first:last],
-            probed=record.probed[first:last],
-            turn=record.turn if first == 0 else None,
+            glimpses=record.glimpses.between(record.t[first], record.t[last - 1] + 1e-9),
         )
         if sum(fit is not None for fit in part.fits) >= MIN_FITTED:
             pieces.append((first, join_frames(part, mover.look, landmarks, throw, path)))
@@ -159,7 +158,7 @@ def _stretches(record: Record, cuts: Sequence[float]) -> list[tuple[int, int]]:
 def _after(record: Record, moment: float) -> Record:
     """The record with nothing measured before a moment; its frames keep their numbers."""
     fits = [fit if t >= moment else None for t, fit in zip(record.t, record.fits, strict=True)]
-    return Record(t=record.t, fits=fits, probed=record.probed, turn=record.turn)
+    return Record(t=record.t, fits=fits, glimpses=record.glimpses)
 
 
 def _unwrapped(pieces: Sequence[Floats]) -> Floats:

@@ -48,7 +48,7 @@ from friction_estimation.tracking.gathering import gather
 from friction_estimation.tracking.heading import Turn
 from friction_estimation.tracking.joining import Record, join_frames
 from friction_estimation.tracking.pilot import Pilot
-from friction_estimation.tracking.together import follow_together
+from friction_estimation.tracking.together import Mover, follow_together
 from friction_estimation.video import Film
 
 Floats = NDArray[np.float64]
@@ -164,19 +164,49 @@ def track_film(
         company = (
             gather(sample, background, camera, look, scene.sheet, rough, sample_until) or company
         )
+
     as_filmed = lighting is None and hold is None
-    frames = film.raw_frames() if as_filmed else put_right(film.frames())
-    if progress is not None:
-        frames = progress(frames, film.frame_count)
+
+    def shown() -> Iterable[tuple[float, Image]]:
+        frames = film.raw_frames() if as_filmed else put_right(film.frames())
+        return frames if progress is None else progress(frames, film.frame_count)
+
     turn = _turn_of(exposures) if look.has_handle else None
-    if company is not None:
-        moments = [t for t, _ in sample]
-        movers = follow_together(
-            frames, rough, look, turn, company.lying, moments, ice, background, camera, options
+    if company is None:
+
+        def alone(turn: Turn | None) -> Record:
+            return _measure_all(shown(), rough, ice, background, camera, look, turn, options)
+
+        record = alone(turn)
+        other = _other_turn(record, turn)
+        if other is not None:
+            record = alone(other)
+        return replace(join_frames(record, look, landmarks, throw, path), hold=hold)
+    lying, moments = company.lying, [t for t, _ in sample]
+
+    def together(turn: Turn | None) -> list[Mover]:
+        return follow_together(
+            shown(), rough, look, turn, lying, moments, ice, background, camera, options
         )
-        return replace(tracks_of(movers, company.lying, landmarks, throw, path), hold=hold)
-    record = _measure_all(frames, rough, ice, background, camera, look, turn, options)
-    return replace(join_frames(record, look, landmarks, throw, path), hold=hold)
+
+    movers = together(turn)
+    other = _other_turn(movers[0].record, turn, min(movers[0].strikes, default=np.inf))
+    if other is not None:
+        movers = together(other)
+    return replace(tracks_of(movers, lying, landmarks, throw, path), hold=hold)
+
+
+def _other_turn(record: Record, turn: Turn | None, until: float = np.inf) -> Turn | None:
+    """The turn that all frames show, where it is not the one that they were measured with.
+
+    A handle begun at a wrong heading is not found, and pulls the stone's place aside.
+
+    Parameters
+    ----------
+    until : it strikes another stone [s]
+    """
+    seen = record.turn(until)
+    return None if seen is None or (turn is not None and not turn.differs(seen)) else seen
 
 
 def _exposures(
@@ -225,7 +255,7 @@ def _measure_all(
     turn: Turn | None,
     options: TrackingOptions,
 ) -> Record:
-    record = Record(turn=turn)
+    record = Record()
     pilot = Pilot(
         rough=rough,
         camera=camera,
@@ -261,7 +291,7 @@ def _measure_all(
                 if second is not None and pilot.accepts(second, again):
                     fit = second
         pilot.note(t, fit)
-        record.probed.append(pilot.probing)
         record.t.append(t)
         record.fits.append(fit)
+        record.glimpse(frame, ice, background, camera, look)
     return record

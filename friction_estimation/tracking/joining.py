@@ -11,31 +11,68 @@ from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.trajectory import Trajectory
-from friction_estimation.appearance import Appearance, StoneFit
+from friction_estimation.appearance import Appearance, StoneFit, heading_costs
+from friction_estimation.camera import Camera
 from friction_estimation.refinement import Refined
+from friction_estimation.tracking.background import Background
 from friction_estimation.tracking.film_track import FilmTrack
 from friction_estimation.tracking.heading import (
     LONGEST_GAP,
+    Glimpses,
     Turn,
-    consistent_heading,
     heading_about,
+    turn_through,
 )
 from friction_estimation.tracking.smoothing import smooth
 from friction_estimation.tracking.uncertainty import heading_sigma, systematic_sigma
 
 Floats = NDArray[np.float64]
-
+Image = NDArray[np.uint8]
 
 MIN_FITTED = 5
 """Frames in which a stone must be measured to have a track."""
+GLIMPSE_EVERY = 0.4
+"""Time between pictures that tell the heading [s]."""
 
 
 @dataclass(eq=False)
 class Record:
+    """What was measured of a stone, frame by frame.
+
+    Parameters
+    ----------
+    t, fits : (n,) times [s] and measurements; None where it was not seen
+    glimpses : pictures that tell its heading
+    """
+
     t: list[float] = field(default_factory=list)
     fits: list[StoneFit | None] = field(default_factory=list)
-    probed: list[bool] = field(default_factory=list)
-    turn: Turn | None = None
+    glimpses: Glimpses = field(default_factory=Glimpses)
+
+    def glimpse(
+        self, frame: Image, ice: Floats, background: Background, camera: Camera, look: Appearance
+    ) -> None:
+        """Keep what the last frame noted shows of the handle, if it is time for it."""
+        fit, t = self.fits[-1], self.t[-1]
+        if fit is None or not look.has_handle:
+            return
+        if self.glimpses.t and t < self.glimpses.t[-1] + GLIMPSE_EVERY:
+            return
+        cost = heading_costs(frame, fit.xy, ice, background.origin_px, camera, look)
+        if cost is not None:
+            self.glimpses.add(t, cost)
+
+    def turn(self, until: float = np.inf) -> Turn | None:
+        """The turn that its glimpses show up to a time [s]; None where they show none."""
+        t = np.array(self.t)
+        seen = [fit is not None for fit in self.fits]
+        glimpses = self.glimpses.between(-np.inf, until)
+        if sum(seen) < MIN_FITTED or not glimpses.t:
+            return None
+        places = np.array([fit.xy for fit in self.fits if fit is not None])
+        sigma = np.array([np.sqrt(np.diag(f.covariance)[:2]) for f in self.fits if f is not None])
+        rate = [smooth(t[seen], places[:, k], sigma[:, k]).rate for k in range(2)]
+        return turn_through(glimpses, t[seen], np.hypot(*rate))
 
 
 def join_frames(
@@ -57,9 +94,7 @@ def join_frames(
     theta = spin = sigma_theta = np.full(len(t), np.nan)
     if look.has_handle:
         speed = np.hypot(smoothed[0].rate, smoothed[1].rate)
-        theta, spin, sigma_theta = _heading(
-            t, fits, speed, record.turn, np.array(record.probed[first : last + 1])
-        )
+        theta, spin, sigma_theta = _heading(t, fits, speed, record.glimpses)
     place = np.column_stack([axis.value for axis in smoothed])
     sigma_theta = np.hypot(sigma_theta, heading_sigma(landmarks.camera, place, look.model))
     noise = np.hypot(smoothed[0].sigma, smoothed[1].sigma)[kept] / np.sqrt(2)
@@ -88,17 +123,14 @@ def _heading(
     t: Floats,
     fits: Sequence[StoneFit | None],
     speed: Floats,
-    turn: Turn | None,
-    probed: NDArray[np.bool_],
+    glimpses: Glimpses,
 ) -> tuple[Floats, Floats, Floats]:
     """Smoothed heading, spin and the heading's standard error, each (n,)."""
     sigma = np.array([np.nan if fit is None else np.sqrt(fit.covariance[2, 2]) for fit in fits])
     measured = np.array([np.nan if fit is None else fit.theta for fit in fits])
-    if turn is None:
-        theta = consistent_heading(t, measured, sigma, speed)
-    else:
-        theta = heading_about(turn, t, measured, probed)
-    if np.isfinite(theta).sum() < 5:
+    turn = turn_through(glimpses, t, speed)
+    theta = np.full(len(t), np.nan) if turn is None else heading_about(turn, t, measured)
+    if np.isfinite(theta).sum() < MIN_FITTED:
         nothing = np.full(len(t), np.nan)
         return nothing, nothing, nothing
     theta = theta - 2 * np.pi * np.round(theta[np.isfinite(theta)][0] / (2 * np.pi))

@@ -21,8 +21,6 @@ MAX_HEADING_MISS = 0.7
 """A heading further from where the spin leads [rad] is a misread handle, not a turn."""
 HEADING_GAIN = 0.35
 """How far the expected heading gives way to each frame's; the spin by half its square."""
-PROBE_EVERY = 10
-"""Every so many frames the fit is begun at both ends of the handle, so that it may contradict."""
 
 
 class Led(Protocol):
@@ -48,7 +46,6 @@ class Pilot:
         self._rough, self._camera, self._look = rough, camera, look
         self._options, self._turn = options, turn
         self._flow = LocalFlow(options.flow)
-        self._frames = 0
         self._frame: Image | None = None
         self._last: StoneFit | None = None
         self._last_t = 0.0
@@ -57,7 +54,6 @@ class Pilot:
 
     def predict(self, t: float, frame: Image) -> Floats:
         before, self._frame = self._frame, frame
-        self._frames += 1
         theta = self._heading(t)
         if self._last is None or before is None:
             return np.array([*self._rough.at(t), theta])
@@ -71,18 +67,9 @@ class Pilot:
         return np.array([*there, theta])
 
     @property
-    def probing(self) -> bool:
-        """Whether this frame is asked which of the handle's ends is the front."""
-        return self._frames % PROBE_EVERY == 1
-
-    @property
     def headings_to_try(self) -> Floats:
         """Turns from the expected heading [rad] to begin a fit at; many until one is known."""
-        if not self._look.has_handle:
-            return np.zeros(1)
-        if self._turn is not None:
-            return np.array([0.0, np.pi]) if self.probing else np.zeros(1)
-        if self._headings:
+        if not self._look.has_handle or self._turn is not None or self._headings:
             return np.zeros(1)
         return np.arange(8, dtype=np.float64) * (np.pi / 4)
 

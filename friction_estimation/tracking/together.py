@@ -117,7 +117,6 @@ class Mover:
             heading = fit.theta if np.isfinite(fit.theta) else (0.0 if start is None else start[2])
             self._pose = np.array([*fit.xy, heading])
             self.course.note(t, fit.xy)
-        self.record.probed.append(start is not None and self.pilot.probing)
         self.record.t.append(t)
         self.record.fits.append(fit)
 
@@ -162,11 +161,7 @@ def follow_together(
 
     first = min((moments[stone.last_seen] for stone in leaving), default=np.inf)
     course = Course(rough, first)
-    movers = [
-        Mover(
-            look=look, course=course, pilot=pilot_for(course, look, turn), record=Record(turn=turn)
-        )
-    ]
+    movers = [Mover(look=look, course=course, pilot=pilot_for(course, look, turn), record=Record())]
     for stone in leaving:
         wakes = moments[max(stone.last_seen - 1, 0)]
         course = Course(stone.xy, wakes)
@@ -210,6 +205,7 @@ def follow_together(
             done.append(k)
         for mover, fit, start in zip(movers, fits, starts, strict=True):
             mover.note(t, fit, start)
+            mover.record.glimpse(frame, ice, background, camera, mover.look)
         for mover in movers[1:]:
             if mover.struck is None and _has_left(mover, camera):
                 mover.struck = t
