@@ -73,6 +73,15 @@ def flickering(frames):
     ]
 
 
+def bands_running_over_the_picture(frames):
+    """Lamps that pulse while a camera reads its rows, here at a little over the frame rate."""
+    rows = np.arange(SIZE[1])[:, None, None] / SIZE[1]
+    return [
+        np.clip(f * (1 + 0.06 * np.sin(1.3 * i + 7.5 * rows)), 0, 255).astype(np.uint8)
+        for i, f in enumerate(frames)
+    ]
+
+
 def half_the_lights_out(frames):
     return [
         (f * (0.7 if i > len(frames) // 2 else 1.0)).astype(np.uint8) for i, f in enumerate(frames)
@@ -89,7 +98,9 @@ def undisturbed(clean, tmp_path_factory):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("fault", [swaying, knocked, flickering, half_the_lights_out])
+@pytest.mark.parametrize(
+    "fault", [swaying, knocked, flickering, bands_running_over_the_picture, half_the_lights_out]
+)
 def test_faults_that_can_be_put_right_cost_a_few_millimetres(clean, undisturbed, tmp_path, fault):
     rms, share = error(clean, fault(clean[0]), tmp_path / "film.mp4")
     assert rms < undisturbed + 0.004
