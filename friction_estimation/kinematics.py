@@ -165,7 +165,7 @@ def robust_deviation(values: Floats) -> float:
 def wild_rows(t: Floats, xy: Floats) -> tuple[Flags, float]:
     """Which rows do not lie where their neighbours say, and the noise of those that do.
 
-    Every row is held against the line through the medians of its neighbourhood, so that single
+    Every row is held against the parabola through the medians of its neighbourhood, so that single
     wrong rows and bursts shorter than half the neighbourhood stand out.
 
     Parameters
@@ -179,23 +179,35 @@ def wild_rows(t: Floats, xy: Floats) -> tuple[Flags, float]:
     noise : robust standard deviation of one coordinate [m]
     """
     n = len(t)
-    half = 10
+    # Ten rows to either side, of slow cameras those of a second: longer, and the stone's release
+    # and rest are no longer at the edge of what is seen.
+    half = int(np.clip(1.0 / float(np.median(np.diff(t))), 5, 10)) if n > 1 else 1
     if n < 2 * half + 1:
         half = max(1, (n - 1) // 2)
     size = 2 * half + 1
     wild = np.zeros(n, dtype=bool)
     scale = LEAST_NOISE
-    windows = np.clip(np.arange(n)[:, None] + np.arange(-half, half + 1), 0, n - 1)
+    # At either end the window stays inside: a wild last row counts once.
+    inside = np.arange(half, n - half)
+    nearest = np.clip(np.arange(n), half, n - half - 1)
+    windows = nearest[:, None] + np.arange(-half, half + 1)
+    lasting = np.maximum(t[inside + half] - t[inside - half], 1e-9)
+    middle = median_filter(0.5 * (t[inside + half] + t[inside - half]), size, mode="mirror")
+    middle = middle[nearest - half]
+    ahead, behind = np.minimum(np.arange(n) + half, n - 1), np.maximum(np.arange(n) - half, 0)
     for axis in range(2):
         values = xy[:, axis]
-        level, velocity = np.empty(n), np.empty(n)
-        # Velocity by medians of differences half a window apart, then the level left around it.
-        ahead = np.minimum(np.arange(n) + half, n - 1)
-        behind = np.maximum(np.arange(n) - half, 0)
-        slope = (values[ahead] - values[behind]) / np.maximum(t[ahead] - t[behind], 1e-9)
-        velocity = median_filter(slope, size=size, mode="nearest")
-        shifted = values[windows] - velocity[:, None] * (t[windows] - t[:, None])
-        level = np.median(shifted, axis=1)
+        # Velocity by medians of differences half a window apart, what it changes by in the same
+        # way, then the level left around the parabola of both: over the seconds that a window of
+        # a slow camera or one with a gap lasts, friction bends the path by many cm.
+        slope = (values[inside + half] - values[inside - half]) / lasting
+        slope = median_filter(slope, size, mode="mirror")[nearest - half]
+        change = (slope[ahead] - slope[behind]) / np.maximum(middle[ahead] - middle[behind], 1e-9)
+        bend = median_filter(change, 2 * size + 1, mode="mirror")
+        velocity = slope + bend * (t - middle)
+        apart = t[windows] - t[:, None]
+        path = velocity[:, None] * apart + 0.5 * bend[:, None] * apart**2
+        level = np.median(values[windows] - path, axis=1)
         left = values - level
         spread = max(robust_deviation(left), LEAST_NOISE)
         # A stone bends its speed by some cm over the neighbourhood while it is pushed or stops.

@@ -143,3 +143,28 @@ def test_stone_that_leaves_the_picture_moving_did_not_rest(rng, speed, rests):
     track, _ = filmed(rng, rest=0.0, noise=0.003)
     rows = track.t <= (2.0 - speed) / A
     assert free_slide(Trajectory(t=track.t[rows], xy=track.xy[rows])).rests == rests
+
+
+@pytest.mark.parametrize("fps", [4, 5, 8, 12])
+@pytest.mark.parametrize("noise", [0.001, 0.005])
+def test_a_slow_camera_that_loses_frames_sees_no_wild_rows_where_none_are(sliding, fps, noise):
+    """Over the seconds between a row and its tenth neighbour friction bends a path by many cm."""
+    rng = np.random.default_rng([fps, int(1e4 * noise)])
+    every = int(np.ceil(30 / fps))
+    tracks = sliding.measured_throws(
+        sliding.uniform(0.009), sliding.varied_starts(rng, 4), rng, noise=noise, fps=every * fps
+    )
+    taken = rows = 0
+    for track in tracks:
+        t, xy = track.t[::every], track.xy[::every]
+        lost = rng.uniform(0.3, 0.7) * t[-1]
+        kept = (rng.random(len(t)) > 0.1) & ~((t > lost) & (t < lost + 1.5))
+        for seen in (np.ones(len(t), dtype=bool), kept):
+            wild, found = wild_rows(t[seen], xy[seen])
+            taken, rows = taken + wild.sum(), rows + len(wild)
+            assert found == pytest.approx(noise, rel=0.5)
+        off = np.zeros(len(t), dtype=bool)
+        off[[len(t) // 4, len(t) // 4 + 1, len(t) // 2]] = True
+        moved = xy + 0.4 * off[:, None]
+        assert wild_rows(t, moved)[0][off].all()
+    assert taken < 0.01 * rows
