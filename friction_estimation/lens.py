@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 BEND_SPREAD = (0.3, 0.3)
 """How far the two leading terms of distortion move the end of the image's longer side, as a share
 of its half."""
-MINOR_SPREAD = (0.003, 0.001, 0.001)
+MINOR_SPREAD = (0.001, 0.001, 0.001)
 """The same of the third term, and of the two of a lens that sits askew."""
 AXIS_SPREAD = 0.015
 """How far the axis of a whole picture lies from its middle, in halves of its longer side."""
