@@ -27,8 +27,8 @@ OUTLINE = 0.0055
 """How far the outline learnt for a stone is off along the ice where it is seen from one side [m];
 from straight above both its sides show, and nothing of it. What lamps and shadows do to a stone's
 sides passes for shape. Set on eight films that `friction_estimation.synthetic` rendered of ceiling
-cameras and gantries past which a stone slides, or short of which it stays: errors grow there with the
-slant of the view to 2 to 4 mm, and in two of them to 6 mm."""
+cameras and gantries past which a stone slides, or short of which it stays: errors grow there with
+the slant of the view to 2 to 4 mm, and in two of them to 6 mm."""
 ONE_WAY = 0.7
 """Most of what frames share lies along the line of sight, and one number stands for both
 coordinates: with so much of the larger one's square, 95 % of all coordinates lie in their intervals
