@@ -147,14 +147,14 @@ class Camera:
         ).reshape(-1, 2)
         return np.column_stack([flat, np.ones(len(flat))]) @ self.rotation
 
-    def on_plane(self, px: ArrayLike, z: float = 0.0) -> Floats:
-        """Where the rays through raw pixels (n, 2) meet the plane at height z, (n, 2) [m].
+    def on_plane(self, px: ArrayLike, z: ArrayLike = 0.0) -> Floats:
+        """Where the rays through raw pixels (n, 2) meet planes at height z [m], (n, 2) [m].
 
         NaN for a ray that never comes down to it.
         """
         rays, position = self.rays(px), self.position
         with np.errstate(divide="ignore", invalid="ignore"):
-            along = (z - position[2]) / rays[:, 2]
+            along = (np.asarray(z) - position[2]) / rays[:, 2]
         along[~(along > 0)] = np.nan
         return position[:2] + along[:, None] * rays[:, :2]
 

@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
@@ -90,6 +90,8 @@ class Film:
             said = _rate(stream)
             length = (container.duration or 0) / av.time_base
             frame_count = stream.frames or round(length * (said or DEFAULT_FPS))
+            if frame_count == 0:
+                frame_count = 1 + sum(packet.size > 0 for packet in _packets(container, stream))
         usable = 1 <= said <= 1000
         return cls(
             path=path,
@@ -152,26 +154,28 @@ class Film:
         step, due = max((self.frame_count - 1) / max(count - 1, 1), 1.0), 0.0
         frames: list[tuple[float, Image]] = []
         with _opened(self.path) as (container, stream):
-            stream.codec_context.skip_frame = "NONKEY"
             said = _rate(stream) or DEFAULT_FPS
-            for frame in _decoded(container, stream):
+
+            def is_due(packet: Packet[VideoStream]) -> bool:
+                nonlocal due
+                stamp = _stamp(packet, stream)
+                if not packet.is_keyframe or np.isnan(stamp) or round(stamp * said) + 0.5 < due:
+                    return packet.size == 0  # the last one, which asks for what is still held back
+                due = step * ((round(stamp * said) + 0.5) // step + 1)
+                return True
+
+            for frame in _decoded(container, stream, is_due):
                 stamp = _stamp(frame, stream)
-                if not np.isfinite(stamp):
-                    return []
-                index = round(stamp * said)
-                if index + 0.5 < due:
-                    continue
-                due = step * ((index + 0.5) // step + 1)
                 raw = RawFrame(frame)
-                if (raw.shape[1], raw.shape[0]) == self.size:
-                    frames.append((self._time_of(index, stamp), raw.whole()))
+                if np.isfinite(stamp) and (raw.shape[1], raw.shape[0]) == self.size:
+                    frames.append((self._time_of(round(stamp * said), stamp), raw.whole()))
         return frames
 
     def _time_of(self, index: int, stamp: float) -> float:
         """Time of a frame whose number and time the container tells [s]."""
         if index < len(self.times):
             return self.times[index]
-        return index / self.fps if self.fps_given else stamp
+        return index / self.fps if self.fps_given or np.isnan(stamp) else stamp
 
     def pick(self, wanted: Sequence[int]) -> list[tuple[float, Image]]:
         """The frames of these numbers that the film has, with approximate times [s]."""
@@ -254,9 +258,15 @@ def _packets(container: InputContainer, stream: VideoStream) -> Iterator[Packet[
         yield packet
 
 
-def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame]:
-    """All frames from here on that can be decoded."""
+def _decoded(
+    container: InputContainer,
+    stream: VideoStream,
+    wanted: Callable[[Packet[VideoStream]], bool] | None = None,
+) -> Iterator[VideoFrame]:
+    """All frames from here on that can be decoded, or those of the packets that are wanted."""
     for packet in _packets(container, stream):
+        if wanted is not None and not wanted(packet):
+            continue
         try:
             frames = packet.decode()
         except FFmpegError:  # this packet holds no picture, the next one may
@@ -286,9 +296,9 @@ def _moment(stored: VideoFrame | Packet[VideoStream]) -> int | None:
     return stored.dts if stored.pts is None else stored.pts
 
 
-def _stamp(frame: VideoFrame, stream: VideoStream) -> float:
+def _stamp(stored: VideoFrame | Packet[VideoStream], stream: VideoStream) -> float:
     """When a frame is due since the film began [s]; NaN if the container does not say."""
-    moment = _moment(frame)
+    moment = _moment(stored)
     return np.nan if moment is None else float((moment - _start(stream)) * _unit(stream))
 
 

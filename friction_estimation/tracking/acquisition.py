@@ -169,7 +169,13 @@ def stone_likeness(blob: Blob, camera: Camera, model: StoneModel, sheet: Sheet) 
     """
     if (blob.whole_px > MAX_GROWTH * (blob.high_px - blob.low_px + 3.0)).any():
         return None  # the core of something much larger: a person's jacket, say
-    tries = (_as_stone(blob, camera, model, sheet, *extent) for extent in _extents(model))
+    extents = _extents(model)
+    middle = (blob.low_px + blob.high_px) / 2
+    places = camera.on_plane([middle] * len(extents), np.mean(extents, axis=1))
+    tries = (
+        _as_stone(blob, xy, camera, model, sheet, *extent)
+        for xy, extent in zip(places, extents, strict=True)
+    )
     return max((s for s in tries if s is not None), key=lambda s: s.likeness, default=None)
 
 
@@ -180,9 +186,15 @@ def _extents(model: StoneModel) -> tuple[tuple[float, float], ...]:
 
 
 def _as_stone(
-    blob: Blob, camera: Camera, model: StoneModel, sheet: Sheet, low: float, high: float
+    blob: Blob,
+    xy: Floats,
+    camera: Camera,
+    model: StoneModel,
+    sheet: Sheet,
+    low: float,
+    high: float,
 ) -> Sighting | None:
-    xy = camera.on_plane(((blob.low_px + blob.high_px) / 2)[None], (low + high) / 2)[0]
+    """A blob as a stone at a place that reaches from one height to another [m]."""
     if not np.isfinite(xy).all():
         return None
     if (np.abs(xy) - np.array([sheet.width, sheet.length]) / 2 > model.radius).any():

@@ -66,7 +66,6 @@ class Blob:
     Parameters
     ----------
     low_px, high_px : (2,) bounding box of its solid core, inclusive [px]
-    centre_px : (2,) mean of the core's pixels [px]
     area_px : number of the core's pixels
     whole_px : (2,) width and height of all of it, with shadow and whatever touches it [px]
     darker : whether it is darker than the background in some colour, as all are but the empty
@@ -75,7 +74,6 @@ class Blob:
 
     low_px: Floats
     high_px: Floats
-    centre_px: Floats
     area_px: float
     whole_px: Floats
     darker: bool = True
@@ -179,9 +177,16 @@ def moving_blobs(frame: Image, background: Background, min_area_px: float = 6.0)
     flat = background.flat
     difference = _strongest(cv2.absdiff(cut, flat))
     limit = max(MIN_CONTRAST, 5 * background.noise)
-    mask = (cv2.blur(difference, (3, 3)) > limit).astype(np.uint8)
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
-    origin = np.array(background.origin_px, dtype=np.float64)
+    mask = (cv2.blur(difference, (3, 3)) > limit).view(np.uint8)
+    left, top, width, height = cv2.boundingRect(mask)
+    if width == 0:
+        return []
+    part = slice(top, top + height), slice(left, left + width)
+    cut, flat, difference = cut[part], flat[part], difference[part]
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(
+        np.ascontiguousarray(mask[part]), connectivity=8
+    )
+    origin = np.add(background.origin_px, (left, top), dtype=np.float64)
     return [
         _blob(k, stat, labels, difference, cut, flat, origin)
         for k, stat in enumerate(stats[1:], start=1)
@@ -215,7 +220,6 @@ def _blob(
     return Blob(
         low_px=px.min(axis=0),
         high_px=px.max(axis=0),
-        centre_px=px.mean(axis=0),
         area_px=float(len(rows)),
         whole_px=np.array([width, height], dtype=np.float64),
         darker=bool((frame[box][own].mean(axis=0) < flat[box][own].mean(axis=0)).any()),

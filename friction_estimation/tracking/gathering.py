@@ -251,24 +251,20 @@ def _blobs_in(
     mask: NDArray[np.uint8], width: float, background: Background, low: NDArray[np.int_]
 ) -> list[Blob]:
     """Connected parts of a mask that are about as large as a stone."""
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=4)
+    _, _, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=4)
     origin = np.array(background.origin_px, dtype=np.float64) + low
     blobs: list[Blob] = []
-    for k, (left, top, w, h, area) in enumerate(stats[1:].tolist(), start=1):
-        if not (0.4 * width < max(w, h) < 2.5 * width):
-            continue
-        own = labels[top : top + h, left : left + w] == k
-        rows, columns = np.nonzero(own)
-        px = np.column_stack([columns, rows]) + np.array([left, top]) + origin
-        blobs.append(
-            Blob(
-                low_px=px.min(axis=0),
-                high_px=px.max(axis=0),
-                centre_px=px.mean(axis=0),
-                area_px=float(area),
-                whole_px=np.array([w, h], dtype=np.float64),
+    for left, top, w, h, area in stats[1:].tolist():
+        if 0.4 * width < max(w, h) < 2.5 * width:
+            corner, size = origin + np.array([left, top]), np.array([w, h], dtype=np.float64)
+            blobs.append(
+                Blob(
+                    low_px=corner,
+                    high_px=corner + size - 1,
+                    area_px=float(area),
+                    whole_px=size,
+                )
             )
-        )
     return blobs
 
 

@@ -87,16 +87,18 @@ class Turn:
     ) -> None:
         self._t, self._theta = np.asarray(moments), np.asarray(headings)
         self._told = np.ones(len(self._t), dtype=bool) if told is None else told
-        self._curve = PchipInterpolator(self._t, self._theta)
-        self._rate = self._curve.derivative()
+        self._cubics = PchipInterpolator(self._t, self._theta).c
 
     def at(self, t: Floats | float) -> Floats:
         """Heading at times [s]; before the first moment and after the last it runs on steadily."""
         t = np.asarray(t, dtype=np.float64)
         inside = np.clip(t, self._t[0], self._t[-1])
-        on = t - inside
+        piece = np.clip(np.searchsorted(self._t, inside, side="right") - 1, 0, len(self._t) - 2)
+        cubic, square, slope, start = self._cubics[:, piece]
+        since = inside - self._t[piece]
         # At rest the last spin is nothing; at the release the first one is the thrower's.
-        return self._curve(inside) + (self._rate(inside) * on if np.any(on) else 0.0)
+        rate = slope + since * (2 * square + since * 3 * cubic)
+        return start + since * (slope + since * (square + since * cubic)) + rate * (t - inside)
 
     def told(self, t: Floats) -> Flags:
         """Whether it is to be believed at times [s], (n,)."""
