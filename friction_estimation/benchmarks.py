@@ -8,19 +8,18 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import cv2
-import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.benchmarks import Measure, rate
 from curling_env.physics.slide import slide
 from curling_env.presets import standard
 from curling_env.throw import Throw
+from friction_estimation.raw_frame import Frame
 from friction_estimation.scene import load_scene
 from friction_estimation.synthetic import FilmSpec, render_films
 from friction_estimation.tracking import track_film
 from friction_estimation.tracking.overlay import write_overlay
 
-Frames = Iterable[tuple[float, NDArray[np.uint8]]]
+Frames = Iterable[tuple[float, Frame]]
 
 SIZE = (1920, 1080)
 FPS = 50.0

@@ -82,7 +82,8 @@ class Lighting:
         at = (np.arange(frame.shape[0]) - EVERY_ROW // 2) / EVERY_ROW
         scale = (1 / np.interp(at, np.arange(len(gains)), gains)).astype(np.float32)
         whole = np.broadcast_to(scale[:, None, None], frame.shape)
-        return np.asarray(cv2.multiply(frame, np.ascontiguousarray(whole), dtype=cv2.CV_8U))
+        even = cv2.multiply(frame, np.ascontiguousarray(whole), dtype=cv2.CV_8U)
+        return np.asarray(even, dtype=np.uint8)
 
 
 def flickering(sample: Sequence[tuple[float, Image]]) -> Lighting | None:

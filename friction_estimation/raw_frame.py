@@ -58,6 +58,10 @@ class RawFrame:
         return np.ascontiguousarray(np.rot90(picture, self._turns))
 
 
+Frame = Image | RawFrame
+"""What is looked at in parts, BGR."""
+
+
 def _planes(stored: VideoFrame) -> tuple[Image, Image, Image]:
     """Brightness and the two colour differences as a frame holds them."""
     light, blue, red = (

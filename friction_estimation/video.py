@@ -244,6 +244,7 @@ def _opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
             raise InputError("not a film that can be decoded", source=path)
         stream = container.streams.video[0]
         stream.thread_type = "AUTO"
+        stream.codec_context.thread_count = cv2.getNumThreads()  # one setting for all that is done
         yield container, stream
 
 

@@ -20,6 +20,7 @@ from friction_estimation.appearance.fit import (
 )
 from friction_estimation.appearance.model import Window
 from friction_estimation.camera import Camera
+from friction_estimation.raw_frame import Frame
 
 Floats = NDArray[np.float64]
 
@@ -48,7 +49,7 @@ class Posed:
 
 
 def measure_among(
-    frame: NDArray[np.uint8],
+    frame: Frame,
     background: Floats,
     background_origin: tuple[int, int],
     camera: Camera,

@@ -25,6 +25,7 @@ from friction_estimation.appearance.painting import (
     tinted,
 )
 from friction_estimation.camera import Camera
+from friction_estimation.raw_frame import Frame
 
 Floats = NDArray[np.float64]
 
@@ -49,7 +50,7 @@ class Exposure:
 
 
 def exposures_at(
-    frames: Sequence[NDArray[np.uint8]],
+    frames: Sequence[Frame],
     moments: Sequence[float],
     places: Sequence[Floats],
     background: Floats,

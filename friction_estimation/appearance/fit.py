@@ -16,6 +16,7 @@ from friction_estimation.appearance.kernels import pose_step, separate
 from friction_estimation.appearance.model import StoneModel, Window, window_at
 from friction_estimation.appearance.painting import Planes, blurred, painted, tinted, turn_handle
 from friction_estimation.camera import Camera
+from friction_estimation.raw_frame import Frame
 
 Floats = NDArray[np.float64]
 
@@ -176,7 +177,7 @@ def _painted_light(
 
 
 def measure(
-    frame: NDArray[np.uint8],
+    frame: Frame,
     background: Floats,
     background_origin: tuple[int, int],
     camera: Camera,

@@ -21,6 +21,7 @@ from friction_estimation.appearance.exposure import (
 from friction_estimation.appearance.fit import PIXEL_CORRELATION, Appearance
 from friction_estimation.appearance.painting import turn_handle
 from friction_estimation.camera import Camera
+from friction_estimation.raw_frame import Frame
 
 Floats = NDArray[np.float64]
 
@@ -128,7 +129,7 @@ def turn_together(exposures: Sequence[Exposure], look: Appearance) -> None:
 
 
 def heading_costs(
-    frame: NDArray[np.uint8],
+    frame: Frame,
     xy: Floats,
     background: Floats,
     background_origin: tuple[int, int],

@@ -30,6 +30,7 @@ from friction_estimation.appearance import (
 from friction_estimation.camera import Camera
 from friction_estimation.lighting import flickering
 from friction_estimation.parallax import UNDECIDED, focal_from_stone
+from friction_estimation.raw_frame import Frame
 from friction_estimation.refinement import at_focal, refine, unrefined
 from friction_estimation.scene import Scene
 from friction_estimation.steadiness import held
@@ -53,7 +54,7 @@ from friction_estimation.video import Film
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
-Progress = Callable[[Iterable[tuple[float, Image]], int], Iterable[tuple[float, Image]]]
+Progress = Callable[[Iterable[tuple[float, Frame]], int], Iterable[tuple[float, Frame]]]
 
 SPARSE_FRAMES = 40
 """Frames looked at before tracking: for the background, the rough path and the stone's look."""
@@ -167,7 +168,8 @@ def track_film(
 
     as_filmed = lighting is None and hold is None
 
-    def shown() -> Iterable[tuple[float, Image]]:
+    def shown() -> Iterable[tuple[float, Frame]]:
+        frames: Iterable[tuple[float, Frame]]
         frames = film.raw_frames() if as_filmed else put_right(film.frames())
         return frames if progress is None else progress(frames, film.frame_count)
 
@@ -246,7 +248,7 @@ def _turn_of(exposures: Sequence[Exposure]) -> Turn | None:
 
 
 def _measure_all(
-    frames: Iterable[tuple[float, Image]],
+    frames: Iterable[tuple[float, Frame]],
     rough: RoughPath,
     ice: Floats,
     background: Background,

@@ -13,6 +13,7 @@ from curling_env.errors import InputError
 from curling_env.trajectory import Trajectory
 from friction_estimation.appearance import Appearance, StoneFit, heading_costs
 from friction_estimation.camera import Camera
+from friction_estimation.raw_frame import Frame
 from friction_estimation.refinement import Refined
 from friction_estimation.tracking.background import Background
 from friction_estimation.tracking.film_track import FilmTrack
@@ -27,7 +28,6 @@ from friction_estimation.tracking.smoothing import smooth
 from friction_estimation.tracking.uncertainty import heading_sigma, systematic_sigma
 
 Floats = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 MIN_FITTED = 5
 """Frames in which a stone must be measured to have a track."""
@@ -50,7 +50,7 @@ class Record:
     glimpses: Glimpses = field(default_factory=Glimpses)
 
     def glimpse(
-        self, frame: Image, ice: Floats, background: Background, camera: Camera, look: Appearance
+        self, frame: Frame, ice: Floats, background: Background, camera: Camera, look: Appearance
     ) -> None:
         """Keep what the last frame noted shows of the handle, if it is time for it."""
         fit, t = self.fits[-1], self.t[-1]

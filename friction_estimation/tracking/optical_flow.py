@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from friction_estimation.camera import Camera
+from friction_estimation.raw_frame import Frame
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -96,7 +97,7 @@ class LocalFlow:
         self._points = np.empty((0, 2))
         self._age = 0
 
-    def shift(self, before: Image, after: Image, corners_px: Floats) -> Floats | None:
+    def shift(self, before: Frame, after: Frame, corners_px: Floats) -> Floats | None:
         """Motion of what is in a rectangle of one BGR frame to the next, (2,) [px].
 
         The median over points; None where fewer than three can be followed. Only what is near the

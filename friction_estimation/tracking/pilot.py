@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from friction_estimation.appearance import Appearance, StoneFit
 from friction_estimation.camera import Camera
+from friction_estimation.raw_frame import Frame
 from friction_estimation.tracking.film_track import TrackingOptions
 from friction_estimation.tracking.heading import Turn
 from friction_estimation.tracking.optical_flow import LocalFlow
 
 Floats = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 MAX_HEADING_MISS = 0.7
 """A heading further from where the spin leads [rad] is a misread handle, not a turn."""
@@ -46,13 +46,13 @@ class Pilot:
         self._rough, self._camera, self._look = rough, camera, look
         self._options, self._turn = options, turn
         self._flow = LocalFlow(options.flow)
-        self._frame: Image | None = None
+        self._frame: Frame | None = None
         self._last: StoneFit | None = None
         self._last_t = 0.0
         self._theta, self._spin = 0.0, 0.0
         self._headings = 0
 
-    def predict(self, t: float, frame: Image) -> Floats:
+    def predict(self, t: float, frame: Frame) -> Floats:
         before, self._frame = self._frame, frame
         theta = self._heading(t)
         if self._last is None or before is None:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from friction_estimation.appearance import Appearance, Posed, StoneFit, measure_among
 from friction_estimation.camera import Camera
+from friction_estimation.raw_frame import Frame
 from friction_estimation.tracking.acquisition import RoughPath
 from friction_estimation.tracking.background import Background
 from friction_estimation.tracking.film_track import TrackingOptions
@@ -23,7 +24,6 @@ from friction_estimation.tracking.joining import Record
 from friction_estimation.tracking.pilot import Pilot
 
 Floats = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 RECENT = 8
 """Measurements from which it is told how a stone slides on."""
@@ -97,7 +97,7 @@ class Mover:
     strikes: list[float] = field(default_factory=list)
     _pose: Floats | None = None
 
-    def expected(self, t: float, frame: Image) -> Floats | None:
+    def expected(self, t: float, frame: Frame) -> Floats | None:
         """Where it should be in a frame; None while it is not followed yet."""
         if t < self.wakes:
             return None
@@ -122,7 +122,7 @@ class Mover:
 
 
 def follow_together(
-    frames: Iterable[tuple[float, Image]],
+    frames: Iterable[tuple[float, Frame]],
     rough: RoughPath,
     look: Appearance,
     turn: Turn | None,
@@ -219,7 +219,7 @@ def follow_together(
 
 
 def _measured(
-    frame: Image,
+    frame: Frame,
     t: float,
     mover: Mover,
     start: Floats,
