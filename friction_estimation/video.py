@@ -106,7 +106,8 @@ class Film:
         """Every frame, (height, width, 3) BGR, with its time since the first one [s].
 
         Times are the container's where they increase; a frame without a usable one comes one
-        nominal interval after its predecessor.
+        nominal interval after its predecessor. After a damaged place, frames are left out up to
+        the next whole picture: what is stored as changes shows the stone where it was.
         """
         for t, frame in self.raw_frames():
             yield t, frame.whole()
@@ -116,7 +117,7 @@ class Film:
         first: float | None = None
         last = -np.inf
         with _opened(self.path) as (container, stream):
-            for index, frame in enumerate(_decoded(container, stream)):
+            for index, frame in _undamaged(container, stream):
                 if index < len(self.times):
                     yield self.times[index], RawFrame(frame)
                     continue
@@ -273,6 +274,22 @@ def _decoded(
         except FFmpegError:  # this packet holds no picture, the next one may
             continue
         yield from frames
+
+
+def _undamaged(container: InputContainer, stream: VideoStream) -> Iterator[tuple[int, VideoFrame]]:
+    """Numbers and frames, without those that build on one that was lost or damaged."""
+    damaged, index = False, 0
+    for packet in _packets(container, stream):
+        try:
+            frames = packet.decode()
+        except FFmpegError:
+            damaged = True
+            continue
+        for frame in frames:
+            damaged = frame.is_corrupt or (damaged and not frame.key_frame)
+            if not damaged:
+                yield index, frame
+            index += 1
 
 
 def _decoded_from(

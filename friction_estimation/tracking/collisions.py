@@ -122,6 +122,7 @@ def join_pieces(
             t=record.t[first:last],
             fits=record.fits[first:last],
             glimpses=record.glimpses.between(record.t[first], record.t[last - 1] + 1e-9),
+            lag_px=record.lag_px,
         )
         if sum(fit is not None for fit in part.fits) >= MIN_FITTED:
             pieces.append((first, join_frames(part, mover.look, landmarks, throw, path)))
@@ -158,7 +159,7 @@ def _stretches(record: Record, cuts: Sequence[float]) -> list[tuple[int, int]]:
 def _after(record: Record, moment: float) -> Record:
     """The record with nothing measured before a moment; its frames keep their numbers."""
     fits = [fit if t >= moment else None for t, fit in zip(record.t, record.fits, strict=True)]
-    return Record(t=record.t, fits=fits, glimpses=record.glimpses)
+    return Record(t=record.t, fits=fits, glimpses=record.glimpses, lag_px=record.lag_px)
 
 
 def _unwrapped(pieces: Sequence[Floats]) -> Floats:

@@ -44,6 +44,7 @@ from friction_estimation.tracking.background import (
     sheet_region,
 )
 from friction_estimation.tracking.collisions import tracks_of
+from friction_estimation.tracking.compression import Copying
 from friction_estimation.tracking.film_track import FilmTrack, TrackingOptions
 from friction_estimation.tracking.gathering import gather
 from friction_estimation.tracking.heading import Turn
@@ -167,11 +168,13 @@ def track_film(
         )
 
     as_filmed = lighting is None and hold is None
+    copying = Copying(background)
 
     def shown() -> Iterable[tuple[float, Frame]]:
         frames: Iterable[tuple[float, Frame]]
         frames = film.raw_frames() if as_filmed else put_right(film.frames())
-        return frames if progress is None else progress(frames, film.frame_count)
+        watched = copying.watched(frames)
+        return watched if progress is None else progress(watched, film.frame_count)
 
     turn = _turn_of(exposures) if look.has_handle else None
     if company is None:
@@ -183,6 +186,7 @@ def track_film(
         other = _other_turn(record, turn)
         if other is not None:
             record = alone(other)
+        record.lag_px = copying.lag_px
         return replace(join_frames(record, look, landmarks, throw, path), hold=hold)
     lying, moments = company.lying, [t for t, _ in sample]
 
@@ -195,6 +199,8 @@ def track_film(
     other = _other_turn(movers[0].record, turn, min(movers[0].strikes, default=np.inf))
     if other is not None:
         movers = together(other)
+    for mover in movers:
+        mover.record.lag_px = copying.lag_px
     return replace(tracks_of(movers, lying, landmarks, throw, path), hold=hold)
 
 

@@ -25,7 +25,7 @@ from friction_estimation.tracking.heading import (
     turn_through,
 )
 from friction_estimation.tracking.smoothing import smooth
-from friction_estimation.tracking.uncertainty import heading_sigma, systematic_sigma
+from friction_estimation.tracking.uncertainty import HANDLE_PX, heading_sigma, systematic_sigma
 
 Floats = NDArray[np.float64]
 
@@ -43,11 +43,13 @@ class Record:
     ----------
     t, fits : (n,) times [s] and measurements; None where it was not seen
     glimpses : pictures that tell its heading
+    lag_px : how far the film's compression may have left its picture behind [px]
     """
 
     t: list[float] = field(default_factory=list)
     fits: list[StoneFit | None] = field(default_factory=list)
     glimpses: Glimpses = field(default_factory=Glimpses)
+    lag_px: float = 0.0
 
     def glimpse(
         self, frame: Frame, ice: Floats, background: Background, camera: Camera, look: Appearance
@@ -92,13 +94,13 @@ def join_frames(
     smoothed = [smooth(t, xy[:, axis], sigma[:, axis]) for axis in range(2)]
     kept = np.isfinite(xy[:, 0])  # wild frames did not pull; their rows carry the joint estimate
     theta = spin = sigma_theta = np.full(len(t), np.nan)
-    if look.has_handle:
+    if look.has_handle and record.lag_px < HANDLE_PX:
         speed = np.hypot(smoothed[0].rate, smoothed[1].rate)
         theta, spin, sigma_theta = _heading(t, fits, speed, record.glimpses)
     place = np.column_stack([axis.value for axis in smoothed])
     sigma_theta = np.hypot(sigma_theta, heading_sigma(landmarks.camera, place, look.model))
     noise = np.hypot(smoothed[0].sigma, smoothed[1].sigma)[kept] / np.sqrt(2)
-    common = systematic_sigma(landmarks, place[kept], look.model.height)
+    common = systematic_sigma(landmarks, place[kept], look.model.height, record.lag_px)
     trajectory = Trajectory(
         t=t[kept],
         xy=place[kept],

@@ -60,7 +60,7 @@ def camera_variance(landmarks: Refined, xy: Floats, z: float) -> Floats:
     return variance
 
 
-def systematic_sigma(landmarks: Refined, xy: Floats, height: float) -> Floats:
+def systematic_sigma(landmarks: Refined, xy: Floats, height: float, lag_px: float = 0.0) -> Floats:
     """Standard error of each coordinate that is common to all frames, (n,) [m].
 
     Parameters
@@ -68,6 +68,7 @@ def systematic_sigma(landmarks: Refined, xy: Floats, height: float) -> Floats:
     landmarks : the camera that measured
     xy : (n, 2) places on the ice [m]
     height : of the stone [m]
+    lag_px : how far the film's compression may have left its picture behind [px]
     """
     camera, middle = landmarks.camera, height / 2
     variance = camera_variance(landmarks, xy, middle)
@@ -77,7 +78,7 @@ def systematic_sigma(landmarks: Refined, xy: Floats, height: float) -> Floats:
     edge_px = EDGE_SYSTEMATIC_PX * np.hypot(1.0, cotangent**2 / OBLIQUITY)
     # Without paint to check them, the clicked points are all there is.
     loose_px = 0.0 if landmarks.readings else CLICK_PX / 2
-    edge = (np.hypot(edge_px, loose_px)[:, None] * metre) ** 2
+    edge = (np.hypot(np.hypot(edge_px, loose_px), lag_px)[:, None] * metre) ** 2
     rise = camera.position[2] - middle
     outline = OUTLINE**2 * sight**2 / (rise**2 + np.sum(sight**2, axis=1))[:, None]
     seen_less = np.sum(outline, axis=1) > np.sum(edge, axis=1)

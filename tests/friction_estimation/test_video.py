@@ -138,6 +138,25 @@ def test_a_damaged_part_costs_only_its_own_frames(tmp_path):
     assert 60 < len(times) <= 120
 
 
+def test_no_frame_shows_what_was_before_a_damaged_part(tmp_path):
+    """What is stored as changes to a picture that was lost is not what the camera saw."""
+    still = np.random.default_rng(2).integers(90, 130, (240, 320, 3), dtype=np.uint8)
+    frames = []
+    for k in range(90):
+        frames.append(still.copy())
+        frames[-1][100:130, 3 * k : 3 * k + 30] = 240
+    path = stored(tmp_path / "a.mp4", frames)
+    content = bytearray(path.read_bytes())
+    middle = int(0.4 * len(content))
+    content[middle : middle + 400] = bytes(400)
+    path.write_bytes(content)
+    seen = list(Film.open(path).frames())
+    assert 40 < len(seen) < 90
+    for t, frame in seen:
+        bright = np.flatnonzero(frame[105:125, :, 1].mean(axis=0) > 200)
+        assert bright.mean() == pytest.approx(3 * round(25 * t) + 14.5, abs=3)
+
+
 def test_a_single_picture_is_a_film_of_one_frame(tmp_path):
     film = Film.open(stored(tmp_path / "a.mp4", speckled(1)))
     assert [t for t, _ in film.sample(10)] == [0.0]
