@@ -62,7 +62,9 @@ def linearise(
     crossed, release, friction = sensitivities(ride, cells, shares)
     columns = ride.tangents_at(np.hstack([release, friction]), throw.t)
     bent = np.empty((len(throw.t), 0)) if free is None else _bent(throw, ride, track, free)
-    seen = bias.seen_along(throw.passenger.course, throw.measured)
+    # Where the stone was by its ride, not by a row: a column that follows the row's own noise would
+    # find that noise in what is left.
+    seen = bias.seen_along(throw.passenger.course, ride.distance_at(throw.t))
     columns = np.column_stack([throw.left, columns, bent, seen])
     white = noise.whiten(throw.t, columns, throw.scale, throw.keep)
     q, root = np.linalg.qr(white[:, 1:3])

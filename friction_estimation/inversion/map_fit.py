@@ -120,7 +120,8 @@ class MapState:
             offset = throw.offset + limit * (posterior.offsets[sought.played + k] - throw.offset)
             own = limit * change[linear[k].crossed] + offset - throw.offset
             after = move_release(throw, linear[k].release_step(own, others), float(offset))
-            seen = bias.seen_along(throw.passenger.course, throw.measured)
+            ridden = throw.measured - throw.shift - throw.left
+            seen = bias.seen_along(throw.passenger.course, ridden)
             moved.append(replace(after, shift=seen @ bias.values))
         field = self.field + limit * change
         free = self.free.at(self.free.values + effects)

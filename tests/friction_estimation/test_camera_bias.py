@@ -59,7 +59,7 @@ def seen_badly(sliding) -> SimpleNamespace:
     seed, amplitude, wave = 22, 0.005, 6.0
     rng = np.random.default_rng(seed)
     field = sliding.random_field(rng, mu=0.0095, spread=0.06, length=3.0)
-    true = sliding.measured_throws(field, sliding.varied_starts(rng, 10), rng)
+    true = sliding.measured_throws(field, sliding.varied_starts(rng, 10), rng, fps=15)
     tracks = rippled(true, amplitude, wave, 1.0)
     return SimpleNamespace(
         amplitude=amplitude,
@@ -99,6 +99,22 @@ def test_sigma_of_cells_is_true_beside_a_ripple(seen_badly):
     normed = ((friction.mu - truth) / friction.sigma)[friction.observed]
     # One ice has some fifty independent numbers: a share of 0.95 varies by 0.05 and more.
     assert np.mean(np.abs(normed) < 1.96) > 0.8
+
+
+def test_sigma_of_cells_is_true_where_all_throws_have_one_speed(sliding):
+    """Ripple and ice are told apart by the direction alone: σ must know how badly."""
+    rng = np.random.default_rng(31)
+    field = sliding.random_field(rng, mu=0.0095, spread=0.06, length=3.0)
+    starts = sliding.varied_starts(rng, 12)
+    starts[:, 2:4] *= (2.1 / np.hypot(starts[:, 2], starts[:, 3]))[:, None]
+    tracks = rippled(sliding.measured_throws(field, starts, rng, fps=15), 0.005, 4.0, 1.0)
+    found = estimate_ice(tracks)
+    assert found.bias_search.outcome == "found"
+    assert error(found.ice, field) < 0.006  # 1 % where a row's own noise was in its column
+    friction = found.ice.friction
+    truth = field(*np.meshgrid(found.ice.sheet.x_centres, found.ice.sheet.y_centres))
+    normed = ((friction.mu - truth) / friction.sigma)[friction.observed]
+    assert np.mean(np.abs(normed) < 1.96) > 0.85
 
 
 def test_knowledge_of_the_throws_is_freed_of_the_ripple(seen_badly):
@@ -169,7 +185,7 @@ def test_speeds_well_apart_tell_it_one_way(sliding):
     rng = np.random.default_rng(32)
     field = sliding.random_field(rng, mu=0.0095, spread=0.06, length=3.0)
     starts = one_way(sliding, rng, 10)
-    tracks = rippled(sliding.measured_throws(field, starts, rng), 0.005, 6.0, 1.0)
+    tracks = rippled(sliding.measured_throws(field, starts, rng, fps=15), 0.005, 6.0, 1.0)
     found, without = estimate_ice(tracks), estimate_ice(tracks, camera_bias="off")
     assert found.bias_search.outcome == "found"
     assert error(found.ice, field) < 0.5 * error(without.ice, field)
