@@ -32,7 +32,7 @@ SPACING = 2.0
 LENGTH = 5.0
 """Over which the errors of pose, lens and outline are alike [m]. On 44 sessions of two and five
 throws that `friction_estimation.synthetic` filmed from the end, a gantry and the side, corners
-marked 3 px off, the intervals of all sessions and of 102 of the 103 throws hold μ; of 12 maps from
+marked 3 px off, the intervals of all sessions and of 102 of the 103 throws hold μ; of 11 maps from
 such films 91 to 100 % of the cells. Of 8 m, at which that of one map was 83 %, σ of one friction
 is 0 to 15 % less."""
 
