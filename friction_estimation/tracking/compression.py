@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from friction_estimation.raw_frame import Frame
 from friction_estimation.tracking.background import Background
 
 Image = NDArray[np.uint8]
@@ -46,7 +47,7 @@ class Copying:
         ]
         self._shares: list[float] = []
 
-    def watched(self, frames: Iterable[tuple[float, Image]]) -> Iterator[tuple[float, Image]]:
+    def watched(self, frames: Iterable[tuple[float, Frame]]) -> Iterator[tuple[float, Frame]]:
         """The same frames."""
         before: list[Image] = []
         for k, (t, frame) in enumerate(frames):
