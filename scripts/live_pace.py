@@ -68,16 +68,17 @@ def main(
         now = feed.since
         if isinstance(news, Seen):
             over = news.clip.clock + news.clip.frames / SPEC.fps
-            print(f"{now:6.1f} s  {news.clip.path.name}, {now - over:.1f} s after its end: "
+            print(f"{now:6.1f} s  {news.clip.path.name}, {now - over:.1f} s after its end, "
+                  f"{news.clip.missing} frames missing: "
                   + (_off(news, truths) if news.tracks else news.reason))  # fmt: skip
         else:
             print(f"{now:6.1f} s  {news.words}")
     used = time.process_time() - used
     camera.join()
-    lags = 1000 * np.array(feed.lags)
+    lags = 1000 * (np.array(feed.lags) - min(feed.lags))
     print(f"{len(lags)} frames; recording took {1000 * used / len(lags):.1f} ms of a core a frame; "
-          f"behind the camera by {np.median(lags):.0f} ms in the middle, {lags.max():.0f} ms "
-          "at most")  # fmt: skip
+          f"behind the camera by {np.median(lags):.0f} ms in the middle, by {lags.max():.0f} ms at "
+          "most")  # fmt: skip
 
 
 def _draw(weight: float) -> Trajectory:
