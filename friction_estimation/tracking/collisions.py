@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from curling_env.errors import InputError
 from curling_env.trajectory import Trajectory
 from friction_estimation.refinement import Refined
+from friction_estimation.tracking.bystanders import Bystander
 from friction_estimation.tracking.film_track import FilmTrack
-from friction_estimation.tracking.gathering import Bystander
 from friction_estimation.tracking.joining import MIN_FITTED, Record, join_frames
 from friction_estimation.tracking.together import Mover
 from friction_estimation.tracking.uncertainty import systematic_sigma

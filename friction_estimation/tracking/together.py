@@ -17,8 +17,8 @@ from friction_estimation.camera import Camera
 from friction_estimation.raw_frame import Frame
 from friction_estimation.tracking.acquisition import RoughPath
 from friction_estimation.tracking.background import Background
+from friction_estimation.tracking.bystanders import STILL, Bystander
 from friction_estimation.tracking.film_track import TrackingOptions
-from friction_estimation.tracking.gathering import STILL, Bystander
 from friction_estimation.tracking.heading import Turn
 from friction_estimation.tracking.joining import Record
 from friction_estimation.tracking.pilot import Pilot
