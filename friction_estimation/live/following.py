@@ -70,7 +70,7 @@ def follow(
 ) -> Iterator[Seen | Told]:
     """Record and track a stream, throw by throw, until it ends or enough was seen.
 
-    A keyboard interrupt ends the recording; what was recorded is still tracked.
+    A keyboard interrupt ends the recording; what was recorded until then is still tracked.
 
     Parameters
     ----------
@@ -96,14 +96,15 @@ def follow(
     context = get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=context, initializer=_leave_interrupts) as beside:
         work = _Work(beside, scene, report)
-        with closing(feed), closing(feed.moments()) as moments, suppress(KeyboardInterrupt):
-            for moment in moments:
-                work.track(recorder.take(moment))
-                yield from work.done()
-                if throws is not None and work.throws >= throws:
-                    break
-                on_frame(work.waiting)
-            else:
+        with closing(feed):
+            with closing(feed.moments()) as moments, suppress(KeyboardInterrupt):
+                for moment in moments:
+                    work.track(recorder.take(moment))
+                    yield from work.done()
+                    if throws is not None and work.throws >= throws:
+                        break
+                    on_frame(work.waiting)
+            if throws is None or work.throws < throws:
                 work.track(recorder.finish())
         yield from work.rest()
 

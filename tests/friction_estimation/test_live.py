@@ -321,13 +321,16 @@ class Interrupted:
 
 @pytest.mark.slow
 def test_what_was_recorded_before_an_interruption_is_tracked(tmp_path):
-    _, starts = session(tmp_path)
+    truths, starts = session(tmp_path)
     scene = load_scene(tmp_path / "scene.json")
-    feed = Interrupted(open_feed(f"file://{tmp_path}/sent.mp4"), after=starts[1] - 0.2)
+    amid = starts[1] + 0.7 * truths[1].t[-1]  # while the second stone slides
+    feed = Interrupted(open_feed(f"file://{tmp_path}/sent.mp4"), after=amid)
     news = list(follow(feed, scene, tmp_path))
-    assert [type(k) for k in news] == [Seen, Told]
-    assert len(news[0].tracks) == 1
-    assert "from 1 throws" in news[1].words
+    seen = [k for k in news if isinstance(k, Seen)]
+    assert [len(k.tracks) for k in seen] == [1, 1]
+    assert seen[1].clip.clock + seen[1].tracks[0].t[-1] == pytest.approx(amid, abs=0.3)
+    assert isinstance(news[-1], Told)
+    assert "from 2 throws" in news[-1].words
 
 
 @pytest.mark.slow
