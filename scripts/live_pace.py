@@ -13,7 +13,6 @@ from __future__ import annotations
 import socket
 import time
 from collections.abc import Generator, Sequence
-from contextlib import suppress
 from fractions import Fraction
 from itertools import count
 from multiprocessing import get_context
@@ -117,14 +116,16 @@ def _code(films: Sequence[Path], sent: Path) -> None:
 
 def _send(film: Path, address: str) -> None:
     """Send a film at its own pace to who listens there."""
-    output: Any = None
-    while output is None:
-        with suppress(FFmpegError):
-            output = av.open(address, "w", format="mpegts", options={"flush_packets": "1"})
-        time.sleep(0.1)
-    with av.open(str(film)) as source, output:
+    with av.open(str(film)) as source:
         video = source.streams.video[0]
-        stream = output.add_stream_from_template(video)
+        while True:
+            output: Any = av.open(address, "w", format="mpegts", options={"flush_packets": "1"})
+            stream = output.add_stream_from_template(video)
+            try:
+                output.start_encoding()  # connects
+                break
+            except FFmpegError:
+                time.sleep(0.1)
         begun: float | None = None
         for packet in source.demux(video):
             if packet.dts is None:
@@ -134,6 +135,7 @@ def _send(film: Path, address: str) -> None:
             time.sleep(max(0.0, begun + t - time.monotonic()))
             packet.stream = stream
             output.mux(packet)
+        output.close()
 
 
 class Timed:

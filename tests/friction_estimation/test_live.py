@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from contextlib import closing, suppress
+from contextlib import closing
 from dataclasses import replace
 from socket import socket
 from threading import Thread
@@ -263,15 +263,17 @@ def session(tmp_path):
 
 def send(film, address):
     """Send a film as a camera on a network does, as soon as somebody listens."""
-    for _ in range(200):
-        with suppress(av.FFmpegError):
-            sent = av.open(address, "w", format="mpegts")
-            break
-        time.sleep(0.1)
-    with av.open(str(film)) as source, sent:
+    for _ in range(600):
+        sent = av.open(address, "w", format="mpegts")
         stream = sent.add_stream("libx264", rate=int(FPS))
         stream.width, stream.height, stream.pix_fmt = 960, 540, "yuv420p"
         stream.options = {"preset": "superfast", "crf": "14", "bf": "2", "g": "20"}
+        try:
+            sent.start_encoding()  # connects
+            break
+        except av.FFmpegError:
+            time.sleep(0.1)
+    with av.open(str(film)) as source, sent:
         for frame in source.decode(video=0):
             sent.mux(stream.encode(frame))
         sent.mux(stream.encode())
