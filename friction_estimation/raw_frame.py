@@ -14,6 +14,10 @@ Image = NDArray[np.uint8]
 HALVED = "yuv420p"
 """How nearly all films are stored: brightness in every pixel, colour in every second row and
 column."""
+BRIGHTNESS_FIRST = frozenset(
+    {HALVED, "yuvj420p", "yuv422p", "yuvj422p", "yuv444p", "yuvj444p", "nv12", "gray"}
+)
+"""Forms whose first plane is the brightness, a byte a pixel."""
 FULL_RANGE = 2
 """FFmpeg's number for brightness from 0 to 255; in films that do not say so it is from 16 to 235.
 """
@@ -60,6 +64,15 @@ class RawFrame:
 
 Frame = Image | RawFrame
 """What is looked at in parts, BGR."""
+
+
+def brightness_of(stored: VideoFrame) -> Image:
+    """How bright each pixel of a frame is, (height, width), without a copy where that is stored."""
+    if stored.format.name not in BRIGHTNESS_FIRST:
+        return np.asarray(stored.to_ndarray(format="gray"), dtype=np.uint8)
+    plane = stored.planes[0]
+    rows = np.frombuffer(memoryview(plane), dtype=np.uint8).reshape(-1, plane.line_size)
+    return rows[: stored.height, : stored.width]
 
 
 def _planes(stored: VideoFrame) -> tuple[Image, Image, Image]:

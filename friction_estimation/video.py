@@ -206,7 +206,7 @@ class Film:
         """When each frame is due, in the container's own unit; empty where it does not say."""
         with _opened(self.path) as (container, stream):
             found = [
-                _moment(packet)
+                due(packet)
                 for packet in _packets(container, stream)
                 if packet.size and not packet.is_discard
             ]
@@ -302,21 +302,21 @@ def _decoded_from(
         container.seek(begin, stream=stream)
         frames = _decoded(container, stream)
         first = next(frames, None)
-        if first is not None and (_moment(first) or 0) <= moment:
+        if first is not None and (due(first) or 0) <= moment:
             break
     else:
         return iter(())
-    return dropwhile(lambda frame: (_moment(frame) or 0) < moment, chain([first], frames))
+    return dropwhile(lambda frame: (due(frame) or 0) < moment, chain([first], frames))
 
 
-def _moment(stored: VideoFrame | Packet[VideoStream]) -> int | None:
+def due(stored: VideoFrame | Packet[VideoStream]) -> int | None:
     """When a frame is due, in the container's own unit; None if it does not say."""
     return stored.dts if stored.pts is None else stored.pts
 
 
 def _stamp(stored: VideoFrame | Packet[VideoStream], stream: VideoStream) -> float:
     """When a frame is due since the film began [s]; NaN if the container does not say."""
-    moment = _moment(stored)
+    moment = due(stored)
     return np.nan if moment is None else float((moment - _start(stream)) * _unit(stream))
 
 

@@ -54,6 +54,7 @@ def track_live(
             thrown.append(news.tracks[0])
             write_tracks(output, tracks)
             say(f"{news.clip.path.name}: {_words(news.tracks)}")
+    say(f"{source} is no longer watched; {len(thrown)} throws")
     print_json(
         [
             {"throw": k.throw, "clock": k.clock, "tracked": len(k), "to_s": float(k.t[-1])}

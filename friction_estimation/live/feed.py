@@ -24,7 +24,8 @@ from av.error import FFmpegError
 from numpy.typing import NDArray
 
 from curling_env.errors import InputError
-from friction_estimation.video import DEFAULT_FPS
+from friction_estimation.raw_frame import brightness_of
+from friction_estimation.video import DEFAULT_FPS, due
 
 Image = NDArray[np.uint8]
 
@@ -149,18 +150,21 @@ class Stream:
         held: list[Coded] = []
         with suppress(FFmpegError):  # It broke off; what came until then stands.
             for packet in self._film.demux(self._video):
-                if packet.dts is not None:
-                    shown = packet.dts if packet.pts is None else packet.pts
+                shown = due(packet)
+                if packet.dts is not None and shown is not None:
                     if begin is None and packet.is_keyframe:
                         begin = shown
                     if begin is None:
                         continue  # Changes to a picture that was never seen.
                     held.append(_coded(packet, shown, begin))
                 for frame in _decoded(packet):
-                    t = float((frame.pts - begin) * frame.time_base)
+                    moment = due(frame)
+                    if begin is None or moment is None:
+                        continue
+                    t = float((moment - begin) * packet.time_base)
                     if t > last:
                         last = t
-                        yield Moment(t=t, grey=_brightness(frame), coded=tuple(held))
+                        yield Moment(t=t, grey=brightness_of(frame), coded=tuple(held))
                         held.clear()
 
     def add_to(self, film: Any) -> Any:
@@ -185,15 +189,6 @@ def _decoded(packet: Any) -> list[Any]:
         return list(packet.decode())
     except FFmpegError:
         return []  # Damaged on its way.
-
-
-def _brightness(frame: Any) -> Image:
-    """The plane of brightness where there is one, as in what nearly all cameras send."""
-    if not frame.format.name.startswith(("yuv4", "yuvj4", "nv12", "gray")):
-        return frame.to_ndarray(format="gray")
-    plane = frame.planes[0]
-    rows = np.frombuffer(plane, dtype=np.uint8).reshape(-1, plane.line_size)
-    return rows[: frame.height, : frame.width]
 
 
 class Webcam:

@@ -22,6 +22,7 @@ from curling_env.trajectory import Trajectory, read_tracks
 from friction_estimation.live import Recorder, Seen, Told, follow, open_feed
 from friction_estimation.live.motion import LOOK_EVERY, MEMORY, Motion
 from friction_estimation.live.recorder import LEAD_IN, LONGEST, QUIET
+from friction_estimation.raw_frame import brightness_of
 from friction_estimation.scene import load_scene, save_scene
 from friction_estimation.synthetic import FilmSpec, Stage, on_film, scene_of, write_film
 from friction_estimation.video import Film, is_stream
@@ -109,6 +110,17 @@ def test_a_film_holds_the_very_pictures_that_were_sent(tmp_path):
     assert [t for t, _ in kept] == pytest.approx(np.arange(len(kept)) / FPS, abs=1e-3)
     for (_, frame), same in zip(kept, sent[first:], strict=True):
         np.testing.assert_array_equal(frame, same)
+
+
+@pytest.mark.parametrize("stored", ["yuv420p", "yuv420p10le", "yuyv422", "nv12", "rgb24", "gray"])
+def test_brightness_is_the_same_however_a_camera_stores_it(stored):
+    ramp = np.linspace(30, 220, 64 * 48).reshape(48, 64).astype(np.uint8)
+    frame = av.VideoFrame.from_ndarray(ramp, format="gray").reformat(format="yuv444p")
+    seen = brightness_of(frame.reformat(format=stored))
+    assert seen.shape == (48, 64)
+    # From 16 to 235 or from 0 to 255, but the same picture.
+    assert np.corrcoef(seen.ravel(), ramp.ravel())[0, 1] > 0.999
+    assert 0.8 < np.ptp(seen) / np.ptp(ramp) < 1.2
 
 
 def test_frames_that_never_came_are_counted(tmp_path):
