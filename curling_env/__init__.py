@@ -14,8 +14,15 @@ import gymnasium
 if TYPE_CHECKING:
     from curling_env.errors import CurlingError, InputError, OutOfRangeError, OutputError
     from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice, save_ice
-    from curling_env.sheet import PAPER_SHEET, WORLD_CURLING_SHEET, Direction, Sheet
-    from curling_env.stone import PAPER_STONE, RULE_BOOK_STONE, Stone
+    from curling_env.sheet import (
+        PAPER_SHEET,
+        PAPER_STONE,
+        RULE_BOOK_STONE,
+        WORLD_CURLING_SHEET,
+        Direction,
+        Sheet,
+        Stone,
+    )
     from curling_env.throw import Release, Throw, read_releases, write_releases
     from curling_env.trajectory import Trajectory, read_tracks, write_tracks
 
@@ -35,9 +42,9 @@ _HOME_OF = {
     "WORLD_CURLING_SHEET": "sheet",
     "Direction": "sheet",
     "Sheet": "sheet",
-    "PAPER_STONE": "stone",
-    "RULE_BOOK_STONE": "stone",
-    "Stone": "stone",
+    "PAPER_STONE": "sheet",
+    "RULE_BOOK_STONE": "sheet",
+    "Stone": "sheet",
     "Release": "throw",
     "Throw": "throw",
     "read_releases": "throw",
@@ -77,7 +84,7 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name == "curling_v0":  # the module, as PettingZoo's own games are reached
-        return importlib.import_module(f"{__name__}.envs.curling_v0")
+        return importlib.import_module(f"{__name__}.envs.game.curling_v0")
     if name not in _HOME_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(importlib.import_module(f"{__name__}.{_HOME_OF[name]}"), name)
@@ -90,12 +97,12 @@ def __dir__() -> list[str]:
 if "CurlingSheet-v0" not in gymnasium.registry:  # once, also when the module is reloaded
     gymnasium.register(  # pyright: ignore[reportUnknownMemberType]  (its kwargs: a bare dict)
         "CurlingSheet-v0",
-        entry_point="curling_env.envs.sheet:CurlingSheetEnv",
-        vector_entry_point="curling_env.envs.vector:CurlingSheetVectorEnv",
+        entry_point="curling_env.envs.sheet.env:CurlingSheetEnv",
+        vector_entry_point="curling_env.envs.sheet.vector_env:CurlingSheetVectorEnv",
     )
 if "CurlingEnd-v0" not in gymnasium.registry:
     gymnasium.register(  # pyright: ignore[reportUnknownMemberType]
         "CurlingEnd-v0",
-        entry_point="curling_env.envs.end:CurlingEndEnv",
-        vector_entry_point="curling_env.envs.end_vector:CurlingEndVectorEnv",
+        entry_point="curling_env.envs.game.end:CurlingEndEnv",
+        vector_entry_point="curling_env.envs.game.end_vector:CurlingEndVectorEnv",
     )

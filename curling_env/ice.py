@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from curling_env.errors import InputError
-from curling_env.sheet import PAPER_SHEET, Sheet
-from curling_env.stone import RULE_BOOK_STONE, Stone
+from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
 from curling_env.storage import read_json, write_json, write_table
 
 ICE_FORMAT = "curling-ice/1"

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from curling_env.ice import ActiveEffect, Ice
-from curling_env.stone import PAPER_STONE, RULE_BOOK_STONE
+from curling_env.sheet import PAPER_STONE, RULE_BOOK_STONE
 
 
 def standard() -> Ice:

@@ -22,12 +22,10 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from curling_env.errors import InputError, OutputError
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
+from curling_env.typing import Floats, Integers
 
 MAX_INTEGER = 2**53
 """Largest whole number a float64 carries exactly (IEEE 754); identifiers beyond it would blur."""

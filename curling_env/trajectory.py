@@ -7,15 +7,13 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.storage import read_table, read_text, write_table
+from curling_env.typing import Floats
 
 TRACK_COLUMNS = ("throw", "t", "x", "y", "theta")
 OPTIONAL_TRACK_COLUMNS = ("stone", "clock", "swept", "sigma_xy", "sigma_theta")
-
-Floats = NDArray[np.float64]
 
 
 def _nothing() -> Floats:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.cli import print_json, progress, say
+from curling_env.commands.cli import print_json, progress, say
 
 
 def bench(
@@ -28,7 +28,7 @@ def bench(
     """
     from importlib.metadata import entry_points
 
-    from curling_env.benchmarks import Measure, measures
+    from curling_env.commands.benchmarks import Measure, measures
 
     sources = [measures]
     sources += [point.load() for point in entry_points(group="curling.benchmarks")]

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.cli import OutputFile, SeedOption, progress, say
+from curling_env.commands.cli import OutputFile, SeedOption, progress, say
 
 
 def sweep(
@@ -48,9 +48,9 @@ def sweep(
 
     from curling_env.executor import executor
     from curling_env.ice import load_ice
-    from curling_env.physics.glide import SlideEnd
+    from curling_env.physics.one_stone.integrate import SlideEnd
+    from curling_env.physics.sweep import Sweep, run
     from curling_env.storage import atomic_path, write_table
-    from curling_env.sweep import Sweep, run
     from curling_env.throw import read_releases
 
     thrown = read_releases(releases)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.cli import IceOption, print_json
+from curling_env.commands.cli import IceOption, print_json
 
 
 class End(StrEnum):
@@ -43,7 +43,7 @@ def throw(
         curling throw --ice standard --speed 2.1 --angle -0.05 --spin 1
     """
     from curling_env.ice import load_ice
-    from curling_env.physics.shot import shoot
+    from curling_env.physics.shot_times import shoot
     from curling_env.sheet import Direction
     from curling_env.throw import Throw
 

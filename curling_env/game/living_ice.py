@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from curling_env.errors import InputError
+from curling_env.game.rules.stones import STONES_A_TEAM
 from curling_env.ice import ActiveEffect, Ice
-from curling_env.rules.stones import STONES_A_TEAM
 
 
 @dataclass(frozen=True, kw_only=True)

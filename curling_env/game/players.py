@@ -10,15 +10,14 @@ from typing import Any
 import numpy as np
 
 from curling_env.errors import InputError
+from curling_env.game.rules.delivery import Ruling
+from curling_env.game.rules.game import Game
+from curling_env.game.rules.placement import Side
+from curling_env.game.rules.scoring import count
+from curling_env.game.rules.stones import Team
 from curling_env.ice import Ice
-from curling_env.rules.delivery import Ruling
-from curling_env.rules.game import Game
-from curling_env.rules.placement import Side
-from curling_env.rules.scoring import count
-from curling_env.rules.stones import Team
 from curling_env.sheet import Direction
-from curling_env.skill import Skill
-from curling_env.throw import Throw
+from curling_env.throw import Skill, Throw
 
 PLAYER_GROUP = "curling.players"
 """Entry points under this name are players: a name and a function that makes a `Player`."""

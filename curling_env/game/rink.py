@@ -6,29 +6,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from curling_env.errors import InputError
 from curling_env.game.living_ice import STILL, LivingIce, prepared
 from curling_env.game.luck import Luck
 from curling_env.game.players import Call, Player, Sweep, View
+from curling_env.game.rules.delivery import Result, Ruling
+from curling_env.game.rules.game import End, Game, always, begin_end, deliver, new_game
+from curling_env.game.rules.lines import Lines
+from curling_env.game.rules.placement import Side
+from curling_env.game.rules.rulesets import RuleSet, rule_set
+from curling_env.game.rules.stones import STONES_A_TEAM, Lying, Stones, Team
 from curling_env.game.state import GameState
 from curling_env.game.sweepers import sweep_for
 from curling_env.ice import Ice, load_ice
 from curling_env.physics.engine import Engine, Outcome, Status, StoneState
 from curling_env.physics.wear import PATH_FPS, wear_along_path, wear_of, worn
-from curling_env.rules.delivery import Result, Ruling
-from curling_env.rules.game import End, Game, always, begin_end, deliver, new_game
-from curling_env.rules.lines import Lines
-from curling_env.rules.placement import Side
-from curling_env.rules.rulesets import RuleSet, rule_set
-from curling_env.rules.stones import STONES_A_TEAM, Lying, Stones, Team
 from curling_env.sheet import TEE_Y, Direction
-from curling_env.skill import Skill, skill_named
-from curling_env.throw import MAX_SPEED, MAX_SPIN, Throw
-
-Floats = NDArray[np.float64]
+from curling_env.throw import MAX_SPEED, MAX_SPIN, Skill, Throw, skill_named
+from curling_env.typing import Floats
 
 SLOWEST = 1e-3
 """A throw is never slower, however badly it slips [m/s]."""
@@ -131,7 +126,7 @@ class Rink:
 
         Parameters
         ----------
-        power_play, throw_first : mixed doubles only; see `curling_env.rules.game.begin_end`
+        power_play, throw_first : mixed doubles only; see `curling_env.game.rules.game.begin_end`
 
         Raises
         ------

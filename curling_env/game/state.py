@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from curling_env.rules.game import Game
+from curling_env.game.rules.game import Game
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -18,9 +18,8 @@ from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.compiled import compiled
 from curling_env.physics.effects.motion import MOTION_SIZE, ORDER, STONE
-from curling_env.physics.glide import MAX_TIME, SlideEnd, glide
 from curling_env.physics.law import Law, compile_law
-from curling_env.physics.positions import (
+from curling_env.physics.many_stones.events import (
     GONE,
     MAX_MEETINGS,
     MOVING,
@@ -31,11 +30,11 @@ from curling_env.physics.positions import (
     new_table,
     play,
 )
-from curling_env.physics.slide import NO_OBSTACLES, edge_bounds
-from curling_env.physics.stride import QUICK, Work, new_work
+from curling_env.physics.one_stone.integrate import MAX_TIME, SlideEnd, glide
+from curling_env.physics.one_stone.slide import NO_OBSTACLES, edge_bounds
+from curling_env.physics.one_stone.step import QUICK, Work, new_work
 from curling_env.throw import Release
-
-Floats = NDArray[np.float64]
+from curling_env.typing import Floats
 
 RELEASE_FIELDS = (
     *("x", "y", "vx", "vy", "theta", "omega", "stone", "clock", "order"),

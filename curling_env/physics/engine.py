@@ -30,15 +30,20 @@ from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.effects.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.law import compile_law
-from curling_env.physics.slide import SlideEnd, play_bounds, slide_kernel
-from curling_env.physics.stride import EXACT, new_work
-from curling_env.physics.together import CREEP, MAX_TIME, Pause, Phase, scratch, slide_together
-from curling_env.sheet import HOG_LINE_Y, Direction
-from curling_env.stone import Stone
+from curling_env.physics.many_stones.common_steps import (
+    CREEP,
+    MAX_TIME,
+    Pause,
+    Phase,
+    scratch,
+    slide_together,
+)
+from curling_env.physics.one_stone.slide import SlideEnd, play_bounds, slide_kernel
+from curling_env.physics.one_stone.step import EXACT, new_work
+from curling_env.sheet import HOG_LINE_Y, Direction, Stone
 from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
-
-Floats = NDArray[np.float64]
+from curling_env.typing import Floats
 
 TOUCHING = 1e-6
 """Gap within which stones that close on each other collide in the same instant [m]."""

@@ -10,12 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.physics.effects.motion import GRAVITY
-from curling_env.stone import Stone
-
-Floats = NDArray[np.float64]
+from curling_env.sheet import Stone
+from curling_env.typing import Floats
 
 
 def friction_of_pebbles(

@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.slide import Slide, slide
+from curling_env.physics.one_stone.slide import Slide, slide
 from curling_env.sheet import Sheet
 from curling_env.throw import Release
-
-Floats = NDArray[np.float64]
+from curling_env.typing import Floats
 
 PATH_FPS = 30.0
 """Samples a second of the paths that wear the ice; between them a path is straight."""

@@ -17,8 +17,9 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from curling_env.typing import Image
+
 Colour = tuple[int, int, int]
-Image = NDArray[np.uint8]
 
 _BITS = 5
 """Binary places of a pixel in which OpenCV is given coordinates."""

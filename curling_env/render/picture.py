@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.ice import Ice
 from curling_env.render.canvas import Canvas, Colour, Image, blank, tint
@@ -23,8 +22,7 @@ from curling_env.sheet import (
     to_delivery,
     to_sheet,
 )
-
-Floats = NDArray[np.float64]
+from curling_env.typing import Floats
 
 RED: Colour = (206, 38, 50)
 YELLOW: Colour = (244, 190, 32)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from curling_env.physics.slide import Slide, slide
+from curling_env.physics.one_stone.slide import Slide, slide
 from curling_env.presets import fcv1, paper, standard
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.throw import Throw

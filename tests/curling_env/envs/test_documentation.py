@@ -13,10 +13,10 @@ import gymnasium as gym
 import pytest
 
 import curling_env
-from curling_env.envs.end import CurlingEndEnv
-from curling_env.envs.game_reward import GameRewardParts
-from curling_env.envs.reward import RewardParts
-from curling_env.envs.sheet import CurlingSheetEnv
+from curling_env.envs.game.end import CurlingEndEnv
+from curling_env.envs.game.reward import GameRewardParts
+from curling_env.envs.sheet.env import CurlingSheetEnv
+from curling_env.envs.sheet.reward import RewardParts
 
 DOCS = Path(__file__).parents[3] / "docs"
 PAGE = (DOCS / "environments.md").read_text(encoding="utf-8")

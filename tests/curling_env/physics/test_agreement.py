@@ -16,8 +16,8 @@ from scipy.stats import ks_2samp
 from curling_env.ice import Ice
 from curling_env.physics.batch import Positions, play_batch
 from curling_env.physics.engine import Engine, Outcome, Status, StoneState
-from curling_env.physics.slide import play_bounds, slide
-from curling_env.physics.stride import EXACT
+from curling_env.physics.one_stone.slide import play_bounds, slide
+from curling_env.physics.one_stone.step import EXACT
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.throw import Release, Throw
 

@@ -12,12 +12,11 @@ from hypothesis import strategies as st
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.batch import play_batch, release_table, throw_batch
-from curling_env.physics.positions import collide, hands_of
-from curling_env.physics.slide import slide
-from curling_env.physics.stride import EXACT, QUICK
+from curling_env.physics.many_stones.events import collide, hands_of
+from curling_env.physics.one_stone.slide import slide
+from curling_env.physics.one_stone.step import EXACT, QUICK
 from curling_env.presets import paper, standard
-from curling_env.sheet import TEE_Y
-from curling_env.stone import RULE_BOOK_STONE
+from curling_env.sheet import RULE_BOOK_STONE, TEE_Y
 from curling_env.throw import Release, Throw
 
 G = 9.80665

@@ -17,7 +17,7 @@ from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, Ice, load_ice, save_ice
 from curling_env.physics.effects import EffectCard, catalogue, register
 from curling_env.physics.law import acceleration, compile_law
-from curling_env.physics.slide import slide
+from curling_env.physics.one_stone.slide import slide
 from curling_env.throw import Throw
 
 NAMES = (
@@ -225,7 +225,7 @@ def test_an_effect_from_outside_in_one_file(
 ON_WORKERS = """
 from curling_env.executor import executor
 from curling_env.ice import load_ice
-from curling_env.sweep import Sweep, run
+from curling_env.physics.sweep import Sweep, run
 from curling_env.throw import Throw
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, Interpolation
 from curling_env.physics.law import acceleration, compile_law
 from curling_env.presets import fcv1, paper, standard
-from curling_env.stone import RULE_BOOK_STONE
+from curling_env.sheet import RULE_BOOK_STONE
 
 G = 9.80665
 MU = 0.01

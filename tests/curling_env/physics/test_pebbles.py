@@ -9,7 +9,7 @@ from curling_env.ice import ActiveEffect, Ice
 from curling_env.physics.effects.speed_dependent_friction import SLOWEST_SLIP
 from curling_env.physics.law import acceleration
 from curling_env.physics.pebbles import friction_of_pebbles
-from curling_env.stone import RULE_BOOK_STONE as STONE
+from curling_env.sheet import RULE_BOOK_STONE as STONE
 
 MU = 0.0085
 WEIGHT = STONE.mass * 9.80665

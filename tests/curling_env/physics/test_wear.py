@@ -10,7 +10,7 @@ import pytest
 from curling_env.game import Call, LivingIce, Rink
 from curling_env.game.living_ice import prepared
 from curling_env.ice import ActiveEffect, FrictionMap, Ice
-from curling_env.physics.slide import slide
+from curling_env.physics.one_stone.slide import slide
 from curling_env.physics.wear import (
     PATH_FPS,
     WORN_WIDTH,

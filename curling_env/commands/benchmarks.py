@@ -1,0 +1,285 @@
+"""How fast it is: measures taken on this machine, now, beside the way people do it without.
+
+Each measure runs its work until it has taken long enough, three times, and keeps the best: what
+else the machine does can only make it slower. Packages declare theirs under the entry-point group
+`curling.benchmarks`, as functions that yield measures.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.ice import Ice
+from curling_env.presets import standard
+from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
+from curling_env.typing import Floats
+
+REPEATS = 3
+SHORTEST = 0.4
+"""Processor time of one repeat [s]."""
+MAP_SPREAD = 0.04
+"""Relative spread of friction from cell to cell, ten times rougher than any real ice."""
+STONES = 8
+SHEETS = 256
+"""Side by side in the vector environment."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measure:
+    """One measured speed.
+
+    Parameters
+    ----------
+    name : what was measured
+    value : how much of it
+    unit : in which unit
+    """
+
+    name: str
+    value: float
+    unit: str
+
+
+def rate(work: Callable[[], int], *, repeats: int = REPEATS, warm: bool = False) -> float:
+    """Items a second of one core; `work` does some and returns how many.
+
+    Processor time counts, not the clock on the wall: a second busy core would count twice. Work
+    that has been done before is warm: all is compiled.
+    """
+    if not warm:
+        work()
+    best = 0.0
+    for _ in range(repeats):
+        done = 0
+        start = time.process_time()
+        while (spent := time.process_time() - start) < SHORTEST:
+            done += work()
+        best = max(best, done / spent)
+    return best
+
+
+def wall_rates(*works: Callable[[], int]) -> list[float]:
+    """Items a second by the clock on the wall, for work on several cores, taken by turns.
+
+    The clock counts what else runs on the cores: these want a quiet machine.
+    """
+    best = [0.0] * len(works)
+    for repeat in range(REPEATS + 1):
+        for k, work in enumerate(works):
+            start = time.perf_counter()
+            done = work()
+            if repeat > 0:  # the first warms up
+                best[k] = max(best[k], done / (time.perf_counter() - start))
+    return best
+
+
+def memory_of_a_million() -> float:
+    """What a million throws without paths need at most, releases and results included [MB].
+
+    Counted as the arrays are asked for. The stones go slowly: a slide leaves nothing behind, so how
+    long it lasts does not matter.
+    """
+    import tracemalloc
+
+    from curling_env.physics.batch import RELEASE_DTYPE, throw_batch
+
+    def throw(count: int) -> object:
+        table = np.zeros(count, dtype=RELEASE_DTYPE)
+        table["vy"], table["omega"] = 0.05, 0.1
+        return throw_batch(standard(), table)
+
+    throw(10)
+    tracemalloc.start()
+    try:
+        kept = throw(1_000_000)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    del kept
+    return 1e-6 * peak
+
+
+def mapped_ice(rng: np.random.Generator) -> Ice:
+    """Standard ice whose every cell has a friction of its own."""
+    ice = standard()
+    mu = ice.friction.mu * np.exp(MAP_SPREAD * rng.standard_normal(ice.friction.mu.shape))
+    return replace(ice, friction=replace(ice.friction, mu=mu))
+
+
+def draws_and_hits(rng: np.random.Generator, n: int, hits: float) -> NDArray[Any]:
+    """Releases towards the away house, a part of them at take-out weight."""
+    from curling_env.physics.batch import RELEASE_DTYPE
+
+    table = np.zeros(n, dtype=RELEASE_DTYPE)
+    spin = rng.choice([-1.5, 1.5], n)
+    hit = rng.random(n) < hits
+    speed = np.where(hit, rng.uniform(2.5, 3.2, n), rng.normal(2.09, 0.02, n))
+    # Aimed off by what the stone will curl: 1.4 m for a draw, 0.7 m at take-out weight.
+    aim = rng.normal(0.0, 0.5, n) + np.sign(spin) * np.where(hit, 0.7, 1.4)
+    angle = -aim / (HOG_LINE_Y + TEE_Y)
+    table["y"] = -HOG_LINE_Y
+    table["vx"], table["vy"] = -speed * np.sin(angle), speed * np.cos(angle)
+    table["omega"] = spin
+    return table
+
+
+def houses(rng: np.random.Generator, n: int, stones: int = STONES) -> Floats:
+    """Positions of stones that lie in the away house, (n, stones, 2) [m]."""
+    found = np.empty((n, stones, 2))
+    for position in found:
+        k = 0
+        while k < stones:
+            radius, turn = 1.8 * math.sqrt(rng.random()), rng.uniform(0, 2 * np.pi)
+            place = np.array([radius * math.sin(turn), TEE_Y + radius * math.cos(turn)])
+            if k == 0 or np.hypot(*(position[:k] - place).T).min() > 0.3:
+                position[k] = place
+                k += 1
+    return found
+
+
+def measures() -> Iterator[Measure]:
+    """What this package can time: the batch engine, the environment, and pymunk on its own."""
+    yield from _batch()
+    yield from _environment()
+    yield from _pymunk_only()
+
+
+def _batch() -> Iterator[Measure]:
+    from curling_env.physics.batch import play_batch, throw_batch
+    from curling_env.physics.one_stone.slide import play_bounds
+
+    rng = np.random.default_rng(1)
+    ice = mapped_ice(rng)
+    draws = draws_and_hits(rng, 20_000, hits=0.0)
+    yield Measure(
+        name="batch_throws_per_s_empty",
+        value=rate(lambda: len(throw_batch(ice, draws).x)),
+        unit="throws/s",
+    )
+    yield Measure(
+        name="batch_throws_per_s_empty_uniform_ice",
+        value=rate(lambda: len(throw_batch(standard(), draws).x)),
+        unit="throws/s",
+    )
+    one, two = wall_rates(*(lambda n=n: len(throw_batch(ice, draws, workers=n).x) for n in (1, 2)))
+    yield Measure(name="batch_throws_per_s_empty_2_cores", value=two, unit="throws/s")
+    yield Measure(name="batch_two_core_ratio", value=two / one, unit="1")
+    yield Measure(name="batch_memory_mb_per_million_throws", value=memory_of_a_million(), unit="MB")
+    mixed, stones = draws_and_hits(rng, 5_000, hits=0.5), houses(rng, 5_000)
+    bounds = play_bounds(ice, Direction.AWAY)
+    yield Measure(
+        name="batch_throws_per_s_8_stones",
+        value=rate(lambda: len(play_batch(ice, stones, mixed, bounds=bounds).time)),
+        unit="throws/s",
+    )
+
+
+def _environment() -> Iterator[Measure]:
+    import gymnasium
+
+    rng = np.random.default_rng(2)
+    ice = mapped_ice(rng)
+    for name, stones in (("empty", 0), ("8_stones", houses(rng, 1)[0] - [0.0, TEE_Y])):
+        env = gymnasium.make("CurlingSheet-v0", ice=ice, stones=stones)
+        yield Measure(
+            name=f"env_throws_per_s_{name}",
+            value=rate(lambda env=env: _steps(env)),
+            unit="throws/s",
+        )
+        env.close()
+    for name, stones in (("", 0), ("_8_stones", houses(rng, 1)[0] - [0.0, TEE_Y])):
+        # In the same step, so that every step is a throw: none only lays stones anew.
+        envs: Any = gymnasium.make_vec(
+            "CurlingSheet-v0", num_envs=SHEETS, ice=ice, stones=stones, autoreset_mode="SameStep"
+        )
+        envs.action_space.seed(0)
+        envs.reset(seed=0)
+
+        def step_all(envs: Any = envs) -> int:
+            envs.step(envs.action_space.sample())
+            return SHEETS
+
+        yield Measure(name=f"vector_env_throws_per_s{name}", value=rate(step_all), unit="throws/s")
+        envs.close()
+
+
+def _steps(env: Any, n: int = 20) -> int:
+    """Steps of an environment with random actions, resets included."""
+    env.action_space.seed(0)
+    env.reset(seed=0)
+    for _ in range(n):
+        _, _, ended, cut, _ = env.step(env.action_space.sample())
+        if ended or cut:
+            env.reset()
+    return n
+
+
+def _pymunk_only() -> Iterator[Measure]:
+    rng = np.random.default_rng(3)
+    ice = mapped_ice(rng)
+    for name, hits, stones in (
+        ("empty", 0.0, np.empty((8, 0, 2))),
+        ("8_stones", 0.5, houses(rng, 8)),
+    ):
+        throws = draws_and_hits(rng, 8, hits)
+
+        def work(throws: NDArray[Any] = throws, stones: Floats = stones) -> int:
+            for throw, position in zip(throws[:2], stones[:2], strict=True):
+                _throw_in_pymunk(ice, throw, position)
+            return 2
+
+        yield Measure(name=f"pymunk_only_throws_per_s_{name}", value=rate(work), unit="throws/s")
+
+
+def _throw_in_pymunk(ice: Ice, throw: Any, stones: Floats, rate_hz: float = 60.0) -> Floats:
+    """The usual way: pymunk moves every stone, a Python callback slows it, 60 times a second."""
+    import pymunk
+
+    from curling_env.physics.effects.motion import GRAVITY
+
+    stone, sheet = ice.stone, ice.sheet
+    mu, cell = ice.friction.mu, sheet.cell_size
+    exponent = float(ice.effects[0].parameters["exponent"])
+    curl = float(ice.effects[2].parameters["strength"])
+
+    def slow(body: pymunk.Body, gravity: Any, damping: float, dt: float) -> None:
+        vx, vy = body.velocity
+        speed = math.hypot(vx, vy)
+        if speed < 1e-9:
+            return
+        x, y = body.position
+        row = min(max(int((y + sheet.length / 2) / cell), 0), mu.shape[0] - 1)
+        column = min(max(int((x + sheet.width / 2) / cell), 0), mu.shape[1] - 1)
+        loss = (GRAVITY * mu[row, column] * speed**-exponent + 9.5e-4 * speed * speed) * dt
+        if loss >= speed:
+            body.velocity = (0.0, 0.0)
+            body.angular_velocity = 0.0
+            return
+        left = math.copysign(curl * speed**0.2 * dt, body.angular_velocity)
+        keep = 1.0 - loss / speed
+        body.velocity = (vx * keep - vy / speed * left, vy * keep + vx / speed * left)
+
+    space = pymunk.Space()
+    bodies: list[pymunk.Body] = []
+    for place in [*stones, (throw["x"], throw["y"])]:
+        body = pymunk.Body(stone.mass, stone.inertia)
+        body.position = (float(place[0]), float(place[1]))
+        body.velocity_func = slow
+        shape = pymunk.Circle(body, stone.radius)
+        shape.elasticity, shape.friction = stone.restitution**0.5, stone.stone_friction**0.5
+        space.add(body, shape)
+        bodies.append(body)
+    bodies[-1].velocity = (float(throw["vx"]), float(throw["vy"]))
+    bodies[-1].angular_velocity = float(throw["omega"])
+    for _ in range(int(60 * rate_hz)):
+        space.step(1.0 / rate_hz)
+        if all(body.velocity.length < 1e-3 for body in bodies):
+            break
+    return np.array([tuple(body.position) for body in bodies])

@@ -1,0 +1,285 @@
+"""The `curling` command: gathers the sub-commands that the installed packages declare.
+
+A sub-command is a plain function with Typer annotations, named under the entry-point group
+`curling.commands`. So no lower package imports a higher one, and anyone may add a command of
+their own. Only the command that is run is imported; one that cannot be imported is listed with
+the reason and leaves the others alone.
+"""
+
+from __future__ import annotations
+
+import errno
+import importlib.metadata
+import os
+import signal
+import sys
+from collections.abc import Callable, Generator, Iterable, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any, NoReturn, TypeVar
+
+import typer
+
+from curling_env.errors import CurlingError
+from curling_env.storage import format_json
+from curling_env.typing import Progress
+
+COMMAND_GROUP = "curling.commands"
+
+BAD_INPUT = 2
+"""Exit status for bad usage, bad input and output that cannot be written."""
+INTERRUPTED = 130
+TERMINATED = 143
+"""128 + signal number, as shells report SIGINT and SIGTERM."""
+BROKEN_PIPE = 1
+"""Whoever read stdout left early; the status Typer gives when it notices first."""
+
+EXTRAS = {
+    "torch": "train",
+    "stable_baselines3": "train",
+    "tensorboard": "train",
+    "yaml": "train",
+    "pygame": "viewer",
+    "pettingzoo": "game",
+    "ray": "ray",
+    "ray.rllib": "rllib",
+    "pyarrow": "parquet",
+}
+"""Which extra of the distribution brings a module that the core does without."""
+
+HELP = """From film to throw: curling stones, the ice they run on, and those who throw them.
+
+\b
+A first look:       curling demo
+Film to ice:        curling track FILM.mp4 --scene SCENE.json -o tracks.csv
+                    curling estimate tracks.csv -o ice.json
+Ice to throw:       curling plan --ice ice.json --target 0,17.37
+                    curling throw --ice ice.json --speed 2.1 --angle 0 --spin 1.5
+
+Lengths are in metres, times in seconds, angles in radians. Where an ICE is asked for, a file
+or the name of a preset serves: standard, fcv1, paper.
+"""
+
+# --- what sub-commands share -------------------------------------------------------------------
+
+IceOption = Annotated[
+    str,
+    typer.Option("--ice", metavar="ICE", help="An ice file, or a preset: standard, fcv1, paper."),
+]
+SeedOption = Annotated[
+    int, typer.Option("--seed", min=0, help="Seed of all randomness; the same seed, same result.")
+]
+OutputFile = Annotated[
+    Path, typer.Option("-o", "--output", metavar="FILE", help="Where the result is written.")
+]
+OutputDirectory = Annotated[
+    Path, typer.Option("-o", "--output", metavar="DIR", help="Directory for the results.")
+]
+
+T = TypeVar("T")
+
+
+def print_json(document: Any) -> None:
+    """A result for programs, on stdout."""
+    print(format_json(document))
+
+
+def progress(
+    items: Iterable[T], label: str, *, total: int | None = None, unit: str = "it"
+) -> Iterable[T]:
+    """The same items with a progress bar on stderr, which vanishes when done."""
+    from tqdm import tqdm
+
+    # Delayed, so that work which is refused or done at once says only that.
+    return tqdm(items, desc=label, total=total, unit=unit, leave=False, delay=0.5, file=sys.stderr)
+
+
+@contextmanager
+def progress_bar(unit: str = "") -> Generator[Progress]:
+    """A `Progress` that is drawn as a bar on stderr, which vanishes when done.
+
+    Parameters
+    ----------
+    unit : of what is counted, say ``frame``; shares of 1 are drawn as per cent
+    """
+    from tqdm import tqdm
+
+    bar: Any = None
+
+    def show(what: str, done: float, total: float = 1.0, /) -> None:
+        nonlocal bar
+        share = total == 1.0
+        if bar is None or bar.total != (100 if share else total or None):
+            if bar is not None:
+                bar.close()
+            # Delayed, so that work which is refused or done at once says only that.
+            bar = tqdm(
+                total=100 if share else total or None, unit="%" if share else unit, leave=False,
+                delay=0.5, file=sys.stderr,
+                bar_format="{desc}: {percentage:3.0f}%|{bar}| {elapsed}" if share else None,
+            )  # fmt: skip
+        bar.set_description(what, refresh=False)
+        bar.update((100 * done if share else done) - bar.n)
+
+    try:
+        yield show
+    finally:
+        if bar is not None:
+            bar.close()
+
+
+def say(text: str) -> None:
+    """A remark for the person at the terminal, on stderr: stdout is for results."""
+    print(text, file=sys.stderr)
+
+
+class CommandError(CurlingError):
+    """A sub-command that is declared but cannot be loaded."""
+
+
+# --- the command -------------------------------------------------------------------------------
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one sub-command.
+
+    Parameters
+    ----------
+    arguments : what follows `curling` on the command line; None: the process's own
+
+    Returns
+    -------
+    exit status: 0, or 2 for bad usage or bad input, of which stderr then has one line
+    """
+    arguments = list(sys.argv[1:] if arguments is None else arguments) or ["--help"]
+    # OpenCV and FFmpeg report a bad film on stderr themselves; ours is the one line.
+    os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+    try:
+        with _orderly_termination():
+            status = _app(arguments)(args=arguments, prog_name="curling", standalone_mode=False)
+            sys.stdout.flush()  # a full disk behind a redirection is noticed here
+    except typer.TyperException as error:
+        return _complain(f"{error.format_message()} (`{_help_for(error)}` tells more)")
+    except CurlingError as error:
+        return _complain(str(error))
+    except (KeyboardInterrupt, typer.Abort):
+        return INTERRUPTED
+    except BrokenPipeError:
+        _mute_stdout()
+        return BROKEN_PIPE
+    except ModuleNotFoundError as error:
+        extra = _extra_of(error)
+        if extra is None:
+            raise
+        return _complain(
+            f"this needs {error.name}, which is not installed: pip install 'curling-sheet[{extra}]'"
+        )
+    except OSError as error:
+        if error.errno == errno.ENOSPC:
+            _mute_stdout()
+        reason = (error.strerror or str(error)).lower()
+        return _complain(f"{error.filename}: {reason}" if error.filename else reason)
+    return status if isinstance(status, int) else 0
+
+
+def _app(arguments: Sequence[str]) -> typer.Typer:
+    """The command asked for, or all of them where none is recognised (help, misspelling)."""
+    declared = {entry.name: entry for entry in importlib.metadata.entry_points(group=COMMAND_GROUP)}
+    app = typer.Typer(
+        help=HELP,
+        add_completion=False,
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    )
+    app.callback()(_version_option)
+    wanted = next((word for word in arguments if not word.startswith("-")), "")
+    for name in [wanted] if wanted in declared else sorted(declared):
+        try:
+            command = declared[name].load()
+        except Exception as error:  # whatever a stranger's module may do
+            # Any arguments: that the command is missing matters more than how it was called.
+            lenient = {"ignore_unknown_options": True, "allow_extra_args": True}
+            app.command(name, context_settings=lenient)(_unavailable(name, error))
+            continue
+        if isinstance(command, typer.Typer):
+            app.add_typer(command, name=name)
+        else:
+            app.command(name)(command)
+    return app
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"curling-sheet {importlib.metadata.version('curling-sheet')}")
+        raise typer.Exit
+
+
+def _version_option(
+    version: Annotated[
+        bool,
+        typer.Option("--version", is_eager=True, callback=_print_version, help="Show the version."),
+    ] = False,
+) -> None:
+    pass
+
+
+def _unavailable(name: str, reason: Exception) -> Callable[..., NoReturn]:
+    """Stands in for a command that cannot be imported: in the list, and when it is called."""
+    text = _one_line(str(reason)) or type(reason).__name__
+
+    def command(context: typer.Context) -> NoReturn:
+        if isinstance(reason, ModuleNotFoundError) and _extra_of(reason):
+            raise reason
+        raise CommandError(f"the command {name} cannot be loaded: {text}") from reason
+
+    command.__doc__ = f"(not available: {text})"
+    command.__name__ = name
+    return command
+
+
+@contextmanager
+def _orderly_termination() -> Generator[None]:
+    """Let SIGTERM unwind the stack, so that no half-written file stays behind."""
+
+    def stop(signal_number: int, frame: object) -> NoReturn:
+        raise SystemExit(TERMINATED)
+
+    try:
+        before = signal.signal(signal.SIGTERM, stop)
+    except ValueError:  # not in the main thread, where signals are someone else's
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _extra_of(error: ModuleNotFoundError) -> str | None:
+    name = error.name or ""
+    return EXTRAS.get(name) or EXTRAS.get(name.partition(".")[0])
+
+
+def _help_for(error: typer.TyperException) -> str:
+    context = getattr(error, "ctx", None)
+    return f"{context.command_path if context else 'curling'} --help"
+
+
+def _complain(problem: str) -> int:
+    print(f"curling: {_one_line(problem)}", file=sys.stderr)
+    return BAD_INPUT
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _mute_stdout() -> None:
+    """Nobody reads on: what is still buffered must not fail once more at exit."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,158 @@
+"""Between an agent's numbers in [-1, 1] and a call: the throw, and perhaps the brooms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import ArrayLike, NDArray
+
+from curling_env.envs.sheet.action import ThrowRange
+from curling_env.errors import InputError
+from curling_env.game.players import Call, Player, View
+from curling_env.game.rules.delivery import Ruling
+from curling_env.game.rules.placement import Side
+
+Sweeping = Literal["none", "scripted", "action"]
+Choices = Literal["rule", "action"]
+LONGEST_SWEEP = 30.0
+"""A draw takes less than this from release to rest [s]."""
+CONCEDES = 0.9
+"""Above this the fourth order gives the game up: hands that try everything seldom do."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Orders:
+    """What a team wants until its next delivery.
+
+    Parameters
+    ----------
+    put_back : after a tick by the opponent, whether the stones are put back rather than left
+    power_play : in mixed doubles, the side of a power play if an end begins in which the team
+        decides and may have one; None for none
+    throw_first : in mixed doubles, whether the team gives the hammer away if an end begins in which
+        it decides and has no power play
+    concede : whether it gives the game up instead of this delivery, where the rules allow that
+    """
+
+    put_back: bool = True
+    power_play: Side | None = None
+    throw_first: bool = False
+    concede: bool = False
+
+
+class Ordered(Player):
+    """A team that chooses as it was ordered; its throws are others' business."""
+
+    def __init__(self, orders: Orders) -> None:
+        self._orders = orders
+
+    def call(self, view: View) -> Call:
+        raise AssertionError("a team under orders is not asked for its throws")
+
+    def puts_back(self, view: View, ruling: Ruling) -> bool:
+        """As ordered."""
+        return self._orders.put_back
+
+    def power_play(self, view: View) -> Side | None:
+        """As ordered."""
+        return self._orders.power_play
+
+    def throws_first(self, view: View) -> bool:
+        """As ordered."""
+        return self._orders.throw_first
+
+
+class GameAction:
+    """Makes calls from actions.
+
+    Parameters
+    ----------
+    throws : to choose from
+    sweeping : ``none``, ``scripted`` (sweepers decide) or ``action``: two further numbers of an
+        action are when sweeping begins, from release to 30 s after it, and how long it lasts,
+        -1 being not at all
+    choices : ``rule`` or ``action``: the last four numbers of an action are orders that hold until
+        the team's next: after a tick the stones are put back (0 and above) or left; a power play to
+        the left (below -1/3), none, or to the right (above 1/3); the hammer is given away (above 0)
+        or kept; the game is given up (above 0.9) or played on
+
+    Raises
+    ------
+    InputError : another sweeping, other choices
+    """
+
+    def __init__(self, throws: ThrowRange, sweeping: Sweeping, choices: Choices = "rule") -> None:
+        if sweeping not in ("none", "scripted", "action"):
+            raise InputError(f"sweeping is 'none', 'scripted' or 'action', got {sweeping!r}")
+        if choices not in ("rule", "action"):
+            raise InputError(f"choices are by 'rule' or 'action', got {choices!r}")
+        self.throws = throws
+        self.choices: Choices = choices
+        self.sweeping = sweeping
+        self.size = 3 + 2 * (sweeping == "action") + 4 * (choices == "action")
+
+    @property
+    def space(self) -> spaces.Space[NDArray[np.float32]]:
+        """The space of the actions."""
+        box: Any = spaces.Box(-1.0, 1.0, (self.size,), np.float32)
+        return box
+
+    def call_of(self, action: ArrayLike) -> Call:
+        """The call an action means; numbers beyond ±1 are taken as ±1.
+
+        Raises
+        ------
+        InputError : not as many finite numbers as there should be
+        """
+        numbers = self._numbers(action)
+        throw = self.throws.throw_of(numbers[:3])
+        if self.sweeping != "action":
+            return Call(throw=throw)
+        begin, length = (LONGEST_SWEEP * (np.clip(numbers[3:5], -1, 1) + 1) / 2).tolist()
+        return Call(throw=throw, sweep=(begin, begin + length))
+
+    def orders_of(self, action: ArrayLike) -> Orders | None:
+        """The orders an action gives; None where choices are not part of it.
+
+        Raises
+        ------
+        InputError : not as many finite numbers as there should be
+        """
+        if self.choices == "rule":
+            return None
+        put_back, side, first, concede = self._numbers(action)[-4:].tolist()
+        power_play: Side | None = None
+        if abs(side) > 1 / 3:
+            power_play = "left" if side < 0 else "right"
+        return Orders(
+            put_back=put_back >= 0,
+            power_play=power_play,
+            throw_first=first > 0,
+            concede=concede > CONCEDES,
+        )
+
+    def _numbers(self, action: ArrayLike) -> NDArray[np.float64]:
+        numbers = np.asarray(action, dtype=np.float64)
+        if numbers.shape != (self.size,) or not np.isfinite(numbers).all():
+            raise InputError(
+                f"an action must be {self.size} finite numbers in [-1, 1], got {action}"
+            )
+        return numbers
+
+    def action_of(self, call: Call, orders: Orders | None = None) -> NDArray[np.float32]:
+        """The action that means a call, and orders; clipped where it is out of range."""
+        parts = [self.throws.action_of(call.throw)]
+        if self.sweeping == "action":
+            begin, end = call.sweep or (0.0, 0.0)
+            sweep = np.array([begin, end - begin]) / LONGEST_SWEEP * 2 - 1
+            parts.append(np.clip(sweep, -1, 1).astype(np.float32))
+        if self.choices == "action":
+            wanted = orders or Orders()
+            side = {"left": -1.0, "right": 1.0, None: 0.0}[wanted.power_play]
+            said = (wanted.put_back, wanted.throw_first, wanted.concede)
+            put_back, first, concede = (1.0 if yes else -1.0 for yes in said)
+            parts.append(np.array([put_back, side, first, concede], dtype=np.float32))
+        return np.concatenate(parts)

@@ -1,0 +1,262 @@
+"""`CurlingEnd-v0`: one end against an opponent, with or without the hammer."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+import gymnasium
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from curling_env.envs.game.action import Choices, GameAction, Ordered, Orders, Sweeping
+from curling_env.envs.game.observation import GameView, Kind
+from curling_env.envs.game.reward import GameRewardParts, GameRewardWeights, parts_of
+from curling_env.envs.sheet.action import throws_on
+from curling_env.errors import InputError
+from curling_env.game import STILL, Call, GameState, LivingIce, Player, Rink, Shot, player_named
+from curling_env.game.rink import direction_of
+from curling_env.game.rules import RuleSet, Team, rule_set
+from curling_env.game.rules.placement import Side
+from curling_env.ice import Ice
+from curling_env.sheet import Direction
+from curling_env.throw import Skill
+
+if TYPE_CHECKING:
+    from curling_env.envs.game.view import GameScreen
+
+Hammer = Literal["own", "opponent", "random"]
+AGENT = Team.HOME
+"""The agent plays the home team's stones."""
+RENDER_MODES = ("rgb_array", "human")
+
+
+class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
+    """Play an end against an opponent.
+
+    Parameters
+    ----------
+    ice : the ice played on: an `Ice`, a file or a preset
+    known_ice : the ice both teams know; the ice played on by default
+    opponent : name of a player, or a `Player`
+    hammer : "own", "opponent" or "random": who delivers last
+    rules : a set of rules or its name
+    skill : of the agent's hand: its execution error; "none" for none
+    opponent_skill : of the opponent's; the agent's by default
+    living : how the ice changes
+    sweeping : "none", "scripted" (sweepers decide) or "action" (part of the action)
+    choices : after an opponent's tick, stones are put back or left by "rule" (whichever counts for
+        more) or as the agent's last "action" says
+    observation : "flat", "dict" or "planes"
+    weights : of the parts of the reward
+    render_mode : "rgb_array", "human" (a window; needs the extra `viewer`) or None
+
+    Raises
+    ------
+    InputError : any of these that makes no sense
+
+    Notes
+    -----
+    ``reset(options=…)`` takes `hammer` for one end, and in mixed doubles `power_play`, "left" or
+    "right", for an end in which the agent decides; or `state`, a `GameState` to go on from.
+
+    ``state`` may be kept and put back at any moment: it is frozen, so a search branches from it
+    without copying. With the same state and action the same things happen, execution error
+    included; ``dataclasses.replace(state, seed=…)`` has other luck.
+
+    ``step`` leaves in `info`: `shots` (the agent's delivery and what the opponent answered),
+    `reward_parts`, and after the last stone `score` (own, opponent's).
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {  # pyright: ignore[reportIncompatibleVariableOverride]
+        "render_modes": list(RENDER_MODES),
+        "render_fps": 30,
+    }
+
+    def __init__(
+        self,
+        ice: Ice | str | Path = "standard",
+        *,
+        known_ice: Ice | str | Path | None = None,
+        opponent: str | Player = "draw",
+        hammer: Hammer = "random",
+        rules: str | RuleSet = "world_curling_2024",
+        skill: str | Skill = "elite",
+        opponent_skill: str | Skill | None = None,
+        living: LivingIce = STILL,
+        sweeping: Sweeping = "none",
+        choices: Choices = "rule",
+        observation: Kind = "flat",
+        weights: GameRewardWeights | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        if render_mode not in (None, *RENDER_MODES):
+            raise InputError(
+                f"render_mode must be {', '.join(RENDER_MODES)} or None, got {render_mode!r}"
+            )
+        self.rink = Rink(
+            ice,
+            known_ice=known_ice,
+            rules=rule_set(rules, ends=1),
+            skills=(skill, skill if opponent_skill is None else opponent_skill),
+            living=living,
+            sweeping=sweeping != "none",
+        )
+        self.opponent = player_named(opponent)
+        self.action = GameAction(
+            throws_on(self.rink.known_ice, Direction.AWAY, hits=True), sweeping, choices
+        )
+        self.observation = GameView(observation, self.rink.known_ice, self.rink.lines)
+        self.weights = weights or GameRewardWeights()
+        self.render_mode = render_mode
+        self.action_space = self.action.space
+        self.observation_space = self.observation.space
+        self._hammer: Hammer = _checked(hammer)
+        self._state: GameState | None = None
+        self._shots: tuple[Shot, ...] = ()
+        self._orders: Orders | None = None
+        self._viewer: GameScreen | None = None
+
+    @property
+    def state(self) -> GameState:
+        """The end as it is; setting it goes on from there, with the agent to throw.
+
+        Raises
+        ------
+        InputError : before the first reset; or a state in which the opponent is to throw
+        """
+        if self._state is None:
+            raise InputError("call reset() before the first step")
+        return self._state
+
+    @state.setter
+    def state(self, state: GameState) -> None:
+        end = state.game.end
+        if state.game.rules != self.rink.rules:
+            raise InputError("a state must be of a game by this environment's rules")
+        if end is not None and end.to_throw is not AGENT:
+            raise InputError("a state must have the agent (the home team) to throw")
+        self._state, self._shots, self._orders = state, (), None
+
+    @property
+    def chooser(self) -> Player:
+        """Who chooses for the agent after the opponent's tick."""
+        return self.opponent if self._orders is None else Ordered(self._orders)
+
+    def call_of(self, action: ArrayLike) -> Call:
+        """The call an action means."""
+        return self.action.call_of(action)
+
+    def action_of(self, call: Call) -> NDArray[np.float32]:
+        """The action that means a call; clipped where it is out of range."""
+        return self.action.action_of(call)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin an end; the opponent delivers if the agent has the hammer."""
+        super().reset(seed=seed)
+        options = options or {}
+        unknown = sorted(options.keys() - {"hammer", "power_play", "state"})
+        if unknown:
+            raise InputError(
+                f"unknown option {unknown[0]!r}; options are hammer, power_play, state"
+            )
+        if "state" in options:
+            self.state = options["state"]
+            return self._observe(), {"shots": ()}
+        self._state = self.new_state(options.get("hammer"), options.get("power_play"))
+        self._shots, self._orders = (), None
+        self._answer()
+        if self.render_mode == "human":
+            self._screen().show_position(self.state)
+        return self._observe(), {"shots": self._shots}
+
+    def new_state(self, hammer: Hammer | None = None, power_play: Side | None = None) -> GameState:
+        """An end before its first stone, with luck of this environment's own randomness.
+
+        The opponent decides on its own power play; `power_play` is the agent's.
+
+        Raises
+        ------
+        InputError : a power play that these rules do not give
+        """
+        chosen = self._hammer if hammer is None else _checked(hammer)
+        own = chosen == "own" or (chosen == "random" and self.np_random.random() < 0.5)
+        state = self.rink.new_game(
+            int(self.np_random.integers(2**31)), last_stone=AGENT if own else AGENT.other
+        )
+        if not own:
+            free = state.game.may_power_play
+            view = self.rink.view(state)
+            power_play = self.opponent.power_play(view) if free else None
+        return self.rink.begin_end(state, power_play=power_play)
+
+    def step(self, action: NDArray[np.float32]) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Deliver a stone, and let the opponent answer."""
+        if self.state.game.end is None:
+            raise InputError("the end is over; call reset()")
+        self._shots = ()
+        self._orders = self.action.orders_of(action)
+        parts = self._play(self.action.call_of(action)) + self._answer()
+        state = self.state
+        over = state.game.end is None
+        info: dict[str, Any] = {"shots": self._shots, "reward_parts": parts.as_dict()}
+        if over:
+            info["score"] = state.game.line_score[-1]
+        return self._observe(), self.weights.total(parts), over, False, info
+
+    def render(self) -> NDArray[np.uint8] | None:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """The sheet from above as an RGB picture, with the paths of the last delivery on it."""
+        if self.render_mode is None:
+            gymnasium.logger.warn(
+                "render() needs a render_mode: gym.make('CurlingEnd-v0', render_mode='rgb_array')"
+            )
+        if self.render_mode != "rgb_array":
+            return None
+        return self._screen().picture(self.state, self._shots[-1] if self._shots else None)
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._viewer is not None:
+            self._viewer.close()
+            self._viewer = None
+
+    # --- the parts ------------------------------------------------------------------------------
+
+    def _play(self, call: Call) -> GameRewardParts:
+        before = self.state
+        paths = self.render_mode is not None
+        end = before.game.end
+        ours = end is not None and end.to_throw is AGENT
+        chooser = self.opponent if ours else self.chooser
+        self._state, shot = self.rink.play(before, call, opponent=chooser, paths=paths)
+        self._shots = (*self._shots, shot)
+        if self.render_mode == "human":
+            self._screen().show(before, self._state, shot)
+        return parts_of(before.game, self._state.game, shot.team, shot.ruling, AGENT)
+
+    def _answer(self) -> GameRewardParts:
+        """The opponent delivers while it is its turn."""
+        parts = GameRewardParts()
+        while True:
+            end = self.state.game.end
+            if end is None or end.to_throw is AGENT:
+                return parts
+            parts = parts + self._play(self.opponent.call(self.rink.view(self.state)))
+
+    def _screen(self) -> GameScreen:
+        if self._viewer is None:
+            from curling_env.envs.game.view import GameScreen
+
+            self._viewer = GameScreen(self.rink.known_ice, "CurlingEnd-v0")
+        return self._viewer
+
+    def _observe(self) -> Any:
+        return self.observation.observe(self.state.game, AGENT, direction_of(0))
+
+
+def _checked(hammer: Any) -> Hammer:
+    if hammer not in ("own", "opponent", "random"):
+        raise InputError(f"hammer is 'own', 'opponent' or 'random', got {hammer!r}")
+    return hammer

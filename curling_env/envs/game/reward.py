@@ -1,0 +1,87 @@
+"""The reward of a game: named parts, then one weighted sum."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+from curling_env.errors import InputError
+from curling_env.game.rules.delivery import Fault, Ruling
+from curling_env.game.rules.game import Game
+from curling_env.game.rules.stones import Team
+
+
+@dataclass(frozen=True, kw_only=True)
+class GameRewardParts:
+    """What happened to a team since its last delivery, before weighting.
+
+    Parameters
+    ----------
+    points : scored less conceded in an end that was finished
+    win : 1 for a game won, -1 for one lost
+    fault : -1 for a delivery of its own that broke a rule
+    """
+
+    points: float = 0.0
+    win: float = 0.0
+    fault: float = 0.0
+
+    def as_dict(self) -> dict[str, float]:
+        """The parts by name."""
+        return {part.name: getattr(self, part.name) for part in fields(self)}
+
+    def __add__(self, other: GameRewardParts) -> GameRewardParts:
+        return GameRewardParts(
+            points=self.points + other.points,
+            win=self.win + other.win,
+            fault=self.fault + other.fault,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class GameRewardWeights:
+    """How much each part counts; see `GameRewardParts`.
+
+    Raises
+    ------
+    InputError : a weight that is not finite
+    """
+
+    points: float = 1.0
+    win: float = 0.0
+    fault: float = 0.0
+
+    def __post_init__(self) -> None:
+        for part in fields(self):
+            value = getattr(self, part.name)
+            if not abs(value) < float("inf"):
+                raise InputError(f"the weight of {part.name} must be finite, got {value}")
+
+    def total(self, parts: GameRewardParts) -> float:
+        """The reward."""
+        return sum(getattr(self, part.name) * getattr(parts, part.name) for part in fields(self))
+
+
+def parts_of_concession(conceded: Team, team: Team) -> GameRewardParts:
+    """What it was to a team that one conceded."""
+    return GameRewardParts(win=-1.0 if conceded is team else 1.0)
+
+
+def parts_of(
+    before: Game, after: Game, thrower: Team, ruling: Ruling, team: Team
+) -> GameRewardParts:
+    """What one delivery was to a team.
+
+    Parameters
+    ----------
+    before, after : the game on either side of it
+    thrower, ruling : of the delivery
+    team : whose reward it is
+    """
+    points = win = 0.0
+    if len(after.line_score) > len(before.line_score):
+        last = after.line_score[-1]
+        points = float(last[team] - last[team.other])
+    if after.winner is not None:
+        win = 1.0 if after.winner is team else -1.0
+    own_fault = thrower is team and ruling.fault not in (None, Fault.HOG_LINE)
+    return GameRewardParts(points=points, win=win, fault=-1.0 if own_fault else 0.0)

@@ -1,0 +1,162 @@
+"""A game as it is shown: one picture a delivery, or the delivery as it happens in a window."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.game import GameState, Shot
+from curling_env.game.rink import direction_of, on_sheet
+from curling_env.game.rules import Game, count
+from curling_env.game.rules.delivery import Fault
+from curling_env.game.rules.stones import STONES_A_TEAM, Stones
+from curling_env.ice import Ice
+from curling_env.render import RED, YELLOW, Scene, SheetPicture, drawn, play_back
+from curling_env.render.canvas import Colour
+from curling_env.sheet import Direction
+
+if TYPE_CHECKING:
+    from curling_env.render.window import Window
+
+WINDOW_FPS = 30.0
+WINDOW_SPEED = 4.0
+"""Times as fast as it happened that a window shows a delivery."""
+FAULTS = {
+    Fault.HOG_LINE: "hogged",
+    Fault.FREE_GUARD_ZONE: "free guard zone: put back",
+    Fault.NO_TICK: "ticked too early",
+    Fault.EARLY_TAKEOUT: "takeout too early: put back",
+}
+
+
+def colour_of(stone: int) -> Colour:
+    """The handle of a stone: red for the home team, yellow for the away team."""
+    return RED if stone < STONES_A_TEAM else YELLOW
+
+
+def score_text(game: Game) -> str:
+    """``home 3 : 2 away``."""
+    home, away = game.score
+    return f"home {home} : {away} away"
+
+
+def facts_of(game: Game, shot: Shot | None) -> list[tuple[str, str]]:
+    """What the panel says: label and value."""
+    facts = [("Red, home", str(game.score[0])), ("Yellow, away", str(game.score[1]))]
+    end = game.end
+    if end is not None:
+        team, points = count(game.lines, end.stones)
+        facts += [
+            ("Hammer", end.hammer.label),
+            ("Stones delivered", f"{end.delivered} of {game.rules.deliveries}"),
+            ("Lies", "nobody" if team is None else f"{team.label} {points}"),
+        ]
+    elif game.line_score:
+        home, away = game.line_score[-1]
+        facts.append(("This end", "blank" if home == away else f"{home} : {away}"))
+    if shot is not None:
+        facts += [
+            ("Last stone", shot.team.label),
+            ("Speed", f"{shot.thrown.speed:.2f} m/s"),
+            ("Line", f"{np.degrees(shot.thrown.angle):+.2f}°"),
+            ("Spin", f"{shot.thrown.spin:+.2f} rad/s"),
+        ]
+    return facts
+
+
+def scene_of(game: Game, direction: Direction, shot: Shot | None) -> Scene:
+    """The position as it stands, with the paths of the last delivery on it.
+
+    Between ends it is the one that the last delivery left.
+    """
+    number = max(len(game.line_score) - 1, 0) if game.end is None else game.end.number
+    title = f"End {number + 1}   {score_text(game)}"
+    lying: Stones = () if game.end is None else game.end.stones
+    paths: list[tuple[NDArray[np.float64], Colour]] = []
+    if shot is not None and shot.end == number:
+        if shot.ruling.fault is not None:
+            title += f"   ·   {FAULTS[shot.ruling.fault]}"
+        if game.end is None:
+            lying = shot.lying
+        paths = [(path.xy, colour_of(path.stone)) for path in shot.outcome.trajectories]
+    return Scene(
+        stones=drawn([on_sheet(stone, direction) for stone in lying], colour_of),
+        paths=paths,
+        title=title,
+        facts=facts_of(game, shot),
+    )
+
+
+class GameScreen:
+    """Shows a game; paints the empty sheet once for each direction of play.
+
+    Parameters
+    ----------
+    ice : under the lines
+    title : of the window
+    """
+
+    def __init__(self, ice: Ice, title: str) -> None:
+        self._ice, self._title = ice, title
+        self._pictures: dict[Direction, SheetPicture] = {}
+        self._window: Window | None = None
+
+    def picture(self, state: GameState, shot: Shot | None) -> NDArray[np.uint8]:
+        """The game after a delivery, (720, 1280, 3) RGB."""
+        direction = _direction(state, shot)
+        return self._picture(direction).draw(scene_of(state.game, direction, shot))
+
+    def show(self, before: GameState, after: GameState, shot: Shot) -> None:
+        """In the window: a delivery as it happens, then the position as it stands."""
+        window = self._open()
+        end = before.game.end
+        lying = [] if end is None else [on_sheet(s, shot.direction) for s in end.stones]
+        scene = Scene(
+            title=f"End {shot.end + 1}   {score_text(before.game)}",
+            facts=facts_of(before.game, shot),
+        )
+        frames = play_back(
+            self._picture(shot.direction),
+            scene,
+            lying,
+            shot.outcome,
+            colour_of,
+            fps=WINDOW_FPS,
+            speed=WINDOW_SPEED,
+        )
+        for frame in frames:
+            if not window.is_open:
+                return
+            window.show(frame)
+        window.show(self.picture(after, shot))
+
+    def show_position(self, state: GameState) -> None:
+        """In the window: the position as it stands."""
+        self._open().show(self.picture(state, None))
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+
+    def _picture(self, direction: Direction) -> SheetPicture:
+        if direction not in self._pictures:
+            self._pictures[direction] = SheetPicture(self._ice, direction)
+        return self._pictures[direction]
+
+    def _open(self) -> Window:
+        if self._window is None:
+            from curling_env.render.window import Window
+
+            self._window = Window(SheetPicture.size, self._title, WINDOW_FPS)
+        return self._window
+
+
+def _direction(state: GameState, shot: Shot | None) -> Direction:
+    end = state.game.end
+    if end is not None:
+        return direction_of(end.number)
+    return direction_of(0) if shot is None else shot.direction

@@ -1,0 +1,139 @@
+"""Between an agent's numbers in [-1, 1] and a throw."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from curling_env.errors import InputError
+from curling_env.ice import Ice
+from curling_env.physics.one_stone.slide import SlideEnd, slide
+from curling_env.sheet import HACK_Y, HOG_LINE_Y, TEE_Y, Direction
+from curling_env.throw import MAX_SPEED, MAX_SPIN, Throw
+
+EVERYWHERE = np.array([-np.inf, np.inf, -np.inf, np.inf])
+"""Bounds that end no slide."""
+
+HIT = 1.6
+"""Weight of the firmest throw offered where there are stones to hit, over draw weight."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThrowRange:
+    """The throws an agent may choose from; an action of 0 is the middle of each range.
+
+    Parameters
+    ----------
+    speed : slowest and fastest [m/s]
+    angle : rightmost and leftmost line [rad]
+    spin : clockwise and counter-clockwise limit [rad/s]
+
+    Raises
+    ------
+    InputError : a range that is empty, reversed or holds throws nobody makes
+    """
+
+    speed: tuple[float, float]
+    angle: tuple[float, float] = (-0.12, 0.12)
+    spin: tuple[float, float] = (-3.0, 3.0)
+
+    def __post_init__(self) -> None:
+        limits = {"speed": (0.0, MAX_SPEED), "angle": (-1.5, 1.5), "spin": (-MAX_SPIN, MAX_SPIN)}
+        for name, (lowest, highest) in limits.items():
+            low, high = getattr(self, name)
+            if not (lowest <= low < high <= highest) or (name == "speed" and low <= 0):
+                raise InputError(
+                    f"the range of {name} must rise within {lowest:g} and {highest:g}, "
+                    f"got {low:g} to {high:g}"
+                )
+
+    @property
+    def middle(self) -> NDArray[np.float64]:
+        """Speed, angle and spin of the action (0, 0, 0), (3,)."""
+        return np.array([sum(self.speed), sum(self.angle), sum(self.spin)]) / 2
+
+    @property
+    def half(self) -> NDArray[np.float64]:
+        """What one unit of action changes in speed, angle and spin, (3,)."""
+        low, high = np.array([self.speed, self.angle, self.spin]).T
+        return (high - low) / 2
+
+    def throw_of(self, action: ArrayLike) -> Throw:
+        """The throw an action means; numbers beyond ±1 are taken as ±1.
+
+        Raises
+        ------
+        InputError : not three finite numbers
+        """
+        numbers = np.asarray(action, dtype=np.float64)
+        if numbers.shape != (3,):
+            raise InputError(f"an action must be three finite numbers in [-1, 1], got {action}")
+        speed, angle, spin = self.numbers_of(numbers).tolist()
+        return Throw(speed=speed, angle=angle, spin=spin)
+
+    def numbers_of(self, actions: ArrayLike) -> NDArray[np.float64]:
+        """Speed, angle and spin that actions (..., 3) mean; beyond ±1 they are taken as ±1.
+
+        Raises
+        ------
+        InputError : not three finite numbers each
+        """
+        numbers = np.asarray(actions, dtype=np.float64)
+        if numbers.ndim == 0 or numbers.shape[-1] != 3 or not np.isfinite(numbers).all():
+            raise InputError(f"an action must be three finite numbers in [-1, 1], got {actions}")
+        return self.middle + self.half * np.minimum(np.maximum(numbers, -1.0), 1.0)
+
+    def action_of(self, throw: Throw) -> NDArray[np.float32]:
+        """The action that means a throw, (3,); clipped to ±1 where the throw is out of range."""
+        return self.actions_of(np.array([throw.speed, throw.angle, throw.spin]))
+
+    def actions_of(self, numbers: NDArray[np.float64]) -> NDArray[np.float32]:
+        """The actions that mean speeds, angles and spins (..., 3); clipped to ±1."""
+        return np.clip((numbers - self.middle) / self.half, -1.0, 1.0).astype(np.float32)
+
+
+def weight_to(ice: Ice, y: float, direction: Direction = Direction.AWAY) -> float:
+    """Speed at which a straight throw without spin stops at a distance from mid-sheet [m/s].
+
+    Parameters
+    ----------
+    y : where along the direction of play it is to stop, from mid-sheet [m]
+
+    Returns
+    -------
+    speed to a millimetre per second; MAX_SPEED on ice so heavy that no throw gets there
+    """
+    low, high = 0.05, MAX_SPEED
+
+    def stops_short(speed: float) -> bool:
+        end = slide(ice, Throw(speed=speed).release(direction), bounds=bounds)
+        return end.end is SlideEnd.REST
+
+    # A stone that passes y leaves these bounds, so that ice on which a fast one would never stop
+    # does no harm.
+    bounds = EVERYWHERE.copy()
+    bounds[3 if direction > 0 else 2] = direction * y
+    if stops_short(high - 1e-9):
+        return MAX_SPEED
+    while high - low > 1e-3:
+        middle = (low + high) / 2
+        if stops_short(middle):
+            low = middle
+        else:
+            high = middle
+    return (low + high) / 2
+
+
+def throws_on(ice: Ice, direction: Direction, *, hits: bool) -> ThrowRange:
+    """The throws worth offering on an ice: every draw and guard, and hits where there are stones.
+
+    From the weight that dies at the far hog line to the weight that reaches the hack, or to 1.6
+    times draw weight.
+    """
+    slow = weight_to(ice, HOG_LINE_Y, direction)
+    fast = weight_to(ice, HACK_Y, direction)
+    if hits:
+        fast = max(fast, HIT * weight_to(ice, TEE_Y, direction))
+    return ThrowRange(speed=(min(slow, MAX_SPEED - 0.1), min(fast, MAX_SPEED)))

@@ -1,0 +1,137 @@
+"""What an agent sees: the target, the stones, and what may be known of the ice.
+
+Everything is in the delivery frame and scaled to about [-1, 1], so that what is learnt towards one
+end serves towards the other. `names` says what each number is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from curling_env.ice import Ice
+from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, HOG_TO_TEE, TEE_Y, Direction, to_sheet
+from curling_env.typing import Floats
+
+BANDS = 8
+"""Stretches of ice between the delivery hog line and the far back line that μ is averaged over."""
+LANES = ("left", "middle", "right")
+"""Thirds of the sheet's width, seen along the direction of play."""
+LENGTH_SCALE = HOG_TO_TEE + 0.6
+"""Distance along the sheet that counts as 1 [m]: from the tee to just before the hog line."""
+MU_SCALE = 0.01
+"""Friction that counts as 1 more than none on a scale of logarithms."""
+VARIATION_SCALE = 0.2
+"""Relative difference of a band from the mean that counts as 1."""
+
+KNOWN_PARAMETERS = (
+    ("speed_dependent_friction", "exponent", 1.0),
+    ("curl", "strength", 0.02),
+    ("curl", "speed_exponent", 1.0),
+    ("air_drag", "coefficient", 2e-3),
+    ("spin_drag", "rate", 0.05),
+    ("slope", "x", 2e-3),
+    ("slope", "y", 2e-3),
+)
+"""Effect, parameter and the value that counts as 1; absent effects read 0.
+
+A slope is seen along the direction of play, so that it changes sign with it.
+"""
+
+
+def knowledge(ice: Ice, direction: Direction) -> NDArray[np.float32]:
+    """What may be known of an ice, as seen along a direction of play.
+
+    Returns
+    -------
+    (1 + BANDS·3 + parameters,) : the mean μ, each band's difference from it by lane, the effects
+    """
+    mean, bands = _bands(ice, direction)
+    effects: list[float] = []
+    for name, parameter, scale in KNOWN_PARAMETERS:
+        effect = ice.effect(name)
+        value = float(effect.parameters.get(parameter, 0.0)) if effect else 0.0
+        effects.append(value / scale * (direction if name == "slope" else 1))
+    numbers = [np.log(mean / MU_SCALE) / 2, *bands.ravel(), *effects]
+    return np.clip(numbers, -1.0, 1.0).astype(np.float32)
+
+
+def _bands(ice: Ice, direction: Direction) -> tuple[float, Floats]:
+    """Mean μ and relative differences from it, (BANDS, 3)."""
+    along = np.linspace(-HOG_LINE_Y, BACK_LINE_Y, BANDS * 8 + 1)
+    across = np.linspace(-ice.sheet.width / 2, ice.sheet.width / 2, 3 * 6 + 1)
+    y = (along[:-1] + along[1:]) / 2 - TEE_Y
+    x = (across[:-1] + across[1:]) / 2
+    points = np.stack(np.meshgrid(x, y), axis=-1)
+    mu = ice.mu_at(to_sheet(points, direction)).reshape(BANDS, 8, 3, 6).mean(axis=(1, 3))
+    return float(mu.mean()), (mu / mu.mean() - 1) / VARIATION_SCALE
+
+
+@dataclass(frozen=True, kw_only=True)
+class Observation:
+    """The layout of an observation.
+
+    Parameters
+    ----------
+    slots : places for stones
+    width : of the sheet [m]
+    """
+
+    slots: int
+    width: float
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What each number of the observation is."""
+        return (
+            "target x",
+            "target y",
+            "throws left",
+            "mean friction",
+            *(f"friction of band {i + 1}, {lane}" for i in range(BANDS) for lane in LANES),
+            *(f"{effect}.{parameter}" for effect, parameter, _ in KNOWN_PARAMETERS),
+            *(f"stone {k + 1} {what}" for k in range(self.slots) for what in ("team", "x", "y")),
+        )
+
+    def scaled(self, xy: ArrayLike) -> Floats:
+        """Positions (..., 2) in the delivery frame as the agent sees them."""
+        return np.asarray(xy, dtype=np.float64) / np.array([self.width / 2, LENGTH_SCALE])
+
+    def vector(
+        self,
+        *,
+        target: Floats,
+        throws_left: ArrayLike,
+        known: NDArray[np.float32],
+        stones: Floats,
+        own: ArrayLike,
+    ) -> NDArray[np.float32]:
+        """The observation; with leading axes, of many sheets at once.
+
+        Parameters
+        ----------
+        target : (..., 2) delivery frame [m]
+        throws_left : (...) share of the episode's throws still to come
+        known : (..., m) of `knowledge`
+        stones : (..., k, 2) delivery frame, at most `slots`; NaN where there is none [m]
+        own : (..., k) for each stone, whether it is the agent's
+
+        Returns
+        -------
+        (..., n) within ±1, in the order of `names`
+        """
+        first = 3 + known.shape[-1]
+        out = np.zeros((*known.shape[:-1], first + 3 * self.slots), dtype=np.float32)
+        out[..., :2] = self.scaled(target)
+        out[..., 2] = throws_left
+        out[..., 3:first] = known
+        count = stones.shape[-2]
+        if count:
+            seen = np.empty((*stones.shape[:-1], 3))
+            seen[..., 0] = np.where(own, 1.0, -1.0)
+            seen[..., 1:] = self.scaled(stones)
+            seen[np.isnan(stones[..., 0])] = 0.0
+            out[..., first : first + 3 * count] = seen.reshape(*known.shape[:-1], 3 * count)
+        return np.clip(out, -1.0, 1.0, out=out)

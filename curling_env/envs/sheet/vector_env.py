@@ -1,0 +1,376 @@
+"""Many sheets of `CurlingSheet-v0` side by side: their throws go to the batch engine together."""
+
+# Gymnasium leaves the spaces of a VectorEnv partly untyped.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from curling_env.envs.sheet.env import FIRST_OWN, CurlingSheetEnv
+from curling_env.envs.sheet.reset import Opening
+from curling_env.envs.sheet.reward import Landing, judge
+from curling_env.errors import InputError
+from curling_env.physics.batch import MOST_STONES, RELEASE_DTYPE, play_batch
+from curling_env.physics.engine import Status, StoneState, is_hogged, left_by_the_side
+from curling_env.physics.one_stone.slide import play_bounds
+from curling_env.sheet import HOG_LINE_Y, Direction, to_delivery, to_sheet
+from curling_env.throw import Throw, velocity_of
+from curling_env.typing import Flags, Floats, Indices
+
+STATUSES = np.array([status.value for status in Status], dtype=object)
+_CODE = {status: code for code, status in enumerate(Status)}
+
+
+class _Played(NamedTuple):
+    """What throws in n environments led to.
+
+    Parameters
+    ----------
+    xy : (n, k + 1, 2) stones afterwards, the thrown one last; NaN where there is none [m]
+    last : (n, 2) where the thrown stone ended, in play or not [m]
+    struck : (n,) whether it met another
+    time : (n,) until all rest [s]
+    records : the outcomes, where trajectories were asked for
+    """
+
+    xy: Floats
+    last: Floats
+    struck: Flags
+    time: Floats
+    records: dict[str, Any]
+
+
+class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], NDArray[Any]]):
+    """Throw stones at tasks on many sheets at once.
+
+    The same sheets, throws and rewards as `CurlingSheetEnv` has with the same seeds, in far less
+    time. `info` holds what it holds there, as arrays with a mask each, and a `throw` as the arrays
+    `speed`, `angle` and `spin`.
+
+    Parameters
+    ----------
+    num_envs : sheets side by side
+    autoreset_mode : when an episode that is over begins anew: at the next step, whose action is
+        then not thrown, or in the same step. Episodes of one throw learn twice as fast in the
+        same step.
+    fps : samples a second of the `trajectory` in `info`, beside the `outcome`; without it there is
+        neither. Throws are then played one by one, as slowly as in `CurlingSheetEnv`.
+    settings : as for `CurlingSheetEnv`; at most sixteen stones on a sheet, and no `render_mode`
+
+    Raises
+    ------
+    InputError : settings that make no sense, or that only one sheet at a time can have
+    """
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        fps: float | None = None,
+        render_mode: str | None = None,
+        **settings: Any,
+    ) -> None:
+        if num_envs < 1:
+            raise InputError(f"num_envs must be at least 1, got {num_envs}")
+        if render_mode is not None:
+            raise InputError("many sheets at once are not shown; make one environment for that")
+        modes = (AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP)
+        mode = next((m for m in modes if autoreset_mode in (m, m.value)), None)
+        if mode is None:
+            raise InputError(
+                f"autoreset_mode must be {' or '.join(m.value for m in modes)}, "
+                f"got {autoreset_mode!r}"
+            )
+        if fps is not None:
+            settings["fps"] = fps
+        self.single = CurlingSheetEnv(**settings)
+        self.metadata = {**self.single.metadata, "render_modes": [], "autoreset_mode": mode}
+        self.num_envs = num_envs
+        self.single_observation_space = self.single.observation_space
+        self.single_action_space = self.single.action_space
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._same_step = mode is AutoresetMode.SAME_STEP
+        self._fps = fps
+        slots = self.single.observation.slots
+        if slots > MOST_STONES:
+            raise InputError(
+                f"many sheets at once hold at most {MOST_STONES} stones each, got {slots} with "
+                "the throws"
+            )
+        self._resting = slots - self.single.throws
+        # A stone keeps its slot, so that identifiers go by slots, the same on every sheet.
+        self._own = np.arange(slots) >= self._resting
+        self._names = [
+            s if s < self._resting else FIRST_OWN + s - self._resting for s in range(slots)
+        ]
+        self._bounds = np.array([play_bounds(self.single.ice, end) for end in Direction])
+        self._known = np.array([self.single.known(end) for end in Direction])
+        self._rngs: list[np.random.Generator] = []
+        self._directions = np.ones(num_envs, dtype=np.int64)
+        self._targets = np.zeros((num_envs, 2))
+        self._places = np.full((num_envs, slots, 2), np.nan)
+        self._played = np.zeros(num_envs, dtype=np.int64)
+        self._clock = np.zeros(num_envs)
+        self._over = np.zeros(num_envs, dtype=np.bool_)
+
+    @property
+    def level(self) -> float | None:
+        """How hard positions are; set, it holds for the episodes that begin from then on."""
+        return self.single.level
+
+    @level.setter
+    def level(self, level: float | None) -> None:
+        self.single.level = level
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Begin all episodes; a seed s gives s, s + 1, …
+
+        `options` are those of `CurlingSheetEnv`, and `reset_mask` (num_envs,) for some only.
+        """
+        n = self.num_envs
+        if seed is None or isinstance(seed, int):
+            seeds = [None if seed is None else seed + i for i in range(n)]
+        else:
+            seeds = list(seed)
+        if len(seeds) != n:
+            raise InputError(f"expected a seed for each of {n} environments, got {len(seeds)}")
+        options = dict(options or {})
+        mask = np.asarray(options.pop("reset_mask", np.ones(n, dtype=np.bool_)))
+        if mask.shape != (n,) or mask.dtype != np.bool_ or not mask.any():
+            raise InputError(f"reset_mask must say of each of {n} environments whether it begins")
+        if not self._rngs:
+            self._rngs = [np.random.default_rng() for _ in range(n)]
+            mask = np.ones(n, dtype=np.bool_)
+        rows = np.flatnonzero(mask)
+        for i in rows:
+            if seeds[i] is not None:
+                self._rngs[i] = np.random.Generator(np.random.PCG64(seeds[i]))
+        self._begin(rows, self.single.opening(options))
+        return self._observe(), self._spread(self._where(rows), mask)
+
+    def step(
+        self, actions: NDArray[np.float32]
+    ) -> tuple[NDArray[np.float32], Floats, Flags, Flags, dict[str, Any]]:
+        """Throw a stone on every sheet."""
+        if not self._rngs:
+            raise InputError("call reset() before the first step")
+        n = self.num_envs
+        actions = np.asarray(actions)
+        if actions.shape != (n, 3):
+            raise InputError(f"expected actions of shape ({n}, 3), got {actions.shape}")
+        everyone = np.arange(n)
+        waiting = np.flatnonzero(self._over)
+        going = np.flatnonzero(~self._over) if len(waiting) else everyone
+        self._begin(waiting, self.single.opening())
+        rewards = np.zeros(n)
+        facts: dict[str, Any] = {}
+        if len(going):
+            rewards[going], facts = self._throw(going, actions[going])
+        over = self._played >= self.single.throws
+        seen = self._observe()
+        all_over = self._same_step and bool(over.all())
+        info: dict[str, Any] = {}
+        if self._same_step and over.any():
+            last = np.empty(n, dtype=object)
+            for i in np.flatnonzero(over):
+                last[i] = seen[i].copy()
+            ended = {**facts, **self._where(everyone)}
+            info["final_obs"], info["_final_obs"] = last, over.copy()
+            info["final_info"] = self._spread(ended, over, whole=True)
+            info["_final_info"] = over.copy()
+            self._begin(np.flatnonzero(over), self.single.opening())
+            seen = self._observe()
+        else:
+            self._over = over
+        info |= self._spread(self._where(everyone), np.ones(n, dtype=np.bool_))
+        if len(going) and not all_over:
+            still = ~over if self._same_step else np.isin(everyone, going)
+            info |= self._spread(facts, still, whole=len(going) == n)
+        return seen, rewards, over, np.zeros(n, dtype=np.bool_), info
+
+    # --- the parts ------------------------------------------------------------------------------
+
+    def _begin(self, rows: Indices, opening: Opening) -> None:
+        """Lay the stones and choose the target for an episode in each of some environments."""
+        if not len(rows):
+            return
+        self._played[rows], self._clock[rows], self._over[rows] = 0, 0.0, False
+        self._places[rows] = np.nan
+        if opening.is_fixed:
+            self._lay(rows, *opening.draw(self._rngs[0]))
+            return
+        each: list[int] = rows.tolist()
+        for i in each:
+            self._lay(i, *opening.draw(self._rngs[i]))
+
+    def _lay(self, rows: Indices | int, direction: Direction, target: Any, places: Floats) -> None:
+        self._directions[rows], self._targets[rows] = direction, target
+        if len(places):
+            self._places[rows, : len(places)] = to_sheet(places, direction)
+
+    def _throw(self, rows: Indices, actions: NDArray[np.float32]) -> tuple[Floats, dict[str, Any]]:
+        """Throw a stone in each of some environments; rewards, and what to tell of them."""
+        single = self.single
+        throws = single.throw_range.numbers_of(actions)
+        direction, thrown = self._directions[rows], self._resting + self._played[rows]
+        k = int(thrown.max())
+        played = self._play_each(rows, throws, k) if self._fps else self._play(rows, throws, k)
+        bounds = self._bounds[(direction < 0).astype(np.intp)]
+        x, y = played.last.T
+        gone = np.isnan(played.xy[:, -1, 0])
+        hogged = ~gone & ~played.struck & is_hogged(y, direction, single.ice.stone.radius)
+        side = left_by_the_side(x, y, bounds.T)
+        code = np.select(
+            [hogged, ~gone, side],
+            [_CODE[Status.HOGGED], _CODE[Status.REST], _CODE[Status.OUT_SIDE]],
+            _CODE[Status.OUT_BACK],
+        )
+        in_play = ~gone & ~hogged
+        before = to_delivery(self._given(rows), direction[:, None])
+        self._places[rows, :k] = played.xy[:, :-1]
+        self._places[rows, thrown] = np.where(in_play[:, None], played.xy[:, -1], np.nan)
+        self._played[rows] += 1
+        self._clock[rows] += played.time
+        landing = Landing(
+            place=to_delivery(played.last, direction[:, None]),
+            in_play=in_play,
+            target=self._targets[rows],
+            given=to_delivery(self._given(rows), direction[:, None]),
+            before=before,
+            radius=single.ice.stone.radius,
+        )
+        verdict = judge(landing, single.task.is_done(landing))
+        facts: dict[str, Any] = {
+            "throw": dict(zip(("speed", "angle", "spin"), throws.T, strict=True)),
+            "status": STATUSES[code],
+            "distance_m": verdict.distance_m,
+            "in_house": verdict.in_house,
+            "success": verdict.success,
+            "reward_parts": verdict.parts.as_dict(),
+            **played.records,
+        }
+        return np.asarray(single.weights.total(verdict.parts)), facts
+
+    def _given(self, rows: Indices) -> Floats:
+        """Where the task's given stones lie, (n, 2) sheet frame; NaN where there is none."""
+        if not self.single.task.has_given:
+            return np.full((len(rows), 2), np.nan)
+        return self._places[rows, 0].copy()
+
+    def _play(self, rows: Indices, throws: Floats, k: int) -> _Played:
+        """Through the batch engine, among the first k stones of each sheet."""
+        direction = self._directions[rows]
+        table = np.zeros(len(rows), dtype=RELEASE_DTYPE)
+        table["y"] = -direction * HOG_LINE_Y
+        table["vx"], table["vy"] = velocity_of(throws[:, 0], throws[:, 1], direction)
+        table["omega"] = throws[:, 2]
+        table["stone"] = FIRST_OWN + self._played[rows]
+        table["clock"], table["order"] = self._clock[rows], self._played[rows]
+        before = self._places[rows, :k]
+        xy, last = np.empty((len(rows), k + 1, 2)), np.empty((len(rows), 2))
+        struck, time = np.empty(len(rows), dtype=np.bool_), np.empty(len(rows))
+        for end, bounds in zip(Direction, self._bounds, strict=True):
+            to_end = direction == end
+            if not to_end.any():
+                continue
+            mine = slice(None) if to_end.all() else to_end
+            after = play_batch(
+                self.single.ice,
+                before[mine],
+                table[mine],
+                identity=self._names[:k],
+                bounds=bounds,
+            )
+            if (after.meetings < 0).any():
+                raise InputError("a stone never stops on this ice; check its friction and slope")
+            xy[mine], last[mine] = after.xy, after.last[:, -1]
+            struck[mine], time[mine] = after.meetings > 0, after.time
+        return _Played(xy, last, struck, time, {})
+
+    def _play_each(self, rows: Indices, throws: Floats, k: int) -> _Played:
+        """One by one through the engine, which keeps trajectories."""
+        xy, last = np.full((len(rows), k + 1, 2), np.nan), np.empty((len(rows), 2))
+        outcomes, trajectories = (np.empty(len(rows), dtype=object) for _ in range(2))
+        struck, time = np.zeros(len(rows), dtype=np.bool_), np.empty(len(rows))
+        for row, (i, (speed, angle, spin)) in enumerate(zip(rows, throws.tolist(), strict=True)):
+            slots = np.flatnonzero(~np.isnan(self._places[i, :k, 0]))
+            number = int(self._played[i])
+            outcome = self.single.engine.play(
+                Throw(speed=speed, angle=angle, spin=spin).release(
+                    Direction(self._directions[i]),
+                    stone=FIRST_OWN + number,
+                    clock=float(self._clock[i]),
+                    order=number,
+                ),
+                [
+                    StoneState(x=x, y=y, stone=self._names[s])
+                    for s, (x, y) in zip(slots, self._places[i, slots].tolist(), strict=True)
+                ],
+                fps=self._fps,
+                throw=number,
+            )
+            ends = np.array([(stone.x, stone.y) for stone in outcome.stones])
+            lying = np.array([status in (Status.REST, Status.HOGGED) for status in outcome.status])
+            slots = np.append(slots, k)
+            xy[row, slots[lying]], last[row] = ends[lying], ends[-1]
+            struck[row] = any(len(slots) - 1 in (c.first, c.second) for c in outcome.contacts)
+            time[row] = outcome.time
+            outcomes[row], trajectories[row] = outcome, outcome.trajectories[-1]
+        return _Played(xy, last, struck, time, {"outcome": outcomes, "trajectory": trajectories})
+
+    def _observe(self) -> NDArray[np.float32]:
+        places, own = self._places, self._own
+        if places.shape[1] > 1:
+            # Those in play first, in their order: as the single environment tells of them.
+            order = np.argsort(np.isnan(places[..., 0]), axis=1, kind="stable")
+            places, own = np.take_along_axis(places, order[..., None], axis=1), own[order]
+        return self.single.observation.vector(
+            target=self._targets,
+            throws_left=1 - self._played / self.single.throws,
+            known=self._known[(self._directions < 0).astype(np.intp)],
+            stones=to_delivery(places, self._directions[:, None, None]),
+            own=own,
+        )
+
+    def _where(self, rows: Indices) -> dict[str, Any]:
+        """Target and direction, as `info` tells of them."""
+        direction = self._directions[rows]
+        return {
+            "target": to_sheet(self._targets[rows], direction[:, None]),
+            "direction": direction,
+        }
+
+    def _spread(self, facts: dict[str, Any], mask: Flags, *, whole: bool = False) -> dict[str, Any]:
+        """Facts in Gymnasium's form: for each name an array over all environments, and a mask.
+
+        Parameters
+        ----------
+        mask : (num_envs,) whom the facts are of
+        whole : whether they hold a row for everyone, not only for those
+        """
+        out: dict[str, Any] = {}
+        for name, value in facts.items():
+            if isinstance(value, dict):
+                inner = cast("dict[str, Any]", value)
+                out[name] = self._spread(inner, mask, whole=whole)
+            else:
+                shape = (self.num_envs, *value.shape[1:])
+                empty = np.empty if value.dtype == object else np.zeros
+                out[name] = empty(shape, dtype=value.dtype)
+                out[name][mask] = value[mask] if whole else value
+            out[f"_{name}"] = mask.copy()
+        return out

@@ -1,0 +1,55 @@
+"""The rules of curling: pure functions over small frozen states; no physics, no ice.
+
+Everything is in the delivery frame: origin at the playing tee, +y along the direction of play. So a
+rule reads the same in every end, and the near hog line, where stones are thrown from, plays no
+part here.
+
+- `lines`: what a stone touches: house, hog line, side and back lines, the free guard zone
+- `stones`: teams and the stones that lie on the sheet
+- `rulesets`: the named, dated sets of rules and where they differ
+- `placement`: the stones of mixed doubles that lie there before an end begins
+- `free_guard_zone`: which stones may not yet be put out of play, or be ticked aside
+- `delivery`: the ruling on a delivered stone
+- `scoring`: measuring, counting, and who has the hammer next
+- `game`: an end and a game, from the first stone to the handshake
+"""
+
+from __future__ import annotations
+
+from curling_env.game.rules.delivery import Fault, Result, Ruling, rule_on
+from curling_env.game.rules.game import (
+    End,
+    Game,
+    begin_end,
+    concede,
+    deliver,
+    may_concede,
+    new_game,
+)
+from curling_env.game.rules.lines import Lines
+from curling_env.game.rules.rulesets import RULE_SETS, RuleSet, rule_set
+from curling_env.game.rules.scoring import count, score_of, shot_order
+from curling_env.game.rules.stones import Lying, Team
+
+__all__ = [
+    "RULE_SETS",
+    "End",
+    "Fault",
+    "Game",
+    "Lines",
+    "Lying",
+    "Result",
+    "RuleSet",
+    "Ruling",
+    "Team",
+    "begin_end",
+    "concede",
+    "count",
+    "deliver",
+    "may_concede",
+    "new_game",
+    "rule_on",
+    "rule_set",
+    "score_of",
+    "shot_order",
+]

@@ -1,0 +1,106 @@
+"""The ruling on a delivered stone: what stays where it came to rest, and what is put back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import NamedTuple
+
+from curling_env.errors import InputError
+from curling_env.game.rules.free_guard_zone import After, guards, put_out, ticked
+from curling_env.game.rules.lines import Lines
+from curling_env.game.rules.rulesets import RuleSet
+from curling_env.game.rules.stones import Stones, Team
+
+
+class Fault(StrEnum):
+    """What was wrong with a delivery."""
+
+    HOG_LINE = "hog_line"
+    """It struck nothing and did not wholly clear the far hog line: removed."""
+    FREE_GUARD_ZONE = "free_guard_zone"
+    """It put an opposition guard out too early: removed, and all stones put back."""
+    NO_TICK = "no_tick"
+    """It moved an opposition guard off the centre line too early: the opponent chooses."""
+    EARLY_TAKEOUT = "early_takeout"
+    """It put a stone out before that is allowed in mixed doubles: removed, all stones put back."""
+
+
+class Result(NamedTuple):
+    """What a delivery did, as physics or a pair of eyes saw it.
+
+    Parameters
+    ----------
+    after : the stones of before in their order, then the delivered one, where each came to rest;
+        None for one that touched a side line or went wholly past the back line
+    struck : whether the delivered stone touched a stone in play
+    """
+
+    after: After
+    struck: bool
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Ruling:
+    """The position that stands after a delivery.
+
+    Parameters
+    ----------
+    stones : that lie on the sheet
+    fault : of the delivered stone, or None
+    option : the position which the opponent may choose instead: with `Fault.NO_TICK`, all stones
+        put back and the delivered one removed
+    """
+
+    stones: Stones
+    fault: Fault | None = None
+    option: Stones | None = None
+
+
+def rule_on(
+    rules: RuleSet, lines: Lines, before: Stones, team: Team, delivered: int, result: Result
+) -> Ruling:
+    """Rule on a delivery.
+
+    Parameters
+    ----------
+    before : stones on the sheet before it
+    team : that delivered
+    delivered : stones of the end delivered before this one
+    result : what it did
+
+    Raises
+    ------
+    InputError : a result that is not of these stones
+    """
+    after = result.after
+    if len(after) != len(before) + 1:
+        raise InputError(
+            f"a result tells of {len(before)} stones and the one delivered, got {len(after)}"
+        )
+    thrown = after[-1]
+    fault = None
+    if thrown is not None and not lines.past_hog_line(thrown.y):
+        if not result.struck:
+            fault = Fault.HOG_LINE
+        if not (result.struck and rules.hog_line_exception):
+            thrown = None
+    if not rules.hog_line_exception:
+        after = [s if s is not None and lines.past_hog_line(s.y) else None for s in after]
+    rest = tuple(after[:-1])
+    if delivered < rules.free_guard_until or delivered < rules.no_takeout_until:
+        protected = guards(rules, lines, before, team, delivered)
+        if put_out(protected, before, rest):
+            early = delivered < rules.no_takeout_until
+            return Ruling(
+                stones=before, fault=Fault.EARLY_TAKEOUT if early else Fault.FREE_GUARD_ZONE
+            )
+        if rules.no_tick and ticked(lines, protected, before, rest):
+            return Ruling(
+                stones=tuple(stone for stone in (*rest, thrown) if stone is not None),
+                fault=Fault.NO_TICK,
+                option=before,
+            )
+    return Ruling(
+        stones=tuple(stone for stone in (*rest, thrown) if stone is not None), fault=fault
+    )

@@ -1,0 +1,57 @@
+"""Stones that are protected early in an end.
+
+Fours (R6): until five stones are delivered, an opposition stone in the free guard zone may not be
+put out of play; and one that touches the centre line there may not be moved off it (no-tick).
+Mixed doubles (R16): until three stones are delivered, no stone of either team may be put out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from curling_env.game.rules.lines import Lines
+from curling_env.game.rules.rulesets import RuleSet
+from curling_env.game.rules.stones import Lying, Stones, Team
+
+After = Sequence[Lying | None]
+"""The stones of before, in their order, where they came to rest; None for one that left play."""
+
+
+def guards(rules: RuleSet, lines: Lines, stones: Stones, team: Team, delivered: int) -> Stones:
+    """Stones that the next stone, thrown by `team`, may not put out of play.
+
+    Parameters
+    ----------
+    stones : on the sheet before the delivery
+    delivered : stones of this end already delivered
+    """
+    if delivered < rules.no_takeout_until:
+        return stones
+    if delivered < rules.free_guard_until:
+        return tuple(
+            stone
+            for stone in stones
+            if stone.team != team and lines.in_free_guard_zone(stone.x, stone.y)
+        )
+    return ()
+
+
+def put_out(protected: Stones, before: Stones, after: After) -> Stones:
+    """Protected stones that the delivery put out of play."""
+    return tuple(
+        stone
+        for stone, now in zip(before, after, strict=True)
+        if now is None and stone in protected
+    )
+
+
+def ticked(lines: Lines, protected: Stones, before: Stones, after: After) -> Stones:
+    """Protected stones that touched the centre line and now lie off it, still in play."""
+    return tuple(
+        stone
+        for stone, now in zip(before, after, strict=True)
+        if now is not None
+        and stone in protected
+        and lines.touches_centre_line(stone.x)
+        and not lines.touches_centre_line(now.x)
+    )

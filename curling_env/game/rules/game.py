@@ -1,0 +1,272 @@
+"""An end and a game, from the first stone to the handshake: frozen states, pure functions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+from curling_env.errors import InputError
+from curling_env.game.rules.delivery import Fault, Result, Ruling, rule_on
+from curling_env.game.rules.lines import Lines
+from curling_env.game.rules.placement import GuardPlace, Side, placed_stones
+from curling_env.game.rules.rulesets import RuleSet
+from curling_env.game.rules.scoring import hammer_after, score_of
+from curling_env.game.rules.stones import Stones, Team
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class End:
+    """An end in play.
+
+    Parameters
+    ----------
+    number : 0 for the first of the game
+    hammer : the team that delivers last
+    stones : on the sheet
+    delivered : stones delivered so far by both teams
+    power_play : the side of a power play in this end, or None
+    """
+
+    number: int = 0
+    hammer: Team = Team.AWAY
+    stones: Stones = ()
+    delivered: int = 0
+    power_play: Side | None = None
+
+    @property
+    def to_throw(self) -> Team:
+        """Whose delivery is next."""
+        return self.hammer if self.delivered % 2 else self.hammer.other
+
+    @property
+    def number_of_stone(self) -> int:
+        """Which of its stones, from 0, that team delivers next."""
+        return self.delivered // 2
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Game:
+    """A game between two teams.
+
+    Parameters
+    ----------
+    rules, lines : it is played by
+    end : in play, or None between ends and after the last
+    line_score : points of home and away in each complete end
+    hammers : who had the hammer in each of them
+    last_stone : who has the hammer, or the decision on the placement, in the next end
+    power_plays : teams that had theirs
+    conceded : the team that conceded, or None
+    """
+
+    rules: RuleSet
+    lines: Lines = field(default_factory=Lines)
+    end: End | None = None
+    line_score: tuple[tuple[int, int], ...] = ()
+    hammers: tuple[Team, ...] = ()
+    last_stone: Team = Team.AWAY
+    power_plays: tuple[Team, ...] = ()
+    conceded: Team | None = None
+
+    @property
+    def score(self) -> tuple[int, int]:
+        """Points of home and away so far."""
+        return sum(home for home, _ in self.line_score), sum(away for _, away in self.line_score)
+
+    def lead(self, team: Team) -> int:
+        """Points by which a team leads; negative when it is behind."""
+        return sum(end[team] - end[team.other] for end in self.line_score)
+
+    @property
+    def ends_left(self) -> int:
+        """Scheduled ends not yet complete, the one in play among them."""
+        return max(self.rules.ends - len(self.line_score), 0)
+
+    @property
+    def is_extra_end(self) -> bool:
+        """Whether the end in play, or the next one, is an extra end."""
+        return len(self.line_score) >= self.rules.ends
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the game has ended: by its score, by concession, or tied after all extra ends."""
+        if self.conceded is not None:
+            return True
+        played = len(self.line_score)
+        if self.end is not None or played < self.rules.ends:
+            return False
+        limit = self.rules.max_extra_ends
+        return self.lead(Team.HOME) != 0 or (
+            limit is not None and played >= self.rules.ends + limit
+        )
+
+    @property
+    def may_power_play(self) -> bool:
+        """Whether the deciding team may have a power play in the next end."""
+        free = self.rules.power_play and self.last_stone not in self.power_plays
+        return free and self.end is None and not self.is_extra_end
+
+    @property
+    def winner(self) -> Team | None:
+        """Who won; None while it is undecided, and for a tie."""
+        if self.conceded is not None:
+            return self.conceded.other
+        if not self.is_over or self.lead(Team.HOME) == 0:
+            return None
+        return Team.HOME if self.lead(Team.HOME) > 0 else Team.AWAY
+
+
+def new_game(rules: RuleSet, lines: Lines | None = None, *, last_stone: Team = Team.AWAY) -> Game:
+    """A game before its first end.
+
+    Parameters
+    ----------
+    last_stone : who has the hammer (mixed doubles: the decision on the placement) in the first end
+    """
+    return Game(rules=rules, lines=lines or Lines(), last_stone=last_stone)
+
+
+def begin_end(
+    game: Game,
+    *,
+    power_play: Side | None = None,
+    throw_first: bool = False,
+    guard: GuardPlace = "middle",
+) -> Game:
+    """Begin the next end.
+
+    Parameters
+    ----------
+    power_play : mixed doubles: the side on which the deciding team has its power play, or None
+    throw_first : mixed doubles: whether the deciding team takes the guard and throws first
+    guard : mixed doubles: the mark of the guard
+
+    Raises
+    ------
+    InputError : the game is over, an end is in play, or a choice that these rules do not give
+    """
+    rules = game.rules
+    if game.is_over or game.end is not None:
+        raise InputError("the game is over" if game.is_over else "an end is already in play")
+    decides = game.last_stone
+    if throw_first and not rules.placed_stones:
+        raise InputError(f"{rules.name} leaves no choice who throws first")
+    if power_play is not None:
+        if not rules.power_play:
+            raise InputError(f"{rules.name} has no power play")
+        if decides in game.power_plays:
+            raise InputError(f"the {decides.label} team has had its power play")
+        if game.is_extra_end:
+            raise InputError("there is no power play in an extra end")
+        if throw_first:
+            raise InputError("the team with the power play has the last stone")
+    hammer = decides.other if throw_first else decides
+    stones: Stones = ()
+    if rules.placed_stones:
+        stones = placed_stones(rules, game.lines, hammer, power_play=power_play, guard=guard)
+    end = End(number=len(game.line_score), hammer=hammer, stones=stones, power_play=power_play)
+    had = (*game.power_plays, decides) if power_play is not None else game.power_plays
+    return replace(game, end=end, power_plays=had)
+
+
+def always(_ruling: Ruling) -> bool:
+    """After a tick, have the stones put back whatever happened."""
+    return True
+
+
+def deliver(
+    game: Game, result: Result, *, put_back: Callable[[Ruling], bool] = always
+) -> tuple[Game, Ruling]:
+    """Play one delivery.
+
+    Parameters
+    ----------
+    game : with an end in play
+    result : what the delivered stone did
+    put_back : the opponent's choice after a tick: whether the stones are put back or left
+
+    Returns
+    -------
+    the game after it, between ends if this was the last stone of one, and the ruling
+
+    Raises
+    ------
+    InputError : no end is in play, or a result of other stones
+    """
+    end = game.end
+    if end is None:
+        raise InputError("no end is in play")
+    ruling = rule_on(game.rules, game.lines, end.stones, end.to_throw, end.delivered, result)
+    stones = ruling.stones
+    if ruling.fault is Fault.NO_TICK and ruling.option is not None and put_back(ruling):
+        stones = ruling.option
+    after = End(
+        number=end.number,
+        hammer=end.hammer,
+        stones=stones,
+        delivered=end.delivered + 1,
+        power_play=end.power_play,
+    )
+    if after.delivered < game.rules.deliveries and not _is_decided(game, after):
+        return replace(game, end=after), ruling
+    score = score_of(game.rules, game.lines, stones)
+    return (
+        replace(
+            game,
+            end=None,
+            line_score=(*game.line_score, score),
+            hammers=(*game.hammers, end.hammer),
+            last_stone=hammer_after(game.rules, end.hammer, score),
+        ),
+        ruling,
+    )
+
+
+def _is_decided(game: Game, end: End) -> bool:
+    """Whether, in the last end or an extra one, a team can no longer catch up.
+
+    Play stops then, and the end counts as it lies.
+    """
+    if not game.rules.stops_when_decided or end.number < game.rules.ends - 1:
+        return False
+    margin = game.lead(Team.HOME)
+    if margin == 0:
+        return False
+    behind = Team.AWAY if margin > 0 else Team.HOME
+    to_come = stones_left(game.rules, end, behind)
+    lying = sum(1 for stone in end.stones if stone.team is behind)
+    return to_come + lying < abs(margin)
+
+
+def stones_left(rules: RuleSet, end: End, team: Team) -> int:
+    """Stones a team has still to deliver in an end."""
+    first = team is end.hammer.other
+    return rules.stones - (end.delivered + first) // 2
+
+
+def may_concede(game: Game, team: Team) -> bool:
+    """Whether a team may concede now: after enough complete ends, and at its turn or between ends.
+
+    Source
+    ------
+    World Curling rules of competition, C3: when it is the conceding team's turn to deliver, and
+    after six complete ends in a round robin.
+    """
+    if game.is_over or len(game.line_score) < game.rules.ends_before_concession:
+        return False
+    return game.end is None or game.end.to_throw is team
+
+
+def concede(game: Game, team: Team) -> Game:
+    """End the game: its opponent has won. The score of the end in play does not count.
+
+    Raises
+    ------
+    InputError : the team may not concede now
+    """
+    if not may_concede(game, team):
+        raise InputError(
+            f"the {team.label} team may concede at its turn and after "
+            f"{game.rules.ends_before_concession} complete ends"
+        )
+    return replace(game, end=None, conceded=team)

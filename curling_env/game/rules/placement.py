@@ -1,0 +1,56 @@
+"""The stones of mixed doubles that lie on the sheet before an end begins (R16).
+
+One is a guard on the centre line, one lies in the house. The team whose stone is in the house
+delivers second and so has the hammer. In a power play both lie to one side.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from curling_env.game.rules.lines import HOG_LINE, Lines
+from curling_env.game.rules.rulesets import RuleSet
+from curling_env.game.rules.stones import Lying, Stones, Team
+from curling_env.sheet import HOUSE_RADIUS, RING_RADII
+
+Side = Literal["left", "right"]
+"""As the thrower sees it."""
+GuardPlace = Literal["middle", "near_house", "near_hog_line"]
+"""Where the guard lies: one of three marks, chosen for a competition by how much the ice curls."""
+
+_MIDWAY = (HOG_LINE - HOUSE_RADIUS) / 2
+"""Midway between the hog line and the front edge of the house [m]."""
+_MARKS = {"middle": 0.0, "near_house": 0.915, "near_hog_line": -0.915}
+"""The marks stand three feet from each other [m]."""
+
+
+def placed_stones(
+    rules: RuleSet,
+    lines: Lines,
+    hammer: Team,
+    *,
+    power_play: Side | None = None,
+    guard: GuardPlace = "middle",
+) -> Stones:
+    """The guard of the team that throws first and the stone in the house of the other.
+
+    Parameters
+    ----------
+    rules : with placed stones
+    lines : for the stone's radius
+    hammer : the team whose stone lies in the house
+    power_play : the side to which both lie, or None
+
+    Returns
+    -------
+    the guard, centred on its mark; the stone in the house, with its back edge on the back of the
+    4-foot ring, or, in a power play, before the tee line and touching it, centred on the edge of
+    the 8-foot ring
+    """
+    x = {"left": -RING_RADII[1], "right": RING_RADII[1], None: 0.0}[power_play]
+    y = RING_RADII[2] - lines.stone_radius if power_play is None else -lines.stone_radius
+    number = rules.stones
+    return (
+        Lying(hammer.other, number, x, _MIDWAY + _MARKS[guard]),
+        Lying(hammer, number, x, y),
+    )

@@ -1,0 +1,134 @@
+"""Sets of rules by name and year, so that results say which curling was played.
+
+Simulators differ, and so do years. A table of the differences is in docs/rules.md.
+
+Source
+------
+World Curling's rules of 2024 as commonly summarised (sheet, delivery, free guard zone, scoring,
+mixed doubles); docs/rules.md says what was not held against the printed book. Digital Curling: the
+game code of the competition's server, which plays fours without a thrower's foot, broom or clock.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from curling_env.errors import InputError
+from curling_env.game.rules.stones import STONES_A_TEAM
+
+
+@dataclass(frozen=True, kw_only=True)
+class RuleSet:
+    """One way to play.
+
+    Parameters
+    ----------
+    name : by which it is asked for, with the year of the rules
+    title : for people
+    ends : of a game before extra ends
+    throwers : which player (0 is the first) delivers each of a team's stones in an end
+    placed_stones : whether each team has a stone on the sheet before an end begins
+    free_guard_until : stones of an end during whose delivery opposition guards are protected
+    no_tick : whether an opposition guard on the centre line may not be moved off it meanwhile
+    no_takeout_until : stones of an end during whose delivery no stone at all may be put out
+    hog_line_exception : whether a stone that struck another may lie on or before the hog line
+    blank_keeps_hammer : whether a blank end leaves the hammer, or in mixed doubles the decision
+        on the placement, where it was
+    power_play : whether each team may once a game have its placed stones to the side
+    max_extra_ends : after which a tied game ends without a winner; None for no limit
+    ends_before_concession : complete ends before a team may concede
+    stops_when_decided : whether the last end stops once one team cannot catch up
+    measure : differences of distance below this cannot be measured [m]; such stones lie equally far
+
+    Raises
+    ------
+    InputError : numbers that make no game
+    """
+
+    name: str
+    title: str
+    ends: int = 10
+    throwers: tuple[int, ...] = (0, 0, 1, 1, 2, 2, 3, 3)
+    placed_stones: bool = False
+    free_guard_until: int = 5
+    no_tick: bool = True
+    no_takeout_until: int = 0
+    hog_line_exception: bool = True
+    blank_keeps_hammer: bool = True
+    power_play: bool = False
+    max_extra_ends: int | None = None
+    ends_before_concession: int = 6
+    stops_when_decided: bool = True
+    measure: float = 1e-6
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.ends <= 20:
+            raise InputError(f"a game has 1 to 20 ends, got {self.ends}")
+        if not 1 <= len(self.throwers) + self.placed_stones <= STONES_A_TEAM:
+            raise InputError(f"a team has 1 to {STONES_A_TEAM} stones, got {len(self.throwers)}")
+        if self.max_extra_ends is not None and self.max_extra_ends < 0:
+            raise InputError(f"max_extra_ends must be at least 0, got {self.max_extra_ends}")
+        if not self.measure >= 0:
+            raise InputError(f"measure must be at least 0 m, got {self.measure}")
+        if self.power_play and not self.placed_stones:
+            raise InputError("a power play needs placed stones")
+
+    @property
+    def stones(self) -> int:
+        """Stones each team delivers in an end."""
+        return len(self.throwers)
+
+    @property
+    def deliveries(self) -> int:
+        """Stones delivered in an end by both teams."""
+        return 2 * len(self.throwers)
+
+    @property
+    def most_points(self) -> int:
+        """The most a team can score in an end."""
+        return len(self.throwers) + self.placed_stones
+
+
+RULE_SETS = {
+    rules.name: rules
+    for rules in (
+        RuleSet(name="world_curling_2024", title="Fours, World Curling 2024"),
+        RuleSet(
+            name="mixed_doubles_2024",
+            title="Mixed doubles, World Curling 2024",
+            ends=8,
+            throwers=(0, 1, 1, 1, 0),
+            placed_stones=True,
+            free_guard_until=0,
+            no_tick=False,
+            no_takeout_until=3,
+            blank_keeps_hammer=False,
+            power_play=True,
+        ),
+        RuleSet(
+            name="digital_curling",
+            title="Digital Curling (fours, the competition's server)",
+            throwers=(0,) * 8,
+            no_tick=False,
+            hog_line_exception=False,
+            ends_before_concession=0,
+            stops_when_decided=False,
+        ),
+    )
+}
+"""Sets of rules by name."""
+
+
+def rule_set(name: str | RuleSet, **changes: Any) -> RuleSet:
+    """A set of rules by its name, with some of its fields changed: ``rule_set(name, ends=8)``.
+
+    Raises
+    ------
+    InputError : a name that is not in `RULE_SETS`, or a change that makes no game
+    """
+    if isinstance(name, RuleSet):
+        return replace(name, **changes) if changes else name
+    if name not in RULE_SETS:
+        raise InputError(f"no set of rules is named {name!r}; there are {', '.join(RULE_SETS)}")
+    return replace(RULE_SETS[name], **changes) if changes else RULE_SETS[name]

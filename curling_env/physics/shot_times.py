@@ -1,0 +1,79 @@
+"""One throw on an empty sheet in the numbers that players time and measure."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from curling_env.ice import Ice
+from curling_env.physics.engine import Engine
+from curling_env.physics.one_stone.slide import SlideEnd, play_bounds, slide
+from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
+from curling_env.throw import Throw
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shot:
+    """How a lone throw went.
+
+    Parameters
+    ----------
+    x, y : where it came to rest or left play, sheet frame [m]
+    time : until then [s]
+    turns : full rotations of the stone, without sign
+    status : rest, out_side, out_back or hogged
+    theta : heading gained, counter-clockwise positive [rad]
+    hog_to_hog : time from release to the far hog line [s]; None if it did not get there
+    hog_to_tee : time from release to the tee line of the house played to [s]; None likewise
+    curl_m : distance of its end to the left of the line it was thrown on [m]
+    from_tee_m : distance of its centre from the tee [m]
+    """
+
+    x: float
+    y: float
+    time: float
+    turns: float
+    status: str
+    theta: float
+    hog_to_hog: float | None
+    hog_to_tee: float | None
+    curl_m: float
+    from_tee_m: float
+
+    def as_dict(self) -> dict[str, float | str | None]:
+        """The numbers by name."""
+        return asdict(self)
+
+
+def shoot(ice: Ice, throw: Throw, direction: Direction = Direction.AWAY) -> Shot:
+    """Throw one stone on an empty sheet.
+
+    Raises
+    ------
+    InputError : a release outside the side lines, or ice on which the stone never stops
+    """
+    release = throw.release(direction)
+    outcome = Engine(ice).play(release)
+    stone = outcome.delivered
+    across = -(stone.x - release.x) * release.vy + (stone.y - release.y) * release.vx
+
+    def time_to(line: float) -> float | None:
+        bounds = play_bounds(ice, direction)
+        bounds[3 if direction > 0 else 2] = direction * line
+        run = slide(ice, release, bounds=bounds)
+        arrived = run.end is SlideEnd.LEFT_BOUNDS and abs(run.y - direction * line) < 1e-3
+        return run.time if arrived else None
+
+    return Shot(
+        x=stone.x,
+        y=stone.y,
+        time=outcome.time,
+        turns=abs(stone.theta) / (2 * np.pi),
+        status=outcome.delivered_status.value,
+        theta=stone.theta,
+        hog_to_hog=time_to(HOG_LINE_Y),
+        hog_to_tee=time_to(TEE_Y),
+        curl_m=across / throw.speed + 0.0,  # never minus nought
+        from_tee_m=float(np.hypot(stone.x, stone.y - direction * TEE_Y)),
+    )

@@ -1,0 +1,216 @@
+"""The sheet as a curler knows it, drawn with Matplotlib for reports; nothing here needs a display.
+
+Films and windows, which need many pictures a second, are drawn by `curling_env.render`.
+"""
+
+# Matplotlib ships partial types: what comes out of it is unknown, not wrong.
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
+# pyright: reportUnknownVariableType=false, reportMissingTypeStubs=false
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.patches import Circle, Ellipse
+from numpy.typing import ArrayLike
+
+from curling_env.sheet import (
+    BACK_LINE_Y,
+    HOG_LINE_Y,
+    RING_RADII,
+    TEE_Y,
+    Direction,
+    Sheet,
+    to_delivery,
+)
+from curling_env.storage import atomic_path
+from curling_env.typing import Floats
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from matplotlib.axes import Axes
+
+View = Callable[[ArrayLike], Floats]
+"""Turns points (..., 2) of the sheet frame into places of the drawing."""
+
+RING_COLOURS = ("#7fa8d6", "#ffffff", "#e58a86", "#ffffff")
+"""12-, 8- and 4-foot ring and button, pale enough for paths and stones to stand out."""
+HOG_COLOUR = "#c8433f"
+ICE_COLOUR = "#f4f8fb"
+PATH_COLOUR = "#123a63"
+TARGET_COLOUR = "#0d7a3f"
+INK = "#22313f"
+FAINT = "#8a97a6"
+SOFT = "#55606b"
+KEEN_TO_HEAVY = "RdBu_r"
+"""Keen ice blue, heavy ice red."""
+UNCERTAINTY = "YlGnBu"
+TRACK_COLOURS = ("#123a63", "#b5541c", "#2b7a4b", "#7a3b8f", "#a38414", "#137f8f")
+
+
+def lengthwise(xy: ArrayLike) -> Floats:
+    """The whole sheet lying down: home end on the left, seen from above and not mirrored."""
+    points = np.asarray(xy, dtype=np.float64)
+    return np.stack([points[..., 1], -points[..., 0]], axis=-1)
+
+
+def from_the_thrower(direction: Direction) -> View:
+    """The end played to as the thrower sees it, the tee at the origin and play going up."""
+
+    def view(xy: ArrayLike) -> Floats:
+        return to_delivery(xy, direction)
+
+    return view
+
+
+def draw_sheet(ax: Axes, sheet: Sheet, view: View = lengthwise, *, rings: float = 1.0) -> None:
+    """Ice, lines and both houses; `rings` is their opacity, low over a friction map."""
+    x, y = sheet.width / 2, sheet.length / 2
+    edge = view([(-x, -y), (x, -y), (x, y), (-x, y)])
+    ax.fill(*edge.T, facecolor=ICE_COLOUR if rings == 1.0 else "none", edgecolor=FAINT, lw=1)
+    for end in (-1, 1):
+        tee = view((0.0, end * TEE_Y))
+        for radius, colour in zip(RING_RADII, RING_COLOURS, strict=True):
+            face = colour if rings == 1.0 else "none"
+            ax.add_patch(
+                Circle((tee[0], tee[1]), radius, facecolor=face, edgecolor=FAINT, lw=0.6,
+                       alpha=rings)
+            )  # fmt: skip
+        for place, colour, width in (
+            (TEE_Y, FAINT, 0.7),
+            (BACK_LINE_Y, FAINT, 0.7),
+            (HOG_LINE_Y, HOG_COLOUR, 2.0),
+        ):
+            ax.plot(*view([(-x, end * place), (x, end * place)]).T, color=colour, lw=width)
+    ax.plot(*view([(0.0, -y), (0.0, y)]).T, color=FAINT, lw=0.5)
+    ax.set_aspect("equal")
+    for spine in ax.spines.values():
+        spine.set_visible(False)
+
+
+def show_lengthwise(ax: Axes, sheet: Sheet) -> None:
+    """Limits and ticks of a lengthwise drawing, in sheet coordinates."""
+    ax.set_xlim(-sheet.length / 2 - 0.2, sheet.length / 2 + 0.2)
+    ax.set_ylim(-sheet.width / 2 - 0.1, sheet.width / 2 + 0.1)
+    ax.set_xticks([-TEE_Y, -HOG_LINE_Y, 0, HOG_LINE_Y, TEE_Y])
+    ax.set_xticklabels(["home tee", "hog line", "middle", "hog line", "away tee"])
+    ax.set_yticks([])
+    ax.tick_params(length=0, labelsize=8, colors=SOFT)
+
+
+def show_house(ax: Axes, sheet: Sheet, *, short: float = 4.0, past: float = 2.6) -> None:
+    """Limits of the house seen by the thrower, from `short` of the tee to `past` it [m]."""
+    ax.set_xlim(-sheet.width / 2 - 0.05, sheet.width / 2 + 0.05)
+    ax.set_ylim(-short, past)
+    ax.set_xticks([-2, -1, 0, 1, 2])
+    ax.set_yticks(np.arange(-np.floor(short), past, 1))
+    ax.tick_params(length=2, labelsize=8, colors=SOFT)
+    ax.set_xlabel("right of the centre line [m]", fontsize=8, color=SOFT)
+    ax.set_ylabel("past the tee [m]", fontsize=8, color=SOFT)
+
+
+def draw_map(
+    ax: Axes,
+    sheet: Sheet,
+    values: Floats,
+    view: View = lengthwise,
+    *,
+    smooth: bool = True,
+    **style: Any,
+) -> Any:
+    """A value per cell, (rows, columns), as a heat layer; returns it for a colour bar."""
+    rows, columns = sheet.shape
+    x = -sheet.width / 2 + np.arange(columns + 1) * sheet.cell_size
+    y = -sheet.length / 2 + np.arange(rows + 1) * sheet.cell_size
+    if smooth:  # as the force law reads it: bilinear between the cells' centres
+        ice_x, ice_y = np.linspace(x[0], x[-1], 46), np.linspace(y[0], y[-1], 446)
+        fine_x, fine_y = np.meshgrid((ice_x[1:] + ice_x[:-1]) / 2, (ice_y[1:] + ice_y[:-1]) / 2)
+        from scipy.ndimage import map_coordinates
+
+        row = (fine_y - sheet.y_centres[0]) / sheet.cell_size
+        column = (fine_x - sheet.x_centres[0]) / sheet.cell_size
+        values = map_coordinates(values, [row, column], order=1, mode="nearest")
+        x, y = ice_x, ice_y
+    corners = view(np.stack(np.meshgrid(x, y), axis=-1))
+    return ax.pcolormesh(
+        corners[..., 0], corners[..., 1], values, shading="flat", rasterized=True, **style
+    )
+
+
+def draw_stone(
+    ax: Axes,
+    radius: float,
+    xy: ArrayLike,
+    view: View = lengthwise,
+    *,
+    colour: str,
+    filled: bool = True,
+    zorder: float = 6,
+    **style: Any,
+) -> None:
+    """A stone from above in its true size: granite and a coloured handle, or only its outline."""
+    x, y = view(xy)
+    granite = "#9aa0a6" if filled else "none"
+    edge = "#3c4248" if filled else colour
+    ax.add_patch(
+        Circle((x, y), radius, facecolor=granite, edgecolor=edge, lw=0.9, zorder=zorder, **style)
+    )
+    if filled:
+        handle = Circle(
+            (x, y), 0.68 * radius, facecolor=colour, edgecolor="none", zorder=zorder + 0.1, **style
+        )
+        ax.add_patch(handle)
+
+
+def draw_target(ax: Axes, xy: ArrayLike, view: View, **style: Any) -> None:
+    """A cross where the stone is wanted."""
+    x, y = view(xy)
+    ax.plot([x], [y], marker="+", ms=13, mew=2.2, color=TARGET_COLOUR, ls="", zorder=9, **style)
+
+
+def draw_landing_ellipse(ax: Axes, points: Floats, share: float, view: View, **style: Any) -> None:
+    """The ellipse that holds a share of Gaussian ends (n, 2)."""
+    seen = view(points)
+    if len(seen) < 3:
+        return
+    values, vectors = np.linalg.eigh(np.cov(seen.T))
+    scale = np.sqrt(-2 * np.log(1 - share) * np.maximum(values, 0.0))
+    centre = seen.mean(axis=0)
+    ax.add_patch(
+        Ellipse(
+            (centre[0], centre[1]),
+            width=2 * scale[0],
+            height=2 * scale[1],
+            angle=float(np.degrees(np.arctan2(vectors[1, 0], vectors[0, 0]))),
+            facecolor="none",
+            **style,
+        )
+    )
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure [inches] in the reports' style."""
+    layout = ConstrainedLayoutEngine(w_pad=0.08, h_pad=0.08)
+    return Figure(figsize=(width, height), layout=layout, facecolor="white")
+
+
+def plain_axes(ax: Axes) -> None:
+    """Light axes: no box, a faint grid."""
+    for side in ("top", "right"):
+        ax.spines[side].set_visible(False)
+    for side in ("left", "bottom"):
+        ax.spines[side].set_color(FAINT)
+    ax.tick_params(labelsize=8, colors=SOFT)
+    ax.grid(color="#e3e8ed", lw=0.6)
+    ax.set_axisbelow(True)
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write a figure, complete or not at all."""
+    with atomic_path(path) as draft:
+        figure.savefig(draft, dpi=150)

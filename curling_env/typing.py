@@ -1,0 +1,60 @@
+"""Names of the types that arrays and callbacks have throughout the three packages."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sized
+from typing import Protocol, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats: TypeAlias = NDArray[np.float64]
+"""An array of real numbers."""
+Singles: TypeAlias = NDArray[np.float32]
+"""An array of real numbers in single precision."""
+Integers: TypeAlias = NDArray[np.int64]
+"""An array of whole numbers."""
+Indices: TypeAlias = NDArray[np.intp]
+"""Positions in another array."""
+Flags: TypeAlias = NDArray[np.bool_]
+"""An array of yes and no."""
+Image: TypeAlias = NDArray[np.uint8]
+"""A picture: (height, width) grey or (height, width, 3) blue, green, red, 0 to 255."""
+
+Item = TypeVar("Item")
+
+
+class Progress(Protocol):
+    """What long work calls, again and again, to say how far it is.
+
+    Parameters
+    ----------
+    what : the step that is under way, in a few words for a person
+    done : how much of it is done, in any unit
+    total : how much there is to do, in the same unit; 0 where nobody knows
+    """
+
+    def __call__(self, what: str, done: float, total: float = 1.0, /) -> None: ...
+
+
+def no_progress(_what: str, _done: float, _total: float = 1.0, /) -> None:
+    """The progress of work that nobody watches."""
+
+
+def with_progress(
+    items: Iterable[Item], what: str, progress: Progress, total: float = 0.0
+) -> Iterator[Item]:
+    """The same items, one by one; `progress` is told after each.
+
+    Parameters
+    ----------
+    items : whatever there is to work through
+    what : the step that is under way
+    progress : who is told
+    total : the number of items; 0 takes it from the items where they know it
+    """
+    total = total or (len(items) if isinstance(items, Sized) else 0.0)
+    progress(what, 0, total)
+    for done, item in enumerate(items, start=1):
+        yield item
+        progress(what, done, total)

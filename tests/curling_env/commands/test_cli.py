@@ -1,0 +1,220 @@
+"""The command gathers sub-commands, keeps their faults apart, and complains in one line."""
+
+from __future__ import annotations
+
+import errno
+import importlib.metadata
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import pytest
+import typer
+
+from curling_env.commands import cli
+from curling_env.errors import InputError, OutputError
+
+
+def greet(name: str, loud: Annotated[bool, typer.Option(help="Shout.")] = False) -> None:
+    """Say hello to a sweeper.
+
+    More about sweepers.
+    """
+    cli.print_json({"hello": name.upper() if loud else name})
+
+
+def refuse() -> None:
+    """Refuse."""
+    raise InputError("expected μ > 0,\nfound -1", source="ice.json", where="row 3")
+
+
+def fill_the_disk() -> None:
+    raise OutputError("a.csv: cannot be written: no space left on device")
+
+
+def lose_a_file() -> None:
+    raise FileNotFoundError(errno.ENOENT, "No such file or directory", "stones.json")
+
+
+def interrupt() -> None:
+    raise KeyboardInterrupt
+
+
+def break_the_pipe() -> None:
+    raise OSError(errno.EPIPE, "Broken pipe")
+
+
+def want_torch() -> None:
+    raise ModuleNotFoundError("No module named 'torch'", name="torch")
+
+
+def have_a_bug() -> None:
+    raise ZeroDivisionError
+
+
+@pytest.fixture(autouse=True)
+def declared(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The commands of this file in place of the installed ones, and one that does not exist."""
+    functions = (
+        greet,
+        refuse,
+        fill_the_disk,
+        lose_a_file,
+        interrupt,
+        break_the_pipe,
+        want_torch,
+        have_a_bug,
+    )
+    entries = [
+        importlib.metadata.EntryPoint(f.__name__, f"{__name__}:{f.__name__}", cli.COMMAND_GROUP)
+        for f in functions
+    ]
+    absent = importlib.metadata.EntryPoint("absent", "no_such_package:run", cli.COMMAND_GROUP)
+
+    def entry_points(**criteria: str) -> list[importlib.metadata.EntryPoint]:
+        assert criteria == {"group": cli.COMMAND_GROUP}
+        return [*entries, absent]
+
+    monkeypatch.setattr(importlib.metadata, "entry_points", entry_points)
+
+
+def test_a_command_writes_its_result_to_stdout(curling: Callable[..., Any]) -> None:
+    result = curling("greet", "Ada", "--loud")
+    assert (result.status, result.err) == (0, "")
+    assert result.json() == {"hello": "ADA"}
+
+
+@pytest.mark.parametrize("arguments", [[], ["--help"], ["-h"]])
+def test_the_list_names_every_command_with_its_first_line(
+    curling: Callable[..., Any], arguments: list[str]
+) -> None:
+    result = curling(*arguments)
+    assert result.status == 0
+    assert "Say hello to a sweeper." in result.out
+    assert "More about sweepers." not in result.out
+    assert "(not available: No module named" in result.out
+
+
+def test_the_help_of_a_command_is_its_whole_docstring(curling: Callable[..., Any]) -> None:
+    result = curling("greet", "--help")
+    assert result.status == 0
+    assert "Usage: curling greet" in result.out
+    assert "More about sweepers." in result.out
+    assert "Shout." in result.out
+
+
+def test_version(curling: Callable[..., Any]) -> None:
+    result = curling("--version")
+    assert result.status == 0
+    assert result.out == f"curling-sheet {importlib.metadata.version('curling-sheet')}\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["refuse"], "ice.json, row 3: expected μ > 0, found -1"),
+        (["fill_the_disk"], "a.csv: cannot be written: no space left on device"),
+        (["lose_a_file"], "stones.json: no such file or directory"),
+        (["want_torch"], "pip install 'curling-sheet[train]'"),
+        (["absent", "--some", "x"], "the command absent cannot be loaded: No module named"),
+        (["gret"], "No such command 'gret'"),
+        (["greet"], "Missing argument 'name'. (`curling greet --help` tells more)"),
+        (["greet", "Ada", "Bea"], "unexpected extra argument"),
+        (["greet", "Ada", "--lowd"], "--lowd"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(
+    curling: Callable[..., Any], arguments: list[str], complaint: str
+) -> None:
+    result = curling(*arguments)
+    assert complaint in result.complaint
+    assert result.out == ""
+
+
+def test_an_interrupt_is_quiet(curling: Callable[..., Any]) -> None:
+    result = curling("interrupt")
+    assert (result.status, result.out, result.err) == (130, "", "")
+
+
+def test_a_mistake_of_ours_is_not_hidden(curling: Callable[..., Any]) -> None:
+    with pytest.raises(ZeroDivisionError):
+        curling("have_a_bug")
+
+
+# --- the process as a whole
+
+
+def run(program: str, **options: Any) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", program],
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+        **options,
+    )
+
+
+MAIN = "import sys; from curling_env.commands.cli import main; sys.exit(main(sys.argv[1:]))"
+ONLY_WORK = """
+import sys, typer, curling_env.commands.cli as cli
+app = typer.Typer()
+app.callback()(lambda: None)
+app.command("work")(work)
+cli._app = lambda arguments: app
+sys.exit(cli.main(["work"]))
+"""
+
+
+@pytest.mark.parametrize("lines", [1, 100_000])  # noticed at the end, or half-way
+def test_a_reader_that_leaves_early_is_no_error(lines: int) -> None:
+    done = run(
+        "import os\n"
+        "reader, writer = os.pipe()\n"
+        "os.dup2(writer, 1); os.close(writer); os.close(reader)\n"
+        "def work() -> None:\n"
+        f"    for _ in range({lines}): print('sweep')\n" + ONLY_WORK
+    )
+    assert (done.returncode, done.stderr) == (cli.BROKEN_PIPE, "")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
+def test_a_full_disk_behind_stdout_is_reported() -> None:
+    with Path("/dev/full").open("w") as full:
+        done = run(MAIN, stdout=full)
+    assert (done.returncode, done.stderr) == (2, "curling: no space left on device\n")
+
+
+def test_termination_removes_what_is_half_written(tmp_path: Path) -> None:
+    done = run(
+        "import os, signal, time\n"
+        "from curling_env.storage import atomic_path\n"
+        "def work() -> None:\n"
+        f"    with atomic_path({str(tmp_path / 'a.txt')!r}) as draft:\n"
+        "        draft.write_text('half')\n"
+        "        os.kill(os.getpid(), signal.SIGTERM)\n"
+        "        time.sleep(60)\n" + ONLY_WORK
+    )
+    assert done.returncode == 143
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_importing_the_package_loads_nothing_heavy() -> None:
+    done = run(
+        "import sys, gymnasium, curling_env, curling_env.commands.cli\n"
+        "assert 'CurlingSheet-v0' in gymnasium.registry\n"
+        "heavy = {'cv2', 'matplotlib', 'numba', 'pygame', 'pymunk', 'scipy', 'torch'}\n"
+        "print(*sorted(heavy & set(sys.modules)))\n",
+        stdout=subprocess.PIPE,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "\n", "")
+
+
+def test_public_names_are_found() -> None:
+    import curling_env
+
+    assert {name for name in curling_env.__all__ if getattr(curling_env, name) is None} == set()
+    assert set(curling_env.__all__) <= set(dir(curling_env))
+    with pytest.raises(AttributeError, match="no_such_name"):
+        _ = curling_env.no_such_name

@@ -1,0 +1,235 @@
+"""`CurlingEnd-v0`: the contract of Gymnasium, the rules at work, and states that branch."""
+
+from __future__ import annotations
+
+import copy
+import time
+from dataclasses import replace
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import curling_env  # noqa: F401  (registers the environments)
+from curling_env.envs.game.end import AGENT
+from curling_env.errors import InputError
+from curling_env.game import USUAL, Call
+from curling_env.game.rules import Team
+from curling_env.throw import Throw
+
+
+def make(**settings):
+    return gym.make("CurlingEnd-v0", **settings).unwrapped
+
+
+def play_out(env, actions):
+    """Observations, rewards and the last info of an end."""
+    seen, rewards, info = [], [], {}
+    for action in actions:
+        observation, reward, over, _, info = env.step(action)
+        seen.append(observation)
+        rewards.append(reward)
+        if over:
+            break
+    return seen, rewards, info
+
+
+def actions_of(env, n=8, seed=0):
+    rng = np.random.default_rng(seed)
+    return [rng.uniform(-1, 1, env.action_space.shape).astype(np.float32) for _ in range(n)]
+
+
+@pytest.mark.parametrize("kind", ["flat", "dict", "planes"])
+def test_it_keeps_gymnasiums_contract(kind):
+    check_env(make(observation=kind), skip_render_check=True)
+
+
+def test_it_draws_itself_without_a_display():
+    env = make(render_mode="rgb_array")
+    env.reset(seed=1)
+    before = env.render()
+    env.step(np.zeros(3, dtype=np.float32))
+    after = env.render()
+    assert before.dtype == np.uint8
+    assert before.shape == after.shape
+    assert before.shape[2] == 3
+    assert (before != after).any()
+
+
+@pytest.mark.parametrize("hammer", ["own", "opponent"])
+def test_each_side_delivers_eight_stones_and_the_hammer_is_last(hammer):
+    env = make(hammer=hammer)
+    env.reset(seed=3)
+    assert env.state.game.end.delivered == (1 if hammer == "own" else 0)
+    shots, steps, over = [], 0, False
+    while not over:
+        _, reward, over, _, info = env.step(np.zeros(3, dtype=np.float32))
+        shots += info["shots"]
+        steps += 1
+    assert steps == 8
+    assert shots[-1].team is (AGENT if hammer == "own" else AGENT.other)
+    home, away = info["score"]
+    assert reward == home - away
+    assert min(home, away) == 0
+
+
+def test_the_same_seed_is_the_same_end_and_another_is_not():
+    env = make(living=USUAL, sweeping="scripted")
+    actions = actions_of(env)
+    runs = []
+    for seed in (5, 5, 6):
+        env.reset(seed=seed, options={"hammer": "opponent"})
+        runs.append(np.array(play_out(env, actions)[0]))
+    assert np.array_equal(runs[0], runs[1])
+    assert not np.array_equal(runs[0], runs[2])
+
+
+def test_a_state_put_back_goes_on_exactly_as_before():
+    env = make(living=USUAL, opponent="rulebased")
+    env.reset(seed=11, options={"hammer": "opponent"})
+    actions = actions_of(env)
+    play_out(env, actions[:3])
+    kept = env.state
+    first = play_out(env, actions[3:])
+    env.state = copy.deepcopy(kept)
+    again = play_out(env, actions[3:])
+    assert np.array_equal(np.array(first[0]), np.array(again[0]))
+    assert first[1] == again[1]
+
+    other = make(living=USUAL, opponent="rulebased")
+    other.reset(seed=99, options={"state": kept})
+    elsewhere = play_out(other, actions[3:])
+    assert np.array_equal(np.array(first[0]), np.array(elsewhere[0]))
+
+    env.state = replace(kept, seed=kept.seed + 1)
+    luck = play_out(env, actions[3:])
+    assert not np.array_equal(np.array(first[0]), np.array(luck[0]))
+
+
+def test_a_search_clones_a_state_in_less_than_twenty_microseconds():
+    env = make(living=USUAL)
+    env.reset(seed=0)
+    env.step(env.action_space.sample())
+    times = []
+    for _ in range(5):
+        start = time.process_time()
+        for _ in range(2000):
+            clone = copy.deepcopy(env.state)
+        times.append((time.process_time() - start) / 2000)
+    assert clone == env.state
+    assert min(times) < 20e-6
+
+
+def test_a_state_that_is_not_the_agents_turn_is_refused():
+    env = make(hammer="opponent")
+    env.reset(seed=0)
+    state = env.state
+    after, _ = env.rink.play(state, Call(throw=Throw(speed=2.0)))
+    with pytest.raises(InputError, match="agent"):
+        env.state = after
+
+
+def test_the_agent_sees_the_known_ice_and_throws_on_the_true_one():
+    heavy = make(ice="fcv1", known_ice="standard", skill="none", hammer="opponent")
+    light = make(ice="standard", known_ice="standard", skill="none", hammer="opponent")
+    seen = [env.reset(seed=1)[0] for env in (heavy, light)]
+    assert np.array_equal(*seen)
+    call = Call(throw=Throw(speed=2.1, spin=1.5))
+    rests = []
+    for env in (heavy, light):
+        env.step(env.action_of(call))
+        rests.append(env._shots[0].outcome.delivered.y)
+    assert abs(rests[0] - rests[1]) > 0.05
+
+
+def test_sweeping_carries_a_stone_farther():
+    env = make(sweeping="action", skill="none", hammer="opponent")
+    rests = []
+    for sweep in (None, (2.0, 20.0)):
+        env.reset(seed=0)
+        throw = Throw(speed=1.9, spin=1.5)
+        env.step(env.action_of(Call(throw=throw, sweep=sweep)))
+        rests.append(env._shots[0].outcome.delivered.y)
+    assert rests[1] > rests[0] + 0.5
+
+
+def test_a_guard_taken_out_too_early_is_put_back_and_counts_as_a_fault():
+    env = make(hammer="own", skill="none", opponent_skill="none", opponent="rulebased")
+    env.reset(seed=0)
+    guard = env.state.game.end.stones[0]
+    assert guard.y < -2
+    from curling_env.physics.one_stone.aim import Aim
+
+    hit = Aim(env.rink.ice).through(guard.x, guard.y, 3.2, 1.5)
+    _, _, _, _, info = env.step(env.action_of(Call(throw=hit)))
+    assert info["shots"][0].ruling.fault == "free_guard_zone"
+    assert info["reward_parts"]["fault"] == -1.0
+    assert guard in env.state.game.end.stones
+
+
+def test_planes_show_every_stone_on_its_own_plane():
+    env = make(observation="planes", hammer="own", skill="none", opponent_skill="none")
+    seen, _ = env.reset(seed=0)
+    own, theirs = seen[0], seen[1]
+    assert own.sum() == 0
+    area = 0.1**2 * theirs.sum()
+    assert area == pytest.approx(np.pi * 0.145**2, rel=0.25)
+
+
+@pytest.mark.parametrize(
+    ("settings", "word"),
+    [
+        ({"opponent": "nobody"}, "nobody"),
+        ({"hammer": "mine"}, "hammer"),
+        ({"observation": "smell"}, "smell"),
+        ({"sweeping": "always"}, "sweeping"),
+        ({"rules": "backyard"}, "backyard"),
+        ({"skill": "god"}, "god"),
+    ],
+)
+def test_settings_that_make_no_sense_are_refused(settings, word):
+    with pytest.raises(InputError, match=word):
+        make(**settings)
+
+
+def test_actions_that_are_no_numbers_are_refused():
+    env = make()
+    env.reset(seed=0)
+    with pytest.raises(InputError, match="3 finite numbers"):
+        env.step(np.array([0.0, np.nan, 0.0]))
+    with pytest.raises(InputError, match="3 finite numbers"):
+        env.step(np.zeros(4))
+    assert Team.HOME is AGENT
+
+
+def test_every_number_of_a_flat_observation_has_a_name():
+    env = make(hammer="opponent")
+    seen, _ = env.reset(seed=0)
+    names = env.observation.names
+    assert len(names) == len(set(names)) == len(seen)
+    told = dict(zip(names, seen, strict=True))
+    assert told["hammer"] == -1.0
+    assert told["own stones left"] == 1.0
+    assert told["guards protected"] == 1.0
+    seen, *_ = env.step(env.action_of(Call(throw=Throw(speed=2.09, angle=-0.045, spin=1.5))))
+    told = dict(zip(names, seen, strict=True))
+    assert told["own stone 1 present"] == 1.0
+    stone = next(s for s in env.state.game.end.stones if s.team is AGENT)
+    assert told["own stone 1 x"] == pytest.approx(stone.x / (env.rink.ice.sheet.width / 2))
+
+
+def test_the_agent_has_its_power_play_and_its_choice_in_the_action():
+    env = gym.make(
+        "CurlingEnd-v0", rules="mixed_doubles_2024", hammer="own", choices="action"
+    ).unwrapped
+    env.reset(seed=0, options={"power_play": "left"})
+    assert env.state.game.end.power_play == "left"
+    assert env.state.game.power_plays == (AGENT,)
+    assert env.action_space.shape == (7,)
+    assert env.chooser is env.opponent
+    for number, put_back in ((0.5, True), (-0.5, False)):
+        env.step(np.float32([-1, 0, 0, number, 0, -1, -1]))
+        assert env.chooser.puts_back(None, None) is put_back
+    with pytest.raises(InputError, match="no power play"):
+        gym.make("CurlingEnd-v0", hammer="own").reset(options={"power_play": "left"})

@@ -1,0 +1,360 @@
+"""CurlingSheet-v0: held to Gymnasium's and stable-baselines3's checks, and to its own word."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from dataclasses import replace
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import curling_env  # noqa: F401  (registers the environments)
+from curling_env.envs.sheet.action import ThrowRange, throws_on, weight_to
+from curling_env.envs.sheet.observation import BANDS, knowledge
+from curling_env.envs.sheet.reward import RewardWeights
+from curling_env.errors import InputError
+from curling_env.ice import ActiveEffect, FrictionMap, Ice, save_ice
+from curling_env.physics.one_stone.slide import slide
+from curling_env.presets import paper, standard
+from curling_env.sheet import HOUSE_RADIUS, PAPER_SHEET, TEE_Y, Direction, to_delivery
+from curling_env.throw import Throw
+
+DRAW = Throw(speed=2.1, angle=-0.05, spin=1.0)
+"""Comes to rest close to the button of standard ice."""
+
+
+def make(**options):
+    return gymnasium.make("CurlingSheet-v0", **options).unwrapped
+
+
+def throw(env, shot: Throw = DRAW):
+    return env.step(env.action_of(shot))
+
+
+def uneven() -> Ice:
+    mu = np.full(PAPER_SHEET.shape, 0.0082)
+    mu[60:, :4] *= 1.1
+    observed = np.ones(mu.shape, dtype=bool)
+    return replace(standard(), friction=FrictionMap(mu=mu, sigma=0 * mu, observed=observed))
+
+
+# --- the checkers ---------------------------------------------------------------------------------
+
+VARIANTS = [
+    {},
+    {"ice": "paper"},
+    {"stones": 8},
+    {"throws": 4, "stones": ((0.0, 0.0), (0.5, -3.0)), "direction": "home"},
+    {"target": "random", "direction": "random", "throws": 2},
+]
+
+
+@pytest.mark.parametrize("options", VARIANTS)
+def test_the_checkers_find_nothing(options):
+    from stable_baselines3.common.env_checker import check_env as check_for_training
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(make(render_mode="rgb_array", **options))
+        check_for_training(make(**options))
+
+
+@pytest.mark.parametrize("options", VARIANTS)
+def test_one_seed_one_story(options):
+    env = make(**options)
+    stories = []
+    for _ in range(2):
+        env.action_space.seed(3)
+        first, _ = env.reset(seed=11)
+        steps = [env.step(env.action_space.sample())[:2] for _ in range(options.get("throws", 1))]
+        stories.append([first, *[o for o, _ in steps], [r for _, r in steps]])
+    for a, b in zip(*stories, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_another_seed_lays_other_stones():
+    env = make(stones=4, target="random")
+    a, b = env.reset(seed=1)[0], env.reset(seed=2)[0]
+    assert np.abs(a - b).max() > 0.05
+
+
+# --- actions --------------------------------------------------------------------------------------
+
+
+def test_actions_and_throws_convert_both_ways():
+    env = make()
+    for action in np.random.default_rng(0).uniform(-1, 1, (20, 3)):
+        np.testing.assert_allclose(env.action_of(env.throw_of(action)), action, atol=1e-6)
+    fast = env.throw_range.speed[1]
+    assert env.throw_of((5.0, 0.0, 0.0)).speed == pytest.approx(fast)
+    assert env.action_of(Throw(speed=5.9)) == pytest.approx([1, 0, 0], abs=1e-6)
+
+
+@pytest.mark.parametrize("action", [(0, 0), (0, 0, np.nan), (0, 0, 0, 0)])
+def test_an_action_is_three_finite_numbers(action):
+    env = make()
+    env.reset(seed=0)
+    with pytest.raises(InputError, match="three finite numbers"):
+        env.step(np.array(action))
+
+
+@pytest.mark.parametrize("ice", [standard(), paper()])
+def test_weights_are_found_for_the_ice(ice):
+    # Without spin nothing curls, so that the straight distance is the one asked for.
+    y = TEE_Y
+    alone = slide(ice, Throw(speed=weight_to(ice, y)).release())
+    assert alone.y == pytest.approx(y, abs=0.1)
+    draws, hits = (throws_on(ice, Direction.AWAY, hits=hits) for hits in (False, True))
+    assert draws.speed[0] < weight_to(ice, y) < draws.speed[1] < hits.speed[1]
+
+
+def test_ice_too_heavy_to_throw_on_still_has_a_range():
+    assert throws_on(Ice.uniform(0.5), Direction.AWAY, hits=True).speed[1] <= 6.0
+
+
+@pytest.mark.parametrize(
+    "ranges", [{"speed": (2.0, 1.0)}, {"speed": (0.0, 2.0)}, {"speed": (1, 2), "spin": (0, 99)}]
+)
+def test_impossible_ranges_are_refused(ranges):
+    with pytest.raises(InputError, match="range of"):
+        ThrowRange(**ranges)
+
+
+# --- the throw ------------------------------------------------------------------------------------
+
+
+def test_a_step_throws_the_throw_and_tells_all():
+    env = make()
+    env.reset(seed=0)
+    observation, reward, over, cut, info = throw(env)
+    assert over
+    assert not cut
+    alone = slide(standard(), DRAW.release())
+    stone = info["outcome"].delivered
+    assert np.hypot(stone.x - alone.x, stone.y - alone.y) < 0.01  # float32 actions
+    assert info["status"] == "rest"
+    assert info["distance_m"] == pytest.approx(np.hypot(stone.x, stone.y - TEE_Y))
+    assert info["throw"].speed == pytest.approx(DRAW.speed)
+    assert info["trajectory"].xy[-1] == pytest.approx((stone.x, stone.y))
+    assert info["reward_parts"]["in_house"] == 1
+    assert reward == pytest.approx(env.weights.total(_parts(info)))
+    assert env.observation_space.contains(observation)
+
+
+def _parts(info):
+    from curling_env.envs.sheet.reward import RewardParts
+
+    return RewardParts(**info["reward_parts"])
+
+
+def test_nearer_is_better_and_out_is_worst():
+    env = make()
+    rewards = []
+    for shot in (
+        DRAW,
+        replace(DRAW, speed=2.14),
+        replace(DRAW, speed=1.95),
+        replace(DRAW, speed=3),
+    ):
+        env.throw_range = ThrowRange(speed=(1.0, 4.0))
+        env.reset(seed=0)
+        rewards.append(throw(env, shot)[1])
+    assert rewards == sorted(rewards, reverse=True)
+
+
+def test_the_weights_of_the_reward_count():
+    env = make(weights=RewardWeights(distance=0, precision=0, in_house=7.0, out_of_play=0))
+    env.reset(seed=0)
+    assert throw(env)[1] == 7.0
+    with pytest.raises(InputError, match="weight of distance"):
+        RewardWeights(distance=float("inf"))
+
+
+def test_stones_stay_for_the_throws_that_follow():
+    env = make(throws=3, direction="home")
+    first, _ = env.reset(seed=0)
+    over = []
+    for k in range(3):
+        observation, _, done, _, info = throw(env, replace(DRAW, angle=DRAW.angle + 0.03 * (k - 1)))
+        over.append(done)
+        seen = dict(zip(env.observation.names, observation, strict=True))
+        assert seen[f"stone {k + 1} team"] == 1
+        assert seen["throws left"] == pytest.approx(1 - (k + 1) / 3)
+    assert over == [False, False, True]
+    assert len(info["outcome"].stones) == 3
+    # The last stone in the observation is where it came to rest, in the delivery frame.
+    stone = info["outcome"].delivered
+    place = env.observation.scaled(to_delivery((stone.x, stone.y), Direction.HOME))
+    np.testing.assert_allclose(observation[-2:], place, atol=1e-6)
+    assert env.reset(seed=0)[0] == pytest.approx(first)
+
+
+def test_ice_wears_from_throw_to_throw_and_is_new_after_reset():
+    ice = standard().with_effect(ActiveEffect(name="pebble_wear", parameters={"rate": -0.02}))
+    env = make(ice=ice, throws=2)
+    env.reset(seed=0)
+    far = [throw(env, replace(DRAW, angle=a, speed=1.95))[4] for a in (0.03, -0.08)]
+    y = [info["outcome"].delivered.y for info in far]
+    assert y[1] > y[0] + 0.2
+    env.reset(seed=0)
+    again = throw(env, replace(DRAW, angle=0.03, speed=1.95))[4]
+    assert again["outcome"].delivered.y == y[0]
+
+
+def test_both_ends_look_the_same_on_even_ice():
+    seen = []
+    for direction in ("away", "home"):
+        env = make(stones=((0.3, 0.4), (-0.5, -2.0)), target=(0.2, -0.3), direction=direction)
+        start, _ = env.reset(seed=0)
+        end, reward, *_ = throw(env)
+        seen.append((start, end, reward))
+    for a, b in zip(*seen, strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-6)
+
+
+def test_stones_are_hit():
+    env = make(stones=((0.0, 0.0),))
+    env.reset(seed=0)
+    assert throw(env)[4]["outcome"].contacts
+
+
+def test_random_stones_and_targets_lie_where_they_should():
+    env = make(stones=10, target="random")
+    for seed in range(20):
+        observation, info = env.reset(seed=seed)
+        assert np.hypot(*to_delivery(info["target"], Direction.AWAY)) <= HOUSE_RADIUS
+        places = observation[-33:].reshape(11, 3)
+        assert (places[:10, 0] == -1).all()
+        assert (places[10] == 0).all()
+        xy = places[:10, 1:] * env.observation.scaled((1, 1)) ** -1
+        apart = np.hypot(*(xy[:, None] - xy).transpose(2, 0, 1))[np.triu_indices(10, 1)]
+        assert apart.min() > 2 * 0.145
+
+
+def test_options_hold_for_one_episode():
+    env = make(stones=1)
+    _, info = env.reset(
+        seed=0, options={"target": (0.5, -1.0), "stones": ((1.0, -2.0),), "direction": "home"}
+    )
+    np.testing.assert_allclose(info["target"], (-0.5, -TEE_Y + 1.0))
+    assert info["direction"] is Direction.HOME
+    assert env.reset()[1]["direction"] is Direction.AWAY
+
+
+# --- what is known of the ice ---------------------------------------------------------------------
+
+
+def test_the_agent_is_told_of_the_known_ice_and_throws_on_the_true_one():
+    true, believed = uneven(), standard()
+    env = make(ice=true, known_ice=believed)
+    told, _ = env.reset(seed=0)
+    np.testing.assert_array_equal(told, make(ice=believed).reset(seed=0)[0])
+    stone = throw(env)[4]["outcome"].delivered
+    alone = slide(true, DRAW.release())
+    assert np.hypot(stone.x - alone.x, stone.y - alone.y) < 0.01
+
+
+def test_the_range_of_actions_tells_nothing_of_the_true_ice():
+    ranges = [make(ice=ice, known_ice="standard").throw_range for ice in ("fcv1", "standard")]
+    assert ranges[0] == ranges[1] != make(ice="fcv1").throw_range
+
+
+def test_heavy_bands_are_seen_where_they_are():
+    names = [f"{band + 1} {lane}" for band in range(BANDS) for lane in ("left", "middle", "right")]
+    away = dict(zip(names, knowledge(uneven(), Direction.AWAY)[1:], strict=False))
+    home = dict(zip(names, knowledge(uneven(), Direction.HOME)[1:], strict=False))
+    assert away["8 left"] > 0.3 > 0 > away["8 right"]
+    assert away["1 left"] < 0
+    assert home["1 right"] > 0.05
+    assert home["8 left"] < 0
+
+
+def test_effects_are_known_and_slopes_turn_with_the_direction():
+    slope = ActiveEffect(name="slope", parameters={"x": 1e-3, "y": -5e-4})
+    away, home = (knowledge(standard().with_effect(slope), end)[-7:] for end in Direction)
+    np.testing.assert_allclose(away[:5], [0.25, 0.41, 0.2, 0.475, 0.23], atol=1e-3)
+    np.testing.assert_allclose(away[5:], [0.5, -0.25])
+    np.testing.assert_allclose(home[5:], [-0.5, 0.25])
+
+
+def test_ice_files_and_presets_serve(tmp_path):
+    save_ice(uneven(), tmp_path / "ice.json")
+    a, b = make(ice=tmp_path / "ice.json"), make(ice=uneven())
+    a.reset(seed=0)
+    b.reset(seed=0)
+    assert throw(a)[1] == throw(b)[1]
+
+
+# --- pictures -------------------------------------------------------------------------------------
+
+
+def test_pictures_follow_the_game():
+    env = make(render_mode="rgb_array", stones=2)
+    env.reset(seed=0)
+    before = env.render()
+    assert before.shape == (720, 1280, 3)
+    assert before.dtype == np.uint8
+    throw(env)
+    after = env.render()
+    assert (before != after).any(axis=2).sum() > 1000
+    frames = list(env.frames(speed=8.0))
+    assert len(frames) > 60
+    np.testing.assert_array_equal(frames[-1], after)
+
+
+def test_a_window_shows_the_throw():
+    env = make(render_mode="human")
+    env.reset(seed=0)
+    throw(env, replace(DRAW, speed=1.9))
+    assert env.render() is None
+    env.close()
+    env.close()
+
+
+def test_without_pygame_one_line_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pygame", None)
+    env = make(render_mode="human")
+    with pytest.raises(ModuleNotFoundError, match=r"pip install 'curling-sheet\[viewer\]'"):
+        env.reset(seed=0)
+
+
+# --- bad input ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"ice": "no such ice"}, "no such ice file"),
+        ({"throws": 0}, "at least one throw"),
+        ({"fps": 0}, "fps"),
+        ({"target": "anywhere"}, "random"),
+        ({"target": (5.0, 0.0)}, "within"),
+        ({"target": (0.0, float("nan"))}, "within"),
+        ({"direction": "up"}, "direction"),
+        ({"stones": 200}, "no room"),
+        ({"stones": ((0, 0), (0.1, 0))}, "one place"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(options, says):
+    with pytest.raises(InputError, match=says):
+        env = make(**options)
+        env.reset(seed=0)
+        throw(env)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"), [({"stone": 3}, "unknown option"), ({"stones": 3}, "places for 0 stones")]
+)
+def test_options_that_make_no_sense_are_refused(options, says):
+    with pytest.raises(InputError, match=says):
+        make().reset(options=options)
+
+
+def test_an_unknown_render_mode_is_refused():
+    from curling_env.envs.sheet.env import CurlingSheetEnv
+
+    with pytest.raises(InputError, match="render_mode"):
+        CurlingSheetEnv(render_mode="ansi")

@@ -1,0 +1,253 @@
+"""Tasks: what is done and what is not, one sheet and many alike, and positions that grow harder."""
+
+from __future__ import annotations
+
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import curling_env  # noqa: F401  (registers the environments)
+from curling_env.envs.sheet.curriculum import Curriculum, Progress, RisingLevel, RisingLevels
+from curling_env.envs.sheet.reward import PARTS, RewardWeights
+from curling_env.envs.sheet.tasks import TASKS, Takeout
+from curling_env.errors import InputError
+from curling_env.physics.one_stone.aim import Aim
+from curling_env.presets import standard
+from curling_env.sheet import HOUSE_RADIUS, Direction, to_delivery
+from curling_env.throw import Throw
+
+SPIN = 1.5
+AIM = Aim(standard(), Direction.AWAY)
+
+
+def make(**options):
+    return gymnasium.make("CurlingSheet-v0", **options).unwrapped
+
+
+def throw(env, shot: Throw):
+    assert env.throw_of(env.action_of(shot)).speed == pytest.approx(shot.speed, abs=1e-3)
+    return env.step(env.action_of(shot))
+
+
+def button_weight() -> float:
+    return AIM.draw(0.0, 0.0, SPIN).speed
+
+
+def takes(x: float, weight: float, off: float = 0.0) -> Throw:
+    """A hit of a stone at (x, 0) so many times as firm as a draw, `off` beside its centre."""
+    return AIM.through(x + off, 0.0, weight * button_weight(), SPIN)
+
+
+GOOD = {
+    "draw": lambda: AIM.draw(0.3, 0.2, SPIN),
+    "guard": lambda: AIM.draw(0.1, -3.6, SPIN),
+    "takeout": lambda: takes(0.0, 1.4, 0.1),
+    "hit_and_stay": lambda: takes(0.0, 1.4, 0.01),
+    "peel": lambda: takes(0.0, 1.55, 0.17),
+    "freeze": lambda: AIM.draw(0.0, -0.31, SPIN),
+}
+BAD = {
+    "draw": lambda: AIM.draw(0.9, 0.0, SPIN),
+    "guard": lambda: AIM.draw(0.0, -1.0, SPIN),
+    "takeout": lambda: takes(0.0, 1.4, 0.5),
+    "hit_and_stay": lambda: takes(0.0, 1.55, 0.17),
+    "peel": lambda: takes(0.0, 1.4, 0.01),
+    "freeze": lambda: AIM.draw(0.0, 0.6, SPIN),
+}
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_a_good_throw_does_the_task_and_a_bad_one_does_not(name):
+    env = make(task=name)
+    told, rewards = [], []
+    for shots in (GOOD, BAD):
+        env.reset(seed=0)
+        _, reward, over, _, info = throw(env, shots[name]())
+        assert over
+        told.append(info)
+        rewards.append(reward)
+        assert tuple(info["reward_parts"]) == PARTS
+        assert info["reward_parts"]["success"] == info["success"]
+    assert [info["success"] for info in told] == [True, False]
+    if name != "draw":  # whose reward grows with precision alone
+        assert rewards[0] > rewards[1]
+
+
+def test_the_shooter_of_a_takeout_may_do_as_it_likes_but_not_that_of_the_others():
+    done = {}
+    for name in ("takeout", "hit_and_stay", "peel"):
+        env = make(task=name)
+        for shot in ("hit_and_stay", "peel"):
+            env.reset(seed=0)
+            done[name, shot] = throw(env, GOOD[shot]())[4]["success"]
+    assert [shot == name or name == "takeout" for name, shot in done] == list(done.values())
+
+
+def test_a_freeze_may_not_drive_its_stone_away_nor_lie_behind_it():
+    env = make(task="freeze")
+    env.reset(seed=0)
+    _, _, _, _, info = throw(env, AIM.draw(0.0, 1.2, SPIN))
+    assert info["reward_parts"]["removed"] > 0
+    assert not info["success"]
+    env.reset(seed=0, options={"target": (0.0, 0.5)})
+    behind = AIM.draw(0.31, 0.6, SPIN)
+    _, _, _, _, info = throw(env, behind)
+    assert info["reward_parts"]["removed"] == 0
+    assert info["distance_m"] < 0.6
+    assert not info["success"]
+
+
+def test_the_given_stone_lies_at_the_target_asked_for():
+    env = make(task="takeout", target=(0.6, -0.4), stones=((0.0, -3.0),), direction="home")
+    seen, info = env.reset(seed=0)
+    names = dict(zip(env.observation.names, seen, strict=True))
+    place = env.observation.scaled((0.6, -0.4))
+    assert [names["stone 1 x"], names["stone 1 y"]] == pytest.approx(place)
+    assert [names["target x"], names["target y"]] == pytest.approx(place)
+    np.testing.assert_allclose(to_delivery(info["target"], Direction.HOME), (0.6, -0.4))
+    # Towards the home end on even ice the same throw does the same.
+    _, _, _, _, info = throw(env, AIM.through(0.7, -0.4, 1.4 * button_weight(), SPIN))
+    assert info["success"]
+    freeze = make(task="freeze", target=(0.6, -0.4))
+    gap = freeze.reset(seed=0)[1]["target"] - np.array((0.6, -0.4))
+    assert np.hypot(*to_delivery(gap, Direction.AWAY)) == pytest.approx(2 * freeze.ice.stone.radius)
+
+
+def test_weights_are_the_tasks_unless_others_are_asked_for():
+    assert make(task="peel").weights is TASKS["peel"].weights
+    own = RewardWeights(success=5.0)
+    assert make(task="peel", weights=own).weights is own
+
+
+def test_a_task_of_ones_own_serves_in_place_of_a_name():
+    class OutTheBack(Takeout):
+        def is_done(self, landing):
+            return landing.is_out & (landing.place[..., 1] < 0)
+
+    env = make(task=OutTheBack(name="out_the_back", centre=(0.0, 0.3)))
+    env.reset(seed=0)
+    shot = AIM.through(0.01, 0.3, 1.4 * button_weight(), SPIN)
+    assert throw(env, shot)[4]["success"] is False
+
+
+# --- positions at random --------------------------------------------------------------------------
+
+
+def positions(env, level, seeds=40):
+    marks, counts = [], []
+    for seed in range(seeds):
+        seen, info = env.reset(seed=seed, options={"level": level})
+        marks.append(to_delivery(info["target"], info["direction"]))
+        counts.append(int((seen[-3 * env.observation.slots :: 3] != 0).sum()))
+    return np.array(marks), np.array(counts)
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_levels_go_from_the_easiest_position_to_anywhere(name):
+    env = make(task=name, stones=6, direction="random")
+    given = TASKS[name].has_given
+    (easy, few), (middle, some), (hard, many) = (positions(env, v) for v in (0.0, 0.5, 1.0))
+    assert np.ptp(easy, axis=0) == pytest.approx((0, 0))
+    assert (few == given).all()
+    assert some.max() == 3 + given
+    assert many.max() == 6 + given
+    spread = [np.hypot(*(marks - easy[0]).T).max() for marks in (middle, hard)]
+    assert 0.3 < spread[0] < 0.6 * spread[1] + 0.05
+    assert spread[1] < HOUSE_RADIUS
+
+
+def test_a_curriculum_rises_with_success_and_falls_without():
+    progress = Progress(Curriculum(start=0.2, step=0.2, window=10))
+    assert progress.note([True] * 9) == pytest.approx(0.2)
+    assert progress.note([True]) == pytest.approx(0.4)
+    assert progress.note([True, False] * 20) == pytest.approx(0.4)
+    assert progress.note([False] * 30) < 0.2
+    assert progress.note([True] * 200) == 1.0
+    assert progress.note([False] * 200) == 0.0
+    with pytest.raises(InputError, match="easier"):
+        Curriculum(harder=0.2)
+
+
+def test_sheets_go_through_a_curriculum():
+    env = RisingLevel(gymnasium.make("CurlingSheet-v0", stones=3), Curriculum(step=0.5, window=2))
+    button = env.unwrapped.action_of(AIM.draw(0.0, 0.0, SPIN))
+    for _ in range(2):
+        env.reset(seed=0, options={"target": (0.0, 0.0), "stones": ()})
+        env.step(button)
+    assert env.progress.level == env.unwrapped.level == 0.5
+    for mode in ("NextStep", "SameStep"):
+        sheets = gymnasium.make_vec("CurlingSheet-v0", num_envs=4, autoreset_mode=mode)
+        many = RisingLevels(sheets, Curriculum(step=0.5, window=4))
+        many.reset(seed=0)
+        on_button = many.unwrapped.single.action_of(AIM.draw(0.0, 0.0, SPIN))
+        many.step(np.tile(on_button, (4, 1)))
+        assert many.unwrapped.level == many.progress.level == 0.5
+    with pytest.raises(InputError, match="CurlingSheet-v0"):
+        RisingLevel(gymnasium.make("CurlingEnd-v0"))
+
+
+# --- one sheet and many ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_many_sheets_judge_as_one_does(name, rng):
+    n = 8
+    options = {"task": name, "stones": 2, "level": 0.6, "direction": "random"}
+    many = gymnasium.make_vec("CurlingSheet-v0", num_envs=n, fps=10, **options)
+    seen, _ = many.reset(seed=5)
+    good = many.unwrapped.single.action_of(GOOD[name]())
+    actions = good + np.float32([0.05, 0.05, 0.0]) * rng.normal(size=(n, 3)).astype(np.float32)
+    actions[0] = good
+    after, rewards, _, _, told = many.step(actions)
+    for i in range(n):
+        env = make(**options)
+        np.testing.assert_array_equal(env.reset(seed=5 + i)[0], seen[i])
+        one, reward, _, _, info = env.step(actions[i])
+        np.testing.assert_allclose(one, after[i], atol=1e-6)
+        assert reward == pytest.approx(rewards[i], abs=1e-6)
+        assert info["success"] == told["success"][i]
+        assert info["reward_parts"] == pytest.approx(
+            {
+                part: float(values[i])
+                for part, values in told["reward_parts"].items()
+                if part in PARTS
+            }
+        )
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_the_batch_engine_does_the_tasks_too(name):
+    many = gymnasium.make_vec("CurlingSheet-v0", num_envs=2, task=name)
+    many.reset(seed=0)
+    single = many.unwrapped.single
+    actions = np.stack([single.action_of(shots[name]()) for shots in (GOOD, BAD)])
+    assert many.step(actions)[-1]["success"].tolist() == [True, False]
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_the_checkers_find_nothing(name):
+    from stable_baselines3.common.env_checker import check_env as check_for_training
+
+    options = {"task": name, "stones": 3, "level": 0.7}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(make(render_mode="rgb_array", **options))
+        check_for_training(make(**options))
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"task": "wiggle"}, "no task is named"),
+        ({"task": "takeout", "throws": 2}, "one throw"),
+        ({"level": 1.5}, "level"),
+        ({"level": "hard"}, "level"),
+        ({"task": "takeout", "stones": ((0.0, 0.0),), "level": 1e-9}, "no room"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(options, says):
+    with pytest.raises(InputError, match=says):
+        make(**options).reset(seed=0)

@@ -1,0 +1,268 @@
+"""Many sheets at once: the same story as one by one, in Gymnasium's vector form."""
+
+from __future__ import annotations
+
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+from gymnasium.wrappers.vector import DictInfoToList, RecordEpisodeStatistics
+
+import curling_env  # noqa: F401  (registers the environments)
+from curling_env.envs.sheet.vector_env import CurlingSheetVectorEnv
+from curling_env.errors import InputError
+from curling_env.ice import ActiveEffect
+from curling_env.presets import paper, standard
+from curling_env.sheet import TEE_Y, Direction
+
+N = 6
+ROUNDING = 1e-12
+"""Lone throws are the same slide; what is told of them is rounded in other orders."""
+HIT = 1e-4
+"""Distance within which the two ways put stones to rest that have met [m]."""
+MODES = ("NextStep", "SameStep")
+
+
+def make(n: int = N, **options):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        return gymnasium.make_vec("CurlingSheet-v0", num_envs=n, **options)
+
+
+def one_by_one(mode: str, **options):
+    return gymnasium.make_vec(
+        "CurlingSheet-v0",
+        num_envs=N,
+        vectorization_mode="sync",
+        vector_kwargs={"autoreset_mode": mode},
+        **options,
+    )
+
+
+def some_actions(rng: np.random.Generator, n: int = N):
+    """Actions over the whole range of weights, most of which stay between the side lines."""
+    return rng.uniform(-1, 1, (n, 3)).astype(np.float32) * np.float32([1, 0.7, 0.4])
+
+
+# --- as one by one --------------------------------------------------------------------------------
+
+WORN = standard().with_effect(ActiveEffect(name="pebble_wear", parameters={"rate": -0.02}))
+LONE = [
+    {},
+    {"ice": paper(), "direction": "random"},
+    {"target": "random", "direction": "home"},
+    {"ice": WORN, "throws": 3, "target": (0.4, -0.7)},
+]
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("options", LONE)
+def test_the_story_is_the_same_as_one_by_one(options, mode, rng):
+    # Stones of one episode may meet; most do not.
+    bound = ROUNDING if options.get("throws", 1) == 1 else HIT
+    many, single = make(autoreset_mode=mode, **options), one_by_one(mode, **options)
+    stories = [envs.reset(seed=7) for envs in (many, single)]
+    for _ in range(7):
+        np.testing.assert_allclose(stories[0][0], stories[1][0], atol=bound)
+        assert_same_info(stories[0][-1], stories[1][-1], bound)
+        actions = some_actions(rng)
+        steps = [envs.step(actions) for envs in (many, single)]
+        for a, b in zip(steps[0][1:4], steps[1][1:4], strict=True):
+            np.testing.assert_allclose(a, b, atol=bound)
+            assert a.dtype == b.dtype
+        stories = [(step[0], step[-1]) for step in steps]
+
+
+def assert_same_info(many: dict, single: dict, bound: float) -> None:
+    """The same names, masks and numbers; a throw and what is kept of it apart."""
+    apart = {"throw", "trajectory", "outcome", "_trajectory", "_outcome"}
+    assert many.keys() - apart == single.keys() - apart
+    for name in many.keys() - apart:
+        a, b = many[name], single[name]
+        if isinstance(a, dict):
+            assert_same_info(a, b, bound)
+        elif name in ("status", "_status"):
+            assert a.tolist() == b.tolist()
+        elif a.dtype == object and name == "final_obs":
+            np.testing.assert_allclose(np.stack(a), np.stack(b), atol=bound)
+        else:
+            np.testing.assert_allclose(a, b.astype(a.dtype), atol=bound)
+
+
+def test_hits_end_as_one_by_one(rng):
+    options = {"stones": ((0.0, 0.0), (-0.6, -1.5), (0.7, -2.5)), "throws": 2}
+    many, single = make(64, **options), make(1, vectorization_mode="sync", **options)
+    many.reset(seed=0)
+    actions = some_actions(rng, 64) * np.float32([1, 0.3, 0.3])
+    seen, rewards, *_, info = many.step(actions)
+    met = 0
+    for i in range(64):
+        single.reset(seed=0)
+        alone = single.step(actions[i : i + 1])
+        outcome = alone[-1]["outcome"][0]
+        met += len(outcome.contacts) == 1
+        if len(outcome.contacts) <= 1:
+            assert info["status"][i] == outcome.delivered_status.value
+            np.testing.assert_allclose(seen[i], alone[0][0], atol=HIT)
+            assert rewards[i] == pytest.approx(alone[1][0], abs=4 * HIT)
+    assert met > 10
+
+
+def test_a_stone_of_its_own_keeps_its_friction():
+    bias = standard().with_effect(
+        ActiveEffect(name="stone_bias", parameters={"stone": 101, "factor": 1.2})
+    )
+    envs = make(2, ice=bias, throws=2, autoreset_mode="SameStep")
+    envs.reset(seed=0)
+    far = [envs.step(np.float32([[0.0, a, 0.0]] * 2))[-1] for a in (-0.2, 0.2)]
+    assert far[1]["final_info"]["distance_m"][0] > far[0]["distance_m"][0] + 1.0
+
+
+# --- seeds and episodes ---------------------------------------------------------------------------
+
+
+def test_a_seed_counts_up_from_sheet_to_sheet():
+    options = {"stones": 3, "target": "random"}
+    seen, _ = make(**options).reset(seed=11)
+    again, _ = make(**options).reset(seed=list(range(11, 11 + N)))
+    np.testing.assert_array_equal(seen, again)
+    alone = gymnasium.make("CurlingSheet-v0", **options)
+    for i in range(N):
+        np.testing.assert_array_equal(seen[i], alone.reset(seed=11 + i)[0])
+    envs = make(**options)
+    first = envs.reset(seed=3)[0]
+    assert np.abs(envs.reset()[0] - first).max() > 0.05
+    np.testing.assert_array_equal(envs.reset(seed=3)[0], first)
+
+
+def test_only_the_masked_begin_anew(rng):
+    envs = make(throws=3)
+    envs.reset(seed=0)
+    after = envs.step(some_actions(rng))[0]
+    mask = np.arange(N) % 2 == 0
+    seen, info = envs.reset(options={"reset_mask": mask, "target": (0.5, 0.5)})
+    np.testing.assert_array_equal(seen[~mask], after[~mask])
+    assert (seen[mask, 2] == 1).all()
+    np.testing.assert_array_equal(info["_target"], mask)
+    np.testing.assert_allclose(info["target"][mask], [[0.5, TEE_Y + 0.5]] * mask.sum())
+
+
+def test_an_over_episode_begins_at_the_step_its_mode_says(rng):
+    following, same = (make(autoreset_mode=AutoresetMode(mode)) for mode in MODES)
+    assert following.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
+    for envs in (following, same):
+        envs.reset(seed=0)
+    actions = some_actions(rng)
+    (a, reward_a, over_a, _, info_a), (b, reward_b, over_b, _, info_b) = (
+        envs.step(actions) for envs in (following, same)
+    )
+    np.testing.assert_array_equal(reward_a, reward_b)
+    assert over_a.all()
+    assert over_b.all()
+    assert (a[:, 2] == 0).all()
+    assert (b[:, 2] == 1).all()
+    np.testing.assert_array_equal(np.stack(info_b["final_obs"]), a)
+    np.testing.assert_array_equal(info_b["final_info"]["distance_m"], info_a["distance_m"])
+    rested, reward, over, *_ = following.step(actions)
+    np.testing.assert_array_equal(rested, b)
+    assert not reward.any()
+    assert not over.any()
+
+
+# --- what Gymnasium asks --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_gymnasium_finds_what_it_asks_for(mode, rng):
+    envs = make(autoreset_mode=mode, stones=2, throws=2, target="random")
+    assert isinstance(envs.unwrapped, CurlingSheetVectorEnv)
+    assert envs.spec.id == "CurlingSheet-v0"
+    told = DictInfoToList(RecordEpisodeStatistics(envs))
+    seen, infos = told.reset(seed=1)
+    assert len(infos) == N
+    episodes = 0
+    for _ in range(6):
+        assert seen in envs.observation_space
+        seen, rewards, over, cut, infos = told.step(envs.action_space.sample())
+        assert rewards.shape == over.shape == cut.shape == (N,)
+        assert rewards.dtype == np.float64
+        assert over.dtype == cut.dtype == np.bool_
+        assert all(np.isfinite(info["target"]).all() for info in infos)
+        episodes += sum("episode" in info for info in infos)
+    assert episodes >= 2 * N
+    told.close()
+
+
+def test_what_is_handed_out_stays_as_it_was(rng):
+    envs = make(throws=3)
+    first, info = envs.reset(seed=0)
+    kept = first.copy(), info["target"].copy()
+    envs.step(some_actions(rng))
+    np.testing.assert_array_equal(first, kept[0])
+    np.testing.assert_array_equal(info["target"], kept[1])
+
+
+def test_trajectories_come_when_asked_for(rng):
+    actions = some_actions(rng)
+    with_paths, without = make(fps=10, stones=1, throws=2), make(stones=1, throws=2)
+    told = []
+    for envs in (with_paths, without):
+        envs.reset(seed=4)
+        told.append([envs.step(actions) for _ in range(2)])
+    for (a, *_, info), (b, *_, bare) in zip(*told, strict=True):
+        np.testing.assert_allclose(a, b, atol=HIT)
+        assert "trajectory" not in bare
+        for path, outcome in zip(info["trajectory"], info["outcome"], strict=True):
+            assert path.xy[-1] == pytest.approx((outcome.delivered.x, outcome.delivered.y))
+
+
+def test_both_ends_look_the_same_on_even_ice():
+    actions = np.float32([[0.0, -0.3, 0.3]] * 2)
+    stories = []
+    for end in Direction:
+        envs = make(2, direction=end, stones=((0.3, 0.4),), target=(0.2, -0.3))
+        stories.append((envs.reset(seed=0)[0], *envs.step(actions)[:2]))
+    for a, b in zip(*stories, strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-6)
+
+
+# --- bad input ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"n": 0}, "num_envs"),
+        ({"autoreset_mode": "Disabled"}, "autoreset_mode"),
+        ({"render_mode": "rgb_array"}, "not shown"),
+        ({"stones": 16}, "at most 16 stones"),
+        ({"stones": ((3.0, 0.0),)}, "inside the side lines"),
+        ({"throws": 0}, "at least one throw"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(options, says):
+    with pytest.raises(InputError, match=says):
+        CurlingSheetVectorEnv(options.pop("n", 2), **options)
+
+
+def test_steps_that_make_no_sense_are_refused():
+    envs = make(2)
+    with pytest.raises(InputError, match="reset"):
+        envs.step(np.zeros((2, 3)))
+    with pytest.raises(InputError, match="a seed for each"):
+        envs.reset(seed=[1])
+    with pytest.raises(InputError, match="unknown option"):
+        envs.reset(options={"wind": 3})
+    envs.reset(seed=0)
+    for actions, says in ((np.zeros(3), "shape"), (np.full((2, 3), np.nan), "finite")):
+        with pytest.raises(InputError, match=says):
+            envs.step(actions)
+
+
+def test_stones_that_overlap_are_refused():
+    envs = make(2, stones=((0.0, 0.0), (0.1, 0.0)))
+    envs.reset(seed=0)
+    with pytest.raises(InputError, match="overlap"):
+        envs.step(np.zeros((2, 3)))

@@ -1,0 +1,54 @@
+"""The table of docs/rules.md says of every set of rules what the set itself says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from curling_env.game.rules import RULE_SETS, RuleSet
+
+PAGE = (Path(__file__).parents[4] / "docs" / "rules.md").read_text(encoding="utf-8")
+
+
+def table() -> tuple[list[str], dict[str, list[str]]]:
+    rows = [
+        [cell.strip() for cell in line.strip("|").split("|")]
+        for line in PAGE.split("\n\n| |", 1)[1].split("\n\n", 1)[0].splitlines()
+    ]
+    names = [cell.strip("`") for cell in rows[0]]
+    return names, {row[0]: row[1:] for row in rows[2:]}
+
+
+def said_of(rules: RuleSet) -> dict[str, str]:
+    """What the page has to say, by the beginning of its row."""
+    whom = "every stone" if rules.no_takeout_until else "opposition guards"
+    after = rules.ends_before_concession
+    yes = {True: "yes", False: "no"}
+    return {
+        "Ends": str(rules.ends),
+        "Stones delivered by a team": str(rules.stones),
+        "Order of throws": "one player"
+        if set(rules.throwers) == {0}
+        else " ".join(str(player + 1) for player in rules.throwers),
+        "Stones on the sheet before": "one a team" if rules.placed_stones else "none",
+        "Protected at first": whom,
+        "… until so many": str(max(rules.free_guard_until, rules.no_takeout_until)),
+        "No-tick": yes[rules.no_tick],
+        "A stone that struck another": "yes" if rules.hog_line_exception else "no",
+        "After a blank end": "the hammer stays" if rules.blank_keeps_hammer else "the team that",
+        "Power play": "once a team" if rules.power_play else "–",
+        "Tied after": "extra ends",
+        "A team may concede": f"at its turn, after {after} ends" if after else "at its turn",
+        "The last end stops": yes[rules.stops_when_decided],
+    }
+
+
+@pytest.mark.parametrize("rules", RULE_SETS.values(), ids=list(RULE_SETS))
+def test_the_table_is_the_rules(rules):
+    names, rows = table()
+    assert names == list(RULE_SETS)
+    column = names.index(rules.name)
+    for begins, said in said_of(rules).items():
+        (row,) = (cells for title, cells in rows.items() if title.startswith(begins))
+        assert row[column].startswith(said), begins
