@@ -24,11 +24,11 @@ from tqdm import tqdm
 
 from curling_env.storage import make_directory, write_json, write_table
 from curling_env.trajectory import Trajectory, read_tracks
-from friction_estimation.discrepancy.acceptance import forecast, noise_floor
-from friction_estimation.discrepancy.discovery import Discovery, discover
-from friction_estimation.discrepancy.screening import CLEARLY
-from friction_estimation.discrepancy.session import open_session
-from friction_estimation.discrepancy.verdict import document
+from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery.discover import Discovery, discover
+from friction_estimation.discovery.evidence.hold_out import forecast, noise_floor
+from friction_estimation.discovery.report import document
+from friction_estimation.discovery.search.score_test import CLEARLY
 
 COMPARED = {
     "speed_dependent_friction": ("exponent",),

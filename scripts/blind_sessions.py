@@ -11,9 +11,8 @@ from typing import Any
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from curling_env.typing import Floats
 
 G = 9.80665
 STEP = 2e-3

@@ -8,12 +8,10 @@ thresholded least squares chooses from the same library instead (`pip install py
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from friction_estimation.discrepancy.session import Session, open_session
-from friction_estimation.kinematics import local_fit
-
-Floats = NDArray[np.float64]
+from curling_env.typing import Floats
+from friction_estimation.discovery.data.session import Session, open_session
+from friction_estimation.tracks.kinematics import local_fit
 
 WINDOW = 2.0
 """Width of the local quadratics [s]."""

@@ -13,18 +13,17 @@ from typing import Any
 import cv2
 import gymnasium
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 import curling_env
 from curling_env.game import player_named
 from curling_env.ice import Ice
-from curling_env.physics.aim import Aim
+from curling_env.physics.one_stone.aim import Aim
 from curling_env.presets import standard
 from curling_env.sheet import Direction
 from curling_env.storage import atomic_path
+from curling_env.typing import Image
 
-Picture = NDArray[np.uint8]
 QUALITY = 82
 
 
@@ -36,7 +35,7 @@ def keen_and_heavy() -> Ice:
     return replace(ice, friction=replace(ice.friction, mu=mu))
 
 
-def sheet() -> Picture:
+def sheet() -> Image:
     """A draw that comes off a stone in the house."""
     ice = keen_and_heavy()
     stones = np.array([[0.3, 0.1], [-0.9, -0.6], [0.8, -3.0], [-1.2, 0.9]])
@@ -48,7 +47,7 @@ def sheet() -> Picture:
     return _shown(env)
 
 
-def end() -> Picture:
+def end() -> Image:
     """The middle of an end between two rule-based players."""
     player = player_named("rulebased")
     env = gymnasium.make(
@@ -65,7 +64,7 @@ def end() -> Picture:
     return _shown(env)
 
 
-def match() -> Picture:
+def match() -> Image:
     """The first stones of mixed doubles after a power play."""
     player = player_named("rulebased")
     env = curling_env.curling_v0.env(
@@ -78,7 +77,7 @@ def match() -> Picture:
     return _shown(env)
 
 
-def _shown(env: Any) -> Picture:
+def _shown(env: Any) -> Image:
     picture = env.render()
     env.close()
     return picture

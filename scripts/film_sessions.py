@@ -33,19 +33,16 @@ from blind_sessions import (
     run_over,
     throw_path,
 )
-from numpy.typing import NDArray
 from tqdm import tqdm
 
 from curling_env.storage import make_directory, write_json
 from curling_env.trajectory import Trajectory, read_tracks, write_tracks
-from friction_estimation.discrepancy.discovery import discover
-from friction_estimation.discrepancy.verdict import document
-from friction_estimation.scene import load_scene, save_scene
+from friction_estimation.camera.scene import load_scene, save_scene
+from friction_estimation.discovery.discover import discover
+from friction_estimation.discovery.report import document
 from friction_estimation.synthetic import FilmSpec, render_film, scene_of
 from friction_estimation.synthetic.cameras import named_camera
 from friction_estimation.tracking import track_film
-
-Floats = NDArray[np.float64]
 
 THROWS = 12
 FPS = 12.0

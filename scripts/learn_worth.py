@@ -18,7 +18,7 @@ import numpy as np
 import torch
 from tqdm import tqdm
 
-from agents.ends import (
+from agents.playing.league.self_play import (
     LEADS,
     MOST_ENDS_LEFT,
     SIDE_BY_SIDE,
@@ -30,12 +30,12 @@ from agents.ends import (
     surprise,
     worth_of_scores,
 )
-from agents.ends import play_ends as play_on
+from agents.playing.league.self_play import play_ends as play_on
 from agents.playing.search.positions import Sheet
 from agents.playing.search.worth import FILE, SCORES, Network, load_network, save_network
 from curling_env.executor import executor
-from curling_env.skill import SKILLS
 from curling_env.storage import make_directory
+from curling_env.throw import SKILLS
 
 HELD_OUT = 12
 """One batch of ends of so many is not learnt from, but shows what was learnt."""

@@ -24,15 +24,15 @@ import numpy as np
 import typer
 from av.error import FFmpegError
 
-from curling_env.physics.slide import slide
+from curling_env.physics.one_stone.slide import slide
 from curling_env.presets import standard
 from curling_env.storage import atomic_path, make_directory
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
+from friction_estimation.camera.scene import load_scene
 from friction_estimation.live import Feed, Moment, Seen, follow, open_feed
 from friction_estimation.live.motion import MEMORY
 from friction_estimation.live.recorder import QUIET
-from friction_estimation.scene import load_scene
 from friction_estimation.synthetic import FilmSpec, on_film, render_films
 
 SPEC = FilmSpec(

@@ -13,7 +13,7 @@ import typer
 
 from agents.planning import plan_task
 from agents.planning.picture import draw_plan
-from curling_env.cli import say
+from curling_env.commands.cli import say
 from curling_env.errors import CurlingError
 from curling_env.ice import load_ice
 from curling_env.storage import make_directory

@@ -21,22 +21,20 @@ from typing import Annotated, Any
 import cv2
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
-from curling_env.cli import progress, say
+from curling_env.commands.cli import progress, say
 from curling_env.errors import CurlingError
 from curling_env.executor import executor
 from curling_env.ice import Ice
-from curling_env.physics.slide import slide
+from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import Direction
 from curling_env.storage import make_directory, read_json, read_table, write_table
 from curling_env.throw import Throw
+from curling_env.typing import Floats
+from friction_estimation.camera.scene import Scene, load_scene
 from friction_estimation.inversion import estimate_ice
-from friction_estimation.scene import Scene, load_scene
 from friction_estimation.synthetic import CAMERAS, FilmSpec, render_films
 from friction_estimation.tracking import track_film
-
-Floats = NDArray[np.float64]
 
 CAMERAS_TOLD = "end,gantry,side,ceiling,ceiling_home,ceiling_middle"
 OUT_OF_HAND = 1.0

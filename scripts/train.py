@@ -10,10 +10,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from agents.configuration import configuration, with_settings
-from agents.evaluate import cases_of, judge
-from agents.thrower import Thrower
-from agents.training import train
+from agents.learning.configuration import configuration, with_settings
+from agents.learning.evaluation import cases_of, judge
+from agents.learning.policy import Thrower
+from agents.learning.training import train
 from curling_env.ice import load_ice
 from curling_env.sheet import Direction, tee
 

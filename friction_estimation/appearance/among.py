@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from curling_env.typing import Floats
 from friction_estimation.appearance.exposure import Exposure, cover_of, rendered
 from friction_estimation.appearance.fit import (
     MARGIN_PX,
@@ -19,10 +19,8 @@ from friction_estimation.appearance.fit import (
     window_for,
 )
 from friction_estimation.appearance.model import Window
-from friction_estimation.camera import Camera
-from friction_estimation.raw_frame import Frame
-
-Floats = NDArray[np.float64]
+from friction_estimation.camera.camera import Camera
+from friction_estimation.film.frame import Frame
 
 HIDDEN_SHARE = 0.05
 """A pixel of which a nearer stone covers more than this says nothing of the one behind it."""

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from curling_env.typing import Floats
 from friction_estimation.appearance.fit import (
     MARGIN_PX,
     OUTLIER_AT,
@@ -24,10 +24,8 @@ from friction_estimation.appearance.painting import (
     shares,
     tinted,
 )
-from friction_estimation.camera import Camera
-from friction_estimation.raw_frame import Frame
-
-Floats = NDArray[np.float64]
+from friction_estimation.camera.camera import Camera
+from friction_estimation.film.frame import Frame
 
 MIN_NOISE = 1.0
 """Residuals are never trusted better than one grey level: that is how films are stored."""

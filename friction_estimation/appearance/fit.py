@@ -12,13 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from curling_env.typing import Floats
 from friction_estimation.appearance.kernels import pose_step, separate
 from friction_estimation.appearance.model import StoneModel, Window, window_at
 from friction_estimation.appearance.painting import Planes, blurred, painted, tinted, turn_handle
-from friction_estimation.camera import Camera
-from friction_estimation.raw_frame import Frame
-
-Floats = NDArray[np.float64]
+from friction_estimation.camera.camera import Camera
+from friction_estimation.film.frame import Frame
 
 MARGIN_PX = 4.0
 """Ring of background around the stone that the fit looks at: about three blurs wide."""

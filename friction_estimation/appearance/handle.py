@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from curling_env.typing import Floats
 from friction_estimation.appearance.exposure import (
     Exposure,
     cost_of,
@@ -20,10 +21,8 @@ from friction_estimation.appearance.exposure import (
 )
 from friction_estimation.appearance.fit import PIXEL_CORRELATION, Appearance
 from friction_estimation.appearance.painting import turn_handle
-from friction_estimation.camera import Camera
-from friction_estimation.raw_frame import Frame
-
-Floats = NDArray[np.float64]
+from friction_estimation.camera.camera import Camera
+from friction_estimation.film.frame import Frame
 
 HEADINGS_TRIED = 24
 HEADINGS_ASKED = 16

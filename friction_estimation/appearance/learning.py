@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from curling_env.typing import Floats
 from friction_estimation.appearance.exposure import (
     MIN_NOISE,
     Exposure,
@@ -28,8 +28,6 @@ from friction_estimation.appearance.fit import Appearance
 from friction_estimation.appearance.handle import turn_together, with_handle
 from friction_estimation.appearance.model import PARTS, StoneModel
 from friction_estimation.appearance.profile import refine_profile
-
-Floats = NDArray[np.float64]
 
 SHADOW_TRIED = 0.1
 REFINEMENTS = ((3, 8), (2, 8), (1, 20))

@@ -15,12 +15,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from curling_env.typing import Floats
 from friction_estimation.appearance import kernels
-from friction_estimation.camera import Camera
-
-Floats = NDArray[np.float64]
+from friction_estimation.camera.camera import Camera
 
 PARTS = ("foot", "side", "bevel", "top", "handle")
 """The parts of a stone that have a colour of their own, from the ice up."""

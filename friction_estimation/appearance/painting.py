@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from curling_env.typing import Floats
 from friction_estimation.appearance.kernels import (
     FINE,
     PLANES,
@@ -17,7 +18,6 @@ from friction_estimation.appearance.kernels import (
 )
 from friction_estimation.appearance.model import SHAPE_PARAMETERS, Window
 
-Floats = NDArray[np.float64]
 Planes = NDArray[np.float32]
 """Pictures are single: what they hold is known to a tenth of a grey level at best."""
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from curling_env.typing import Floats
 from friction_estimation.appearance.exposure import (
     Exposure,
     planes_of,
@@ -29,8 +29,6 @@ from friction_estimation.appearance.painting import (
     tinted,
     turn_handle,
 )
-
-Floats = NDArray[np.float64]
 
 SHAPE_SPREAD = {
     "foot_inset": 0.03,

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.cli import print_json, progress, say
+from curling_env.commands.cli import print_json, progress, say
 from curling_env.errors import InputError
 
 UNSURE = 0.05
@@ -107,7 +107,7 @@ def calibrate(
         if given is not None:
             raise InputError("is for a photo of the ice; mark its tee and hog line", source=option)
     output = output or Path("camera.json")
-    from friction_estimation.boards import Board, calibrate_lens, save_lens
+    from friction_estimation.camera.chessboard import Board, calibrate_lens, save_lens
 
     size = re.fullmatch(r"(\d{1,3})[x×X](\d{1,3})", squares)
     if size is None:
@@ -159,9 +159,9 @@ def _of_the_ice(
 
     from curling_env.sheet import PAPER_SHEET
     from curling_env.storage import atomic_path
-    from friction_estimation.photo import camera_from_photo, draw_landmarks
-    from friction_estimation.picking.picking import Picking
-    from friction_estimation.scene import load_scene, save_scene
+    from friction_estimation.camera.annotation.annotate import Picking
+    from friction_estimation.camera.scene import load_scene, save_scene
+    from friction_estimation.camera.single_photo import camera_from_photo, draw_landmarks
 
     cv2.setNumThreads(1)
     if len(images) != 1:

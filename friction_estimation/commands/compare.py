@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.cli import IceOption, print_json, say
+from curling_env.commands.cli import IceOption, print_json, say
 
 
 def compare(
@@ -38,11 +38,11 @@ def compare(
     from curling_env.ice import load_ice
     from curling_env.storage import make_directory
     from curling_env.trajectory import read_tracks
-    from friction_estimation.compare import compare_tracks, write_comparison
+    from friction_estimation.reports.compare import compare_tracks, write_comparison
 
     comparison = compare_tracks(read_tracks(tracks), load_ice(ice), window=window)
     if output is not None:
-        from friction_estimation.report import save_comparison
+        from friction_estimation.reports.estimate_figures import save_comparison
 
         folder = make_directory(output)
         write_comparison(comparison, folder)

@@ -8,9 +8,9 @@ from typing import Annotated
 
 import typer
 
-from curling_env.cli import OutputFile, print_json, say
+from curling_env.commands.cli import OutputFile, print_json, say
 from curling_env.errors import InputError
-from friction_estimation.interchange import Along
+from friction_estimation.tracks.importers import Along
 
 
 class Unit(StrEnum):
@@ -68,8 +68,8 @@ def convert(
     from curling_env.ice import load_ice, write_cells
     from curling_env.sheet import PAPER_SHEET
     from curling_env.trajectory import is_tracks, read_tracks, write_tracks
-    from friction_estimation.interchange import on_sheet, read_export
-    from friction_estimation.picking.places import places_of
+    from friction_estimation.camera.annotation.keypoints import places_of
+    from friction_estimation.tracks.importers import on_sheet, read_export
 
     if table.suffix.lower() == ".json":
         ice = load_ice(table)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from curling_env.cli import OutputFile, print_json, say
+from curling_env.commands.cli import OutputFile, print_json, say
 from curling_env.errors import InputError
 
 if TYPE_CHECKING:
@@ -53,9 +53,9 @@ def corners(
     """
     import webbrowser
 
-    from friction_estimation.picking.picking import Picking
-    from friction_estimation.picking.server import PickingServer
-    from friction_estimation.scene import Scene, load_lens, load_scene, save_scene
+    from friction_estimation.camera.annotation.annotate import Picking
+    from friction_estimation.camera.annotation.server import PickingServer
+    from friction_estimation.camera.scene import Scene, load_lens, load_scene, save_scene
 
     before = None if start is None else load_scene(start, camera)
     if before is not None:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.cli import OutputDirectory, SeedOption, print_json, say
+from curling_env.commands.cli import OutputDirectory, SeedOption, print_json, say
 
 
 def discover(
@@ -70,11 +70,11 @@ def discover(
     from curling_env.ice import load_ice
     from curling_env.storage import make_directory
     from curling_env.trajectory import read_tracks
-    from friction_estimation.discrepancy.discovery import discover as find
-    from friction_estimation.discrepancy.page import write_report_page
-    from friction_estimation.discrepancy.references import Quantity, calibrate, read_reference
-    from friction_estimation.discrepancy.verdict import write_files
-    from friction_estimation.scene import load_scene
+    from friction_estimation.camera.scene import load_scene
+    from friction_estimation.discovery.data.references import Quantity, calibrate, read_reference
+    from friction_estimation.discovery.discover import discover as find
+    from friction_estimation.discovery.report import write_files
+    from friction_estimation.reports.discovery_page import write_report_page
 
     given: dict[Quantity, list[str]] = {
         "scale_error": known_length or [],

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from curling_env.cli import print_json, progress, say
+from curling_env.commands.cli import print_json, progress, say
 from curling_env.errors import InputError
 
 if TYPE_CHECKING:
     from curling_env.trajectory import Trajectory
-    from friction_estimation.report_page import Still
-    from friction_estimation.unfinished import Unfinished
+    from friction_estimation.reports.estimate_page import Still
+    from friction_estimation.tracking.resume import Unfinished
 
 
 FILMS_SHOWN = 4
@@ -208,7 +208,7 @@ def estimate(
     from curling_env.storage import make_directory
     from curling_env.trajectory import read_tracks
     from friction_estimation.inversion import estimate_ice
-    from friction_estimation.inversion.knowledge import (
+    from friction_estimation.inversion.information import (
         evidence_path,
         load_knowledge,
         save_knowledge,
@@ -263,7 +263,7 @@ def estimate(
     if found.knowledge is not None:
         save_knowledge(found.knowledge, evidence_path(output))
     if report is not None:
-        from friction_estimation.report_page import write_report
+        from friction_estimation.reports.estimate_page import write_report
 
         folder = make_directory(report)
         names = write_report(found, folder, stills)
@@ -285,11 +285,11 @@ def _filmed(
     import cv2
 
     from curling_env.storage import file_digest
-    from friction_estimation.report_page import Still
-    from friction_estimation.scene import load_scene
+    from friction_estimation.camera.scene import load_scene
+    from friction_estimation.reports.estimate_page import Still
     from friction_estimation.tracking import track_film
     from friction_estimation.tracking.overlay import stills as stills_of
-    from friction_estimation.unfinished import Unfinished
+    from friction_estimation.tracking.resume import Unfinished
 
     if len(scenes) not in (1, len(films)):
         raise InputError(
@@ -346,7 +346,7 @@ def _plan(
     from curling_env.ice import load_ice
     from curling_env.sheet import PAPER_SHEET
     from curling_env.throw import write_releases
-    from friction_estimation.inversion.plan import plan_throws
+    from friction_estimation.inversion.design.design import plan_throws
 
     with ProgressBar() as bar:
         found = plan_throws(

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.cli import IceOption, OutputDirectory, SeedOption, print_json, progress
+from curling_env.commands.cli import IceOption, OutputDirectory, SeedOption, print_json, progress
 from curling_env.errors import InputError
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.cli import OutputFile, print_json, say
+from curling_env.commands.cli import OutputFile, print_json, say
 
 
 def stones(
@@ -42,10 +42,10 @@ def stones(
 
     from curling_env.storage import atomic_path, write_json
     from friction_estimation.appearance import StoneModel
-    from friction_estimation.camera import Camera
-    from friction_estimation.picking.picking import Picking
-    from friction_estimation.scene import load_scene
-    from friction_estimation.stills import draw_stones, stones_in_still
+    from friction_estimation.camera.annotation.annotate import Picking
+    from friction_estimation.camera.camera import Camera
+    from friction_estimation.camera.scene import load_scene
+    from friction_estimation.tracking.detection.single_image import draw_stones, stones_in_still
 
     cv2.setNumThreads(1)
     known = load_scene(scene)

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from curling_env.cli import OutputFile, print_json, progress, say
+from curling_env.commands.cli import OutputFile, print_json, progress, say
 from curling_env.errors import InputError
 
 if TYPE_CHECKING:
-    from friction_estimation.scene import Scene
+    from friction_estimation.camera.scene import Scene
     from friction_estimation.tracking import FilmTrack
 
 
@@ -123,10 +123,10 @@ def track(
 
     from curling_env.storage import file_digest
     from curling_env.trajectory import write_tracks
-    from friction_estimation.scene import load_scene
+    from friction_estimation.camera.scene import load_scene
+    from friction_estimation.film.video import is_stream
     from friction_estimation.tracking import TrackingOptions, track_film
-    from friction_estimation.unfinished import Unfinished
-    from friction_estimation.video import is_stream
+    from friction_estimation.tracking.resume import Unfinished
 
     if overlay is not None and len(films) > 1:
         raise InputError("an overlay is drawn for one film at a time", source="--overlay")
@@ -193,7 +193,7 @@ def track(
         tracks += of_film[:1] if together else of_film
         said.append({"film": films[i], "throw": throw, **about})
     if together:
-        from friction_estimation.handover import join_cameras
+        from friction_estimation.tracks.camera_fusion import join_cameras
 
         joined = join_cameras(tracks)
         tracks = [joined.whole if bridge else joined.trajectory]

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from curling_env.cli import print_json, say
+from curling_env.commands.cli import print_json, say
 from curling_env.storage import make_directory
 from curling_env.trajectory import Trajectory, write_tracks
+from friction_estimation.camera.scene import Scene
 from friction_estimation.live import Seen, follow, open_feed
-from friction_estimation.scene import Scene
 
 
 def track_live(

@@ -6,16 +6,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from friction_estimation.inversion.knowledge import Knowledge
-from friction_estimation.inversion.linear_throw import LinearThrow, linearise
+from curling_env.typing import Floats
+from friction_estimation.inversion.information import Knowledge
 from friction_estimation.inversion.noise import Noise, estimate_noise
 from friction_estimation.inversion.prior import USUAL_SCATTER
-from friction_estimation.inversion.ridden import Ridden, move_release, residuals_of, ride_throw
-from friction_estimation.inversion.ride import Track
-
-Floats = NDArray[np.float64]
+from friction_estimation.inversion.throw.fitted import (
+    Ridden,
+    move_release,
+    residuals_of,
+    ride_throw,
+)
+from friction_estimation.inversion.throw.forward import Track
+from friction_estimation.inversion.throw.linearised import LinearThrow, linearise
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the part of it that is done, 0 to 1."""

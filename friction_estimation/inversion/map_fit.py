@@ -13,17 +13,21 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from friction_estimation.camera_bias import NO_BIAS, CameraBias
-from friction_estimation.inversion.knowledge import Knowledge
+from curling_env.typing import Floats
+from friction_estimation.inversion.information import Knowledge
 from friction_estimation.inversion.level_fit import LONGEST_STEP, Progress
-from friction_estimation.inversion.linear_throw import LinearThrow, linearise
 from friction_estimation.inversion.noise import Noise, estimate_noise
 from friction_estimation.inversion.prior import Evidence, Posterior
-from friction_estimation.inversion.refit import FreeEffects
-from friction_estimation.inversion.ridden import Ridden, move_release, residuals_of, ride_throw
-from friction_estimation.inversion.ride import Track
-
-Floats = NDArray[np.float64]
+from friction_estimation.inversion.throw.camera_bias import NO_BIAS, CameraBias
+from friction_estimation.inversion.throw.fitted import (
+    Ridden,
+    move_release,
+    residuals_of,
+    ride_throw,
+)
+from friction_estimation.inversion.throw.forward import Track
+from friction_estimation.inversion.throw.free_effects import FreeEffects
+from friction_estimation.inversion.throw.linearised import LinearThrow, linearise
 
 ROUNDS, REFIT_ROUNDS = 4, 6
 """Gauss–Newton rounds; the path is nearly linear in ln μ and two to four are enough, in the

@@ -14,13 +14,10 @@ from math import exp, fabs, log, sqrt
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from curling_env.physics.compiled import compiled
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from curling_env.typing import Flags, Floats
 
 GATE = 5.0
 """Standard deviations from its prediction beyond which a row is left out."""

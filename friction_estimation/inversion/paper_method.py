@@ -21,9 +21,8 @@ from numpy.typing import NDArray
 
 from curling_env.ice import FrictionMap, Ice
 from curling_env.physics.effects.motion import GRAVITY
-from friction_estimation.kinematics import FreeSlide, smooth_motion
-
-Floats = NDArray[np.float64]
+from curling_env.typing import Floats
+from friction_estimation.tracks.kinematics import FreeSlide, smooth_motion
 
 WINDOW = 1.0
 """Width of the windows in which a track is differentiated [s]."""

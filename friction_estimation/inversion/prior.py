@@ -16,16 +16,15 @@ from scipy.linalg import cho_factor, cho_solve, eigh, solve_triangular
 from scipy.optimize import minimize
 
 from curling_env.sheet import Sheet
-from friction_estimation.camera_bias import (
+from curling_env.typing import Floats
+from friction_estimation.inversion.matern import matern
+from friction_estimation.inversion.throw.camera_bias import (
     LONGEST_RIPPLE,
     SHORTEST_RIPPLE,
     USUAL_RIPPLE,
     USUAL_RIPPLE_LENGTH,
     ripple_root,
 )
-from friction_estimation.matern import matern
-
-Floats = NDArray[np.float64]
 
 LEVEL_SPREAD = 1.0
 """Spread of the constant part of ln μ: a factor e either way, which is next to nothing known."""

@@ -18,23 +18,25 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from curling_env.ice import FrictionMap, Ice
-from friction_estimation.inversion.bias_search import BiasSearch
-from friction_estimation.inversion.knowledge import Knowledge
+from friction_estimation.inversion.information import Knowledge
 from friction_estimation.inversion.level_fit import OneFriction, Progress, fit_level
 from friction_estimation.inversion.map_fit import FittedMap, MapState, Sought, fit_map
 from friction_estimation.inversion.noise import Noise
-from friction_estimation.inversion.refit import free_effects, no_effects
-from friction_estimation.inversion.ridden import Ridden, board_throw, crossed_cells, first_level
-from friction_estimation.inversion.ride import Track
-from friction_estimation.inversion.ripple_fit import search_ripple
-from friction_estimation.inversion.shared_error import shared_by_level, shared_by_map
-from friction_estimation.kinematics import FreeSlide
-
-Floats = NDArray[np.float64]
+from friction_estimation.inversion.systematic.bias_search import BiasSearch
+from friction_estimation.inversion.systematic.ripple_fit import search_ripple
+from friction_estimation.inversion.systematic.shared_error import shared_by_level, shared_by_map
+from friction_estimation.inversion.throw.fitted import (
+    Ridden,
+    board_throw,
+    crossed_cells,
+    first_level,
+)
+from friction_estimation.inversion.throw.forward import Track
+from friction_estimation.inversion.throw.free_effects import free_effects, no_effects
+from friction_estimation.tracks.kinematics import FreeSlide
 
 CameraBiasChoice = Literal["auto", "on", "off"]
 

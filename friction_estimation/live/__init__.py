@@ -8,7 +8,7 @@ for some seconds; films without a stone that slides are told of and kept.
 """
 
 from friction_estimation.live.feed import Coded, Feed, Moment, open_feed
-from friction_estimation.live.following import Seen, Told, follow
+from friction_estimation.live.follow import Seen, Told, follow
 from friction_estimation.live.recorder import Clip, Recorder
 
 __all__ = ["Clip", "Coded", "Feed", "Moment", "Recorder", "Seen", "Told", "follow", "open_feed"]

@@ -21,13 +21,11 @@ import cv2
 import numpy as np
 from av.codec.context import Flags
 from av.error import FFmpegError
-from numpy.typing import NDArray
 
 from curling_env.errors import InputError
-from friction_estimation.raw_frame import brightness_of
-from friction_estimation.video import DEFAULT_FPS, due
-
-Image = NDArray[np.uint8]
+from curling_env.typing import Image
+from friction_estimation.film.frame import brightness_of
+from friction_estimation.film.video import DEFAULT_FPS, due
 
 PATIENCE = (10.0, 10.0)
 """So long a stream may take to open, and then to send something [s]."""

@@ -9,14 +9,11 @@ from collections import deque
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from friction_estimation.camera import Camera
-from friction_estimation.scene import Scene
-from friction_estimation.tracking.background import sheet_region
-
-Image = NDArray[np.uint8]
-Floats = NDArray[np.float64]
+from curling_env.typing import Floats, Image
+from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.scene import Scene
+from friction_estimation.tracking.detection.background import sheet_region
 
 THINNED_PX = 2
 """Brightness is averaged over squares of so many pixels."""

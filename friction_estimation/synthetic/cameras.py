@@ -6,15 +6,20 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.errors import InputError
-from curling_env.sheet import HOG_LINE_Y, HOUSE_RADIUS, PAPER_SHEET, TEE_Y, Sheet
-from curling_env.stone import RULE_BOOK_STONE, Stone
-from friction_estimation.camera import Camera
-from friction_estimation.scene import CORNERS, MIN_POINTS, Scene
-
-Floats = NDArray[np.float64]
+from curling_env.sheet import (
+    HOG_LINE_Y,
+    HOUSE_RADIUS,
+    PAPER_SHEET,
+    RULE_BOOK_STONE,
+    TEE_Y,
+    Sheet,
+    Stone,
+)
+from curling_env.typing import Floats
+from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.scene import CORNERS, MIN_POINTS, Scene
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,21 +10,21 @@ import cv2
 import numpy as np
 
 from curling_env.errors import InputError, OutputError
-from curling_env.sheet import PAPER_SHEET, Sheet
-from curling_env.stone import RULE_BOOK_STONE, Stone
+from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
 from curling_env.storage import atomic_path, make_directory, write_json, write_table
 from curling_env.trajectory import Trajectory
-from friction_estimation.scene import save_scene
+from curling_env.typing import Image
+from friction_estimation.camera.scene import save_scene
 from friction_estimation.synthetic.cameras import scene_of
 from friction_estimation.synthetic.spec import FilmSpec, on_film
-from friction_estimation.synthetic.stage import Frame, Stage
+from friction_estimation.synthetic.stage import Stage
 from friction_estimation.synthetic.stones import StoneOnIce
 
-Progress = Callable[[Iterable[Frame], str, int], Iterable[Frame]]
+Progress = Callable[[Iterable[Image], str, int], Iterable[Image]]
 """Passes frames on and shows how far it is: (frames, label, total) -> the same frames."""
 
 
-def write_film(path: str | Path, pictures: Iterable[Frame], fps: float) -> int:
+def write_film(path: str | Path, pictures: Iterable[Image], fps: float) -> int:
     """Encode frames as MPEG-4, written atomically.
 
     Returns
@@ -83,7 +83,7 @@ def _render(
     label: str,
 ) -> Trajectory:
     truth = on_film(trajectory, stage.spec)
-    pictures: Iterable[Frame] = stage.frames(trajectory, seed=trajectory.throw)
+    pictures: Iterable[Image] = stage.frames(trajectory, seed=trajectory.throw)
     if progress is not None:
         pictures = progress(pictures, label, len(truth))
     write_film(path, pictures, stage.spec.fps)

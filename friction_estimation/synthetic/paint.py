@@ -25,9 +25,8 @@ from curling_env.sheet import (
     TEE_Y,
     Sheet,
 )
-from friction_estimation.camera import Camera
-
-Floats = NDArray[np.float64]
+from curling_env.typing import Floats
+from friction_estimation.camera.camera import Camera
 
 SAMPLES = 4
 """Samples along each side of a pixel of the sheet."""

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from curling_env.sheet import Sheet
 from curling_env.trajectory import Trajectory
-from friction_estimation.camera import Camera
+from curling_env.typing import Floats
+from friction_estimation.camera.camera import Camera
 from friction_estimation.synthetic.stones import Box, box_around
 
-Floats = NDArray[np.float64]
 Colour = tuple[int, int, int]
 
 WALKERS = 2

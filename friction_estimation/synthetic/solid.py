@@ -12,10 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from curling_env.stone import RULE_BOOK_STONE, Stone
-
-Floats = NDArray[np.float64]
-Singles = NDArray[np.float32]
+from curling_env.sheet import RULE_BOOK_STONE, Stone
+from curling_env.typing import Floats, Singles
 
 PROFILE = (
     (0.50, 0.00),

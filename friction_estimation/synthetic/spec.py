@@ -7,16 +7,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from curling_env.errors import InputError
 from curling_env.trajectory import Trajectory
-from friction_estimation.camera import Camera
+from curling_env.typing import Floats
+from friction_estimation.camera.camera import Camera
 from friction_estimation.synthetic.cameras import named_camera
 from friction_estimation.synthetic.paint import Light, Palette
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -12,9 +12,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from curling_env.sheet import PAPER_SHEET, Sheet
-from curling_env.stone import RULE_BOOK_STONE, Stone
+from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
 from curling_env.trajectory import Trajectory
+from curling_env.typing import Floats, Image
 from friction_estimation.synthetic.paint import PixelRays, paint_sheet
 from friction_estimation.synthetic.people import Cast, Person, draw_person
 from friction_estimation.synthetic.solid import StoneShape
@@ -27,9 +27,6 @@ from friction_estimation.synthetic.stones import (
     draw_stones,
     stone_box,
 )
-
-Floats = NDArray[np.float64]
-Frame = NDArray[np.uint8]
 
 TONES = 16
 """Steps between two grey levels while a picture is built: noise must not meet rounded values."""
@@ -79,13 +76,13 @@ class Stage:
             self._noise = np.rint(grain, out=grain).astype(np.int16)
 
     @property
-    def still(self) -> Frame:
+    def still(self) -> Image:
         """The sheet with its resting stones, without noise and people, (height, width, 3)."""
         return _to_frame(self._still, 1.0)
 
     def frames(
         self, trajectory: Trajectory, *, others: Sequence[Trajectory] = (), seed: int = 0
-    ) -> Iterator[Frame]:
+    ) -> Iterator[Image]:
         """The frames of one throw, (height, width, 3) blue-green-red.
 
         Parameters
@@ -170,7 +167,7 @@ class Stage:
         draw_person(patch, self.camera, box, person, self.spec.light.shadow)
         picture[box.slices] = _to_tones(patch)
 
-    def _expose(self, picture: NDArray[np.int16], rng: np.random.Generator) -> Frame:
+    def _expose(self, picture: NDArray[np.int16], rng: np.random.Generator) -> Image:
         """The sensor: noise, flicker, and rounding to eight bits."""
         gain = 1.0 + self.spec.light.flicker * rng.standard_normal()
         if self._noise is not None:
@@ -183,7 +180,7 @@ class Stage:
         return _to_frame(picture, gain)
 
 
-def _to_frame(picture: NDArray[np.int16], gain: float) -> Frame:
+def _to_frame(picture: NDArray[np.int16], gain: float) -> Image:
     return np.asarray(cv2.convertScaleAbs(picture, alpha=gain / TONES), dtype=np.uint8)
 
 
@@ -241,7 +238,7 @@ def frames(
     sheet: Sheet = PAPER_SHEET,
     stone: Stone = RULE_BOOK_STONE,
     resting: Sequence[StoneOnIce] = (),
-) -> Iterator[Frame]:
+) -> Iterator[Image]:
     """The frames of one throw, (height, width, 3) blue-green-red; see `Stage` for many throws."""
     stage = Stage(spec, sheet=sheet, stone=stone, resting=resting)
     return stage.frames(trajectory, seed=trajectory.throw)

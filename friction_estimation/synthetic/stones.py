@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from friction_estimation.camera import Camera
+from curling_env.typing import Floats, Singles
+from friction_estimation.camera.camera import Camera
 from friction_estimation.synthetic.paint import Light, PixelRays
 from friction_estimation.synthetic.solid import (
     LAMP_DIRECTIONS,
@@ -18,9 +19,6 @@ from friction_estimation.synthetic.solid import (
     StoneShape,
     trace,
 )
-
-Floats = NDArray[np.float64]
-Singles = NDArray[np.float32]
 
 HANDLE_COLOURS = (RED, (40, 190, 235), (190, 110, 30), (70, 140, 40))
 """Red, yellow, blue, green (blue-green-red); a stone takes the one of its number."""

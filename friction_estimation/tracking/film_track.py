@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.trajectory import Trajectory
+from curling_env.typing import Floats
 from friction_estimation.appearance import Appearance
-from friction_estimation.camera import Camera
-from friction_estimation.refinement import Refined
-from friction_estimation.steadiness import Hold
+from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.refinement import Refined
+from friction_estimation.film.stabilisation import Hold
 from friction_estimation.tracking.optical_flow import Flow
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

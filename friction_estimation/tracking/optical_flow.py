@@ -18,11 +18,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from friction_estimation.camera import Camera
-from friction_estimation.raw_frame import Frame
+from curling_env.typing import Floats, Image
+from friction_estimation.camera.camera import Camera
+from friction_estimation.film.frame import Frame
 
-Floats = NDArray[np.float64]
-Image = NDArray[np.uint8]
 Flow = Literal["plain", "pyramidal"]
 
 FLOWS: tuple[Flow, ...] = ("plain", "pyramidal")

@@ -7,16 +7,15 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, RING_RADII, TEE_Y
-from friction_estimation.scene import Scene
-from friction_estimation.top_view import TopView
+from curling_env.typing import Floats, Image
+from friction_estimation.camera.scene import Scene
+from friction_estimation.camera.top_view import TopView
+from friction_estimation.film.video import Film, film_writer
 from friction_estimation.tracking.film_track import FilmTrack
-from friction_estimation.video import Film, film_writer
 
-Image = NDArray[np.uint8]
-Floats = NDArray[np.float64]
 Progress = Callable[[Iterable[tuple[float, Image]], int], Iterable[tuple[float, Image]]]
 
 PATH = (40, 170, 255)

@@ -11,9 +11,9 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.slide import slide
+from curling_env.physics.one_stone.slide import slide
 from curling_env.throw import Throw
-from friction_estimation.steadiness import held
+from friction_estimation.film.stabilisation import held
 from friction_estimation.synthetic import FilmSpec, Stage, on_film, scene_of, write_film
 from friction_estimation.tracking import track_film
 

@@ -8,14 +8,14 @@ import cv2
 import numpy as np
 import pytest
 
-from curling_env.cli import main
+from curling_env.commands.cli import main
 from curling_env.trajectory import read_tracks
 from friction_estimation.appearance.model import StoneModel
-from friction_estimation.camera import Camera
-from friction_estimation.scene import Scene, load_scene, save_scene
+from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.scene import Scene, load_scene, save_scene
+from friction_estimation.film.video import Film, film_writer
 from friction_estimation.tracking import track_film
 from friction_estimation.tracking.optical_flow import follow, lucas_kanade
-from friction_estimation.video import Film, film_writer
 
 SIZE = (480, 270)
 FPS = 20.0

@@ -1,0 +1,295 @@
+"""Calibration from pictures of a board: what one camera's lens does, measured once for all films.
+
+A chessboard or a ChArUco board of known squares is held before the camera in several tilts; the
+corners of its squares, found to a fraction of a pixel, give focal lengths, principal point and
+distortion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import cv2
+import numpy as np
+
+from curling_env.errors import InputError
+from curling_env.storage import write_json
+from curling_env.typing import Floats, Image
+
+Progress = Callable[[Iterable[str | Path], int], Iterable[str | Path]]
+
+MIN_VIEWS = 3
+"""Fewer pictures of a plane do not fix focal length, principal point and distortion together."""
+MIN_CORNERS = 6
+MAX_RMS_PX = 3.0
+"""A board that is missed by more is not the board that was described."""
+MAX_FOCAL_SIGMA = 0.03
+"""Standard error of the focal length, as a share of it, beyond which the views say too little."""
+FOCAL_RANGE = (0.2, 20.0)
+"""Focal lengths of cameras, in image widths."""
+MIN_TILT_DEG = 5.0
+"""Boards all held square to the camera leave focal length and distance degenerate."""
+K3_GAIN = 0.95
+"""The sixth-order term is kept only where it lowers the misfit to this share or less."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Board:
+    """A calibration board.
+
+    Parameters
+    ----------
+    kind : ``chessboard``, or ``charuco``: a chessboard with markers, which may be partly in view
+    columns, rows : number of squares
+    square : side of a square [m]
+    marker : side of a ChArUco marker [m]; three quarters of a square where None
+    dictionary : of the ChArUco markers, as OpenCV calls it without ``DICT_``
+
+    Raises
+    ------
+    InputError : sizes that no board has, or an unknown dictionary
+    """
+
+    kind: Literal["chessboard", "charuco"] = "chessboard"
+    columns: int
+    rows: int
+    square: float
+    marker: float | None = None
+    dictionary: str = "4X4_250"
+
+    def __post_init__(self) -> None:
+        if min(self.columns, self.rows) < 3 or max(self.columns, self.rows) < 4:
+            raise InputError(
+                f"a board has 4 × 3 squares or more, got {self.columns} × {self.rows}",
+                source="squares",
+            )
+        if not (np.isfinite(self.square) and self.square > 0):
+            raise InputError(
+                f"must be a positive length in metres, got {self.square}", source="square size"
+            )
+        if not 0 < self.marker_size < self.square:
+            raise InputError("must be smaller than the square", source="marker size")
+        if self.kind == "charuco":
+            self.markers()
+
+    @property
+    def marker_size(self) -> float:
+        """Side of a marker [m]."""
+        return 0.75 * self.square if self.marker is None else self.marker
+
+    def markers(self) -> cv2.aruco.Dictionary:
+        """The markers' dictionary.
+
+        Raises
+        ------
+        InputError : no such dictionary, or one with too few markers
+        """
+        code = getattr(cv2.aruco, f"DICT_{self.dictionary.upper()}", None)
+        if code is None:
+            raise InputError(
+                f"OpenCV has no dictionary {self.dictionary!r}; one is 4X4_250", source="dictionary"
+            )
+        found = cv2.aruco.getPredefinedDictionary(code)
+        if len(found.bytesList) < self.columns * self.rows // 2:
+            raise InputError(
+                f"{self.dictionary} has only {len(found.bytesList)} markers; the board needs "
+                f"{self.columns * self.rows // 2}",
+                source="dictionary",
+            )
+        return found
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Lens:
+    """What pictures of a board tell of a camera.
+
+    Parameters
+    ----------
+    matrix : (3, 3) focal lengths and principal point [px]
+    distortion : (5,) OpenCV's k1 k2 p1 p2 k3
+    size : width and height of the pictures [px]
+    rms_px : root mean square distance of the corners from where this lens puts them [px]
+    focal_sigma_px : standard error of the focal length [px]
+    used, unused : pictures in which the board was found, and in which it was not
+    """
+
+    matrix: Floats
+    distortion: Floats
+    size: tuple[int, int]
+    rms_px: float
+    focal_sigma_px: float
+    used: tuple[str, ...]
+    unused: tuple[str, ...]
+
+
+def find_board(image: Image, board: Board) -> tuple[Floats, Floats] | None:
+    """The board's corners in one picture.
+
+    Parameters
+    ----------
+    image : (height, width) grey or (height, width, 3) BGR
+
+    Returns
+    -------
+    (n, 2) corners on the board [m] and (n, 2) in the picture [px]; None where it is not found
+    """
+    grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+    if board.kind == "chessboard":
+        shape = (board.columns - 1, board.rows - 1)
+        found, corners = cv2.findChessboardCornersSB(
+            grey, shape, flags=cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY
+        )
+        if not found:
+            return None
+        columns, rows = np.meshgrid(np.arange(shape[0]), np.arange(shape[1]))
+        grid = np.column_stack([columns.ravel(), rows.ravel()]) * board.square
+        return grid.astype(np.float64), corners.reshape(-1, 2).astype(np.float64)
+    best: tuple[Floats, Floats] | None = None
+    for legacy in (False, True):  # boards drawn before OpenCV 4.6 begin with the other colour
+        drawn = cv2.aruco.CharucoBoard(
+            (board.columns, board.rows), board.square, board.marker_size, board.markers()
+        )
+        drawn.setLegacyPattern(legacy)
+        corners, ids, _, _ = cv2.aruco.CharucoDetector(drawn).detectBoard(grey)
+        if ids is None or len(ids) < MIN_CORNERS or (best and len(ids) <= len(best[0])):
+            continue
+        places = np.asarray(drawn.getChessboardCorners(), dtype=np.float64)
+        best = places[ids.ravel().astype(np.intp), :2], corners.reshape(-1, 2).astype(np.float64)
+    return best
+
+
+def calibrate_lens(
+    images: Sequence[str | Path], board: Board, *, progress: Progress | None = None
+) -> Lens:
+    """Camera matrix and distortion from pictures of a board.
+
+    Parameters
+    ----------
+    images : files; those without the board are left out and named in the result
+    progress : wraps the files, given their number
+
+    Raises
+    ------
+    InputError : a file that is no picture, pictures of different sizes, the board found in fewer
+        than three, or views that do not fix the lens
+
+    Source
+    ------
+    Zhang, A flexible new technique for camera calibration, PAMI 22 (2000), as in OpenCV.
+    """
+    size: tuple[int, int] | None = None
+    views: list[tuple[Floats, Floats]] = []
+    used: list[str] = []
+    unused: list[str] = []
+    for path in progress(images, len(images)) if progress else images:
+        grey = _read(path)
+        own = (grey.shape[1], grey.shape[0])
+        size = size or own
+        if own != size:
+            raise InputError(
+                f"is {own[0]} × {own[1]} px where the others are {size[0]} × {size[1]} px; "
+                "all pictures must come from one camera as it films",
+                source=path,
+            )
+        found = find_board(grey, board)
+        (unused if found is None else used).append(str(path))
+        if found is not None:
+            views.append(found)
+    if size is None or len(views) < MIN_VIEWS:
+        raise InputError(
+            f"a {board.kind} of {board.columns} × {board.rows} squares was found in {len(views)} "
+            f"of {len(images)} pictures; {MIN_VIEWS} or more are needed",
+            source="images",
+        )
+    return _solved(views, size, tuple(used), tuple(unused))
+
+
+def _read(path: str | Path) -> Image:
+    if not Path(path).exists():
+        raise InputError("no such picture", source=path)
+    try:
+        grey = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    except cv2.error:
+        grey = None
+    if grey is None:
+        raise InputError("not a picture that can be read", source=path)
+    return np.asarray(grey, dtype=np.uint8)
+
+
+def _solved(
+    views: Sequence[tuple[Floats, Floats]],
+    size: tuple[int, int],
+    used: tuple[str, ...],
+    unused: tuple[str, ...],
+) -> Lens:
+    flat = [np.column_stack([b, np.zeros(len(b))]).astype(np.float32) for b, _ in views]
+    seen = [px.astype(np.float32).reshape(-1, 1, 2) for _, px in views]
+
+    degenerate = InputError(
+        "the views do not fix the focal length; tilt the board to all sides, and fill the "
+        "picture with it",
+        source="images",
+    )
+
+    def solve(flags: int) -> tuple[float, Floats, Floats, float, float]:
+        try:
+            # OpenCV's stubs do not know that matrix and distortion may be left to it.
+            rms, matrix, distortion, rotations, _, sigma, *_ = cv2.calibrateCameraExtended(  # pyright: ignore[reportCallIssue]
+                flat,
+                seen,
+                size,
+                None,  # pyright: ignore[reportArgumentType]
+                None,  # pyright: ignore[reportArgumentType]
+                flags=flags,
+            )
+        except cv2.error as error:
+            raise degenerate from error
+        tilts = [np.degrees(np.arccos(min(abs(cv2.Rodrigues(r)[0][2, 2]), 1))) for r in rotations]
+        return (
+            float(rms),
+            np.asarray(matrix, dtype=np.float64),
+            np.asarray(distortion, dtype=np.float64).ravel()[:5],
+            float(np.asarray(sigma).ravel()[:2].max()),
+            float(max(tilts)),
+        )
+
+    rms, matrix, distortion, focal_sigma, tilt_deg = solve(cv2.CALIB_FIX_K3)
+    with_k3 = solve(0)
+    if with_k3[0] < K3_GAIN * rms:
+        rms, matrix, distortion, focal_sigma, tilt_deg = with_k3
+    if rms > MAX_RMS_PX:
+        raise InputError(
+            f"the corners are missed by {rms:.1f} px; is the board what was described?",
+            source="images",
+        )
+    if (
+        tilt_deg < MIN_TILT_DEG
+        or not focal_sigma < MAX_FOCAL_SIGMA * matrix[0, 0]
+        or not FOCAL_RANGE[0] < matrix[0, 0] / size[0] < FOCAL_RANGE[1]
+    ):
+        raise degenerate
+    return Lens(
+        matrix=matrix,
+        distortion=np.resize(distortion, 5),
+        size=size,
+        rms_px=rms,
+        focal_sigma_px=focal_sigma,
+        used=used,
+        unused=unused,
+    )
+
+
+def save_lens(lens: Lens, path: str | Path) -> None:
+    """Write a camera file, whose keys may also stand in a scene file."""
+    write_json(
+        path,
+        {
+            "camera_matrix": lens.matrix.tolist(),
+            "distortion": lens.distortion.tolist(),
+            "image_size": list(lens.size),
+            "reprojection_px": lens.rms_px,
+        },
+    )

@@ -1,0 +1,148 @@
+"""The sheet seen from above: the homography of the paper, its lengths, and the outside masked.
+
+Three misprints of the paper are put right here. In equation 1 the homography's last row is
+(h31, h32, h33) and a point of the image is (x, y, 1). In equation 4 the vertical length joins upper
+with lower corners, (y3 - y1) and (y4 - y2), where the paper joins left with right. And a side seen
+in perspective is as long as the distance of its ends, not as their difference along one axis.
+"""
+
+# OpenCV's stubs widen the element type of every array that they return.
+# pyright: reportArgumentType=false, reportCallIssue=false, reportReturnType=false
+# pyright: reportAssignmentType=false
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.sheet import Sheet
+from curling_env.typing import Floats, Image
+from friction_estimation.camera.camera import Camera
+
+GRID_PX = 16
+"""The map from top view to raw image is exact every so many pixels, and bilinear in between."""
+
+
+def view_lengths(corners_px: Floats) -> tuple[float, float]:
+    """Width and height of the top view from the sheet's corners in the image [px].
+
+    Parameters
+    ----------
+    corners_px : (4, 2) upper left, upper right, lower left, lower right
+
+    Source
+    ------
+    The paper's equations 3 and 4, corrected as this module's docstring says.
+    """
+    upper_left, upper_right, lower_left, lower_right = np.asarray(corners_px, dtype=np.float64)
+
+    def mean(a: Floats, b: Floats) -> float:
+        return float(np.linalg.norm(a) + np.linalg.norm(b)) / 2
+
+    return (
+        mean(upper_right - upper_left, lower_right - lower_left),
+        mean(lower_left - upper_left, lower_right - upper_right),
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TopView:
+    """The ice as an image: home end at the bottom, one scale throughout.
+
+    Parameters
+    ----------
+    sheet : what it shows
+    px_per_m : scale [px/m]
+    size : width and height [px]
+    """
+
+    sheet: Sheet
+    px_per_m: float
+    size: tuple[int, int]
+
+    @classmethod
+    def of(cls, sheet: Sheet, px_per_m: float) -> TopView:
+        """A top view of a sheet at a scale [px/m]."""
+        return cls(
+            sheet=sheet,
+            px_per_m=px_per_m,
+            size=(round(sheet.width * px_per_m), round(sheet.length * px_per_m)),
+        )
+
+    def to_view(self, xy: Floats) -> Floats:
+        """Points (n, 2) of the sheet frame [m] to the view [px]."""
+        xy = np.asarray(xy, dtype=np.float64)
+        return np.column_stack(
+            [
+                (xy[:, 0] + self.sheet.width / 2) * self.px_per_m - 0.5,
+                (self.sheet.length / 2 - xy[:, 1]) * self.px_per_m - 0.5,
+            ]
+        )
+
+    def to_sheet(self, px: Floats) -> Floats:
+        """Points (n, 2) of the view [px] to the sheet frame [m]."""
+        px = np.asarray(px, dtype=np.float64)
+        return np.column_stack(
+            [
+                (px[:, 0] + 0.5) / self.px_per_m - self.sheet.width / 2,
+                self.sheet.length / 2 - (px[:, 1] + 0.5) / self.px_per_m,
+            ]
+        )
+
+    def homography(self, camera: Camera) -> Floats:
+        """From undistorted pixels to the view, (3, 3): the paper's H (equations 1 and 2)."""
+        ground = np.column_stack([camera.rotation[:, 0], camera.rotation[:, 1], camera.translation])
+        to_image = camera.matrix @ ground
+        scale = self.px_per_m
+        to_view = np.array(
+            [
+                [scale, 0, self.sheet.width / 2 * scale - 0.5],
+                [0, -scale, self.sheet.length / 2 * scale - 0.5],
+                [0, 0, 1.0],
+            ]
+        )
+        homography = to_view @ np.linalg.inv(to_image)
+        return homography / homography[2, 2]
+
+    def maps(self, camera: Camera) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """For every pixel of the view its place in the raw image, lens included (for cv2.remap)."""
+        width, height = self.size
+        columns = np.arange(0, width + GRID_PX, GRID_PX)
+        rows = np.arange(0, height + GRID_PX, GRID_PX)
+        u, v = np.meshgrid(columns, rows)
+        xy = self.to_sheet(np.column_stack([u.ravel(), v.ravel()]).astype(np.float64))
+        raw = camera.project(np.column_stack([xy, np.zeros(len(xy))]))
+        raw = raw.reshape(len(rows), len(columns), 2).astype(np.float32)
+        fine_u, fine_v = np.meshgrid(
+            np.arange(width, dtype=np.float32) / GRID_PX,
+            np.arange(height, dtype=np.float32) / GRID_PX,
+        )
+        return (
+            cv2.remap(np.ascontiguousarray(raw[..., 0]), fine_u, fine_v, cv2.INTER_LINEAR),
+            cv2.remap(np.ascontiguousarray(raw[..., 1]), fine_u, fine_v, cv2.INTER_LINEAR),
+        )
+
+    def of_frame(self, frame: Image, camera: Camera) -> Image:
+        """A frame seen from above; what lies beside the sheet is left out by construction."""
+        return cv2.remap(frame, *self.maps(camera), cv2.INTER_LINEAR, borderValue=0)
+
+
+def outside_masked(frame: Image, camera: Camera, sheet: Sheet) -> Image:
+    """The raw frame with everything beside the ice black, as the paper removes it."""
+    along = np.linspace(-1, 1, 60)
+    x, y = sheet.width / 2, sheet.length / 2
+    edge = np.concatenate(
+        [
+            np.column_stack([np.full(60, x), along * y]),
+            np.column_stack([-along * x, np.full(60, y)]),
+            np.column_stack([np.full(60, -x), -along * y]),
+            np.column_stack([along * x, np.full(60, -y)]),
+        ]
+    )
+    px = camera.project(np.column_stack([edge, np.zeros(len(edge))]))
+    mask = np.zeros(frame.shape[:2], dtype=np.uint8)
+    cv2.fillPoly(mask, [np.round(px[np.isfinite(px).all(axis=1)]).astype(np.int32)], 255)
+    return cv2.bitwise_and(frame, frame, mask=mask)

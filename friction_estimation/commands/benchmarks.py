@@ -1,0 +1,81 @@
+"""How fast films are tracked; one core, decoding included."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import cv2
+
+from curling_env.commands.benchmarks import Measure, rate
+from curling_env.physics.one_stone.slide import slide
+from curling_env.presets import standard
+from curling_env.throw import Throw
+from friction_estimation.camera.scene import load_scene
+from friction_estimation.film.frame import Frame
+from friction_estimation.synthetic import FilmSpec, render_films
+from friction_estimation.tracking import track_film
+from friction_estimation.tracking.overlay import write_overlay
+
+Frames = Iterable[tuple[float, Frame]]
+
+SIZE = (1920, 1080)
+FPS = 50.0
+WEIGHT = 2.15
+"""Speed of a draw [m/s]: what a camera films most of the time."""
+REPEATS = 1
+"""A film takes long enough to tell."""
+
+
+def measures() -> Iterator[Measure]:
+    """Frames a second of a draw in 1080p50 from behind the sheet, which is rendered first."""
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        with TemporaryDirectory() as folder:
+            yield from _tracking(Path(folder))
+    finally:
+        cv2.setNumThreads(threads)
+
+
+def _tracking(folder: Path) -> Iterator[Measure]:
+    thrown = slide(standard(), Throw(speed=WEIGHT, angle=-0.02, spin=1.5).release(), fps=2 * FPS)
+    assert thrown.trajectory is not None  # a rate was given
+    spec = FilmSpec(camera="end", size=SIZE, fps=FPS, people=False)
+    (film,) = render_films(folder, [thrown.trajectory], spec)
+    scene = load_scene(folder / f"{spec.name}.scene.json")
+
+    found = track_film(film, scene)  # also compiles
+
+    loops: list[float] = []  # processor time at which each frame loop began
+
+    def mark(frames: Frames, total: int) -> Frames:
+        loops.append(time.process_time())
+        return frames
+
+    learning, looping = 0.0, 0.0
+
+    def track() -> int:
+        nonlocal learning, looping
+        begun = time.process_time()
+        count = track_film(film, scene, progress=mark).frame_count
+        learning, looping = loops[-1] - begun, (time.process_time() - loops[-1]) / count
+        return count
+
+    def draw() -> int:
+        write_overlay(film, scene, found, folder / "overlay.mp4")
+        return found.frame_count
+
+    tracked = rate(track, repeats=REPEATS, warm=True)
+    drawn = rate(draw, repeats=REPEATS, warm=True)
+    yield Measure(name="track_frames_per_s", value=tracked, unit="frames/s")
+    # All but the frames themselves is done once a film, however long it is.
+    yield Measure(name="track_frame_loop_per_s", value=1 / looping, unit="frames/s")
+    yield Measure(name="track_learning_s", value=learning, unit="s")
+    yield Measure(
+        name="track_frames_per_s_with_overlay",
+        value=1 / (1 / tracked + 1 / drawn),
+        unit="frames/s",
+    )

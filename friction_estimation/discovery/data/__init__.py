@@ -1,0 +1,1 @@
+"""What discovery is given: the throws of a session, cleaned, and what is known beside them."""

@@ -1,0 +1,129 @@
+"""Throws that nothing was fitted to: chosen before, touched once, and forecast.
+
+The forecast gap: the release is learnt from a throw's first seconds only, then the path and the
+rest are predicted. A perfect model misses too, for the first seconds are noisy and every throw's
+friction has a mind of its own: that is the noise floor.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.typing import Floats
+from friction_estimation.discovery.data.session import Session
+from friction_estimation.discovery.model.fit import STATE_PRIOR, Fit, fit, gram_matrices
+from friction_estimation.discovery.model.model import Model, predict, sensitivities
+from friction_estimation.discovery.model.noise import Noise
+
+FIRST_SECONDS = 4.0
+"""Part of a throw that its forecast is made from [s]: a sweeper has called by then."""
+HELD_OUT_SHARE = 0.25
+"""Part of the throws that is held out."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Gap:
+    """How far throws run from where they were forecast.
+
+    Parameters
+    ----------
+    path_rms : over all rows after the first seconds [m]
+    rest_error : root mean square at the last row seen, the rest where it rests [m]
+    per_throw : (k,) distance at the last row [m]
+    predicted : (rows, 2) forecast positions
+    """
+
+    path_rms: float
+    rest_error: float
+    per_throw: Floats
+    predicted: Floats
+
+    def numbers(self) -> dict[str, float]:
+        return {
+            "path_rms_m": float(f"{self.path_rms:.4g}"),
+            "rest_error_m": float(f"{self.rest_error:.4g}"),
+        }
+
+
+def choose_held_out(session: Session, rng: np.random.Generator) -> NDArray[np.intp]:
+    """Indices of throws to hold out: spread over directions, spins and speeds.
+
+    Every stone and both swept and unswept throws stay among the others where possible.
+    """
+    n = len(session)
+    count = max(2, round(HELD_OUT_SHARE * n)) if n >= 8 else 0
+    states = session.first_states
+    speed = np.hypot(states[:, 2], states[:, 3])
+    rank = np.argsort(np.argsort(speed)) / max(n - 1, 1)
+    features = np.column_stack(
+        [
+            np.sign(states[:, 3]),
+            np.sign(states[:, 5]),
+            2 * rank - 1,
+            2 * session.orders / max(n - 1, 1) - 1,
+        ]
+    )
+    best: tuple[float, NDArray[np.intp]] | None = None
+    for _ in range(300 if count else 0):
+        chosen = np.sort(rng.choice(n, count, replace=False))
+        rest = np.setdiff1d(np.arange(n), chosen)
+        lost = len(np.unique(session.stones)) - len(np.unique(session.stones[rest]))
+        bias = np.abs(features[chosen].mean(axis=0) - features.mean(axis=0)).sum()
+        spread = np.abs(features[chosen].std(axis=0) - features.std(axis=0)).sum()
+        score = bias + 0.5 * spread + 3.0 * lost
+        if best is None or score < best[0]:
+            best = (float(score), chosen)
+    return best[1] if best else np.empty(0, dtype=np.intp)
+
+
+def forecast(model: Model, session: Session, noise: Noise) -> Gap:
+    """Forecast every throw from its first seconds and compare with what was measured."""
+    early = session.times <= FIRST_SECONDS
+    short = session.without_rows(~early)
+    # The friction of the throw itself is not known in advance: its factor stays one.
+    plain = replace(model, spread=0.0)
+    states = fit(plain, short, noise, shared=False).states
+    predicted = predict(model, session, states, np.zeros(len(session)))[:, :2]
+    miss = session.xy - predicted
+    return _gap(session, (miss**2).sum(axis=1), ~early, predicted)
+
+
+def noise_floor(fitted: Fit, session: Session) -> Gap:
+    """Forecast gap that a perfect model would have on these throws."""
+    model, noise = fitted.model, fitted.noise
+    early = session.times <= FIRST_SECONDS
+    whole = fit(model, session, noise, shared=False)
+    predicted, columns = sensitivities(model, session, whole.states, whole.ln_factors)
+    variance = np.empty(len(session.times))
+    for i in range(len(session)):
+        rows = session.rows(i)
+        one = session.only([i])
+        short = one.without_rows(~early[rows])
+        own = np.concatenate(
+            [columns[rows][early[rows]][:, :, :6], session.observed[rows][early[rows]][:, :, None]],
+            axis=2,
+        )
+        gram = gram_matrices(short, noise, own)[0][:6, :6] + np.diag(1.0 / STATE_PRIOR**2)
+        covariance = np.linalg.pinv(gram)
+        reach = columns[rows][:, :2, :6]
+        spread = (model.spread * columns[rows][:, :2, 6]) ** 2
+        variance[rows] = (
+            np.einsum("ncj,jk,nck->n", reach, covariance, reach)
+            + spread.sum(axis=1)
+            + 2 * (noise.position * session.sigma[rows, 0]) ** 2
+        )
+    return _gap(session, variance, ~early, predicted[:, :2])
+
+
+def _gap(session: Session, squared: Floats, late: NDArray[np.bool_], predicted: Floats) -> Gap:
+    counted = late if late.any() else np.ones(len(late), dtype=bool)
+    last = session.starts[1:] - 1
+    return Gap(
+        path_rms=float(np.sqrt(squared[counted].mean())),
+        rest_error=float(np.sqrt(squared[last].mean())),
+        per_throw=np.sqrt(squared[last]),
+        predicted=predicted,
+    )

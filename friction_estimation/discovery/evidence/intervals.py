@@ -1,0 +1,122 @@
+"""How sure each parameter is: standard errors whose 95 % intervals hold the truth that often.
+
+What a dozen throws say of the spread of their friction is little, and what is seen only between
+throws (the friction itself, wear, drift, a stone) is as unsure as that spread. So the spread is
+integrated over and not plugged in: for every spread the shared parameters are Gaussian, and what
+they are altogether is the mixture of those, weighted by the likelihood with the shared parameters
+integrated out (the restricted likelihood; a plain maximum is too small by as many throws as there
+are parameters). A standard error here is the half-width of the mixture's central 95 % over 1.96.
+
+The sides of a patch that run along the sheet are placed and not fitted (`selection`): what else
+fits as well is averaged over in the same way.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import norm
+
+from curling_env.typing import Floats
+from friction_estimation.discovery.model.fit import (
+    Fit,
+    eliminate_factor,
+    eliminate_states,
+    prior_gram,
+)
+from friction_estimation.discovery.search.selection import SIDE_SHIFTS, refit, with_side
+
+SPREADS = np.concatenate([[0.0], np.geomspace(1e-4, 0.3, 80)])
+"""Throw-to-throw spreads of ln μ that are integrated over, evenly likely beforehand (Gelman, Prior
+distributions for variance parameters, Bayesian Analysis 1 (2006): uniform on the deviation)."""
+CONFIDENCE = 0.95
+SIDES = ("x_min", "x_max")
+
+
+def standard_errors(fitted: Fit) -> dict[tuple[str, str], float]:
+    """Standard errors of the shared parameters, by (term, parameter)."""
+    reduced = eliminate_states(fitted.grams)
+    prior = prior_gram(fitted.model, reduced.shape[1] - 1)
+    lone = fitted.model.spread <= 0.0 and len(fitted.session) < 4
+    spreads = np.array([0.0]) if lone else SPREADS
+
+    levels, steps, deviations = [], [], []
+    for spread in spreads:
+        grams, log_terms = eliminate_factor(reduced, fitted.ln_factors, float(spread))
+        total = grams.sum(axis=0) + prior
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(total)[:-1], 1e-300))
+        inner = total[:-1, :-1] * scale[:, None] * scale + 1e-10 * np.eye(len(scale))
+        inverse = np.linalg.inv(inner)
+        step = inverse @ (scale * total[:-1, -1])
+        least = total[-1, -1] - (scale * total[:-1, -1]) @ step
+        log_det = np.linalg.slogdet(inner)[1] - 2.0 * np.log(scale).sum()
+        levels.append(least + log_terms.sum() + log_det)
+        steps.append(scale * step)
+        deviations.append(scale * np.sqrt(np.maximum(np.diag(inverse), 0.0)))
+    weights = np.exp(-0.5 * (np.array(levels) - min(levels))) * _widths(spreads)
+    sigma = _half_widths(weights / weights.sum(), np.array(steps), np.array(deviations))
+    return dict(zip(fitted.model.names, sigma.tolist(), strict=True))
+
+
+def _widths(spreads: Floats) -> Floats:
+    """Part of the axis of spreads that each of them stands for."""
+    if len(spreads) == 1:
+        return np.ones(1)
+    middles = np.concatenate([[0.0], 0.5 * (spreads[1:] + spreads[:-1]), [spreads[-1]]])
+    return np.diff(middles)
+
+
+def _half_widths(weights: Floats, steps: Floats, deviations: Floats) -> Floats:
+    """Half-widths of mixtures' 95 % over 1.96, by bisection.
+
+    Parameters
+    ----------
+    weights : (s,) of the Gaussians
+    steps, deviations : (s, P) their means, from the fitted values, and standard deviations
+    """
+    deviations = np.clip(deviations, 1e-300, 1e9)
+    high = 20.0 * np.sqrt(weights @ (deviations**2 + steps**2)) + 1e-300
+    low = np.zeros_like(high)
+    for _ in range(50):
+        half = 0.5 * (low + high)
+        mass = norm.cdf((half - steps) / deviations) - norm.cdf((-half - steps) / deviations)
+        inside = weights @ mass < CONFIDENCE
+        low, high = np.where(inside, half, low), np.where(inside, high, half)
+    return high / norm.ppf(0.5 + 0.5 * CONFIDENCE)
+
+
+def with_sides(fitted: Fit, sigma: dict[tuple[str, str], float]) -> dict[tuple[str, str], float]:
+    """Standard errors that count in where a patch's sides may lie as well.
+
+    Parameters
+    ----------
+    sigma : for the sides where they are; others are added for the sides themselves
+    """
+    label = "friction_patch"
+    if label not in {term.label for term in fitted.model.terms}:
+        return sigma
+    out = dict(sigma)
+    own = [name for name in fitted.model.names if name[0] == label]
+    variance = {name: sigma[name] ** 2 for name in own}
+    for side in SIDES:
+        if (label, side) in sigma:
+            continue  # it was fitted
+        place = fitted.model.term(label).values[side]
+        tried: list[tuple[float, float, Floats]] = [(0.0, fitted.deviance, fitted.model.vector)]
+        for shift in SIDE_SHIFTS:
+            model = with_side(fitted.model, side, place + shift)
+            if model is None:
+                continue
+            other = refit(fitted, model, iterations=4)
+            order = [other.model.names.index(name) for name in fitted.model.names]
+            tried.append((shift, other.deviance, other.model.vector[order]))
+        tried.sort(key=lambda entry: entry[0])
+        shifts = np.array([entry[0] for entry in tried])
+        deviance = np.array([entry[1] for entry in tried])
+        values = np.array([entry[2] for entry in tried])
+        weights = np.exp(-0.5 * (deviance - deviance.min())) * np.gradient(shifts)
+        weights /= weights.sum()
+        out[label, side] = float(np.sqrt(max(weights @ shifts**2, 0.05**2)))
+        moved = weights @ (values - fitted.model.vector) ** 2
+        for name in own:
+            variance[name] += float(moved[fitted.model.names.index(name)])
+    return out | {name: float(np.sqrt(value)) for name, value in variance.items()}

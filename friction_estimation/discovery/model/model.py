@@ -1,0 +1,307 @@
+"""The model of a session: an ice, its terms with their parameters, and how it predicts tracks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from curling_env.ice import Ice
+from curling_env.physics.effects.motion import MOTION_SIZE, PUSH_SIZE
+from curling_env.physics.law import Law, compile_law
+from curling_env.sheet import Sheet
+from curling_env.typing import Floats
+from friction_estimation.discovery.data.session import Session
+from friction_estimation.discovery.data.wear_tracks import times_to_tell_lanes_apart
+from friction_estimation.discovery.model.candidates import Term
+from friction_estimation.discovery.model.forward import WORK_SHAPE, Wear, slide_session
+from friction_estimation.discovery.model.place_errors import Misplacement
+
+GLOBALS = ("ln_mu", "ln_coupling")
+"""Shared parameters of every model: the friction of the whole map, and how friction turns a stone.
+The latter is m·r²/I, which nobody knows to better than ten per cent."""
+COUPLING_SIGMA = 0.15
+"""Prior standard deviation of ln_coupling: inertia ±10 %, radius of the band ±5 %."""
+STATE_STEPS = (1e-3, 1e-3, 2e-4, 2e-4, 2e-3, 1e-3)
+"""Steps of finite differences in x, y, vx, vy, theta, omega."""
+NO_WEAR = Wear(np.zeros((1, 1, 1)), np.zeros(1, dtype=np.intp), 0.0, 0.0, 0.0, 1.0, True)
+"""Along the paths of earlier stones, where they wear nothing."""
+PATH_STEP = 3e-3
+"""How far a finite difference in a parameter should move a path [m]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Model:
+    """A base ice and the terms added to it.
+
+    Parameters
+    ----------
+    ice : map, sheet and stone; its own effects are among the terms
+    terms : effects of the ice and of the measurement
+    ln_mu, ln_coupling : see `GLOBALS`
+    spread : standard deviation of ln μ from throw to throw
+    misplacement : errors of places that all throws share; None where tracks do not err so
+    own_cells_wear : whether wear along paths is remembered by the map's own cells, however wide,
+        and not by cells that tell one lane from the next
+    """
+
+    ice: Ice
+    terms: tuple[Term, ...] = ()
+    ln_mu: float = 0.0
+    ln_coupling: float = 0.0
+    spread: float = 0.0
+    misplacement: Misplacement | None = None
+    own_cells_wear: bool = False
+    steps: dict[tuple[str, str], float] = field(default_factory=dict, repr=False)
+
+    @property
+    def misplaced(self) -> slice:
+        """Places of the misplacement's coefficients among the shared parameters."""
+        count = len(self.misplacement) if self.misplacement else 0
+        return slice(len(GLOBALS), len(GLOBALS) + count)
+
+    @property
+    def names(self) -> list[tuple[str, str]]:
+        """(term, parameter) of every shared parameter; that of what is no term is empty."""
+        own = self.misplaced
+        fields = [("", f"misplacement_{k}") for k in range(own.stop - own.start)]
+        return (
+            [("", name) for name in GLOBALS]
+            + fields
+            + [(term.label, name) for term in self.terms for name in term.free]
+        )
+
+    @property
+    def vector(self) -> Floats:
+        """Values of the shared parameters in the order of `names`."""
+        fields = self.misplacement.values.tolist() if self.misplacement else []
+        values = [self.ln_mu, self.ln_coupling, *fields]
+        return np.array(values + [term.values[n] for term in self.terms for n in term.free])
+
+    @property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Least and largest values of the shared parameters."""
+        cards = [term.form.parameter(n) for term in self.terms for n in term.free]
+        wide = [np.inf] * (self.misplaced.stop - self.misplaced.start)
+        low = [-3.0, -1.0, *(-w for w in wide), *(p.low for p in cards)]
+        high = [3.0, 1.0, *wide, *(p.high for p in cards)]
+        return np.array(low), np.array(high)
+
+    def at(self, vector: Floats) -> Model:
+        """The model with other shared parameters, kept within their bounds."""
+        vector = np.clip(vector, *self.bounds)
+        position = self.misplaced.stop
+        terms: list[Term] = []
+        for term in self.terms:
+            changed: dict[str, float] = {}
+            for name in term.free:
+                changed[name] = float(vector[position])
+                position += 1
+            terms.append(term.with_values(**changed))
+        return replace(
+            self,
+            terms=tuple(terms),
+            ln_mu=float(vector[0]),
+            ln_coupling=float(vector[1]),
+            misplacement=self.misplacement.at(vector[self.misplaced])
+            if self.misplacement
+            else self.misplacement,
+        )
+
+    def with_terms(self, *terms: Term) -> Model:
+        return replace(self, terms=(*self.terms, *terms))
+
+    def without(self, label: str) -> Model:
+        return replace(self, terms=tuple(t for t in self.terms if t.label != label))
+
+    def term(self, label: str) -> Term:
+        return next(t for t in self.terms if t.label == label)
+
+    @cached_property
+    def law(self) -> Law:
+        """The force law of the ice with the terms."""
+        effects = tuple(t.effect() for t in self.terms if t.form.kind == "physics")
+        law = compile_law(replace(self.ice, effects=effects))
+        mu = law.mu[:1, :1] if self.ice.friction.is_uniform else law.mu
+        return law._replace(
+            mu=np.ascontiguousarray(mu) * np.exp(self.ln_mu),
+            turning=law.turning * float(np.exp(self.ln_coupling)),
+        )
+
+    @property
+    def wear_refined(self) -> int:
+        """How often a cell of the map is divided to remember wear along paths."""
+        return 1 if self.own_cells_wear else times_to_tell_lanes_apart(self.ice.sheet)
+
+    @property
+    def wear_sheet(self) -> Sheet:
+        """The sheet in the cells that remember wear along paths."""
+        sheet = self.ice.sheet
+        return replace(sheet, cell_size=sheet.cell_size / self.wear_refined)
+
+    def wear(self, session: Session) -> Wear:
+        """What the stones of a session wear along their paths."""
+        along_path = sum(t.values["along_path"] for t in self.terms if t.name == "pebble_wear")
+        if along_path == 0.0:
+            return NO_WEAR
+        sheet = self.wear_sheet
+        return Wear(
+            passes=session.lanes.passes(sheet),
+            before=session.lanes.before(session.orders),
+            along_path=along_path,
+            origin_x=float(sheet.x_centres[0]),
+            origin_y=float(sheet.y_centres[0]),
+            cell=sheet.cell_size,
+            bilinear=self.ice.friction.interpolation == "bilinear",
+        )
+
+    def improved_ice(self, sigma: Mapping[tuple[str, str], float]) -> Ice:
+        """The ice as an ordinary ice file holds it.
+
+        Where stones wear lanes into it, its cells are narrow enough to remember them.
+
+        Parameters
+        ----------
+        sigma : standard errors by (term, parameter)
+        """
+        factor = float(np.exp(self.ln_mu))
+        worn = any(term.values.get("along_path") for term in self.terms)
+        ice = self.ice.refined(self.wear_refined) if worn else self.ice
+        friction = ice.friction
+        own = np.hypot(friction.sigma, friction.mu * sigma.get(("", "ln_mu"), 0.0))
+        stone = self.ice.stone
+        inertia = stone.inertia / float(np.exp(self.ln_coupling))
+        return replace(
+            ice,
+            friction=replace(friction, mu=friction.mu * factor, sigma=own * factor),
+            stone=replace(stone, inertia=inertia),
+            effects=tuple(
+                term.effect(
+                    {n: sigma[term.label, n] for n in term.free if (term.label, n) in sigma}
+                )
+                for term in self.terms
+            ),
+        )
+
+
+def predict(
+    model: Model, session: Session, states: Floats, ln_factors: Floats, *, camera: bool = True
+) -> Floats:
+    """States of every row as the model predicts them.
+
+    Parameters
+    ----------
+    states : (k, 6) release states x, y, vx, vy, theta, omega
+    ln_factors : (k,) deviation of ln μ of each throw
+    camera : whether x and y are those a camera reports, with the measurement's effects
+
+    Returns
+    -------
+    (rows, 6)
+    """
+    switches, firsts, swept_first = session.sweeps
+    out = np.empty((len(session.times), 6))
+    law = model.law
+    slide_session(
+        law._replace(mu=np.empty_like(law.mu)),
+        law.mu,
+        model.wear(session),
+        np.exp(ln_factors),
+        states,
+        session.orders,
+        session.stones,
+        session.clocks,
+        swept_first,
+        switches,
+        firsts,
+        session.times,
+        session.starts,
+        out,
+        np.zeros(MOTION_SIZE),
+        np.zeros(PUSH_SIZE),
+        np.zeros(WORK_SHAPE),
+    )
+    if camera:
+        true = out[:, :2].copy()
+        for term in model.terms:
+            if term.form.displacement is not None:
+                out[:, :2] += term.form.displacement(true, out[:, 4], term.values)
+        if model.misplacement is not None:
+            out[:, :2] += model.misplacement.displacement(true, out[:, 4])
+    return out
+
+
+MEASURED = [0, 1, 4]
+"""Columns of a prediction that are measured: x, y, theta."""
+
+
+def sensitivities(
+    model: Model, session: Session, states: Floats, ln_factors: Floats
+) -> tuple[Floats, Floats]:
+    """Prediction and its derivatives by finite differences.
+
+    Returns
+    -------
+    predicted : (rows, 6)
+    columns : (rows, 3, 7 + P) derivative of x, y, theta by the six release states, by ln μ of the
+        throw, and by the P shared parameters
+    """
+    base = predict(model, session, states, ln_factors)
+    measured = base[:, MEASURED]
+    vector = model.vector
+    columns = np.empty((len(base), 3, 7 + len(vector)))
+    for j, step in enumerate(STATE_STEPS):
+        moved = states.copy()
+        moved[:, j] += step
+        change = predict(model, session, moved, ln_factors)[:, MEASURED] - measured
+        columns[:, :, j] = change / step
+    step = 2e-4
+    columns[:, :, 6] = (
+        predict(model, session, states, ln_factors + step)[:, MEASURED] - measured
+    ) / step
+    columns[:, :, 7] = columns[:, :, 6]  # the map's friction acts as that of every throw
+    fields = model.misplaced
+    if model.misplacement:
+        columns[:, 2, 7 + fields.start : 7 + fields.stop] = 0.0
+        columns[:, :2, 7 + fields.start : 7 + fields.stop] = model.misplacement.columns(
+            base[:, :2], base[:, 4]
+        )
+    for j in (1, *range(fields.stop, len(vector))):
+        step = _step(model, session, states, ln_factors, measured, j)
+        moved = vector.copy()
+        moved[j] += step
+        change = predict(model.at(moved), session, states, ln_factors)[:, MEASURED] - measured
+        columns[:, :, 7 + j] = change / step
+    return base, columns
+
+
+def _step(
+    model: Model, session: Session, states: Floats, ln_factors: Floats, measured: Floats, j: int
+) -> float:
+    """A step of parameter j that moves the paths by some millimetres and stays in its bounds."""
+    label, name = model.names[j]
+    value = model.vector[j]
+    if not label:
+        return 0.01
+    p = model.term(label).form.parameter(name)
+    known = model.steps.get((label, name))
+    if known is None:
+        width = p.high - p.low if np.isfinite(p.high - p.low) else 1.0
+        known = 1e-3 * width
+        for _ in range(3):
+            if value + known > p.high:
+                known = -known
+            moved = model.vector
+            moved[j] += known
+            change = predict(model.at(moved), session, states, ln_factors)[:, MEASURED] - measured
+            reach = float(np.abs(change[:, :2]).max())
+            turn = float(np.abs(change[:, 2]).max())
+            scale = PATH_STEP / max(reach, 0.1 * turn, 1e-9)
+            known *= float(np.clip(scale, 1e-3, 30.0))
+            if 0.3 < scale < 3.0:
+                break
+        known = float(np.clip(known, -0.02 * width, 0.02 * width))
+        model.steps[label, name] = abs(known)
+    return -abs(known) if value + abs(known) > p.high else abs(known)

@@ -1,0 +1,306 @@
+"""Noise of a tracker: its size, its memory from frame to frame, and its wild rows.
+
+A row's error is white noise plus a part that fades over some tenths of a second (a tracker's
+smoother, compression, a ripple of the calibration): an Ornstein–Uhlenbeck process. Residuals are
+whitened by the Kalman filter of that process, which takes lost frames in its stride; what comes
+out is independent and of unit variance, so that one frame counts once.
+
+The size is learnt from what no slide can do: the residuals' part that no slow cosine follows.
+Slow residuals may be an effect the model lacks, and must not be mistaken for noise.
+
+Tracks from film err by what lasts for seconds (`Session.errs_slowly`). Of them only what is slower
+than `FILM_PERIOD` is kept from the noise, which may then remember for seconds; what is slower still
+belongs to places (`misplacement.py`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from curling_env.physics.compiled import compiled
+from curling_env.typing import Floats
+from friction_estimation.discovery.data.outliers import (
+    FEWEST,
+    LEAST,
+    WILD,
+    fast_series,
+    robust_deviation,
+    slow_basis,
+)
+from friction_estimation.discovery.data.session import Session
+
+MEMORY_BOUNDS = (0.05, 0.7)
+"""Memory of the fading part [s]; a longer one could not be told from physics."""
+FILM_PERIOD = 6.0
+"""What swings slower than this may be physics, where tracks err slowly [s]: the winding of a stone
+about a point beside its centre is among what is faster, so that such an effect is first taken for
+noise, and found all the same because it winds in step in all throws."""
+SMOOTHED_PERIOD = 2.5
+"""What swings faster than this a smoother has flattened [s]."""
+FILM_MEMORY = (0.05, 2.0)
+"""Memory of the fading part of such tracks [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Noise:
+    """Noise of x, y and the heading.
+
+    Parameters
+    ----------
+    white : independent part, of x, y and the heading [m, m, rad]
+    fading : the part with a memory, likewise
+    memory : time in which it fades to 1/e [s]
+    """
+
+    white: tuple[float, float, float]
+    fading: tuple[float, float, float]
+    memory: tuple[float, float, float]
+
+    @property
+    def total(self) -> Floats:
+        """Standard deviations of a row, (3,) [m, m, rad]."""
+        return np.hypot(self.white, self.fading)
+
+    @property
+    def position(self) -> float:
+        """Standard deviation of a coordinate, x and y taken together [m]."""
+        return float(np.sqrt((self.total[:2] ** 2).mean()))
+
+    @property
+    def remembers(self) -> bool:
+        """Whether positions have a part that fades."""
+        return max(self.fading[:2]) > 0.0
+
+    def table(self) -> Floats:
+        """(3, 3): white, fading, memory of x, y and theta, for the kernel."""
+        return np.ascontiguousarray(np.array([self.white, self.fading, self.memory]).T)
+
+
+@compiled
+def _whiten(
+    columns: Any,
+    times: Any,
+    sigma: Any,
+    white: float,
+    fading: float,
+    memory: float,
+    state: Any,
+) -> float:
+    """Innovations of every column (n, m) under the noise, in place; returns Σ log variance.
+
+    Both parts of the noise are `sigma` times as large in a row.
+    """
+    n, m = columns.shape
+    for j in range(m):
+        state[j] = 0.0
+    log_variance = 0.0
+    prior = fading * fading
+    last = 0.0
+    started = False
+    for i in range(n):
+        if np.isnan(columns[i, m - 1]):
+            for j in range(m):
+                columns[i, j] = 0.0
+            continue
+        keep = 0.0
+        if started and fading > 0.0:
+            keep = exp(-(times[i] - last) / memory)
+        started = True
+        last = times[i]
+        # `prior` carries the filter's variance of the fading part from the row before.
+        predicted = keep * keep * prior + fading * fading * (1.0 - keep * keep)
+        variance = predicted + white * white
+        gain = predicted / variance
+        scale = 1.0 / np.sqrt(variance)
+        for j in range(m):
+            expected = keep * state[j]
+            innovation = columns[i, j] / sigma[i] - expected
+            state[j] = expected + gain * innovation
+            columns[i, j] = innovation * scale
+        prior = (1.0 - gain) * predicted
+        log_variance += np.log(variance * sigma[i] * sigma[i])
+    return log_variance
+
+
+@compiled
+def whiten_session(
+    columns: Any, times: Any, sigma: Any, starts: Any, table: Any, state: Any
+) -> float:
+    """Whiten columns (rows, 3, m) of x, y, theta throw by throw, in place.
+
+    Rows whose last column is NaN (no heading) become zero and are not counted.
+
+    Returns
+    -------
+    Σ log variance of the innovations
+    """
+    total = 0.0
+    for i in range(starts.shape[0] - 1):
+        first, last = starts[i], starts[i + 1]
+        for channel in range(3):
+            total += _whiten(
+                columns[first:last, channel, :],
+                times[first:last],
+                sigma[first:last, channel // 2],
+                table[channel, 0],
+                table[channel, 1],
+                table[channel, 2],
+                state,
+            )
+    return total
+
+
+def fast_cosines(t: Floats) -> Floats:
+    """Cosines faster than `SMOOTHED_PERIOD`, which a smoother flattens, (n, K).
+
+    They say nothing of what is slow, and would outvote it.
+    """
+    span = max(float(t[-1] - t[0]), 1e-9)
+    first = int(2 * span / SMOOTHED_PERIOD) + 1
+    return np.cos(np.pi * (t - t[0])[:, None] / span * np.arange(first, len(t) - 1))
+
+
+def fast_part(session: Session, residuals: Floats) -> Floats:
+    """The part of residuals (rows, 3) that is faster than physics; NaN where not measured."""
+    out = np.full_like(residuals, np.nan)
+    for i in range(len(session)):
+        rows = session.rows(i)
+        for channel in range(3):
+            known = rows.start + np.flatnonzero(np.isfinite(residuals[rows, channel]))
+            if len(known) >= FEWEST:
+                out[known, channel] = fast_series(session.times[known], residuals[known, channel])
+    return out
+
+
+def wild_rows(session: Session, residuals: Floats) -> NDArray[np.bool_]:
+    """Rows that do not lie where their neighbours say; never the first of a throw.
+
+    None of smoothed tracks: what was wild in them the smoother has left out or spread.
+    """
+    if session.smoothed:
+        return np.zeros(len(residuals), dtype=bool)
+    fast = fast_part(session, residuals)
+    wild = np.zeros(len(fast), dtype=bool)
+    for channel in range(3):
+        values = fast[:, channel] / session.sigma[:, channel // 2]
+        known = np.isfinite(values)
+        if known.sum() < 20:
+            continue
+        spread = robust_deviation(values[known])
+        wild |= known & (np.abs(values) > WILD * max(spread, LEAST[channel // 2]))
+    wild[session.starts[:-1]] = False
+    return wild
+
+
+def estimate_noise(
+    session: Session, residuals: Floats, *, throws: int = 24, start: Noise | None = None
+) -> Noise:
+    """Noise by maximum likelihood of the residuals' fast part.
+
+    Slow cosines of each throw are projected out, so that an effect the model lacks does not count
+    as noise. Raw tracks are taken to err alike in x and y; a film's do not, since a low camera sees
+    one of them foreshortened.
+
+    Parameters
+    ----------
+    residuals : (rows, 3) measured less predicted x, y, theta
+    throws : how many throws are used at most, spread over the session; how strong the noise is
+        where it is slow follows from how it fades, and with eight throws that is good to 20 % only
+    start : an earlier estimate, from which fewer steps are needed
+    """
+    chosen = np.unique(np.linspace(0, len(session) - 1, min(throws, len(session))).astype(int))
+    together = ((0,), (1,), (2,)) if session.errs_slowly else ((0, 1), (2,))
+    found = {
+        channels: _estimate_channel(
+            session,
+            residuals,
+            chosen,
+            channels,
+            start
+            and (start.white[channels[0]], start.fading[channels[0]], start.memory[channels[0]]),
+        )
+        for channels in together
+    }
+    each = [found[channels] for channels in together for _ in channels]
+    white, fading, memory = (tuple(values) for values in zip(*each, strict=True))
+    return Noise(
+        white=white,  # pyright: ignore[reportArgumentType]
+        fading=fading,  # pyright: ignore[reportArgumentType]
+        memory=memory,  # pyright: ignore[reportArgumentType]
+    )
+
+
+def _estimate_channel(
+    session: Session,
+    residuals: Floats,
+    chosen: NDArray[Any],
+    channels: tuple[int, ...],
+    before: tuple[float, float, float] | None,
+) -> tuple[float, float, float]:
+    least = LEAST[channels[0] // 2]
+    slow = session.errs_slowly
+    bounds = FILM_MEMORY if slow else MEMORY_BOUNDS
+    parts: list[tuple[Floats, Floats, Floats]] = []
+    for i in chosen:
+        rows = session.rows(int(i))
+        for channel in channels:
+            values = residuals[rows, channel]
+            known = np.isfinite(values)
+            if known.sum() < (FEWEST if session.smoothed else 2 * FEWEST):
+                continue
+            t = session.times[rows][known]
+            basis = slow_basis(t, FILM_PERIOD) if slow else slow_basis(t)
+            if session.smoothed:
+                basis = np.column_stack([basis, fast_cosines(t)])
+            sigma = session.sigma[rows, channel // 2][known]
+            parts.append((t, sigma, np.column_stack([basis, values[known]])))
+    if not parts:
+        return least, 0.0, 0.1
+    fast = fast_part(session, residuals)[:, list(channels)]
+    start = max(1.4826 * float(np.nanmedian(np.abs(fast))), least)
+
+    def deviance(guess: Floats) -> float:
+        white, fading = np.exp(guess[:2])
+        memory = float(np.exp(np.clip(guess[2], *np.log(bounds))))
+        total = 0.0
+        for t, sigma, columns in parts:
+            work = columns.copy()
+            log_variance = _whiten(work, t, sigma, white, fading, memory, np.empty(work.shape[1]))
+            gram = work.T @ work
+            inner = gram[:-1, :-1] + 1e-9 * np.trace(gram[:-1, :-1]) * np.eye(len(gram) - 1)
+            left = gram[-1, -1] - gram[-1, :-1] @ np.linalg.solve(inner, gram[:-1, -1])
+            total += log_variance + left + float(np.linalg.slogdet(inner)[1])
+        outside = guess[2] - np.clip(guess[2], *np.log(bounds))
+        return total + 1e3 * outside**2
+
+    begins = [(start * np.sqrt(1 - share), start * np.sqrt(share), 0.15) for share in (0.1, 0.9)]
+    if before is not None:
+        begins = [(before[0], max(before[1], 0.05 * before[0]), before[2])]
+    best: Any = None
+    for begin in begins:
+        first = np.log(begin)
+        simplex = first + np.vstack([np.zeros(3), (0.5 if before is None else 0.25) * np.eye(3)])
+        found = minimize(
+            deviance,
+            first,
+            method="Nelder-Mead",
+            options={
+                "initial_simplex": simplex,
+                "maxfev": 90 if before is None else 45,
+                "xatol": 0.03,
+                "fatol": 0.5,
+            },
+        )
+        if best is None or found.fun < best.fun:
+            best = found
+    white, fading = np.exp(best.x[:2])
+    memory = float(np.exp(np.clip(best.x[2], *np.log(bounds))))
+    if fading < 0.05 * white:
+        fading = 0.0
+    return max(float(white), 0.1 * least), float(fading), memory

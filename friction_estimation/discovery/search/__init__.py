@@ -1,0 +1,1 @@
+"""The search for what is missing: score tests, patches, terms chosen one by one."""

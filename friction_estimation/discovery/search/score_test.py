@@ -1,0 +1,170 @@
+"""A first look at all candidates at once, by what they would do to the paths.
+
+Around the present fit every candidate is a column of sensitivities. With releases, friction and
+the model's own parameters projected out, the columns tell how much each would gain, how small an
+effect these data could have shown, and which candidates look alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from curling_env.typing import Floats, Indices
+from friction_estimation.discovery.model.candidates import Term
+from friction_estimation.discovery.model.fit import (
+    Fit,
+    eliminate_factor,
+    eliminate_states,
+    linearise,
+    prior_gram,
+    profile_amplitude,
+    profile_spread,
+    solve_shared,
+)
+
+LOOKS_ALIKE = 0.95
+"""|cosine| of projected sensitivities above which two candidates cannot be told apart."""
+HELD = 0.02
+"""Part of its information that a parameter keeps when the throw that told it is left out."""
+CLEARLY = 5.0
+"""Standard errors from which an effect would have been named."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Look:
+    """What the data say of one candidate around the present fit.
+
+    Parameters
+    ----------
+    term : at its neutral values
+    gain : fall of −2 ln likelihood, if everything stayed linear
+    smallest : effect that these data would have shown clearly, by parameter
+    alike : labels of candidates that look the same, with the cosine
+    """
+
+    term: Term
+    gain: float
+    smallest: dict[str, float]
+    alike: dict[str, float]
+
+
+def screen(fitted: Fit, terms: Sequence[Term]) -> list[Look]:
+    """Look at candidates around a fit, the most promising first."""
+    if not terms:
+        return []
+    model = fitted.model.with_terms(*terms)
+    _, _, reduced = linearise(model, fitted.session, fitted.noise, fitted.states, fitted.ln_factors)
+    own = len(fitted.model.vector)
+    places: list[list[int]] = []
+    position = own
+    for term in terms:
+        places.append(list(range(position, position + len(term.free))))
+        position += len(term.free)
+    prior = prior_gram(model, reduced.shape[1] - 1)
+    base = _least(reduced, fitted, prior, list(range(own)))
+    grams, _ = eliminate_factor(reduced, fitted.ln_factors, fitted.model.spread)
+    total = grams.sum(axis=0) + prior
+    projected = _project(total, own)
+    looks: list[Look] = []
+    directions: list[Indices] = []
+    for term, place in zip(terms, places, strict=True):
+        gain = base - _least(reduced, fitted, prior, [*range(own), *place])
+        inner = projected[np.ix_(np.array(place) - own, np.array(place) - own)]
+        covariance = np.linalg.pinv(inner)
+        sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        smallest = {n: CLEARLY * float(s) for n, s in zip(term.free, sigma, strict=True)}
+        looks.append(Look(term=term, gain=float(gain), smallest=smallest, alike={}))
+        directions.append(np.array(place, dtype=np.intp) - own)
+    for i, look in enumerate(looks):
+        for j, other in enumerate(looks):
+            if i != j and look.term.name != other.term.name:
+                cosine = _cosine(projected, directions[i], directions[j])
+                if cosine > LOOKS_ALIKE:
+                    look.alike[other.term.label] = cosine
+    return sorted(looks, key=lambda look: -look.gain)
+
+
+def _least(reduced: Floats, fitted: Fit, prior: Floats, kept: list[int]) -> float:
+    """F at its minimum over some of the shared parameters and the spread."""
+    chosen = np.array([*kept, reduced.shape[1] - 2])
+    columns = np.concatenate([[0], chosen + 1])
+    part = reduced[:, columns[:, None], columns]
+    model = fitted.model
+    spreads = np.array([0.0, 2e-4, *np.geomspace(5e-4, 0.3, 12), max(model.spread, 1e-4)])
+    own = prior[np.ix_(chosen, chosen)]
+    spread, _, least = profile_spread(part, fitted.ln_factors, own, spreads)
+    if not model.misplacement:
+        return least
+    grams, log_terms = eliminate_factor(part, fitted.ln_factors, spread)
+    total = grams.sum(axis=0)
+    return profile_amplitude(model, total)[1] + float(log_terms.sum())
+
+
+def _project(total: Floats, own: int) -> Floats:
+    """Information of the candidates' columns with the model's own projected out."""
+    inner = total[:own, :own]
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(inner), 1e-300))
+    scaled = inner * scale[:, None] * scale + 1e-10 * np.eye(own)
+    cross = scale[:, None] * total[:own, own:-1]
+    return total[own:-1, own:-1] - cross.T @ np.linalg.solve(scaled, cross)
+
+
+def _cosine(projected: Floats, a: Indices, b: Indices) -> float:
+    """Largest cosine between two sets of columns (canonical correlation)."""
+    aa, bb = projected[np.ix_(a, a)], projected[np.ix_(b, b)]
+    ab = projected[np.ix_(a, b)]
+    if min(np.diag(aa).min(), np.diag(bb).min()) <= 0:
+        return 0.0
+    product = np.linalg.pinv(aa) @ ab @ np.linalg.pinv(bb) @ ab.T
+    return float(np.sqrt(np.clip(np.max(np.linalg.eigvals(product).real), 0.0, 1.0)))
+
+
+def left_out_scores(fitted: Fit, *, shared: bool = True) -> Floats:
+    """Deviance of every throw under the fit to all the others, (k,).
+
+    Around a fit all is quadratic, so that leaving a throw out is a matter of subtracting it.
+
+    Parameters
+    ----------
+    shared : whether the shared parameters learnt from these throws; else the fit is taken as it is
+    """
+    reduced = eliminate_states(fitted.grams)
+    grams, log_terms = eliminate_factor(reduced, fitted.ln_factors, fitted.model.spread)
+    total = grams.sum(axis=0) + prior_gram(fitted.model, grams.shape[1])
+    # What only the throw left out could tell stays near its fitted value instead of running off.
+    held = HELD * np.diag(np.append(np.diag(total)[:-1], 0.0))
+    scores = np.empty(len(grams))
+    for i, gram in enumerate(grams):
+        step = solve_shared(total - gram + held)[0] if shared else np.zeros(len(gram) - 1)
+        own = gram[-1, -1] - 2 * gram[:-1, -1] @ step + step @ gram[:-1, :-1] @ step
+        scores[i] = own + log_terms[i]
+    return scores
+
+
+def sign_flip_p(improvements: Floats, rng: np.random.Generator) -> float:
+    """Probability of so large a mean improvement if each throw's sign were chance."""
+    n = len(improvements)
+    if n == 0 or improvements.sum() <= 0:
+        return 1.0
+    # One throw that gains a thousand times more than the others must not decide alone.
+    capped = np.clip(improvements, -9.0, 9.0)
+    if n <= 14:
+        signs = 1.0 - 2.0 * ((np.arange(2**n)[:, None] >> np.arange(n)) & 1)
+        sums = signs @ capped
+        return float((sums >= capped.sum() - 1e-9).mean())
+    signs = rng.choice([-1.0, 1.0], size=(20_000, n))
+    return float(((signs @ capped >= capped.sum() - 1e-9).sum() + 1) / 20_001)
+
+
+def holm(p_values: Sequence[float]) -> list[float]:
+    """Holm's step-down correction, in the order given."""
+    order = np.argsort(p_values)
+    corrected = np.empty(len(p_values))
+    worst = 0.0
+    for rank, i in enumerate(order):
+        worst = max(worst, min(1.0, (len(p_values) - rank) * float(p_values[i])))
+        corrected[i] = worst
+    return corrected.tolist()

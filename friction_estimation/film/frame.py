@@ -1,0 +1,116 @@
+"""A film's picture as it is stored: its colours are worked out only where it is looked at."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from av.video.frame import VideoFrame
+from numba import njit  # pyright: ignore[reportMissingTypeStubs]
+
+from curling_env.typing import Image
+
+HALVED = "yuv420p"
+"""How nearly all films are stored: brightness in every pixel, colour in every second row and
+column."""
+BRIGHTNESS_FIRST = frozenset(
+    {HALVED, "yuvj420p", "yuv422p", "yuvj422p", "yuv444p", "yuvj444p", "nv12", "gray"}
+)
+"""Forms whose first plane is the brightness, a byte a pixel."""
+FULL_RANGE = 2
+"""FFmpeg's number for brightness from 0 to 255; in films that do not say so it is from 16 to 235.
+"""
+
+
+class RawFrame:
+    """One picture of a film, BGR where it is looked at: ``frame[rows, columns]``.
+
+    Most of a frame is never looked at while a stone is followed, and colours cost as much time as
+    decoding.
+
+    Parameters
+    ----------
+    stored : as the decoder gives it
+    """
+
+    def __init__(self, stored: VideoFrame) -> None:
+        self._stored = stored
+        self._turns = stored.rotation // 90 % 4
+        lazy = (
+            self._turns == 0
+            and stored.color_range != FULL_RANGE
+            and stored.format.name == HALVED
+            and _rounded_alike()
+        )
+        self._whole = None if lazy else self.whole()
+        self.shape = (stored.height, stored.width, 3) if self._whole is None else self._whole.shape
+
+    def __getitem__(self, part: tuple[slice, slice]) -> Image:
+        if self._whole is not None:
+            return self._whole[part]
+        (top, bottom, _), (left, right, _) = (
+            side.indices(length) for side, length in zip(part, self.shape[:2], strict=True)
+        )
+        picture = np.empty((max(bottom - top, 0), max(right - left, 0), 3), dtype=np.uint8)
+        _colour(*_planes(self._stored), top, left, picture)
+        return picture
+
+    def whole(self) -> Image:
+        """All of it, (height, width, 3) BGR."""
+        picture = np.asarray(self._stored.to_ndarray(format="bgr24"), dtype=np.uint8)
+        return np.ascontiguousarray(np.rot90(picture, self._turns))
+
+
+Frame = Image | RawFrame
+"""What is looked at in parts, BGR."""
+
+
+def brightness_of(stored: VideoFrame) -> Image:
+    """How bright each pixel of a frame is, (height, width), without a copy where that is stored."""
+    if stored.format.name not in BRIGHTNESS_FIRST:
+        return np.asarray(stored.to_ndarray(format="gray"), dtype=np.uint8)
+    plane = stored.planes[0]
+    rows = np.frombuffer(memoryview(plane), dtype=np.uint8).reshape(-1, plane.line_size)
+    return rows[: stored.height, : stored.width]
+
+
+def _planes(stored: VideoFrame) -> tuple[Image, Image, Image]:
+    """Brightness and the two colour differences as a frame holds them."""
+    light, blue, red = (
+        np.frombuffer(memoryview(plane), dtype=np.uint8).reshape(-1, plane.line_size)
+        for plane in stored.planes
+    )
+    return light, blue, red
+
+
+@cache
+def _rounded_alike() -> bool:
+    """Whether FFmpeg rounds as `_colour` does; how it does goes by the processor."""
+    noise = np.random.default_rng(0).integers(0, 256, (96, 64), dtype=np.uint8)
+    frame = VideoFrame.from_ndarray(noise, format=HALVED)
+    picture = np.empty((64, 64, 3), dtype=np.uint8)
+    _colour(*_planes(frame), 0, 0, picture)
+    return bool(np.array_equal(picture, frame.to_ndarray(format="bgr24")))
+
+
+@njit(cache=True, nogil=True)
+def _colour(light, blue, red, top, left, picture):
+    """Fill in the colours of a part of a frame, rounded as FFmpeg's own conversion does.
+
+    Parameters
+    ----------
+    light, blue, red : (rows, columns) brightness, and the two colour differences (ITU-R BT.601) at
+        half the resolution
+    top, left : row and column in the frame of the part's upper left pixel
+    picture : (rows, columns, 3) BGR
+    """
+    for i in range(picture.shape[0]):
+        row = top + i
+        for j in range(picture.shape[1]):
+            column = left + j
+            y = (8 * np.int32(light[row, column]) - 128) * 9539 >> 16
+            u = 8 * np.int32(blue[row >> 1, column >> 1]) - 1024
+            v = 8 * np.int32(red[row >> 1, column >> 1]) - 1024
+            picture[i, j, 0] = min(max(y + (u * 16525 >> 16), 0), 255)
+            picture[i, j, 1] = min(max(y + (u * -3209 >> 16) + (v * -6660 >> 16), 0), 255)
+            picture[i, j, 2] = min(max(y + (v * 13075 >> 16), 0), 255)

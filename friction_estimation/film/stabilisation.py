@@ -1,0 +1,221 @@
+"""Whether a camera held still, and pictures put back where it swayed.
+
+Corners that stand out in the first frame (paint, posts, boards) are found again in later ones; the
+similarity that carries most of them along is the camera's own motion, and whatever moves by itself
+is outvoted. A stand that sways by some pixels is corrected for; a camera that pans, zooms or is
+knocked over is refused, because the scene's points no longer hold.
+"""
+
+# OpenCV's stubs widen the element type of every array that they return.
+# pyright: reportArgumentType=false, reportCallIssue=false
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.errors import InputError
+from curling_env.typing import Floats, Image
+
+FEATURES = 160
+FEATURE_QUALITY = 0.02
+FEATURE_DISTANCE_PX = 16
+MANY = 30
+"""Corners that the first frame must have for the camera's motion to be told from the people's."""
+FEW = 6
+"""So many corners make a motion."""
+IN_PLACE_PX = 0.5
+IN_PLACE_SHARE = 0.4
+"""Corners that stay where they were win over a common motion of this many times as few: people
+who cross a bare sheet may carry more corners than the sheet has."""
+TOLERANCE_PX = 1.0
+"""Corners that agree within this with the common motion carry it."""
+MIN_SHARE = 0.35
+"""Of the corners of the first frame, those that must be found to move together."""
+STILL_PX = 0.3
+"""Less motion than this, anywhere in the picture, is a camera that holds still."""
+SWAY_SHARE = 0.02
+"""Largest sway that is corrected for, as a share of the picture's width."""
+ZOOM_SHARE = 0.01
+"""Largest change of scale that is corrected for."""
+TILES = (6, 8)
+"""Rows and columns of pieces in which two pictures are held beside each other."""
+DETAIL_PX = 4.0
+"""What is finer than this is compared: lines and edges, which lie elsewhere after a small move."""
+TEXTURED = 4.0
+"""Least spread of a piece that shows something [grey levels]."""
+ALIKE = 0.7
+"""Correlation of pieces that show the same; between different views it is about nothing."""
+ALIKE_SHARE = 0.4
+"""Of the pieces, those that must be alike; people stand before the others."""
+LOOKED_AT = 12
+"""Frames in which the camera's motion is measured before it is believed to be still."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Hold:
+    """Where the first frame's corners are, to find them again.
+
+    Parameters
+    ----------
+    grey : (rows, columns) the first frame
+    corners_px : (n, 1, 2) in it
+    """
+
+    grey: Image
+    corners_px: NDArray[np.float32]
+
+    @classmethod
+    def of(cls, frame: Image) -> Hold:
+        """From the first frame of a film, BGR."""
+        grey = np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+        corners = cv2.goodFeaturesToTrack(grey, FEATURES, FEATURE_QUALITY, FEATURE_DISTANCE_PX)
+        if corners is None:
+            corners = np.empty((0, 1, 2), dtype=np.float32)
+        else:
+            cv2.cornerSubPix(
+                grey,
+                corners,
+                (5, 5),
+                (-1, -1),
+                (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.01),
+            )
+        return cls(grey=grey, corners_px=np.asarray(corners, dtype=np.float32))
+
+    def motion(self, frame: Image) -> Floats | None:
+        """The similarity (2, 3) that carries the first frame's pixels to this frame's.
+
+        None where too few corners move together: another view, or next to none to go by.
+        """
+        grey = np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+        if len(self.corners_px) < FEW or grey.shape != self.grey.shape:
+            return None
+        there, found, _ = cv2.calcOpticalFlowPyrLK(
+            self.grey, grey, self.corners_px, None, winSize=(21, 21), maxLevel=4
+        )
+        good = found.ravel() == 1
+        apart = np.linalg.norm((there - self.corners_px)[good, 0], axis=1)
+        in_place = np.count_nonzero(apart < IN_PLACE_PX)
+        matrix, together = None, 0
+        if np.count_nonzero(good) >= FEW:
+            matrix, inside = cv2.estimateAffinePartial2D(
+                self.corners_px[good],
+                there[good],
+                method=cv2.RANSAC,
+                ransacReprojThreshold=TOLERANCE_PX,
+                maxIters=500,
+            )
+            together = 0 if inside is None else np.count_nonzero(inside)
+        if in_place >= FEW and in_place >= IN_PLACE_SHARE * together:
+            return np.eye(2, 3)
+        if matrix is None or together < max(FEW, MIN_SHARE * len(self.corners_px)):
+            return None
+        return np.asarray(matrix, dtype=np.float64)
+
+    def same_view(self, frame: Image) -> bool:
+        """Whether a picture is what it was in the first frame, people left aside.
+
+        On bare ice people carry most corners that stand out, and they all walk away.
+        """
+        grey = np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+        if grey.shape != self.grey.shape:
+            return False
+        first, other = _detail(self.grey), _detail(grey)
+        rows = np.array_split(np.arange(grey.shape[0]), TILES[0])
+        columns = np.array_split(np.arange(grey.shape[1]), TILES[1])
+        likeness: list[float] = []
+        for down in rows:
+            for across in columns:
+                part = slice(down[0], down[-1] + 1), slice(across[0], across[-1] + 1)
+                before, now = first[part], other[part]
+                spread = float(before.std())
+                if spread > TEXTURED:
+                    both = spread * max(float(now.std()), 1.0)
+                    likeness.append(float(np.mean(before * now)) / both)
+        alike = sum(one > ALIKE for one in likeness)
+        return alike >= FEW and alike >= ALIKE_SHARE * len(likeness)
+
+    def put_back(self, frame: Image) -> Image:
+        """The frame as the camera would have seen it from where it first stood."""
+        motion = self.motion(frame)
+        if motion is None:
+            return frame
+        return np.asarray(
+            cv2.warpAffine(
+                frame,
+                motion,
+                (frame.shape[1], frame.shape[0]),
+                flags=cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP,
+                borderMode=cv2.BORDER_REPLICATE,
+            ),
+            dtype=np.uint8,
+        )
+
+
+def _detail(grey: Image) -> NDArray[np.float32]:
+    """A picture less its broad light and shade."""
+    fine = np.asarray(grey, dtype=np.float32)
+    return np.asarray(fine - cv2.GaussianBlur(fine, (0, 0), DETAIL_PX), dtype=np.float32)
+
+
+def sway_px(motion: Floats, corners_px: NDArray[np.float32]) -> float:
+    """The furthest that a similarity carries one of some corners (n, 1, 2) [px]."""
+    corners = corners_px.reshape(-1, 2)
+    moved = corners @ motion[:, :2].T + motion[:, 2]
+    return float(np.linalg.norm(moved - corners, axis=1).max())
+
+
+def held(sample: Sequence[tuple[float, Image]], source: str | Path) -> Hold | None:
+    """Whether the camera of a film must be put back; None where it held still, or cannot tell.
+
+    Parameters
+    ----------
+    sample : times [s] and frames, BGR, spread over the film, the first one first
+    source : the film, for messages
+
+    Raises
+    ------
+    InputError : it moves or zooms by more than can be put back
+    """
+    if len(sample) < 2:
+        return None
+    hold = Hold.of(sample[0][1])
+    if len(hold.corners_px) < MANY:
+        return None
+    width = sample[0][1].shape[1]
+    every = max(1, (len(sample) - 1) // LOOKED_AT)
+    swayed = 0.0
+    for t, frame in sample[every::every]:
+        motion = hold.motion(frame)
+        if motion is None and hold.same_view(frame):
+            continue
+        if motion is None:
+            raise InputError(
+                "the camera shows another view than in the first frame; it must stand still: cut "
+                "the film there, and mark the sheet anew for the rest",
+                source=source,
+                where=f"at {t:.1f} s",
+            )
+        zoom = float(np.hypot(*motion[:, 0])) - 1
+        moved = sway_px(motion, hold.corners_px)
+        if abs(zoom) > ZOOM_SHARE:
+            raise InputError(
+                f"the camera has zoomed by {100 * zoom:+.1f} % since the first frame; the zoom "
+                "must not change during a throw",
+                source=source,
+                where=f"at {t:.1f} s",
+            )
+        if moved > SWAY_SHARE * width:
+            raise InputError(
+                f"the camera has moved by {moved:.0f} px since the first frame; it must stand "
+                f"still (sway below {SWAY_SHARE * width:.0f} px is corrected)",
+                source=source,
+                where=f"at {t:.1f} s",
+            )
+        swayed = max(swayed, moved)
+    return hold if swayed > STILL_PX else None

@@ -1,0 +1,1 @@
+"""Before any throw: how well friction can be known, and which throws are worth making."""

@@ -1,0 +1,248 @@
+"""How many throws of which kind a map of wanted detail needs, before any is made.
+
+Throws are chosen one by one, each time the kind that leaves the least error over the ice that is
+played on (greedy A-optimal design), with the bound (bound.py) as the judge. The estimator comes
+within some 10 % of that bound; throws that scatter from one to the next need more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.errors import InputError
+from curling_env.physics.effects.motion import GRAVITY
+from curling_env.sheet import HOG_LINE_Y, PAPER_SHEET, TEE_Y, Direction, Sheet
+from curling_env.throw import MAX_SPEED, Release, Throw
+from curling_env.typing import Floats
+from friction_estimation.inversion.design.cramer_rao import (
+    ThrowResponse,
+    field_covariance,
+    throw_response,
+    uniform_bound,
+)
+
+MOST_THROWS = 200
+"""No session is longer: a plan that needs more is not reachable."""
+REACH = 1.5
+"""Half the width of the ice that is played on [m]: a draw curls a metre and a half at most, and
+nearer the side a stone is seldom thrown."""
+WIDEST = 1.0
+"""Between neighbouring lines at most [m]."""
+PARTS_OF_A_DRAW = (0.8, 1.0, 1.25)
+"""Speeds tried when none are given, in those of a draw to the tee."""
+SPREAD = 0.05
+"""Friction of a sheet varies by 2 to 5 % from place to place; low confidence, so the upper end."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kind:
+    """A kind of throw: its speed, its line beside the centre line, its direction."""
+
+    speed: float
+    line: float
+    direction: Direction
+
+    @property
+    def release(self) -> Release:
+        """On its line at the hog line, straight along the sheet, the way it is played."""
+        return Throw(speed=self.speed, x=self.direction * self.line).release(self.direction)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """A measurement planned.
+
+    Parameters
+    ----------
+    resolution, precision : that were wanted [m], [part of μ]
+    kinds : every throw in the order chosen
+    error : (throws,) root-mean-square error of μ over the ice played on after each throw [part]
+    even_error : of one number for the whole sheet from the same throws [part]
+    """
+
+    resolution: float
+    precision: float
+    kinds: tuple[Kind, ...]
+    error: tuple[float, ...]
+    even_error: float
+
+    @property
+    def reached(self) -> bool:
+        """Whether the throws bring the precision that was wanted."""
+        return self.error[-1] <= self.precision
+
+    @property
+    def counts(self) -> dict[Kind, int]:
+        """How often each kind is thrown; the most frequent first."""
+        each = {kind: self.kinds.count(kind) for kind in dict.fromkeys(self.kinds)}
+        return dict(sorted(each.items(), key=lambda item: -item[1]))
+
+    @property
+    def words(self) -> str:
+        """The plan in plain words."""
+        n = len(self.kinds)
+        wanted = f"{100 * self.precision:g} % at a resolution of {self.resolution:g} m"
+        if not self.reached:
+            return (
+                f"{wanted} is out of reach of {n} throws, which come to "
+                f"{100 * self.error[-1]:.2g} %: ask for coarser detail, measure more exactly, "
+                "or throw slower"
+            )
+        by_speed = {
+            speed: sum(kind.speed == speed for kind in self.kinds)
+            for speed in sorted({kind.speed for kind in self.kinds})
+        }
+        speeds = ", ".join(f"{count} at {speed:.2f} m/s" for speed, count in by_speed.items())
+        away = sum(kind.direction is Direction.AWAY for kind in self.kinds)
+        lines = sorted({kind.line for kind in self.kinds})
+        where = ", ".join(f"{line:+g}" if line else "0" for line in lines).replace("-", "−")
+        return (
+            f"{wanted} takes {n} {'throw' if n == 1 else 'throws'}: {speeds}; {away} of them from "
+            f"the home end and {n - away} from the away end; on lines {where} m beside the centre "
+            "line. Turn half of them in and half of them out."
+        )
+
+    def summary(self) -> dict[str, Any]:
+        """The plan in numbers, for JSON."""
+        return {
+            "resolution_m": self.resolution,
+            "precision_percent": 100 * self.precision,
+            "reached": self.reached,
+            "throws": len(self.kinds),
+            "error_percent": 100 * self.error[-1],
+            "error_of_one_number_percent": 100 * self.even_error,
+            "error_percent_after_throws": [round(100 * error, 4) for error in self.error],
+            "kinds": [
+                {
+                    "times": times,
+                    "speed": kind.speed,
+                    "from": "home" if kind.direction is Direction.AWAY else "away",
+                    "line_x_m": kind.line,
+                }
+                for kind, times in self.counts.items()
+            ],
+            "words": self.words,
+        }
+
+
+def draw_speeds(mu: float) -> tuple[float, ...]:
+    """A draw to the tee on ice of this friction, a slower and a faster throw [m/s]."""
+    draw = float(np.sqrt(2 * GRAVITY * mu * (TEE_Y + HOG_LINE_Y)))
+    return tuple(round(min(part * draw, MAX_SPEED), 2) for part in PARTS_OF_A_DRAW)
+
+
+def plan_throws(
+    *,
+    resolution: float,
+    precision: float,
+    noise: float = 0.005,
+    fps: float = 30.0,
+    mu: float = 0.009,
+    speeds: Sequence[float] | None = None,
+    spread: float = SPREAD,
+    sheet: Sheet = PAPER_SHEET,
+    progress: Callable[[str, float], None] | None = None,
+) -> Plan:
+    """Choose the fewest throws that find the friction of the ice with a wanted error.
+
+    The friction is believed to vary by `spread` and to be alike over `resolution`. The error is
+    the root-mean-square one of a cell's μ over the ice between the tees and within 1.5 m of the
+    centre line.
+
+    Parameters
+    ----------
+    resolution : length over which friction is alike, the detail that is wanted [m]
+    precision : wanted error of μ, as a part of it
+    noise : standard deviation of a measured position [m], independent from frame to frame
+    fps : frames a second
+    mu : friction that is expected
+    speeds : that can be thrown [m/s]; around a draw to the tee by default
+    spread : standard deviation of ln μ over the sheet
+    sheet : and its cells
+    progress : called with what is being done and the part of it that is done
+
+    Raises
+    ------
+    InputError : numbers that make no sense, or detail finer than a cell
+    """
+    for name, value in (
+        ("resolution", resolution), ("precision", precision), ("noise", noise), ("fps", fps),
+        ("mu", mu), ("spread", spread),
+    ):  # fmt: skip
+        if not (value > 0 and np.isfinite(value)):
+            raise InputError(f"{name} must be a positive number, got {value}")
+    if resolution < sheet.cell_size:
+        raise InputError(
+            f"the resolution cannot be finer than a cell of {sheet.cell_size:g} m, "
+            f"got {resolution:g} m"
+        )
+    chosen = tuple(speeds) if speeds else draw_speeds(mu)
+    kinds = [
+        Kind(speed=speed, line=line, direction=direction)
+        for speed in chosen
+        for line in _lines(resolution)
+        for direction in (Direction.AWAY, Direction.HOME)
+    ]
+    rows = [_rows(throw_response(kind.release, mu=mu, fps=fps, sheet=sheet), noise)
+            for kind in kinds]  # fmt: skip
+    covariance = field_covariance(sheet, spread=spread, length=resolution)
+    played = np.flatnonzero(_played(sheet))
+    thrown: list[int] = []
+    errors: list[float] = []
+    while len(thrown) < MOST_THROWS:
+        gains = [_gain(covariance, touched, own, played) for touched, own in rows]
+        best = int(np.argmax(gains))
+        touched, own = rows[best]
+        spreading = covariance[:, touched] @ own.T
+        inner = np.eye(len(own)) + own @ spreading[touched]
+        covariance = covariance - spreading @ np.linalg.solve(inner, spreading.T)
+        thrown.append(best)
+        errors.append(float(np.sqrt(np.diag(covariance)[played].mean())))
+        if progress is not None:
+            progress("plan", min(1.0, precision / errors[-1]))
+        if errors[-1] <= precision:
+            break
+    listed = tuple(kinds[k] for k in thrown)
+    even = uniform_bound([kind.speed for kind in listed], mu=mu, noise=noise, fps=fps,
+                         distance=HOG_LINE_Y + TEE_Y)  # fmt: skip
+    return Plan(
+        resolution=resolution,
+        precision=precision,
+        kinds=listed,
+        error=tuple(errors),
+        even_error=even / mu,
+    )
+
+
+def _lines(resolution: float) -> Floats:
+    """Lines side by side over the ice played on, no farther apart than the detail [m]."""
+    count = 1 + 2 * int(np.ceil(REACH / min(resolution, WIDEST)))
+    return np.linspace(-REACH, REACH, count)
+
+
+def _played(sheet: Sheet) -> NDArray[np.bool_]:
+    """Cells between the tees and within `REACH` of the centre line, (cells,)."""
+    x = np.tile(sheet.x_centres, sheet.shape[0])
+    y = np.repeat(sheet.y_centres, sheet.shape[1])
+    return (np.abs(x) <= REACH) & (np.abs(y) <= TEE_Y)
+
+
+def _rows(way: ThrowResponse, noise: float) -> tuple[NDArray[np.intp], Floats]:
+    """The response in units of the noise, compressed to the directions that tell anything."""
+    _, size, across = np.linalg.svd(way.response / noise, full_matrices=False)
+    known = size > 0.3  # less tells under a tenth of what is unknown even of a free cell
+    return way.touched, size[known, None] * across[known]
+
+
+def _gain(
+    covariance: Floats, touched: NDArray[np.intp], own: Floats, played: NDArray[np.intp]
+) -> float:
+    """By how much a throw lowers the summed variance over the ice played on."""
+    across = covariance[np.ix_(played, touched)] @ own.T
+    inner = np.eye(len(own)) + own @ covariance[np.ix_(touched, touched)] @ own.T
+    return float((across * np.linalg.solve(inner, across.T).T).sum())

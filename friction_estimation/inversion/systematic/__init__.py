@@ -1,0 +1,1 @@
+"""What all throws err by together: the camera's ripple, its pose and its lens."""

@@ -1,0 +1,295 @@
+"""Every measured throw thrown again on an estimated ice: the paper's last step.
+
+The release is fitted to the first seconds of the free slide only. What comes after, down to where
+the stone rests, is then a prediction, held against what was measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.errors import InputError
+from curling_env.ice import Ice
+from curling_env.physics.one_stone.slide import Slide, slide
+from curling_env.physics.wear import wear_along_path, wear_of, worn
+from curling_env.storage import write_table
+from curling_env.throw import MAX_SPEED, MAX_SPIN, Release
+from curling_env.trajectory import Trajectory
+from curling_env.typing import Floats
+from friction_estimation.inversion.throw.fitted import swept_intervals
+from friction_estimation.inversion.throw.spin import fit_spin
+from friction_estimation.tracks.kinematics import FreeSlide, free_slides, robust_deviation
+
+RELEASE_WINDOW = 2.5
+"""Seconds of the free slide to which the release is fitted: its speed is then known to about a
+millimetre a second at 5 mm of noise, which moves a draw by 2 cm."""
+SAMPLES_PER_S = 60.0
+"""Of a predicted path [1/s]: straight lines between them are within 2 µm."""
+FAR = np.array([-100.0, 100.0, -100.0, 100.0])
+"""Bounds that no stone reaches: a prediction ends at rest, on the sheet or beyond [m]."""
+ARRIVED = 0.05
+"""A stone this close to its place of rest has arrived [m]."""
+ROUNDS = 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rethrow:
+    """One measured throw and its prediction.
+
+    Parameters
+    ----------
+    throw, stone : of the track
+    release : fitted to the first seconds
+    t : (n,) since the release [s]
+    measured, predicted : (n, 2) paths, sheet frame [m]
+    tested : (n,) rows after the release window: the prediction's test
+    rest : where the stone was measured at rest, (2,); None if the track ends before
+    predicted_rest : where the prediction rests, (2,)
+    rest_time : measured from the release to the last 5 cm before rest [s], which noise does not
+        blur as it does the very end; None if the track ends before
+    predicted_time : predicted likewise [s]
+    """
+
+    throw: int
+    stone: int
+    release: Release
+    t: Floats
+    measured: Floats
+    predicted: Floats
+    tested: NDArray[np.bool_]
+    rest: Floats | None
+    predicted_rest: Floats
+    rest_time: float | None
+    predicted_time: float
+
+    @property
+    def path_rms(self) -> float:
+        """Root mean square distance of the two paths at equal times, after the window [m]."""
+        apart = (self.predicted - self.measured)[self.tested]
+        return float(np.sqrt((apart**2).sum(axis=1).mean())) if len(apart) else float("nan")
+
+    @property
+    def rest_error(self) -> float | None:
+        """Distance of the predicted from the measured place of rest [m]."""
+        return None if self.rest is None else float(np.hypot(*(self.predicted_rest - self.rest)))
+
+    @property
+    def too_long(self) -> float | None:
+        """How far the prediction runs on beyond the measured rest, along the play [m]."""
+        if self.rest is None:
+            return None
+        return float(self.release.direction * (self.predicted_rest - self.rest)[1])
+
+    @property
+    def too_far_left(self) -> float | None:
+        """How far left of the measured rest the prediction ends, seen by the thrower [m]."""
+        if self.rest is None:
+            return None
+        return float(-self.release.direction * (self.predicted_rest - self.rest)[0])
+
+    def summary(self) -> dict[str, Any]:
+        """In numbers, for JSON and CSV."""
+        rest = (None, None) if self.rest is None else (float(self.rest[0]), float(self.rest[1]))
+        return {
+            "throw": self.throw,
+            "stone": self.stone,
+            "speed": self.release.speed,
+            "spin": self.release.omega,
+            "rest_x": rest[0],
+            "rest_y": rest[1],
+            "predicted_x": float(self.predicted_rest[0]),
+            "predicted_y": float(self.predicted_rest[1]),
+            "rest_error_m": self.rest_error,
+            "too_long_m": self.too_long,
+            "too_far_left_m": self.too_far_left,
+            "path_rms_m": self.path_rms,
+            "rest_time_s": self.rest_time,
+            "predicted_time_s": self.predicted_time,
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """All measured throws beside their predictions.
+
+    Parameters
+    ----------
+    rethrows : in order of play
+    skipped : why other throws were not thrown again
+    window : seconds to which releases were fitted [s]
+    """
+
+    rethrows: tuple[Rethrow, ...]
+    skipped: tuple[str, ...]
+    window: float
+
+    def summary(self) -> dict[str, Any]:
+        """In numbers, for JSON: totals, then each throw."""
+        errors = [k.rest_error for k in self.rethrows if k.rest_error is not None]
+        longs = [k.too_long for k in self.rethrows if k.too_long is not None]
+        lefts = [k.too_far_left for k in self.rethrows if k.too_far_left is not None]
+        squares = np.concatenate(
+            [((k.predicted - k.measured)[k.tested] ** 2).sum(axis=1) for k in self.rethrows]
+        )
+
+        def rms(values: list[float]) -> float | None:
+            return float(np.sqrt(np.mean(np.square(values)))) if values else None
+
+        return {
+            "throws": len(self.rethrows),
+            "path_rms_m": float(np.sqrt(squares.mean())) if squares.size else None,
+            "rested": len(errors),
+            "rest_error_m": rms(errors),
+            "rest_error_median_m": float(np.median(errors)) if errors else None,
+            "rest_error_worst_m": max(errors) if errors else None,
+            "too_long_mean_m": float(np.mean(longs)) if longs else None,
+            "too_far_left_mean_m": float(np.mean(lefts)) if lefts else None,
+            "release_window_s": self.window,
+            "each": [rethrow.summary() for rethrow in self.rethrows],
+            **({"skipped": list(self.skipped)} if self.skipped else {}),
+        }
+
+
+def compare_tracks(
+    tracks: Sequence[Trajectory], ice: Ice, *, window: float = RELEASE_WINDOW
+) -> Comparison:
+    """Throw every measured throw again on an ice, from its measured release.
+
+    Parameters
+    ----------
+    tracks : of one session, in order of play
+    ice : on which they are thrown again
+    window : seconds of each free slide to which its release is fitted [s]
+
+    Raises
+    ------
+    TrackTooShortError : no throw with a free slide
+    InputError : a window that is not positive, or ice on which a stone never stops
+    """
+    if not window > 0:
+        raise InputError(f"the release window must be positive, got {window} s")
+    slides, skipped = free_slides(list(tracks))
+    rethrows: list[Rethrow] = []
+    wear = np.zeros(ice.sheet.shape)
+    for order, part in enumerate(slides):
+        rethrows.append(rethrow(part, worn(ice, wear), order, window))
+        if wear_along_path(ice):
+            wear += wear_of(ice, [rethrows[-1].predicted])
+    return Comparison(rethrows=tuple(rethrows), skipped=tuple(skipped), window=window)
+
+
+def rethrow(part: FreeSlide, ice: Ice, order: int, window: float = RELEASE_WINDOW) -> Rethrow:
+    """One throw thrown again; see `compare_tracks`."""
+    t = part.t - part.t[0]
+    early = t <= max(window, t[min(len(t), 12) - 1])
+    release = _fit_release(part, t, early, ice, order)
+    again = _throw(ice, release)
+    path = again.trajectory
+    assert path is not None
+    if part.rests:
+        last = part.track.t > part.t[-1] - 0.1
+        rest = np.median(part.track.xy[last], axis=0)
+        rest_time = _arrival(t, part.xy, rest)
+    else:
+        rest, rest_time = None, None
+    return Rethrow(
+        throw=part.track.throw,
+        stone=part.track.stone,
+        release=release,
+        t=t,
+        measured=part.xy,
+        predicted=_path_at(again, t),
+        tested=~early,
+        rest=rest,
+        predicted_rest=np.array([again.x, again.y]),
+        rest_time=rest_time,
+        predicted_time=_arrival(path.t, path.xy, np.array([again.x, again.y])),
+    )
+
+
+def write_comparison(comparison: Comparison, folder: Path) -> None:
+    """`throws.csv` with a row per throw, and `paths.csv` with both paths of every throw."""
+    rows = [rethrow.summary() for rethrow in comparison.rethrows]
+    write_table(
+        folder / "throws.csv",
+        {name: ["" if row[name] is None else row[name] for row in rows] for name in rows[0]},
+    )
+    counts = [len(k.t) for k in comparison.rethrows]
+    measured = np.concatenate([k.measured for k in comparison.rethrows])
+    predicted = np.concatenate([k.predicted for k in comparison.rethrows])
+    write_table(
+        folder / "paths.csv",
+        {
+            "throw": np.repeat([k.throw for k in comparison.rethrows], counts),
+            "t": np.round(np.concatenate([k.t for k in comparison.rethrows]), 5),
+            "x": np.round(measured[:, 0], 5),
+            "y": np.round(measured[:, 1], 5),
+            "predicted_x": np.round(predicted[:, 0], 5),
+            "predicted_y": np.round(predicted[:, 1], 5),
+        },
+    )
+
+
+def _fit_release(
+    part: FreeSlide, t: Floats, early: NDArray[np.bool_], ice: Ice, order: int
+) -> Release:
+    """The release whose path under the law fits the first seconds, robustly."""
+    at, xy = t[early], part.xy[early]
+    spin, _, _, heading = fit_spin(part)
+    sweeps = swept_intervals(t, part.track.swept[part.rows])
+    basis = np.column_stack([np.ones_like(at), at])
+    curve = np.linalg.lstsq(np.column_stack([basis, at**2]), xy, rcond=None)[0]
+    state = np.asarray(curve[:2], dtype=np.float64)
+    release = _release(state, heading, spin, part, order, sweeps)
+    for _ in range(ROUNDS):
+        left = xy - _path_at(_throw(ice, release), at)
+        size = np.hypot(*left.T)
+        limit = 2.5 * max(robust_deviation(left.ravel() - np.median(left)), 1e-6)
+        weights = np.sqrt(np.minimum(1.0, limit / np.maximum(size, 1e-12)))[:, None]
+        change = np.linalg.lstsq(basis * weights, left * weights, rcond=None)[0]
+        state = np.asarray(state + change, dtype=np.float64)
+        release = _release(state, heading, spin, part, order, sweeps)
+    return release
+
+
+def _release(
+    state: Floats, heading: float, spin: float, part: FreeSlide, order: int, sweeps: Floats
+) -> Release:
+    (x, y), (vx, vy) = state
+    brisk = max(1.0, float(np.hypot(vx, vy)) / (0.999 * MAX_SPEED))
+    return Release(
+        x=float(x),
+        y=float(y),
+        vx=float(vx) / brisk,
+        vy=float(vy) / brisk,
+        theta=heading,
+        omega=float(np.clip(spin, -MAX_SPIN, MAX_SPIN)),
+        stone=part.track.stone,
+        clock=part.track.clock + float(part.t[0]),
+        order=order,
+        sweep_start=float(sweeps[0, 0]) if len(sweeps) else 0.0,
+        sweep_end=float(sweeps[-1, 1]) if len(sweeps) else 0.0,
+    )
+
+
+def _throw(ice: Ice, release: Release) -> Slide:
+    return slide(ice, release, bounds=FAR, fps=SAMPLES_PER_S)
+
+
+def _path_at(path: Slide, t: Floats) -> Floats:
+    """Positions at times, (n, 2); where it rests after its end."""
+    trajectory = path.trajectory
+    assert trajectory is not None
+    return np.column_stack([np.interp(t, trajectory.t, trajectory.xy[:, k]) for k in range(2)])
+
+
+def _arrival(t: Floats, xy: Floats, rest: Floats) -> float:
+    """First time within `ARRIVED` of a place of rest [s]."""
+    near = np.hypot(*(xy - rest).T) <= ARRIVED
+    return float(t[np.argmax(near)]) if near.any() else float(t[-1])

@@ -1,0 +1,94 @@
+"""What the difference means to a curler: one and the same draw on the model before and after."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from curling_env.errors import InputError
+from curling_env.ice import Ice
+from curling_env.physics.one_stone.slide import slide
+from curling_env.physics.wear import wear_along_path, wear_of, worn
+from curling_env.sheet import TEE_Y, Direction
+from curling_env.throw import Throw
+from curling_env.typing import Floats
+from friction_estimation.discovery.discover import Discovery
+from friction_estimation.discovery.model.model import Model
+
+SPIN = 1.5
+"""Of the draw, counter-clockwise [rad/s]: two and a half turns on the way."""
+SPEEDS = (0.3, 6.0)
+FAR = np.array([-50.0, 50.0, -60.0, 60.0])
+"""Bounds that no draw reaches [m]: a rest beyond the sheet is a rest all the same."""
+NOTABLE = 0.05
+"""Shift of a rest that is worth a word [m]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DrawShift:
+    """A draw that one model lays on the tee line, and where another lays it.
+
+    Parameters
+    ----------
+    speed : at the hog line [m/s]
+    before, after : (n, 2) paths towards the away end, sheet frame [m]
+    """
+
+    speed: float
+    before: Floats
+    after: Floats
+
+    @property
+    def shift(self) -> Floats:
+        """(2,) to the right and further, as the thrower sees it [m]."""
+        return self.after[-1] - self.before[-1]
+
+    @property
+    def words(self) -> str:
+        right, further = self.shift
+        parts = [
+            f"{abs(value):.1f} m {words[int(value > 0)]}"
+            for value, words in (
+                (right, ("to the left", "to the right")),
+                (further, ("shorter", "further")),
+            )
+            if abs(value) > NOTABLE
+        ]
+        where = " and ".join(parts) if parts else "in the same place"
+        return (
+            f"The draw of {self.speed:.2f} m/s, turning counter-clockwise, that the model as it "
+            f"was lays on the tee line rests {where} with what was found."
+        )
+
+
+def draw_shift(found: Discovery) -> DrawShift | None:
+    """A draw before and after; None where a model cannot lay one on the tee line."""
+    if not found.proofs and found.residual_term is None:
+        return None
+    session = found.session
+
+    def as_it_was_left(model: Model) -> Ice:
+        ice = model.improved_ice({})
+        return worn(ice, wear_of(ice, session.lanes.paths)) if wear_along_path(ice) else ice
+
+    before, after = as_it_was_left(found.final_base.model), as_it_was_left(found.final.model)
+    clock, order = float(session.clocks.max()) + 60.0, int(session.orders.max()) + 1
+
+    def path(ice: Ice, speed: float) -> Floats:
+        throw = Throw(speed=speed, angle=0.0, spin=SPIN, x=0.0)
+        release = throw.release(
+            Direction.AWAY, stone=int(session.stones[-1]), clock=clock, order=order
+        )
+        run = slide(ice, release, bounds=FAR, fps=20.0).trajectory
+        assert run is not None  # a rate was given
+        return run.xy
+
+    try:
+        root: Any = brentq(lambda v: path(before, v)[-1, 1] - TEE_Y, *SPEEDS, xtol=1e-4)
+        speed = float(root)
+        return DrawShift(speed=speed, before=path(before, speed), after=path(after, speed))
+    except (InputError, ValueError):
+        return None  # ice on which no stone stops, or none comes as far

@@ -1,0 +1,391 @@
+"""Pictures of a discovery: the gap, the residuals with the effect drawn through, the forecasts."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from curling_env.ice import Ice
+from curling_env.physics.law import acceleration
+from curling_env.physics.wear import worn
+from curling_env.render.figures import (
+    FAINT,
+    INK,
+    draw_sheet,
+    draw_stone,
+    from_the_thrower,
+    lengthwise,
+    new_figure,
+    plain_axes,
+    show_house,
+    show_lengthwise,
+)
+from curling_env.sheet import Direction
+from curling_env.typing import Floats
+from friction_estimation.discovery.discover import Discovery
+from friction_estimation.discovery.evidence.significance import own_frictions
+from friction_estimation.discovery.evidence.unknown import Follows
+from friction_estimation.discovery.model.fit import Fit
+from friction_estimation.discovery.model.model import Model
+from friction_estimation.reports.discovery_draw import DrawShift
+from friction_estimation.tracks.kinematics import local_fit
+
+BEFORE, AFTER, FLOOR, MEASURED = "#c8433f", "#2b7a4b", "#8a97a6", "#22313f"
+WINDOW = 3.0
+"""Width of the windows from which residual accelerations are drawn [s]."""
+EVERY = 8
+"""Rows from one drawn acceleration to the next."""
+SHOWN_OVER = {
+    "speed_dependent_friction": "speed",
+    "air_drag": "speed",
+    "curl": "speed",
+    "spin_drag": "speed",
+    "friction_patch": "y",
+    "lens_distortion": "y",
+    "slope": "y",
+    "tracking_offset": "theta",
+    "pebble_wear": "order",
+    "pebble_wear[along_path]": "passes",
+    "time_drift": "clock",
+    "stone_bias": "stone",
+    "sweeping": "swept",
+}
+SIDEWAYS = ("left", "across the sheet")
+LABELS = {
+    "speed": "speed [m/s]",
+    "y": "along the sheet, y [m]",
+    "x": "across the sheet, x [m]",
+    "t": "seconds since release",
+    "theta": "heading of the handle [rad]",
+    "spin": "spin [rad/s]",
+    "order": "throws played before",
+    "clock": "session clock [min]",
+    "stone": "stone",
+    "swept": "unswept | swept",
+    "passes": "earlier stones that ran over the place",
+}
+
+
+def gap_picture(found: Discovery) -> Figure:
+    """The forecast gap before, after, and of a perfect model."""
+    figure = new_figure(5.6, 2.5)
+    ax = figure.subplots()
+    plain_axes(ax)
+    names = ("before", "after", "noise_floor")
+    labels = ("the model as it was", "the improved model", "a perfect model")
+    values = [100 * found.gaps[name].rest_error for name in names]
+    ax.barh(range(3), values, color=(BEFORE, AFTER, FLOOR), height=0.62)
+    for k, value in enumerate(values):
+        ax.text(value, k, f" {value:.0f} cm" if value >= 2 else f" {value:.1f} cm", va="center")
+    ax.set_yticks(range(3), labels)
+    ax.invert_yaxis()
+    ax.set_xlim(0, 1.18 * max(values))
+    ax.set_xlabel("between forecast and rest, for throws never fitted [cm]", fontsize=9)
+    ax.grid(visible=False)
+    return figure
+
+
+def draw_picture(shift: DrawShift, ice: Ice) -> Figure:
+    """The house with the draw before and after, as the thrower sees it."""
+    figure = new_figure(4.4, 4.3)
+    ax = figure.subplots()
+    view = from_the_thrower(Direction.AWAY)
+    draw_sheet(ax, ice.sheet, view)
+    rests: list[Floats] = []
+    for xy, colour, name in (
+        (shift.before, BEFORE, "the model as it was"),
+        (shift.after, AFTER, "the improved model"),
+    ):
+        seen = view(xy)
+        ax.plot(*seen.T, color=colour, lw=2, zorder=5, label=name)
+        draw_stone(ax, ice.stone.radius, xy[-1], view, colour=colour)
+        rests.append(seen[-1])
+    lowest, highest = min(r[1] for r in rests), max(r[1] for r in rests)
+    show_house(
+        ax,
+        ice.sheet,
+        short=float(np.clip(0.6 - lowest, 2.6, 8.0)),
+        past=float(np.clip(highest + 0.6, 2.4, 4.5)),
+    )
+    ax.set_aspect("equal")
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), fontsize=8, frameon=False)
+    return figure
+
+
+def forecast_picture(found: Discovery) -> Figure:
+    """Measured and forecast paths of the throws held out."""
+    session = found.session.only(found.held_out)
+    count = len(session)
+    figure = new_figure(11.0, 1.55 * count + 0.4)
+    axes = np.atleast_1d(figure.subplots(count, 1))
+    for i, ax in enumerate(axes):
+        rows = session.rows(i)
+        draw_sheet(ax, found.final.model.ice.sheet)
+        show_lengthwise(ax, found.final.model.ice.sheet)
+        for xy, colour, width, name, style in (
+            (session.xy[rows], MEASURED, 3.2, "measured", "-"),
+            (found.gaps["before"].predicted[rows], BEFORE, 1.6, "model as it was", "--"),
+            (found.gaps["after"].predicted[rows], AFTER, 1.6, "improved model", "-"),
+        ):
+            u, v = lengthwise(xy).T
+            alpha = 0.35 if name == "measured" else 1.0
+            ax.plot(u, v, style, color=colour, lw=width, label=name, alpha=alpha, zorder=4)
+            ax.plot(u[-1], v[-1], "o", color=colour, ms=5, alpha=alpha, zorder=5)
+        off = [100 * found.gaps[key].per_throw[i] for key in ("before", "after")]
+        ax.set_title(
+            f"throw {session.throws[i]}: {off[0]:.0f} cm off before, {off[1]:.0f} cm after",
+            fontsize=9,
+            loc="left",
+            color=INK,
+        )
+        if i < count - 1:
+            ax.set_xticks([])
+    axes[0].legend(loc="upper right", ncols=3, fontsize=8, frameon=False, bbox_to_anchor=(1, 1.45))
+    return figure
+
+
+def residual_pictures(found: Discovery) -> list[tuple[str, Figure]]:
+    """For every named effect, and for each variable of what is unknown: before and after."""
+    wanted = [(proof.label, _shown_over(proof.label)) for proof in found.proofs]
+    wanted += [("unknown", f.variable) for f in found.follows if f.variable in LABELS]
+    out: list[tuple[str, Figure]] = []
+    before, after = found.final_base, found.final
+    for label, variable in wanted:
+        if label in ("tracking_offset", "lens_distortion"):
+            out.append((label, _displacements(after, label, variable)))
+        elif variable in ("order", "clock", "stone"):
+            out.append((label, _between_throws(before, after, variable)))
+        else:
+            out.append((label, _within_throws(before, after, label, variable, found.follows)))
+    return out
+
+
+def _shown_over(label: str) -> str:
+    """The variable over which an effect is drawn."""
+    return SHOWN_OVER.get(label) or SHOWN_OVER.get(label.partition("[")[0], "speed")
+
+
+def _between_throws(before: Fit, after: Fit, variable: str) -> Figure:
+    """The throws' own frictions against what may move them."""
+    figure = new_figure(8.6, 2.9)
+    axes = figure.subplots(1, 2, sharey=True)
+    session = before.session
+    place = {
+        "order": session.orders.astype(float),
+        "clock": session.clocks / 60.0,
+        "stone": session.stones.astype(float),
+    }[variable]
+    for ax, fitted, colour, name in (
+        (axes[0], before, BEFORE, "before"),
+        (axes[1], after, AFTER, "after"),
+    ):
+        plain_axes(ax)
+        own, sigma = own_frictions(fitted)
+        jitter = 0.04 * np.arange(len(own)) / len(own) if variable == "stone" else 0.0
+        ax.errorbar(place + jitter, 100 * own, 100 * sigma, fmt="o", color=colour, ms=5)
+        ax.axhline(0, color=FAINT, lw=0.8)
+        ax.set_title(name, fontsize=9, loc="left")
+        ax.set_xlabel(LABELS[variable], fontsize=9)
+        if variable == "stone":
+            ax.set_xticks(np.unique(place))
+    axes[0].set_ylabel("friction of the throw\nbeyond the model [%]", fontsize=9)
+    return figure
+
+
+def _displacements(after: Fit, label: str, variable: str) -> Figure:
+    """Where the camera sees a stone, beside where it is."""
+    term = after.model.term(label)
+    displacement = term.form.displacement
+    assert displacement is not None
+    path, session = after.predicted, after.session
+    shift = displacement(path[:, :2], path[:, 4], term.values)
+    part = 0 if label == "tracking_offset" else 1
+    value = _value(after, variable)
+    figure = new_figure(8.6, 2.9)
+    axes = figure.subplots(1, 2, sharey=True)
+    left = after.residuals[:, :2]
+    for ax, residual, colour, name in (
+        (axes[0], left + shift, BEFORE, "before"),
+        (axes[1], left, AFTER, "after"),
+    ):
+        plain_axes(ax)
+        middle, mean, error = _averaged(value, residual[:, part], session.owner)
+        ax.errorbar(middle, 1e3 * mean, 1e3 * error, fmt="o", color=colour, ms=4.5, lw=1)
+        ax.axhline(0, color=FAINT, lw=0.8)
+        ax.set_title(name, fontsize=9, loc="left")
+        ax.set_xlabel(LABELS[variable], fontsize=9)
+    middle, mean, _ = _averaged(value, shift[:, part], session.owner)
+    axes[0].plot(middle, 1e3 * mean, color=INK, lw=1.6, label="the effect found")
+    axes[0].legend(fontsize=8, frameon=False)
+    side = ("across", "along")[part]
+    axes[0].set_ylabel(f"seen beside where it is,\n{side} the sheet [mm]", fontsize=9)
+    return figure
+
+
+def _within_throws(
+    before: Fit, after: Fit, label: str, variable: str, follows: list[Follows]
+) -> Figure:
+    """Unexplained accelerations, averaged over the variable, and what the effect adds."""
+    session = after.session
+    window = 1.0 if variable == "theta" else WINDOW
+    seen = _accelerations(after, session.observed, window)
+    model = _accelerations(after, after.predicted[:, [0, 1, 4]], window)
+    # What is seen without this effect, all others in place.
+    lacking = before.model if label == "unknown" else after.model.without(label)
+    base = _law_accelerations(lacking, after)
+    sign = _sideways_sign(after, label)
+    effect = (model - base) * sign
+    size = np.nanmean(np.abs(effect), axis=0)
+    part = int(label.startswith("curl") or (size[1] > size[0] and "friction" not in label))
+    if label == "spin_drag":
+        part = 2
+    if label == "unknown":
+        part = int(any(f.variable == variable and f.push in SIDEWAYS for f in follows))
+    value = _value(after, variable)
+    figure = new_figure(8.6, 2.9)
+    axes = figure.subplots(1, 2, sharey=True)
+    for ax, push, colour, name in (
+        (axes[0], (seen - base) * sign, BEFORE, "before"),
+        (axes[1], (seen - model) * sign, AFTER, "after"),
+    ):
+        plain_axes(ax)
+        middle, mean, error = _averaged(value, push[:, part], session.owner)
+        ax.errorbar(middle, 1e3 * mean, 1e3 * error, fmt="o", color=colour, ms=4.5, lw=1)
+        ax.axhline(0, color=FAINT, lw=0.8)
+        ax.set_title(name, fontsize=9, loc="left")
+        ax.set_xlabel(LABELS[variable], fontsize=9)
+        if variable == "swept":
+            ax.set_xticks([0, 1], ["unswept", "swept"])
+    if label != "unknown":
+        middle, mean, _ = _averaged(value, effect[:, part], session.owner)
+        axes[0].plot(middle, 1e3 * mean, color=INK, lw=1.6, label="the effect found")
+        axes[0].legend(fontsize=8, frameon=False)
+    what = (
+        "unexplained push\nalong the travel [mm/s²]",
+        "unexplained push\nto the side [mm/s²]",
+        "unexplained loss\nof spin [mrad/s²]",
+    )[part]
+    axes[0].set_ylabel(what, fontsize=9)
+    return figure
+
+
+def _law_accelerations(model: Model, after: Fit) -> Floats:
+    """A model's accelerations on the paths: along the travel, to its left, turning, (rows, 3)."""
+    ice = model.improved_ice({})
+    session, path = after.session, after.predicted
+    wear = model.wear(session)
+    unworn = ice
+    out = np.full((len(path), 3), np.nan)
+    for i in range(len(session)):
+        rows = np.arange(session.starts[i], session.starts[i + 1], EVERY)
+        if wear.along_path != 0.0:
+            ice = worn(unworn, wear.along_path * wear.passes[wear.before[i]])
+        states = path[rows][:, [0, 1, 2, 3, 5]]
+        a = np.empty((len(rows), 3))
+        for swept in (False, True):
+            chosen = (session.swept[rows] > 0.5) == swept
+            if chosen.any():
+                a[chosen] = acceleration(
+                    ice,
+                    states[chosen],
+                    clock=float(session.clocks[i]),
+                    order=int(session.orders[i]),
+                    stone=int(session.stones[i]),
+                    swept=swept,
+                )
+        out[rows, :2] = _in_travel(a[:, :2], states[:, 2:4])
+        out[rows, 2] = a[:, 2]
+    return out
+
+
+def _in_travel(vectors: Floats, velocity: Floats) -> Floats:
+    """Vectors (n, 2) of the sheet frame as parts along the travel and to its left."""
+    travel = velocity / np.maximum(np.hypot(*velocity.T), 1e-6)[:, None]
+    return np.column_stack(
+        [
+            (vectors * travel).sum(axis=1),
+            vectors[:, 1] * travel[:, 0] - vectors[:, 0] * travel[:, 1],
+        ]
+    )
+
+
+def _value(fitted: Fit, variable: str) -> Floats:
+    path, session = fitted.predicted, fitted.session
+    if variable == "passes":
+        sheet = fitted.model.wear_sheet
+        stones = session.lanes.before(session.orders)[session.owner]
+        return session.lanes.passes(sheet)[stones, *sheet.cell_of(path[:, :2])]
+    return {
+        "speed": np.hypot(path[:, 2], path[:, 3]),
+        "y": path[:, 1],
+        "x": path[:, 0],
+        "t": session.times,
+        "theta": np.mod(path[:, 4], 2 * np.pi),
+        "spin": path[:, 5],
+        "swept": session.swept,
+    }[variable]
+
+
+def _sideways_sign(fitted: Fit, label: str) -> Floats:
+    """Signs by which pushes of different throws are laid over each other, (rows, 2)."""
+    sign = np.ones((len(fitted.predicted), 3))
+    sign[:, 2] = -np.sign(fitted.predicted[:, 5])
+    if label.startswith("curl"):
+        sign[:, 1] = np.sign(fitted.predicted[:, 5])
+    if label.startswith("slope"):
+        sign *= np.sign(fitted.predicted[:, 3])[:, None]
+    return sign
+
+
+def _accelerations(fitted: Fit, paths: Floats, window: float) -> Floats:
+    """Accelerations of x, y, theta by local quadratics: along, to the left, turning, (rows, 3).
+
+    Every eighth row; NaN elsewhere and near the ends.
+    """
+    session, path = fitted.session, fitted.predicted
+    out = np.full((len(path), 3), np.nan)
+    for i in range(len(session)):
+        whole = session.rows(i)
+        t = session.times[whole]
+        if t[-1] - t[0] < 2 * window:
+            continue
+        known = np.isfinite(paths[whole, 2])
+        heading = np.interp(t, t[known], paths[whole, 2][known]) if known.sum() > 10 else 0.0 * t
+        columns = (paths[whole, 0], paths[whole, 1], heading)
+        second = [local_fit(t, column, window)[0][2][::EVERY] for column in columns]
+        rows = np.arange(whole.start, whole.stop, EVERY)
+        parts = np.column_stack(
+            [_in_travel(np.column_stack(second[:2]), path[rows, 2:4]), second[2]]
+        )
+        u = t[::EVERY]
+        slow = np.hypot(path[rows, 2], path[rows, 3]) < 0.15
+        parts[(u - t[0] < window / 2) | (t[-1] - u < window / 2) | slow] = np.nan
+        out[rows] = parts
+    return out
+
+
+def _averaged(
+    value: Floats, push: Floats, owner: Any, bins: int = 14
+) -> tuple[Floats, Floats, Floats]:
+    """Means over bins of the variable, with errors from the spread between throws."""
+    seen = np.isfinite(push)
+    value, push, owner = value[seen], push[seen], owner[seen]
+    levels = np.unique(value)
+    edges = (
+        np.quantile(value, np.linspace(0, 1, bins + 1))
+        if len(levels) > bins
+        else np.concatenate([levels - 1e-9, [levels[-1] + 1e-9]])
+    )
+    middle, mean, error = [], [], []
+    for low, high in pairwise(edges):
+        inside = (value >= low) & (value <= high)
+        if inside.sum() < 3:
+            continue
+        per_throw = [push[inside & (owner == k)].mean() for k in np.unique(owner[inside])]
+        middle.append(value[inside].mean())
+        mean.append(float(np.mean(per_throw)))
+        error.append(float(np.std(per_throw) / np.sqrt(len(per_throw))))
+    return np.array(middle), np.array(mean), np.array(error)

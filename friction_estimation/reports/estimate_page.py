@@ -1,0 +1,251 @@
+"""An estimate as one page: what the ice is like first, then how it is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from curling_env.ice import write_cells
+from curling_env.storage import write_json, write_table
+from friction_estimation.inversion import Estimate
+from friction_estimation.reports.estimate_figures import (
+    draw_weight,
+    papers_way,
+    per_cent,
+    worth_of_a_per_cent,
+    write_pictures,
+)
+from friction_estimation.reports.html import facts, picture, table, write_page
+
+
+@dataclass(frozen=True, kw_only=True)
+class Still:
+    """A frame of a film with what was tracked drawn into it.
+
+    Parameters
+    ----------
+    film : name of the file
+    t : time since its first frame [s]
+    jpeg : the picture
+    """
+
+    film: str
+    t: float
+    jpeg: bytes
+
+    @classmethod
+    def of(cls, film: str, t: float, image: NDArray[np.uint8]) -> Still:
+        """A still of a picture, (height, width, 3) BGR."""
+        import cv2
+
+        return cls(film=film, t=t, jpeg=cv2.imencode(".jpg", image)[1].tobytes())
+
+
+CAPTIONS = {
+    "map.png": "The ice as a curler reads it: blue keen, red heavy. Below, how well each place is "
+    "known, and the paths that told. Pale: no stone ran there.",
+    "profile.png": "Friction along the sheet with its uncertainty. The dots are the older way, "
+    "differentiating the track and averaging in each cell.",
+    "motion.png": "Speed over time, and deceleration over distance, smoothed over two seconds.",
+    "camera.png": "Along the sheet, the same for every throw; the map is free of it. The band "
+    "holds it with 95 % probability.",
+    "residuals.png": "What the fit does not explain. It should look like noise around zero, and "
+    "neighbouring frames should soon be unlike.",
+}
+TITLES = {
+    "map.png": "Where it is keen and where heavy",
+    "profile.png": "Along the sheet",
+    "motion.png": "How the stones slowed",
+    "camera.png": "What the camera was off by",
+    "residuals.png": "How well the fit agrees",
+}
+
+
+def write_report(
+    found: Estimate, folder: Path, stills: Sequence[Still] = (), *, reload: float | None = None
+) -> list[str]:
+    """All pictures and tables of an estimate, and the page that shows them, `report.html`.
+
+    Parameters
+    ----------
+    found : the estimate
+    folder : exists
+    stills : frames of the films, where there are films
+    reload : the browser is to load the page again after this time [s], while more is measured;
+        None: the page stays as it is
+
+    Returns
+    -------
+    names of the files written
+    """
+    pictures = write_pictures(found, folder)
+    write_cells(folder / "cells.csv", found.ice)
+    write_table(folder / "rows.csv", row_table(found))
+    write_json(folder / "estimate.json", found.summary())
+    _write_page(found, folder, pictures, stills, reload)
+    return ["report.html", *pictures, "cells.csv", "rows.csv", "estimate.json"]
+
+
+def _write_page(
+    found: Estimate,
+    folder: Path,
+    pictures: Sequence[str],
+    stills: Sequence[Still],
+    reload: float | None,
+) -> None:
+    sections = [f"<h1>{escape(headline(found))}</h1>{facts(_facts(found))}{_remarks(found)}"]
+    sections += [
+        f"<h2>{TITLES[name]}</h2>"
+        + picture((folder / name).read_bytes(), TITLES[name], caption=CAPTIONS[name])
+        for name in pictures
+        if name == "map.png" and not found.uniform
+    ]
+    if stills:
+        shown = "".join(
+            picture(still.jpeg, f"{still.film} at {still.t:.1f} s", kind="jpeg",
+                    caption=f"{still.film}, {still.t:.1f} s")
+            for still in stills
+        )  # fmt: skip
+        sections.append(
+            "<h2>What was seen</h2><p class=faint>The outline is where the stone was found, the "
+            f"line its path.</p><div class=stills>{shown}</div>"
+        )
+    sections += [
+        f"<h2>{TITLES[name]}</h2>"
+        + picture((folder / name).read_bytes(), TITLES[name], caption=CAPTIONS[name])
+        for name in pictures
+        if name != "map.png"
+    ]
+    if found.method == "trajectory":
+        sections.append(f"<h2>The older way beside it</h2>{_beside(found)}")
+    sections.append(f"<h2>The throws</h2>{_throws(found)}")
+    write_page(folder / "report.html", "Friction of the ice", sections, reload=reload)
+
+
+def row_table(found: Estimate) -> dict[str, ArrayLike]:
+    """Every row of every track, and what became of it; columns for `write_table`.
+
+    `use` is ``used``, ``before`` the free slide or ``after`` it, ``wild`` (a jump from its
+    neighbours) or ``unlike`` all that the fit expects; `left_m` is what the fit leaves of it.
+    """
+    columns: dict[str, list[NDArray[Any]]] = {
+        name: [] for name in ("throw", "t", "x", "y", "use", "left_m")
+    }
+    for k, part in enumerate(found.slides):
+        track = part.track
+        place = np.arange(len(track))
+        use = np.full(len(track), "wild", dtype=object)
+        use[place < part.rows[0]], use[place > part.rows[-1]] = "before", "after"
+        use[part.rows] = "used"
+        left = np.full(len(track), np.nan)
+        if found.throws:
+            fitted = found.throws[k]
+            left[part.rows] = fitted.left
+            use[part.rows[~fitted.keep]] = "unlike"
+        own = (np.full(len(track), track.throw), track.t, *track.xy.T, use, left)
+        for name, values in zip(columns, own, strict=True):
+            columns[name].append(values)
+    return {name: np.concatenate(parts) for name, parts in columns.items()}
+
+
+def headline(found: Estimate) -> str:
+    """The ice in one sentence."""
+    speed = "keen" if found.mu < 0.0075 else "heavy" if found.mu > 0.0095 else "of usual speed"
+    seen = found.ice.friction.observed
+    if found.uniform or not seen.any():
+        return f"This ice is {speed}: μ = {found.mu:.5f}."
+    mu = found.ice.friction.mu[seen]
+    low, high = np.percentile(mu, [2, 98])
+    return (
+        f"This ice is {speed}: μ = {found.mu:.5f}, from {per_cent(low / found.mu - 1)} to "
+        f"{per_cent(high / found.mu - 1)} where stones ran."
+    )
+
+
+def _facts(found: Estimate) -> list[tuple[str, str]]:
+    low, high = found.interval
+    pairs = [(f"{found.mu:.5f}", f"friction μ, known to ± {50 * (high - low) / found.mu:.2g} %")]
+    draw = draw_weight(found.ice, found.mu) if found.mu > 0 else None
+    if draw is not None:
+        speed, seconds, hog_to_hog = draw
+        pairs += [
+            (f"{hog_to_hog:.1f} s", "hog line to hog line, draw to the tee"),
+            (f"{seconds:.1f} s", "hog line to rest at the tee"),
+            (f"{speed:.2f} m/s", "draw weight at the hog line"),
+        ]
+        worth = worth_of_a_per_cent(found.ice, found.mu)
+        if worth is not None:
+            pairs += [
+                (f"{worth[0]:.2f} m", "further for a draw where it is 1 % keener"),
+                (f"{worth[1]:.2f} s", "longer split of a draw on ice 1 % keener"),
+            ]
+    pairs.append((str(len(found.slides)), "throws measured"))
+    if found.belief is not None:
+        pairs.append((f"{found.resolution:.1f} m", "finest detail that is resolved"))
+    if found.noise is not None:
+        pairs.append((f"{1000 * found.noise.total:.1f} mm", "noise of a measured position"))
+    search = found.bias_search
+    if search is not None and search.outcome == "found":
+        pairs.append((f"{1000 * search.bias.size:.1f} mm", "ripple of the camera, taken off"))
+    return pairs
+
+
+def _remarks(found: Estimate) -> str:
+    said = ""
+    search = found.bias_search
+    if search is not None and search.outcome != "found":
+        said = f"<p class=faint>{escape(search.words.capitalize())}.</p>"
+    if found.skipped:
+        items = "".join(f"<li>{escape(reason)}</li>" for reason in found.skipped)
+        said += f"<p class=faint>Left out:</p><ul class=faint>{items}</ul>"
+    return said
+
+
+def _beside(found: Estimate) -> str:
+    """The joint fit and the paper's own way, in numbers."""
+    plain = papers_way(found)
+    rows: list[list[str]] = []
+    ways = (
+        ("joint fit of all throws", found),
+        ("differentiated and averaged, the paper's way", plain),
+    )
+    for name, way in ways:
+        low, high = way.interval
+        seen = way.ice.friction.observed
+        mu = way.ice.friction.mu[seen] / way.mu
+        varies = "" if found.uniform else per_cent(float(mu.std())).lstrip("+")
+        rows.append([name, f"{way.mu:.5f}", f"{low:.5f} to {high:.5f}", varies])
+    head = ["", "μ", "95 % interval", "cells differ by"]
+    return table(head, rows, numeric={1, 2, 3}) + (
+        "<p class=faint>Where cells of the older way differ by more, that is noise of its "
+        "derivatives.</p>"
+        if not found.uniform
+        else ""
+    )
+
+
+def _throws(found: Estimate) -> str:
+    rows: list[list[str]] = []
+    for entry in found.summary()["each"]:
+        rows.append(
+            [
+                str(entry["throw"]),
+                f"{entry['speed']:.2f}" if "speed" in entry else "",
+                f"{entry['seconds']:.1f}",
+                "yes" if entry["rests"] else "no",
+                f"{100 * (entry['mu_factor'] - 1) + 0.0:+.2f}".replace("-0.00", "+0.00")
+                if "mu_factor" in entry
+                else "",
+                f"{1000 * entry['rms_m']:.1f}" if "rms_m" in entry else "",
+                str(entry["wild_rows"]),
+            ]
+        )
+    head = ["throw", "speed at release [m/s]", "seconds measured", "seen to rest",
+            "own friction [%]", "left over [mm]", "wild rows"]  # fmt: skip
+    return table(head, rows, numeric={0, 1, 2, 4, 5, 6})

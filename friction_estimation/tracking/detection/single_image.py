@@ -1,0 +1,139 @@
+"""Stones that lie in a single picture, told from people by a picture of the empty ice."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from curling_env.errors import InputError
+from curling_env.sheet import Sheet
+from curling_env.typing import Floats, Image
+from friction_estimation.appearance import StoneModel
+from friction_estimation.camera.camera import Camera
+from friction_estimation.tracking.detection.background import Background, Blob, moving_blobs
+
+SMALLEST = 0.5
+"""Of a stone's picture, what must stand out in width and height: on dark paint only its handle."""
+LARGEST = 1.35
+"""Of the same, what may stand out, and with its shadow `LARGEST_WHOLE`."""
+LARGEST_WHOLE = 1.9
+LONGEST = 1.5
+"""A stone's picture is as long as it is wide, against how it should look there, up to this."""
+SOLID = 0.5
+"""Least share of its own box that a stone fills; a full disc fills 0.79."""
+RIM_PX = 2.0
+"""What blur and the threshold add to a stone's picture."""
+RED = (40, 40, 230)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RestingStone:
+    """A stone found in a picture.
+
+    Parameters
+    ----------
+    xy : (2,) its place on the ice [m]
+    sigma : standard error of each coordinate [m]
+    px : (2,) the middle of its picture [px]
+    colour : (3,) of what stands out of the ice, blue-green-red: tells the teams apart
+    """
+
+    xy: Floats
+    sigma: float
+    px: Floats
+    colour: Floats
+
+
+def stones_in_still(
+    picture: Image, empty: Image, camera: Camera, model: StoneModel, sheet: Sheet
+) -> list[RestingStone]:
+    """The stones on the ice in one picture, nearest to the away end first.
+
+    What stands out of the empty ice is a stone if it is as large as one would be there, about as
+    long as wide, and filled. People are larger, or lie across the picture's edge, or have limbs.
+
+    Parameters
+    ----------
+    picture, empty : (rows, columns, 3) BGR, from the same camera, with and without stones
+
+    Raises
+    ------
+    InputError : pictures of different sizes
+    """
+    for name, image in (("the picture", picture), ("the empty ice", empty)):
+        size = (image.shape[1], image.shape[0])
+        if size != camera.size:
+            raise InputError(
+                f"{name} has {size[0]} × {size[1]} px, "
+                f"the scene is of {camera.size[0]} × {camera.size[1]} px"
+            )
+    apart = cv2.absdiff(picture, empty).max(axis=2)
+    ice = Background(
+        origin_px=(0, 0),
+        image=empty.astype(np.float32),
+        noise=max(1.0, 1.4826 * float(np.median(apart))),
+    )
+    found = [
+        stone
+        for blob in moving_blobs(picture, ice)
+        if (stone := _as_stone(blob, picture, camera, model, sheet)) is not None
+    ]
+    return sorted(found, key=lambda stone: -stone.xy[1])
+
+
+def _as_stone(
+    blob: Blob, picture: Image, camera: Camera, model: StoneModel, sheet: Sheet
+) -> RestingStone | None:
+    extent = blob.high_px - blob.low_px + 1
+    middle = (blob.low_px + blob.high_px) / 2
+    xy = camera.on_plane(middle[None], model.height / 2)[0]
+    half = np.array([sheet.width, sheet.length]) / 2
+    if not (np.isfinite(xy).all() and (np.abs(xy) < half + model.radius).all()):
+        return None
+    outline = model.outline_px(camera, xy)
+    if len(outline) == 0:
+        return None
+    expected = np.ptp(outline, axis=0)
+    share = (extent - RIM_PX / 2) / expected
+    slim = max(share) / min(share)
+    filled = blob.area_px / float(np.prod(extent))
+    if (
+        (share < SMALLEST).any()
+        or (extent > LARGEST * expected + RIM_PX).any()
+        or (blob.whole_px > LARGEST_WHOLE * expected + RIM_PX).any()
+        or slim > LONGEST
+        or filled < SOLID
+    ):
+        return None
+    (u, v), (right, below) = blob.low_px.astype(int), blob.high_px.astype(int)
+    inner = picture[v : below + 1, u : right + 1].reshape(-1, 3)
+    metre_px = float(np.sqrt(abs(np.linalg.det(camera.px_per_metre(xy, model.height / 2)))))
+    # What is missing of the outline may all be missing on one side.
+    off_px = max(1.0, float(np.abs(expected + RIM_PX / 2 - extent).max()) / 2)
+    return RestingStone(
+        xy=xy,
+        sigma=float(off_px / metre_px / np.sqrt(2)),
+        px=middle,
+        colour=np.median(inner, axis=0),
+    )
+
+
+def draw_stones(
+    picture: Image, stones: Sequence[RestingStone], camera: Camera, model: StoneModel
+) -> Image:
+    """The picture, enlarged if it is small, with the outline of each stone and its place."""
+    scale = max(1, round(1200 / max(camera.size)))
+    size = (picture.shape[1] * scale, picture.shape[0] * scale)
+    sketch = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_CUBIC), dtype=np.uint8)
+    for stone in stones:
+        px = (model.outline_px(camera, stone.xy) + 0.5) * scale - 0.5
+        outline = cv2.convexHull(px.astype(np.float32))
+        cv2.polylines(sketch, [np.round(outline).astype(np.int32)], True, RED, 2, cv2.LINE_AA)
+        at = px.max(axis=0) + 4
+        text = f"{stone.xy[0]:.2f}, {stone.xy[1]:.2f} m"
+        where = (int(min(at[0], size[0] - 160)), int(min(at[1] + 12, size[1] - 6)))
+        cv2.putText(sketch, text, where, cv2.FONT_HERSHEY_SIMPLEX, 0.55, RED, 1, cv2.LINE_AA)
+    return sketch

@@ -1,0 +1,1 @@
+"""From places in single frames to a path: prediction, heading, smoothing, honest errors."""

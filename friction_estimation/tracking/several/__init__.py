@@ -1,0 +1,1 @@
+"""Several stones that move at once, and their tracks before and after they touch."""

@@ -1,0 +1,1 @@
+"""Measured paths: kinematics, other programs' files, several cameras. A track knows no film."""

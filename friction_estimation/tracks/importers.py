@@ -1,0 +1,222 @@
+"""Tracks that other programs exported: Kinovea's and Tracker's tables, placed on the sheet.
+
+Kinovea writes a CSV with one column of times and two for every tracked point (`name/0/X`,
+`name/0/Y`, all quoted, decimals in the user's own manner) or a text for gnuplot with one section a
+trajectory. Tracker (Open Source Physics) writes a line with the names of the masses and one that
+begins with `t`, with tabs, commas or semicolons, and `#multi:` before several masses.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+import numpy as np
+
+from curling_env.errors import InputError
+from curling_env.storage import read_text
+from curling_env.trajectory import Trajectory
+from curling_env.typing import Floats
+
+SLOWEST_FILM_STEP = 0.3
+"""Times that step by more than this are milliseconds: no film shows three frames a second."""
+MIN_ROWS = 3
+
+
+class Along(StrEnum):
+    """Which of the other program's axes points from the home end to the away end."""
+
+    x = "x"
+    y = "y"
+    minus_x = "-x"
+    minus_y = "-y"
+
+
+TO_SHEET: dict[Along, Floats] = {
+    Along.y: np.array([[1.0, 0.0], [0.0, 1.0]]),
+    Along.minus_y: np.array([[-1.0, 0.0], [0.0, -1.0]]),
+    Along.x: np.array([[0.0, -1.0], [1.0, 0.0]]),
+    Along.minus_x: np.array([[0.0, 1.0], [-1.0, 0.0]]),
+}
+"""Rotations from the program's axes, of which the second is to the left of the first, to ours."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Series:
+    """One tracked point as the other program wrote it.
+
+    Parameters
+    ----------
+    name : that the user gave it there
+    t : (n,) [s]
+    xy : (n, 2) in the program's own axes and unit of length
+    """
+
+    name: str
+    t: Floats
+    xy: Floats
+
+
+def read_export(path: str | Path) -> list[Series]:
+    """Every tracked point of a file that Kinovea or Tracker exported, in the file's order.
+
+    Raises
+    ------
+    InputError : neither of the two, no number where one belongs, times that do not increase, or a
+        point with fewer than three places
+    """
+    lines = read_text(path).lstrip("\ufeff").splitlines()
+    filled = [(i + 1, line) for i, line in enumerate(lines) if line.strip()]
+    if not filled:
+        raise InputError("holds no rows; expected a table of positions", source=path)
+    first = filled[0][1].strip().lower()
+    if first.startswith("#kinovea"):
+        series = _kinovea_text(filled, path)
+    elif re.search(r"/x[\"']?\s*[,;]", first):
+        series = _kinovea_table(filled, path)
+    else:
+        series = _tracker(filled, path)
+    if not series:
+        raise InputError("holds no tracked point", source=path)
+    return series
+
+
+def on_sheet(
+    series: Sequence[Series], *, metres: float, origin: tuple[float, float], along: Along
+) -> list[Trajectory]:
+    """Every series as a throw of its own, in the sheet frame.
+
+    Parameters
+    ----------
+    series : see `read_export`
+    metres : that one of the program's units of length is [m]
+    origin : where the program's axes cross, sheet frame [m]
+    along : the program's axis that points from the home end to the away end
+    """
+    turn = TO_SHEET[along]
+    return [
+        Trajectory(t=k.t - k.t[0], xy=metres * k.xy @ turn.T + np.array(origin), throw=i)
+        for i, k in enumerate(series)
+    ]
+
+
+# --- the formats -------------------------------------------------------------------------------
+
+Lines = Sequence[tuple[int, str]]
+"""Row numbers as an editor shows them, and the rows that are not empty."""
+
+
+def _kinovea_text(lines: Lines, path: str | Path) -> list[Series]:
+    sections: list[tuple[str, list[tuple[int, list[str]]]]] = []
+    for row, line in lines[2:]:
+        if line.lstrip().startswith("#"):
+            sections.append((line.strip().lstrip("# "), []))
+        elif sections:
+            sections[-1][1].append((row, line.split()))
+        else:
+            raise InputError("expected `# name` before its places", source=path, where=f"row {row}")
+    return [_series(name, cells, (0, 1, 2), None, path) for name, cells in sections]
+
+
+def _kinovea_table(lines: Lines, path: str | Path) -> list[Series]:
+    separator = ";" if lines[0][1].count(";") > lines[0][1].count(",") else ","
+    (_, header), *rows = _split(lines, separator)
+    scale = _seconds_in(header[0])
+    return [
+        _series(name.rsplit("/", 2)[0], rows, (0, i, i + 1), scale, path)
+        for i, name in enumerate(header)
+        if name.lower().endswith("/x")
+    ]
+
+
+def _tracker(lines: Lines, path: str | Path) -> list[Series]:
+    if lines[0][1].strip().lower().startswith("#multi"):
+        lines = lines[1:]
+    at = next((i for i, (_, line) in enumerate(lines[:2]) if re.match(r"\W*t\b", line)), None)
+    separator = None
+    if at is not None:
+        separator = max("\t;,", key=lines[at][1].count)
+    if at is None or separator is None or separator not in lines[at][1]:
+        raise InputError(
+            "not a table of Kinovea or Tracker: expected Kinovea's `Time, name/0/X, name/0/Y` or "
+            "Tracker's `t, x, y` in the first rows",
+            source=path,
+            where=f"row {lines[0][0]}",
+        )
+    names = _split(lines[:1], separator)[0][1] if at else []
+    (_, header), *rows = _split(lines[at:], separator)
+    words = [re.split(r"[\s(]", cell.strip(), maxsplit=1)[0].lower() for cell in header]
+    found: list[Series] = []
+    for i, word in enumerate(words):
+        if word == "x" and "y" in words[i:]:
+            y = words.index("y", i)
+            label = next((name for name in reversed(names[: i + 1]) if name), f"mass {len(found)}")
+            found.append(_series(label, rows, (0, i, y), _seconds_in(header[0]), path))
+    return found
+
+
+def _split(lines: Lines, separator: str) -> list[tuple[int, list[str]]]:
+    reader: Iterator[list[str]] = csv.reader(
+        (line for _, line in lines), delimiter=separator, skipinitialspace=True
+    )
+    return [
+        (row, [cell.strip() for cell in cells])
+        for (row, _), cells in zip(lines, reader, strict=True)
+    ]
+
+
+def _series(
+    name: str,
+    rows: Sequence[tuple[int, list[str]]],
+    columns: tuple[int, int, int],
+    seconds: float | None,
+    path: str | Path,
+) -> Series:
+    """The rows in which a point has a place; elsewhere it was not seen."""
+    values: list[tuple[float, float, float]] = []
+    places: list[int] = []
+    for row, cells in rows:
+        wanted = [cells[i] if i < len(cells) else "" for i in columns]
+        if not wanted[1] and not wanted[2]:
+            continue
+        t, x, y = (_number(cell, row, path) for cell in wanted)
+        if values and not t > values[-1][0]:
+            raise InputError(
+                f"time must increase, but {t:g} follows {values[-1][0]:g}",
+                source=path,
+                where=f"row {row}",
+            )
+        values.append((t, x, y))
+        places.append(row)
+    if len(values) < MIN_ROWS:
+        raise InputError(
+            f"{name!r} has {len(values)} places; a track needs {MIN_ROWS} or more", source=path
+        )
+    table = np.array(values)
+    if seconds is None:
+        seconds = 1e-3 if float(np.median(np.diff(table[:, 0]))) > SLOWEST_FILM_STEP else 1.0
+    return Series(name=name, t=seconds * table[:, 0], xy=table[:, 1:])
+
+
+def _seconds_in(header: str) -> float | None:
+    """What a unit of a column of times is [s]; None where the header does not say."""
+    unit = re.search(r"[(\[]\s*(ms|s)\s*[)\]]", header.lower())
+    return None if unit is None else {"ms": 1e-3, "s": 1.0}[unit[1]]
+
+
+def _number(cell: str, row: int, path: str | Path) -> float:
+    plain = cell.replace(",", ".") if "." not in cell and cell.count(",") == 1 else cell
+    try:
+        number = float(plain)
+    except ValueError:
+        number = np.nan
+    if not np.isfinite(number):
+        hint = "; export times in seconds or milliseconds" if ":" in cell else ""
+        raise InputError(
+            f"expected a number, found {cell!r}{hint}", source=path, where=f"row {row}"
+        )
+    return number

@@ -1,0 +1,99 @@
+"""A painted stone against one drawn by brute force: many slices, many samples, a Gaussian blur."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter
+
+from friction_estimation.appearance import Appearance, StoneModel
+from friction_estimation.appearance.fit import fit_stone
+from friction_estimation.appearance.model import window_at
+from friction_estimation.appearance.painting import shares
+from friction_estimation.camera.camera import Camera
+
+CAMERA = Camera.looking_at(
+    position=(0.4, -36.0, 9.0),
+    target=(0.0, -3.0, 0.0),
+    focal_px=2300.0,
+    size=(1920, 1080),
+    distortion=(-0.1, 0.02, 0.0, 0.0, 0.0),
+)
+MODEL = StoneModel(
+    radius=0.145,
+    height=0.114,
+    foot_inset=0.07,
+    foot_height=0.043,
+    foot_roundness=2.3,
+    bevel_height=0.04,
+    bevel_inset=0.03,
+    roundness=1.9,
+    blur_px=0.7,
+    colour_blur_px=0.9,
+)
+GREY = np.array([101.0, 92.0, 119.0, 137.0, 112.0])
+ICE, SAMPLES, SLICES = 222.0, 8, 120
+
+
+def slices():
+    """Height, radius and brightness of thin discs from the ice to the top."""
+    m, angle = MODEL, np.linspace(0, np.pi / 2, SLICES)
+    foot_z = m.foot_height * (1 - np.cos(angle) ** (2 / m.foot_roundness))
+    foot_r = m.radius - m.foot_inset * (1 - np.sin(angle) ** (2 / m.foot_roundness))
+    bevel_z = m.height - m.bevel_height * (1 - np.sin(angle) ** (2 / m.roundness))
+    bevel_r = m.radius - m.bevel_inset * (1 - np.cos(angle) ** (2 / m.roundness))
+    side_z = np.linspace(m.foot_height, m.height - m.bevel_height, SLICES)
+    z = np.concatenate([foot_z, side_z, bevel_z])
+    r = np.concatenate([foot_r, np.full(SLICES, m.radius), bevel_r])
+    lying = np.abs(np.gradient(r)) / (np.hypot(np.gradient(r), np.gradient(z)) + 1e-12)
+    own = np.repeat([GREY[0], GREY[1], GREY[2]], SLICES)
+    grey = GREY[1] + lying * (own - GREY[1])
+    grey[-1] = GREY[3]
+    return z, r, grey
+
+
+def drawn(window, xy):
+    rows, columns = window.shape
+    u = (np.arange(columns * SAMPLES) + 0.5) / SAMPLES - 0.5 + window.origin_px[0]
+    v = (np.arange(rows * SAMPLES) + 0.5) / SAMPLES - 0.5 + window.origin_px[1]
+    px = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
+    foot = CAMERA.on_plane(px, 0.0)
+    lean = CAMERA.on_plane(px, 1.0) - foot
+    picture = np.full(len(px), ICE)
+    for z, r, grey in zip(*slices(), strict=True):
+        picture[np.hypot(*(foot + z * lean - xy).T) <= r] = grey
+    fine = picture.reshape(rows * SAMPLES, columns * SAMPLES)
+    fine = gaussian_filter(fine, MODEL.blur_px * SAMPLES, mode="nearest")
+    near = fine.reshape(rows, SAMPLES, columns, SAMPLES)
+    half = SAMPLES // 2
+    return near[:, half - 1 : half + 1, :, half - 1 : half + 1].mean(axis=(1, 3)).ravel()
+
+
+@pytest.fixture(scope="module", params=[-11.0, 10.0])
+def scene(request):
+    xy = np.array([0.2, request.param])
+    window = window_at(CAMERA, MODEL.outline_px(CAMERA, xy), 5.0)
+    return xy, window, drawn(window, xy)
+
+
+def test_a_low_view_is_painted_to_a_grey_level(scene):
+    xy, window, truth = scene
+    out = shares(window, MODEL.shape(), np.array([*xy, 0.0]), with_handle=False)
+    painted = out[0, :, :-1] @ GREY + ICE * (1 - out[0].sum(axis=1))
+    assert np.abs(painted - truth).max() < 6.0
+    assert np.sqrt(np.mean((painted - truth) ** 2)) < 0.8
+
+
+def test_a_known_stone_is_placed_to_a_millimetre_in_a_low_view(scene):
+    xy, window, truth = scene
+    colours = np.column_stack([GREY, np.zeros((5, 2))])
+    look = Appearance(
+        model=MODEL, colours=colours, noise=np.array([2.0, 50.0, 50.0]), has_handle=False
+    )
+    plain = np.zeros((len(truth), 2))
+    picture = np.column_stack([truth, plain])
+    behind = np.column_stack([np.full(len(truth), ICE), plain])
+    start = np.array([xy[0] + 0.02, xy[1] - 0.1, 0.0])
+    pose, _, _, visible = fit_stone(picture, behind, window, look, start)
+    assert np.abs(pose[:2] - xy).max() < 1.5e-3
+    assert visible > 0.95

@@ -1,0 +1,197 @@
+"""Marks made by hand: what they mean, and the page on which they are made."""
+
+from __future__ import annotations
+
+import json
+import urllib.error
+import urllib.request
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from curling_env.errors import InputError, OutputError
+from curling_env.sheet import PAPER_SHEET
+from friction_estimation.camera.annotation.annotate import Picking
+from friction_estimation.camera.annotation.keypoints import places_of
+from friction_estimation.camera.annotation.server import PickingServer
+from friction_estimation.camera.scene import CORNERS, load_scene, save_scene
+from friction_estimation.synthetic import FilmSpec, Stage, scene_of
+
+
+@pytest.fixture(scope="module")
+def seen(tmp_path_factory):
+    """A picture of an empty sheet before the end camera, that camera, and its exact scene."""
+    stage = Stage(FilmSpec(camera="end", people=False, size=(1280, 720)))
+    path = tmp_path_factory.mktemp("seen") / "end.png"
+    cv2.imwrite(str(path), np.asarray(stage.still, dtype=np.uint8))
+    return path, stage.camera, scene_of(stage.camera)
+
+
+def marks_at(camera, names):
+    places = places_of(PAPER_SHEET)
+    points = np.array([[*places[name], 0.0] for name in names])
+    return {n: tuple(px) for n, px in zip(names, camera.project(points).tolist(), strict=True)}
+
+
+@pytest.fixture
+def picking(seen):
+    path, camera, _ = seen
+    known = {"camera_matrix": camera.matrix, "distortion": camera.distortion}
+    return Picking.open(path, PAPER_SHEET, known)
+
+
+def test_four_corners_become_corners_and_other_places_points(picking, seen):
+    _, camera, scene = seen
+    corners = picking.scene(marks_at(camera, CORNERS))
+    assert corners.has_corners
+    assert np.allclose(corners.points_px, scene.points_px, atol=1e-6)
+    names = ["home_tee", "home_hog_left", "home_hog_right", "away_tee", "home_left"]
+    others = picking.scene(marks_at(camera, names))
+    assert not others.has_corners
+    assert len(others.points_px) == 5
+
+
+def test_lines_are_drawn_back_where_the_camera_sees_them(picking, seen):
+    _, camera, _ = seen
+    reading = picking.read(marks_at(camera, CORNERS))
+    assert reading.misfit_px < 0.01
+    drawn = np.concatenate([np.array(line) for line in picking.painted(reading.camera)])
+    back = camera.on_plane(drawn)
+    assert len(drawn) > 500
+    border = np.abs(np.abs(back[:, 0]) - PAPER_SHEET.width / 2) < 0.01
+    assert np.count_nonzero(border) > 100
+    assert PAPER_SHEET.contains(back * 0.999).all()
+
+
+def test_from_above_the_houses_lie_where_they_belong(picking, seen):
+    _, camera, _ = seen
+    view = picking.from_above(picking.read(marks_at(camera, CORNERS)).camera).astype(int)
+    rows, columns = view.shape[:2]
+    assert columns > 9 * rows
+    # The twelve-foot ring is blue: at the home tee, half way between its radii.
+    column = round((PAPER_SHEET.length / 2 - 17.3735) * columns / PAPER_SHEET.length)
+    row = round(rows / 2 + 1.5 * rows / PAPER_SHEET.width)
+    blue, _, red = view[row, column]
+    assert blue > red + 40
+
+
+def test_the_paint_shows_how_far_marks_are_off(picking, seen):
+    _, camera, _ = seen
+    marks = marks_at(camera, CORNERS)
+    off = {name: (u + 3, v - 2) for name, (u, v) in marks.items()}
+    exact, wrong = picking.read(marks, paint=True), picking.read(off, paint=True)
+    assert exact.paint_px is not None
+    assert exact.paint_px < 0.5
+    assert exact.misfit_px < 0.5
+    assert wrong.misfit_px == pytest.approx(np.hypot(3, 2), abs=0.7)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda m: {k: m[k] for k in list(m)[:3]}, "mark 1 more"),
+        (lambda m: {**m, "moon": (1, 1)}, "no such place on the ice: moon"),
+        (lambda m: {**m, "home_left": m["home_right"], "home_right": m["home_left"]}, "cross"),
+        (lambda m: {**m, "home_left": (-40.0, 700.0)}, "outside the image"),
+    ],
+)
+def test_marks_that_mean_nothing_are_refused(picking, seen, change, words):
+    with pytest.raises(InputError, match=words):
+        picking.read(change(marks_at(seen[1], CORNERS)))
+
+
+def test_a_scene_is_gone_on_from(seen, tmp_path):
+    path, camera, scene = seen
+    save_scene(replace(scene, stone_height=0.12, fps=25.0), tmp_path / "scene.json")
+    again = Picking.going_on(path, load_scene(tmp_path / "scene.json"))
+    assert set(again.marks) == set(CORNERS)
+    kept = again.scene(again.marks)
+    assert np.allclose(kept.points_px, scene.points_px)
+    assert (kept.stone_height, kept.fps) == (0.12, 25.0)
+    assert kept.camera_matrix is not None
+    assert np.allclose(kept.camera_matrix, camera.matrix)
+
+
+def test_a_point_without_a_name_cannot_be_gone_on_from(seen):
+    path, _, scene = seen
+    moved = replace(scene, sheet_points=scene.sheet_points + np.array([0.1, 0.0]))
+    with pytest.raises(InputError, match="only corners and crossings"):
+        Picking.going_on(path, moved)
+
+
+def test_only_who_knows_the_secret_is_answered(picking):
+    with PickingServer(picking, lambda scene: None) as pages:
+        root = pages.url.rsplit("/", 2)[0]
+        for wrong in (root + "/", root + "/guess/film.json", root + "/guess/save"):
+            with pytest.raises(urllib.error.HTTPError) as refused:
+                urllib.request.urlopen(wrong, timeout=10)
+            assert refused.value.code == 404
+        with urllib.request.urlopen(pages.url + "film.json", timeout=10) as answer:
+            assert json.loads(answer.read())["size"] == [1280, 720]
+        with pytest.raises(OutputError, match="cannot be used"):
+            PickingServer(picking, lambda scene: None, port=int(root.rsplit(":", 1)[1]))
+
+
+def test_the_page_makes_a_scene(picking, seen, page, tmp_path):
+    _, camera, scene = seen
+    output = tmp_path / "scene.json"
+
+    def click(name):
+        u, v = marks_at(camera, [name])[name]
+        x, y = page.evaluate(
+            """([u, v]) => { const box = picture.getBoundingClientRect(), [x, y] = toScreen([u, v]);
+               return [box.left + x * box.width / picture.width,
+                       box.top + y * box.height / picture.height]; }""",
+            [u, v],
+        )
+        page.mouse.click(x, y)
+
+    with PickingServer(picking, lambda made: save_scene(made, output)) as pages:
+        page.goto(pages.url)
+        page.wait_for_function("still.complete && still.naturalWidth > 0 && film")
+        assert page.is_disabled("#save")
+        for name in CORNERS[:3]:
+            assert name.replace("_", " ") in page.inner_text("#task")
+            click(name)
+        page.wait_for_function("document.querySelector('#state').textContent.includes('1 more')")
+        assert page.is_disabled("#save")
+        click(CORNERS[3])
+        page.wait_for_selector("#save:enabled")
+        assert page.evaluate("lines.length") > 10
+        assert page.evaluate("view !== null")
+        # The chosen mark moves by a quarter of a pixel, and can be taken away and made again.
+        before = page.evaluate("marks.away_left.slice()")
+        page.press("#picture", "ArrowRight")
+        assert page.evaluate("marks.away_left[0]") == pytest.approx(before[0] + 0.25)
+        page.press("#picture", "ArrowLeft")
+        page.press("#picture", "Delete")
+        page.wait_for_selector("#save:disabled")
+        click("away_left")
+        page.wait_for_selector("#save:enabled")
+        page.click("#save")
+        assert pages.wait(10) is not None
+        page.wait_for_function("document.querySelector('#state').textContent.startsWith('Saved')")
+    made = load_scene(output)
+    assert made.has_corners
+    # A click hits a pixel of the screen, which here is about one of the picture.
+    assert np.abs(made.points_px - scene.points_px).max() < 1.0
+
+
+def test_a_place_is_chosen_on_the_small_sheet(picking, seen, page):
+    with PickingServer(picking, lambda made: None) as pages:
+        page.goto(pages.url)
+        page.wait_for_function("still.complete && still.naturalWidth > 0 && film")
+        page.click("circle[data-place=home_tee]")
+        assert "home tee" in page.inner_text("#task")
+        page.focus("circle[data-place=away_hog_left]")
+        page.keyboard.press("Enter")
+        assert "away hog left" in page.inner_text("#task")
+
+
+def test_the_command_says_what_is_wrong(curling, tmp_path):
+    assert "no such film" in curling("corners", tmp_path / "none.mp4").complaint
+    (tmp_path / "bad.png").write_text("not a picture")
+    assert "not a picture" in curling("corners", tmp_path / "bad.png").complaint
+    assert "44.5x4.5" in curling("corners", tmp_path / "bad.png", "--sheet", "wide").complaint

@@ -1,0 +1,102 @@
+"""Lenses that nobody told: where the paint leads to, and whether their doubt is in σ everywhere."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.lens import FreeLens, moved, terms_of
+from friction_estimation.camera.refinement import at_focal, refine
+from friction_estimation.synthetic import FilmSpec, Stage, named_camera, scene_of
+from friction_estimation.tracking.path.uncertainty import camera_variance
+
+FULL = FreeLens(focal=True, bends=True, minor=True, axis=True)
+STONE = 0.057
+"""Height at which a stone is placed [m]."""
+SIZES = {"ceiling": (960, 720), "side": (960, 540), "end": (1280, 720)}
+
+
+def lens_like(camera: Camera, rng: np.random.Generator) -> Camera:
+    """The camera with another lens: bent, a little askew, its axis beside the middle."""
+    first = rng.uniform(-0.14, -0.02) - terms_of(camera)[0]
+    second = rng.uniform(0.0, 0.015) - terms_of(camera)[1]
+    minor = rng.normal(0, [0.002, 4e-4, 4e-4])
+    axis = rng.normal(0, 0.008, 2)
+    return moved(camera, np.r_[np.zeros(6), rng.normal(0, 0.03), first, second, minor, axis], FULL)
+
+
+def places_seen(camera: Camera) -> np.ndarray:
+    """Places along the sheet at the height of a stone, (n, 3) [m], those within a lens's reach."""
+    x, y = np.meshgrid([-1.2, 0.0, 1.2], np.linspace(-19, 19, 39))
+    points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, STONE)])
+    local = points @ camera.rotation.T + camera.translation
+    reach = np.hypot(*camera.size) / 2 / camera.matrix[0, 0] * 1.2
+    near = np.linalg.norm(local[:, :2], axis=1) < reach * local[:, 2]
+    return points[camera.sees(points, 15.0) & near]
+
+
+@pytest.fixture(scope="module")
+def found():
+    """For each camera: places along the sheet, by how much each is missed, and σ [m]."""
+    results = {}
+    for name, size in SIZES.items():
+        rng = np.random.default_rng([11, len(name)])
+        camera = lens_like(named_camera(name, size), rng)
+        stage = Stage(FilmSpec(camera=camera, people=False))
+        still = np.clip(stage.still + rng.normal(0, 1.0, stage.still.shape), 0, 255).astype("f4")
+        scene = scene_of(camera, click_px=3.0, rng=rng)
+        scene = replace(scene, camera_matrix=None, distortion=None)
+        seen = refine(Camera.from_scene(scene, size), scene, still)
+        if name == "ceiling":  # straight down the stone tells the height, to two per cent or so
+            change = np.log(camera.position[2] / seen.camera.position[2])
+            told = at_focal(seen, scene, still, (0, 0), change + rng.normal(0, 0.02))
+            farther = at_focal(seen, scene, still, (0, 0), change + 0.03)
+            seen = replace(told, farther=farther.camera)
+        points = places_seen(camera)
+        off = seen.camera.on_plane(camera.project(points), STONE) - points[:, :2]
+        sigma = np.sqrt(camera_variance(seen, points[:, :2], STONE).mean(axis=1))
+        results[name] = points, off, sigma
+    return results
+
+
+@pytest.mark.parametrize("name", SIZES)
+def test_places_lie_in_their_intervals_wherever_the_stone_is(found, name):
+    _, off, sigma = found[name]
+    assert np.mean(np.abs(off) < 1.96 * sigma[:, None]) >= 0.95
+
+
+@pytest.mark.parametrize(("name", "limit"), [("ceiling", 0.008), ("side", 0.004), ("end", 0.012)])
+def test_small_terms_of_a_lens_are_found_with_the_large_ones(found, name, limit):
+    _, off, _ = found[name]
+    assert np.sqrt(np.mean(np.sum(off**2, axis=1))) < limit
+
+
+def test_far_from_the_paint_that_told_the_lens_a_place_is_less_sure(found):
+    points, _, sigma = found["ceiling"]
+    beyond = points[:, 1] < 10.2  # the hog line is at 10.97 m
+    assert beyond.any()
+    assert sigma[beyond].max() > 1.5 * np.median(sigma[~beyond])
+    assert sigma[beyond].max() > sigma[~beyond].max()
+
+
+def test_a_lens_bent_beyond_what_straight_points_allow_is_begun_with_a_bend():
+    camera = named_camera("ceiling_middle")
+    bends = np.array([-0.2, 0.02]) - terms_of(camera)[:2]
+    bent = moved(camera, np.r_[np.zeros(7), bends], FreeLens(focal=True, bends=True))
+    scene = replace(scene_of(bent), camera_matrix=None, distortion=None)
+    begun = Camera.from_scene(scene, bent.size)
+    assert terms_of(begun)[0] < -0.1
+    seen = begun.project(np.column_stack([scene.sheet_points, np.zeros(len(scene.sheet_points))]))
+    assert np.abs(seen - scene.points_px).max() < 0.02 * np.hypot(*bent.size)
+
+
+def test_a_step_changes_what_is_free_and_nothing_else():
+    camera = named_camera("side", SIZES["side"])
+    step = np.r_[np.zeros(6), 0.0, 0.0, 0.0, 0.002, 0.001, -0.001, 0.01, 0.0]
+    changed = moved(camera, step, FULL)
+    assert terms_of(changed) - terms_of(camera) == pytest.approx([0, 0, 0.002, 0.001, -0.001])
+    assert changed.matrix[0, 2] - camera.matrix[0, 2] == pytest.approx(0.01 * camera.size[0] / 2)
+    assert changed.position == pytest.approx(camera.position)

@@ -1,0 +1,157 @@
+"""Paint corrects what a hand marked: on rendered sheets, by cameras whose place is known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from curling_env.errors import InputError
+from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.markings import brightness, marks_of, read_marks
+from friction_estimation.camera.refinement import at_focal, log_height_prior, refine
+from friction_estimation.synthetic import FilmSpec, Stage, scene_of
+
+SIZES = {"end": (1280, 720), "gantry": (1280, 720), "side": (1280, 720), "ceiling": (1280, 960)}
+
+
+@pytest.fixture(scope="module")
+def views():
+    """Camera, scene with exact points, and a still with a sensor's noise, by name."""
+    found = {}
+    for name, size in SIZES.items():
+        stage = Stage(FilmSpec(camera=name, people=False, size=size))
+        rng = np.random.default_rng(3)
+        still = np.asarray(stage.still, dtype=np.float64)
+        still = np.clip(np.round(still + rng.normal(0, 1.0, still.shape)), 0, 255)
+        found[name] = stage.camera, scene_of(stage.camera), still.astype(np.uint8)
+    return found
+
+
+def marked(scene, camera, seed, *, error_px=3.0, unknown=False):
+    """A scene whose points are off, and whose lens may be unknown."""
+    rng = np.random.default_rng(seed)
+    px = scene.points_px + rng.normal(0, error_px, scene.points_px.shape)
+    px = np.clip(px, 0, np.array(camera.size) - 1)
+    if unknown:
+        return replace(scene, points_px=px, camera_matrix=None, distortion=None)
+    return replace(scene, points_px=px)
+
+
+def misplaced(camera, true, z=0.0):
+    """Root mean square error over the visible sheet of points at height z [m]."""
+    x, y = np.meshgrid([-1.0, 0.0, 1.0], np.linspace(-19, 19, 39))
+    points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, z)])
+    points = points[true.sees(points)]
+    off = camera.on_plane(true.project(points), z) - points[:, :2]
+    return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
+
+
+@pytest.mark.parametrize("name", SIZES)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_corners_off_by_three_pixels_cost_a_few_millimetres(views, name, seed):
+    true, scene, still = views[name]
+    known = marked(scene, true, seed)
+    before = Camera.from_scene(known, true.size)
+    refined = refine(before, known, still)
+    assert misplaced(before, true) > 0.01
+    assert misplaced(refined.camera, true) < 0.003
+    assert refined.readings > 300
+    assert refined.rms_px < 0.3 < refined.before_px
+
+
+@pytest.mark.parametrize("name", SIZES)
+def test_corners_far_off_are_found_or_the_failure_is_told(views, name):
+    true, scene, still = views[name]
+    found = []
+    for seed in range(4):
+        known = marked(scene, true, seed, error_px=12.0)
+        try:
+            refined = refine(Camera.from_scene(known, true.size), known, still)
+        except InputError:
+            continue
+        if refined.readings:
+            found.append(misplaced(refined.camera, true))
+    assert len(found) >= 3
+    assert max(found) < 0.01
+
+
+@pytest.mark.parametrize(("name", "limit"), [("end", 0.004), ("side", 0.008)])
+def test_an_unknown_lens_is_found_from_the_paint(views, name, limit):
+    true, scene, still = views[name]
+    known = marked(scene, true, 1, unknown=True)
+    before = Camera.from_scene(known, true.size)
+    refined = refine(before, known, still)
+    assert misplaced(before, true, 0.11) > 0.1
+    assert misplaced(refined.camera, true, 0.11) < limit
+    assert refined.camera.matrix[0, 0] == pytest.approx(true.matrix[0, 0], rel=0.005)
+    assert refined.log_focal_sigma < 0.01
+
+
+def test_straight_down_the_paint_leaves_the_height_open_and_says_so(views):
+    true, scene, still = views["gantry"]
+    known = marked(scene, true, 2, unknown=True)
+    refined = refine(Camera.from_scene(known, true.size), known, still)
+    assert misplaced(refined.camera, true) < 0.006  # the ice itself is in place
+    assert refined.log_focal_sigma > 0.2
+    change = float(np.log(true.position[2] / refined.camera.position[2]))
+    at_height = at_focal(refined, known, still, (0, 0), change)
+    assert at_height.camera.position[2] == pytest.approx(true.position[2], rel=0.03)
+    assert at_height.rms_px == pytest.approx(refined.rms_px, rel=0.3)
+    assert misplaced(at_height.camera, true, 0.11) < 0.008
+    assert log_height_prior(refined.camera) < log_height_prior(at_height.camera)
+
+
+def test_exact_points_and_a_known_lens_are_not_made_worse(views):
+    true, scene, still = views["end"]
+    refined = refine(true, scene, still)
+    assert misplaced(refined.camera, true) < 0.002
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_points_that_leave_nothing_to_improve_are_checked_by_the_paint_all_the_same(views, seed):
+    """Else σ would hold the doubt of a hand's marks, which the paint has removed."""
+    true, scene, still = views["end"]
+    grain = np.random.default_rng(seed).normal(0, 1.0, still.shape)
+    refined = refine(true, scene, np.clip(still + grain, 0, 255).astype(np.float32))
+    assert refined.readings > 300
+    assert misplaced(refined.camera, true) < 0.003
+
+
+def test_a_picture_without_paint_leaves_the_camera_as_it_was(views):
+    true, scene, still = views["side"]
+    rng = np.random.default_rng(0)
+    blank = rng.normal(120, 2, still.shape).clip(0, 255).astype(np.uint8)
+    known = marked(scene, true, 1)
+    before = Camera.from_scene(known, true.size)
+    refined = refine(before, known, blank)
+    assert refined.readings == 0
+    assert refined.camera is before
+
+
+def test_someone_standing_on_a_line_does_not_move_it(views):
+    true, scene, still = views["side"]
+    covered = still.copy()
+    for u in (300, 560, 900):
+        covered[280:420, u : u + 50] = (60, 70, 110)
+    known = marked(scene, true, 1)
+    refined = refine(Camera.from_scene(known, true.size), known, covered)
+    assert misplaced(refined.camera, true) < 0.005
+
+
+def test_marks_are_read_where_they_are_to_a_tenth_of_a_pixel(views):
+    true, scene, still = views["gantry"]
+    marks = marks_of(scene.sheet)
+    readings = read_marks(brightness(still), (0, 0), true, marks, 3.0)
+    assert len(readings.index) > 0.7 * readings.expected
+    assert np.median(np.abs(readings.offset_px)) < 0.1
+
+
+def test_part_of_a_picture_serves_with_its_place(views):
+    true, scene, still = views["end"]
+    known = marked(scene, true, 1)
+    before = Camera.from_scene(known, true.size)
+    whole = refine(before, known, still).camera
+    part = refine(before, known, still[10:, 40:], (40, 10)).camera
+    assert part.translation == pytest.approx(whole.translation, abs=0.01)

@@ -1,0 +1,107 @@
+"""The scene file: read back as written, and every mistake in it told in one line."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from curling_env.errors import InputError
+from friction_estimation.camera.scene import Scene, load_scene, save_scene
+
+GOOD = {
+    "corners_px": {
+        "home_left": [600, 1000],
+        "home_right": [1300, 1000],
+        "away_left": [870, 50],
+        "away_right": [1050, 50],
+    },
+    "camera_matrix": [[2000, 0, 960], [0, 2000, 540], [0, 0, 1]],
+    "distortion": [-0.1, 0.02, 0, 0, 0],
+    "stone": {"radius": 0.14, "height": 0.114},
+}
+
+
+def written(tmp_path, **changes):
+    document = {key: value for key, value in (GOOD | changes).items() if value is not None}
+    path = tmp_path / "scene.json"
+    path.write_text(json.dumps(document))
+    return path
+
+
+def corners(**changes):
+    return {"corners_px": GOOD["corners_px"] | changes}
+
+
+def test_a_scene_is_read_back_as_written(tmp_path):
+    scene = load_scene(written(tmp_path, fps=29.97, sheet={"length": 45.72, "width": 4.75}))
+    save_scene(scene, tmp_path / "again.json")
+    again = load_scene(tmp_path / "again.json")
+    assert again.has_corners
+    assert np.array_equal(again.points_px, scene.points_px)
+    assert np.array_equal(again.camera_matrix, scene.camera_matrix)
+    assert again.distortion.tolist() == GOOD["distortion"]
+    assert (again.stone_radius, again.stone_height) == (0.14, 0.114)
+    assert (again.fps, again.sheet.length) == (29.97, 45.72)
+
+
+def test_points_serve_where_no_corner_is_in_view(tmp_path):
+    points = [
+        {"sheet": [x, y], "px": [100 * x + 300, 900 - 40 * y]}
+        for x, y in [(0, 17.4), (0, 11), (-1.8, 17.4), (1.8, 17.4), (0, 15.5)]
+    ]
+    scene = load_scene(written(tmp_path, corners_px=None, points=points))
+    assert not scene.has_corners
+    assert scene.sheet_points.shape == (5, 2)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"corners_px": None}, "expected either corners_px or points"),
+        ({"corners_px": {"home_left": [1, 2]}}, "corners_px: missing away_left, away_right"),
+        (corners(home_left=[600]), "corners_px.home_left: expected 2 finite numbers"),
+        (
+            corners(home_left=[1300, 1000], home_right=[600, 1000]),
+            "home_left and home_right are swapped",
+        ),
+        (
+            corners(
+                home_left=[1300, 1000],
+                home_right=[600, 1000],
+                away_left=[1050, 50],
+                away_right=[870, 50],
+            ),
+            "mirrored",
+        ),
+        (corners(away_left=[600, 50], away_right=[600, 500]), "in a line"),
+        ({"camera_matrix": [[1, 0], [0, 1]]}, "camera_matrix: expected 3 × 3 finite numbers"),
+        ({"camera_matrix": [[0, 0, 1], [0, 9, 1], [0, 0, 1]]}, "focal lengths above 0"),
+        ({"distortion": [0.1]}, "distortion: expected 5 finite numbers"),
+        ({"stone": {"radius": -1}}, "stone: radius and height must be positive"),
+        ({"stone": {"diameter": 1}}, "stone: unknown key diameter"),
+        ({"fps": "thirty"}, "fps: expected a finite number"),
+        ({"fps": 0}, "fps: frames per second must be positive"),
+        ({"colour": "red"}, "unknown key colour"),
+        ({"sheet": {"length": 10, "width": 4.5}}, "must hold both houses"),
+    ],
+)
+def test_a_mistake_is_told_in_one_line_with_its_place(tmp_path, changes, message):
+    path = written(tmp_path, **changes)
+    with pytest.raises(InputError) as caught:
+        load_scene(path)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert "scene.json" in str(caught.value) or caught.value.source is None
+
+
+def test_points_in_a_line_are_refused(tmp_path):
+    points = [{"sheet": [0, y], "px": [300, 50 * y]} for y in (10, 12, 14, 16)]
+    with pytest.raises(InputError, match="lie in a line"):
+        load_scene(written(tmp_path, corners_px=None, points=points))
+
+
+def test_three_points_are_too_few():
+    with pytest.raises(InputError, match="four points"):
+        Scene(sheet_points=np.eye(3)[:, :2], points_px=np.eye(3)[:, :2])

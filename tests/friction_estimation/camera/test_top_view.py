@@ -1,0 +1,66 @@
+"""The top view: the paper's homography with its misprints put right."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from curling_env.sheet import PAPER_SHEET
+from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.top_view import TopView, outside_masked, view_lengths
+
+
+def camera(**changes):
+    return Camera.looking_at(
+        **(
+            {
+                "position": (0, -36, 9),
+                "target": (0, -12, 0),
+                "focal_px": 500.0,
+                "size": (480, 270),
+            }
+            | changes
+        )
+    )
+
+
+def test_lengths_are_means_of_opposite_sides():
+    corners = np.array([[10.0, 0.0], [30.0, 0.0], [0.0, 100.0], [40.0, 100.0]])
+    width, height = view_lengths(corners)
+    assert width == pytest.approx(30)
+    assert height == pytest.approx(np.hypot(10, 100))
+
+
+def test_view_and_sheet_are_inverse():
+    view = TopView.of(PAPER_SHEET, 20.0)
+    xy = np.array([[0.0, 0.0], [-2.25, 22.25], [1.0, -17.0]])
+    assert view.to_sheet(view.to_view(xy)) == pytest.approx(xy)
+    assert view.to_view(xy)[1] == pytest.approx([-0.5, -0.5])
+
+
+def test_the_homography_takes_undistorted_pixels_to_the_view():
+    seen, view = camera(), TopView.of(PAPER_SHEET, 20.0)
+    xy = np.array([[1.0, -10.0], [-2.0, 15.0]])
+    px = seen.project(np.column_stack([xy, np.zeros(2)]))
+    mapped = np.column_stack([px, np.ones(2)]) @ view.homography(seen).T
+    assert mapped[:, :2] / mapped[:, 2:] == pytest.approx(view.to_view(xy), abs=1e-6)
+
+
+def test_a_mark_on_the_ice_appears_where_it_lies():
+    seen = camera(distortion=(-0.1, 0.02, 0, 0, 0))
+    frame = np.zeros((270, 480, 3), dtype=np.uint8)
+    u, v = np.round(seen.project([[0.5, -14.0, 0.0]])[0]).astype(int)
+    frame[v, u] = 255
+    view = TopView.of(PAPER_SHEET, 20.0)
+    top = view.of_frame(frame, seen)[..., 0].astype(float)
+    rows, columns = np.indices(top.shape)
+    centre = np.array([[(columns * top).sum(), (rows * top).sum()]]) / top.sum()
+    assert view.to_sheet(centre)[0] == pytest.approx([0.5, -14.0], abs=0.1)
+
+
+def test_what_lies_beside_the_sheet_is_masked():
+    seen = camera()
+    masked = outside_masked(np.full((270, 480, 3), 200, dtype=np.uint8), seen, PAPER_SHEET)
+    u, v = np.round(seen.project([[0.0, -10.0, 0.0]])[0]).astype(int)
+    assert masked[v, u].tolist() == [200, 200, 200]
+    assert masked[v, 5].tolist() == [0, 0, 0]

@@ -1,0 +1,34 @@
+"""The measure of tracking runs, on a small film, and `curling bench` finds it."""
+
+from __future__ import annotations
+
+from importlib.metadata import entry_points
+
+import pytest
+
+from friction_estimation.commands import benchmarks
+
+
+@pytest.mark.slow
+def test_tracking_is_timed_with_and_without_its_overlay(monkeypatch):
+    timed = []
+
+    def once(work, *, repeats, warm):
+        assert warm  # a film is tracked once before, and that is enough
+        timed.append(work())
+        return 10.0 * repeats
+
+    monkeypatch.setattr(benchmarks, "SIZE", (640, 360))
+    monkeypatch.setattr(benchmarks, "FPS", 12.0)
+    monkeypatch.setattr(benchmarks, "rate", once)
+    found = {measure.name: measure.value for measure in benchmarks.measures()}
+    assert timed[0] == timed[1] > 60  # frames, while the stone crosses the sheet
+    assert found["track_frames_per_s"] == 10.0
+    assert 0.05 < found["track_learning_s"] < 60.0
+    assert found["track_frame_loop_per_s"] > 10.0
+    assert found["track_frames_per_s_with_overlay"] == pytest.approx(5.0)
+
+
+def test_the_bench_command_finds_it():
+    declared = {point.value for point in entry_points(group="curling.benchmarks")}
+    assert "friction_estimation.commands.benchmarks:measures" in declared

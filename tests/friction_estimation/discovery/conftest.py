@@ -1,0 +1,75 @@
+"""Sessions with known effects, for the tests of discovery."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from curling_env.ice import ActiveEffect, Ice
+from curling_env.physics.one_stone.slide import slide
+from curling_env.sheet import Direction
+from curling_env.throw import Throw
+from curling_env.trajectory import Trajectory
+from friction_estimation.discovery.data.measurement import MEASUREMENTS
+
+MakeSession = Callable[..., list[Trajectory]]
+
+
+def effect(name: str, **parameters: float) -> ActiveEffect:
+    return ActiveEffect(name=name, parameters=parameters)
+
+
+@pytest.fixture
+def make_session() -> MakeSession:
+    def make(
+        effects: Sequence[ActiveEffect] = (),
+        *,
+        throws: int = 12,
+        seed: int = 1,
+        sigma: float = 0.004,
+        scatter: float = 0.002,
+        mu: float = 0.009,
+    ) -> list[Trajectory]:
+        """Throws in both directions, with both spins, three stones, some of them swept."""
+        rng = np.random.default_rng(seed)
+        camera = {form.name: form for form in MEASUREMENTS}
+        on_ice = tuple(e for e in effects if e.name not in camera)
+        speeds = rng.permutation(np.linspace(1.3, 2.9, throws))
+        tracks: list[Trajectory] = []
+        for k in range(throws):
+            ice = Ice.uniform(mu * float(np.exp(rng.normal(0, scatter))), effects=on_ice)
+            throw = Throw(
+                speed=float(speeds[k]),
+                angle=float(rng.normal(0, 0.006)),
+                spin=float(rng.choice([-1, 1]) * rng.uniform(0.8, 2.2)),
+                x=float(rng.uniform(-0.8, 0.8)),
+            )
+            release = throw.release(
+                Direction.AWAY if k % 2 == 0 else Direction.HOME,
+                stone=k % 3,
+                clock=70.0 * k + (1500.0 if k > throws // 2 else 0.0),
+                order=k,
+                sweep=(3.0, 9.0) if k % 3 == 1 else (0.0, 0.0),
+            )
+            path = slide(ice, release, fps=15, throw=k).trajectory
+            assert path is not None
+            xy, theta = path.xy.copy(), path.theta
+            for e in effects:
+                if e.name in camera:
+                    form = camera[e.name]
+                    assert form.displacement is not None
+                    values = {p.name: p.default or 0.0 for p in form.parameters}
+                    xy += form.displacement(path.xy, theta, {**values, **e.parameters})
+            tracks.append(
+                replace(
+                    path,
+                    xy=xy + rng.normal(0, sigma, xy.shape),
+                    theta=theta + rng.normal(0, 0.02, len(theta)),
+                )
+            )
+        return tracks
+
+    return make

@@ -1,0 +1,138 @@
+"""Wear along the paths of earlier stones: remembered, found, told from other wear, and kept."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from curling_env.ice import ActiveEffect, Ice
+from curling_env.physics.wear import slides_in_turn, wear_along_path
+from curling_env.sheet import PAPER_SHEET, Direction
+from curling_env.throw import Throw
+from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery.data.wear_tracks import LONGEST, Lanes, times_to_tell_lanes_apart
+from friction_estimation.discovery.discover import discover
+from friction_estimation.discovery.model.baseline import base_model
+from friction_estimation.discovery.model.candidates import candidates
+from friction_estimation.discovery.model.fit import fit
+from friction_estimation.discovery.model.noise import Noise
+from friction_estimation.discovery.report import document, improved_ice
+
+ALONG = -0.012
+LABEL = "pebble_wear[along_path]"
+
+
+def wearing(along=ALONG, cell_size=0.1):
+    sheet = replace(PAPER_SHEET, cell_size=cell_size)
+    effect = ActiveEffect(name="pebble_wear", parameters={"along_path": along})
+    return Ice.uniform(0.009, sheet, effects=(effect,))
+
+
+def play(ice, rng, *, throws=12, sigma=0.004, scatter=0.003):
+    """Throws in turn on ice that wears, with scatter of friction and noise."""
+    releases = [
+        Throw(
+            speed=float(speed),
+            angle=float(rng.normal(0, 0.006)),
+            spin=float(rng.choice([-1, 1]) * rng.uniform(0.8, 2.2)),
+            x=float(rng.uniform(-0.5, 0.5)),
+        ).release(Direction.AWAY if k % 2 else Direction.HOME, stone=k % 3, clock=70.0 * k, order=k)
+        for k, speed in enumerate(rng.permutation(np.linspace(1.4, 2.3, throws)))
+    ]
+    releases = [replace(r, throw=k) for k, r in enumerate(releases)]
+    factors = np.exp(rng.normal(0, scatter, throws))
+    worn = list(slides_in_turn(ice, releases, fps=15))
+    tracks = []
+    for k, run in enumerate(worn):
+        path = run.trajectory
+        assert path is not None
+        # The scatter of a throw's friction: as time and speed would change, to first order.
+        path = replace(path, t=path.t / np.sqrt(factors[k]))
+        xy = path.xy + rng.normal(0, sigma, path.xy.shape)
+        theta = path.theta + rng.normal(0, 0.02, len(path))
+        tracks.append(replace(path, xy=xy, theta=theta))
+    return tracks
+
+
+def test_lanes_count_the_stones_before_and_no_trembling():
+    line = np.column_stack([np.zeros(60), np.linspace(-10.0, 10.0, 60)])
+    trembling = line[-1] + 0.02 * np.random.default_rng(1).normal(size=(3000, 2))
+    lanes = Lanes.of([(2, line), (0, np.vstack([line, trembling]))])
+    sheet = replace(PAPER_SHEET, cell_size=0.1)
+    passes = lanes.passes(sheet)[lanes.before(np.array([0, 1, 2, 3]))]
+    under = sheet.cell_of([0.0, 0.0])
+    assert passes[:, *under] == pytest.approx([0.0, 1.0, 1.0, 2.0], rel=0.1)
+    area = passes.sum(axis=(1, 2)) * sheet.cell_size**2
+    assert area == pytest.approx([0.0, 2.5, 2.5, 5.0], rel=0.03)
+
+
+def test_what_goes_further_than_a_stone_can_is_no_lane(rng):
+    rubbish = rng.uniform(-1.5, 1.5, (400, 2))
+    assert np.hypot(*np.diff(rubbish, axis=0).T).sum() > LONGEST
+    assert len(Lanes.of([(0, rubbish), (1, np.zeros((0, 2)))]).paths) == 0
+
+
+@pytest.mark.parametrize("cell_size", [0.1, 0.5])
+def test_the_forward_model_runs_on_the_ice_that_stones_have_left(rng, cell_size):
+    ice = wearing(-0.03, cell_size)
+    session = open_session(play(ice, rng, throws=6, sigma=0.0, scatter=0.0))
+    exact = Noise(white=(1e-3, 1e-3, 1e-2), fading=(0.0,) * 3, memory=(0.1,) * 3)
+    model = base_model(ice, session)
+    worn = fit(model, session, exact, spreads=np.zeros(1), shared=False)
+    untouched = model.without(model.terms[0].label)
+    plain = fit(untouched, session, exact, spreads=np.zeros(1), shared=False)
+    assert np.abs(worn.residuals[:, :2]).max() < 2e-3
+    assert np.abs(plain.residuals[:, :2]).max() > 2e-2
+
+
+@pytest.mark.parametrize("cell_size", [0.1, 0.5])
+def test_wear_along_paths_is_named_sized_and_kept(rng, cell_size):
+    tracks = play(wearing(cell_size=cell_size), rng)
+    found = discover(tracks)
+    (effect,) = document(found)["effects"]
+    assert effect["name"] == "pebble_wear"
+    along = effect["parameters"]["along_path"]
+    assert abs(along["value"] - ALONG) < max(3 * along["stderr"], 0.1 * abs(ALONG))
+    assert "where stones have run" in document(found)["verdict"]
+    ice = improved_ice(found)
+    assert wear_along_path(ice) == pytest.approx(along["value"], rel=1e-4)
+    assert ice.sheet.cell_size == pytest.approx(cell_size)
+    again = discover(tracks, ice)
+    assert document(again)["effects"] == []
+    # The simulation reads it: later throws of the same release run further on worn ice.
+    throw = Throw(speed=1.9, angle=0.0, spin=1.2).release(Direction.AWAY)
+    runs = [run.trajectory for run in slides_in_turn(ice, [throw] * 4, fps=15)]
+    assert runs[0] is not None
+    assert runs[-1] is not None
+    assert runs[-1].xy[-1, 1] > runs[0].xy[-1, 1] + 0.1
+
+
+def test_throws_held_out_wear_the_ice_all_the_same(rng):
+    session = open_session(play(wearing(), rng))
+    some = session.only([3, 7, 11])
+    sheet = replace(PAPER_SHEET, cell_size=0.1)
+    whole = session.lanes.passes(sheet)[session.lanes.before(session.orders)]
+    kept = some.lanes.passes(sheet)[some.lanes.before(some.orders)]
+    assert np.array_equal(kept, whole[[3, 7, 11]])
+    thinned = session.without_rows(np.arange(len(session.times)) % 5 == 4)
+    assert thinned.lanes is session.lanes
+
+
+def test_both_forms_of_wear_are_candidates_until_one_is_in_the_model(rng):
+    session = open_session(play(wearing(0.0), rng, throws=3))
+    labels = {term.label for term in candidates(session)}
+    assert {"pebble_wear", LABEL} <= labels
+    along = next(term for term in candidates(session) if term.label == LABEL)
+    left = {term.label for term in candidates(session, (along,))}
+    assert "pebble_wear" in left
+    assert LABEL not in left
+    first = session.only([0])
+    alone = replace(first, lanes=replace(first.lanes, orders=first.orders))
+    assert LABEL not in {term.label for term in candidates(alone)}
+
+
+def test_cells_narrow_enough_for_a_lane():
+    for cell_size, times in ((0.5, 5), (0.25, 3), (0.125, 1), (0.1, 1), (0.3, 3)):
+        assert times_to_tell_lanes_apart(replace(PAPER_SHEET, cell_size=cell_size)) == times

@@ -1,0 +1,75 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from curling_env.ice import Ice
+from curling_env.physics.one_stone.slide import slide
+from curling_env.sheet import Direction
+from curling_env.throw import Throw
+from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery.evidence.intervals import standard_errors
+from friction_estimation.discovery.model.baseline import base_model
+from friction_estimation.discovery.model.model import predict
+from friction_estimation.discovery.search.selection import fit_with_noise, misfit_of
+
+from ..conftest import effect
+
+
+@pytest.mark.parametrize("preset", ["standard", "paper"])
+def test_forward_model_and_slide_agree(preset):
+    from curling_env.ice import load_ice
+
+    ice = load_ice(preset)
+    release = Throw(speed=1.9, angle=0.01, spin=1.5, x=0.2).release(
+        Direction.HOME, sweep=(2.0, 6.0)
+    )
+    path = slide(ice, release, fps=10).trajectory
+    assert path is not None
+    session = open_session([path])
+    r = release
+    state = np.array([[r.x, r.y, r.vx, r.vy, r.theta, r.omega]])
+    found = predict(base_model(ice, session), session, state, np.zeros(1))
+    frames = np.abs(path.t[:, None] - session.times).argmin(axis=0)
+    assert len(session.times) > 0.95 * len(path)
+    assert np.abs(found[:-1, :2] - path.xy[frames][:-1]).max() < 2e-3
+
+
+def test_the_forward_model_and_slide_agree_across_sharp_edges():
+    patch = effect("friction_patch", x_min=-0.5, x_max=1.5, y_min=-4.7, y_max=4.7, factor=1.16)
+    ice = Ice.uniform(0.009, effects=(patch,))
+    release = Throw(speed=2.2, angle=0.01, spin=1.5, x=-0.2).release(Direction.AWAY)
+    path = slide(ice, release, fps=10).trajectory
+    assert path is not None
+    session = open_session([path])
+    r = release
+    state = np.array([[r.x, r.y, r.vx, r.vy, r.theta, r.omega]])
+    found = predict(base_model(ice, session), session, state, np.zeros(1))
+    frames = np.abs(path.t[:, None] - session.times).argmin(axis=0)
+    assert np.abs(found[:-1, :2] - path.xy[frames][:-1]).max() < 3e-4
+
+
+def test_friction_scatter_and_errors(make_session):
+    session = open_session(make_session(scatter=0.004, throws=16))
+    fitted = fit_with_noise(base_model(None, session), session)
+    mu = fitted.model.ice.friction.mu[0, 0] * np.exp(fitted.model.ln_mu)
+    sigma = standard_errors(fitted)["", "ln_mu"]
+    assert abs(np.log(mu / 0.009)) < 4 * sigma
+    assert 0.002 < fitted.model.spread < 0.008
+    assert misfit_of(fitted).white
+
+
+def test_a_missing_effect_shows_as_slow_misfit(make_session):
+    session = open_session(make_session([effect("slope", x=2e-4, y=0.0)]))
+    left = misfit_of(fit_with_noise(base_model(None, session), session))
+    assert not left.white
+    assert left.ratio > 5
+
+
+def test_base_ice_is_scaled_to_the_throws(make_session):
+    session = open_session(make_session())
+    base = Ice.uniform(0.012)
+    fitted = fit_with_noise(base_model(base, session), session)
+    mu = fitted.model.improved_ice({}).friction.mu
+    assert mu.shape == base.friction.mu.shape
+    assert abs(mu[0, 0] / 0.009 - 1) < 0.01

@@ -1,0 +1,59 @@
+from __future__ import annotations
+
+import numpy as np
+
+from friction_estimation.discovery.data.outliers import without_wild_rows
+from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery.model.noise import Noise, estimate_noise, whiten_session
+
+
+def coloured(t, sigma, memory, rng):
+    out = rng.normal(size=len(t))
+    for i in range(1, len(t)):
+        keep = np.exp(-(t[i] - t[i - 1]) / memory)
+        out[i] = keep * out[i - 1] + np.sqrt(1 - keep**2) * out[i]
+    return sigma * out
+
+
+def residuals_of(session, sigma, memory, rng):
+    residual = np.empty((len(session.times), 3))
+    for i in range(len(session)):
+        rows = session.rows(i)
+        for channel in range(3):
+            residual[rows, channel] = coloured(session.times[rows], sigma, memory, rng)
+    return residual
+
+
+def test_size_and_memory_are_found(make_session, rng):
+    session = open_session(make_session())
+    noise = estimate_noise(session, residuals_of(session, 0.005, 0.25, rng))
+    assert abs(noise.total[0] / 0.005 - 1) < 0.1
+    assert 0.15 < noise.memory[0] < 0.4
+
+
+def test_a_slow_misfit_is_not_taken_for_noise(make_session, rng):
+    session = open_session(make_session())
+    residual = rng.normal(0, 0.005, (len(session.times), 3))
+    residual[:, 0] += 0.3 * np.sin(session.times / 4)
+    assert abs(estimate_noise(session, residual).total[0] / 0.005 - 1) < 0.1
+
+
+def test_whitened_noise_is_white_and_of_unit_size(make_session, rng):
+    session = open_session(make_session())
+    residual = residuals_of(session, 0.005, 0.3, rng)
+    noise = Noise(white=3 * (1e-6,), fading=3 * (0.005,), memory=3 * (0.3,))
+    work = residual[:, :, None].copy()
+    table = noise.table()
+    whiten_session(work, session.times, session.sigma, session.starts, table, np.empty(1))
+    white = work[session.rows(0), 0, 0]
+    assert abs(work.std() - 1) < 0.03
+    assert abs(np.corrcoef(white[1:], white[:-1])[0, 1]) < 0.15
+
+
+def test_rows_off_by_centimetres_leave_and_others_stay(make_session, rng):
+    track = make_session()[3]
+    wild = rng.choice(np.arange(5, len(track) - 5), 4, replace=False)
+    track.xy[wild] += 0.05
+    cleaned = without_wild_rows(track)
+    assert not np.isin(track.t[wild], cleaned.t).any()
+    assert len(cleaned) > 0.97 * len(track)

@@ -1,0 +1,45 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery.model.baseline import base_model
+from friction_estimation.discovery.model.candidates import candidates
+from friction_estimation.discovery.search.patches import find_patch
+from friction_estimation.discovery.search.score_test import holm, screen, sign_flip_p
+from friction_estimation.discovery.search.selection import fit_with_noise
+
+from ..conftest import effect
+
+
+def test_sign_flip_is_exact_for_few_throws(rng):
+    assert sign_flip_p(np.ones(8), rng) == pytest.approx(1 / 256)
+    assert sign_flip_p(-np.ones(8), rng) == 1.0
+
+
+def test_one_throw_alone_proves_nothing(rng):
+    improvements = np.array([1e6, -0.1, 0.1, -0.1, 0.1, -0.1, 0.1, -0.1])
+    assert sign_flip_p(improvements, rng) > 0.3
+
+
+def test_holm():
+    assert holm([0.01, 0.04, 0.03]) == pytest.approx([0.03, 0.06, 0.06])
+
+
+def test_the_hidden_effect_comes_first(make_session):
+    session = open_session(make_session([effect("curl", strength=0.005)]))
+    fitted = fit_with_noise(base_model(None, session), session)
+    looks = screen(fitted, candidates(fitted.session))
+    assert looks[0].term.name == "curl"
+    assert all(value > 0 for look in looks for value in look.smallest.values())
+
+
+def test_the_patch_is_found_where_it_is(make_session):
+    patch = effect("friction_patch", x_min=-3.0, x_max=3.0, y_min=-4.0, y_max=0.0, factor=1.2)
+    session = open_session(make_session([patch]))
+    fitted = fit_with_noise(base_model(None, session), session)
+    found = find_patch(fitted)
+    assert found is not None
+    assert abs(found.values["y_min"] + 4.0) < 1.6
+    assert abs(found.values["y_max"]) < 1.6

@@ -1,0 +1,56 @@
+"""Brightness that changes from frame to frame and from row to row is put back."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from friction_estimation.film.deflicker import flickering
+
+ROWS, COLUMNS = 270, 480
+
+
+def scene(seed=0):
+    rng = np.random.default_rng(seed)
+    frame = np.full((ROWS, COLUMNS, 3), 190.0)
+    frame[:, 200:230] = 60
+    frame[120:130] = 110
+    return frame + rng.normal(0, 2, frame.shape)
+
+
+def filmed(light):
+    """Frames under light (rows,) as a function of the frame's number; somebody walks by."""
+    frames = []
+    for i in range(12):
+        frame = scene(i) * light(i)[:, None, None]
+        frame[60:200, 30 * i : 30 * i + 60] = 40
+        frames.append((i / 10, np.clip(frame, 0, 255).astype(np.uint8)))
+    return frames
+
+
+def off(lighting, frames):
+    """Largest mean difference of a row from the first frame's, people and noise left aside."""
+    first = frames[0][1].astype(float)
+    worst = 0.0
+    for _, frame in frames[1:]:
+        apart = np.median(lighting.evened(frame) - first, axis=(1, 2))
+        worst = max(worst, float(np.abs(apart).max()))
+    return worst
+
+
+def test_bands_that_run_over_the_picture_are_taken_out():
+    rows = np.arange(ROWS) / ROWS
+    frames = filmed(lambda i: 1 + 0.06 * np.sin(1.1 * i + 7.5 * rows))
+    lighting = flickering(frames)
+    assert lighting is not None
+    assert off(lighting, frames) < 4  # of 190; without it 23
+
+
+def test_lights_that_are_dimmed_are_turned_up():
+    frames = filmed(lambda i: np.full(ROWS, 1 - 0.03 * i))
+    lighting = flickering(frames)
+    assert lighting is not None
+    assert off(lighting, frames) < 2.5
+
+
+def test_steady_lights_and_people_are_left_as_they_are():
+    assert flickering(filmed(lambda i: np.full(ROWS, 1.0 + 0.01 * (i % 2)))) is None

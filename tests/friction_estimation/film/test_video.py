@@ -1,0 +1,162 @@
+"""Films in and out."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import av
+import numpy as np
+import pytest
+
+from curling_env.errors import InputError, OutputError
+from friction_estimation.film.video import Film, film_writer
+
+
+def film_of(path, grey_levels, fps=25.0):
+    with film_writer(path, (64, 48), fps) as writer:
+        for level in grey_levels:
+            writer.write(np.full((48, 64, 3), level, dtype=np.uint8))
+    return path
+
+
+def test_frames_come_in_order_with_their_times(tmp_path):
+    film = Film.open(film_of(tmp_path / "a.mp4", range(20, 220, 20)))
+    frames = list(film.frames())
+    assert (film.size, film.fps, film.frame_count) == ((64, 48), 25.0, 10)
+    assert [t for t, _ in frames] == pytest.approx(np.arange(10) / 25, abs=1e-6)
+    assert np.all(np.diff([frame.mean() for _, frame in frames]) > 10)
+
+
+def test_a_given_rate_replaces_the_films_own(tmp_path):
+    film = Film.open(film_of(tmp_path / "a.mp4", range(20, 120, 20)), fps=50.0)
+    assert [t for t, _ in film.frames()] == pytest.approx(np.arange(5) / 50)
+
+
+def test_samples_spread_over_the_film(tmp_path):
+    film = Film.open(film_of(tmp_path / "a.mp4", range(10, 250, 10)))
+    levels = [frame.mean() for _, frame in film.sample(4)]
+    assert levels == pytest.approx([10, 90, 160, 240], abs=12)
+
+
+@pytest.mark.parametrize("content", [None, b"", b"this is no film" * 100])
+def test_what_is_no_film_is_refused_in_one_line(tmp_path, content):
+    path = tmp_path / "film.mp4"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(InputError, match=r"film\.mp4: (no such film|not a film)"):
+        Film.open(path)
+
+
+def test_a_film_that_fails_halfway_is_not_there(tmp_path):
+    path = tmp_path / "a.mp4"
+
+    def fail():
+        with film_writer(path, (64, 48), 25.0) as writer:
+            writer.write(np.zeros((48, 64, 3), dtype=np.uint8))
+            raise RuntimeError("light went out")
+
+    with pytest.raises(RuntimeError):
+        fail()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_suffix_that_is_no_film_is_refused(tmp_path):
+    with (
+        pytest.raises(OutputError, match=r"\.mp4 or \.avi"),
+        film_writer(tmp_path / "a.xyz", (64, 48), 25.0),
+    ):
+        pass
+
+
+def stored(path, pictures, moments=None, codec="libx264", pixels="yuv420p", turned=0):
+    """A film as other programs write them: at any times [ms], stored in any way."""
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream(codec, rate=25)
+        stream.height, stream.width = pictures[0].shape[:2]
+        stream.pix_fmt, stream.gop_size = pixels, 12
+        stream.codec_context.time_base = Fraction(1, 1000)
+        if turned:
+            stream.set_display_rotation(turned)
+        for i, picture in enumerate(pictures):
+            frame = av.VideoFrame.from_ndarray(picture, format="bgr24")
+            frame.pts = 40 * i if moments is None else int(moments[i])
+            frame.time_base = Fraction(1, 1000)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    return path
+
+
+def speckled(count, size=(64, 48)):
+    """Pictures of which each is brighter than the one before, with coarse colours."""
+    rng = np.random.default_rng(3)
+    coarse = rng.integers(0, 60, (size[1] // 8, size[0] // 8, 3)).repeat(8, 0).repeat(8, 1)
+    return [np.clip(coarse + 150 * i / count, 0, 255).astype(np.uint8) for i in range(count)]
+
+
+def test_frames_at_uneven_times_keep_them_and_their_numbers(tmp_path):
+    moments = np.cumsum(np.random.default_rng(5).integers(15, 70, 150))
+    film = Film.open(stored(tmp_path / "a.mp4", speckled(150), moments))
+    frames = list(film.frames())
+    assert [t for t, _ in frames] == pytest.approx((moments - moments[0]) / 1000, abs=1e-6)
+    wanted = [0, 3, 70, 75, 149, 200]
+    for (t, frame), number in zip(film.pick(wanted), wanted[:-1], strict=True):
+        assert t == pytest.approx(frames[number][0], abs=1e-6)
+        assert np.array_equal(frame, frames[number][1])
+
+
+@pytest.mark.parametrize(("codec", "pixels"), [("libx264", "yuv420p"), ("mjpeg", "yuvj422p")])
+@pytest.mark.parametrize("turned", [0, 90])
+def test_a_part_of_a_frame_is_that_part_of_all_of_it(tmp_path, codec, pixels, turned):
+    path = stored(tmp_path / "a.mkv", speckled(3), codec=codec, pixels=pixels)
+    if turned:
+        path = stored(tmp_path / "a.mp4", speckled(3), turned=turned)
+    film = Film.open(path)
+    for (_, raw), (_, frame) in zip(film.raw_frames(), film.frames(), strict=True):
+        assert raw.shape == frame.shape == (*film.size[::-1], 3)
+        assert film.size == ((48, 64) if turned else (64, 48))
+        for part in np.s_[3:20, 7:31], np.s_[40:90, 50:99], np.s_[10:10, 4:8]:
+            assert np.array_equal(raw[part], frame[part])
+
+
+def test_a_camera_held_upright_gives_upright_pictures(tmp_path):
+    lying = np.zeros((48, 64, 3), dtype=np.uint8)
+    lying[:, :16] = 200
+    film = Film.open(stored(tmp_path / "a.mp4", [lying] * 3, turned=90))
+    _, frame = next(film.frames())
+    assert frame[50:].mean() > 150
+    assert frame[:40].mean() < 40
+
+
+def test_a_damaged_part_costs_only_its_own_frames(tmp_path):
+    path = stored(tmp_path / "a.mp4", speckled(120, (320, 240)))
+    content = bytearray(path.read_bytes())
+    middle = len(content) // 2
+    content[middle : middle + len(content) // 10] = bytes(len(content) // 10)
+    path.write_bytes(content)
+    times = [t for t, _ in Film.open(path).frames()]
+    assert times[-1] == pytest.approx(119 / 25, abs=0.05)
+    assert 60 < len(times) <= 120
+
+
+def test_no_frame_shows_what_was_before_a_damaged_part(tmp_path):
+    """What is stored as changes to a picture that was lost is not what the camera saw."""
+    still = np.random.default_rng(2).integers(90, 130, (240, 320, 3), dtype=np.uint8)
+    frames = []
+    for k in range(90):
+        frames.append(still.copy())
+        frames[-1][100:130, 3 * k : 3 * k + 30] = 240
+    path = stored(tmp_path / "a.mp4", frames)
+    content = bytearray(path.read_bytes())
+    middle = int(0.4 * len(content))
+    content[middle : middle + 400] = bytes(400)
+    path.write_bytes(content)
+    seen = list(Film.open(path).frames())
+    assert 40 < len(seen) < 90
+    for t, frame in seen:
+        bright = np.flatnonzero(frame[105:125, :, 1].mean(axis=0) > 200)
+        assert bright.mean() == pytest.approx(3 * round(25 * t) + 14.5, abs=3)
+
+
+def test_a_single_picture_is_a_film_of_one_frame(tmp_path):
+    film = Film.open(stored(tmp_path / "a.mp4", speckled(1)))
+    assert [t for t, _ in film.sample(10)] == [0.0]

@@ -1,0 +1,431 @@
+"""Friction found again in throws that another program threw."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from curling_env.errors import InputError
+from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice, save_ice
+from curling_env.sheet import PAPER_SHEET
+from curling_env.throw import Release
+from curling_env.trajectory import Trajectory, write_tracks
+from friction_estimation.inversion import cell_bound, estimate_ice, uniform_bound
+from friction_estimation.inversion.noise import Noise, estimate_noise
+from friction_estimation.inversion.throw.fitted import board_throw
+from friction_estimation.inversion.throw.forward import Track, sensitivities
+from friction_estimation.tracks.kinematics import free_slide
+
+HOG = 10.9725
+
+
+def straight(count: int, speed: float) -> np.ndarray:
+    return np.tile([0.0, -HOG, 0.0, speed, 0.0], (count, 1))
+
+
+def centres() -> tuple[np.ndarray, np.ndarray]:
+    return np.meshgrid(PAPER_SHEET.x_centres, PAPER_SHEET.y_centres)
+
+
+# --- one number ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("pitches", "floor_percent"), [(1, 0.3), (5, 0.15)])
+def test_one_friction_at_the_papers_throws_reaches_the_bound(sliding, rng, pitches, floor_percent):
+    errors, normed = [], []
+    for mu in np.linspace(0.00182, 0.002, 10):
+        tracks = sliding.measured_throws(
+            sliding.uniform(mu), straight(pitches, 1.6), rng, until=HOG
+        )
+        found = estimate_ice(tracks, uniform=True)
+        bound = uniform_bound([1.6] * pitches, mu=mu, noise=0.005, fps=30, distance=2 * HOG)
+        errors.append(100 * abs(found.mu / mu - 1))
+        normed.append((found.mu - mu) / bound)
+        assert found.sigma < 2.5 * bound
+    assert np.mean(errors) < floor_percent
+    # The spread of ten errors of unit variance lies below 1.5 with 99.9 % probability.
+    assert np.sqrt(np.mean(np.square(normed))) < 1.5
+
+
+def test_interval_holds_the_truth(sliding, rng):
+    inside = 0
+    for _ in range(12):
+        mu = rng.uniform(0.007, 0.012)
+        tracks = sliding.measured_throws(
+            sliding.uniform(mu), sliding.varied_starts(rng, 2), rng, noise=0.008
+        )
+        low, high = estimate_ice(tracks, uniform=True).interval
+        inside += low < mu < high
+    assert inside >= 10
+
+
+def test_scatter_between_throws_widens_the_interval(sliding, rng):
+    starts = sliding.varied_starts(rng, 10)
+    factor = np.exp(rng.normal(0, 0.01, 10))
+    even = estimate_ice(sliding.measured_throws(sliding.uniform(0.009), starts, rng), uniform=True)
+    scattered = estimate_ice(
+        sliding.measured_throws(sliding.uniform(0.009), starts, rng, factor=factor), uniform=True
+    )
+    assert even.scatter < 0.001
+    assert 0.005 < scattered.scatter < 0.02
+    assert scattered.sigma > 5 * even.sigma
+    assert abs(scattered.mu - 0.009) < 3 * scattered.sigma
+
+
+def test_curl_that_no_model_knows_does_not_bias_friction(sliding, rng):
+    starts = sliding.varied_starts(rng, 6)
+    tracks = sliding.measured_throws(sliding.uniform(0.009), starts, rng, curl=0.009)
+    found = estimate_ice(tracks, uniform=True)
+    assert abs(found.mu / 0.009 - 1) < 5e-4
+
+
+def test_effects_of_the_start_stay_in_the_law(sliding, rng):
+    starts = sliding.varied_starts(rng, 6, spin=0.0)
+    tracks = sliding.measured_throws(sliding.uniform(0.008), starts, rng, exponent=0.3)
+    law = ActiveEffect(name="speed_dependent_friction", parameters={"exponent": 0.3})
+    found = estimate_ice(tracks, start=Ice.uniform(0.01, effects=(law,)), uniform=True)
+    ignorant = estimate_ice(tracks, uniform=True)
+    assert found.ice.effects == (law,)
+    assert abs(found.mu / 0.008 - 1) < 2e-3
+    assert abs(ignorant.mu / 0.008 - 1) > 0.02
+    assert ignorant.sigma > 5 * found.sigma
+
+
+def test_wild_rows_lost_frames_lead_in_and_no_heading(sliding, rng):
+    tracks = []
+    for clean in sliding.measured_throws(
+        sliding.uniform(0.009), sliding.varied_starts(rng, 4, spin=0.0), rng, rest=2.0
+    ):
+        away = np.sign(clean.xy[20, 1] - clean.xy[0, 1])
+        velocity = (clean.xy[30] - clean.xy[0]) / clean.t[30]
+        early = np.arange(-1.0, -0.01, 1 / 30)
+        lead = clean.xy[0] + early[:, None] * (velocity + np.array([0, 0.045 * away]))
+        xy = np.vstack([lead + rng.normal(0, 0.005, lead.shape), clean.xy])
+        t = np.concatenate([early, clean.t]) + 1.0
+        wild = rng.random(len(t)) < 0.01
+        xy[wild] += rng.normal(0, 1.0, (int(wild.sum()), 2))
+        kept = rng.random(len(t)) > 0.1
+        tracks.append(Trajectory(t=t[kept], xy=xy[kept], throw=clean.throw))
+    found = estimate_ice(tracks, uniform=True)
+    assert abs(found.mu / 0.009 - 1) < 2e-3
+    assert abs(found.mu - 0.009) < 4 * found.sigma
+    for slide in found.slides:
+        assert slide.released_at == pytest.approx(1.0, abs=0.6)
+
+
+def test_noise_that_lasts_is_seen_and_makes_sigma_honest(sliding, rng):
+    normed, colours = [], []
+    for _ in range(6):
+        tracks = []
+        for clean in sliding.measured_throws(
+            sliding.uniform(0.009), sliding.varied_starts(rng, 2), rng, noise=1e-6
+        ):
+            wander, fade = np.zeros(2), np.exp(-1 / 30 / 0.3)
+            noise = []
+            for _ in clean.t:
+                wander = fade * wander + rng.normal(0, 0.005 * np.sqrt(1 - fade**2), 2)
+                noise.append(wander.copy())
+            tracks.append(
+                Trajectory(t=clean.t, xy=clean.xy + noise, theta=clean.theta, throw=clean.throw)
+            )
+        found = estimate_ice(tracks, uniform=True)
+        normed.append((found.mu - 0.009) / found.sigma)
+        colours.append(found.noise.time if found.noise.slow > found.noise.white else 0.0)
+    assert np.median(colours) == pytest.approx(0.3, rel=0.35)
+    assert np.sqrt(np.mean(np.square(normed))) < 1.7
+
+
+def test_noise_is_found_again(rng):
+    t = np.arange(0, 25, 1 / 30)
+    fade = np.exp(-1 / 30 / 0.2)
+    residuals = []
+    for _ in range(6):
+        slow = np.zeros(len(t))
+        for i in range(1, len(t)):
+            slow[i] = fade * slow[i - 1] + rng.normal(0, 0.004 * np.sqrt(1 - fade**2))
+        residuals.append((t, slow + rng.normal(0, 0.003, len(t)), np.ones(len(t))))
+    found = estimate_noise(residuals)
+    assert found.white == pytest.approx(0.003, rel=0.15)
+    assert found.slow == pytest.approx(0.004, rel=0.15)
+    assert found.time == pytest.approx(0.2, rel=0.35)
+    whitened = found.whiten(t, residuals[0][1][:, None], residuals[0][2], np.ones(len(t), bool))
+    assert whitened.std() == pytest.approx(1.0, abs=0.1)
+
+
+def test_smoothed_track_is_not_taken_for_a_better_one(sliding, rng):
+    """A tracker's smoother leaves only slow errors; their size must still be in sigma."""
+    normed = []
+    for _ in range(6):
+        tracks = []
+        for rough in sliding.measured_throws(
+            sliding.uniform(0.009), sliding.varied_starts(rng, 2), rng, noise=0.01
+        ):
+            weights = np.hanning(17)[:, None] / np.hanning(17).sum()
+            size = len(rough) - 16
+            xy = sum(weights[i] * rough.xy[i : i + size] for i in range(17))
+            tracks.append(
+                Trajectory(t=rough.t[8:-8], xy=xy, theta=rough.theta[8:-8], throw=rough.throw)
+            )
+        found = estimate_ice(tracks, uniform=True)
+        assert found.noise.spacing > 0.1
+        normed.append((found.mu - 0.009) / found.sigma)
+    assert np.sqrt(np.mean(np.square(normed))) < 2.0
+
+
+def test_even_ice_is_found_even_on_film(sliding, as_filmed):
+    """A smoother leaves waves that last for seconds, as those do that uneven ice makes."""
+    left, inside = [], []
+    for seed in range(6):
+        rng = np.random.default_rng([61, seed])
+        starts = sliding.varied_starts(rng, 2)
+        tracks = sliding.measured_throws(sliding.uniform(0.009), starts, rng, noise=1e-5, fps=15)
+        friction = estimate_ice(as_filmed(tracks, seed), camera_bias="off").ice.friction
+        off = (friction.mu - 0.009)[friction.observed]
+        left.append(np.sqrt(np.mean(off**2)) / 0.009)
+        inside.append(np.abs(off) < 1.96 * friction.sigma[friction.observed])
+    assert np.median(left) < 0.004  # three times as much where all waves are taken for ice
+    assert np.concatenate(inside).mean() > 0.9
+
+
+def test_rows_that_are_said_to_err_more_count_less(sliding, rng):
+    """Of half of all rows, far away, the errors are six times as large, and the track says so."""
+    errors = {}
+    for seed in range(10):
+        rng = np.random.default_rng([62, seed])
+        tracks = sliding.measured_throws(
+            sliding.uniform(0.009), sliding.varied_starts(rng, 1), rng, noise=1e-5, fps=15
+        )
+        size = [np.where(k.xy[:, 1] > 0, 0.012, 0.002) for k in tracks]
+        off = [rng.normal(0, 1, k.xy.shape) * s[:, None] for k, s in zip(tracks, size, strict=True)]
+        seen = [replace(k, xy=k.xy + e) for k, e in zip(tracks, off, strict=True)]
+        said = [replace(k, sigma_xy=s) for k, s in zip(seen, size, strict=True)]
+        for name, measured in (("seen", seen), ("said", said)):
+            errors.setdefault(name, []).append(estimate_ice(measured, uniform=True).mu / 0.009 - 1)
+    spread = {name: np.sqrt(np.mean(np.square(e))) for name, e in errors.items()}
+    assert spread["said"] < 0.85 * spread["seen"]
+
+
+def test_white_noise_is_not_taken_for_slow(rng):
+    t = np.arange(0, 25, 1 / 30)
+    found = estimate_noise([(t, rng.normal(0, 0.005, len(t)), np.ones(len(t))) for _ in range(5)])
+    assert found.slow == 0.0
+    assert isinstance(found, Noise)
+
+
+# --- the ride --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("interpolation", ["bilinear", "cell"])
+def test_sensitivities_are_the_derivatives_of_the_ride(sliding, rng, interpolation):
+    tracks = sliding.measured_throws(
+        sliding.uniform(0.009), sliding.varied_starts(rng, 2), rng, curl=0.006
+    )
+    effects = (
+        ActiveEffect(name="speed_dependent_friction", parameters={"exponent": 0.2}),
+        ActiveEffect(name="slope", parameters={"x": 1e-4, "y": 2e-4}),
+    )
+    mu = np.full(PAPER_SHEET.shape, 0.009)
+    friction = FrictionMap(mu=mu, sigma=0 * mu, observed=mu > 0, interpolation=interpolation)
+    track = Track(Ice(friction=friction, effects=effects))
+    throw = board_throw(free_slide(tracks[0]), 0)
+    field = rng.normal(0, 0.05, mu.size)
+    track.set_field(np.log(0.009), field)
+    ride = track.ride(throw.passenger, throw.start, throw.speed)
+    cells, weights = track.cell_weights(throw.passenger.course.at(ride.distance))
+    shares = weights * track.mu.ravel()[cells]
+    shares /= shares.sum(axis=1, keepdims=True)
+    crossed, release, by_cell = sensitivities(ride, cells, shares)
+    moving = ride.speed > 0.3
+    change = rng.normal(0, 1e-3, len(crossed))
+    other = field.copy()
+    other[crossed] += change
+    track.set_field(np.log(0.009), other)
+    bent = track.ride(throw.passenger, throw.start, throw.speed).distance - ride.distance
+    # Constant cells that differ by 5 % make the path itself jump; Gauss-Newton needs no more.
+    tolerance = 0.03 if interpolation == "bilinear" else 0.25
+    assert np.abs(bent - by_cell @ change)[moving].max() < tolerance * np.abs(bent).max()
+    track.set_field(np.log(0.009), field)
+    faster = track.ride(throw.passenger, throw.start, throw.speed + 1e-3)
+    expected = (faster.distance - ride.distance) / 1e-3
+    assert np.allclose(expected[moving], release[moving, 1], rtol=tolerance, atol=0.05)
+
+
+# --- the map ---------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def mapped(sliding) -> list[SimpleNamespace]:
+    """Two smooth random ices, 24 varied throws each, their estimates and truths."""
+    out = []
+    for seed, rough in ((1, False), (2, True)):
+        rng = np.random.default_rng(seed)
+        spread, length = rng.uniform(0.05, 0.08), rng.uniform(2.0, 4.0)
+        field = sliding.random_field(rng, mu=0.0095, spread=spread, length=length, rough=rough)
+        starts = sliding.varied_starts(rng, 24)
+        tracks = sliding.measured_throws(field, starts, rng, curl=0.0065)
+        out.append(
+            SimpleNamespace(
+                found=estimate_ice(tracks),
+                tracks=tracks,
+                starts=starts,
+                truth=field(*centres()),
+                spread=spread,
+                length=length,
+                smoothness=1.5 if rough else np.inf,
+            )
+        )
+    return out
+
+
+def test_map_leaves_far_less_than_a_uniform_one(mapped):
+    for case in mapped:
+        friction = case.found.ice.friction
+        seen = friction.observed
+        left = np.sqrt(np.mean((friction.mu - case.truth)[seen] ** 2))
+        assert left < 0.25 * case.truth[seen].std()
+
+
+def test_map_reaches_the_bayesian_bound(mapped):
+    ratios = []
+    for case in mapped:
+        releases = [Release(x=s[0], y=s[1], vx=s[2], vy=s[3]) for s in case.starts]
+        bound = cell_bound(
+            releases, mu=0.0095, noise=0.005, fps=30, spread=case.spread, length=case.length,
+            smoothness=case.smoothness,
+        )  # fmt: skip
+        friction = case.found.ice.friction
+        both = friction.observed & bound.crossed
+        left = np.sqrt(np.mean((friction.mu - case.truth)[both] ** 2))
+        ratios.append(left / np.sqrt(np.mean(bound.sigma[both] ** 2)))
+    # One ice has some fifty independent numbers: its RMSE alone varies by a tenth and more.
+    assert np.sqrt(np.mean(np.square(ratios))) < 1.5
+
+
+def test_sigma_of_cells_is_true(mapped):
+    inside = []
+    for case in mapped:
+        friction = case.found.ice.friction
+        normed = (friction.mu - case.truth) / friction.sigma
+        inside.append(np.abs(normed[friction.observed]) < 1.96)
+    assert 0.88 < np.concatenate(inside).mean() <= 1.0
+
+
+def test_cells_never_crossed_are_marked_and_less_known(mapped):
+    friction = mapped[0].found.ice.friction
+    assert 0.2 < friction.observed.mean() < 0.6
+    assert not friction.observed[:5].any()
+    assert np.median(friction.sigma[~friction.observed]) > 3 * np.median(
+        friction.sigma[friction.observed]
+    )
+
+
+def test_the_papers_way_is_there_and_worse(mapped):
+    case = mapped[0]
+    paper = estimate_ice(case.tracks, method="paper").ice.friction
+    joint = case.found.ice.friction
+    both = paper.observed & joint.observed
+
+    def left(friction):
+        return np.sqrt(np.mean((friction.mu - case.truth)[both] ** 2))
+
+    assert left(paper) > 2 * left(joint)
+    assert np.median(paper.sigma) > np.median(joint.sigma)
+
+
+def test_uniform_ice_is_found_even(sliding, rng):
+    tracks = sliding.measured_throws(sliding.uniform(0.009), sliding.varied_starts(rng, 8), rng)
+    friction = estimate_ice(tracks).ice.friction
+    assert np.abs(friction.mu[friction.observed] / 0.009 - 1).max() < 0.01
+
+
+def test_same_tracks_same_ice(mapped):
+    again = estimate_ice(mapped[0].tracks[:4])
+    assert np.array_equal(again.ice.friction.mu, estimate_ice(mapped[0].tracks[:4]).ice.friction.mu)
+
+
+def test_half_turn_of_the_sheet_turns_the_map(mapped):
+    tracks = mapped[0].tracks[:5]
+    turned = [Trajectory(t=k.t, xy=-k.xy, theta=k.theta, throw=k.throw) for k in tracks]
+    one, other = estimate_ice(tracks).ice.friction, estimate_ice(turned).ice.friction
+    assert np.allclose(one.mu, other.mu[::-1, ::-1], rtol=2e-3)
+
+
+def test_unknown_method_is_refused(mapped):
+    with pytest.raises(InputError, match="method must be one of"):
+        estimate_ice(mapped[0].tracks, method="guess")  # type: ignore[arg-type]
+
+
+# --- the command -----------------------------------------------------------------------------
+
+
+@pytest.fixture
+def tracks_file(sliding, rng, tmp_path):
+    path = tmp_path / "tracks.csv"
+    starts = sliding.varied_starts(rng, 4)
+    write_tracks(path, sliding.measured_throws(sliding.uniform(0.0085), starts, rng, rest=0.5))
+    return path
+
+
+def test_command_prints_one_number_and_writes_an_ice(curling, tracks_file, tmp_path):
+    result = curling("estimate", tracks_file, "-o", tmp_path / "ice.json", "--uniform")
+    assert result.status == 0, result.err
+    numbers = result.json()
+    assert numbers["low"] < 0.0085 < numbers["high"]
+    assert numbers["low"] < numbers["mu"] < numbers["high"]
+    assert numbers["throws"] == 4
+    ice = load_ice(tmp_path / "ice.json")
+    assert ice.friction.is_uniform
+    assert ice.friction.mu[0, 0] == pytest.approx(numbers["mu"])
+
+
+@pytest.mark.parametrize("method", ["trajectory", "paper"])
+def test_command_writes_map_and_report(curling, tracks_file, tmp_path, method):
+    ice = tmp_path / "ice.json"
+    report = tmp_path / "report"
+    result = curling("estimate", tracks_file, "-o", ice, "--method", method, "--report", report)
+    assert result.status == 0, result.err
+    assert result.json()["map"]["observed_cells"] == int(load_ice(ice).friction.observed.sum())
+    for name in ("map.png", "motion.png"):
+        assert (report / name).stat().st_size > 10_000
+    assert json.loads((report / "estimate.json").read_text())["method"] == method
+    assert len((report / "cells.csv").read_text().splitlines()) == 1 + 9 * 89
+
+
+def test_command_keeps_the_starts_sheet_and_effects(curling, tracks_file, tmp_path):
+    law = ActiveEffect(name="curl", parameters={"strength": 0.0082, "speed_exponent": 0.2})
+    save_ice(Ice.uniform(0.01, effects=(law,)), tmp_path / "start.json")
+    out = tmp_path / "ice.json"
+    result = curling(
+        "estimate", tracks_file, "-o", out, "--uniform", "--start", tmp_path / "start.json"
+    )
+    assert result.status == 0, result.err
+    assert load_ice(out).effects[0].name == "curl"
+
+
+@pytest.mark.parametrize(
+    ("rows", "says"),
+    [
+        ("throw,t,x,theta\n0,0,0,\n", "y"),
+        ("throw,t,x,y,theta\n0,0,0,nan,\n", "row 2"),
+        ("throw,t,x,y,theta\n0,0.1,0,0,\n0,0.0,0,1,\n", "row 3"),
+        ("throw,t,x,y,theta\n", "no rows"),
+        ("throw,t,x,y,theta\n0,0.0,0,0,\n0,0.1,0,0.2,\n", "throw 0"),
+    ],
+)
+def test_bad_tracks_give_one_line_and_no_file(curling, tmp_path, rows, says):
+    path = tmp_path / "tracks.csv"
+    path.write_text(rows)
+    result = curling("estimate", path, "-o", tmp_path / "ice.json")
+    assert says in result.complaint
+    assert not (tmp_path / "ice.json").exists()
+
+
+def test_film_without_scene_and_two_tables_are_refused(curling, tracks_file, tmp_path):
+    out = tmp_path / "ice.json"
+    assert "--scene" in curling("estimate", tmp_path / "a.mp4", "-o", out).complaint
+    assert "one tracks file" in curling("estimate", tracks_file, tracks_file, "-o", out).complaint
+    assert not out.exists()

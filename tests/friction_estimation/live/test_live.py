@@ -1,0 +1,361 @@
+"""A camera that is filming now: throws are cut from the stream and tracked one by one."""
+
+from __future__ import annotations
+
+import time
+from contextlib import closing
+from dataclasses import replace
+from socket import socket
+from threading import Thread
+
+import av
+import cv2
+import numpy as np
+import pytest
+
+from curling_env.errors import InputError
+from curling_env.ice import Ice
+from curling_env.physics.one_stone.slide import slide
+from curling_env.storage import write_table
+from curling_env.throw import Throw
+from curling_env.trajectory import Trajectory, read_tracks
+from friction_estimation.camera.scene import load_scene, save_scene
+from friction_estimation.film.frame import brightness_of
+from friction_estimation.film.video import Film, is_stream
+from friction_estimation.live import Recorder, Seen, Told, follow, open_feed
+from friction_estimation.live.motion import LOOK_EVERY, MEMORY, Motion
+from friction_estimation.live.recorder import LEAD_IN, LONGEST, QUIET
+from friction_estimation.synthetic import FilmSpec, Stage, on_film, scene_of, write_film
+
+FPS = 20.0
+WHOLE_EVERY = 12 / FPS
+"""Time between whole pictures of a film that is written here [s]."""
+
+
+def motion(scale=1):
+    """What looks at pictures of these tests: a stone is as large as the moving square."""
+    stones = np.full((30 * scale, 80 * scale), (2 / 10 / scale) ** 2)
+    return Motion(stones, (slice(0, 60 * scale), slice(0, 160 * scale)))
+
+
+def picture(at=None):
+    frame = np.full((60, 160, 3), 220, dtype=np.uint8)
+    if at is not None:
+        frame[25:35, at : at + 10] = 60
+    return frame
+
+
+def fed(tmp_path, frames):
+    """Frames as a stream that sends them."""
+    write_film(tmp_path / "sent.mp4", frames, FPS)
+    return open_feed(f"file://{tmp_path}/sent.mp4")
+
+
+def recorded(tmp_path, frames):
+    """The clips that a recorder makes of a list of frames, the last one included."""
+    feed = fed(tmp_path, frames)
+    kept = tmp_path / "kept"
+    kept.mkdir()
+    recorder = Recorder(feed=feed, motion=motion(), folder=kept)
+    with closing(feed):
+        clips = [*map(recorder.take, feed.moments()), recorder.finish()]
+    return [clip for clip in clips if clip is not None]
+
+
+def still(seconds, at=None):
+    return [picture(at)] * int(seconds * FPS)
+
+
+def moving(seconds):
+    return [picture(2 + i % 140) for i in range(int(seconds * FPS))]
+
+
+@pytest.mark.parametrize(
+    ("source", "stream"),
+    [
+        ("0", True),
+        ("12", True),
+        ("rtsp://rink/1", True),
+        ("http://a/b.mjpg", True),
+        ("end-0.mp4", False),
+        ("/films/0", False),
+        ("C:/films/end.mp4", False),
+    ],
+)
+def test_numbers_and_addresses_are_streams_and_files_are_not(source, stream):
+    assert is_stream(source) == stream
+
+
+def test_every_motion_between_two_quiets_is_one_film(tmp_path):
+    frames = [*still(6), *moving(3), *still(QUIET + MEMORY + 1), *moving(2), *still(1)]
+    clips = recorded(tmp_path, frames)
+    assert [clip.path.name for clip in clips] == ["throw-000.mp4", "throw-001.mp4"]
+    assert sorted((tmp_path / "kept").iterdir()) == [clip.path for clip in clips]
+    first = Film.open(clips[0].path)
+    assert first.frame_count == clips[0].frames
+    assert clips[0].missing == 0
+    # What is kept of the quiet before is no less than was wanted, and of that after no more than
+    # it takes to be sure of it.
+    assert 6.0 - LEAD_IN - WHOLE_EVERY <= clips[0].clock <= 6.0 - LEAD_IN
+    assert 9 < clips[0].clock + first.frame_count / FPS - QUIET <= 9 + MEMORY + 2 * LOOK_EVERY
+
+
+def test_a_film_holds_the_very_pictures_that_were_sent(tmp_path):
+    frames = [*still(6), *moving(3), *still(1)]
+    (clip,) = recorded(tmp_path, frames)
+    sent = [frame for _, frame in Film.open(tmp_path / "sent.mp4").frames()]
+    kept = list(Film.open(clip.path).frames())
+    assert len(kept) == clip.frames
+    first = round(clip.clock * FPS)
+    assert [t for t, _ in kept] == pytest.approx(np.arange(len(kept)) / FPS, abs=1e-3)
+    for (_, frame), same in zip(kept, sent[first:], strict=True):
+        np.testing.assert_array_equal(frame, same)
+
+
+@pytest.mark.parametrize("stored", ["yuv420p", "yuv420p10le", "yuyv422", "nv12", "rgb24", "gray"])
+def test_brightness_is_the_same_however_a_camera_stores_it(stored):
+    ramp = np.linspace(30, 220, 64 * 48).reshape(48, 64).astype(np.uint8)
+    frame = av.VideoFrame.from_ndarray(ramp, format="gray").reformat(format="yuv444p")
+    seen = brightness_of(frame.reformat(format=stored))
+    assert seen.shape == (48, 64)
+    # From 16 to 235 or from 0 to 255, but the same picture.
+    assert np.corrcoef(seen.ravel(), ramp.ravel())[0, 1] > 0.999
+    assert 0.8 < np.ptp(seen) / np.ptp(ramp) < 1.2
+
+
+def test_frames_that_never_came_are_counted(tmp_path):
+    feed = fed(tmp_path, [*moving(3), *still(1)])
+    recorder = Recorder(feed=feed, motion=motion(), folder=tmp_path)
+    for k, moment in enumerate(feed.moments()):
+        late = round(7 / FPS / moment.coded[0].unit) if k > 30 else 0
+        coded = [replace(c, pts=c.pts + late, dts=c.dts + late) for c in moment.coded]
+        recorder.take(replace(moment, coded=tuple(coded)))
+    clip = recorder.finish()
+    assert clip is not None
+    assert clip.missing == 7
+
+
+class CameraOfPictures:
+    """What OpenCV gives of a camera, from a list of pictures; its driver may stamp them."""
+
+    def __init__(self, frames, stamps=None):
+        self._frames, self._stamps, self._at = frames, stamps, -1
+
+    def read(self):
+        self._at += 1
+        ok = self._at < len(self._frames)
+        return ok, self._frames[self._at].copy() if ok else None
+
+    def get(self, name):
+        if name == cv2.CAP_PROP_FPS:
+            return FPS
+        return 0.0 if self._stamps is None else 1000 * self._stamps[min(self._at, 999)]
+
+    def release(self):
+        self._frames = []
+
+
+@pytest.fixture
+def webcam(monkeypatch):
+    """Makes camera numbers give pictures; films are opened as ever."""
+    real = cv2.VideoCapture
+
+    def plug(frames, stamps=None):
+        monkeypatch.setattr(
+            cv2,
+            "VideoCapture",
+            lambda name: CameraOfPictures(frames, stamps) if name == 0 else real(name),
+        )
+
+    return plug
+
+
+def test_a_webcams_frames_are_coded_finely_and_keep_their_drivers_times(tmp_path, webcam):
+    frames = [*still(3), *moving(4)]
+    frames = [np.repeat(np.repeat(frame, 4, axis=0), 4, axis=1) for frame in frames]
+    stamps = 100.0 + np.cumsum(np.random.default_rng(1).uniform(0.04, 0.06, 1000))
+    webcam(frames, stamps)
+    feed = open_feed("0")
+    assert (feed.size, feed.fps) == ((640, 240), FPS)
+    recorder = Recorder(feed=feed, motion=motion(4), folder=tmp_path)
+    assert all(recorder.take(moment) is None for moment in feed.moments())
+    clip = recorder.finish()
+    assert clip is not None
+    # The first two frames told what the camera is like.
+    first = len(frames) - clip.frames
+    kept = list(Film.open(clip.path).frames())
+    assert len(kept) == clip.frames
+    assert [t for t, _ in kept] == pytest.approx(stamps[first : len(frames)] - stamps[first],
+                                                 abs=1e-3)  # fmt: skip
+    worst = max(
+        np.abs(frame.astype(int) - was).mean()
+        for (_, frame), was in zip(kept, frames[first:], strict=True)
+    )
+    assert worst < 2
+
+
+def test_a_webcam_without_stamps_goes_by_arrival_and_one_without_pictures_is_one_line(webcam):
+    webcam(still(1))
+    times = [moment.t for moment in open_feed("0").moments()]
+    assert len(times) == FPS - 2
+    assert times[0] == 0.0
+    assert np.all(np.diff(times) > 0)
+    webcam([])
+    with pytest.raises(InputError, match="camera 0: gives no picture"):
+        open_feed("0")
+
+
+def test_nothing_is_kept_of_ice_on_which_nothing_moves(tmp_path):
+    noise = np.random.default_rng(0)
+    frames = [np.clip(f + noise.normal(0, 3, f.shape), 0, 255).astype(np.uint8) for f in still(20)]
+    assert recorded(tmp_path, frames) == []
+    assert list((tmp_path / "kept").iterdir()) == []
+
+
+@pytest.mark.parametrize(("speed", "seen"), [(0.2, True), (0.0, False)])
+def test_a_stone_that_creeps_at_the_far_end_is_seen_and_one_at_rest_is_not(speed, seen):
+    spec = FilmSpec(camera="end", people=False, size=(960, 540), fps=5.0, noise=4.0, lead_in=0.0)
+    stage = Stage(spec)
+    t = np.arange(0.0, 4.1, 0.1)
+    path = Trajectory(t=t, xy=np.column_stack([np.full_like(t, 0.3), 16.0 + speed * t]))
+    watch = Motion.before(stage.camera, scene_of(stage.camera))
+    looks = [
+        watch.seen(k / spec.fps, np.ascontiguousarray(frame[..., 1]))
+        for k, frame in enumerate(stage.frames(path, seed=3))
+        if k < 20
+    ]
+    assert any(looks) == seen
+    assert all(looks[10:]) == seen
+
+
+def test_a_film_ends_even_where_the_ice_is_never_quiet(tmp_path):
+    clips = recorded(tmp_path, moving(LONGEST + 5))
+    assert len(clips) == 2
+
+
+def test_times_beside_a_film_are_those_of_its_frames(tmp_path):
+    path = tmp_path / "film.mp4"
+    write_film(path, [picture(5 * i) for i in range(6)], FPS)
+    times = [0.0, 0.05, 0.11, 0.19, 0.2, 0.31]
+    beside = tmp_path / "film.mp4.times.csv"
+    write_table(beside, {"t": [7.0 + t for t in times]})
+    assert [t for t, _ in Film.open(path).frames()] == pytest.approx(times)
+    assert [t for t, _ in Film.open(path).pick([1, 3])] == pytest.approx([0.05, 0.19])
+    write_table(beside, {"t": [0.0, 0.1, 0.1]})
+    with pytest.raises(InputError, match="row 4: times of frames must increase"):
+        Film.open(path)
+
+
+def test_a_camera_that_is_not_there_is_one_line(curling, tmp_path):
+    stage = Stage(FilmSpec(camera="gantry", people=False, size=(320, 180)))
+    save_scene(scene_of(stage.camera), tmp_path / "scene.json")
+    tried = curling("track", f"file://{tmp_path}/none.mp4", "--scene", tmp_path / "scene.json",
+                    "-o", tmp_path / "tracks.csv")  # fmt: skip
+    assert "gives no picture" in tried.complaint
+    assert not (tmp_path / "tracks.csv").exists()
+
+
+def session(tmp_path):
+    """A film of two throws and its scene; where the stones truly were, and when they began."""
+    ice = Ice.uniform(0.03)
+    spec = FilmSpec(camera="gantry", people=False, size=(960, 540), fps=FPS, tail=0.2, lead_in=0.3)
+    stage = Stage(spec)
+    frames, truths, starts = [np.asarray(stage.still, dtype=np.uint8)] * int(2 * FPS), [], []
+    for i, (speed, angle) in enumerate([(1.9, 0.02), (2.2, -0.02)]):
+        path = slide(ice, Throw(speed=speed, angle=angle, spin=1.2).release(), fps=120).trajectory
+        assert path is not None
+        starts.append(len(frames) / FPS)
+        shown = list(stage.frames(path, seed=i))
+        truths.append(on_film(path, spec))
+        frames += [*shown, *[shown[-1]] * int((QUIET + MEMORY + 1) * FPS)]
+    write_film(tmp_path / "sent.mp4", frames, FPS)
+    save_scene(scene_of(stage.camera), tmp_path / "scene.json")
+    return truths, starts
+
+
+def send(film, address):
+    """Send a film as a camera on a network does, as soon as somebody listens."""
+    for _ in range(600):
+        sent = av.open(address, "w", format="mpegts")
+        stream = sent.add_stream("libx264", rate=int(FPS))
+        stream.width, stream.height, stream.pix_fmt = 960, 540, "yuv420p"
+        stream.options = {"preset": "superfast", "crf": "14", "bf": "2", "g": "20"}
+        try:
+            sent.start_encoding()  # connects
+            break
+        except av.FFmpegError:
+            time.sleep(0.1)
+    with av.open(str(film)) as source, sent:
+        for frame in source.decode(video=0):
+            sent.mux(stream.encode(frame))
+        sent.mux(stream.encode())
+
+
+@pytest.mark.slow
+def test_two_throws_of_a_stream_become_two_tracks_and_a_page(curling, tmp_path):
+    truths, starts = session(tmp_path)
+    with socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    address = f"tcp://127.0.0.1:{port}"
+    Thread(target=send, args=(tmp_path / "sent.mp4", address), daemon=True).start()
+    out = tmp_path / "tracks.csv"
+    done = curling("track", f"{address}?listen=1", "--scene", tmp_path / "scene.json", "-o", out,
+                   "--keep", tmp_path / "kept", "--throws", 2,
+                   "--report", tmp_path / "ice")  # fmt: skip
+    assert done.status == 0, done.err
+    assert "the ice so far: μ = 0.0" in done.err
+    page = (tmp_path / "ice" / "report.html").read_text()
+    assert "throws measured" in page
+    assert "throw-001.mp4" in page  # the last throw's pictures
+    assert "http-equiv=refresh" not in page  # all is said
+    assert [track.throw for track in read_tracks(out)] == [0, 1]
+    for track, truth, start in zip(read_tracks(out), truths, starts, strict=True):
+        t = track.t + track.clock - start
+        inside = (t > 0.5) & (t < truth.t[-1])
+        assert inside.sum() > 30
+        there = np.column_stack([np.interp(t, truth.t, truth.xy[:, i]) for i in (0, 1)])
+        assert np.linalg.norm(track.xy - there, axis=1)[inside].max() < 0.03
+
+
+class Interrupted:
+    """A feed whose user presses Ctrl-C after some time."""
+
+    def __init__(self, feed, after):
+        self._feed, self._after = feed, after
+        self.size, self.fps = feed.size, feed.fps
+        self.add_to, self.close = feed.add_to, feed.close
+
+    def moments(self):
+        for moment in self._feed.moments():
+            if moment.t > self._after:
+                raise KeyboardInterrupt
+            yield moment
+
+
+@pytest.mark.slow
+def test_what_was_recorded_before_an_interruption_is_tracked(tmp_path):
+    truths, starts = session(tmp_path)
+    scene = load_scene(tmp_path / "scene.json")
+    amid = starts[1] + 0.7 * truths[1].t[-1]  # while the second stone slides
+    feed = Interrupted(open_feed(f"file://{tmp_path}/sent.mp4"), after=amid)
+    news = list(follow(feed, scene, tmp_path))
+    seen = [k for k in news if isinstance(k, Seen)]
+    assert [len(k.tracks) for k in seen] == [1, 1]
+    assert seen[1].clip.clock + seen[1].tracks[0].t[-1] == pytest.approx(amid, abs=0.3)
+    assert isinstance(news[-1], Told)
+    assert "from 2 throws" in news[-1].words
+
+
+@pytest.mark.slow
+def test_films_without_a_thrown_stone_are_told_of_and_left(tmp_path):
+    stage = Stage(FilmSpec(camera="gantry", people=False, size=(320, 180)))
+    empty = np.asarray(stage.still, dtype=np.uint8)
+    dark = empty.copy()
+    dark[80:110, 100:200] = 0
+    one = [*[empty] * 40, *[empty, dark] * 20, *[empty] * int(FPS * (QUIET + MEMORY + 1))]
+    feed = fed(tmp_path, one * 3)
+    assert feed.fps == FPS
+    seen = list(follow(feed, scene_of(stage.camera), tmp_path))
+    assert len(seen) == 3
+    assert all(not k.tracks and "no thrown stone" in k.reason for k in seen)

@@ -1,0 +1,552 @@
+"""Films of known ice: what is drawn stands where the geometry says, and the truth is it."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+from curling_env.errors import InputError, OutputError
+from curling_env.sheet import (
+    HOG_LINE_WIDTH,
+    HOG_LINE_Y,
+    LINE_WIDTH,
+    PAPER_SHEET,
+    RING_RADII,
+    TEE_Y,
+    WORLD_CURLING_SHEET,
+    Stone,
+)
+from curling_env.trajectory import Trajectory
+from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.scene import load_scene
+from friction_estimation.synthetic import (
+    CAMERAS,
+    Cast,
+    FilmSpec,
+    Light,
+    Stage,
+    StoneOnIce,
+    StoneShape,
+    frames,
+    named_camera,
+    on_film,
+    render_film,
+    render_films,
+    scene_of,
+)
+from friction_estimation.synthetic.paint import Palette, PixelRays, paint_sheet
+from friction_estimation.synthetic.stones import _schedule, draw_stones, stone_box
+
+EVEN = Light(vignette=0, gradient=0, gloss=0, pebble=0, shadow=0, flicker=0)
+"""Light that leaves every colour as it is painted."""
+SPECKLE = np.zeros(65536, dtype=np.float32)
+
+
+def braked(
+    speed: float = 2.0, deceleration: float = 0.08, stop: float | None = None, **given
+) -> Trajectory:
+    """A stone from the home hog line under a constant deceleration, slightly to the right."""
+    stop = speed / deceleration if stop is None else stop
+    t = np.append(np.arange(0.0, stop, 1 / 120), stop)
+    way = speed * t - 0.5 * deceleration * t * t
+    xy = np.column_stack([0.2 + 0.01 * way, -HOG_LINE_Y + way])
+    return Trajectory(t=t, xy=xy, theta=0.3 + 0.9 * t, **given)
+
+
+def small_camera(size: tuple[int, int] = (192, 108)) -> Camera:
+    return named_camera("gantry", size)
+
+
+def above(x: float, y: float, height: float = 6.0, focal_px: float = 600.0) -> Camera:
+    """A camera straight above a point; the image's u grows with y and its v with x."""
+    return Camera.looking_at(
+        position=(x, y, height),
+        target=(x, y, 0.0),
+        up=(-1.0, 0.0, 0.0),
+        focal_px=focal_px,
+        size=(320, 240),
+    )
+
+
+# --- paint -------------------------------------------------------------------------------------
+
+
+def painted(camera: Camera, sheet=PAPER_SHEET) -> np.ndarray:
+    return paint_sheet(
+        PixelRays.of(camera),
+        sheet,
+        light=EVEN,
+        palette=Palette(),
+        rng=np.random.default_rng(0),
+    ).astype(np.float64)
+
+
+def darkness(picture: np.ndarray) -> np.ndarray:
+    """How much green the paint takes away, as a share of what bare ice shows."""
+    return 1.0 - picture[..., 1] / Palette().ice[1]
+
+
+@pytest.mark.parametrize(
+    ("y", "width", "colour"),
+    [
+        (HOG_LINE_Y + HOG_LINE_WIDTH / 2, HOG_LINE_WIDTH, Palette().hog_line),
+        (-HOG_LINE_Y - HOG_LINE_WIDTH / 2, HOG_LINE_WIDTH, Palette().hog_line),
+    ],
+)
+@pytest.mark.parametrize("offset", [0.0, 0.0037, -0.0161])
+def test_hog_lines_lie_at_their_pixels_and_are_as_wide_as_painted(y, width, colour, offset):
+    camera = above(1.0, y + offset)
+    row = darkness(painted(camera))[100]
+    assert row.sum() == pytest.approx(width * 100.0 * (1 - colour[1] / Palette().ice[1]), rel=0.005)
+    centroid = (row * np.arange(len(row))).sum() / row.sum()
+    expected = camera.project([[camera.position[0], y, 0.0]])[0, 0]
+    assert centroid == pytest.approx(expected, abs=0.01)
+
+
+def test_lines_thinner_than_a_pixel_keep_their_mean():
+    camera = above(2.05, TEE_Y, height=12.0, focal_px=600.0)  # 50 px/m: 0.6 px
+    row = darkness(painted(camera))[120, 130:190]  # between the rings and the sheet's edge
+    assert row.sum() == pytest.approx(
+        LINE_WIDTH * 50.0 * (1 - Palette().line[1] / Palette().ice[1]), rel=0.02
+    )
+
+
+def test_a_ring_has_its_radius_about_the_tee():
+    camera = above(0.0, TEE_Y, height=6.0, focal_px=300.0)  # 50 px/m
+    picture = painted(camera)
+    inner = RING_RADII[2]
+    blue, red = picture[..., 0], picture[..., 2]
+    share = np.clip((red - blue) / (Palette().inner_ring[2] - Palette().inner_ring[0]), 0, 1)
+    share[:, ~(np.abs(np.arange(320) - 160) < 45)] = 0
+    # The button and the two lines are not red.
+    expected = np.pi * (inner**2 - RING_RADII[3] ** 2) * 2500.0
+    lines = 2 * 2 * (inner - RING_RADII[3]) * LINE_WIDTH * 2500.0
+    assert share.sum() == pytest.approx(expected - lines, rel=0.01)
+    v, u = np.mgrid[:240, :320]
+    tee = camera.project([[0.0, TEE_Y, 0.0]])[0]
+    assert (share * u).sum() / share.sum() == pytest.approx(tee[0], abs=0.02)
+    assert (share * v).sum() / share.sum() == pytest.approx(tee[1], abs=0.02)
+
+
+@pytest.mark.parametrize("name", ["end", "side"])
+@pytest.mark.parametrize("x", [-1.2, 0.7])
+def test_hog_lines_cover_the_pixels_of_a_distorted_image_that_look_at_them(name, x):
+    camera = named_camera(name, (960, 540))
+    seen = darkness(painted(camera)) / (1 - Palette().hog_line[1] / Palette().ice[1])
+    middle = camera.project([[x, -HOG_LINE_Y - HOG_LINE_WIDTH / 2, 0.0]])[0]
+    left, top = np.round(middle).astype(int) - 3
+    share = (np.arange(40) + 0.5) / 40 - 0.5
+    for row in range(top, top + 7):
+        for column in range(left, left + 7):
+            u, v = np.meshgrid(column + share, row + share)
+            y = np.abs(camera.on_plane(np.stack([u.ravel(), v.ravel()], axis=1))[:, 1])
+            covered = ((y > HOG_LINE_Y) & (y < HOG_LINE_Y + HOG_LINE_WIDTH)).mean()
+            assert seen[row, column] == pytest.approx(covered, abs=0.02)
+
+
+def test_the_corners_of_either_sheet_are_where_the_ice_ends():
+    for sheet in (PAPER_SHEET, WORLD_CURLING_SHEET):
+        x, y = sheet.corners["away_right"]
+        camera = above(x, y)
+        picture = painted(camera, sheet)
+        corner = camera.project([[x, y, 0.0]])[0]
+        ice = (picture[..., 1] - Palette().bumper[1]) / (Palette().ice[1] - Palette().bumper[1])
+        # Ice lies at smaller u (along the sheet) and smaller v (to its middle).
+        u, v = (int(value) for value in corner)
+        assert np.clip(ice[v - 8, u - 5 : u + 6], 0, 1).sum() == pytest.approx(
+            corner[0] + 0.5 - (u - 5), abs=0.01
+        )
+        assert np.clip(ice[v - 5 : v + 6, u - 8], 0, 1).sum() == pytest.approx(
+            corner[1] + 0.5 - (v - 5), abs=0.01
+        )
+
+
+# --- the stone ---------------------------------------------------------------------------------
+
+
+def cover_of(camera: Camera, stone: StoneOnIce, shape: StoneShape, exposure: float = 0.0):
+    """The share of every pixel that a stone covers, and the picture it is drawn in."""
+    width, height = camera.size
+    picture = np.full((height, width, 3), 200.0, dtype=np.float32)
+    box = stone_box(camera, shape, stone)
+    cover = np.zeros((height, width))
+    cover[box.slices] = draw_stones(
+        picture[box.slices],
+        _rays(camera),
+        box,
+        [stone],
+        shape,
+        light=EVEN,
+        speckle=SPECKLE,
+        exposure=exposure,
+    )
+    return cover, picture
+
+
+_RAYS: dict[int, PixelRays] = {}
+
+
+def _rays(camera: Camera) -> PixelRays:
+    return _RAYS.setdefault(id(camera), PixelRays.of(camera))
+
+
+def silhouette(camera: Camera, stone: StoneOnIce, shape: StoneShape):
+    """Area and centroid of the stone's true outline in the image, from its projected surface."""
+    angle = np.linspace(0, 2 * np.pi, 400, endpoint=False)
+    body = np.concatenate(
+        [
+            np.column_stack([r * np.cos(angle), r * np.sin(angle), np.full(400, z)])
+            for r, z in shape.outline
+        ]
+    )
+    ball = np.random.default_rng(0).standard_normal((4000, 3))
+    ball /= np.linalg.norm(ball, axis=1, keepdims=True)
+    r, h = shape.radius, shape.height
+    parts = [
+        body,
+        np.concatenate([0.014 * ball + [-0.2 * r, 0, h], 0.014 * ball + [-0.24 * r, 0, h + 0.045]]),
+        np.concatenate(
+            [0.0145 * ball + [-0.24 * r, 0, h + 0.047], 0.0145 * ball + [0.72 * r, 0, h + 0.053]]
+        ),
+    ]
+    c, s = np.cos(stone.theta), np.sin(stone.theta)
+    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    px = [camera.project(part @ turn.T + [stone.x, stone.y, 0]) for part in parts]
+    everything = np.concatenate(px)
+    corner = np.floor(everything.min(axis=0)) - 1
+    extent = everything.max(axis=0) + 2 - corner
+    fine = int(3000 / extent.max())
+    size = np.ceil(extent * fine).astype(int)
+    mask = np.zeros((size[1], size[0]), dtype=np.uint8)
+    for points in px:
+        place = ((points - corner) * fine).astype(np.float32)
+        cv2.fillConvexPoly(mask, np.round(cv2.convexHull(place)).astype(np.int32), 1)
+    moments = cv2.moments(mask, binaryImage=True)
+    centre = np.array([moments["m10"], moments["m01"]]) / moments["m00"]
+    return moments["m00"] / fine**2, corner + centre / fine
+
+
+PLACES_SEEN = {"ceiling_middle": (0.5, 9.0), "ceiling_home": (-16.9, -11.3)}
+"""Along the sheet [m], for cameras that do not see the away house."""
+
+
+@pytest.mark.parametrize(
+    ("name", "y"), [(name, y) for name in CAMERAS for y in PLACES_SEEN.get(name, (11.3, 16.9))]
+)
+def test_a_stone_covers_its_true_outline(name, y):
+    camera = named_camera(name)
+    shape = StoneShape()
+    stone = StoneOnIce(x=-0.6123, y=y, theta=2.1)
+    cover, _ = cover_of(camera, stone, shape)
+    area, centre = silhouette(camera, stone, shape)
+    v, u = np.mgrid[: cover.shape[0], : cover.shape[1]]
+    centroid = np.array([(cover * u).sum(), (cover * v).sum()]) / cover.sum()
+    assert cover.sum() == pytest.approx(area, rel=0.01)
+    np.testing.assert_allclose(centroid, centre, atol=0.02)
+
+
+def test_the_top_of_a_stone_stands_where_its_height_puts_it():
+    """A low cylinder's top disc, in granite, from straight above: no side is seen."""
+    camera = above(0.3, 2.0, height=6.0, focal_px=1500.0)
+    shape = StoneShape(radius=0.14, height=0.11, profile=((0.8, 0.0), (1.0, 1.0)))
+    stone = StoneOnIce(x=0.45, y=2.1)
+    cover, _ = cover_of(camera, stone, shape)
+    v, u = np.mgrid[:240, :320]
+    centroid = np.array([(cover * u).sum(), (cover * v).sum()]) / cover.sum()
+    top = camera.project([[0.45, 2.1, 0.11]])[0]
+    np.testing.assert_allclose(centroid, top, atol=0.02)
+    assert cover.sum() == pytest.approx(np.pi * (0.14 * 1500 / (6 - 0.11)) ** 2, rel=0.003)
+
+
+@pytest.mark.parametrize("theta", [0.0, 1.0, 2.5, -1.9])
+def test_the_handle_points_along_theta(theta):
+    camera = above(0.0, 0.0, height=5.0, focal_px=1500.0)
+    _, picture = cover_of(camera, StoneOnIce(x=0, y=0, theta=theta), StoneShape())
+    red = np.clip(picture[..., 2] - picture[..., 0] - 30, 0, None)
+    v, u = np.mgrid[:240, :320]
+    forward = (red * (u - 160)).sum(), (red * (v - 120)).sum()  # along y, along x
+    assert np.arctan2(forward[0], forward[1]) == pytest.approx(theta, abs=0.03)
+
+
+def test_a_stone_of_another_size_is_drawn_in_its_size():
+    camera = above(0.0, 0.0)
+    large, _ = cover_of(camera, StoneOnIce(x=0, y=0), StoneShape())
+    small, _ = cover_of(camera, StoneOnIce(x=0, y=0), StoneShape.of(Stone(radius=0.105)))
+    assert small.sum() / large.sum() == pytest.approx((0.105 / 0.145) ** 2, rel=0.02)
+
+
+def test_exposure_smears_a_stone_without_shifting_it():
+    for n in (4, 8):
+        moments = _schedule(n).reshape(n, n)
+        np.testing.assert_allclose(moments.mean(axis=0), 0, atol=1e-12)
+        np.testing.assert_allclose(moments.mean(axis=1), 0, atol=1e-12)
+        assert sorted(np.round(moments.ravel() * n * n + n * n / 2 - 0.5)) == list(range(n * n))
+    camera = above(0.0, 0.0)
+    still = StoneOnIce(x=0.013, y=0.02)
+    moving = StoneOnIce(x=0.013, y=0.02, vx=-0.5, vy=3.0)
+    sharp, _ = cover_of(camera, still, StoneShape())
+    smeared, _ = cover_of(camera, moving, StoneShape(), exposure=0.02)
+    u = np.arange(320)
+    spread = [
+        (cover * (u - (cover * u).sum() / cover.sum()) ** 2).sum() / cover.sum()
+        for cover in (sharp, smeared)
+    ]
+    assert (smeared * u).sum() / smeared.sum() == pytest.approx(
+        (sharp * u).sum() / sharp.sum(), abs=0.02
+    )
+    # A uniform smear of 3 m/s · 0.02 s at 100 px/m adds 6²/12 px² of variance.
+    assert spread[1] - spread[0] == pytest.approx(3.0, rel=0.05)
+
+
+# --- the truth ---------------------------------------------------------------------------------
+
+
+def test_the_truth_is_the_path_at_the_frames_times():
+    spec = FilmSpec(camera=small_camera(), fps=25.0, lead_in=0.5, tail=1.0)
+    truth = on_film(braked(), spec)
+    since = truth.t - 0.5
+    way = np.where(
+        since < 0, 2.0 * since, 2.0 * np.minimum(since, 25.0) - 0.04 * np.minimum(since, 25.0) ** 2
+    )
+    np.testing.assert_allclose(truth.xy[:, 1], -HOG_LINE_Y + way, atol=1e-6)
+    np.testing.assert_allclose(truth.xy[:, 0], 0.2 + 0.01 * way, atol=1e-6)
+    np.testing.assert_allclose(truth.theta, 0.3 + 0.9 * np.minimum(since, 25.0), atol=1e-6)
+    assert truth.t[0] == 0
+    assert len(truth) == 663  # the last at 26.48 s of 26.5
+
+
+def test_a_held_stone_stands_until_it_is_released():
+    spec = FilmSpec(camera=small_camera(), held=True, lead_in=1.0)
+    truth = on_film(braked(), spec)
+    assert (truth.xy[truth.t < 0.99] == truth.xy[0]).all()
+    assert truth.xy[31, 1] > truth.xy[30, 1]
+
+
+def test_a_heading_that_is_not_known_is_bridged():
+    path = braked(stop=1.0)
+    gaps = np.where((path.t > 0.3) & (path.t < 0.5), np.nan, path.theta)
+    spec = FilmSpec(camera=small_camera(), lead_in=0)
+    bridged = on_film(Trajectory(t=path.t, xy=path.xy, theta=gaps), spec)
+    assert np.isfinite(bridged.theta).all()
+    unknown = on_film(Trajectory(t=path.t, xy=path.xy), spec)
+    assert (unknown.theta == 0).all()
+
+
+def test_a_film_has_its_truth_and_its_scene_beside_it(tmp_path):
+    spec = FilmSpec(camera="gantry", size=(192, 108), fps=15, seed=3)
+    throws = [braked(speed=1.0, stop=1.5, throw=k) for k in range(2)]
+    films = render_films(tmp_path / "new" / "films", throws, spec, notes={"mu": 0.008})
+    folder = tmp_path / "new" / "films"
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "gantry-0.mp4",
+        "gantry-0.truth.csv",
+        "gantry-1.mp4",
+        "gantry-1.truth.csv",
+        "gantry.scene.json",
+        "gantry.truth.json",
+    ]
+    truth = on_film(throws[0], spec)
+    with (folder / "gantry-0.truth.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == ["t", "x", "y", "theta"]
+    np.testing.assert_allclose([float(row["y"]) for row in rows], truth.xy[:, 1], atol=1e-6)
+    reader = cv2.VideoCapture(str(films[0]))
+    assert int(reader.get(cv2.CAP_PROP_FRAME_COUNT)) == len(rows)
+    assert reader.get(cv2.CAP_PROP_FPS) == 15
+    told = json.loads((folder / "gantry.truth.json").read_text())
+    assert told["mu"] == 0.008
+    assert told["throws"][1]["released_at_s"] == 0.5
+    assert told["throws"][1]["rested_at_s"] == 2.0
+
+
+@pytest.mark.parametrize("name", list(CAMERAS))
+def test_the_scene_file_gives_the_camera_back(name, tmp_path):
+    from friction_estimation.camera.scene import save_scene
+
+    camera = named_camera(name)
+    save_scene(scene_of(camera), tmp_path / "scene.json")
+    scene = load_scene(tmp_path / "scene.json")
+    assert scene.has_corners == (not name.startswith("ceiling"))
+    again = Camera.from_scene(scene, camera.size)
+    near, far = PLACES_SEEN.get(name, (12.0, 17.0))
+    points = [[0.3, near, 0.0], [-1.0, far, 0.11], [0.8, far, 0.15]]
+    np.testing.assert_allclose(again.project(points), camera.project(points), atol=0.01)
+
+
+def test_clicks_may_miss_by_some_pixels():
+    camera = named_camera("end")
+    exact = scene_of(camera)
+    clicked = scene_of(camera, click_px=2.0, rng=np.random.default_rng(1))
+    error = clicked.points_px - exact.points_px
+    assert 0.3 < np.abs(error).mean() < 5
+
+
+# --- frames ------------------------------------------------------------------------------------
+
+
+def test_the_same_seed_gives_the_same_frames():
+    throw = braked(stop=0.4)
+
+    def film(seed):
+        return np.stack(list(frames(throw, FilmSpec(camera=small_camera(), tail=0, seed=seed))))
+
+    first = film(5)
+    np.testing.assert_array_equal(first, film(5))
+    assert (first != film(6)).any()
+
+
+def test_noise_has_the_strength_asked_for():
+    spec = FilmSpec(camera=small_camera(), people=False, noise=3.0, light=EVEN, tail=0)
+    stage = Stage(spec)
+    first, second = list(stage.frames(braked(stop=0.1)))[:2]
+    floor = np.s_[:30]
+    assert np.std(first[floor] - stage.still[floor].astype(float)) == pytest.approx(3, abs=0.1)
+    assert np.std(first[floor] - second[floor].astype(float)) == pytest.approx(3 * 2**0.5, abs=0.2)
+
+
+def test_only_what_moves_changes_and_leaves_no_trace():
+    beside = StoneOnIce(x=0.6, y=-10.0)
+    spec = FilmSpec(
+        camera=named_camera("gantry", (640, 360)), people=False, noise=0, light=EVEN, tail=0
+    )
+    stage = Stage(spec, resting=[beside])
+    shape = StoneShape()
+    throw = braked(stop=2.0)
+    truth = on_film(throw, spec)
+    for picture, xy in zip(stage.frames(throw), truth.xy, strict=True):
+        box = stone_box(stage.camera, shape, StoneOnIce(x=xy[0], y=xy[1]), reach=0.3)
+        changed = (picture != stage.still).any(axis=2)
+        assert changed.any()
+        changed[box.slices] = False
+        assert not changed.any()
+
+
+def test_a_stone_out_of_sight_is_not_drawn():
+    spec = FilmSpec(camera="ceiling", size=(320, 240), people=False, noise=0, light=EVEN, tail=0)
+    stage = Stage(spec)
+    picture = next(stage.frames(braked(stop=0.1)))
+    np.testing.assert_array_equal(picture, stage.still)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_people_keep_beside_the_sheet_or_ahead_of_the_stone(side):
+    path = braked()
+    swept = ((path.t > 4) & (path.t < 10)).astype(float)
+    path = Trajectory(t=path.t, xy=side * path.xy, theta=path.theta, swept=swept)
+    truth = on_film(path, FilmSpec(camera=small_camera()))
+    cast = Cast(truth, 0.5, PAPER_SHEET, np.random.default_rng(0))
+    for k in range(0, len(truth), 7):
+        people = cast.at(k)
+        assert sorted(p.role for p in people) == ["sweeper"] * 2 + ["thrower"] + ["walker"] * 2
+        for person in people:
+            ahead = side * (person.position[1] - truth.xy[k, 1])
+            match person.role:
+                case "walker":
+                    assert abs(person.position[0]) > PAPER_SHEET.width / 2
+                case "sweeper":
+                    assert ahead > 0.5
+                    assert PAPER_SHEET.contains(person.position)
+                case "thrower":
+                    assert ahead < -0.3
+
+
+def test_people_are_seen():
+    with_people = FilmSpec(camera="side", size=(480, 270), noise=0, light=EVEN, tail=0)
+    stage = Stage(with_people)
+    picture = next(stage.frames(braked(stop=0.1)))
+    changed = (picture != stage.still).any(axis=2)
+    assert changed.sum() > 300
+
+
+# --- what cannot be filmed ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"camera": "drone"}, "no camera is called 'drone'; there are end, gantry, side, ceiling"),
+        ({"fps": 0.0}, "frames per second"),
+        ({"noise": -1.0}, "noise"),
+        ({"tail": float("nan")}, "tail"),
+        ({"exposure": 0.5}, "exposure"),
+        ({"size": (10, 10)}, "64 × 48"),
+        ({"seed": -1}, "seed"),
+    ],
+)
+def test_a_film_that_cannot_be_taken_is_refused(given, message):
+    with pytest.raises(InputError, match=message):
+        FilmSpec(**given)
+
+
+def test_no_throws_make_no_film(tmp_path):
+    with pytest.raises(InputError, match="no throws"):
+        render_films(tmp_path / "films", [], FilmSpec())
+    assert not (tmp_path / "films").exists()
+
+
+def test_a_film_that_breaks_off_leaves_nothing(tmp_path):
+    spec = FilmSpec(camera=small_camera(), people=False)
+
+    def broken(pictures, label, total):
+        yield next(iter(pictures))
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        render_film(tmp_path / "film.mp4", braked(stop=0.5), spec, progress=broken)
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(OutputError, match="no directory"):
+        render_film(tmp_path / "missing" / "film.mp4", braked(stop=0.5), spec)
+
+
+# --- the command -------------------------------------------------------------------------------
+
+RELEASES = "throw,x,y,vx,vy,theta,omega\n0,0,-10.9725,0,0.5,0,1.0\n"
+
+
+def test_the_command_films_releases_and_says_what_it_wrote(curling, tmp_path):
+    (tmp_path / "r.csv").write_text(RELEASES)
+    result = curling(
+        *("film", "--ice", "standard", "--releases", tmp_path / "r.csv", "--camera", "side"),
+        *("--size", "192x108", "--fps", 10, "--no-people", "-o", tmp_path / "films"),
+    )
+    assert result.status == 0
+    written = result.json()
+    assert written["films"] == [str(tmp_path / "films" / "side-0.mp4")]
+    for path in (written["films"] + written["truth"], [written["scene"], written["ice"]]):
+        for name in path:
+            assert (tmp_path / name).is_file()
+    assert load_scene(written["scene"]).has_corners
+
+
+@pytest.mark.parametrize(
+    ("arguments", "releases", "message"),
+    [
+        (["--camera", "drone"], RELEASES, "no camera is called 'drone'"),
+        (["--size", "large"], RELEASES, "WIDTHxHEIGHT"),
+        (["--fps", "-3"], RELEASES, "frames per second"),
+        (["--ice", "slush"], RELEASES, "slush"),
+        ([], "throw,x,y,vx,vy,theta,omega\n", "holds no release"),
+        ([], "throw,x,y\n0,0,0\n", "vx"),
+        ([], None, "r.csv"),
+    ],
+)
+def test_the_command_refuses_bad_input_in_one_line(curling, tmp_path, arguments, releases, message):
+    if releases is not None:
+        (tmp_path / "r.csv").write_text(releases)
+    given = ["--ice", "standard", *arguments] if "--ice" not in arguments else arguments
+    result = curling("film", "--releases", tmp_path / "r.csv", *given, "-o", tmp_path / "films")
+    assert message in result.complaint
+    assert not (tmp_path / "films").exists()
+
+
+def test_the_command_needs_a_directory_it_can_write(curling, tmp_path):
+    (tmp_path / "r.csv").write_text(RELEASES)
+    (tmp_path / "films").write_text("a file")
+    result = curling(
+        "film", "--ice", "standard", "--releases", tmp_path / "r.csv", "-o", tmp_path / "films"
+    )
+    assert "a file is in its place" in result.complaint

@@ -1,0 +1,71 @@
+"""Stones in a single picture, and nobody taken for one."""
+
+from __future__ import annotations
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+from curling_env.commands.cli import main
+from curling_env.errors import InputError
+from curling_env.sheet import HOG_LINE_WIDTH, HOG_LINE_Y, PAPER_SHEET, TEE_Y
+from friction_estimation.appearance import StoneModel
+from friction_estimation.camera.scene import save_scene
+from friction_estimation.camera.single_photo import camera_from_photo
+from friction_estimation.tracking.detection.single_image import stones_in_still
+
+MODEL = StoneModel(radius=0.145, height=0.1143)
+
+
+@pytest.fixture(scope="module")
+def known(club_photo):
+    tee, hog = club_photo.px(np.array([[0.0, TEE_Y], [0.0, HOG_LINE_Y + HOG_LINE_WIDTH / 2]]))
+    marks = {"away_tee": tuple(tee), "away_hog_centre": tuple(hog)}
+    return camera_from_photo(club_photo.empty, marks, height=6.0)
+
+
+def test_resting_stones_are_found_and_no_player_is(club_photo, known):
+    found = stones_in_still(club_photo.picture, club_photo.empty, known.camera, MODEL, PAPER_SHEET)
+    places = np.array([stone.xy for stone in found])
+    gaps = np.linalg.norm(places[:, None] - club_photo.stones[None], axis=2)
+    assert (gaps.min(axis=1) < 0.05).all()  # whatever is found is a stone
+    assert (gaps.min(axis=0)[:2] < 0.05).all()  # both that lie alone are found
+    assert all(0.002 < stone.sigma < 0.1 for stone in found)
+
+
+def test_the_empty_ice_holds_no_stone(club_photo, known):
+    rng = np.random.default_rng(5)
+    again = np.clip(club_photo.empty + rng.normal(0, 2, club_photo.empty.shape), 0, 255)
+    found = stones_in_still(
+        again.astype(np.uint8), club_photo.empty, known.camera, MODEL, PAPER_SHEET
+    )
+    assert found == []
+
+
+def test_pictures_of_another_size_are_refused(club_photo, known):
+    with pytest.raises(InputError, match=r"the empty ice has .* px, the scene is of"):
+        stones_in_still(club_photo.picture, club_photo.empty[:-4], known.camera, MODEL, PAPER_SHEET)
+
+
+def test_the_command_writes_stones_that_a_plan_can_read(club_photo, known, tmp_path, capsys):
+    from agents.planning.stones import read_stones
+
+    paths = {name: tmp_path / name for name in ("now.png", "empty.png", "scene.json", "s.json")}
+    cv2.imwrite(str(paths["now.png"]), club_photo.picture)
+    cv2.imwrite(str(paths["empty.png"]), club_photo.empty)
+    save_scene(known.scene, paths["scene.json"])
+    assert (
+        main(
+            [
+                *("stones", str(paths["now.png"]), "--empty", str(paths["empty.png"])),
+                *("--scene", str(paths["scene.json"]), "-o", str(paths["s.json"])),
+                *("--picture", str(tmp_path / "drawn.png")),
+            ]
+        )
+        == 0
+    )
+    told = json.loads(capsys.readouterr().out)
+    assert len(told) == len(read_stones(paths["s.json"])[0]) >= 2
+    assert cv2.imread(str(tmp_path / "drawn.png")) is not None

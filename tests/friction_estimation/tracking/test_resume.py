@@ -1,0 +1,135 @@
+"""Long work goes on where it was interrupted, and never with what was made from something else."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from curling_env.trajectory import Trajectory, read_tracks, write_tracks
+from friction_estimation import tracking
+from friction_estimation.tracking.resume import Unfinished
+
+
+@pytest.fixture
+def film(tmp_path):
+    path = tmp_path / "end.mp4"
+    path.write_bytes(b"a film")
+    return path
+
+
+def track(throw=0):
+    t = np.arange(5) / 30
+    return Trajectory(t=t, xy=np.column_stack([0 * t, t]), throw=throw)
+
+
+def test_what_was_kept_is_recalled_until_all_is_done(tmp_path, film):
+    work = Unfinished(tmp_path / "tracks.csv", {"flow": "plain"})
+    assert work.recall(0, film) is None
+    work.keep(0, film, [track()], {"frames": 7})
+    again = Unfinished(tmp_path / "tracks.csv", {"flow": "plain"})
+    found = again.recall(0, film)
+    assert found is not None
+    (kept,), about = found
+    np.testing.assert_allclose(kept.xy, track().xy, atol=1e-5)
+    assert about == {"frames": 7}
+    again.done()
+    assert again.recall(0, film) is None
+    assert not again.folder.exists()
+
+
+def test_another_choice_place_or_film_is_other_work(tmp_path, film):
+    out = tmp_path / "tracks.csv"
+    Unfinished(out, {"flow": "plain"}).keep(0, film, [track()], {})
+    assert Unfinished(out, {"flow": "pyramidal"}).recall(0, film) is None
+    assert Unfinished(out, {"flow": "plain"}).recall(1, film) is None
+    assert Unfinished(tmp_path / "other.csv", {"flow": "plain"}).recall(0, film) is None
+    film.write_bytes(b"another film")
+    assert Unfinished(out, {"flow": "plain"}).recall(0, film) is None
+
+
+@pytest.mark.parametrize("spoilt", ["throw-000.csv", "throw-000.json"])
+def test_a_half_written_track_is_made_again(tmp_path, film, spoilt):
+    work = Unfinished(tmp_path / "tracks.csv", {})
+    work.keep(0, film, [track()], {})
+    (work.folder / spoilt).write_text("{")
+    assert work.recall(0, film) is None
+
+
+def test_the_command_goes_on_after_an_interruption(curling, tmp_path, monkeypatch):
+    """The third of three films is not there at first; the two before are not tracked again."""
+    scene = tmp_path / "scene.json"
+    scene.write_text(
+        '{"corners_px": {"home_left": [10, 590], "home_right": [110, 590], '
+        '"away_left": [10, 10], "away_right": [110, 10]}}'
+    )
+    films = [tmp_path / f"{name}.mp4" for name in "abc"]
+    for path in films[:2]:
+        path.write_bytes(b"film")
+    tracked = []
+    whole = tracking.track_film
+
+    def stand_in(path, scene, *, throw, options, progress):
+        if not path.exists():
+            return whole(path, scene, throw=throw, options=options, progress=progress)
+        tracked.append(path.name)
+        landmarks = type("Landmarks", (), {"readings": 0})
+        result = type("Result", (), {"frame_count": 9, "landmarks": landmarks})
+        result.trajectory = Trajectory(**{**track(throw).__dict__, "sigma_xy": np.full(5, 0.01)})
+        result.trajectories, result.others, result.contacts = (result.trajectory,), (), ()
+        return result
+
+    monkeypatch.setattr(tracking, "track_film", stand_in)
+    call = ("track", *films, "--scene", scene, "-o", tmp_path / "tracks.csv")
+    stopped = curling(*call)
+    assert stopped.status == 2
+    assert "c.mp4: no such film" in stopped.err
+    assert not (tmp_path / "tracks.csv").exists()
+    films[2].write_bytes(b"film")
+    done = curling(*call)
+    assert done.status == 0, done.err
+    assert tracked == ["a.mp4", "b.mp4", "c.mp4"]
+    assert done.err.count("tracked before the interruption") == 2
+    assert [k.throw for k in read_tracks(tmp_path / "tracks.csv")] == [0, 1, 2]
+    assert [entry["frames"] for entry in done.json()] == [9, 9, 9]
+    assert not any(path.suffix == ".unfinished" for path in tmp_path.iterdir())
+
+
+def test_films_of_two_cameras_go_straight_to_a_map(curling, sliding, tmp_path, monkeypatch):
+    """Each film has its scene; what was tracked before an interruption is not tracked again."""
+    rng = np.random.default_rng(3)
+    thrown = sliding.measured_throws(sliding.uniform(0.0085), sliding.varied_starts(rng, 2), rng)
+    scenes = [tmp_path / f"{name}.json" for name in "ab"]
+    for k, path in enumerate(scenes):
+        path.write_text(
+            f'{{"corners_px": {{"home_left": [1{k}, 590], "home_right": [110, 590], '
+            '"away_left": [10, 10], "away_right": [110, 10]}}'
+        )
+    films = [tmp_path / f"{name}.mp4" for name in "ab"]
+    films[0].write_bytes(b"film")
+    whole, tracked = tracking.track_film, []
+
+    def stand_in(path, scene, *, throw, progress):
+        if not path.exists():
+            return whole(path, scene, throw=throw, progress=progress)
+        tracked.append(path.name)
+        result = type("Result", (), {"frame_count": 9, "trajectory": thrown[throw]})
+        result.trajectories = (thrown[throw],)
+        return result
+
+    monkeypatch.setattr(tracking, "track_film", stand_in)
+    ice = tmp_path / "ice.json"
+    call = ("estimate", *films, "--scene", scenes[0], "--scene", scenes[1], "-o", ice, "--uniform")
+    assert "no such film" in curling(*call).err
+    assert not ice.exists()
+    films[1].write_bytes(b"film")
+    done = curling(*call)
+    assert done.status == 0, done.err
+    assert tracked == ["a.mp4", "b.mp4"]
+    assert done.json()["mu"] == pytest.approx(0.0085, rel=0.005)
+    assert not any(path.suffix == ".unfinished" for path in tmp_path.iterdir())
+    three = curling("estimate", *films, films[0], *call[3:])
+    assert three.status == 2
+    assert "one scene for all films or one for each: 3 films, 2 scenes" in three.err
+    table = tmp_path / "tracks.csv"
+    write_tracks(table, thrown)
+    assert "belong to films" in curling("estimate", table, "--scene", scenes[0], "-o", ice).err
