@@ -87,7 +87,7 @@ def as_filmed() -> Callable[..., Any]:
 @pytest.fixture
 def curling(capfd: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
     """Run the `curling` command in this process: ``curling("throw", "--ice", "paper", ...)``."""
-    from curling_env.cli import main
+    from curling_env.commands.cli import main
 
     def run(*arguments: object) -> Outcome:
         capfd.readouterr()

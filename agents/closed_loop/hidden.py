@@ -13,14 +13,11 @@ from typing import Any
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.ice import ActiveEffect, FrictionMap, Ice
-from curling_env.sheet import PAPER_SHEET, Sheet
-from curling_env.stone import RULE_BOOK_STONE
+from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet
 from curling_env.throw import Release
-
-Floats = NDArray[np.float64]
+from curling_env.typing import Floats
 
 G = 9.80665
 STEP = 1e-2

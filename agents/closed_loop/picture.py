@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agents.closed_loop.proof import CHAINS, Proof, interval
-from curling_env import drawing
+from curling_env.render import figures
 from curling_env.sheet import PAPER_SHEET, Direction
 
 if TYPE_CHECKING:
@@ -33,12 +33,12 @@ def draw_proof(proof: Proof, path: Path) -> None:
     ------
     OutputError : the picture cannot be written
     """
-    figure = drawing.new_figure(10.5, 7.2)
+    figure = figures.new_figure(10.5, 7.2)
     grid = figure.add_gridspec(3, 2, height_ratios=[1, 1, 4.6], width_ratios=[1, 1.15])
     _draw_maps(figure, [figure.add_subplot(grid[k, :]) for k in range(2)], proof)
     _draw_house(figure.add_subplot(grid[2, 0]), proof)
     _draw_misses(figure.add_subplot(grid[2, 1]), proof)
-    drawing.save_figure(figure, path)
+    figures.save_figure(figure, path)
 
 
 def _draw_maps(figure: Figure, axes: list[Axes], proof: Proof) -> None:
@@ -52,12 +52,12 @@ def _draw_maps(figure: Figure, axes: list[Axes], proof: Proof) -> None:
     ):
         percent = 100 * (mu / mu[found.observed].mean() - 1)
         percent = np.where(found.observed, percent, np.nan) if ax is axes[1] else percent
-        layer = drawing.draw_map(
-            ax, PAPER_SHEET, percent, cmap=drawing.KEEN_TO_HEAVY, vmin=-LIMIT, vmax=LIMIT,
+        layer = figures.draw_map(
+            ax, PAPER_SHEET, percent, cmap=figures.KEEN_TO_HEAVY, vmin=-LIMIT, vmax=LIMIT,
             smooth=ax is axes[0],
         )  # fmt: skip
-        drawing.draw_sheet(ax, PAPER_SHEET, rings=0.5)
-        drawing.show_lengthwise(ax, PAPER_SHEET)
+        figures.draw_sheet(ax, PAPER_SHEET, rings=0.5)
+        figures.show_lengthwise(ax, PAPER_SHEET)
         ax.set_title(title, fontsize=9, loc="left")
         if ax is axes[0]:
             ax.set_xticks([])
@@ -69,8 +69,8 @@ def _draw_maps(figure: Figure, axes: list[Axes], proof: Proof) -> None:
 
 def _draw_house(ax: Axes, proof: Proof) -> None:
     """Where draws and guards ended without execution error, an arrow from each target."""
-    view = drawing.from_the_thrower(Direction.AWAY)
-    drawing.draw_sheet(ax, PAPER_SHEET, view)
+    view = figures.from_the_thrower(Direction.AWAY)
+    figures.draw_sheet(ax, PAPER_SHEET, view)
     for chain in ("uniform", "map and effects"):
         for plan, made in zip(proof.plans[chain], proof.exact[chain], strict=True):
             if not plan.wanted.rests:
@@ -79,14 +79,14 @@ def _draw_house(ax: Axes, proof: Proof) -> None:
             ax.plot(*way.T, color=COLOURS[chain], lw=0.9, alpha=0.8, zorder=4)
             ax.plot(*way[1], "o", ms=5, color=COLOURS[chain], zorder=5)
     targets = [p.target for p in proof.plans["truth"] if p.wanted.rests]
-    ax.plot(*view(np.array(targets)).T, "+", ms=9, mew=1.4, color=drawing.INK, zorder=6)
-    drawing.show_house(ax, PAPER_SHEET, short=5.2, past=2.6)
+    ax.plot(*view(np.array(targets)).T, "+", ms=9, mew=1.4, color=figures.INK, zorder=6)
+    figures.show_house(ax, PAPER_SHEET, short=5.2, past=2.6)
     ax.set_title("Draws and guards without execution error, from + to ●", fontsize=9, loc="left")
 
 
 def _draw_misses(ax: Axes, proof: Proof) -> None:
     """Mean miss of each chain with its interval, and the share of tasks done."""
-    drawing.plain_axes(ax)
+    figures.plain_axes(ax)
     for row, chain in enumerate(CHAINS):
         for error, shift, fill in ((False, -0.14, "full"), (True, 0.14, "none")):
             found = interval(proof.misses(chain, error=error))
@@ -102,7 +102,7 @@ def _draw_misses(ax: Axes, proof: Proof) -> None:
             ax.text(
                 max(found["high"], found["mean"]) * 1.2, place,
                 f"{_length(found['mean'])}, {100 * done:.0f} % done", va="center", fontsize=8,
-                color=drawing.INK,
+                color=figures.INK,
             )  # fmt: skip
     ax.set_xscale("log")
     low, high = ax.get_xlim()

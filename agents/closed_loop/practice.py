@@ -6,15 +6,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from agents.closed_loop.hidden import HiddenIce, run
-from curling_env.sheet import PAPER_SHEET, Direction
-from curling_env.stone import RULE_BOOK_STONE
+from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Direction
 from curling_env.throw import Release, Throw
 from curling_env.trajectory import Trajectory
-
-Floats = NDArray[np.float64]
+from curling_env.typing import Floats
 
 FPS = 30.0
 FILM_FPS = 15.0

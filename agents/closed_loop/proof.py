@@ -6,24 +6,22 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from agents.closed_loop.hidden import HiddenIce, draw_hidden_ice
 from agents.closed_loop.practice import practice_throws, track, track_errors
 from agents.closed_loop.throwing import Made, make
 from agents.planning import Plan, plan, plan_task
 from agents.planning.wanted import Done
-from curling_env.envs.tasks import task_named
+from curling_env.envs.sheet.tasks import task_named
 from curling_env.ice import Ice
 from curling_env.sheet import TEE_Y
-from curling_env.skill import Skill, skill_named
-from curling_env.throw import Release
+from curling_env.throw import Release, Skill, skill_named
 from curling_env.trajectory import Trajectory
-from friction_estimation.discrepancy.verdict import sentence
+from curling_env.typing import Floats
+from friction_estimation.discovery.joint import WholeIce, understand_ice
+from friction_estimation.discovery.report import sentence
 from friction_estimation.inversion import estimate_ice
-from friction_estimation.whole import WholeIce, understand_ice
 
-Floats = NDArray[np.float64]
 Tell = Callable[[str, float], None]
 Camera = Callable[[HiddenIce, list[Release], np.random.Generator, Tell], list[Trajectory]]
 """Tracks of throws on a hidden ice; see `practice.track`."""

@@ -14,11 +14,10 @@ from agents.planning.wanted import Judged
 from curling_env.ice import Ice
 from curling_env.physics.batch import play_batch
 from curling_env.physics.engine import is_hogged
-from curling_env.physics.slide import SlideEnd, play_bounds, slide
+from curling_env.physics.one_stone.slide import SlideEnd, play_bounds, slide
 from curling_env.sheet import Direction
 from curling_env.throw import Release, Throw
-
-Floats = NDArray[np.float64]
+from curling_env.typing import Floats
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.cli import OutputDirectory, SeedOption, say
+from curling_env.commands.cli import OutputDirectory, SeedOption, say
 
 
 def demo(

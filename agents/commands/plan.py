@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.cli import IceOption, SeedOption, print_json, say
+from curling_env.commands.cli import IceOption, SeedOption, print_json, say
 from curling_env.errors import InputError
 
 
@@ -97,7 +97,7 @@ def plan(
     from agents.planning.search import SPINS
     from agents.planning.stones import read_stones
     from curling_env.ice import load_ice
-    from curling_env.physics.slide import NO_OBSTACLES
+    from curling_env.physics.one_stone.slide import NO_OBSTACLES
 
     if target is None and task is None:
         raise InputError("say what is wanted: --target X,Y, or --task with or without one")

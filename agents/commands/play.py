@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.cli import IceOption, SeedOption, print_json, progress, say
+from curling_env.commands.cli import IceOption, SeedOption, print_json, progress, say
 
 PlayerOption = Annotated[
     str,
@@ -79,14 +79,14 @@ def play(
         curling play --home rulebased --away greedy --rules mixed_doubles_2024
     """
     from agents.playing.film import write_film
+    from agents.playing.league.trained_player import player_from
     from agents.playing.match import Match, Played
     from agents.playing.page import write_page
     from agents.playing.record import result_of, write_record
     from agents.playing.scoreboard import outcome, scoreboard
-    from agents.playing.trained import player_from
     from curling_env.errors import InputError
     from curling_env.game import STILL, USUAL, Rink
-    from curling_env.rules import Team, rule_set
+    from curling_env.game.rules import Team, rule_set
     from curling_env.storage import make_directory
 
     if film and output is None:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.cli import OutputFile, progress
+from curling_env.commands.cli import OutputFile, progress
 
 
 def replay(

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from agents.commands.play import RulesOption, SkillOption, StillOption, SweepOption
-from curling_env.cli import IceOption, SeedOption, print_json, progress
+from curling_env.commands.cli import IceOption, SeedOption, print_json, progress
 
 
 def tournament(
@@ -53,10 +53,10 @@ def tournament(
     """
     from dataclasses import asdict
 
+    from agents.playing.league.trained_player import player_from
     from agents.playing.tournament import as_text, play_tournament
-    from agents.playing.trained import player_from
     from curling_env.game import STILL, USUAL, Rink
-    from curling_env.rules import rule_set
+    from curling_env.game.rules import rule_set
 
     chosen = rule_set(rules) if ends is None else rule_set(rules, ends=ends)
     rink = Rink(ice, rules=chosen, skills=skill, living=STILL if still else USUAL, sweeping=sweep)

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from curling_env.cli import IceOption, OutputDirectory, print_json, progress, say
+from curling_env.commands.cli import IceOption, OutputDirectory, print_json, progress, say
 from curling_env.errors import InputError
 
 
@@ -84,8 +84,8 @@ def train(
 
     from tqdm import tqdm
 
-    from agents import evaluate, training
-    from agents.configuration import configuration, read_configuration, with_settings
+    from agents.learning import evaluation, training
+    from agents.learning.configuration import configuration, read_configuration, with_settings
     from curling_env.ice import load_ice
     from curling_env.storage import write_json
 
@@ -126,7 +126,7 @@ def train(
 
     try:
         if rllib_workers:
-            from agents import rllib
+            from agents.learning import rllib
 
             thrower = rllib.train(output, settings, thrown_on, workers=rllib_workers, tell=tell)
         else:
@@ -135,8 +135,8 @@ def train(
         if bar is not None:
             bar.close()
     say(f"the agent: {output / 'model.npz'}")
-    cases = evaluate.cases_of(settings, thrown_on, targets)
-    result = evaluate.judge(
+    cases = evaluation.cases_of(settings, thrown_on, targets)
+    result = evaluation.judge(
         thrower, cases, seed=settings.seed,
         through=lambda items, label: progress(items, label, unit="draw"),
     )  # fmt: skip
@@ -162,7 +162,7 @@ def _rllib_workers(text: str) -> int:
 
 def _play_league(config: str, document: dict[str, Any], output: Path, seed: int | None) -> None:
     """Train a player of ends."""
-    from agents.league import league_from, run_league
+    from agents.playing.league.league import league_from, run_league
 
     try:
         settings = league_from(document, **({} if seed is None else {"seed": seed}))

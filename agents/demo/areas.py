@@ -11,9 +11,7 @@ from scipy.ndimage import label
 
 from curling_env.ice import Ice
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from curling_env.typing import Flags, Floats
 
 NOTABLE = 0.03
 """Difference from the mean that a curler would call heavy or keen: 3 %, a metre of draw weight."""

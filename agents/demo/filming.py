@@ -10,20 +10,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.ice import Ice
-from curling_env.physics.slide import play_bounds, slide
-from curling_env.sheet import Sheet
-from curling_env.stone import Stone
+from curling_env.physics.one_stone.slide import play_bounds, slide
+from curling_env.sheet import Sheet, Stone
 from curling_env.storage import make_directory
 from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
+from curling_env.typing import Floats
 
 if TYPE_CHECKING:
     from friction_estimation.synthetic import FilmSpec
 
-Floats = NDArray[np.float64]
 
 CAMERA = "gantry"
 """Above the middle of the sheet: the place that measures best."""
@@ -121,7 +119,7 @@ def film_paths(
     ----------
     frame_size : width and height [px]; the camera's own by default
     """
-    from friction_estimation.scene import save_scene
+    from friction_estimation.camera.scene import save_scene
     from friction_estimation.synthetic import FilmSpec, scene_of
 
     films = make_directory(folder / "films")
@@ -171,7 +169,7 @@ def _film_and_track(job: Job) -> tuple[Trajectory, float, int]:
     """The measured track, its RMS distance from the truth [m], and how many frames there were."""
     import cv2
 
-    from friction_estimation.scene import load_scene
+    from friction_estimation.camera.scene import load_scene
     from friction_estimation.synthetic import render_film
     from friction_estimation.tracking import track_film
     from friction_estimation.tracking.overlay import write_overlay

@@ -13,8 +13,7 @@ from agents.planning import Plan
 from curling_env.ice import Ice
 from curling_env.sheet import TEE_Y
 from curling_env.trajectory import Trajectory
-
-Floats = NDArray[np.float64]
+from curling_env.typing import Floats
 
 
 @dataclass(frozen=True, kw_only=True)

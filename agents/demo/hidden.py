@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.ice import FrictionMap, Ice, load_ice
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.throw import Release, Throw
-
-Floats = NDArray[np.float64]
 
 STRENGTH = (0.07, 0.11)
 """Difference in the middle of an area. The standard ice's neighbours: wear and frost make 8 % in a

@@ -6,16 +6,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from agents.demo.filming import estimate
-from agents.evaluate import rest_in_env
+from agents.learning.evaluation import rest_in_env
 from agents.planning import plan
 from curling_env.ice import Ice
 from curling_env.storage import make_directory
 from curling_env.trajectory import Trajectory
-
-Floats = NDArray[np.float64]
+from curling_env.typing import Floats
 
 HIDDEN = "curl"
 
@@ -81,9 +79,9 @@ def find_what_is_missing(
     ------
     OutputError : a file cannot be written
     """
-    from friction_estimation.discrepancy.discovery import discover
-    from friction_estimation.discrepancy.page import write_report_page
-    from friction_estimation.discrepancy.verdict import baseline_ice, improved_ice, write_files
+    from friction_estimation.discovery.discover import discover
+    from friction_estimation.discovery.report import baseline_ice, improved_ice, write_files
+    from friction_estimation.reports.discovery_page import write_report_page
 
     folder = make_directory(folder)
     found = discover(tracks, estimate(tracks, without_curl(law)), seed=seed)

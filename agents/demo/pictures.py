@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from agents.demo.findings import Findings
-from curling_env import drawing
 from curling_env.ice import Ice
-from curling_env.physics.slide import play_bounds, slide
+from curling_env.physics.one_stone.slide import play_bounds, slide
+from curling_env.render import figures
 from curling_env.sheet import TEE_Y
 from curling_env.storage import atomic_path
 from curling_env.throw import Throw
@@ -52,7 +52,7 @@ def draw_page(found: Findings, path: str | Path) -> None:
     figure = Figure(figsize=(15, 15.5), dpi=100, layout="constrained", facecolor="white")
     rows: Any = figure.subfigures(2, 1, height_ratios=[1, 1.05])
     upper, lower = rows
-    upper.suptitle(found.headline(), fontsize=15, fontweight="bold", color=drawing.PATH_COLOUR)
+    upper.suptitle(found.headline(), fontsize=15, fontweight="bold", color=figures.PATH_COLOUR)
     _three_maps(upper, [upper.add_subplot(3, 1, k) for k in (1, 2, 3)], found)
     left, right = lower.subfigures(1, 2)
     _house(left.add_subplot(), found)
@@ -66,16 +66,16 @@ def _save(figure: Figure, path: str | Path) -> None:
 
 
 def _three_maps(figure: Figure, axes: list[Axes], found: Findings) -> None:
-    view, sheet = drawing.lengthwise, found.true_ice.sheet
+    view, sheet = figures.lengthwise, found.true_ice.sheet
     true, estimate = 100 * found.true_difference, 100 * found.found_difference
     limit = max(float(np.abs(true).max()), 2.0)
-    scale = {"cmap": drawing.KEEN_TO_HEAVY, "vmin": -limit, "vmax": limit}
-    layer = drawing.draw_map(axes[0], sheet, true, view, **scale)
-    drawing.draw_map(axes[1], sheet, estimate, view, **scale)
+    scale = {"cmap": figures.KEEN_TO_HEAVY, "vmin": -limit, "vmax": limit}
+    layer = figures.draw_map(axes[0], sheet, true, view, **scale)
+    figures.draw_map(axes[1], sheet, estimate, view, **scale)
     bar = figure.colorbar(layer, ax=axes[:2], pad=0.01, aspect=24, shrink=0.85)
     bar.set_label("friction against the average [%]\nblue keen, red heavy", fontsize=9)
     sigma = 100 * found.estimated_ice.friction.sigma / found.estimated_ice.friction.mu
-    known = drawing.draw_map(
+    known = figures.draw_map(
         axes[2], sheet, sigma, view, cmap="Greys", vmin=0, vmax=float(sigma.max())
     )
     bar = figure.colorbar(known, ax=axes[2], pad=0.01, aspect=11, shrink=0.85)
@@ -106,8 +106,8 @@ def _three_maps(figure: Figure, axes: list[Axes], found: Findings) -> None:
         "How sure it is: dark where no stone has been",
     )
     for ax, title in zip(axes, titles, strict=True):
-        drawing.draw_sheet(ax, sheet, view, rings=0.55)
-        drawing.show_lengthwise(ax, sheet)
+        figures.draw_sheet(ax, sheet, view, rings=0.55)
+        figures.show_lengthwise(ax, sheet)
         ax.set_title(title, fontsize=11, loc="left", color=INK)
     axes[0].legend(
         handles=[Line2D([], [], color="#0d7a3f", lw=2.2, label="the draw that tests it")],
@@ -129,8 +129,8 @@ def _path(ice: Ice, found: Findings, throw: Throw | None = None) -> np.ndarray:
 
 def _house(ax: Axes, found: Findings) -> None:
     plan, ice = found.plan, found.true_ice
-    view = drawing.from_the_thrower(plan.direction)
-    drawing.draw_sheet(ax, ice.sheet, view)
+    view = figures.from_the_thrower(plan.direction)
+    figures.draw_sheet(ax, ice.sheet, view)
     ways = (
         (_path(ice, found, found.average_plan.best.throw), BY_AVERAGE, "-", 1.5),
         (_path(found.estimated_ice, found), ON_ESTIMATED, "--", 1.8),
@@ -146,8 +146,8 @@ def _house(ax: Axes, found: Findings) -> None:
         (found.on_true, ON_TRUE, found.miss, "thrown on the hidden ice"),
     )  # fmt: skip
     for rest, colour, _, _ in stones:
-        drawing.draw_stone(ax, ice.stone.radius, rest, view, colour=colour, alpha=0.9)
-    drawing.draw_target(ax, plan.target, view)
+        figures.draw_stone(ax, ice.stone.radius, rest, view, colour=colour, alpha=0.9)
+    figures.draw_target(ax, plan.target, view)
     handles = [_wanted()]
     handles += [
         Line2D([], [], marker="o", mfc=colour, mec="#3c4248", ls="", ms=10,
@@ -155,7 +155,7 @@ def _house(ax: Axes, found: Findings) -> None:
         for _, colour, distance, text in reversed(stones)
     ]  # fmt: skip
     places = [view(rest)[1] for rest, *_ in stones]
-    drawing.show_house(
+    figures.show_house(
         ax,
         ice.sheet,
         short=float(np.clip(1.0 - min(places), 2.4, 6.0)),
@@ -168,23 +168,23 @@ def _house(ax: Axes, found: Findings) -> None:
 
 def draw_missing(found: Findings, path: str | Path) -> None:
     """The draw on ice with a hidden curl, planned before and after it was found."""
-    figure = drawing.new_figure(6.0, 5.6)
+    figure = figures.new_figure(6.0, 5.6)
     ax = figure.subplots()
-    view, missing = drawing.from_the_thrower(found.plan.direction), found.missing
+    view, missing = figures.from_the_thrower(found.plan.direction), found.missing
     ice = found.true_ice
-    drawing.draw_sheet(ax, ice.sheet, view)
+    figures.draw_sheet(ax, ice.sheet, view)
     handles = [_wanted()]
     for rest, colour, miss, text in (
         (missing.before, BY_AVERAGE, missing.miss_before, "planned without curl"),
         (missing.after, ON_TRUE, missing.miss_after, "planned with what was found"),
     ):
-        drawing.draw_stone(ax, ice.stone.radius, rest, view, colour=colour, alpha=0.9)
+        figures.draw_stone(ax, ice.stone.radius, rest, view, colour=colour, alpha=0.9)
         label = f"{text}: {100 * miss:.0f} cm off"
         handles.append(
             Line2D([], [], marker="o", mfc=colour, mec="#3c4248", ls="", ms=10, label=label)
         )
-    drawing.draw_target(ax, missing.target, view)
-    drawing.show_house(ax, ice.sheet, short=2.6, past=2.6)
+    figures.draw_target(ax, missing.target, view)
+    figures.show_house(ax, ice.sheet, short=2.6, past=2.6)
     ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.08), fontsize=9,
               frameon=False)  # fmt: skip
     _save(figure, path)
@@ -192,22 +192,22 @@ def draw_missing(found: Findings, path: str | Path) -> None:
 
 def _wanted() -> Line2D:
     return Line2D(
-        [], [], marker="+", color=drawing.TARGET_COLOUR, ls="", ms=11, mew=2, label="wanted"
+        [], [], marker="+", color=figures.TARGET_COLOUR, ls="", ms=11, mew=2, label="wanted"
     )
 
 
 def _draws(ax: Axes, found: Findings) -> None:
-    view = drawing.from_the_thrower(found.plan.direction)
+    view = figures.from_the_thrower(found.plan.direction)
     ice = found.true_ice
-    drawing.draw_sheet(ax, ice.sheet, view)
+    figures.draw_sheet(ax, ice.sheet, view)
     for draw in found.draws:
         for rest, colour in ((draw.by_average, BY_AVERAGE), (draw.by_map, ON_TRUE)):
             ends = view(np.stack([draw.target, rest]))
             ax.plot(*ends.T, color=colour, lw=2, zorder=5)
             ax.plot(*ends[1], "o", ms=6, color=colour, mec="#3c4248", mew=0.6, zorder=6)
-        ax.plot(*view(draw.target), "+", ms=9, mew=1.8, color=drawing.TARGET_COLOUR, zorder=7)
+        ax.plot(*view(draw.target), "+", ms=9, mew=1.8, color=figures.TARGET_COLOUR, zorder=7)
     lowest = min(float(view(draw.by_average)[1]) for draw in found.draws)
-    drawing.show_house(ax, ice.sheet, short=float(np.clip(0.6 - lowest, 2.4, 6.0)), past=2.8)
+    figures.show_house(ax, ice.sheet, short=float(np.clip(0.6 - lowest, 2.4, 6.0)), past=2.8)
     ax.set_title(
         f"{len(found.draws)} more draws on the hidden ice", fontsize=11, loc="left", color=INK
     )

@@ -8,22 +8,21 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from agents.demo import filming, page, pictures
 from agents.demo.areas import find_areas
 from agents.demo.findings import Draw, Findings
 from agents.demo.hidden import hidden_ice, practice_throws
 from agents.demo.missing import find_what_is_missing
-from agents.evaluate import rest_in_env
+from agents.learning.evaluation import rest_in_env
 from agents.planning import Plan, plan
 from curling_env.ice import Ice, save_ice
 from curling_env.sheet import TEE_Y
 from curling_env.storage import make_directory, write_json
 from curling_env.throw import write_releases
 from curling_env.trajectory import write_tracks
+from curling_env.typing import Floats
 
-Floats = NDArray[np.float64]
 Tell = Callable[[str, float], None]
 """Called with what is being done and the part of the whole that is done, 0 to 1."""
 

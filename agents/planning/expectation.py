@@ -15,12 +15,10 @@ from numpy.typing import NDArray
 from agents.planning.rollouts import SPEED, SPIN, Rollouts, roll_out
 from agents.planning.wanted import Wanted
 from curling_env.ice import FrictionMap, Ice
-from curling_env.physics.slide import SlideEnd, play_bounds
+from curling_env.physics.one_stone.slide import SlideEnd, play_bounds
 from curling_env.sheet import Direction
-from curling_env.skill import Skill
-from curling_env.throw import MAX_SPEED, MAX_SPIN
-
-Floats = NDArray[np.float64]
+from curling_env.throw import MAX_SPEED, MAX_SPIN, Skill
+from curling_env.typing import Floats
 
 MAP_ERROR_LENGTH = 2.0
 """Distance over which errors of a map are taken to be alike [m].

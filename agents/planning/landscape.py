@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, maximum_filter
 
 from agents.planning.expectation import end_in_play
@@ -21,10 +20,9 @@ from agents.planning.search import weights_to
 from agents.planning.wanted import Wanted
 from curling_env.ice import Ice
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, to_delivery
-from curling_env.skill import SKILLS, Skill
-from curling_env.throw import MAX_SPEED
+from curling_env.throw import MAX_SPEED, SKILLS, Skill
+from curling_env.typing import Floats
 
-Floats = NDArray[np.float64]
 Worth = Callable[[Floats], Floats]
 """Expected worth (m,) of throws (m, 6)."""
 

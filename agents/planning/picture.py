@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from scipy.ndimage import gaussian_filter
 
 from agents.planning.planner import Choice, Plan
-from curling_env import drawing
 from curling_env.ice import Ice
-from curling_env.physics.slide import SlideEnd, play_bounds, slide
+from curling_env.physics.one_stone.slide import SlideEnd, play_bounds, slide
+from curling_env.render import figures
 from curling_env.sheet import TEE_Y
 from curling_env.storage import atomic_path
 
@@ -49,7 +49,7 @@ def draw_plan(ice: Ice, plan: Plan, path: str | Path) -> None:
     _write_call(figure.add_subplot(grid[1:, 1] if exact else grid[1, 1]), plan)
     if not exact:
         _draw_forgiveness(figure.add_subplot(grid[2, 1]), plan)
-    figure.suptitle(_title(plan), fontsize=14, fontweight="bold", color=drawing.PATH_COLOUR)
+    figure.suptitle(_title(plan), fontsize=14, fontweight="bold", color=figures.PATH_COLOUR)
     with atomic_path(path) as draft:
         figure.savefig(draft)
 
@@ -93,31 +93,31 @@ def _path_of(ice: Ice, plan: Plan, choice: Choice) -> np.ndarray:
 
 
 def _draw_way(figure: Figure, ax: Axes, ice: Ice, plan: Plan) -> None:
-    view = drawing.lengthwise
+    view = figures.lengthwise
     if not ice.friction.is_uniform:
         mean = float(ice.friction.mu.mean())
         percent = 100 * (ice.friction.mu / mean - 1)
         limit = max(float(np.abs(percent).max()), 1.0)
-        layer = drawing.draw_map(
-            ax, ice.sheet, percent, view, cmap=drawing.KEEN_TO_HEAVY, vmin=-limit, vmax=limit,
+        layer = figures.draw_map(
+            ax, ice.sheet, percent, view, cmap=figures.KEEN_TO_HEAVY, vmin=-limit, vmax=limit,
             smooth=ice.friction.interpolation == "bilinear",
         )  # fmt: skip
         bar = figure.colorbar(layer, ax=ax, pad=0.01, aspect=8)
         bar.set_label("friction [%]", fontsize=8)
         bar.ax.tick_params(labelsize=7)
-    drawing.draw_sheet(ax, ice.sheet, view, rings=1.0 if ice.friction.is_uniform else 0.7)
+    figures.draw_sheet(ax, ice.sheet, view, rings=1.0 if ice.friction.is_uniform else 0.7)
     if plan.second is not None:
         ax.plot(*view(_path_of(ice, plan, plan.second)).T, color="#777", lw=1.2, ls="--")
-    ax.plot(*view(_path_of(ice, plan, plan.best)).T, color=drawing.PATH_COLOUR, lw=2)
+    ax.plot(*view(_path_of(ice, plan, plan.best)).T, color=figures.PATH_COLOUR, lw=2)
     for stone in plan.stones:
-        drawing.draw_stone(ax, ice.stone.radius, stone, view, colour="#c9a400")
-    drawing.draw_stone(ax, ice.stone.radius, plan.best.rest, view, colour="#c8433f")
-    drawing.show_lengthwise(ax, ice.sheet)
+        figures.draw_stone(ax, ice.stone.radius, stone, view, colour="#c9a400")
+    figures.draw_stone(ax, ice.stone.radius, plan.best.rest, view, colour="#c8433f")
+    figures.show_lengthwise(ax, ice.sheet)
 
 
 def _draw_landing(ax: Axes, ice: Ice, plan: Plan) -> None:
-    view = drawing.from_the_thrower(plan.direction)
-    drawing.draw_sheet(ax, ice.sheet, view)
+    view = figures.from_the_thrower(plan.direction)
+    figures.draw_sheet(ax, ice.sheet, view)
     spread, best = plan.best.spread, plan.best
     rested = spread.ends[spread.in_play]
     if len(rested) > 2:
@@ -127,26 +127,26 @@ def _draw_landing(ax: Axes, ice: Ice, plan: Plan) -> None:
             dots = view(spread.ends[spread.why == end])
             ax.plot(*dots.T, ".", ms=2.5, color=colours.get(end, "#c8433f"), alpha=0.3, zorder=3)
         for share, style in ((0.5, "-"), (0.9, "--")):
-            drawing.draw_landing_ellipse(
-                ax, rested, share, view, edgecolor=drawing.PATH_COLOUR, lw=1.6, ls=style, zorder=5
+            figures.draw_landing_ellipse(
+                ax, rested, share, view, edgecolor=figures.PATH_COLOUR, lw=1.6, ls=style, zorder=5
             )
     if plan.second is not None:
         ax.plot(*view(_path_of(ice, plan, plan.second)).T, color="#777", lw=1.3, ls="--", zorder=4)
-    ax.plot(*view(_path_of(ice, plan, best)).T, color=drawing.PATH_COLOUR, lw=2, zorder=4)
+    ax.plot(*view(_path_of(ice, plan, best)).T, color=figures.PATH_COLOUR, lw=2, zorder=4)
     for before, after in zip(plan.stones, best.stones, strict=True):
         moved = not np.hypot(*(after - before)) < 1e-3
-        drawing.draw_stone(ax, ice.stone.radius, before, view, colour="#c9a400",
+        figures.draw_stone(ax, ice.stone.radius, before, view, colour="#c9a400",
                            alpha=0.45 if moved else 1.0)  # fmt: skip
         if moved and not np.isnan(after[0]):
-            drawing.draw_stone(ax, ice.stone.radius, after, view, colour="#c9a400")
-    drawing.draw_stone(ax, ice.stone.radius, best.rest, view, colour="#c8433f", alpha=0.85)
-    drawing.draw_target(ax, plan.target, view)
+            figures.draw_stone(ax, ice.stone.radius, after, view, colour="#c9a400")
+    figures.draw_stone(ax, ice.stone.radius, best.rest, view, colour="#c8433f", alpha=0.85)
+    figures.draw_target(ax, plan.target, view)
     lowest = min(
         float(view(plan.target)[1]),
         float(np.quantile(view(spread.ends)[:, 1], 0.02)),
         *(float(y) for y in view(plan.stones)[:, 1]),
     )
-    drawing.show_house(ax, ice.sheet, short=float(np.clip(1.0 - lowest, 2.6, 9.0)))
+    figures.show_house(ax, ice.sheet, short=float(np.clip(1.0 - lowest, 2.6, 9.0)))
     ax.set_title("Where it comes to rest, seen by the thrower", fontsize=10, loc="left")
 
 
@@ -206,7 +206,7 @@ def _write_call(ax: Axes, plan: Plan) -> None:
         if choice is None:
             continue
         first = choice is plan.best
-        line(title, 14 if first else 11, fontweight="bold", color=drawing.PATH_COLOUR)
+        line(title, 14 if first else 11, fontweight="bold", color=figures.PATH_COLOUR)
         place -= 0.012
         words, spread = choice.words, choice.spread
         size = 11 if first else 9.5
@@ -232,16 +232,16 @@ def _write_call(ax: Axes, plan: Plan) -> None:
             start, end = choice.sweep[0], min(choice.sweep[1], choice.time)
             line(f"Sweep from {start:.0f} to {end:.0f} s after the release", size)
         if plan.wanted.name == "score":
-            line(f"Expect {spread.expected_worth:+.2f} points", size, color=drawing.TARGET_COLOUR)
+            line(f"Expect {spread.expected_worth:+.2f} points", size, color=figures.TARGET_COLOUR)
         elif len(spread.miss) > 1 and plan.wanted.name != "rest":
             line(f"Succeeds: {100 * spread.success.mean():.0f} %", size,
-                 color=drawing.TARGET_COLOUR)  # fmt: skip
+                 color=figures.TARGET_COLOUR)  # fmt: skip
         if len(spread.miss) > 1 and plan.wanted.rests and plan.wanted.name != "score":
             line(
                 f"Expected miss: {100 * spread.expected_miss:.0f} cm; nine in ten within "
                 f"{100 * float(np.quantile(spread.miss, 0.9)):.0f} cm",
                 size,
-                color=drawing.TARGET_COLOUR,
+                color=figures.TARGET_COLOUR,
             )
         if len(spread.miss) > 1:
             if plan.stones.size:
@@ -254,7 +254,7 @@ def _write_call(ax: Axes, plan: Plan) -> None:
             line(
                 f"Without error it rests {1000 * choice.miss_without_error:.1f} mm from the target",
                 size,
-                color=drawing.TARGET_COLOUR,
+                color=figures.TARGET_COLOUR,
             )
         place -= 0.045
     skill = plan.skill

@@ -14,16 +14,14 @@ from agents.planning.rollouts import SPIN, SWEEP, SWEEP_END
 from agents.planning.search import SPINS, check_target, direction_to, find_throws, ways_of
 from agents.planning.wanted import Done, MostPoints, RestAt, Wanted
 from agents.planning.words import InWords, in_words
-from curling_env.envs.tasks import Task, task_named
+from curling_env.envs.sheet.tasks import Task, task_named
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.batch import OVERLAP_ALLOWED
-from curling_env.physics.slide import NO_OBSTACLES, SlideEnd
+from curling_env.physics.one_stone.slide import NO_OBSTACLES, SlideEnd
 from curling_env.sheet import HOUSE_RADIUS, Direction, tee, to_sheet
-from curling_env.skill import SKILLS, Skill, skill_named
-from curling_env.throw import Throw
-
-Floats = NDArray[np.float64]
+from curling_env.throw import SKILLS, Skill, Throw, skill_named
+from curling_env.typing import Floats
 
 ROUGH_TRIALS, FIRST_TRIALS, LAST_TRIALS = 32, 128, 1024
 """Trials that guide a cloud, that rank the candidates, and that describe the best two."""
@@ -231,7 +229,7 @@ def plan_task(
     Parameters
     ----------
     ice : known or estimated ice
-    task : name in `curling_env.envs.tasks.TASKS`, a task, or ``score`` for the most points
+    task : name in `curling_env.envs.sheet.tasks.TASKS`, a task, or ``score`` for the most points
     target : (2,) the task's mark, sheet frame [m]. Of a task with a given stone: the nearest stone
         to it, or a stone that lies there if no stones are given. By default the task's usual mark
         at the away end; the opponents' stone nearest to the tee where one is to be given

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from curling_env.ice import Ice
 from curling_env.physics.batch import RELEASE_DTYPE, play_batch, throw_batch
 from curling_env.physics.engine import is_hogged
-from curling_env.physics.slide import NO_OBSTACLES, SlideEnd
+from curling_env.physics.one_stone.slide import NO_OBSTACLES, SlideEnd
 from curling_env.sheet import HOG_LINE_Y, Direction
 from curling_env.throw import velocity_of
-
-Floats = NDArray[np.float64]
+from curling_env.typing import Floats
 
 EVERYWHERE = np.array([-np.inf, np.inf, -np.inf, np.inf])
 """Bounds that end no slide: beyond the ice's edge the last cell goes on."""

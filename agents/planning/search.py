@@ -11,15 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from agents.planning.rollouts import roll_out
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, Direction
 from curling_env.throw import MAX_SPEED
-
-Floats = NDArray[np.float64]
+from curling_env.typing import Floats
 
 SPINS = (1.0, -1.0, 0.8, -0.8, 1.3, -1.3, 0.5, -0.5, 1.6, -1.6)
 """Spins tried [rad/s], the usual one first: one to five turns on a draw's way, both handles."""

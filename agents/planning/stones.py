@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.storage import read_json
-
-Flags = NDArray[np.bool_]
+from curling_env.typing import Flags
 
 
 def read_stones(path: str | Path) -> tuple[NDArray[np.float64], Flags]:

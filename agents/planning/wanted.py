@@ -1,7 +1,7 @@
 """What is wanted of a throw, and how what came of it is judged.
 
-Tasks are judged as the environment judges them (`curling_env.envs.tasks`): what a throw is worth
-here is the reward it would earn there.
+Tasks are judged as the environment judges them (`curling_env.envs.sheet.tasks`): what a throw is
+worth here is the reward it would earn there.
 """
 
 from __future__ import annotations
@@ -13,12 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.planning.rollouts import Rollouts
-from curling_env.envs.reward import FARTHEST, Landing, judge
-from curling_env.envs.tasks import DRAWN, Task
+from curling_env.envs.sheet.reward import FARTHEST, Landing, judge
+from curling_env.envs.sheet.tasks import DRAWN, Task
 from curling_env.sheet import HOUSE_RADIUS, Direction, to_delivery, to_sheet
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from curling_env.typing import Flags, Floats
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -196,7 +194,7 @@ class MostPoints:
 def points_of(places: Floats, own: Flags, radius: float) -> NDArray[np.int64]:
     """Points of one's own team, (n,); negative where the opponents score.
 
-    The same count as `curling_env.rules.count`, for many positions.
+    The same count as `curling_env.game.rules.count`, for many positions.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from curling_env.ice import Ice
-from curling_env.physics.slide import slide
+from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import HOG_LINE_Y, HOUSE_RADIUS, TEE_Y, Direction, to_delivery
 from curling_env.throw import Throw
 

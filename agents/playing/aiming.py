@@ -10,9 +10,9 @@ from collections.abc import Iterable
 import numpy as np
 
 from curling_env.game import Call, Player, View
+from curling_env.game.rules import Lying
 from curling_env.ice import Ice
-from curling_env.physics.aim import Aim
-from curling_env.rules import Lying
+from curling_env.physics.one_stone.aim import Aim
 from curling_env.sheet import Direction
 from curling_env.throw import MAX_SPEED, Throw
 

@@ -8,18 +8,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from curling_env.envs.game_scene import FAULTS, colour_of
+from curling_env.envs.game.view import FAULTS, colour_of
 from curling_env.errors import InputError
+from curling_env.game.rules.delivery import Fault
 from curling_env.ice import Ice
 from curling_env.physics.engine import Outcome, Status, StoneState
 from curling_env.render import Scene, SheetPicture, drawn, play_back
-from curling_env.rules.delivery import Fault
 from curling_env.sheet import Direction
 from curling_env.trajectory import Trajectory
-
-Frame = NDArray[np.uint8]
+from curling_env.typing import Image
 
 FPS = 30.0
 """Frames a second of a film."""
@@ -62,7 +60,7 @@ def frames_of(
     ends: Collection[int] | None = None,
     speed: float = SPEED,
     fps: float = FPS,
-) -> Iterator[tuple[int, Frame]]:
+) -> Iterator[tuple[int, Image]]:
     """The frames of a recorded game, each with the number of its delivery among those shown.
 
     Parameters
@@ -113,7 +111,7 @@ def write_film(
     the number of a delivery once it is written, so that a caller can show progress; the film is
     there when all are
     """
-    from friction_estimation.video import film_writer
+    from friction_estimation.film.video import film_writer
 
     last = -1
     with film_writer(path, SheetPicture.size, FPS) as film:

@@ -7,9 +7,9 @@ import numpy as np
 from agents.playing.aiming import PEEL_WEIGHT, AimingPlayer
 from agents.playing.value import value_of
 from curling_env.game import Call, GameState, Rink, View
+from curling_env.game.rules import shot_order
+from curling_env.game.rules.free_guard_zone import guards
 from curling_env.ice import Ice
-from curling_env.rules import shot_order
-from curling_env.rules.free_guard_zone import guards
 
 TRIALS = 8
 """Times each shot is tried with other errors; the same errors for every shot."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from curling_env.errors import InputError
 from curling_env.game import GameState, Player, Rink, Shot
-from curling_env.rules import Game, Team, concede, may_concede
+from curling_env.game.rules import Game, Team, concede, may_concede
 
 
 class Delivery(NamedTuple):

@@ -19,7 +19,7 @@ from agents.playing.match import Delivery, Played
 from curling_env.errors import InputError
 from curling_env.game import Call, GameState, Player, Rink, View
 from curling_env.game.rink import on_sheet
-from curling_env.rules import Ruling, Team, concede
+from curling_env.game.rules import Ruling, Team, concede
 from curling_env.storage import read_text, write_text
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory

@@ -10,9 +10,9 @@ from collections.abc import Iterator
 
 from agents.playing.aiming import PEEL_WEIGHT, AimingPlayer
 from curling_env.game import Call, View
-from curling_env.rules import End, Lying, Team, count, shot_order
-from curling_env.rules.free_guard_zone import guards
-from curling_env.rules.placement import Side
+from curling_env.game.rules import End, Lying, Team, count, shot_order
+from curling_env.game.rules.free_guard_zone import guards
+from curling_env.game.rules.placement import Side
 from curling_env.sheet import HOUSE_RADIUS
 
 CENTRE_GUARD_Y = -3.5

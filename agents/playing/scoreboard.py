@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from curling_env.rules import Game, Team
+from curling_env.game.rules import Game, Team
 
 LAST_STONE = "*"
 """Marks the team that had the hammer in the first end."""

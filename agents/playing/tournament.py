@@ -8,15 +8,14 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from agents.playing.match import play_game
 from curling_env.errors import InputError
 from curling_env.executor import executor
 from curling_env.game import Player, Rink
-from curling_env.rules import Game, Team
+from curling_env.game.rules import Game, Team
+from curling_env.typing import Floats
 
-Floats = NDArray[np.float64]
 Through = Callable[[Iterable[Any], str], Iterable[Any]]
 """Passes items on and shows how far it is: (items, label) -> the same items."""
 

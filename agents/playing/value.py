@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from math import exp
 
-from curling_env.rules import Game, Team, count, shot_order
+from curling_env.game.rules import Game, Team, count, shot_order
 from curling_env.sheet import HOUSE_RADIUS
 
 HAMMER = 0.6

@@ -1,7 +1,7 @@
 """An atlas of an ice: tables that turn many targets into throws at once.
 
-`curling_env.physics.aim` finds one throw to the millimetre; a search wants some hundred to a
-centimetre, and simulates each of them anyway.
+`curling_env.physics.one_stone.aim` finds one throw to the millimetre; a search wants some hundred
+to a centimetre, and simulates each of them anyway.
 """
 
 from __future__ import annotations
@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 
 from agents.playing.aiming import SPIN
 from curling_env.ice import Ice
-from curling_env.physics.aim import START_Y, Aim
 from curling_env.physics.batch import RELEASE_DTYPE, throw_batch
+from curling_env.physics.one_stone.aim import START_Y, Aim
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import MAX_SPEED, velocity_of
-
-Floats = NDArray[np.float64]
+from curling_env.typing import Floats
 
 WIDEST = 0.11
 """Lines reach so far to each side [rad]: three metres at the tee."""

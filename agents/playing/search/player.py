@@ -16,10 +16,10 @@ from agents.playing.search.winning import Winning
 from agents.playing.search.worth import MOST, Network, load_network, skill_of
 from curling_env.errors import InputError
 from curling_env.game import Call, Player, View
+from curling_env.game.rules import End, RuleSet, Ruling
+from curling_env.game.rules.lines import Lines
+from curling_env.game.rules.stones import Stones
 from curling_env.ice import Ice
-from curling_env.rules import End, RuleSet, Ruling
-from curling_env.rules.lines import Lines
-from curling_env.rules.stones import Stones
 from curling_env.sheet import Direction
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Throw
 

@@ -12,17 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from curling_env.game.rules import End, Lying, RuleSet
+from curling_env.game.rules.lines import CENTRE_LINE_HALF, HOG_LINE, Lines
+from curling_env.game.rules.stones import STONES_A_TEAM
 from curling_env.ice import Ice
 from curling_env.physics.batch import RELEASE_DTYPE, play_batch
-from curling_env.physics.slide import play_bounds
-from curling_env.rules import End, Lying, RuleSet
-from curling_env.rules.lines import CENTRE_LINE_HALF, HOG_LINE, Lines
-from curling_env.rules.stones import STONES_A_TEAM
+from curling_env.physics.one_stone.slide import play_bounds
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import MAX_SPEED, MAX_SPIN, velocity_of
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from curling_env.typing import Flags, Floats
 
 SLOTS = 2 * STONES_A_TEAM
 SLOWEST = 1e-3
@@ -95,7 +93,7 @@ class Sheet:
         return after, run.meetings > 0
 
     def rule(self, before: Floats, delivered: int, after: Floats, struck: Flags) -> Floats:
-        """The positions that stand, (n, 16, 2): `curling_env.rules.rule_on` for all of them."""
+        """The positions that stand, (n, 16, 2), by the rules of `curling_env.game.rules`."""
         rules, slot = self.rules, self.slot(delivered)
         after = after.copy()
         short = ~(after[:, :, 1] - self.lines.stone_radius > HOG_LINE)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from agents.playing.aiming import SPIN
 from agents.playing.search.atlas import HITS, Atlas
 from agents.playing.search.positions import Flags, Floats, Sheet
-from curling_env.rules.stones import STONES_A_TEAM
+from curling_env.game.rules.stones import STONES_A_TEAM
 
 HANDLES = (SPIN, -SPIN)
 IN_HOUSE = tuple(

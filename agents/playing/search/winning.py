@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from agents.playing.search.worth import SCORES
-from curling_env.rules import RuleSet
-
-Floats = NDArray[np.float64]
+from curling_env.game.rules import RuleSet
+from curling_env.typing import Floats
 
 USUAL_SHARES = (0, 0, 0, 0.01, 0.05, 0.15, 0.20, 0.27, 0.21, 0.08, 0.02, 0.01, 0)
 """How often the hammer team scores each of `SCORES`, −6 to 6: a choice.

@@ -19,14 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.playing.search.positions import SLOTS, points_of
+from curling_env.game.rules.lines import Lines
+from curling_env.game.rules.stones import STONES_A_TEAM
 from curling_env.physics.compiled import compiled
-from curling_env.rules.lines import Lines
-from curling_env.rules.stones import STONES_A_TEAM
-from curling_env.skill import SKILLS
 from curling_env.storage import atomic_path
-
-Floats = NDArray[np.float64]
-Singles = NDArray[np.float32]
+from curling_env.throw import SKILLS
+from curling_env.typing import Floats, Singles
 
 MOST = 6
 """Points told apart; more count as so many."""

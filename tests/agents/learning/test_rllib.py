@@ -13,11 +13,16 @@ import pytest
 
 pytest.importorskip("stable_baselines3")
 
-from agents.configuration import TrainingSettings, configuration, configurations, settings_from
-from agents.evaluate import cases_of, judge
-from agents.rllib import SheetsForRLlib, take_weights, train, weights_for_rllib, words_for
-from agents.thrower import Thrower
-from agents.training import new_model, sheets_of
+from agents.learning.configuration import (
+    TrainingSettings,
+    configuration,
+    configurations,
+    settings_from,
+)
+from agents.learning.evaluation import cases_of, judge
+from agents.learning.policy import Thrower
+from agents.learning.rllib import SheetsForRLlib, take_weights, train, weights_for_rllib, words_for
+from agents.learning.training import new_model, sheets_of
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.sheet import Direction, tee
@@ -167,7 +172,7 @@ def test_rllibs_network_says_what_stable_baselines3s_does() -> None:
     import torch
     from ray.rllib.algorithms.ppo.torch.default_ppo_torch_rl_module import DefaultPPOTorchRLModule
 
-    from agents.rllib import shapes_of
+    from agents.learning.rllib import shapes_of
 
     model = model_of(settings())
     sheets = SheetsForRLlib(sheets_of(settings(), load_ice("standard")), lambda seen: seen)

@@ -13,7 +13,7 @@ from agents.demo.areas import find_areas, relative
 from agents.demo.hidden import hidden_ice, practice_throws
 from agents.demo.missing import find_what_is_missing
 from curling_env.ice import FrictionMap, Ice, load_ice
-from curling_env.physics.slide import SlideEnd, slide
+from curling_env.physics.one_stone.slide import SlideEnd, slide
 from curling_env.sheet import PAPER_SHEET, TEE_Y
 from curling_env.throw import Throw
 from curling_env.trajectory import read_tracks

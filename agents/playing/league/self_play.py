@@ -1,7 +1,8 @@
 """Ends played side by side, and what their positions were worth, learnt from how they were scored.
 
 Before each delivery shots are tried in the mind, and the one is thrown whose position is thought
-worth most. A league (`agents.league`) and `scripts/learn_worth.py` both play and learn so.
+worth most. A league (`agents.playing.league.league`) and `scripts/learn_worth.py` both play and
+learn so.
 """
 
 from __future__ import annotations
@@ -26,13 +27,13 @@ from agents.playing.search.worth import (
     position_features,
     stone_features,
 )
+from curling_env.game.rules import RuleSet, rule_set
+from curling_env.game.rules.lines import Lines
 from curling_env.ice import load_ice
-from curling_env.rules import RuleSet, rule_set
-from curling_env.rules.lines import Lines
 from curling_env.sheet import Direction
-from curling_env.skill import Skill
+from curling_env.throw import Skill
+from curling_env.typing import Floats
 
-Floats = NDArray[np.float64]
 Players = tuple[Network | None, Network | None]
 """With the hammer, and without; None goes by the rule of thumb."""
 Through = Callable[[Iterable[Any], str], Iterable[Any]]

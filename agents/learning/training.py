@@ -18,10 +18,15 @@ from typing import Any
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from agents.configuration import TrainingSettings, schedule_of, settings_from, with_settings
-from agents.models import read_model, write_model
-from agents.thrower import Thrower, tensors, throw_range_of
-from curling_env.envs.vector import CurlingSheetVectorEnv
+from agents.learning.configuration import (
+    TrainingSettings,
+    schedule_of,
+    settings_from,
+    with_settings,
+)
+from agents.learning.model_file import read_model, write_model
+from agents.learning.policy import Thrower, tensors, throw_range_of
+from curling_env.envs.sheet.vector_env import CurlingSheetVectorEnv
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.storage import make_directory
@@ -44,7 +49,7 @@ def sheets_of(settings: TrainingSettings, ice: Ice, *, num_envs: int | None = No
     ice : thrown on, where the settings have no random ices
     num_envs : the settings' own by default
     """
-    from agents.vectorised import Sheets, SheetsOnManyIces
+    from agents.learning.vector_env import Sheets, SheetsOnManyIces
 
     n = settings.n_envs if num_envs is None else num_envs
     hand = settings.practice or settings.skill
@@ -192,7 +197,7 @@ def new_model(env: Any, settings: TrainingSettings) -> Any:
     import stable_baselines3 as sb3
     from stable_baselines3.common.noise import NormalActionNoise
 
-    from agents.thrower import policy_kwargs_of
+    from agents.learning.policy import policy_kwargs_of
 
     centre = spread = None
     if settings.normalize:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from agents.models import read_model
+from agents.learning.model_file import read_model
 from agents.playing.search.player import SearchPlayer
 from curling_env.errors import InputError
 from curling_env.game import Call, Player, View, player_named
@@ -30,7 +30,7 @@ class TrainedPlayer(Player):
     """
 
     def __init__(self, path: str | Path) -> None:
-        from agents.thrower import Thrower
+        from agents.learning.policy import Thrower
 
         self._thrower = Thrower.load(path)
         self._throws: dict[Direction, tuple[Ice, Throw]] = {}
@@ -57,7 +57,7 @@ def trained_player(path: str | Path) -> Player:
     document = read_model(path)
     player: Player
     if "layers" in document:
-        from agents.league import load_ends_network
+        from agents.playing.league.league import load_ends_network
 
         player = SearchPlayer(LOOKED_AT, network=load_ends_network(document, path))
     else:

@@ -10,17 +10,17 @@ import pytest
 
 pytest.importorskip("torch")
 
-from agents.ends import Ends, learn
-from agents.league import LeagueSettings, league_from, run_league
-from agents.models import read_model, write_model
+from agents.learning.model_file import read_model, write_model
+from agents.playing.league.league import LeagueSettings, league_from, run_league
+from agents.playing.league.self_play import Ends, learn
+from agents.playing.league.trained_player import player_from
 from agents.playing.match import play_game
 from agents.playing.search.positions import SLOTS, points_of
 from agents.playing.search.worth import MOST, Network
-from agents.playing.trained import player_from
 from curling_env.errors import InputError
 from curling_env.game import Rink, player_named
-from curling_env.rules import rule_set
-from curling_env.rules.lines import Lines
+from curling_env.game.rules import rule_set
+from curling_env.game.rules.lines import Lines
 
 TINY = LeagueSettings(generations=(128, 64), tried=8, layers=(32, 16, 48, 24))
 

@@ -16,10 +16,10 @@ from agents.closed_loop.practice import NOISE, film, practice_throws, track_erro
 from agents.closed_loop.proof import CHAINS, interval, ratio_interval
 from agents.closed_loop.throwing import make
 from agents.planning import plan, plan_task
-from curling_env.physics.slide import slide
+from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import TEE_Y
 from curling_env.throw import Throw
-from friction_estimation.whole import understand_ice
+from friction_estimation.discovery.joint import understand_ice
 
 
 @pytest.mark.parametrize("effects", [True, False])
@@ -115,7 +115,7 @@ def test_intervals_hold_the_mean_and_follow_the_spread() -> None:
 @pytest.fixture
 def script(monkeypatch, capsys):
     def call(*arguments: object) -> str:
-        path = Path(__file__).parents[2] / "scripts" / "closed_loop.py"
+        path = Path(__file__).parents[3] / "scripts" / "closed_loop.py"
         monkeypatch.setattr(sys, "argv", [str(path), *map(str, arguments)])
         with pytest.raises(SystemExit) as end:
             runpy.run_path(str(path), run_name="__main__")

@@ -13,7 +13,7 @@ from agents.playing.page import write_page
 from agents.playing.record import lines_of
 from agents.playing.rulebased import RuleBasedPlayer
 from curling_env.game import USUAL, Rink
-from curling_env.rules import rule_set
+from curling_env.game.rules import rule_set
 from curling_env.sheet import TEE_Y
 
 HOME, AWAY = (206, 38, 50), (244, 190, 32)

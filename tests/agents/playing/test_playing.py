@@ -19,7 +19,7 @@ from agents.playing.scoreboard import outcome, scoreboard
 from agents.playing.tournament import play_tournament, ratings, wilson
 from curling_env.errors import InputError
 from curling_env.game import STILL, USUAL, Rink
-from curling_env.rules import Game, Team, rule_set
+from curling_env.game.rules import Game, Team, rule_set
 
 PLAYERS = {"draw": DrawPlayer, "rulebased": RuleBasedPlayer, "greedy": GreedyPlayer}
 

@@ -12,11 +12,11 @@ sb3 = pytest.importorskip("stable_baselines3")
 
 from stable_baselines3.common.evaluation import evaluate_policy  # noqa: E402
 
-from agents.ices import RandomIces  # noqa: E402
-from agents.vectorised import Sheets, SheetsOnManyIces  # noqa: E402
-from curling_env.envs.action import ThrowRange  # noqa: E402
+from agents.learning.random_ice import RandomIces  # noqa: E402
+from agents.learning.vector_env import Sheets, SheetsOnManyIces  # noqa: E402
+from curling_env.envs.sheet.action import ThrowRange  # noqa: E402
 from curling_env.errors import InputError  # noqa: E402
-from curling_env.physics.aim import Aim  # noqa: E402
+from curling_env.physics.one_stone.aim import Aim  # noqa: E402
 from curling_env.sheet import Direction  # noqa: E402
 
 N = 8

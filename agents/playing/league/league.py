@@ -19,7 +19,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.ends import (
+from agents.learning.model_file import read_model, write_model
+from agents.playing.league.self_play import (
     AGAIN,
     LEADS,
     MOST_ENDS_LEFT,
@@ -35,13 +36,12 @@ from agents.ends import (
     spread_of,
     worth_of_scores,
 )
-from agents.models import read_model, write_model
 from agents.playing.search.positions import Sheet
 from agents.playing.search.worth import POSITION_FEATURES, SCORES, STONE_FEATURES, Network
 from curling_env.errors import InputError
-from curling_env.rules import rule_set
-from curling_env.skill import skill_named
+from curling_env.game.rules import rule_set
 from curling_env.storage import make_directory
+from curling_env.throw import skill_named
 
 
 @dataclass(frozen=True, kw_only=True)

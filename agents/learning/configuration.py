@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from agents.ices import KNOWN, RandomIces
-from curling_env.envs.action import ThrowRange
-from curling_env.envs.reward import RewardWeights
-from curling_env.envs.sheet import CurlingSheetEnv
+from agents.learning.random_ice import KNOWN, RandomIces
+from curling_env.envs.sheet.action import ThrowRange
+from curling_env.envs.sheet.env import CurlingSheetEnv
+from curling_env.envs.sheet.reward import RewardWeights
 from curling_env.errors import InputError
-from curling_env.skill import skill_named
 from curling_env.storage import read_text
+from curling_env.throw import skill_named
 
 ALGORITHMS = ("sac", "td3", "ppo")
 POLICY_KWARGS = ("net_arch", "activation_fn", "log_std_init")
@@ -182,7 +182,7 @@ def read_configuration(name: str | Path) -> Any:
 
     where: Any = Path(name)
     if str(name) in configurations():
-        where = files("agents").joinpath("configurations", f"{name}.yml")
+        where = files("agents.learning").joinpath("configurations", f"{name}.yml")
     elif not where.is_file():
         raise InputError(
             f"no such configuration file, and not one of {', '.join(configurations())}", source=name
@@ -197,7 +197,7 @@ def read_configuration(name: str | Path) -> Any:
 
 def configurations() -> list[str]:
     """Names of the project's own configurations."""
-    folder = files("agents").joinpath("configurations")
+    folder = files("agents.learning").joinpath("configurations")
     return sorted(Path(f.name).stem for f in folder.iterdir() if f.name.endswith(".yml"))
 
 

@@ -7,20 +7,19 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from agents.configuration import TrainingSettings, schedule_of, settings_from
-from agents.models import read_model
+from agents.learning.configuration import TrainingSettings, schedule_of, settings_from
+from agents.learning.model_file import read_model
 from agents.planning.search import direction_to
-from curling_env.envs.action import ThrowRange, throws_on
-from curling_env.envs.opening import opening
-from curling_env.envs.sheet import CurlingSheetEnv
-from curling_env.envs.tasks import task_named
+from curling_env.envs.sheet.action import ThrowRange, throws_on
+from curling_env.envs.sheet.env import CurlingSheetEnv
+from curling_env.envs.sheet.reset import opening
+from curling_env.envs.sheet.tasks import task_named
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.sheet import Direction, to_delivery
-
-Floats = NDArray[np.float64]
+from curling_env.typing import Floats
 
 
 class Policy(Protocol):
@@ -116,7 +115,7 @@ def policy_kwargs_of(
     """`policy_kwargs` as stable-baselines3 takes them."""
     from torch import nn
 
-    from agents.standardised import Standardised
+    from agents.learning.normalisation import Standardised
 
     kinds = {"tanh": nn.Tanh, "relu": nn.ReLU, "elu": nn.ELU}
     given = dict(settings.policy_kwargs)

@@ -11,11 +11,11 @@ import numpy as np
 import curling_env  # noqa: F401  (registers the environments)
 from agents.playing.match import play_game
 from agents.playing.rulebased import RuleBasedPlayer
-from curling_env.benchmarks import Measure, rate
-from curling_env.envs.end import CurlingEndEnv
-from curling_env.envs.end_vector import CurlingEndVectorEnv
+from curling_env.commands.benchmarks import Measure, rate
+from curling_env.envs.game.end import CurlingEndEnv
+from curling_env.envs.game.end_vector import CurlingEndVectorEnv
 from curling_env.game import USUAL, Rink
-from curling_env.rules import rule_set
+from curling_env.game.rules import rule_set
 
 SIDE_BY_SIDE = 256
 

@@ -24,9 +24,9 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from agents.configuration import TrainingSettings, schedule_of
-from agents.thrower import Thrower, tensors
-from agents.training import Tell, new_model, save_model, sheets_of
+from agents.learning.configuration import TrainingSettings, schedule_of
+from agents.learning.policy import Thrower, tensors
+from agents.learning.training import Tell, new_model, save_model, sheets_of
 from curling_env.errors import InputError
 from curling_env.executor import WorkersLostError, executor
 from curling_env.ice import Ice, load_ice
@@ -61,7 +61,7 @@ class SheetsForRLlib(gymnasium.vector.VectorEnv[Any, Any, Any]):
 
     Parameters
     ----------
-    sheets : of `agents.training.sheets_of`; their episodes end together
+    sheets : of `agents.learning.training.sheets_of`; their episodes end together
     look : what the policy makes of an observation before its first layer
     """
 

@@ -9,15 +9,15 @@ import pytest
 pytest.importorskip("stable_baselines3")
 pytest.importorskip("yaml")
 
-from agents.configuration import (
+from agents.learning.configuration import (
     configuration,
     configurations,
     read_configuration,
     schedule_of,
     settings_from,
 )
-from agents.ices import RandomIces
-from agents.league import league_from
+from agents.learning.random_ice import RandomIces
+from agents.playing.league.league import league_from
 from curling_env.errors import InputError
 
 LEAGUES = [name for name in configurations() if "league" in name]

@@ -16,14 +16,13 @@ from agents.planning.rollouts import releases_of, roll_out
 from agents.planning.search import find_throws
 from agents.planning.wanted import points_of
 from agents.planning.words import handles
-from curling_env.envs.action import ThrowRange
+from curling_env.envs.sheet.action import ThrowRange
 from curling_env.errors import InputError
+from curling_env.game.rules import Lines, Lying, Team, count
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice, save_ice
-from curling_env.physics.slide import play_bounds, slide
-from curling_env.rules import Lines, Lying, Team, count
+from curling_env.physics.one_stone.slide import play_bounds, slide
 from curling_env.sheet import PAPER_SHEET, TEE_Y, Direction, to_delivery
-from curling_env.skill import SKILLS
-from curling_env.throw import Throw
+from curling_env.throw import SKILLS, Throw
 
 
 def uneven(spread: float = 0.1, interpolation: str = "bilinear") -> Ice:
@@ -372,7 +371,7 @@ def test_command_refuses_bad_stones(curling, tmp_path, text: str) -> None:
 
 
 def test_the_experiment_runs(monkeypatch, capsys, tmp_path) -> None:
-    script = Path(__file__).parents[2] / "scripts" / "plan_throws.py"
+    script = Path(__file__).parents[3] / "scripts" / "plan_throws.py"
     arguments = [str(script), "--candidates", "1000", "-o", str(tmp_path)]
     monkeypatch.setattr(sys, "argv", arguments)
     with pytest.raises(SystemExit) as end:

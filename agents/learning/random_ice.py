@@ -11,12 +11,10 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
-
-Floats = NDArray[np.float64]
+from curling_env.typing import Floats
 
 KNOWN = ("map", "mean", "nothing")
 """What an agent may be told of an ice: its estimated map, the map's mean alone, or neither."""

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from agents.playing.draw import DrawPlayer
+from agents.playing.league.trained_player import player_from
 from agents.playing.match import play_game
 from agents.playing.search import SearchPlayer
 from agents.playing.search.atlas import HITS, Atlas
@@ -18,15 +19,14 @@ from agents.playing.search.positions import SLOTS, Sheet, points_of, position_of
 from agents.playing.search.shots import KINDS, shots_for
 from agents.playing.search.winning import Winning
 from agents.playing.search.worth import SCORES, load_network
-from agents.playing.trained import player_from
 from curling_env.errors import InputError
 from curling_env.game import STILL, USUAL, GameState, Rink, View
+from curling_env.game.rules import End, Lying, Team, count, rule_on, rule_set, score_of
+from curling_env.game.rules.delivery import Fault, Result
+from curling_env.game.rules.lines import Lines
 from curling_env.ice import Ice
-from curling_env.physics.aim import Aim
+from curling_env.physics.one_stone.aim import Aim
 from curling_env.presets import standard
-from curling_env.rules import End, Lying, Team, count, rule_on, rule_set, score_of
-from curling_env.rules.delivery import Fault, Result
-from curling_env.rules.lines import Lines
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
 

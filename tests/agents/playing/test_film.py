@@ -15,8 +15,8 @@ from agents.playing.record import read_record, write_record
 from agents.playing.rulebased import RuleBasedPlayer
 from curling_env.errors import InputError
 from curling_env.game import USUAL, Rink
+from curling_env.game.rules import rule_set
 from curling_env.render import SheetPicture
-from curling_env.rules import rule_set
 from curling_env.sheet import Direction
 
 SPEED = 100.0

@@ -8,24 +8,23 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import minimize
 
 import curling_env  # noqa: F401  (registers the environments)
-from agents.configuration import TrainingSettings
+from agents.learning.configuration import TrainingSettings
+from agents.learning.policy import Thrower
 from agents.planning import plan
 from agents.planning.expectation import end_in_play
 from agents.planning.search import direction_to
-from agents.thrower import Thrower
-from curling_env.envs.action import ThrowRange
+from curling_env.envs.sheet.action import ThrowRange
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.slide import NO_OBSTACLES
+from curling_env.physics.one_stone.slide import NO_OBSTACLES
 from curling_env.sheet import HOUSE_RADIUS, Direction, to_delivery, to_sheet
-from curling_env.skill import Skill, skill_named
-from curling_env.throw import MAX_SPEED, Throw
+from curling_env.throw import MAX_SPEED, Skill, Throw, skill_named
+from curling_env.typing import Floats
 
-Floats = NDArray[np.float64]
 Through = Callable[[Iterable[Any], str], Iterable[Any]]
 """Passes items on and shows how far it is: (items, label) -> the same items."""
 

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecEnv
 
-from agents.ices import RandomIces
-from curling_env.envs.vector import CurlingSheetVectorEnv
+from agents.learning.random_ice import RandomIces
+from curling_env.envs.sheet.vector_env import CurlingSheetVectorEnv
 from curling_env.errors import InputError
-from curling_env.skill import Skill, skill_named
+from curling_env.throw import Skill, skill_named
+from curling_env.typing import Floats
 
-Floats = NDArray[np.float64]
 Indices = None | int | Iterable[int]
 
 TOLD = ("distance_m", "status", "success")
@@ -133,7 +133,7 @@ class SheetsOnManyIces(VecEnv):
     ----------
     num_envs : sheets in all
     ices : that are drawn
-    knows : what the agent is told of them, see `agents.ices.KNOWN`
+    knows : what the agent is told of them, see `agents.learning.random_ice.KNOWN`
     skill : of the hand
     groups : ices at once; divides `num_envs`
     throws_on_one : throws on every sheet before the ices are drawn anew

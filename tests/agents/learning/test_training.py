@@ -14,14 +14,14 @@ import pytest
 
 pytest.importorskip("stable_baselines3")
 
-from agents import training
-from agents.configuration import (
+from agents.learning import training
+from agents.learning.configuration import (
     ALGORITHMS,
     TrainingSettings,
     configuration,
     settings_from,
 )
-from agents.evaluate import (
+from agents.learning.evaluation import (
     best_throw,
     cases_of,
     house_targets,
@@ -30,14 +30,13 @@ from agents.evaluate import (
     planner_throws,
     rest_in_env,
 )
-from agents.ices import RandomIces
-from agents.models import read_model, write_model
-from agents.thrower import Thrower
+from agents.learning.model_file import read_model, write_model
+from agents.learning.policy import Thrower
+from agents.learning.random_ice import RandomIces
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.sheet import HOUSE_RADIUS, TEE_Y, Direction, tee
-from curling_env.skill import SKILLS, skill_named
-from curling_env.throw import Throw
+from curling_env.throw import SKILLS, Throw, skill_named
 
 HYPERPARAMETERS = {
     "sac": {"batch_size": 8, "train_freq": 1, "gradient_steps": 2, "learning_rate": "lin_1e-3"},
@@ -211,8 +210,8 @@ def test_a_killed_run_ends_the_same_when_it_is_resumed(tmp_path: Path) -> None:
         "policy_kwargs: {net_arch: [16]}\n"
     )
     script = (
-        "import sys; from agents.configuration import configuration;"
-        "from agents.training import train;"
+        "import sys; from agents.learning.configuration import configuration;"
+        "from agents.learning.training import train;"
         "train(sys.argv[1], configuration(sys.argv[2]))"
     )
     command = [sys.executable, "-c", script, str(tmp_path / "killed"), str(tmp_path / "run.yml")]
@@ -325,7 +324,7 @@ def test_command_judges_the_agent_beside_the_planner(curling, tmp_path: Path) ->
 def test_the_example_script_trains_judges_and_throws(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    script = Path(__file__).parents[2] / "scripts" / "train.py"
+    script = Path(__file__).parents[3] / "scripts" / "train.py"
     assert len(script.read_text().splitlines()) < 60
     monkeypatch.setattr(sys, "argv", [str(script), "--steps", "256", "-o", str(tmp_path / "run")])
     runpy.run_path(str(script), run_name="__main__")

@@ -1,0 +1,1 @@
+"""Learning to throw: random ices, training runs, and trained policies in use."""

@@ -1,0 +1,1 @@
+"""Generations of a player that meets its past, and what positions it has learnt to be worth."""
