@@ -58,10 +58,12 @@ docs: setup  ## the help of every command and the pictures of the environments, 
 		$(BIN)/curling $$command --help > runs/docs/$$command.txt || exit 1; done
 	$(BIN)/python scripts/environment_pictures.py runs/docs
 
-soak: setup  ## the tests ten times over with other seeds, and ten thousand ends by random hands
+soak: setup  ## the property tests with ten seeds of new examples, and ten thousand random ends
 	for seed in 1 2 3 4 5 6 7 8 9 10; do \
+		$(SINGLE) CURLING_HYPOTHESIS=soak \
+		$(BIN)/pytest -n $(JOBS) -q -m hypothesis --hypothesis-seed=$$seed || exit 1; \
 		$(SINGLE) CURLING_SOAK_ENDS=1000 CURLING_SOAK_SEED=$$seed \
-		$(BIN)/pytest -n $(JOBS) -q -x --hypothesis-seed=$$seed || exit 1; done
+		$(BIN)/pytest -n 0 -q tests/curling_env/game/test_soak.py || exit 1; done
 
 clean:  ## remove what can be made again (not the environment)
 	rm -rf build dist *.egg-info .pytest_cache .ruff_cache .hypothesis .import_linter_cache runs

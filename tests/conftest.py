@@ -1,4 +1,4 @@
-"""What tests of all three packages share."""
+"""Fixtures and settings that the tests of all three packages share."""
 
 from __future__ import annotations
 
@@ -20,14 +20,16 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-# A slow or busy machine must not make a property fail, and every run tries the same cases.
-settings.register_profile("curling", deadline=None, derandomize=True, max_examples=50)
-settings.load_profile("curling")
+# `make test` tries the same examples in every run; `make soak` looks for new ones, as many and as
+# varied as its seed leads to. No profile has a deadline: a busy machine must not fail a property.
+settings.register_profile("repeatable", deadline=None, derandomize=True, max_examples=50)
+settings.register_profile("soak", deadline=None, max_examples=1000, print_blob=True)
+settings.load_profile(os.environ.get("CURLING_HYPOTHESIS", "repeatable"))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What a run of `curling` left: its exit status, and what it said where."""
+    """The exit status of a run of `curling`, and what it wrote to stdout and stderr."""
 
     status: int
     out: str
@@ -38,7 +40,7 @@ class Outcome:
 
     @property
     def complaint(self) -> str:
-        """The one line with which bad input is refused; fails if it was not refused so."""
+        """The one line on stderr that refuses bad input; fails if the input was not refused."""
         assert self.status == 2, (self.status, self.err)
         lines = self.err.strip().splitlines()
         assert len(lines) == 1, self.err
@@ -48,10 +50,11 @@ class Outcome:
 
 @pytest.fixture
 def as_filmed() -> Callable[..., Any]:
-    """Make exact tracks err as those from films do, by what was measured of films.
+    """Give exact tracks the errors of filmed ones; the amounts were measured on films.
 
-    Smoothly, for seconds, by 0.5 mm across and 1.5 mm along the sheet and 0.03 rad in heading; and,
-    all tracks alike, by 2 mm that belong to the place. They claim 2.3 mm and 0.05 rad.
+    Each track has smooth errors that last for seconds: 0.5 mm across the sheet, 1.5 mm along it and
+    0.03 rad in heading. All tracks share an error of 2 mm that depends on the place only. The
+    tracks state σ as 2.3 mm and 0.05 rad.
     """
     from dataclasses import replace
 
@@ -103,15 +106,15 @@ def curling(capfd: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
 
 @pytest.fixture
 def rng() -> np.random.Generator:
-    """Randomness that is the same in every run."""
+    """A random generator that gives the same numbers in every run."""
     return np.random.default_rng(20261121)
 
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Any]:
-    """A real browser without a window (Playwright's, driving the Chromium or Chrome found here).
+    """The Chromium or Chrome of this machine without a window, driven by Playwright.
 
-    Skips where the machine has none.
+    The test is skipped where the machine has neither.
     """
     names = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
     program = next(filter(None, map(shutil.which, names)), None)
@@ -127,7 +130,7 @@ def browser() -> Iterator[Any]:
 
 @pytest.fixture
 def page(browser: Any) -> Iterator[Any]:
-    """A fresh page of that browser; the test fails if the page reports an error of its own."""
+    """A new page of that browser; the test fails if the page reports an error."""
     opened = browser.new_page(viewport={"width": 1280, "height": 800})
     errors: list[str] = []
     opened.on("pageerror", lambda error: errors.append(str(error)))
