@@ -16,9 +16,9 @@ from typing import Annotated, Any
 import typer
 from tqdm import tqdm
 
-from agents.closed_loop.picture import draw_proof
+from agents.closed_loop.experiment import Proof, as_table, prove
+from agents.closed_loop.experiment_figure import draw_proof
 from agents.closed_loop.practice import film
-from agents.closed_loop.proof import Proof, as_table, prove
 from curling_env.commands.cli import say
 from curling_env.errors import CurlingError
 from curling_env.storage import make_directory, write_json

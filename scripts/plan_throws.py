@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 
 from agents.planning import plan_task
-from agents.planning.picture import draw_plan
+from agents.planning.plan_figure import draw_plan
 from curling_env.commands.cli import say
 from curling_env.errors import CurlingError
 from curling_env.ice import load_ice

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.closed_loop.hidden import HiddenIce, run
+from agents.closed_loop.hidden_ice import HiddenIce, run
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Direction
 from curling_env.throw import Release, Throw
 from curling_env.trajectory import Trajectory
@@ -86,7 +86,7 @@ def film(
     folder : gets the films
     workers : processes
     """
-    from agents.demo.filming import film_paths
+    from agents.closed_loop.filming import film_paths
 
     paths: list[Trajectory] = []
     for k, release in enumerate(releases):

@@ -10,7 +10,7 @@ import numpy as np
 
 import curling_env  # noqa: F401  (registers the environments)
 from agents.playing.match import play_game
-from agents.playing.rulebased import RuleBasedPlayer
+from agents.playing.players.rulebased import RuleBasedPlayer
 from curling_env.commands.benchmarks import Measure, rate
 from curling_env.envs.game.end import CurlingEndEnv
 from curling_env.envs.game.end_vector import CurlingEndVectorEnv

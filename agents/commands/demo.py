@@ -40,7 +40,7 @@ def demo(
 
     from tqdm import tqdm
 
-    from agents.demo.session import run_demo
+    from agents.closed_loop.demo import run_demo
     from curling_env.storage import make_directory
 
     make_directory(output)  # refused before the bar begins

@@ -94,8 +94,8 @@ def plan(
     """
     from agents.planning import plan as find
     from agents.planning import plan_task
-    from agents.planning.search import SPINS
-    from agents.planning.stones import read_stones
+    from agents.planning.stones_file import read_stones
+    from agents.planning.target_search import SPINS
     from curling_env.ice import load_ice
     from curling_env.physics.one_stone.slide import NO_OBSTACLES
 
@@ -113,7 +113,7 @@ def plan(
             known, task, aim, stones=places, own=own, skill=skill, spins=tried, x=x, seed=seed
         )
     if picture is not None:
-        from agents.planning.picture import draw_plan
+        from agents.planning.plan_figure import draw_plan
 
         draw_plan(known, result, picture)
     if not as_json:

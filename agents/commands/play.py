@@ -78,12 +78,12 @@ def play(
         curling play --home greedy --away rulebased --ice ice.json --seed 7 --json
         curling play --home rulebased --away greedy --rules mixed_doubles_2024
     """
-    from agents.playing.film import write_film
-    from agents.playing.league.trained_player import player_from
     from agents.playing.match import Match, Played
-    from agents.playing.page import write_page
     from agents.playing.record import result_of, write_record
+    from agents.playing.replay.film import write_film
+    from agents.playing.replay.page import write_page
     from agents.playing.scoreboard import outcome, scoreboard
+    from agents.playing.trained_player import player_from
     from curling_env.errors import InputError
     from curling_env.game import STILL, USUAL, Rink
     from curling_env.game.rules import Team, rule_set

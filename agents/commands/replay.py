@@ -38,9 +38,9 @@ def replay(
         curling replay runs/game/game.jsonl --end 8 --speed 4 -o last.mp4
         curling replay runs/game/game.jsonl -o game.html
     """
-    from agents.playing.film import deliveries_of, write_film
-    from agents.playing.page import write_page
     from agents.playing.record import read_record
+    from agents.playing.replay.film import deliveries_of, write_film
+    from agents.playing.replay.page import write_page
     from curling_env.errors import InputError
     from curling_env.ice import load_ice
 

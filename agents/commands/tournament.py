@@ -53,8 +53,8 @@ def tournament(
     """
     from dataclasses import asdict
 
-    from agents.playing.league.trained_player import player_from
     from agents.playing.tournament import as_text, play_tournament
+    from agents.playing.trained_player import player_from
     from curling_env.game import STILL, USUAL, Rink
     from curling_env.game.rules import rule_set
 

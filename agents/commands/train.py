@@ -162,7 +162,7 @@ def _rllib_workers(text: str) -> int:
 
 def _play_league(config: str, document: dict[str, Any], output: Path, seed: int | None) -> None:
     """Train a player of ends."""
-    from agents.playing.league.league import league_from, run_league
+    from agents.playing.league.run import league_from, run_league
 
     try:
         settings = league_from(document, **({} if seed is None else {"seed": seed}))

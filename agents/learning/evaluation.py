@@ -15,8 +15,8 @@ import curling_env  # noqa: F401  (registers the environments)
 from agents.learning.configuration import TrainingSettings
 from agents.learning.policy import Thrower
 from agents.planning import plan
-from agents.planning.expectation import end_in_play
-from agents.planning.search import direction_to
+from agents.planning.monte_carlo import end_in_play
+from agents.planning.target_search import direction_to
 from curling_env.envs.sheet.action import ThrowRange
 from curling_env.errors import InputError
 from curling_env.ice import Ice

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from agents.learning.configuration import TrainingSettings, schedule_of, settings_from
 from agents.learning.model_file import read_model
-from agents.planning.search import direction_to
+from agents.planning.target_search import direction_to
 from curling_env.envs.sheet.action import ThrowRange, throws_on
 from curling_env.envs.sheet.env import CurlingSheetEnv
 from curling_env.envs.sheet.reset import opening

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from agents.planning.expectation import Spread, end_in_play, possible_ices, spreads
-from agents.planning.landscape import CANDIDATES, STARTS, contract, survey
+from agents.planning.description import InWords, in_words
+from agents.planning.monte_carlo import Spread, end_in_play, possible_ices, spreads
+from agents.planning.objective import Done, MostPoints, RestAt, Wanted
+from agents.planning.reward_map import CANDIDATES, STARTS, contract, survey
 from agents.planning.rollouts import SPIN, SWEEP, SWEEP_END
-from agents.planning.search import SPINS, check_target, direction_to, find_throws, ways_of
-from agents.planning.wanted import Done, MostPoints, RestAt, Wanted
-from agents.planning.words import InWords, in_words
+from agents.planning.target_search import SPINS, check_target, direction_to, find_throws, ways_of
 from curling_env.envs.sheet.tasks import Task, task_named
 from curling_env.errors import InputError
 from curling_env.ice import Ice

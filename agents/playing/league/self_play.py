@@ -1,8 +1,8 @@
-"""Ends played side by side, and what their positions were worth, learnt from how they were scored.
+"""Ends played side by side, and a value network fitted to how they were scored.
 
-Before each delivery shots are tried in the mind, and the one is thrown whose position is thought
-worth most. A league (`agents.playing.league.league`) and `scripts/learn_worth.py` both play and
-learn so.
+Before each delivery candidate shots are simulated, and the one is thrown that leads to the highest
+value. A league (`agents.playing.league.run`) and `scripts/train_value_network.py` both play and
+learn this way.
 """
 
 from __future__ import annotations
@@ -13,12 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.playing.aiming import SPIN
-from agents.playing.search.atlas import Atlas
+from agents.playing.players.aiming import SPIN
+from agents.playing.search.aiming_table import Atlas
 from agents.playing.search.positions import SLOTS, Sheet, points_of
 from agents.playing.search.shots import Shots, shots_for
-from agents.playing.search.winning import Winning
-from agents.playing.search.worth import (
+from agents.playing.search.value_network import (
     MOST,
     POSITION_FEATURES,
     SCORES,
@@ -27,6 +26,7 @@ from agents.playing.search.worth import (
     position_features,
     stone_features,
 )
+from agents.playing.search.win_probability import Winning
 from curling_env.game.rules import RuleSet, rule_set
 from curling_env.game.rules.lines import Lines
 from curling_env.ice import load_ice
@@ -61,7 +61,7 @@ class Ends(NamedTuple):
     stones : (deliveries, n, 16, 2) positions after each delivery, hammer's stones first
     score : (n,) of the team with the hammer
     worth : (n, 13) what each score was worth to it
-    skill : of the players, for all or (n,); see `agents.playing.search.worth.skill_of`
+    skill : of the players, for all or (n,); see `agents.playing.search.value_network.skill_of`
     earnest : the delivery from which on nobody threw without a thought, for all or (n,)
     """
 

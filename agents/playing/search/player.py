@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.playing.search.atlas import Atlas
-from agents.playing.search.kernel import estimate
+from agents.playing.search.aiming_table import Atlas
+from agents.playing.search.kernel_regression import estimate
 from agents.playing.search.positions import Floats, Sheet, points_of, position_of
 from agents.playing.search.shots import KINDS, Shots, shots_for
-from agents.playing.search.winning import Winning
-from agents.playing.search.worth import MOST, Network, load_network, skill_of
+from agents.playing.search.value_network import MOST, Network, load_network, skill_of
+from agents.playing.search.win_probability import Winning
 from curling_env.errors import InputError
 from curling_env.game import Call, Player, View
 from curling_env.game.rules import End, RuleSet, Ruling

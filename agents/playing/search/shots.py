@@ -8,8 +8,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.playing.aiming import SPIN
-from agents.playing.search.atlas import HITS, Atlas
+from agents.playing.players.aiming import SPIN
+from agents.playing.search.aiming_table import HITS, Atlas
 from agents.playing.search.positions import Flags, Floats, Sheet
 from curling_env.game.rules.stones import STONES_A_TEAM
 

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agents.closed_loop.hidden import draw_hidden_ice, run
+from agents.closed_loop.execution import make
+from agents.closed_loop.experiment import CHAINS, interval, ratio_interval
+from agents.closed_loop.hidden_ice import draw_hidden_ice, run
 from agents.closed_loop.practice import NOISE, film, practice_throws, track_errors, watch
-from agents.closed_loop.proof import CHAINS, interval, ratio_interval
-from agents.closed_loop.throwing import make
 from agents.planning import plan, plan_task
 from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import TEE_Y

@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 import pytest
 
-from agents.demo import filming
-from agents.demo.areas import find_areas, relative
-from agents.demo.hidden import hidden_ice, practice_throws
-from agents.demo.missing import find_what_is_missing
+from agents.closed_loop import filming
+from agents.closed_loop.areas import find_areas, relative
+from agents.closed_loop.missing_effect import find_what_is_missing
+from agents.closed_loop.patchy_ice import hidden_ice, practice_throws
 from curling_env.ice import FrictionMap, Ice, load_ice
 from curling_env.physics.one_stone.slide import SlideEnd, slide
 from curling_env.sheet import PAPER_SHEET, TEE_Y
@@ -113,7 +113,7 @@ def test_a_hidden_curl_is_named_and_the_draw_lands(tmp_path: Path, as_filmed) ->
 
 @pytest.mark.slow
 def test_the_demo_leaves_all_it_promises(curling, tmp_path: Path) -> None:
-    from agents.demo.session import run_demo
+    from agents.closed_loop.demo import run_demo
 
     told: list[float] = []
     found = run_demo(

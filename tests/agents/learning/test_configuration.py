@@ -17,7 +17,7 @@ from agents.learning.configuration import (
     settings_from,
 )
 from agents.learning.random_ice import RandomIces
-from agents.playing.league.league import league_from
+from agents.playing.league.run import league_from
 from curling_env.errors import InputError
 
 LEAGUES = [name for name in configurations() if "league" in name]

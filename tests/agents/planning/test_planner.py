@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from agents.planning import plan, plan_task
-from agents.planning.expectation import possible_ices, spreads
+from agents.planning.description import handles
+from agents.planning.monte_carlo import possible_ices, spreads
+from agents.planning.objective import points_of
 from agents.planning.rollouts import releases_of, roll_out
-from agents.planning.search import find_throws
-from agents.planning.wanted import points_of
-from agents.planning.words import handles
+from agents.planning.target_search import find_throws
 from curling_env.envs.sheet.action import ThrowRange
 from curling_env.errors import InputError
 from curling_env.game.rules import Lines, Lying, Team, count

@@ -9,12 +9,12 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from agents.playing.draw import DrawPlayer
-from agents.playing.greedy import GreedyPlayer
 from agents.playing.match import Match, play_game
-from agents.playing.page import page_of
+from agents.playing.players.draw import DrawPlayer
+from agents.playing.players.greedy import GreedyPlayer
+from agents.playing.players.rulebased import RuleBasedPlayer
 from agents.playing.record import lines_of, play_again, read_record, write_record
-from agents.playing.rulebased import RuleBasedPlayer
+from agents.playing.replay.page import page_of
 from agents.playing.scoreboard import outcome, scoreboard
 from agents.playing.tournament import play_tournament, ratings, wilson
 from curling_env.errors import InputError

@@ -50,7 +50,7 @@ def test_pictures_of_another_size_are_refused(club_photo, known):
 
 
 def test_the_command_writes_stones_that_a_plan_can_read(club_photo, known, tmp_path, capsys):
-    from agents.planning.stones import read_stones
+    from agents.planning.stones_file import read_stones
 
     paths = {name: tmp_path / name for name in ("now.png", "empty.png", "scene.json", "s.json")}
     cv2.imwrite(str(paths["now.png"]), club_photo.picture)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from agents.closed_loop.proof import CHAINS, Proof, interval
+from agents.closed_loop.experiment import CHAINS, Proof, interval
 from curling_env.render import figures
 from curling_env.sheet import PAPER_SHEET, Direction
 

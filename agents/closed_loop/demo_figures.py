@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from agents.demo.findings import Findings
+from agents.closed_loop.demo_findings import Findings
 from curling_env.ice import Ice
 from curling_env.physics.one_stone.slide import play_bounds, slide
 from curling_env.render import figures

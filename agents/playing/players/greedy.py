@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from agents.playing.aiming import PEEL_WEIGHT, AimingPlayer
-from agents.playing.value import value_of
+from agents.playing.players.aiming import PEEL_WEIGHT, AimingPlayer
+from agents.playing.players.heuristic import value_of
 from curling_env.game import Call, GameState, Rink, View
 from curling_env.game.rules import shot_order
 from curling_env.game.rules.free_guard_zone import guards

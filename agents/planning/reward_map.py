@@ -14,10 +14,10 @@ from collections.abc import Callable
 import numpy as np
 from scipy.ndimage import gaussian_filter, maximum_filter
 
-from agents.planning.expectation import end_in_play
+from agents.planning.monte_carlo import end_in_play
+from agents.planning.objective import Wanted
 from agents.planning.rollouts import ANGLE, EVERYWHERE, OFFSET, SPEED, SPIN, SWEEP, roll_out
-from agents.planning.search import weights_to
-from agents.planning.wanted import Wanted
+from agents.planning.target_search import weights_to
 from curling_env.ice import Ice
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, to_delivery
 from curling_env.throw import MAX_SPEED, SKILLS, Skill

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from agents.closed_loop.hidden import HiddenIce, draw_hidden_ice
+from agents.closed_loop.execution import Made, make
+from agents.closed_loop.hidden_ice import HiddenIce, draw_hidden_ice
 from agents.closed_loop.practice import practice_throws, track, track_errors
-from agents.closed_loop.throwing import Made, make
 from agents.planning import Plan, plan, plan_task
-from agents.planning.wanted import Done
+from agents.planning.objective import Done
 from curling_env.envs.sheet.tasks import task_named
 from curling_env.ice import Ice
 from curling_env.sheet import TEE_Y

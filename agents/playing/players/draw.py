@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from agents.playing.aiming import AimingPlayer
+from agents.playing.players.aiming import AimingPlayer
 from curling_env.game import Call, View
 
 

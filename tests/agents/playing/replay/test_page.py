@@ -7,11 +7,11 @@ import json
 import numpy as np
 import pytest
 
-from agents.playing.draw import DrawPlayer
 from agents.playing.match import play_game
-from agents.playing.page import write_page
+from agents.playing.players.draw import DrawPlayer
+from agents.playing.players.rulebased import RuleBasedPlayer
 from agents.playing.record import lines_of
-from agents.playing.rulebased import RuleBasedPlayer
+from agents.playing.replay.page import write_page
 from curling_env.game import USUAL, Rink
 from curling_env.game.rules import rule_set
 from curling_env.sheet import TEE_Y

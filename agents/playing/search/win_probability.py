@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from agents.playing.search.worth import SCORES
+from agents.playing.search.value_network import SCORES
 from curling_env.game.rules import RuleSet
 from curling_env.typing import Floats
 

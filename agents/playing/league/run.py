@@ -37,7 +37,7 @@ from agents.playing.league.self_play import (
     worth_of_scores,
 )
 from agents.playing.search.positions import Sheet
-from agents.playing.search.worth import POSITION_FEATURES, SCORES, STONE_FEATURES, Network
+from agents.playing.search.value_network import POSITION_FEATURES, SCORES, STONE_FEATURES, Network
 from curling_env.errors import InputError
 from curling_env.game.rules import rule_set
 from curling_env.storage import make_directory

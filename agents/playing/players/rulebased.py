@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from agents.playing.aiming import PEEL_WEIGHT, AimingPlayer
+from agents.playing.players.aiming import PEEL_WEIGHT, AimingPlayer
 from curling_env.game import Call, View
 from curling_env.game.rules import End, Lying, Team, count, shot_order
 from curling_env.game.rules.free_guard_zone import guards

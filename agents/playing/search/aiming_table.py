@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.playing.aiming import SPIN
+from agents.playing.players.aiming import SPIN
 from curling_env.ice import Ice
 from curling_env.physics.batch import RELEASE_DTYPE, throw_batch
 from curling_env.physics.one_stone.aim import START_Y, Aim

@@ -9,11 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.demo import filming, page, pictures
-from agents.demo.areas import find_areas
-from agents.demo.findings import Draw, Findings
-from agents.demo.hidden import hidden_ice, practice_throws
-from agents.demo.missing import find_what_is_missing
+from agents.closed_loop import demo_figures as pictures
+from agents.closed_loop import demo_page as page
+from agents.closed_loop import filming
+from agents.closed_loop.areas import find_areas
+from agents.closed_loop.demo_findings import Draw, Findings
+from agents.closed_loop.missing_effect import find_what_is_missing
+from agents.closed_loop.patchy_ice import hidden_ice, practice_throws
 from agents.learning.evaluation import rest_in_env
 from agents.planning import Plan, plan
 from curling_env.ice import Ice, save_ice

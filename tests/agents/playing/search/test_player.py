@@ -8,17 +8,17 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from agents.playing.draw import DrawPlayer
-from agents.playing.league.trained_player import player_from
 from agents.playing.match import play_game
+from agents.playing.players.draw import DrawPlayer
 from agents.playing.search import SearchPlayer
-from agents.playing.search.atlas import HITS, Atlas
-from agents.playing.search.kernel import estimate
+from agents.playing.search.aiming_table import HITS, Atlas
+from agents.playing.search.kernel_regression import estimate
 from agents.playing.search.player import Judge
 from agents.playing.search.positions import SLOTS, Sheet, points_of, position_of
 from agents.playing.search.shots import KINDS, shots_for
-from agents.playing.search.winning import Winning
-from agents.playing.search.worth import SCORES, load_network
+from agents.playing.search.value_network import SCORES, load_network
+from agents.playing.search.win_probability import Winning
+from agents.playing.trained_player import player_from
 from curling_env.errors import InputError
 from curling_env.game import STILL, USUAL, GameState, Rink, View
 from curling_env.game.rules import End, Lying, Team, count, rule_on, rule_set, score_of

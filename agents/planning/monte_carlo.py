@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from agents.planning.objective import Wanted
 from agents.planning.rollouts import SPEED, SPIN, Rollouts, roll_out
-from agents.planning.wanted import Wanted
 from curling_env.ice import FrictionMap, Ice
 from curling_env.physics.one_stone.slide import SlideEnd, play_bounds
 from curling_env.sheet import Direction

@@ -7,7 +7,7 @@ from html import escape
 from pathlib import Path
 from string import Template
 
-from agents.demo.findings import Findings
+from agents.closed_loop.demo_findings import Findings
 from curling_env.storage import write_text
 
 PAGE = Template("""<!doctype html>

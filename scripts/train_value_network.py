@@ -1,11 +1,12 @@
-"""Teach the player `search` what a position is worth, from ends that it plays against itself.
+"""Teach the player `search` the value of positions, from ends that it plays against itself.
 
-    python scripts/learn_worth.py -o runs/worth --ends 1000 1500 3000 5000
+    python scripts/train_value_network.py -o runs/value --ends 1000 1500 3000 5000
 
-In each round ends are played with what was learnt in the round before (in the first, with a rule of
-thumb), each team after the chances to win from some score of a game; then the network of
-`agents.playing.search.worth` learns from the ends of the later rounds how they were scored. Needs
-the extra `train` (torch). Prints how often each score was made in level games.
+In each round, ends are played with the network of the round before; the first round uses a
+heuristic. Each team aims for the win probabilities of some score in a game. The network of
+`agents.playing.search.value_network` is then fitted to the ends of the later rounds: it predicts
+how an end is scored. Needs the extra `train` (torch). Prints how often each score was made in
+level games.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from agents.playing.league.self_play import (
 )
 from agents.playing.league.self_play import play_ends as play_on
 from agents.playing.search.positions import Sheet
-from agents.playing.search.worth import FILE, SCORES, Network, load_network, save_network
+from agents.playing.search.value_network import FILE, SCORES, Network, load_network, save_network
 from curling_env.executor import executor
 from curling_env.storage import make_directory
 from curling_env.throw import SKILLS

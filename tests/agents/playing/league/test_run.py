@@ -11,12 +11,12 @@ import pytest
 pytest.importorskip("torch")
 
 from agents.learning.model_file import read_model, write_model
-from agents.playing.league.league import LeagueSettings, league_from, run_league
+from agents.playing.league.run import LeagueSettings, league_from, run_league
 from agents.playing.league.self_play import Ends, learn
-from agents.playing.league.trained_player import player_from
 from agents.playing.match import play_game
 from agents.playing.search.positions import SLOTS, points_of
-from agents.playing.search.worth import MOST, Network
+from agents.playing.search.value_network import MOST, Network
+from agents.playing.trained_player import player_from
 from curling_env.errors import InputError
 from curling_env.game import Rink, player_named
 from curling_env.game.rules import rule_set

@@ -8,11 +8,11 @@ import cv2
 import numpy as np
 import pytest
 
-from agents.playing.draw import DrawPlayer
-from agents.playing.film import FPS, HOLD, deliveries_of, frames_of, write_film
 from agents.playing.match import play_game
+from agents.playing.players.draw import DrawPlayer
+from agents.playing.players.rulebased import RuleBasedPlayer
 from agents.playing.record import read_record, write_record
-from agents.playing.rulebased import RuleBasedPlayer
+from agents.playing.replay.film import FPS, HOLD, deliveries_of, frames_of, write_film
 from curling_env.errors import InputError
 from curling_env.game import USUAL, Rink
 from curling_env.game.rules import rule_set

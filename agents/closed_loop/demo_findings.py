@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.demo.areas import Area, relative
-from agents.demo.missing import Missing
+from agents.closed_loop.areas import Area, relative
+from agents.closed_loop.missing_effect import Missing
 from agents.planning import Plan
 from curling_env.ice import Ice
 from curling_env.sheet import TEE_Y

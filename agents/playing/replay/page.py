@@ -21,7 +21,7 @@ def page_of(lines: Sequence[dict[str, Any]]) -> str:
     ----------
     lines : the documents of `record.lines_of` or `record.read_record`
     """
-    template = files("agents.playing").joinpath("replay.html").read_text(encoding="utf-8")
+    template = files("agents.playing.replay").joinpath("replay.html").read_text(encoding="utf-8")
     # A name must not end the script element that it is written into.
     record = json.dumps(list(lines), separators=(",", ":")).replace("<", "\\u003c")
     return template.replace(PLACE, record)

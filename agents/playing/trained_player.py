@@ -57,7 +57,7 @@ def trained_player(path: str | Path) -> Player:
     document = read_model(path)
     player: Player
     if "layers" in document:
-        from agents.playing.league.league import load_ends_network
+        from agents.playing.league.run import load_ends_network
 
         player = SearchPlayer(LOOKED_AT, network=load_ends_network(document, path))
     else:

@@ -7,10 +7,10 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.closed_loop.hidden import HiddenIce, run
+from agents.closed_loop.hidden_ice import HiddenIce, run
 from agents.planning import Plan
+from agents.planning.objective import Judged
 from agents.planning.rollouts import Rollouts
-from agents.planning.wanted import Judged
 from curling_env.ice import Ice
 from curling_env.physics.batch import play_batch
 from curling_env.physics.engine import is_hogged

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.demo.filming import estimate
+from agents.closed_loop.filming import estimate
 from agents.learning.evaluation import rest_in_env
 from agents.planning import plan
 from curling_env.ice import Ice

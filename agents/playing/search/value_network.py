@@ -32,7 +32,7 @@ SCORES = np.arange(-MOST, MOST + 1)
 """Scores of the end for the hammer team."""
 STONE_FEATURES = 20
 POSITION_FEATURES = 17 + 9 + len(SCORES) + 1
-FILE = "worth.npz"
+FILE = "value_network.npz"
 
 
 @dataclass(frozen=True, kw_only=True)

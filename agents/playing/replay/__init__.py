@@ -1,0 +1,1 @@
+"""A recorded game as a film or as a page."""
