@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping, Set
 from dataclasses import asdict, dataclass, field, fields, replace
+from importlib.resources import files
 from pathlib import Path
 from typing import Any, Literal, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from curling_env.errors import InputError
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
 from curling_env.storage import read_json, write_json, write_table
+from curling_env.typing import Flags, Floats
 
 ICE_FORMAT = "curling-ice/1"
 MAX_FRICTION = 1.0
 """Largest μ accepted: far above any ice, low enough to catch a file in other units."""
+
+_PRESETS = files("curling_env") / "presets"
 
 Interpolation = Literal["bilinear", "cell"]
 
@@ -38,9 +43,9 @@ class FrictionMap:
     InputError : shapes that differ, a mu that is not positive, a sigma that is negative
     """
 
-    mu: NDArray[np.float64]
-    sigma: NDArray[np.float64]
-    observed: NDArray[np.bool_]
+    mu: Floats
+    sigma: Floats
+    observed: Flags
     interpolation: Interpolation = "bilinear"
 
     def __post_init__(self) -> None:
@@ -138,7 +143,7 @@ class Ice:
         """Ice of the same friction everywhere; `others` are fields of `Ice`."""
         return cls(friction=FrictionMap.uniform(mu, sheet), sheet=sheet, **others)
 
-    def mu_at(self, xy: ArrayLike) -> NDArray[np.float64]:
+    def mu_at(self, xy: ArrayLike) -> Floats:
         """Friction of the map at points (..., 2) in the sheet frame, as the force law reads it."""
         points = np.asarray(xy, dtype=np.float64)
         mu, sheet = self.friction.mu, self.sheet
@@ -228,22 +233,43 @@ def save_ice(ice: Ice, path: str | Path) -> None:
     write_json(path, document)
 
 
+def preset_names() -> list[str]:
+    """The names that `load_ice` accepts instead of a file."""
+    return sorted(
+        p.name.removesuffix(".json") for p in _PRESETS.iterdir() if p.name[-5:] == ".json"
+    )
+
+
 def load_ice(source: str | Path | Ice) -> Ice:
-    """An ice from a file, or by the name of a preset; an `Ice` is returned as it is.
+    """Read an ice from a file, or take a preset by its name.
+
+    Three presets come with the package, as ice files in ``curling_env/presets``:
+
+    - ``standard``: championship ice. A draw takes 24 to 25 s from hog line to tee and curls 1.1 to
+      1.5 m. Friction is 0.0082·s^(-1/4) at the sliding speed s of each contact, air drag 9.5e-4·v²
+      and curl 0.0082·v^0.2. `spin_drag` adds to the torque of the running band what is missing to
+      the observed decay of the spin, 0.02·v^(-0.6) rad/s² in all at draw weight.
+    - ``fcv1``: the law of the Digital Curling competition's simulator, a point contact with
+      dv/dt = -g·[0.00200985/(v + 0.06385782) + 0.00626286], a sideways acceleration of 0.0082·v^0.2
+      and dω/dt = -0.025/max(v, 0.001).
+    - ``paper``: uniform Coulomb friction of 0.0019 under the paper's own stone.
+
+    Parameters
+    ----------
+    source : the path of an ice file, the name of a preset, or an `Ice`, which is returned as it is
 
     Raises
     ------
-    InputError : no such file or preset, or a file that is not an ice
+    InputError : no such file or preset, or a file that does not describe an ice
     """
-    from curling_env.presets import PRESETS
-
     if isinstance(source, Ice):
         return source
-    if str(source) in PRESETS:
-        return PRESETS[str(source)]()
+    presets = preset_names()
+    if str(source) in presets:
+        return _parse_ice(json.loads((_PRESETS / f"{source}.json").read_text(encoding="utf-8")))
     if not Path(source).exists():
         raise InputError(
-            f"no such ice file, and not one of the presets {', '.join(PRESETS)}", source=source
+            f"no such ice file, and not one of the presets {', '.join(presets)}", source=source
         )
     document = read_json(source)
     try:
@@ -256,8 +282,10 @@ def _parse_ice(document: Any) -> Ice:
     found = cast("dict[str, Any]", document).get("format") if isinstance(document, dict) else None
     if found != ICE_FORMAT:
         raise InputError(f"expected an ice file of format {ICE_FORMAT!r}, found {found!r}")
-    ice = _members(document, "", required={"format", "sheet", "friction"}, optional=_LATER)
-    sheet = _members(ice["sheet"], "sheet", required={"length", "width"})
+    ice = _members(
+        document, "", required={"format", "sheet", "friction"}, optional={"stone", "effects"}
+    )
+    lengths = _members(ice["sheet"], "sheet", required={"length", "width"})
     friction = _members(
         ice["friction"],
         "friction",
@@ -265,21 +293,22 @@ def _parse_ice(document: Any) -> Ice:
         optional={"sigma", "observed", "interpolation"},
     )
     stone = _members(ice.get("stone", {}), "stone", optional={f.name for f in fields(Stone)})
-    mu = _table(friction["mu"], "friction.mu")
     effects = ice.get("effects", [])
     if not isinstance(effects, list):
         raise InputError("expected a list of effects", where="effects")
+    sheet = Sheet(
+        length=_number(lengths["length"], "sheet.length"),
+        width=_number(lengths["width"], "sheet.width"),
+        cell_size=_number(friction["cell_size"], "friction.cell_size"),
+    )
+    mu = _table(friction["mu"], "friction.mu", sheet.shape)
     return Ice(
-        sheet=Sheet(
-            length=_number(sheet["length"], "sheet.length"),
-            width=_number(sheet["width"], "sheet.width"),
-            cell_size=_number(friction["cell_size"], "friction.cell_size"),
-        ),
+        sheet=sheet,
         stone=Stone(**{key: _number(value, f"stone.{key}") for key, value in stone.items()}),
         friction=FrictionMap(
             mu=mu,
-            sigma=_table(friction.get("sigma", np.zeros(mu.shape)), "friction.sigma"),
-            observed=_table(friction.get("observed", np.ones(mu.shape)), "friction.observed") > 0,
+            sigma=_table(friction.get("sigma", 0.0), "friction.sigma", mu.shape),
+            observed=_table(friction.get("observed", 1), "friction.observed", mu.shape) > 0,
             interpolation=friction.get("interpolation", "bilinear"),
         ),
         effects=tuple(
@@ -302,10 +331,6 @@ def _parse_effect(document: Any, where: str) -> ActiveEffect:
             if not (kind == "sigma" and value is None)
         }
     return ActiveEffect(name=str(effect["name"]), **values)
-
-
-_LATER = {"stone", "effects"}
-"""What an ice file may leave out."""
 
 
 def _members(
@@ -334,11 +359,14 @@ def _number(value: Any, where: str) -> float:
     return float(value)
 
 
-def _table(value: Any, where: str) -> NDArray[np.float64]:
+def _table(value: Any, where: str, shape: tuple[int, ...]) -> Floats:
+    """Rows of numbers, or a table of that shape filled with the one number given."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return np.full(shape, float(value))
     try:
         table = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError):
         table = np.empty(0)
     if table.ndim != 2:
-        raise InputError("expected rows of equally many numbers", where=where)
+        raise InputError("expected one number, or rows of equally many numbers", where=where)
     return table

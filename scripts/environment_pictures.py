@@ -17,9 +17,8 @@ from scipy.ndimage import gaussian_filter
 
 import curling_env
 from curling_env.game import player_named
-from curling_env.ice import Ice
+from curling_env.ice import Ice, load_ice
 from curling_env.physics.one_stone.aim import Aim
-from curling_env.presets import standard
 from curling_env.sheet import Direction
 from curling_env.storage import atomic_path
 from curling_env.typing import Image
@@ -29,7 +28,7 @@ QUALITY = 82
 
 def keen_and_heavy() -> Ice:
     """Standard ice with areas that differ by some percent."""
-    ice = standard()
+    ice = load_ice("standard")
     rough = gaussian_filter(np.random.default_rng(3).standard_normal(ice.sheet.shape), 3)
     mu = ice.friction.mu * (1 + 0.04 * rough / rough.std())
     return replace(ice, friction=replace(ice.friction, mu=mu))

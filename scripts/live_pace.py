@@ -24,8 +24,8 @@ import numpy as np
 import typer
 from av.error import FFmpegError
 
+from curling_env.ice import load_ice
 from curling_env.physics.one_stone.slide import slide
-from curling_env.presets import standard
 from curling_env.storage import atomic_path, make_directory
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
@@ -82,7 +82,7 @@ def main(
 
 def _draw(weight: float) -> Trajectory:
     path = slide(
-        standard(), Throw(speed=weight, angle=-0.02, spin=1.5).release(), fps=100
+        load_ice("standard"), Throw(speed=weight, angle=-0.02, spin=1.5).release(), fps=100
     ).trajectory
     assert path is not None  # a rate was given
     return path

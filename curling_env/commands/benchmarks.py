@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from curling_env.ice import Ice
-from curling_env.presets import standard
+from curling_env.ice import Ice, load_ice
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
 from curling_env.typing import Floats
 
@@ -93,7 +92,7 @@ def memory_of_a_million() -> float:
     def throw(count: int) -> object:
         table = np.zeros(count, dtype=RELEASE_DTYPE)
         table["vy"], table["omega"] = 0.05, 0.1
-        return throw_batch(standard(), table)
+        return throw_batch(load_ice("standard"), table)
 
     throw(10)
     tracemalloc.start()
@@ -108,7 +107,7 @@ def memory_of_a_million() -> float:
 
 def mapped_ice(rng: np.random.Generator) -> Ice:
     """Standard ice whose every cell has a friction of its own."""
-    ice = standard()
+    ice = load_ice("standard")
     mu = ice.friction.mu * np.exp(MAP_SPREAD * rng.standard_normal(ice.friction.mu.shape))
     return replace(ice, friction=replace(ice.friction, mu=mu))
 
@@ -165,7 +164,7 @@ def _batch() -> Iterator[Measure]:
     )
     yield Measure(
         name="batch_throws_per_s_empty_uniform_ice",
-        value=rate(lambda: len(throw_batch(standard(), draws).x)),
+        value=rate(lambda: len(throw_batch(load_ice("standard"), draws).x)),
         unit="throws/s",
     )
     one, two = wall_rates(*(lambda n=n: len(throw_batch(ice, draws, workers=n).x) for n in (1, 2)))

@@ -10,8 +10,8 @@ from tempfile import TemporaryDirectory
 import cv2
 
 from curling_env.commands.benchmarks import Measure, rate
+from curling_env.ice import load_ice
 from curling_env.physics.one_stone.slide import slide
-from curling_env.presets import standard
 from curling_env.throw import Throw
 from friction_estimation.camera.scene import load_scene
 from friction_estimation.film.frame import Frame
@@ -41,7 +41,9 @@ def measures() -> Iterator[Measure]:
 
 
 def _tracking(folder: Path) -> Iterator[Measure]:
-    thrown = slide(standard(), Throw(speed=WEIGHT, angle=-0.02, spin=1.5).release(), fps=2 * FPS)
+    thrown = slide(
+        load_ice("standard"), Throw(speed=WEIGHT, angle=-0.02, spin=1.5).release(), fps=2 * FPS
+    )
     assert thrown.trajectory is not None  # a rate was given
     spec = FilmSpec(camera="end", size=SIZE, fps=FPS, people=False)
     (film,) = render_films(folder, [thrown.trajectory], spec)

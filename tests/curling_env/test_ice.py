@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice, save_ice
 from curling_env.physics.law import acceleration
-from curling_env.presets import PRESETS
 from curling_env.sheet import PAPER_SHEET, WORLD_CURLING_SHEET, Sheet
 
 
@@ -62,7 +61,7 @@ def test_ice_survives_its_file_to_the_last_bit(tmp_path, sheet, interpolation):
     assert equal(load_ice(tmp_path / "ice.json"), ice)
 
 
-@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("name", ["standard", "fcv1", "paper"])
 def test_presets_are_ice_and_have_a_file(tmp_path, name):
     ice = load_ice(name)
     save_ice(ice, tmp_path / "ice.json")
@@ -144,9 +143,34 @@ def test_what_is_no_ice_is_refused(tmp_path, text):
         load_ice(tmp_path / "ice.json")
 
 
-def test_a_name_that_is_neither_file_nor_preset_lists_the_presets():
-    with pytest.raises(InputError, match="standard, fcv1, paper"):
+def test_a_name_that_is_neither_file_nor_preset_is_named_beside_the_presets():
+    with pytest.raises(InputError, match="championship: .*fcv1, paper, standard"):
         load_ice("championship")
+
+
+def test_a_file_may_give_one_number_for_uniform_ice(tmp_path):
+    document = {
+        "format": "curling-ice/1",
+        "sheet": {"length": 45.72, "width": 4.75},
+        "friction": {"cell_size": 0.25, "mu": 0.0079},
+    }
+    (tmp_path / "mine.json").write_text(json.dumps(document))
+    ice = load_ice(tmp_path / "mine.json")
+    sheet = Sheet(length=45.72, width=4.75, cell_size=0.25)
+    assert equal(ice, Ice.uniform(0.0079, sheet))
+    assert ice.friction.observed.all()
+
+
+@pytest.mark.parametrize("mu", [-0.008, 0, 8.2, True, "0.008", None, {"value": 0.008}])
+def test_one_number_for_uniform_ice_must_be_a_friction(tmp_path, mu):
+    document = {
+        "format": "curling-ice/1",
+        "sheet": {"length": 44.5, "width": 4.5},
+        "friction": {"cell_size": 0.5, "mu": mu},
+    }
+    (tmp_path / "mine.json").write_text(json.dumps(document))
+    with pytest.raises(InputError, match=r"mine\.json.*friction\.mu"):
+        load_ice(tmp_path / "mine.json")
 
 
 @given(st.floats(-3, 3), st.floats(-24, 24))

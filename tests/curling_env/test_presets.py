@@ -1,12 +1,12 @@
-"""The named ices against the numbers they are named for."""
+"""The presets against the numbers they are named for."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from curling_env.ice import load_ice
 from curling_env.physics.one_stone.slide import Slide, slide
-from curling_env.presets import fcv1, paper, standard
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.throw import Throw
 
@@ -36,7 +36,7 @@ def hog_to_hog(path: Slide) -> float:
 def test_fcv1_gives_the_competition_simulators_table(
     speed: float, stop: float, time: float, between_hogs: float, curl: float, turns: float
 ) -> None:
-    path = straight(fcv1(), speed)
+    path = straight(load_ice("fcv1"), speed)
     printed = 0.05 if stop == 24.2 else 0.0  # that row is given to a decimetre only
     assert path.y + HOG_LINE_Y == pytest.approx(stop, abs=0.01 + printed)
     assert path.time == pytest.approx(time, abs=0.02)
@@ -46,7 +46,7 @@ def test_fcv1_gives_the_competition_simulators_table(
 
 
 def test_a_draw_on_standard_ice_is_a_championship_draw() -> None:
-    path = straight(standard(), 2.097)
+    path = straight(load_ice("standard"), 2.097)
     assert path.y == pytest.approx(TEE_Y, abs=0.15)
     assert 24.0 <= path.time <= 25.0
     assert 13.0 <= hog_to_hog(path) <= 14.5
@@ -55,6 +55,6 @@ def test_a_draw_on_standard_ice_is_a_championship_draw() -> None:
 
 
 def test_paper_ice_stops_a_stone_where_coulomb_says() -> None:
-    path = straight(paper(), 0.9, spin=0.0)
+    path = straight(load_ice("paper"), 0.9, spin=0.0)
     assert path.y + HOG_LINE_Y == pytest.approx(0.9**2 / (2 * 0.0019 * 9.80665), abs=1e-5)
     assert path.time == pytest.approx(0.9 / (0.0019 * 9.80665), abs=1e-5)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from curling_env.ice import ActiveEffect, save_ice
+from curling_env.ice import ActiveEffect, load_ice, save_ice
 from curling_env.physics.one_stone.slide import slide
-from curling_env.presets import paper, standard
 from curling_env.sheet import HOG_LINE_Y, PAPER_SHEET, TEE_Y, Direction
 from curling_env.throw import Release, Throw, read_releases, write_releases
 from curling_env.trajectory import read_tracks
@@ -115,7 +114,7 @@ def test_tracks_are_the_true_paths(curling, releases, tmp_path):
     assert [track.stone for track in tracks] == [3, 4, 5]
     assert [track.clock for track in tracks] == [10.0, 70.0, 130.0]
     for track, release in zip(tracks, read_releases(releases), strict=True):
-        alone = slide(standard(), release, fps=25).trajectory
+        alone = slide(load_ice("standard"), release, fps=25).trajectory
         np.testing.assert_allclose(track.xy, alone.xy, atol=1e-5)
         np.testing.assert_allclose(np.diff(track.t)[:-1], 0.04, atol=2e-6)
     swept = tracks[1].swept == 1
@@ -123,12 +122,12 @@ def test_tracks_are_the_true_paths(curling, releases, tmp_path):
     assert tracks[1].t[swept].max() == pytest.approx(9, abs=0.05)
     assert not tracks[0].swept.any()
     # The third one slides over the back line and on to the edge of the ice.
-    edge = PAPER_SHEET.length / 2 - standard().stone.radius
+    edge = PAPER_SHEET.length / 2 - load_ice("standard").stone.radius
     assert tracks[2].xy[-1, 1] == pytest.approx(edge, abs=1e-4)
 
 
 def test_measurement_effects_do_not_move_stones(curling, releases, tmp_path):
-    ice = standard().with_effect(
+    ice = load_ice("standard").with_effect(
         ActiveEffect(name="tracking_offset", parameters={"along": 0.05, "left": 0.02})
     )
     save_ice(ice, tmp_path / "ice.json")
@@ -139,7 +138,7 @@ def test_measurement_effects_do_not_move_stones(curling, releases, tmp_path):
 
 
 def test_throws_are_numbered_as_in_the_file_and_wear_the_ice_in_its_order(curling, tmp_path):
-    ice = paper().with_effect(ActiveEffect(name="pebble_wear", parameters={"rate": 0.05}))
+    ice = load_ice("paper").with_effect(ActiveEffect(name="pebble_wear", parameters={"rate": 0.05}))
     save_ice(ice, tmp_path / "ice.json")
     rows = [Release(x=0, y=-10.9725, vx=0, vy=0.9, throw=k) for k in (12, 7)]
     write_releases(tmp_path / "r.csv", rows)
@@ -157,7 +156,7 @@ def test_throws_are_numbered_as_in_the_file_and_wear_the_ice_in_its_order(curlin
 def test_a_simulated_session_remembers_where_its_stones_went(curling, tmp_path):
     """The last stone's track is the same, but keener than it; the second to last is another."""
     effect = ActiveEffect(name="pebble_wear", parameters={"along_path": -0.05})
-    save_ice(paper().with_effect(effect), tmp_path / "ice.json")
+    save_ice(load_ice("paper").with_effect(effect), tmp_path / "ice.json")
     sides = (0.0, 0.0, 0.0, 1.9, 0.0)
     rows = [Release(x=x, y=-10.9725, vx=0, vy=0.9, throw=k) for k, x in enumerate(sides)]
     write_releases(tmp_path / "r.csv", rows)

@@ -17,7 +17,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from curling_env.ice import ActiveEffect, Ice
+from curling_env.ice import ActiveEffect, Ice, load_ice
 from curling_env.physics.compiled import compiled
 from curling_env.physics.effects.motion import (
     CLOCK,
@@ -30,7 +30,6 @@ from curling_env.physics.effects.motion import (
     T,
 )
 from curling_env.physics.law import Law, accelerate, compile_law
-from curling_env.presets import standard
 from curling_env.throw import Release, Throw
 
 STEP = 1e-4
@@ -169,7 +168,7 @@ def _slide_finely(ice: Ice, release: Release, bounds: NDArray[np.float64]) -> Re
 
 def _draw_ice(rng: np.random.Generator) -> Ice:
     """Standard ice made rough, with some effects on it."""
-    ice = standard()
+    ice = load_ice("standard")
     spread = rng.standard_normal(ice.friction.mu.shape)
     if rng.random() < 0.5:  # over 1 m rather than from cell to cell
         spread = gaussian_filter(spread, 1.0 / ice.sheet.cell_size / np.sqrt(2))

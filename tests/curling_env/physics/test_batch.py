@@ -10,12 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from curling_env.errors import InputError
-from curling_env.ice import Ice
+from curling_env.ice import Ice, load_ice
 from curling_env.physics.batch import play_batch, release_table, throw_batch
 from curling_env.physics.many_stones.events import collide, hands_of
 from curling_env.physics.one_stone.slide import slide
 from curling_env.physics.one_stone.step import EXACT, QUICK
-from curling_env.presets import paper, standard
 from curling_env.sheet import RULE_BOOK_STONE, TEE_Y
 from curling_env.throw import Release, Throw
 
@@ -24,7 +23,7 @@ R = RULE_BOOK_STONE.radius
 
 
 def mapped(rng: np.random.Generator) -> Ice:
-    ice = standard()
+    ice = load_ice("standard")
     mu = ice.friction.mu * np.exp(0.05 * rng.standard_normal(ice.friction.mu.shape))
     return replace(ice, friction=replace(ice.friction, mu=mu))
 
@@ -58,7 +57,7 @@ def test_any_number_of_threads_gives_the_same_bits(rng: np.random.Generator) -> 
 
 
 def test_each_throw_may_have_its_own_ice(rng: np.random.Generator) -> None:
-    ices, releases = [paper(), mapped(rng), standard()], some_releases(rng, 9)
+    ices, releases = [load_ice("paper"), mapped(rng), load_ice("standard")], some_releases(rng, 9)
     which = np.array([0, 1, 2] * 3)
     rests = throw_batch(ices, releases, which=which, workers=2)
     for i, release in enumerate(releases):
@@ -78,7 +77,7 @@ def test_paths_end_where_the_stone_does(rng: np.random.Generator) -> None:
 def test_a_million_throws_fit_in_little_memory() -> None:
     releases = release_table([Throw(speed=0.2, angle=0, spin=0).release()])
     assert releases.dtype.itemsize * 1_000_000 < 100e6
-    rests = throw_batch(paper(), np.repeat(releases, 1000))
+    rests = throw_batch(load_ice("paper"), np.repeat(releases, 1000))
     kept = sum(column.nbytes for column in (rests.x, rests.y, rests.theta, rests.time, rests.end))
     assert kept / 1000 < 40
 
@@ -87,14 +86,14 @@ def test_releases_that_are_none_are_refused() -> None:
     table = release_table([Throw(speed=1, angle=0, spin=0).release()] * 3)
     table["vy"][1] = np.nan
     with pytest.raises(InputError, match="release 1"):
-        throw_batch(paper(), table)
+        throw_batch(load_ice("paper"), table)
     with pytest.raises(InputError, match="structured array"):
-        throw_batch(paper(), np.zeros((3, 4)))
+        throw_batch(load_ice("paper"), np.zeros((3, 4)))
     with pytest.raises(InputError, match="index"):
-        throw_batch([paper()], table[:1], which=np.array([1]))
+        throw_batch([load_ice("paper")], table[:1], which=np.array([1]))
     overlapping = np.array([[[0.0, 17.0], [0.1, 17.0]]])
     with pytest.raises(InputError, match="stones 0 and 1 overlap"):
-        play_batch(paper(), overlapping, table[:1])
+        play_batch(load_ice("paper"), overlapping, table[:1])
 
 
 @given(
@@ -106,7 +105,7 @@ def test_releases_that_are_none_are_refused() -> None:
 def test_a_collision_keeps_momentum_and_makes_no_energy(
     direction: float, velocities: list[float], spin_a: float, spin_b: float
 ) -> None:
-    hands = hands_of(standard())
+    hands = hands_of(load_ice("standard"))
     a = np.array([0, 0, 0, velocities[0], velocities[1], spin_a])
     b = np.array([2 * R * np.cos(direction), 2 * R * np.sin(direction), 0, *velocities[2:], spin_b])
     inertia = RULE_BOOK_STONE.inertia / RULE_BOOK_STONE.mass
@@ -128,7 +127,7 @@ def test_a_collision_keeps_momentum_and_makes_no_energy(
 
 
 def test_a_head_on_hit_follows_the_textbook() -> None:
-    ice, speed = paper(), 1.0
+    ice, speed = load_ice("paper"), 1.0
     ice = replace(ice, stone=replace(ice.stone, radius=R))
     mu, e = 0.0019 * G, ice.stone.restitution
     after = play_batch(
@@ -167,7 +166,7 @@ def test_a_throw_that_meets_nothing_is_a_lone_throw(rng: np.random.Generator) ->
 
 
 def test_a_row_of_touching_stones_passes_the_hit_on() -> None:
-    ice = paper()
+    ice = load_ice("paper")
     ice = replace(ice, stone=replace(ice.stone, radius=R))
     row = np.array([[[0.0, 2 * R * k] for k in range(5)]])
     after = play_batch(ice, row, [Throw(speed=1.0, angle=0, spin=0).release()])

@@ -15,15 +15,20 @@ import pytest
 from curling_env.commands.benchmarks import draws_and_hits
 from curling_env.errors import InputError
 from curling_env.executor import Processes, WorkersLostError, executor
+from curling_env.ice import load_ice
 from curling_env.physics.sweep import PIECE, Sweep, executed, run, throw_piece
-from curling_env.presets import paper, standard
 from curling_env.storage import read_table
 from curling_env.throw import SKILLS, Throw, write_releases
 
 
 def a_sweep(throws: int = 2 * PIECE + 100, **options) -> Sweep:
     releases = draws_and_hits(np.random.default_rng(4), throws, hits=0.2)
-    options = {"ices": [standard(), paper()], "seeds": (3, 8), "skill": "club", **options}
+    options = {
+        "ices": [load_ice("standard"), load_ice("paper")],
+        "seeds": (3, 8),
+        "skill": "club",
+        **options,
+    }
     return Sweep(releases=releases, **options)
 
 
@@ -69,7 +74,7 @@ def knife(tmp_path, monkeypatch) -> Path:
 
 
 def test_every_ice_sees_the_same_errors_and_every_seed_others():
-    ends = run(a_sweep(200, ices=[standard(), standard(), paper()]))
+    ends = run(a_sweep(200, ices=[load_ice("standard"), load_ice("standard"), load_ice("paper")]))
     assert ends.x.shape == (3, 2, 200)
     np.testing.assert_array_equal(ends.x[0], ends.x[1])
     assert np.abs(ends.x[0] - ends.x[2]).max() > 0.1
@@ -215,7 +220,9 @@ def test_the_command_writes_where_the_stones_ended(curling, tmp_path):
     assert len(table) == 2 * 4 * 3
     assert set(table.integers("seed").tolist()) == {5, 6, 7, 8}
     assert set(table.text("end")) == {"rest", "left_bounds"}
-    ends = run(Sweep(ices=[standard()], releases=releases, seeds=range(5, 9), skill="club"))
+    ends = run(
+        Sweep(ices=[load_ice("standard")], releases=releases, seeds=range(5, 9), skill="club")
+    )
     np.testing.assert_allclose(table.numbers("y")[:12], ends.y.ravel(), atol=1e-6)
 
 

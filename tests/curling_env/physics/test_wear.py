@@ -9,7 +9,7 @@ import pytest
 
 from curling_env.game import Call, LivingIce, Rink
 from curling_env.game.living_ice import prepared
-from curling_env.ice import ActiveEffect, FrictionMap, Ice
+from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
 from curling_env.physics.one_stone.slide import slide
 from curling_env.physics.wear import (
     PATH_FPS,
@@ -19,13 +19,14 @@ from curling_env.physics.wear import (
     wear_of,
     worn,
 )
-from curling_env.presets import standard
 from curling_env.sheet import Direction, Sheet
 from curling_env.throw import Throw
 
 ALONG = -0.01
 DRAW = Throw(speed=2.09, angle=-0.045, spin=1.5)
-WEARING = standard().with_effect(ActiveEffect(name="pebble_wear", parameters={"along_path": ALONG}))
+WEARING = load_ice("standard").with_effect(
+    ActiveEffect(name="pebble_wear", parameters={"along_path": ALONG})
+)
 
 
 def wearing(cell_size: float) -> Ice:
@@ -83,13 +84,13 @@ def test_wear_knows_no_left_from_right():
 
 def test_a_session_remembers_where_its_stones_went():
     runs = list(slides_in_turn(WEARING, session(12), fps=10))
-    plain = list(slides_in_turn(standard(), session(12), fps=10))
+    plain = list(slides_in_turn(load_ice("standard"), session(12), fps=10))
     assert (runs[0].x, runs[0].y) == (plain[0].x, plain[0].y)
     for k in (9, 10, 11):
         assert abs(runs[k].y) > abs(plain[k].y) + 0.05
     # Aside of every path the ice is as it was: a stone there runs as on ice without memory.
     aside = replace(DRAW.release(order=12), x=1.9, vx=0.0, omega=0.0)
-    alone = slide(standard(), aside)
+    alone = slide(load_ice("standard"), aside)
     *_, last = slides_in_turn(WEARING, [*session(12), aside], fps=10)
     # A map that varies anywhere is followed line by line: 0.1 µm beside ice that is all alike.
     assert last.y == pytest.approx(alone.y, abs=1e-6)
@@ -132,7 +133,7 @@ def test_a_mirrored_session_ends_in_the_mirror_image():
 
 def test_the_game_wears_its_ice_as_a_session_does():
     """Lone stones of a game and the same releases in a session: the same map, the same rests."""
-    ice = standard()
+    ice = load_ice("standard")
     rink = Rink(ice, living=LivingIce(wear=ALONG))
     state = rink.begin_end(rink.new_game(0))
     light = Throw(speed=1.2, angle=-0.02, spin=1.5)  # hogged, and removed: the next one is alone
@@ -158,7 +159,9 @@ def test_an_ice_that_wears_along_paths_does_so_in_a_game_that_is_otherwise_still
 
 
 def test_ice_that_does_not_wear_along_paths_remembers_nothing():
-    rate = standard().with_effect(ActiveEffect(name="pebble_wear", parameters={"rate": -0.01}))
+    rate = load_ice("standard").with_effect(
+        ActiveEffect(name="pebble_wear", parameters={"rate": -0.01})
+    )
     assert wear_along_path(rate) == 0.0
     runs = list(slides_in_turn(rate, session(4), fps=10))
     alone = [slide(rate, release) for release in session(4)]

@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curling_env.ice import FrictionMap
+from curling_env.ice import FrictionMap, load_ice
 from curling_env.physics.engine import Engine, StoneState
-from curling_env.presets import standard
 from curling_env.render import RED, YELLOW, DrawnStone, Scene, SheetPicture, play_back, scene_at
 from curling_env.sheet import PAPER_SHEET, TEE_Y, WORLD_CURLING_SHEET, Direction
 from curling_env.throw import Throw
@@ -39,11 +38,13 @@ def uneven():
     mu[70:, :4] *= 0.9
     mu[70:, 5:] *= 1.1
     observed = np.ones(mu.shape, dtype=bool)
-    return replace(standard(), friction=FrictionMap(mu=mu, sigma=0 * mu, observed=observed))
+    return replace(
+        load_ice("standard"), friction=FrictionMap(mu=mu, sigma=0 * mu, observed=observed)
+    )
 
 
 def test_rings_and_lines_are_painted_where_the_rule_book_puts_them():
-    picture = SheetPicture(standard())
+    picture = SheetPicture(load_ice("standard"))
     image = picture.draw(Scene())
     blue = at(image, picture, 1.5, 0.3)
     white = at(image, picture, 0.9, 0.3)
@@ -58,7 +59,7 @@ def test_rings_and_lines_are_painted_where_the_rule_book_puts_them():
 
 
 def test_a_stone_is_drawn_with_its_colour_and_its_handle_turns():
-    picture = SheetPicture(standard())
+    picture = SheetPicture(load_ice("standard"))
     stone = DrawnStone(x=-1.0, y=TEE_Y - 3.0, colour=YELLOW)
     image = picture.draw(Scene(stones=[stone]))
     turned = picture.draw(Scene(stones=[replace(stone, theta=np.pi / 2)]))
@@ -76,13 +77,13 @@ def test_the_friction_is_a_layer_of_colour():
     heavy = at(image, picture, 1.6, -4.0)
     assert keen[1] > keen[0] + 40
     assert heavy[0] > heavy[2] + 40
-    plain = SheetPicture(standard())
+    plain = SheetPicture(load_ice("standard"))
     assert at(plain.draw(Scene()), plain, -1.6, -4.0).min() > 230
 
 
 def test_both_directions_of_play_run_to_the_right():
-    away = SheetPicture(standard(), Direction.AWAY)
-    home = SheetPicture(standard(), Direction.HOME)
+    away = SheetPicture(load_ice("standard"), Direction.AWAY)
+    home = SheetPicture(load_ice("standard"), Direction.HOME)
     path = np.array([[0.0, -11.0], [0.5, 17.0]])
     scene = Scene(
         stones=[DrawnStone(x=0.5, y=17.0)], paths=[(path, RED)], target=np.array([0.2, 17.5])
@@ -102,7 +103,7 @@ def test_a_picture_does_not_change_the_next():
 
 @pytest.mark.parametrize("sheet", [PAPER_SHEET, WORLD_CURLING_SHEET])
 def test_every_sheet_fits_and_stones_beyond_its_edge_do_no_harm(sheet):
-    ice = replace(standard(), sheet=sheet, friction=FrictionMap.uniform(0.008, sheet))
+    ice = replace(load_ice("standard"), sheet=sheet, friction=FrictionMap.uniform(0.008, sheet))
     image = SheetPicture(ice).draw(
         Scene(stones=[DrawnStone(x=9.0, y=40.0), DrawnStone(x=0, y=-30)], title="μ and σ " * 40)
     )
@@ -110,7 +111,7 @@ def test_every_sheet_fits_and_stones_beyond_its_edge_do_no_harm(sheet):
 
 
 def test_a_film_shows_the_stone_move_and_leave():
-    ice = standard()
+    ice = load_ice("standard")
     before = [StoneState(x=0.0, y=18.8, stone=1)]
     outcome = Engine(ice).play(Throw(speed=2.9).release(stone=100), before, fps=20)
     assert not outcome.status[0].in_play

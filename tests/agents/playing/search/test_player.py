@@ -24,9 +24,8 @@ from curling_env.game import STILL, USUAL, GameState, Rink, View
 from curling_env.game.rules import End, Lying, Team, count, rule_on, rule_set, score_of
 from curling_env.game.rules.delivery import Fault, Result
 from curling_env.game.rules.lines import Lines
-from curling_env.ice import Ice
+from curling_env.ice import Ice, load_ice
 from curling_env.physics.one_stone.aim import Aim
-from curling_env.presets import standard
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
 
@@ -212,7 +211,7 @@ def positions(rng, n, delivered):
 def test_many_positions_are_ruled_on_as_one_is(rules, delivered):
     rng = np.random.default_rng(delivered)
     rule = rule_set(rules)
-    sheet = Sheet(ice=standard(), direction=Direction.AWAY, rules=rule, lines=LINES)
+    sheet = Sheet(ice=load_ice("standard"), direction=Direction.AWAY, rules=rule, lines=LINES)
     before = positions(rng, 120, delivered)
     throws = np.column_stack(
         [rng.uniform(1.7, 3.5, 120), rng.normal(0, 0.03, 120), rng.choice([-1.5, 1.5], 120)]
@@ -249,13 +248,13 @@ def test_many_positions_are_ruled_on_as_one_is(rules, delivered):
 
 
 def bumpy() -> Ice:
-    ice = standard()
+    ice = load_ice("standard")
     rng = np.random.default_rng(3)
     mu = ice.friction.mu * np.exp(0.03 * rng.standard_normal(ice.friction.mu.shape))
     return replace(ice, friction=replace(ice.friction, mu=mu))
 
 
-@pytest.mark.parametrize("ice", [standard(), bumpy()], ids=["even", "bumpy"])
+@pytest.mark.parametrize("ice", [load_ice("standard"), bumpy()], ids=["even", "bumpy"])
 @pytest.mark.parametrize("direction", Direction)
 def test_the_atlas_finds_draws_and_hits(ice, direction):
     atlas, aim = Atlas(ice, direction), Aim(ice, direction)
@@ -277,7 +276,7 @@ def test_the_atlas_finds_draws_and_hits(ice, direction):
 
 
 def test_what_cannot_be_reached_is_no_shot():
-    atlas = Atlas(standard(), Direction.AWAY)
+    atlas = Atlas(load_ice("standard"), Direction.AWAY)
     far = atlas.draws(np.array([0.0, 9.0, 0.0]), np.array([12.0, 0.0, 0.0]), 1.5)
     assert np.isnan(far[:2]).all()
     assert np.isfinite(far[2]).all()
@@ -289,7 +288,7 @@ def test_shots_of_every_kind_come_to_mind():
         delivered=10,
         stones=(home(0, 0.2, 0.4), away(0, 0.3, -3.0), away(1, -0.5, 0.2)),
     )
-    sheet = Sheet(ice=standard(), direction=Direction.AWAY, rules=FOURS, lines=LINES)
+    sheet = Sheet(ice=load_ice("standard"), direction=Direction.AWAY, rules=FOURS, lines=LINES)
     shots = shots_for(
         Atlas(sheet.ice, sheet.direction), sheet, position_of(end)[None], end.delivered
     )

@@ -9,9 +9,8 @@ import pytest
 import curling_env  # noqa: F401  (registers the environments)
 from curling_env.errors import InputError
 from curling_env.game import USUAL, Call, LivingIce
-from curling_env.ice import ActiveEffect
+from curling_env.ice import ActiveEffect, load_ice
 from curling_env.physics.one_stone.aim import Aim
-from curling_env.presets import standard
 from curling_env.sheet import Direction
 
 
@@ -26,7 +25,7 @@ SWEPT = {"sweeping": "scripted", "skill": "club"}
 
 def biased(factors):
     """The usual ice, with friction of their own for some stones by identifier."""
-    ice = standard()
+    ice = load_ice("standard")
     for stone, factor in factors.items():
         parameters = {"stone": float(stone), "factor": factor}
         ice = ice.with_effect(ActiveEffect(name="stone_bias", parameters=parameters))
@@ -83,10 +82,10 @@ def test_each_is_the_end_that_is_played_alone(name):
 def test_stones_of_their_own_run_as_they_do():
     heavy = biased(dict.fromkeys(range(8), 1.3))
     ends = []
-    for ice in (standard(), heavy):
+    for ice in (load_ice("standard"), heavy):
         many = make(2, ice=ice, skill="none", hammer="opponent", known_ice="standard")
         many.reset(seed=0)
-        draw = Aim(standard(), Direction.AWAY).draw(1.3, -0.5, 1.5)
+        draw = Aim(load_ice("standard"), Direction.AWAY).draw(1.3, -0.5, 1.5)
         many.step(np.tile(many.unwrapped.single.action_of(Call(throw=draw)), (2, 1)))
         ends.append(many.unwrapped.states[0].game.end.stones)
     assert {s.team.label for s in ends[1]} == {"away"}  # the home team's stones die on the way

@@ -16,9 +16,8 @@ from curling_env.envs.sheet.action import ThrowRange, throws_on, weight_to
 from curling_env.envs.sheet.observation import BANDS, knowledge
 from curling_env.envs.sheet.reward import RewardWeights
 from curling_env.errors import InputError
-from curling_env.ice import ActiveEffect, FrictionMap, Ice, save_ice
+from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice, save_ice
 from curling_env.physics.one_stone.slide import slide
-from curling_env.presets import paper, standard
 from curling_env.sheet import HOUSE_RADIUS, PAPER_SHEET, TEE_Y, Direction, to_delivery
 from curling_env.throw import Throw
 
@@ -38,7 +37,9 @@ def uneven() -> Ice:
     mu = np.full(PAPER_SHEET.shape, 0.0082)
     mu[60:, :4] *= 1.1
     observed = np.ones(mu.shape, dtype=bool)
-    return replace(standard(), friction=FrictionMap(mu=mu, sigma=0 * mu, observed=observed))
+    return replace(
+        load_ice("standard"), friction=FrictionMap(mu=mu, sigma=0 * mu, observed=observed)
+    )
 
 
 # --- the checkers ---------------------------------------------------------------------------------
@@ -101,7 +102,7 @@ def test_an_action_is_three_finite_numbers(action):
         env.step(np.array(action))
 
 
-@pytest.mark.parametrize("ice", [standard(), paper()])
+@pytest.mark.parametrize("ice", [load_ice("standard"), load_ice("paper")])
 def test_weights_are_found_for_the_ice(ice):
     # Without spin nothing curls, so that the straight distance is the one asked for.
     y = TEE_Y
@@ -132,7 +133,7 @@ def test_a_step_throws_the_throw_and_tells_all():
     observation, reward, over, cut, info = throw(env)
     assert over
     assert not cut
-    alone = slide(standard(), DRAW.release())
+    alone = slide(load_ice("standard"), DRAW.release())
     stone = info["outcome"].delivered
     assert np.hypot(stone.x - alone.x, stone.y - alone.y) < 0.01  # float32 actions
     assert info["status"] == "rest"
@@ -193,7 +194,9 @@ def test_stones_stay_for_the_throws_that_follow():
 
 
 def test_ice_wears_from_throw_to_throw_and_is_new_after_reset():
-    ice = standard().with_effect(ActiveEffect(name="pebble_wear", parameters={"rate": -0.02}))
+    ice = load_ice("standard").with_effect(
+        ActiveEffect(name="pebble_wear", parameters={"rate": -0.02})
+    )
     env = make(ice=ice, throws=2)
     env.reset(seed=0)
     far = [throw(env, replace(DRAW, angle=a, speed=1.95))[4] for a in (0.03, -0.08)]
@@ -248,7 +251,7 @@ def test_options_hold_for_one_episode():
 
 
 def test_the_agent_is_told_of_the_known_ice_and_throws_on_the_true_one():
-    true, believed = uneven(), standard()
+    true, believed = uneven(), load_ice("standard")
     env = make(ice=true, known_ice=believed)
     told, _ = env.reset(seed=0)
     np.testing.assert_array_equal(told, make(ice=believed).reset(seed=0)[0])
@@ -274,7 +277,7 @@ def test_heavy_bands_are_seen_where_they_are():
 
 def test_effects_are_known_and_slopes_turn_with_the_direction():
     slope = ActiveEffect(name="slope", parameters={"x": 1e-3, "y": -5e-4})
-    away, home = (knowledge(standard().with_effect(slope), end)[-7:] for end in Direction)
+    away, home = (knowledge(load_ice("standard").with_effect(slope), end)[-7:] for end in Direction)
     np.testing.assert_allclose(away[:5], [0.25, 0.41, 0.2, 0.475, 0.23], atol=1e-3)
     np.testing.assert_allclose(away[5:], [0.5, -0.25])
     np.testing.assert_allclose(home[5:], [-0.5, 0.25])

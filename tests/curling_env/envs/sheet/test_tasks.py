@@ -14,13 +14,13 @@ from curling_env.envs.sheet.curriculum import Curriculum, Progress, RisingLevel,
 from curling_env.envs.sheet.reward import PARTS, RewardWeights
 from curling_env.envs.sheet.tasks import TASKS, Takeout
 from curling_env.errors import InputError
+from curling_env.ice import load_ice
 from curling_env.physics.one_stone.aim import Aim
-from curling_env.presets import standard
 from curling_env.sheet import HOUSE_RADIUS, Direction, to_delivery
 from curling_env.throw import Throw
 
 SPIN = 1.5
-AIM = Aim(standard(), Direction.AWAY)
+AIM = Aim(load_ice("standard"), Direction.AWAY)
 
 
 def make(**options):

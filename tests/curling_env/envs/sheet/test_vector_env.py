@@ -13,8 +13,7 @@ from gymnasium.wrappers.vector import DictInfoToList, RecordEpisodeStatistics
 import curling_env  # noqa: F401  (registers the environments)
 from curling_env.envs.sheet.vector_env import CurlingSheetVectorEnv
 from curling_env.errors import InputError
-from curling_env.ice import ActiveEffect
-from curling_env.presets import paper, standard
+from curling_env.ice import ActiveEffect, load_ice
 from curling_env.sheet import TEE_Y, Direction
 
 N = 6
@@ -48,10 +47,12 @@ def some_actions(rng: np.random.Generator, n: int = N):
 
 # --- as one by one --------------------------------------------------------------------------------
 
-WORN = standard().with_effect(ActiveEffect(name="pebble_wear", parameters={"rate": -0.02}))
+WORN = load_ice("standard").with_effect(
+    ActiveEffect(name="pebble_wear", parameters={"rate": -0.02})
+)
 LONE = [
     {},
-    {"ice": paper(), "direction": "random"},
+    {"ice": load_ice("paper"), "direction": "random"},
     {"target": "random", "direction": "home"},
     {"ice": WORN, "throws": 3, "target": (0.4, -0.7)},
 ]
@@ -111,7 +112,7 @@ def test_hits_end_as_one_by_one(rng):
 
 
 def test_a_stone_of_its_own_keeps_its_friction():
-    bias = standard().with_effect(
+    bias = load_ice("standard").with_effect(
         ActiveEffect(name="stone_bias", parameters={"stone": 101, "factor": 1.2})
     )
     envs = make(2, ice=bias, throws=2, autoreset_mode="SameStep")

@@ -10,11 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from curling_env.errors import InputError
-from curling_env.ice import ActiveEffect, Ice
+from curling_env.ice import ActiveEffect, Ice, load_ice
 from curling_env.physics.effects.speed_dependent_friction import SLOWEST_SLIP
 from curling_env.physics.one_stone.slide import SlideEnd, edge_bounds, play_bounds, slide
 from curling_env.physics.one_stone.step import EXACT, QUICK
-from curling_env.presets import paper, standard
 from curling_env.sheet import HOG_LINE_Y, Direction
 from curling_env.throw import Release, Throw
 
@@ -74,7 +73,10 @@ def test_rest_on_rough_ice_is_that_of_plain_small_steps(
 
 def test_samples_lie_on_the_path_and_do_not_change_it() -> None:
     release = Throw(speed=2.05, angle=0.01, spin=1.2).release()
-    path, sampled = slide(standard(), release), slide(standard(), release, fps=60)
+    path, sampled = (
+        slide(load_ice("standard"), release),
+        slide(load_ice("standard"), release, fps=60),
+    )
     assert (path.x, path.y, path.theta, path.time) == (
         sampled.x,
         sampled.y,
@@ -91,7 +93,10 @@ def test_samples_lie_on_the_path_and_do_not_change_it() -> None:
 
 @given(st.floats(0.05, 3.0), st.floats(-4, 4), st.floats(-0.03, 0.03))
 def test_the_stone_only_loses_energy(speed: float, spin: float, angle: float) -> None:
-    ice = replace(standard(), effects=(standard().effects[0], standard().effects[1]))
+    ice = replace(
+        load_ice("standard"),
+        effects=(load_ice("standard").effects[0], load_ice("standard").effects[1]),
+    )
     path = slide(ice, Throw(speed=speed, angle=angle, spin=spin).release(), bounds=FAR, fps=20)
     track = path.trajectory
     assert track is not None
@@ -102,18 +107,22 @@ def test_the_stone_only_loses_energy(speed: float, spin: float, angle: float) ->
 
 @given(st.floats(1.0, 2.2), st.floats(-3, 3), st.floats(-0.03, 0.03))
 def test_mirror_image_and_half_turn(speed: float, spin: float, angle: float) -> None:
-    path = slide(standard(), Throw(speed=speed, angle=angle, spin=spin).release(), bounds=FAR)
-    mirror = slide(standard(), Throw(speed=speed, angle=-angle, spin=-spin).release(), bounds=FAR)
+    path = slide(
+        load_ice("standard"), Throw(speed=speed, angle=angle, spin=spin).release(), bounds=FAR
+    )
+    mirror = slide(
+        load_ice("standard"), Throw(speed=speed, angle=-angle, spin=-spin).release(), bounds=FAR
+    )
     assert (-mirror.x, mirror.y, -mirror.theta) == pytest.approx(
         (path.x, path.y, path.theta), abs=1e-9
     )
     home = Throw(speed=speed, angle=angle, spin=spin).release(Direction.HOME)
-    back = slide(standard(), home, bounds=FAR)
+    back = slide(load_ice("standard"), home, bounds=FAR)
     assert (-back.x, -back.y) == pytest.approx((path.x, path.y), abs=1e-6)
 
 
 def test_a_stone_that_leaves_is_stopped_at_the_bounds() -> None:
-    ice = paper()
+    ice = load_ice("paper")
     path = slide(ice, Throw(speed=2.0, angle=0, spin=0).release())
     assert path.end == SlideEnd.LEFT_BOUNDS
     assert path.y == pytest.approx(edge_bounds(ice)[3], abs=1e-5)
@@ -146,4 +155,4 @@ def test_ice_that_never_lets_go_and_a_start_off_the_ice_are_refused() -> None:
     with pytest.raises(InputError, match="never stops"):
         slide(steep, Throw(speed=1, angle=0, spin=0).release(), bounds=FAR * 1e3)
     with pytest.raises(InputError, match="off the ice"):
-        slide(paper(), Release(x=3.0, y=0, vx=0, vy=1))
+        slide(load_ice("paper"), Release(x=3.0, y=0, vx=0, vy=1))
