@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from curling_env.typing import Floats
 from friction_estimation.appearance.kernels import pose_step, separate
-from friction_estimation.appearance.model import StoneModel, Window, window_at
-from friction_estimation.appearance.painting import Planes, blurred, painted, tinted, turn_handle
+from friction_estimation.appearance.model import PixelWindow, StoneModel, window_at
+from friction_estimation.appearance.painting import Planes, blurred, coloured, painted, turn_handle
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
 
@@ -92,7 +92,7 @@ def channels_of(image: NDArray[np.uint8] | NDArray[np.float32]) -> Floats:
 def fit_stone(
     picture: Floats,
     behind: Floats,
-    window: Window,
+    window: PixelWindow,
     appearance: Appearance,
     start: Floats,
 ) -> tuple[Floats, Floats, float, float]:
@@ -163,16 +163,16 @@ def fit_stone(
 
 
 def _painted_light(
-    window: Window, appearance: Appearance, x: float, y: float, theta: float
+    window: PixelWindow, appearance: Appearance, x: float, y: float, theta: float
 ) -> tuple[Planes, Planes | None]:
-    """A stone's tinted planes, and their derivative by the heading where it has one."""
+    """A stone's coloured planes, and their derivative by the heading where it has one."""
     shape, colours = appearance.model.shape(), appearance.colours
     planes = painted(window, shape, np.array([x, y, theta]), with_handle=appearance.has_handle)
-    light = tinted(planes, colours)
+    light = coloured(planes, colours)
     if not appearance.has_handle:
         return light, None
     turn_handle(planes, window, shape, np.array([x, y, theta + SMALL_TURN]))
-    return light, (tinted(planes, colours) - light) / np.float32(SMALL_TURN)
+    return light, (coloured(planes, colours) - light) / np.float32(SMALL_TURN)
 
 
 def measure(
@@ -206,7 +206,7 @@ def window_for(
     start: Floats,
     background_origin: tuple[int, int],
     shape: tuple[int, ...],
-) -> Window | None:
+) -> PixelWindow | None:
     """The pixels that a stone at `start` is fitted to; see `measure`."""
     window = window_at(camera, model.extent_px(camera, start[:2]), MARGIN_PX)
     if window is None:
@@ -214,7 +214,7 @@ def window_for(
     return _inside(window, camera, background_origin, shape)
 
 
-def slices_in(window: Window, origin: tuple[int, int]) -> tuple[slice, slice]:
+def slices_in(window: PixelWindow, origin: tuple[int, int]) -> tuple[slice, slice]:
     """Rows and columns of a window in an array that begins at a pixel."""
     rows, columns = window.slices
     u, v = origin
@@ -224,7 +224,7 @@ def slices_in(window: Window, origin: tuple[int, int]) -> tuple[slice, slice]:
 def fit_window(
     picture: Floats,
     behind: Floats,
-    window: Window,
+    window: PixelWindow,
     camera: Camera,
     appearance: Appearance,
     start: Floats,
@@ -249,11 +249,11 @@ def fit_window(
 
 
 def _inside(
-    window: Window,
+    window: PixelWindow,
     camera: Camera,
     origin: tuple[int, int],
     shape: tuple[int, ...],
-) -> Window | None:
+) -> PixelWindow | None:
     """The window if the background covers it, else one of the part that is covered."""
     (u, v), (rows, columns) = window.origin_px, window.shape
     u0, v0 = max(u, origin[0]), max(v, origin[1])

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.typing import Floats
-from friction_estimation.appearance.exposure import (
-    Exposure,
-    cost_of,
-    cover_of,
-    exposures_at,
-    planes_of,
-    rendered,
-    settle,
+from friction_estimation.appearance.crops import (
+    Crop,
+    composite,
+    coverage,
+    crops_at,
+    fit_pose,
+    misfit_of,
+    painted_planes,
     total_misfit,
 )
 from friction_estimation.appearance.fit import PIXEL_CORRELATION, Appearance
@@ -30,7 +30,7 @@ HEADINGS_ASKED = 16
 SPINS_TRIED = np.linspace(-4.0, 4.0, 33)
 """Rates of turning [rad/s]; a stone thrown to stay in play hardly turns faster."""
 SPIN_CHANGE = 0.05
-"""The change of spin [rad/s] that costs as much as one standard error of one exposure."""
+"""The change of spin [rad/s] that costs as much as one standard error of one crop."""
 HANDLE_RISES = (0.03, 0.045, 0.06)
 """Heights above the top at which a handle is looked for [m]."""
 HANDLE_COLLARS = (0.0, 0.04)
@@ -39,19 +39,19 @@ HANDLE_CONTRAST = 10.0
 """How far, in grey levels, a handle's colour must lie from the rest of the stone."""
 
 
-def with_handle(exposures: Sequence[Exposure], look: Appearance) -> Appearance:
+def find_handle(crops: Sequence[Crop], look: Appearance) -> Appearance:
     """Find the handle as what is left on and just above the top, and its heading in each frame."""
     strange: list[Floats] = []
-    for exposure in exposures:
-        cover = cover_of(exposure, look)
-        residual = exposure.picture - rendered(cover, exposure.behind, look.colours)
-        x, y = exposure.pose[:2]
+    for crop in crops:
+        cover = coverage(crop, look)
+        residual = crop.pixels - composite(cover, crop.background, look.colours)
+        x, y = crop.pose[:2]
         z = look.model.height + look.model.handle_rise
-        above = exposure.window.foot + z * exposure.window.lean - np.array([x, y])
+        above = crop.window.ray_xy + z * crop.window.ray_slope - np.array([x, y])
         near = np.hypot(*above.T) < 0.8 * look.model.radius
         # Light and shade change the brightness of granite; only a handle has another colour.
         oddness = np.linalg.norm(residual * [1.0, 2.0, 2.0], axis=1)
-        strange.append(np.column_stack([exposure.picture, oddness])[near])
+        strange.append(np.column_stack([crop.pixels, oddness])[near])
     pixels = np.concatenate(strange)
     if len(pixels) < 20:
         return look
@@ -62,35 +62,35 @@ def with_handle(exposures: Sequence[Exposure], look: Appearance) -> Appearance:
     colour = np.median(marked[:, :3], axis=0)
     colours = look.colours.copy()
     colours[-1] = colour
-    for exposure in exposures:
-        settle(exposure, look)
-    before = total_misfit(exposures, look)
-    poses = [exposure.pose for exposure in exposures]
+    for crop in crops:
+        fit_pose(crop, look)
+    before = total_misfit(crops, look)
+    poses = [crop.pose for crop in crops]
     best, best_misfit, best_poses = look, before, poses
     for rise in HANDLE_RISES:
         turned = poses
         for collar in HANDLE_COLLARS:
-            for exposure, pose in zip(exposures, turned, strict=True):
-                exposure.pose = pose
+            for crop, pose in zip(crops, turned, strict=True):
+                crop.pose = pose
             model = replace(
                 look.model, handle_rise=rise, collar_radius=collar, neck_length=collar / 2
             )
             found = replace(look, model=model, colours=colours, has_handle=True)
             if turned is poses:  # its base says little of where a handle points
-                turn_together(exposures, found)
-                turned = [exposure.pose for exposure in exposures]
-            for exposure in exposures:
-                settle(exposure, found)
-            misfit = total_misfit(exposures, found)
+                fit_headings(crops, found)
+                turned = [crop.pose for crop in crops]
+            for crop in crops:
+                fit_pose(crop, found)
+            misfit = total_misfit(crops, found)
             if misfit < best_misfit:
                 best, best_misfit = found, misfit
-                best_poses = [exposure.pose for exposure in exposures]
-    for exposure, pose in zip(exposures, best_poses, strict=True):
-        exposure.pose = pose
+                best_poses = [crop.pose for crop in crops]
+    for crop, pose in zip(crops, best_poses, strict=True):
+        crop.pose = pose
     return best
 
 
-def turn_together(exposures: Sequence[Exposure], look: Appearance) -> None:
+def fit_headings(crops: Sequence[Crop], look: Appearance) -> None:
     """Set all headings to the likeliest course of a stone that turns steadily.
 
     In one frame a handle may be read the wrong way round; a slowly changing spin through all of
@@ -98,13 +98,13 @@ def turn_together(exposures: Sequence[Exposure], look: Appearance) -> None:
     """
     headings = np.linspace(-np.pi, np.pi, HEADINGS_TRIED, endpoint=False)
     step = 2 * np.pi / HEADINGS_TRIED
-    ordered = sorted(exposures, key=lambda exposure: exposure.t)
+    ordered = sorted(crops, key=lambda crop: crop.t)
     reluctance = np.abs(SPINS_TRIED[:, None] - SPINS_TRIED[None, :]) / SPIN_CHANGE
     value = np.zeros((HEADINGS_TRIED, len(SPINS_TRIED)))
     came_from: list[NDArray[np.intp]] = []
-    for k, exposure in enumerate(ordered):
+    for k, crop in enumerate(ordered):
         if k > 0:
-            turned = SPINS_TRIED * (exposure.t - ordered[k - 1].t) / step
+            turned = SPINS_TRIED * (crop.t - ordered[k - 1].t) / step
             source = np.arange(HEADINGS_TRIED)[:, None] - turned[None, :]
             low = np.floor(source).astype(int)
             share = source - low
@@ -115,7 +115,7 @@ def turn_together(exposures: Sequence[Exposure], look: Appearance) -> None:
             options = carried[:, :, None] + reluctance[None]
             came_from.append(np.argmin(options, axis=1))
             value = np.min(options, axis=1)
-        costs = _costs_of_headings(exposure, look, headings)
+        costs = _costs_of_headings(crop, look, headings)
         value = value + (costs - costs.min())[:, None] / PIXEL_CORRELATION
     at, spin = np.unravel_index(int(np.argmin(value)), value.shape)
     heading = float(headings[at])
@@ -145,19 +145,19 @@ def heading_costs(
     -------
     squared standard errors; None for a stone that is not wholly in the image
     """
-    found = exposures_at([frame], [0.0], [xy], background, background_origin, camera, look.model)
+    found = crops_at([frame], [0.0], [xy], background, background_origin, camera, look.model)
     if not found:
         return None
     headings = np.linspace(-np.pi, np.pi, HEADINGS_ASKED, endpoint=False)
     return _costs_of_headings(found[0], look, headings) / PIXEL_CORRELATION
 
 
-def _costs_of_headings(exposure: Exposure, look: Appearance, headings: Floats) -> Floats:
-    """Misfit of one exposure at each heading; the body below the handle is painted once."""
-    planes, shape = planes_of(exposure, look), look.model.shape()
+def _costs_of_headings(crop: Crop, look: Appearance, headings: Floats) -> Floats:
+    """Misfit of one crop at each heading; the body below the handle is painted once."""
+    planes, shape = painted_planes(crop, look), look.model.shape()
     costs: list[float] = []
     for heading in headings:
-        pose = np.array([*exposure.pose[:2], heading])
-        turn_handle(planes, exposure.window, shape, pose)
-        costs.append(cost_of(exposure, look, planes))
+        pose = np.array([*crop.pose[:2], heading])
+        turn_handle(planes, crop.window, shape, pose)
+        costs.append(misfit_of(crop, look, planes))
     return np.array(costs)

@@ -188,7 +188,7 @@ def paint_body(x, y, shape, foot, lean, scale, rows, columns, planes):
     ----------
     x, y : place of the stone, sheet frame [m]
     shape : (26,) see `SHAPE_PARAMETERS`
-    foot, lean, scale, rows, columns : of a `Window`
+    foot, lean, scale, rows, columns : of a `PixelWindow`
     planes : (6, rows·FINE, columns·FINE), of which the first four are filled with the shares of
         foot, side, bevel and top. What the ice mirrors of the body counts as foot and side
     """
@@ -420,7 +420,7 @@ def paint_handle(x, y, theta, shape, foot, lean, scale, rows, columns, handle):
 
 
 @compiled
-def tint(planes, handle, colours, tinted):
+def colour_planes(planes, handle, colours, coloured):
     """The stone's light in every fine pixel, and what it hides of the ice.
 
     Parameters
@@ -428,21 +428,21 @@ def tint(planes, handle, colours, tinted):
     planes : (6, height, width) of `paint_body` and `paint_shade`
     handle : (height, width) of `paint_handle`
     colours : (5, 3) of the parts
-    tinted : (5, height, width) filled with the stone's brightness and the share of the ice's that
+    coloured : (5, height, width) filled with the stone's brightness and the share of the ice's that
         is lost behind it and in its shade; its two colours and the share of the ice's lost
     """
     one = np.float32(1.0)
     for i in range(handle.shape[0]):
         foot, side, bevel, top = planes[0, i], planes[1, i], planes[2, i], planes[3, i]
         shade, grip = planes[5, i], handle[i]
-        lost, light = tinted[1, i], tinted[4, i]
+        lost, light = coloured[1, i], coloured[4, i]
         for j in range(handle.shape[1]):
             free = one - grip[j]
             cover = foot[j] + side[j] + bevel[j] + top[j]
             lost[j] = free * (cover + shade[j]) + grip[j]
             light[j] = free * cover + grip[j]
         for channel in range(3):
-            out = tinted[channel + 1 if channel else 0, i]
+            out = coloured[channel + 1 if channel else 0, i]
             a, b, c = colours[0, channel], colours[1, channel], colours[2, channel]
             d, e = colours[3, channel], colours[4, channel]
             for j in range(handle.shape[1]):
@@ -541,7 +541,7 @@ def pose_step(
     Parameters
     ----------
     picture, behind : (n, 3) channels of the frame and of the ice
-    seen : (5, 3, rows, columns) tinted planes, blurred, with their slopes
+    seen : (5, 3, rows, columns) coloured planes, blurred, with their slopes
     slow : the same of their derivative by the heading, without slopes
     turn : how far the heading is from that of the painting [rad]
     px : (2, 2) pixels per metre on the ice
@@ -624,7 +624,7 @@ def pose_step(
 
 
 @compiled
-def lay_over(seen, behind, added):
+def composite_change(seen, behind, added):
     """Fill in what the stone adds to the ice's picture and takes from it.
 
     Parameters

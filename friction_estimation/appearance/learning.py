@@ -13,95 +13,92 @@ from dataclasses import replace
 import numpy as np
 
 from curling_env.typing import Floats
-from friction_estimation.appearance.exposure import (
+from friction_estimation.appearance.crops import (
     MIN_NOISE,
-    Exposure,
-    cover_of,
-    keep_near,
-    rendered,
+    Crop,
+    composite,
+    coverage,
+    fit_pose,
     residual_noise,
-    settle,
+    robust_weights,
     total_misfit,
-    weights_of,
+    trim,
 )
 from friction_estimation.appearance.fit import Appearance
-from friction_estimation.appearance.handle import turn_together, with_handle
+from friction_estimation.appearance.handle import find_handle, fit_headings
 from friction_estimation.appearance.model import PARTS, StoneModel
 from friction_estimation.appearance.profile import refine_profile
 
 SHADOW_TRIED = 0.1
 REFINEMENTS = ((3, 8), (2, 8), (1, 20))
-"""Every how manyth exposure is adjusted to, and in how many rounds at most; between them noise and
+"""Every how manyth crop is adjusted to, and in how many rounds at most; between them noise and
 headings are found anew from all."""
 ENOUGH_PIXELS = 24_000
 FEWEST = 8
-"""Where the stone is large, so many pixels or exposures, whichever are more, are adjusted to."""
-EXPOSURES = 20
+"""Where the stone is large, so many pixels or crops, whichever are more, are adjusted to."""
+LEARNING_FRAMES = 20
 """Frames that the look is learnt from; more only cost time."""
 
 
-def learn_appearance(exposures: Sequence[Exposure], model: StoneModel, noise: float) -> Appearance:
-    """Colours, handle, profile and blur that explain all exposures together.
+def learn_appearance(crops: Sequence[Crop], model: StoneModel, noise: float) -> Appearance:
+    """Colours, handle, profile and blur that explain all crops together.
 
     Parameters
     ----------
-    exposures : of one stone; their poses are refined in place
+    crops : of one stone; their poses are refined in place
     model : with the scene's radius and height, and typical values for the rest
     noise : of a pixel, standard deviation in grey levels
     """
     sigma = np.maximum([3 * noise, 2 * noise, 2 * noise], MIN_NOISE)
-    body = _body_colour(exposures, model)
+    body = _body_colour(crops, model)
     look = Appearance(
         model=model, colours=np.tile(body, (len(PARTS), 1)), noise=4 * sigma, has_handle=False
     )
-    for exposure in exposures:
-        settle(exposure, look)
-    look = replace(look, colours=colours_of(exposures, look))
-    for exposure in exposures:
-        settle(exposure, look)
-    look = with_handle(exposures, look)
-    for exposure in exposures:
-        keep_near(exposure, look)
-    look = _with_shadow(exposures, look)
-    ordered = sorted(exposures, key=lambda exposure: exposure.t)
-    pixels = sum(len(exposure.picture) for exposure in exposures)
-    spare = max(1, min(pixels // ENOUGH_PIXELS, len(exposures) // FEWEST))
+    for crop in crops:
+        fit_pose(crop, look)
+    look = replace(look, colours=colours_of(crops, look))
+    for crop in crops:
+        fit_pose(crop, look)
+    look = find_handle(crops, look)
+    for crop in crops:
+        trim(crop, look)
+    look = _with_shadow(crops, look)
+    ordered = sorted(crops, key=lambda crop: crop.t)
+    pixels = sum(len(crop.pixels) for crop in crops)
+    spare = max(1, min(pixels // ENOUGH_PIXELS, len(crops) // FEWEST))
     for every, rounds in REFINEMENTS:
         some = ordered[:: max(every, spare)]
         look = refine_profile(some, look, model, rounds)
         look = replace(look, noise=residual_noise(some, look))
         if look.has_handle:
-            turn_together(exposures, look)
-        for exposure in exposures:
-            settle(exposure, look)
+            fit_headings(crops, look)
+        for crop in crops:
+            fit_pose(crop, look)
     return look
 
 
-def _body_colour(exposures: Sequence[Exposure], model: StoneModel) -> Floats:
+def _body_colour(crops: Sequence[Crop], model: StoneModel) -> Floats:
     black = np.zeros((len(PARTS), 3))
     look = Appearance(model=model, colours=black, noise=np.ones(3), has_handle=False)
-    inside = [
-        exposure.picture[cover_of(exposure, look)[0, :, :-1].sum(axis=1) > 0.9]
-        for exposure in exposures
-    ]
+    inside = [crop.pixels[coverage(crop, look)[0, :, :-1].sum(axis=1) > 0.9] for crop in crops]
     return np.median(np.concatenate(inside), axis=0)
 
 
-def colours_of(exposures: Sequence[Exposure], look: Appearance) -> Floats:
+def colours_of(crops: Sequence[Crop], look: Appearance) -> Floats:
     """Colours of the parts by robust linear least squares, drawn weakly to the present ones."""
     colours = look.colours.copy()
     active = len(PARTS) if look.has_handle else len(PARTS) - 1
-    covers = [cover_of(exposure, look) for exposure in exposures]
+    covers = [coverage(crop, look) for crop in crops]
     for _ in range(4):
         normal = np.zeros((3, active, active))
         right = np.zeros((3, active))
-        for exposure, cover in zip(exposures, covers, strict=True):
-            residual = exposure.picture - rendered(cover, exposure.behind, colours)
-            weight = weights_of(residual, look.noise)
+        for crop, cover in zip(crops, covers, strict=True):
+            residual = crop.pixels - composite(cover, crop.background, colours)
+            weight = robust_weights(residual, look.noise)
             for channel, blur in enumerate((0, 1, 1)):
                 share = cover[blur, :, :active]
-                rest = rendered(cover, exposure.behind, np.zeros_like(colours))[:, channel]
-                target = exposure.picture[:, channel] - rest
+                rest = composite(cover, crop.background, np.zeros_like(colours))[:, channel]
+                target = crop.pixels[:, channel] - rest
                 normal[channel] += (share * weight[:, None]).T @ share
                 right[channel] += (share * weight[:, None]).T @ target
         for channel in range(3):
@@ -113,7 +110,7 @@ def colours_of(exposures: Sequence[Exposure], look: Appearance) -> Floats:
     return colours
 
 
-def _with_shadow(exposures: Sequence[Exposure], look: Appearance) -> Appearance:
+def _with_shadow(crops: Sequence[Crop], look: Appearance) -> Appearance:
     """Start a shadow on the side where the ice beside the stone is darkest."""
     costs: list[tuple[float, Appearance]] = []
     tried = [(0.0, 0.0)]
@@ -129,5 +126,5 @@ def _with_shadow(exposures: Sequence[Exposure], look: Appearance) -> Appearance:
             mirror=SHADOW_TRIED,
         )
         shaded = replace(look, model=model)
-        costs.append((total_misfit(exposures, shaded), shaded))
+        costs.append((total_misfit(crops, shaded), shaded))
     return min(costs, key=lambda item: item[0])[1]

@@ -171,23 +171,23 @@ SHAPE_PARAMETERS = (
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Window:
+class PixelWindow:
     """A rectangle of pixels with the line of sight of each.
 
     Parameters
     ----------
     origin_px : column and row of the upper left pixel
     shape : rows and columns
-    foot : (rows·columns, 2) where each line of sight meets the ice [m]
-    lean : (rows·columns, 2) how far it moves per metre of height
+    ray_xy : (rows·columns, 2) where each pixel's ray meets the ice [m]
+    ray_slope : (rows·columns, 2) how far the ray moves sideways per metre of height
     scale : (2, 2, 2) ice per pixel d(x, y)/d(u, v) at the centre: on the ice, and its change per
         metre of height [m/px]
     """
 
     origin_px: tuple[int, int]
     shape: tuple[int, int]
-    foot: Floats
-    lean: Floats
+    ray_xy: Floats
+    ray_slope: Floats
     scale: Floats
 
     @property
@@ -196,7 +196,7 @@ class Window:
         (u, v), (rows, columns) = self.origin_px, self.shape
         return slice(v, v + rows), slice(u, u + columns)
 
-    def cut(self, top: int, bottom: int, left: int, right: int) -> Window:
+    def cut(self, top: int, bottom: int, left: int, right: int) -> PixelWindow:
         """The part between rows top and bottom and columns left and right, ends excluded."""
         (u, v), (rows, columns) = self.origin_px, self.shape
         part = np.zeros((rows, columns), dtype=bool)
@@ -206,12 +206,12 @@ class Window:
             self,
             origin_px=(u + left, v + top),
             shape=(bottom - top, right - left),
-            foot=np.ascontiguousarray(self.foot[inside]),
-            lean=np.ascontiguousarray(self.lean[inside]),
+            ray_xy=np.ascontiguousarray(self.ray_xy[inside]),
+            ray_slope=np.ascontiguousarray(self.ray_slope[inside]),
         )
 
 
-def window_at(camera: Camera, outline_px: Floats, margin_px: float) -> Window | None:
+def window_at(camera: Camera, outline_px: Floats, margin_px: float) -> PixelWindow | None:
     """The window around an outline or its corners, cut to the image; None where it is outside."""
     if len(outline_px) == 0:
         return None
@@ -224,7 +224,7 @@ def window_at(camera: Camera, outline_px: Floats, margin_px: float) -> Window | 
     if u1 - u0 < 3 or v1 - v0 < 3:
         return None
     rows, columns = v1 - v0 + 1, u1 - u0 + 1
-    foot, lean = np.empty((rows * columns, 2)), np.empty((rows * columns, 2))
+    ray_xy, ray_slope = np.empty((rows * columns, 2)), np.empty((rows * columns, 2))
     kernels.sight_lines(
         u0,
         v0,
@@ -234,12 +234,14 @@ def window_at(camera: Camera, outline_px: Floats, margin_px: float) -> Window | 
         camera.distortion,
         camera.rotation,
         camera.position,
-        foot,
-        lean,
+        ray_xy,
+        ray_slope,
     )
     scale = np.empty((2, 2, 2))
     middle = (rows // 2) * columns + columns // 2
-    for level, values in enumerate((foot, lean)):
+    for level, values in enumerate((ray_xy, ray_slope)):
         scale[level, :, 0] = (values[middle + 1] - values[middle - 1]) / 2
         scale[level, :, 1] = (values[middle + columns] - values[middle - columns]) / 2
-    return Window(origin_px=(u0, v0), shape=(rows, columns), foot=foot, lean=lean, scale=scale)
+    return PixelWindow(
+        origin_px=(u0, v0), shape=(rows, columns), ray_xy=ray_xy, ray_slope=ray_slope, scale=scale
+    )

@@ -1,4 +1,4 @@
-"""Pictures of a stone in a window: painted finely, tinted, and blurred as the camera blurs."""
+"""Pictures of a stone in a window: painted finely, coloured, and blurred as the camera blurs."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.typing import Floats
+from friction_estimation.appearance import kernels
 from friction_estimation.appearance.kernels import (
     FINE,
     PLANES,
     blur,
-    lay_over,
+    colour_planes,
     paint_body,
     paint_handle,
     paint_shade,
-    tint,
 )
-from friction_estimation.appearance.model import SHAPE_PARAMETERS, Window
+from friction_estimation.appearance.model import SHAPE_PARAMETERS, PixelWindow
 
 Planes = NDArray[np.float32]
 """Pictures are single: what they hold is known to a tenth of a grey level at best."""
@@ -28,7 +28,7 @@ SHARP, SOFT = slice(0, 2), slice(2, 5)
 """Tinted planes that the camera sees as sharply as brightness, and as it sees colour."""
 
 
-def painted(window: Window, shape: Floats, pose: Floats, *, with_handle: bool) -> Planes:
+def painted(window: PixelWindow, shape: Floats, pose: Floats, *, with_handle: bool) -> Planes:
     """Shares of the parts and the ice's lost light, (6, rows·FINE, columns·FINE).
 
     Parameters
@@ -39,7 +39,15 @@ def painted(window: Window, shape: Floats, pose: Floats, *, with_handle: bool) -
     rows, columns = window.shape
     planes = np.empty((PLANES, rows * FINE, columns * FINE), dtype=np.float32)
     paint_body(
-        pose[0], pose[1], shape, window.foot, window.lean, window.scale, rows, columns, planes
+        pose[0],
+        pose[1],
+        shape,
+        window.ray_xy,
+        window.ray_slope,
+        window.scale,
+        rows,
+        columns,
+        planes,
     )
     shade_anew(planes, window, shape, pose)
     if with_handle:
@@ -49,36 +57,36 @@ def painted(window: Window, shape: Floats, pose: Floats, *, with_handle: bool) -
     return planes
 
 
-def shade_anew(planes: Planes, window: Window, shape: Floats, pose: Floats) -> None:
+def shade_anew(planes: Planes, window: PixelWindow, shape: Floats, pose: Floats) -> None:
     """Paint the shade around a painted body, in place."""
-    paint_shade(pose[0], pose[1], shape, window.foot, *window.shape, planes)
+    paint_shade(pose[0], pose[1], shape, window.ray_xy, *window.shape, planes)
 
 
-def turn_handle(planes: Planes, window: Window, shape: Floats, pose: Floats) -> None:
+def turn_handle(planes: Planes, window: PixelWindow, shape: Floats, pose: Floats) -> None:
     """Paint the handle over a painted body, in place."""
     paint_handle(
         pose[0],
         pose[1],
         pose[2],
         shape,
-        window.foot,
-        window.lean,
+        window.ray_xy,
+        window.ray_slope,
         window.scale,
         *window.shape,
         planes[HANDLE],
     )
 
 
-def tinted(planes: Planes, colours: Floats) -> Planes:
-    """The stone's light and what it takes from the ice's, (5, rows·FINE, columns·FINE); `tint`."""
+def coloured(planes: Planes, colours: Floats) -> Planes:
+    """The stone's light and the ice's that it hides, (5, rows·FINE, columns·FINE)."""
     out = np.empty((5, *planes.shape[1:]), dtype=np.float32)
-    tint(planes, planes[HANDLE], colours.astype(np.float32), out)
+    colour_planes(planes, planes[HANDLE], colours.astype(np.float32), out)
     return out
 
 
 def blurred(
     light: Planes,
-    window: Window,
+    window: PixelWindow,
     shape: Floats,
     shift_px: tuple[float, float] = (0.0, 0.0),
     *,
@@ -92,7 +100,7 @@ def blurred(
     return out
 
 
-def laid_over(seen: Planes, behind: Planes) -> Planes:
+def composite_change(seen: Planes, behind: Planes) -> Planes:
     """What the stone adds to the ice's picture and takes from it, (3, rows, columns).
 
     Parameters
@@ -101,11 +109,11 @@ def laid_over(seen: Planes, behind: Planes) -> Planes:
     behind : (3, rows, columns) channels of the ice
     """
     added = np.empty_like(behind)
-    lay_over(seen, behind, added)
+    kernels.composite_change(seen, behind, added)
     return added
 
 
-def shares(window: Window, shape: Floats, pose: Floats, *, with_handle: bool) -> Planes:
+def shares(window: PixelWindow, shape: Floats, pose: Floats, *, with_handle: bool) -> Planes:
     """How much of each pixel every part covers, and the light that the ice in it lacks.
 
     Returns

@@ -1,4 +1,4 @@
-"""Fitting a stone's profile, blur and colours to all exposures, with its places projected out."""
+"""Fitting a stone's profile, blur and colours to all crops, with its places projected out."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ from dataclasses import replace
 import numpy as np
 
 from curling_env.typing import Floats
-from friction_estimation.appearance.exposure import (
-    Exposure,
-    planes_of,
+from friction_estimation.appearance.crops import (
+    Crop,
+    painted_planes,
+    robust_weights,
     total_misfit,
-    weights_of,
 )
 from friction_estimation.appearance.fit import PIXEL_CORRELATION, Appearance
 from friction_estimation.appearance.kernels import blur, normal_equations
-from friction_estimation.appearance.model import PARTS, SHAPE_PARAMETERS, StoneModel, Window
+from friction_estimation.appearance.model import PARTS, SHAPE_PARAMETERS, PixelWindow, StoneModel
 from friction_estimation.appearance.painting import (
     BLUR,
     COLOUR_BLUR,
     HANDLE,
     Planes,
     blurred,
-    laid_over,
+    coloured,
+    composite_change,
     painted,
     shade_anew,
-    tinted,
     turn_handle,
 )
 
@@ -100,9 +100,9 @@ GRANITE = (
 
 
 def refine_profile(
-    exposures: Sequence[Exposure], look: Appearance, typical_model: StoneModel, rounds: int
+    crops: Sequence[Crop], look: Appearance, typical_model: StoneModel, rounds: int
 ) -> Appearance:
-    """Levenberg-Marquardt on shape, blur and colours, and on every exposure's pose with them."""
+    """Levenberg-Marquardt on shape, blur and colours, and on every crop's pose with them."""
     typical = typical_model.shape()
     names = [n for n in SHAPE_SPREAD if look.has_handle or not n.startswith(OF_HANDLE)]
     index = [SHAPE_PARAMETERS.index(n) for n in names]
@@ -111,9 +111,9 @@ def refine_profile(
     shared = len(names) + 3 * parts
     low, high = np.array([SHAPE_BOUNDS.get(n, (-np.inf, np.inf)) for n in names]).T
     damping = 1e-4
-    value = _objective(exposures, look, typical, index, spread)
+    value = _objective(crops, look, typical, index, spread)
     for _ in range(rounds):
-        normal, right, poses = _joint_equations(exposures, look, index, parts)
+        normal, right, poses = _joint_equations(crops, look, index, parts)
         shape = look.model.shape()
         prior = np.zeros(shared)
         prior[: len(names)] = 1 / spread**2
@@ -121,7 +121,7 @@ def refine_profile(
         held, drawn = _granite_prior(look.colours, len(names), shared)
         normal += held + np.diag(prior + 1e-6)
         right += drawn
-        before, last = [exposure.pose for exposure in exposures], value
+        before, last = [crop.pose for crop in crops], value
         for _ in range(5):
             step = _step_within(normal, right, damping, low - shape[index], high - shape[index])
             moved = shape.copy()
@@ -135,16 +135,16 @@ def refine_profile(
             taken = np.concatenate(
                 [(moved - shape)[index], (colours - look.colours)[:parts].ravel()]
             )
-            for exposure, pose, (alone, along) in zip(exposures, before, poses, strict=True):
-                exposure.pose = pose.copy()
-                exposure.pose[: len(alone)] += np.clip(alone - along @ taken, -0.2, 0.2)
-            found = _objective(exposures, tried, typical, index, spread)
+            for crop, pose, (alone, along) in zip(crops, before, poses, strict=True):
+                crop.pose = pose.copy()
+                crop.pose[: len(alone)] += np.clip(alone - along @ taken, -0.2, 0.2)
+            found = _objective(crops, tried, typical, index, spread)
             if found < value:
                 look, value, damping = tried, found, max(damping / 10, 1e-4)
                 break
             damping *= 10
-            for exposure, pose in zip(exposures, before, strict=True):
-                exposure.pose = pose
+            for crop, pose in zip(crops, before, strict=True):
+                crop.pose = pose
 
         if last - value < ENOUGH:
             break
@@ -152,7 +152,7 @@ def refine_profile(
 
 
 def _objective(
-    exposures: Sequence[Exposure],
+    crops: Sequence[Crop],
     look: Appearance,
     typical: Floats,
     index: list[int],
@@ -160,30 +160,30 @@ def _objective(
 ) -> float:
     """What `refine_profile` minimises: robust misfit and distance from what stones are like."""
     away = (look.model.shape() - typical)[index] / spread
-    tint = np.array(
+    colour_planes = np.array(
         [
             (look.colours[PARTS.index(name)] - look.colours[PARTS.index(other)]) / spread
             for name, other, spread in GRANITE
         ]
     )
-    return total_misfit(exposures, look) / PIXEL_CORRELATION + float(
-        away @ away + np.sum(tint * tint)
+    return total_misfit(crops, look) / PIXEL_CORRELATION + float(
+        away @ away + np.sum(colour_planes * colour_planes)
     )
 
 
 def _joint_equations(
-    exposures: Sequence[Exposure], look: Appearance, index: list[int], parts: int
+    crops: Sequence[Crop], look: Appearance, index: list[int], parts: int
 ) -> tuple[Floats, Floats, list[tuple[Floats, Floats]]]:
-    """Normal equations of shape and colours, with every exposure's pose projected out.
+    """Normal equations of shape and colours, with every crop's pose projected out.
 
-    Beside them, for every exposure, its pose's own step and how that gives way to the shared one.
+    Beside them, for every crop, its pose's own step and how that gives way to the shared one.
     """
     poses = 3 if look.has_handle else 2
     shared = len(index) + 3 * parts
     normal, right = np.zeros((shared, shared)), np.zeros(shared)
     steps: list[tuple[Floats, Floats]] = []
-    for exposure in exposures:
-        jacobian, residual, weight = _linearised(exposure, look, index, parts, poses)
+    for crop in crops:
+        jacobian, residual, weight = _linearised(crop, look, index, parts, poses)
         full = np.empty((shared + poses, shared + poses))
         pulled = np.empty(shared + poses)
         normal_equations(jacobian, residual, weight, full, pulled)
@@ -237,7 +237,7 @@ def _granite_prior(colours: Floats, start: int, size: int) -> tuple[Floats, Floa
 
 
 def _linearised(
-    exposure: Exposure, look: Appearance, index: list[int], parts: int, poses: int
+    crop: Crop, look: Appearance, index: list[int], parts: int, poses: int
 ) -> tuple[Floats, Floats, Floats]:
     """Derivatives of the standardised residuals by shape, colours and pose; residuals; weights.
 
@@ -245,16 +245,16 @@ def _linearised(
     -------
     (m, 3·n) derivatives, (3·n,) residuals and weights: all of one channel, then the next
     """
-    window, pose = exposure.window, exposure.pose
+    window, pose = crop.window, crop.pose
     rows, columns = window.shape
     shape, noise = look.model.shape(), look.noise[:, None, None]
-    behind = np.asarray(exposure.behind.T.reshape(3, rows, columns), dtype=np.float32, order="C")
-    planes = planes_of(exposure, look)
-    light = tinted(planes, look.colours)
+    behind = np.asarray(crop.background.T.reshape(3, rows, columns), dtype=np.float32, order="C")
+    planes = painted_planes(crop, look)
+    light = coloured(planes, look.colours)
     seen = blurred(light, window, shape, sloped=True)
-    picture = laid_over(seen, behind)
-    residual = (exposure.picture - exposure.behind).T.reshape(3, rows, columns) - picture
-    weight = np.tile(weights_of(residual.reshape(3, -1).T, look.noise), 3)
+    picture = composite_change(seen, behind)
+    residual = (crop.pixels - crop.background).T.reshape(3, rows, columns) - picture
+    weight = np.tile(robust_weights(residual.reshape(3, -1).T, look.noise), 3)
     jacobian = np.zeros((len(index) + 3 * parts + poses, 3, rows, columns))
     for p, i in enumerate(index):
         moved = shape.copy()
@@ -262,8 +262,8 @@ def _linearised(
         moved[i] += step
         changed = light
         if SHAPE_PARAMETERS[i] not in BLURS:
-            changed = tinted(_painted_anew(planes, i, window, moved, pose), look.colours)
-        other = laid_over(blurred(changed, window, moved), behind)
+            changed = coloured(_painted_anew(planes, i, window, moved, pose), look.colours)
+        other = composite_change(blurred(changed, window, moved), behind)
         np.multiply(other - picture, 1 / (step * noise), out=jacobian[p])
     visible = planes * (1 - planes[HANDLE])
     visible[HANDLE] = planes[HANDLE]
@@ -275,7 +275,7 @@ def _linearised(
         at = len(index) + 3 * np.arange(parts) + channel
         jacobian[at, channel] = of_parts[:, 0] / noise[channel]
     # A stone that moves a little shows the same picture elsewhere.
-    by_shift = np.stack([laid_over(seen[:, [d, 0, 0]], behind) for d in (1, 2)])
+    by_shift = np.stack([composite_change(seen[:, [d, 0, 0]], behind) for d in (1, 2)])
     px = np.linalg.inv(window.scale[0] + 0.5 * look.model.height * window.scale[1])
     first = len(index) + 3 * parts
     jacobian[first : first + 2] = np.einsum("sp,s...->p...", px, by_shift) / noise
@@ -283,13 +283,13 @@ def _linearised(
         step = 1e-2
         turned = planes.copy()
         turn_handle(turned, window, shape, pose + np.array([0.0, 0.0, step]))
-        other = laid_over(blurred(tinted(turned, look.colours), window, shape), behind)
+        other = composite_change(blurred(coloured(turned, look.colours), window, shape), behind)
         jacobian[first + 2] = (other - picture) / (step * noise)
     return jacobian.reshape(len(jacobian), -1), (residual / noise).ravel(), weight
 
 
 def _painted_anew(
-    planes: Planes, changed: int, window: Window, shape: Floats, pose: Floats
+    planes: Planes, changed: int, window: PixelWindow, shape: Floats, pose: Floats
 ) -> Planes:
     """A painting after a change of one parameter; only what it bears on is painted again."""
     name = SHAPE_PARAMETERS[changed]

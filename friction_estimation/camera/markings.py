@@ -42,14 +42,14 @@ OWN_SEARCH_PX = 2.5
 SAMPLE_PX = 0.5
 """Step of the readings along a normal."""
 GROUP = 12
-"""Readings that are first made together."""
+"""MarkingMeasurements that are first made together."""
 RINGS = ("12-foot ring", "8-foot ring", "4-foot ring", "button")
 CURVES = ("border", "hog line", "centre line", *RINGS)
 """What is painted, by name."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Marks:
+class Markings:
     """Points on the painted curves of a sheet.
 
     Parameters
@@ -71,9 +71,9 @@ class Marks:
     strong: NDArray[np.bool_]
     curve: NDArray[np.int64]
 
-    def __getitem__(self, chosen: NDArray[np.bool_]) -> Marks:
+    def __getitem__(self, chosen: NDArray[np.bool_]) -> Markings:
         """The marks of which a flag (n,) is set."""
-        return Marks(**{item.name: getattr(self, item.name)[chosen] for item in fields(self)})
+        return Markings(**{item.name: getattr(self, item.name)[chosen] for item in fields(self)})
 
     def of(self, *names: str) -> NDArray[np.bool_]:
         """Whether each mark lies on one of the curves of these names, (n,)."""
@@ -81,7 +81,7 @@ class Marks:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Readings:
+class MarkingMeasurements:
     """Where marks were seen.
 
     Parameters
@@ -99,7 +99,7 @@ class Readings:
 
 
 @lru_cache(maxsize=4)
-def marks_of(sheet: Sheet) -> Marks:
+def markings_of(sheet: Sheet) -> Markings:
     """All marks of a sheet whose place the rule book fixes, as points every few centimetres.
 
     Tee and back lines are left out: whether their middle or an edge is meant differs by club.
@@ -177,7 +177,7 @@ def marks_of(sheet: Sheet) -> Marks:
         groups.append(first + np.arange(len(row[0])) // GROUP)
         first = groups[-1][-1] + 1
     curve = np.concatenate([np.full(len(row[0]), CURVES.index(row[4])) for row in rows])
-    marks = Marks(
+    marks = Markings(
         xy=xy,
         normal=np.concatenate([row[1] for row in rows]),
         width=np.concatenate([np.full(len(row[0]), row[2]) for row in rows]),
@@ -189,7 +189,7 @@ def marks_of(sheet: Sheet) -> Marks:
     return _without_crossings(marks)
 
 
-def _without_crossings(marks: Marks) -> Marks:
+def _without_crossings(marks: Markings) -> Markings:
     """Leave out the points at which another line crosses or touches."""
     x, y = marks.xy.T
     depth = np.abs(y)
@@ -214,15 +214,15 @@ def brightness(image: NDArray[np.uint8] | NDArray[np.float32]) -> NDArray[np.flo
     return np.asarray(cv2.cvtColor(colours, cv2.COLOR_BGR2GRAY), dtype=np.float32)
 
 
-def read_marks(
+def measure_markings(
     grey: NDArray[np.float32],
     origin_px: tuple[int, int],
     camera: Camera,
-    marks: Marks,
+    marks: Markings,
     search_px: float,
     *,
     only_strong: bool = False,
-) -> Readings:
+) -> MarkingMeasurements:
     """Where the marks are in an image, near where a camera puts them.
 
     Parameters
@@ -248,7 +248,9 @@ def read_marks(
         usable &= marks.strong
     index = np.flatnonzero(usable)
     if len(index) == 0:
-        return Readings(index=index, normal_px=np.empty((0, 2)), offset_px=np.empty(0), expected=0)
+        return MarkingMeasurements(
+            index=index, normal_px=np.empty((0, 2)), offset_px=np.empty(0), expected=0
+        )
     half = int(np.ceil((search_px + OWN_SEARCH_PX) / SAMPLE_PX))
     widest = int(np.ceil(max(3 * STEP_BLUR_PX, float(width_px[index].max())) / SAMPLE_PX)) + 1
     steps = np.arange(-half - widest, half + widest + 1) * SAMPLE_PX
@@ -269,7 +271,7 @@ def read_marks(
         response[own] = _filtered(profile[own], _stripe_filter(float(width)), half)
     offset, strength = _peaks(response, marks.group[index], search_px, half)
     found = np.isfinite(offset) & (strength > MIN_RESPONSE)
-    return Readings(
+    return MarkingMeasurements(
         index=index[found],
         normal_px=normal_px[index][found],
         offset_px=offset[found],
@@ -277,7 +279,7 @@ def read_marks(
     )
 
 
-def _seen(camera: Camera, marks: Marks) -> tuple[Floats, Floats, Floats]:
+def _seen(camera: Camera, marks: Markings) -> tuple[Floats, Floats, Floats]:
     """Place of every mark in the image, its normal there, and pixels per metre across it."""
     step = 2e-3
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from curling_env.typing import Floats
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import KNOWN_LENS, FreeLens, moved
-from friction_estimation.camera.markings import Marks, Readings, read_marks
+from friction_estimation.camera.markings import MarkingMeasurements, Markings, measure_markings
 
 Grey = NDArray[np.float32]
 
@@ -28,7 +28,7 @@ MARK_CORRELATION = 6.0
 LAID = 0.002
 """How far a ring's radius or a line is off where it should be painted [m]; it is so all along."""
 LEAST_SCALE_PX = 0.1
-"""Readings are never taken to agree better than this [px]."""
+"""MarkingMeasurements are never taken to agree better than this [px]."""
 NARROW_PX = (4.0, 3.0, 2.0, 2.0, 2.0)
 """Search in each round, first for hog lines and border, then for all marks [px]."""
 FEW_STARTS, MOST_STARTS = 4, 12
@@ -83,7 +83,7 @@ class Fitted:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class PaintFit:
+class MarkingsFit:
     """An image, the marks to look for in it, and what else is known of the camera.
 
     Parameters
@@ -99,7 +99,7 @@ class PaintFit:
 
     grey: Grey
     origin: tuple[int, int]
-    marks: Marks
+    marks: Markings
     sheet_points: Floats
     points_px: Floats
     lens: FreeLens
@@ -138,8 +138,10 @@ class PaintFit:
                 return None
         return camera
 
-    def read(self, camera: Camera, search_px: float, *, only_strong: bool = False) -> Readings:
-        return read_marks(
+    def read(
+        self, camera: Camera, search_px: float, *, only_strong: bool = False
+    ) -> MarkingMeasurements:
+        return measure_markings(
             self.grey, self.origin, camera, self.marks, search_px, only_strong=only_strong
         )
 
@@ -156,7 +158,7 @@ class PaintFit:
     def fitted(
         self,
         camera: Camera,
-        readings: Readings,
+        readings: MarkingMeasurements,
         lens: FreeLens,
         scale_px: float,
     ) -> Fitted:
@@ -241,7 +243,7 @@ class PaintFit:
             + (readings.expected - marks) * OUTLIER**2 / self.correlation,
         )
 
-    def _outward(self, camera: Camera, points: Floats, readings: Readings) -> Floats:
+    def _outward(self, camera: Camera, points: Floats, readings: MarkingMeasurements) -> Floats:
         """How far each reading is off where the rim's paint is, (n,) [px]; see `RIM_PX`."""
         seen = camera.project(points) - camera.matrix[:2, 2]
         away = np.linalg.norm(seen, axis=1)
@@ -252,7 +254,7 @@ class PaintFit:
         outward = np.sum(seen / np.maximum(away, 1.0)[:, None] * readings.normal_px, axis=1)
         return RIM_PX * (2 * squeeze) ** SQUEEZE_POWER * outward
 
-    def _laid(self, camera: Camera, readings: Readings) -> Floats:
+    def _laid(self, camera: Camera, readings: MarkingMeasurements) -> Floats:
         """How far each reading is off [px] where one painted curve is, (n, curves)."""
         marks = self.marks
         xy, normal = marks.xy[readings.index], marks.normal[readings.index]

@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from curling_env.typing import Floats
 from friction_estimation.camera.camera import NO_DISTORTION, Camera, intrinsics
 from friction_estimation.camera.lens import KNOWN_LENS, FreeLens, moved
-from friction_estimation.camera.markings import Marks, brightness, marks_of
+from friction_estimation.camera.markings import Markings, brightness, markings_of
 from friction_estimation.camera.markings_fit import (
     CAMERA_HEIGHT,
     MIN_READINGS,
     NARROW_PX,
-    PaintFit,
+    MarkingsFit,
 )
 from friction_estimation.camera.pose import BENDS, FOCALS, poses_from_points
 from friction_estimation.camera.scene import Scene
@@ -50,7 +50,7 @@ MEASURED_HEIGHT = 0.01
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Refined:
+class RefinedCamera:
     """A camera, and how well the paint on the ice agrees with it.
 
     Parameters
@@ -93,7 +93,7 @@ def refine(
     scene: Scene,
     image: NDArray[np.uint8] | NDArray[np.float32],
     origin_px: tuple[int, int] = (0, 0),
-) -> Refined:
+) -> RefinedCamera:
     """The camera under which the painted marks fall where they are seen.
 
     Parameters
@@ -105,10 +105,10 @@ def refine(
     """
     no_matrix, no_terms = scene.camera_matrix is None, scene.distortion is None
     lens = FreeLens(focal=no_matrix, bends=no_terms, minor=no_terms, axis=no_matrix)
-    fit = PaintFit(
+    fit = MarkingsFit(
         grey=brightness(image),
         origin=origin_px,
-        marks=marks_of(scene.sheet),
+        marks=markings_of(scene.sheet),
         sheet_points=scene.sheet_points,
         points_px=scene.points_px,
         lens=lens,
@@ -129,11 +129,11 @@ def refine_from(
     sheet_points: Floats,
     points_px: Floats,
     image: NDArray[np.uint8] | NDArray[np.float32],
-    marks: Marks,
+    marks: Markings,
     lens: FreeLens,
     *,
     height: float | None = None,
-) -> Refined | None:
+) -> RefinedCamera | None:
     """The camera that the paint agrees with best, from several rough guesses.
 
     Parameters
@@ -148,7 +148,7 @@ def refine_from(
     -------
     None where the paint agrees with none of them
     """
-    fit = PaintFit(
+    fit = MarkingsFit(
         grey=brightness(image),
         origin=(0, 0),
         marks=marks,
@@ -167,13 +167,13 @@ def refine_from(
     return found if found.readings else None
 
 
-def at_focal(
-    refined: Refined,
+def refine_at_focal(
+    refined: RefinedCamera,
     scene: Scene,
     image: NDArray[np.uint8] | NDArray[np.float32],
     origin_px: tuple[int, int],
     log_change: float,
-) -> Refined | None:
+) -> RefinedCamera | None:
     """The camera with another focal length under which the marks still fall where they are seen.
 
     Parameters
@@ -190,10 +190,10 @@ def at_focal(
     steps = max(1, int(np.ceil(abs(log_change) / 0.1)))
     for _ in range(steps):  # the marks are followed round the bend in small steps
         camera = moved(camera, drift * log_change / steps, refined.lens)
-    fit = PaintFit(
+    fit = MarkingsFit(
         grey=brightness(image),
         origin=origin_px,
-        marks=marks_of(scene.sheet),
+        marks=markings_of(scene.sheet),
         sheet_points=scene.sheet_points,
         points_px=scene.points_px,
         lens=replace(refined.lens, focal=False),
@@ -220,9 +220,9 @@ def log_height_prior(camera: Camera) -> float:
     return float((np.log(camera.position[2] / middle) / spread) ** 2)
 
 
-def unrefined(camera: Camera) -> Refined:
+def unrefined(camera: Camera) -> RefinedCamera:
     """A camera that no mark was read for."""
-    return Refined(
+    return RefinedCamera(
         camera=camera,
         readings=0,
         rms_px=np.nan,
@@ -263,7 +263,7 @@ def _starts(camera: Camera, scene: Scene, free_focal: bool) -> list[Camera]:
     return starts
 
 
-def _judged(fit: PaintFit, before: Camera, after: Camera | None) -> Refined:
+def _judged(fit: MarkingsFit, before: Camera, after: Camera | None) -> RefinedCamera:
     """The better one of two cameras by what the marks say."""
     given = unrefined(before)
     if after is None:
@@ -276,7 +276,7 @@ def _judged(fit: PaintFit, before: Camera, after: Camera | None) -> Refined:
     settled = fit.fitted(after, readings, fit.lens, 0.5)
     if settled.rms_px > DOUBTFUL_PX and settled.readings < DOUBTFUL_SHARE * readings.expected:
         return given
-    return Refined(
+    return RefinedCamera(
         camera=settled.camera,
         readings=settled.readings,
         rms_px=settled.rms_px,

@@ -25,20 +25,20 @@ from curling_env.sheet import (
     Sheet,
 )
 from curling_env.typing import Floats, Image
-from friction_estimation.camera.annotation.keypoints import places_of
+from friction_estimation.camera.annotation.keypoints import keypoints_of
 from friction_estimation.camera.camera import NO_DISTORTION, Camera, intrinsics
 from friction_estimation.camera.lens import FreeLens
 from friction_estimation.camera.markings import (
     CURVES,
     RINGS,
-    Marks,
+    Markings,
     brightness,
-    marks_of,
-    read_marks,
+    markings_of,
+    measure_markings,
 )
 from friction_estimation.camera.pose import BENDS, FOCALS, poses_from_points
 from friction_estimation.camera.refinement import (
-    Refined,
+    RefinedCamera,
     refine_from,
 )
 from friction_estimation.camera.scene import Scene
@@ -84,7 +84,7 @@ class PhotoCamera:
     scene : to be written down, with the landmarks in view as its points
     """
 
-    refined: Refined
+    refined: RefinedCamera
     misses_px: Mapping[str, float]
     scene: Scene
 
@@ -107,7 +107,7 @@ def camera_from_photo(
     Parameters
     ----------
     image : (rows, columns, 3) BGR, best of the empty ice
-    clicks : by the names of `places_of`, in the image [px]: tee and hog_centre of one end at
+    clicks : by the names of `keypoints_of`, in the image [px]: tee and hog_centre of one end at
         least, each good to 0.3 m
     height : of the camera above the ice [m], where it is known: straight down, the paint cannot
         tell it
@@ -118,7 +118,7 @@ def camera_from_photo(
     InputError : clicks that are too few, unknown, outside or contradict, or no such paint there
     """
     size = (image.shape[1], image.shape[0])
-    places = places_of(sheet)
+    places = keypoints_of(sheet)
     end = _end_seen(clicks, places, size)
     rings = _rings_around(
         image, np.array(clicks[f"{end}_tee"]), np.array(clicks[f"{end}_hog_centre"])
@@ -127,7 +127,7 @@ def camera_from_photo(
     sheet_points = np.concatenate([[places[name] for name in clicks], on_ring])
     points_px = np.concatenate([list(clicks.values()), rings.ends_px])
     starts = _starts(sheet_points, points_px, size)
-    marks = marks_of(sheet)
+    marks = markings_of(sheet)
     marks = marks[marks.of(*SURE)]
     # Without the border, the hog line and the outermost ring are what stands out.
     marks = replace(marks, strong=marks.of("12-foot ring", "hog line"))
@@ -149,12 +149,12 @@ def camera_from_photo(
     )
 
 
-def misses_of(camera: Camera, image: Image, marks: Marks) -> dict[str, float]:
+def misses_of(camera: Camera, image: Image, marks: Markings) -> dict[str, float]:
     """How far each curve is seen from where a camera puts it, root mean square [px].
 
     Only curves of which a third or more is seen near there are named.
     """
-    readings = read_marks(brightness(image), (0, 0), camera, marks, FAR_PX)
+    readings = measure_markings(brightness(image), (0, 0), camera, marks, FAR_PX)
     expected = np.bincount(
         marks.curve[camera.sees(np.column_stack([marks.xy, np.zeros(len(marks.xy))]))],
         minlength=len(CURVES),
@@ -167,7 +167,7 @@ def misses_of(camera: Camera, image: Image, marks: Marks) -> dict[str, float]:
     return found
 
 
-def draw_landmarks(image: Image, camera: Camera, sheet: Sheet, scale: int = 1) -> Image:
+def draw_markings(image: Image, camera: Camera, sheet: Sheet, scale: int = 1) -> Image:
     """The photo, enlarged, with rings and lines drawn where the camera puts them."""
     size = (image.shape[1] * scale, image.shape[0] * scale)
     picture = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_CUBIC), dtype=np.uint8)
@@ -307,7 +307,7 @@ def _starts(sheet_points: Floats, points_px: Floats, size: tuple[int, int]) -> l
 
 def _scene(camera: Camera, sheet: Sheet, stone: tuple[float, float]) -> Scene:
     """The camera as a scene: the places it sees, where the paint has them, and its lens."""
-    places = np.array(list(places_of(sheet).values()))
+    places = np.array(list(keypoints_of(sheet).values()))
     # The ice of a club may be wider or narrower than the scene's: its border is not asked.
     places = places[np.abs(places[:, 0]) < sheet.width / 2]
     points = np.column_stack([places, np.zeros(len(places))])

@@ -159,9 +159,9 @@ def _of_the_ice(
 
     from curling_env.sheet import PAPER_SHEET
     from curling_env.storage import atomic_path
-    from friction_estimation.camera.annotation.annotate import Picking
+    from friction_estimation.camera.annotation.annotate import Annotation
     from friction_estimation.camera.scene import load_scene, save_scene
-    from friction_estimation.camera.single_photo import camera_from_photo, draw_landmarks
+    from friction_estimation.camera.single_photo import camera_from_photo, draw_markings
 
     cv2.setNumThreads(1)
     if len(images) != 1:
@@ -170,16 +170,16 @@ def _of_the_ice(
         raise InputError(
             f"a camera hangs 1 to 50 m above the ice, got {height:g}", source="--height"
         )
-    known = Picking.open(images[0], PAPER_SHEET)
+    known = Annotation.open(images[0], PAPER_SHEET)
     if start is not None:
-        known = Picking.going_on(images[0], load_scene(start))
+        known = Annotation.from_scene(images[0], load_scene(start))
     clicks = {**known.marks, **dict(_read_mark(text) for text in mark)}
     photo = known.stills[0]
     found = camera_from_photo(photo, clicks, sheet=known.sheet, height=height)
     save_scene(found.scene, output)
     if picture is not None:
         scale = max(1, round(1200 / max(known.size)))
-        drawn = draw_landmarks(photo, found.camera, known.sheet, scale)
+        drawn = draw_markings(photo, found.camera, known.sheet, scale)
         with atomic_path(picture) as draft:
             draft.write_bytes(cv2.imencode(".png", drawn)[1].tobytes())
     x, y, z = found.camera.position.tolist()

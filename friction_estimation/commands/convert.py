@@ -68,7 +68,7 @@ def convert(
     from curling_env.ice import load_ice, write_cells
     from curling_env.sheet import PAPER_SHEET
     from curling_env.trajectory import is_tracks, read_tracks, write_tracks
-    from friction_estimation.camera.annotation.keypoints import places_of
+    from friction_estimation.camera.annotation.keypoints import keypoints_of
     from friction_estimation.tracks.importers import on_sheet, read_export
 
     if table.suffix.lower() == ".json":
@@ -79,7 +79,7 @@ def convert(
     if is_tracks(table):
         tracks = read_tracks(table)
     else:
-        places = {"middle": (0.0, 0.0), **places_of(PAPER_SHEET)}
+        places = {"middle": (0.0, 0.0), **keypoints_of(PAPER_SHEET)}
         series = read_export(table)
         tracks = on_sheet(
             series,

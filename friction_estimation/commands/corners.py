@@ -53,20 +53,22 @@ def corners(
     """
     import webbrowser
 
-    from friction_estimation.camera.annotation.annotate import Picking
-    from friction_estimation.camera.annotation.server import PickingServer
+    from friction_estimation.camera.annotation.annotate import Annotation
+    from friction_estimation.camera.annotation.server import AnnotationServer
     from friction_estimation.camera.scene import Scene, load_lens, load_scene, save_scene
 
     before = None if start is None else load_scene(start, camera)
     if before is not None:
-        picking = Picking.going_on(film, before)
+        picking = Annotation.from_scene(film, before)
     else:
-        picking = Picking.open(film, _sheet(sheet), None if camera is None else load_lens(camera))
+        picking = Annotation.open(
+            film, _sheet(sheet), None if camera is None else load_lens(camera)
+        )
 
     def save(scene: Scene) -> None:
         save_scene(scene, output)
 
-    with PickingServer(picking, save, port=port) as pages:
+    with AnnotationServer(picking, save, port=port) as pages:
         say(f"mark the sheet at {pages.url}")
         if browser:
             webbrowser.open(pages.url)

@@ -1,7 +1,7 @@
 """Lights that flicker or are switched: every frame brought to the brightness of the first.
 
 Lamps on alternating current pulse a hundred times a second or more often, and a camera reads its
-rows one after the other: so bands of light and shade run over the film, and rows are evened, not
+rows one after the other: so bands of light and shade run over the film, and rows are corrected, not
 frames alone.
 """
 
@@ -30,11 +30,11 @@ FEWEST_IN_ROW = 16
 SOFT = np.array([0.1, 0.25, 0.3, 0.25, 0.1])
 """Neighbouring rows are read together."""
 BANDED = 0.01
-"""Rows whose gains spread by less are evened alike."""
+"""Rows whose gains spread by less are corrected alike."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Lighting:
+class Deflicker:
     """The brightness of a film's first frame.
 
     Parameters
@@ -45,7 +45,7 @@ class Lighting:
     sparse: Image
 
     @classmethod
-    def of(cls, frame: Image) -> Lighting:
+    def of(cls, frame: Image) -> Deflicker:
         """From the first frame, BGR."""
         return cls(sparse=_sparse(frame))
 
@@ -71,7 +71,7 @@ class Lighting:
         padded = np.pad(everywhere, len(SOFT) // 2, mode="reflect", reflect_type="odd")
         return np.convolve(padded, SOFT, mode="valid")
 
-    def evened(self, frame: Image) -> Image:
+    def corrected(self, frame: Image) -> Image:
         """The frame at the first frame's brightness."""
         gains = self.gains(frame)
         if np.ptp(gains) < BANDED:
@@ -84,7 +84,7 @@ class Lighting:
         return np.asarray(even, dtype=np.uint8)
 
 
-def flickering(sample: Sequence[tuple[float, Image]]) -> Lighting | None:
+def deflicker_for(sample: Sequence[tuple[float, Image]]) -> Deflicker | None:
     """What evens the light of a film out; None where it is steady.
 
     Parameters
@@ -93,7 +93,7 @@ def flickering(sample: Sequence[tuple[float, Image]]) -> Lighting | None:
     """
     if not sample:
         return None
-    first = Lighting.of(sample[0][1])
+    first = Deflicker.of(sample[0][1])
     gains = np.array([first.gains(frame) for _, frame in sample])
     # A row may be full of people now and then; a band runs over all of them.
     low, high = np.quantile(gains, [0.05, 0.95])

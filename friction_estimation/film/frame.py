@@ -22,7 +22,7 @@ FULL_RANGE = 2
 """
 
 
-class RawFrame:
+class LazyFrame:
     """One picture of a film, BGR where it is looked at: ``frame[rows, columns]``.
 
     Most of a frame is never looked at while a stone is followed, and colours cost as much time as
@@ -61,7 +61,7 @@ class RawFrame:
         return np.ascontiguousarray(np.rot90(picture, self._turns))
 
 
-Frame = Image | RawFrame
+Frame = Image | LazyFrame
 """What is looked at in parts, BGR."""
 
 

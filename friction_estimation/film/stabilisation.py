@@ -3,7 +3,7 @@
 Corners that stand out in the first frame (paint, posts, boards) are found again in later ones; the
 similarity that carries most of them along is the camera's own motion, and whatever moves by itself
 is outvoted. A stand that sways by some pixels is corrected for; a camera that pans, zooms or is
-knocked over is refused, because the scene's points no longer hold.
+knocked over is refused, because the scene's points no longer stabiliser.
 """
 
 # OpenCV's stubs widen the element type of every array that they return.
@@ -58,7 +58,7 @@ LOOKED_AT = 12
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Hold:
+class Stabiliser:
     """Where the first frame's corners are, to find them again.
 
     Parameters
@@ -71,7 +71,7 @@ class Hold:
     corners_px: NDArray[np.float32]
 
     @classmethod
-    def of(cls, frame: Image) -> Hold:
+    def of(cls, frame: Image) -> Stabiliser:
         """From the first frame of a film, BGR."""
         grey = np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
         corners = cv2.goodFeaturesToTrack(grey, FEATURES, FEATURE_QUALITY, FEATURE_DISTANCE_PX)
@@ -140,7 +140,7 @@ class Hold:
         alike = sum(one > ALIKE for one in likeness)
         return alike >= FEW and alike >= ALIKE_SHARE * len(likeness)
 
-    def put_back(self, frame: Image) -> Image:
+    def stabilised(self, frame: Image) -> Image:
         """The frame as the camera would have seen it from where it first stood."""
         motion = self.motion(frame)
         if motion is None:
@@ -170,7 +170,7 @@ def sway_px(motion: Floats, corners_px: NDArray[np.float32]) -> float:
     return float(np.linalg.norm(moved - corners, axis=1).max())
 
 
-def held(sample: Sequence[tuple[float, Image]], source: str | Path) -> Hold | None:
+def stabiliser_for(sample: Sequence[tuple[float, Image]], source: str | Path) -> Stabiliser | None:
     """Whether the camera of a film must be put back; None where it held still, or cannot tell.
 
     Parameters
@@ -184,15 +184,15 @@ def held(sample: Sequence[tuple[float, Image]], source: str | Path) -> Hold | No
     """
     if len(sample) < 2:
         return None
-    hold = Hold.of(sample[0][1])
-    if len(hold.corners_px) < MANY:
+    stabiliser = Stabiliser.of(sample[0][1])
+    if len(stabiliser.corners_px) < MANY:
         return None
     width = sample[0][1].shape[1]
     every = max(1, (len(sample) - 1) // LOOKED_AT)
     swayed = 0.0
     for t, frame in sample[every::every]:
-        motion = hold.motion(frame)
-        if motion is None and hold.same_view(frame):
+        motion = stabiliser.motion(frame)
+        if motion is None and stabiliser.same_view(frame):
             continue
         if motion is None:
             raise InputError(
@@ -202,7 +202,7 @@ def held(sample: Sequence[tuple[float, Image]], source: str | Path) -> Hold | No
                 where=f"at {t:.1f} s",
             )
         zoom = float(np.hypot(*motion[:, 0])) - 1
-        moved = sway_px(motion, hold.corners_px)
+        moved = sway_px(motion, stabiliser.corners_px)
         if abs(zoom) > ZOOM_SHARE:
             raise InputError(
                 f"the camera has zoomed by {100 * zoom:+.1f} % since the first frame; the zoom "
@@ -218,4 +218,4 @@ def held(sample: Sequence[tuple[float, Image]], source: str | Path) -> Hold | No
                 where=f"at {t:.1f} s",
             )
         swayed = max(swayed, moved)
-    return hold if swayed > STILL_PX else None
+    return stabiliser if swayed > STILL_PX else None

@@ -27,7 +27,7 @@ from av.video.stream import VideoStream
 from curling_env.errors import InputError, OutputError
 from curling_env.storage import atomic_path, read_table
 from curling_env.typing import Image
-from friction_estimation.film.frame import RawFrame
+from friction_estimation.film.frame import LazyFrame
 
 DEFAULT_FPS = 30.0
 """Taken where neither the film nor the scene says anything usable."""
@@ -84,7 +84,7 @@ class Film:
             first = next(_decoded(container, stream), None)
             if first is None:
                 raise InputError("not a film that can be decoded", source=path)
-            height, width, _ = RawFrame(first).shape
+            height, width, _ = LazyFrame(first).shape
             said = _rate(stream)
             length = (container.duration or 0) / av.time_base
             frame_count = stream.frames or round(length * (said or DEFAULT_FPS))
@@ -107,17 +107,17 @@ class Film:
         nominal interval after its predecessor. After a damaged place, frames are left out up to
         the next whole picture: what is stored as changes shows the stone where it was.
         """
-        for t, frame in self.raw_frames():
+        for t, frame in self.lazy_frames():
             yield t, frame.whole()
 
-    def raw_frames(self) -> Iterator[tuple[float, RawFrame]]:
+    def lazy_frames(self) -> Iterator[tuple[float, LazyFrame]]:
         """The same, with colours only where they are looked at."""
         first: float | None = None
         last = -np.inf
         with _opened(self.path) as (container, stream):
             for index, frame in _undamaged(container, stream):
                 if index < len(self.times):
-                    yield self.times[index], RawFrame(frame)
+                    yield self.times[index], LazyFrame(frame)
                     continue
                 stamp = _stamp(frame, stream)
                 if first is None:
@@ -127,7 +127,7 @@ class Film:
                     if self.fps_given or not t > last + 0.05 / self.fps:
                         t = last + 1 / self.fps
                 last = t
-                yield t, RawFrame(frame)
+                yield t, LazyFrame(frame)
 
     def sample(self, count: int) -> list[tuple[float, Image]]:
         """About `count` frames spread evenly over the film, with approximate times [s].
@@ -165,7 +165,7 @@ class Film:
 
             for frame in _decoded(container, stream, is_due):
                 stamp = _stamp(frame, stream)
-                raw = RawFrame(frame)
+                raw = LazyFrame(frame)
                 if np.isfinite(stamp) and (raw.shape[1], raw.shape[0]) == self.size:
                     frames.append((self._time_of(round(stamp * said), stamp), raw.whole()))
         return frames
@@ -195,7 +195,7 @@ class Film:
                 frame = next(islice(frames, index - at, None), None)
                 if frame is None:
                     return
-                at, raw = index + 1, RawFrame(frame)
+                at, raw = index + 1, LazyFrame(frame)
                 if (raw.shape[1], raw.shape[0]) == self.size:
                     yield self._time_of(index, _stamp(frame, stream)), raw.whole()
 
@@ -204,7 +204,7 @@ class Film:
         """When each frame is due, in the container's own unit; empty where it does not say."""
         with _opened(self.path) as (container, stream):
             found = [
-                due(packet)
+                timestamp_of(packet)
                 for packet in _packets(container, stream)
                 if packet.size and not packet.is_discard
             ]
@@ -300,21 +300,21 @@ def _decoded_from(
         container.seek(begin, stream=stream)
         frames = _decoded(container, stream)
         first = next(frames, None)
-        if first is not None and (due(first) or 0) <= moment:
+        if first is not None and (timestamp_of(first) or 0) <= moment:
             break
     else:
         return iter(())
-    return dropwhile(lambda frame: (due(frame) or 0) < moment, chain([first], frames))
+    return dropwhile(lambda frame: (timestamp_of(frame) or 0) < moment, chain([first], frames))
 
 
-def due(stored: VideoFrame | Packet[VideoStream]) -> int | None:
+def timestamp_of(stored: VideoFrame | Packet[VideoStream]) -> int | None:
     """When a frame is due, in the container's own unit; None if it does not say."""
     return stored.dts if stored.pts is None else stored.pts
 
 
 def _stamp(stored: VideoFrame | Packet[VideoStream], stream: VideoStream) -> float:
     """When a frame is due since the film began [s]; NaN if the container does not say."""
-    moment = due(stored)
+    moment = timestamp_of(stored)
     return np.nan if moment is None else float((moment - _start(stream)) * _unit(stream))
 
 

@@ -25,7 +25,7 @@ from av.error import FFmpegError
 from curling_env.errors import InputError
 from curling_env.typing import Image
 from friction_estimation.film.frame import brightness_of
-from friction_estimation.film.video import DEFAULT_FPS, due
+from friction_estimation.film.video import DEFAULT_FPS, timestamp_of
 
 PATIENCE = (10.0, 10.0)
 """So long a stream may take to open, and then to send something [s]."""
@@ -148,7 +148,7 @@ class Stream:
         held: list[Coded] = []
         with suppress(FFmpegError):  # It broke off; what came until then stands.
             for packet in self._film.demux(self._video):
-                shown = due(packet)
+                shown = timestamp_of(packet)
                 if packet.dts is not None and shown is not None:
                     if begin is None and packet.is_keyframe:
                         begin = shown
@@ -156,7 +156,7 @@ class Stream:
                         continue  # Changes to a picture that was never seen.
                     held.append(_coded(packet, shown, begin))
                 for frame in _decoded(packet):
-                    moment = due(frame)
+                    moment = timestamp_of(frame)
                     if begin is None or moment is None:
                         continue
                     t = float((moment - begin) * packet.time_base)

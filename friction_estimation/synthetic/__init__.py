@@ -8,25 +8,25 @@ every frame. Nothing here knows how films are tracked; only the camera's geometr
     films = render_films("runs/films", [slide(ice, release, fps=120).trajectory], spec)
 """
 
-from friction_estimation.synthetic.cameras import CAMERAS, View, named_camera, scene_of
-from friction_estimation.synthetic.film import render_film, render_films, write_film
-from friction_estimation.synthetic.paint import Light, Palette
+from friction_estimation.synthetic.cameras import CAMERAS, CameraPlacement, named_camera, scene_of
+from friction_estimation.synthetic.film_spec import FilmSpec, all_on_film, on_film
+from friction_estimation.synthetic.films import render_film, render_films, write_film
 from friction_estimation.synthetic.people import Cast, Person
-from friction_estimation.synthetic.solid import StoneOnIce, StoneShape
-from friction_estimation.synthetic.spec import FilmSpec, all_on_film, on_film
-from friction_estimation.synthetic.stage import Stage, frames
+from friction_estimation.synthetic.ray_tracing import StoneOnIce, StoneShape
+from friction_estimation.synthetic.renderer import FilmRenderer, frames
+from friction_estimation.synthetic.sheet_drawing import Light, Palette
 
 __all__ = [
     "CAMERAS",
+    "CameraPlacement",
     "Cast",
+    "FilmRenderer",
     "FilmSpec",
     "Light",
     "Palette",
     "Person",
-    "Stage",
     "StoneOnIce",
     "StoneShape",
-    "View",
     "all_on_film",
     "frames",
     "named_camera",

@@ -23,7 +23,7 @@ from friction_estimation.camera.scene import CORNERS, MIN_POINTS, Scene
 
 
 @dataclass(frozen=True, kw_only=True)
-class View:
+class CameraPlacement:
     """A place to film from; distances in the sheet frame, pixels at `size`.
 
     Parameters
@@ -47,15 +47,15 @@ class View:
 
 # No view is a measured hall: each is a place where clubs put a camera, framed so that the sheet
 # fills the image and a little off the axis of symmetry, as every hand-mounted camera is.
-CAMERAS: dict[str, View] = {
-    "end": View(
+CAMERAS: dict[str, CameraPlacement] = {
+    "end": CameraPlacement(
         position=(0.9, -35.5, 8.5),
         target=(0.05, -13.2, 0.0),
         focal_px=2150.0,
         distortion=(-0.11, 0.025, 0.0004, -0.0003, 0.0),
         shows="the whole sheet from a gallery behind the home end",
     ),
-    "gantry": View(
+    "gantry": CameraPlacement(
         position=(0.4, -0.3, 15.0),
         target=(0.1, 0.0, 0.0),
         up=(-1.0, 0.0, 0.0),
@@ -63,14 +63,14 @@ CAMERAS: dict[str, View] = {
         distortion=(-0.045, 0.004, 0.0002, 0.0003, 0.0),
         shows="the whole sheet from above its middle",
     ),
-    "side": View(
+    "side": CameraPlacement(
         position=(-13.5, 0.5, 10.0),
         target=(0.6, 0.1, 0.0),
         focal_px=640.0,
         distortion=(-0.07, 0.009, -0.0003, 0.0004, 0.0),
         shows="the whole sheet from the stand beside its middle",
     ),
-    "ceiling": View(
+    "ceiling": CameraPlacement(
         position=(0.25, 15.4, 6.0),
         target=(0.1, 15.2, 0.0),
         up=(-1.0, 0.0, 0.0),
@@ -79,7 +79,7 @@ CAMERAS: dict[str, View] = {
         distortion=(-0.16, 0.02, 0.0003, -0.0002, 0.0),
         shows="the away house and its hog line from the ceiling",
     ),
-    "ceiling_middle": View(
+    "ceiling_middle": CameraPlacement(
         position=(-0.3, 0.5, 7.0),
         target=(-0.2, 0.2, 0.0),
         up=(-1.0, 0.0, 0.0),
@@ -88,7 +88,7 @@ CAMERAS: dict[str, View] = {
         distortion=(-0.045, 0.004, 0.0002, 0.0003, 0.0),
         shows="the ice between the hog lines, and these, from the ceiling",
     ),
-    "ceiling_home": View(
+    "ceiling_home": CameraPlacement(
         position=(-0.2, -15.2, 6.2),
         target=(0.0, -15.1, 0.0),
         up=(-1.0, 0.0, 0.0),
@@ -129,7 +129,7 @@ def named_camera(name: str, size: tuple[int, int] | None = None) -> Camera:
     )
 
 
-def _view(name: str) -> View:
+def _view(name: str) -> CameraPlacement:
     if name not in CAMERAS:
         raise InputError(f"no camera is called {name!r}; there are {', '.join(CAMERAS)}")
     return CAMERAS[name]

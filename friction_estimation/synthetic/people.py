@@ -17,7 +17,7 @@ from curling_env.sheet import Sheet
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.camera.camera import Camera
-from friction_estimation.synthetic.stones import Box, box_around
+from friction_estimation.synthetic.stone_drawing import PixelBox, box_around
 
 Colour = tuple[int, int, int]
 
@@ -68,7 +68,7 @@ class Person:
     position: Floats
     rods: tuple[Rod, ...]
 
-    def box(self, camera: Camera) -> Box:
+    def box(self, camera: Camera) -> PixelBox:
         """The pixels the person and their shadow may touch."""
         ends = np.array([end for rod in self.rods for end in (rod.start, rod.stop)])
         spread = np.array([[0.3, 0.3, 0.0], [-0.3, 0.3, 0.0], [0.3, -0.3, 0.0], [-0.3, -0.3, 0.0]])
@@ -318,7 +318,7 @@ _CIRCLE = np.stack(
 
 
 def draw_person(
-    picture: NDArray[np.float32], camera: Camera, box: Box, person: Person, shadow: float
+    picture: NDArray[np.float32], camera: Camera, box: PixelBox, person: Person, shadow: float
 ) -> None:
     """Draw somebody into a box of pixels of a picture, in place.
 

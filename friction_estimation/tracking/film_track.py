@@ -11,8 +11,8 @@ from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.appearance import Appearance
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.refinement import Refined
-from friction_estimation.film.stabilisation import Hold
+from friction_estimation.camera.refinement import RefinedCamera
+from friction_estimation.film.stabilisation import Stabiliser
 from friction_estimation.tracking.optical_flow import Flow
 
 
@@ -52,7 +52,7 @@ class FilmTrack:
     landmarks : how well the paint on the ice agrees with the camera
     contacts : moments at which it struck or was struck [s]
     others : tracks of the other stones on the sheet, numbered from 1
-    hold : puts the frames back where the camera swayed; None where it stood still
+    stabiliser : puts the frames back where the camera swayed; None where it stood still
     """
 
     trajectory: Trajectory
@@ -62,10 +62,10 @@ class FilmTrack:
     frame_count: int
     camera: Camera
     look: Appearance
-    landmarks: Refined
+    landmarks: RefinedCamera
     contacts: tuple[float, ...] = ()
     others: tuple[FilmTrack, ...] = ()
-    hold: Hold | None = None
+    stabiliser: Stabiliser | None = None
 
     @property
     def trajectories(self) -> tuple[Trajectory, ...]:

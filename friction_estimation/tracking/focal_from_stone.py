@@ -13,10 +13,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from friction_estimation.appearance import Exposure, StoneModel, learn_appearance, total_misfit
+from friction_estimation.appearance import Crop, StoneModel, learn_appearance, total_misfit
 from friction_estimation.appearance.fit import PIXEL_CORRELATION
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.refinement import Refined, log_height_prior
+from friction_estimation.camera.refinement import RefinedCamera, log_height_prior
 
 UNDECIDED = 0.02
 """Standard error of the log focal length from which on the stone is asked."""
@@ -37,32 +37,32 @@ THINNED = 3
 
 
 def focal_from_stone(
-    landmarks: Refined,
-    at_focal: Callable[[float], Refined | None],
-    exposures_of: Callable[[Camera], Sequence[Exposure]],
+    landmarks: RefinedCamera,
+    refine_at_focal: Callable[[float], RefinedCamera | None],
+    crops_of: Callable[[Camera], Sequence[Crop]],
     model: StoneModel,
     noise: float,
-) -> Refined:
+) -> RefinedCamera:
     """The camera whose height explains the stone's picture all along its path.
 
     Parameters
     ----------
     landmarks : with a focal length that the paint does not fix
-    at_focal : the camera with its log focal length changed, pose and lens refitted to the paint
-    exposures_of : the stone's pictures as a camera places them
+    refine_at_focal : refits the camera's pose and lens to the paint at a changed log focal length
+    crops_of : the stone's pictures as a camera places them
     model, noise : as `learn_appearance` takes them
     """
-    first = learn_appearance(exposures_of(landmarks.camera)[::THINNED], model, noise)
+    first = learn_appearance(crops_of(landmarks.camera)[::THINNED], model, noise)
 
     def cost(change: float) -> float:
-        found = at_focal(change)
+        found = refine_at_focal(change)
         if found is None:
             return np.inf
-        exposures = exposures_of(found.camera)[::THINNED]
-        if not exposures:
+        crops = crops_of(found.camera)[::THINNED]
+        if not crops:
             return np.inf
-        look = learn_appearance(exposures, model, noise)
-        misfit = total_misfit(exposures, replace(look, noise=first.noise)) / PIXEL_CORRELATION
+        look = learn_appearance(crops, model, noise)
+        misfit = total_misfit(crops, replace(look, noise=first.noise)) / PIXEL_CORRELATION
         return misfit + log_height_prior(found.camera) + found.misfit - landmarks.misfit
 
     at = landmarks.camera.position[2]
@@ -80,13 +80,13 @@ def focal_from_stone(
     seen += costs([best + part * step for part in FINE if best + part * step > lowest / 2])
     lean, sigma = lowest_of([one for one in seen if abs(one[0] - best) < REACH * step])
     change = float(np.log(1 / (lean * at)))
-    found = at_focal(change)
+    found = refine_at_focal(change)
     if found is None:
         return landmarks
-    return replace(found, farther=_camera(at_focal(change + max(sigma / lean, LEAST_SIGMA))))
+    return replace(found, farther=_camera(refine_at_focal(change + max(sigma / lean, LEAST_SIGMA))))
 
 
-def _camera(refined: Refined | None) -> Camera | None:
+def _camera(refined: RefinedCamera | None) -> Camera | None:
     return None if refined is None else refined.camera
 
 

@@ -98,8 +98,8 @@ class _Overlay:
 
     def draw(self, frame: Image, index: int, t: float) -> Image:
         """The frame, put back where the camera swayed, with everything drawn into it."""
-        if self._track.hold is not None:
-            frame = self._track.hold.put_back(frame)
+        if self._track.stabiliser is not None:
+            frame = self._track.stabiliser.stabilised(frame)
         if self._scale < 1:
             frame = np.asarray(cv2.resize(frame, self.size), dtype=np.uint8)
         row = self._row_of.get(index)

@@ -17,22 +17,22 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.typing import Floats, Image
 from friction_estimation.appearance import (
-    EXPOSURES,
+    LEARNING_FRAMES,
     Appearance,
-    Exposure,
+    Crop,
     StoneModel,
     channels_of,
-    exposures_at,
+    crops_at,
     learn_appearance,
     measure,
-    share_left,
+    unexplained_share,
 )
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.refinement import at_focal, refine, unrefined
+from friction_estimation.camera.refinement import refine, refine_at_focal, unrefined
 from friction_estimation.camera.scene import Scene
-from friction_estimation.film.deflicker import flickering
+from friction_estimation.film.deflicker import deflicker_for
 from friction_estimation.film.frame import Frame
-from friction_estimation.film.stabilisation import held
+from friction_estimation.film.stabilisation import stabiliser_for
 from friction_estimation.film.video import Film
 from friction_estimation.tracking.detection.acquisition import (
     RoughPath,
@@ -90,16 +90,16 @@ def track_film(
     film = Film.open(path, scene.fps)
     camera = Camera.from_scene(scene, film.size)
     sample = film.sample(SPARSE_FRAMES)
-    lighting = flickering(sample)
+    lighting = deflicker_for(sample)
     if lighting is not None:
-        sample = [(t, lighting.evened(frame)) for t, frame in sample]
-    hold = held(sample, path)
-    if hold is not None:
-        sample = [(t, hold.put_back(frame)) for t, frame in sample]
+        sample = [(t, lighting.corrected(frame)) for t, frame in sample]
+    stabiliser = stabiliser_for(sample, path)
+    if stabiliser is not None:
+        sample = [(t, stabiliser.stabilised(frame)) for t, frame in sample]
 
     def right(frame: Image) -> Image:
-        even = frame if lighting is None else lighting.evened(frame)
-        return even if hold is None else hold.put_back(even)
+        even = frame if lighting is None else lighting.corrected(frame)
+        return even if stabiliser is None else stabiliser.stabilised(even)
 
     def put_right(frames: Iterable[tuple[float, Image]]) -> Iterator[tuple[float, Image]]:
         return ((t, right(frame)) for t, frame in frames)
@@ -127,24 +127,24 @@ def track_film(
     ice = channels_of(background.image)
     seen_by = camera
 
-    def exposures_of(camera: Camera) -> list[Exposure]:
-        return _exposures(pictures, rough, ice, background, seen_by, camera, model)
+    def crops_of(camera: Camera) -> list[Crop]:
+        return _crops(pictures, rough, ice, background, seen_by, camera, model)
 
-    if landmarks.log_focal_sigma > UNDECIDED and exposures_of(camera):
+    if landmarks.log_focal_sigma > UNDECIDED and crops_of(camera):
         loose, painted = landmarks, background
         landmarks = focal_from_stone(
             loose,
-            lambda change: at_focal(loose, scene, painted.image, painted.origin_px, change),
-            exposures_of,
+            lambda change: refine_at_focal(loose, scene, painted.image, painted.origin_px, change),
+            crops_of,
             model,
             background.noise,
         )
         camera = landmarks.camera
-    exposures = exposures_of(camera)
-    if not exposures:
+    crops = crops_of(camera)
+    if not crops:
         raise InputError("the thrown stone is nowhere wholly in the image", source=path)
-    look = learn_appearance(exposures, model, background.noise)
-    if share_left(exposures, look) > MOST_LEFT:
+    look = learn_appearance(crops, model, background.noise)
+    if unexplained_share(crops, look) > MOST_LEFT:
         raise InputError(
             "no thrown stone found: what slides along the ice does not look like a stone",
             source=path,
@@ -159,22 +159,22 @@ def track_film(
         # The path may have gone over to a stone that was struck: all is learnt anew.
         rough, background, seen_by = company.rough, company.background, camera
         pictures, ice = company.sample, channels_of(background.image)
-        exposures = exposures_of(camera) or exposures
-        look = learn_appearance(exposures, model, background.noise)
+        crops = crops_of(camera) or crops
+        look = learn_appearance(crops, model, background.noise)
         company = (
             gather(sample, background, camera, look, scene.sheet, rough, sample_until) or company
         )
 
-    as_filmed = lighting is None and hold is None
+    as_filmed = lighting is None and stabiliser is None
     copying = Copying(background)
 
     def shown() -> Iterable[tuple[float, Frame]]:
         frames: Iterable[tuple[float, Frame]]
-        frames = film.raw_frames() if as_filmed else put_right(film.frames())
+        frames = film.lazy_frames() if as_filmed else put_right(film.frames())
         watched = copying.watched(frames)
         return watched if progress is None else progress(watched, film.frame_count)
 
-    turn = _turn_of(exposures) if look.has_handle else None
+    turn = _turn_of(crops) if look.has_handle else None
     if company is None:
 
         def alone(turn: Turn | None) -> Record:
@@ -185,7 +185,7 @@ def track_film(
         if other is not None:
             record = alone(other)
         record.lag_px = copying.lag_px
-        return replace(join_frames(record, look, landmarks, throw, path), hold=hold)
+        return replace(join_frames(record, look, landmarks, throw, path), stabiliser=stabiliser)
     lying, moments = company.lying, [t for t, _ in sample]
 
     def together(turn: Turn | None) -> list[Mover]:
@@ -199,7 +199,7 @@ def track_film(
         movers = together(other)
     for mover in movers:
         mover.record.lag_px = copying.lag_px
-    return replace(tracks_of(movers, lying, landmarks, throw, path), hold=hold)
+    return replace(tracks_of(movers, lying, landmarks, throw, path), stabiliser=stabiliser)
 
 
 def _other_turn(record: Record, turn: Turn | None, until: float = np.inf) -> Turn | None:
@@ -215,7 +215,7 @@ def _other_turn(record: Record, turn: Turn | None, until: float = np.inf) -> Tur
     return None if seen is None or (turn is not None and not turn.differs(seen)) else seen
 
 
-def _exposures(
+def _crops(
     sample: Sequence[tuple[float, Image]],
     rough: RoughPath,
     ice: Floats,
@@ -223,16 +223,16 @@ def _exposures(
     seen_by: Camera,
     camera: Camera,
     model: StoneModel,
-) -> list[Exposure]:
+) -> list[Crop]:
     """The stone's clear pictures, found with one camera, as another places them."""
     clear = [s for s in rough.sightings if s.likeness >= MIN_LIKENESS]
-    clear = clear[:: max(1, -(-len(clear) // EXPOSURES))]
+    clear = clear[:: max(1, -(-len(clear) // LEARNING_FRAMES))]
     middle = model.height / 2
     places = np.array([s.xy for s in clear]).reshape(-1, 2)
     if camera is not seen_by:
         px = seen_by.project(np.column_stack([places, np.full(len(places), middle)]))
         places = camera.on_plane(px, middle)
-    return exposures_at(
+    return crops_at(
         [sample[s.frame][1] for s in clear],
         [s.t for s in clear],
         list(places),
@@ -243,9 +243,9 @@ def _exposures(
     )
 
 
-def _turn_of(exposures: Sequence[Exposure]) -> Turn | None:
+def _turn_of(crops: Sequence[Crop]) -> Turn | None:
     """The heading through the throw, as the pictures that taught the look agree on it."""
-    ordered = sorted(exposures, key=lambda exposure: exposure.t)
+    ordered = sorted(crops, key=lambda crop: crop.t)
     if len(ordered) < 4:
         return None
     return Turn([e.t for e in ordered], [float(e.pose[2]) for e in ordered])

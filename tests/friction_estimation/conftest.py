@@ -142,7 +142,7 @@ def club_photo() -> SimpleNamespace:
     px : where points of the ice (n, 2) [m] are in both [px]
     stones : (k, 2) where stones lie [m]
     """
-    from friction_estimation.synthetic import FilmSpec, Stage, StoneOnIce
+    from friction_estimation.synthetic import FilmRenderer, FilmSpec, StoneOnIce
 
     resting = [
         StoneOnIce(x=0.9, y=17.9, theta=0.4, vx=0.0, vy=0.0, colour=(40, 200, 230)),
@@ -152,11 +152,11 @@ def club_photo() -> SimpleNamespace:
     t = np.arange(0, 4.01, 0.25)
     xy = np.column_stack([-1.2 + 0.1 * t, 9.0 + 2.0 * t - 0.04 * t**2])
     thrown = Trajectory(t=t, xy=xy, theta=0.5 * t, swept=np.ones(len(t)))
-    stage = Stage(spec, resting=resting)
-    *_, frame = stage.frames(thrown)
-    bare = Stage(spec)
+    renderer = FilmRenderer(spec, resting=resting)
+    *_, frame = renderer.frames(thrown)
+    bare_renderer = FilmRenderer(spec)
     rng = np.random.default_rng(2)
-    empty = np.asarray(bare.still, dtype=np.float64)
+    empty = np.asarray(bare_renderer.still, dtype=np.float64)
     empty = np.clip(empty + rng.normal(0, 2.0, empty.shape), 0, 255).astype(np.uint8)
     wide, high, cut = 0.72, 0.62, (12, 30)
 
@@ -166,8 +166,8 @@ def club_photo() -> SimpleNamespace:
         return np.ascontiguousarray(small[cut[0] :, cut[1] :])
 
     def px(ice: np.ndarray) -> np.ndarray:
-        u, v = stage.camera.project(np.column_stack([ice, np.zeros(len(ice))])).T
-        turned = np.column_stack([v, stage.camera.size[0] - 1 - u]) + 0.5
+        u, v = renderer.camera.project(np.column_stack([ice, np.zeros(len(ice))])).T
+        turned = np.column_stack([v, renderer.camera.size[0] - 1 - u]) + 0.5
         return turned * np.array([high, wide]) - 0.5 - np.array([cut[1], cut[0]])
 
     return SimpleNamespace(

@@ -23,9 +23,9 @@ from curling_env.sheet import (
     Sheet,
 )
 from curling_env.typing import Floats, Image
-from friction_estimation.camera.annotation.keypoints import places_of
+from friction_estimation.camera.annotation.keypoints import keypoints_of
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.markings import brightness, marks_of, read_marks
+from friction_estimation.camera.markings import brightness, markings_of, measure_markings
 from friction_estimation.camera.markings_fit import MIN_READINGS
 from friction_estimation.camera.refinement import MIN_SHARE, refine
 from friction_estimation.camera.scene import CORNERS, MIN_POINTS, Scene
@@ -64,7 +64,7 @@ class Reading:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Picking:
+class Annotation:
     """A film, or one picture, in which places on the ice are marked.
 
     Parameters
@@ -86,7 +86,7 @@ class Picking:
     @classmethod
     def open(
         cls, path: str | Path, sheet: Sheet, known: Mapping[str, Any] | None = None
-    ) -> Picking:
+    ) -> Annotation:
         """Look at a film or picture.
 
         Raises
@@ -106,14 +106,14 @@ class Picking:
         return cls(name=path.name, stills=stills, sheet=sheet, known=known or {})
 
     @classmethod
-    def going_on(cls, path: str | Path, scene: Scene) -> Picking:
+    def from_scene(cls, path: str | Path, scene: Scene) -> Annotation:
         """Go on from a scene: its marks, its sheet and all else it says are kept.
 
         Raises
         ------
         InputError : as `open`, or a point of the scene lies where no place has a name
         """
-        names = {np.round(xy, 3).tobytes(): name for name, xy in places_of(scene.sheet).items()}
+        names = {np.round(xy, 3).tobytes(): name for name, xy in keypoints_of(scene.sheet).items()}
         marks: dict[str, tuple[float, float]] = {}
         for i, (xy, px) in enumerate(zip(scene.sheet_points, scene.points_px, strict=True)):
             name = names.get((np.round(xy, 3) + 0.0).tobytes())
@@ -145,7 +145,7 @@ class Picking:
         ------
         InputError : a name that is no place, fewer than four, in a line, crossed or mirrored
         """
-        places = places_of(self.sheet)
+        places = keypoints_of(self.sheet)
         if unknown := sorted(marks.keys() - places.keys()):
             raise InputError(f"no such place on the ice: {', '.join(unknown)}")
         if len(marks) < MIN_POINTS:
@@ -187,7 +187,7 @@ class Picking:
 
     def _paint_px(self, camera: Camera) -> float | None:
         grey = brightness(self.stills[0])
-        readings = read_marks(grey, (0, 0), camera, marks_of(self.sheet), NEAR_PX)
+        readings = measure_markings(grey, (0, 0), camera, markings_of(self.sheet), NEAR_PX)
         if len(readings.index) < max(MIN_READINGS, MIN_SHARE * readings.expected):
             return None
         return float(np.sqrt(np.mean(readings.offset_px**2)))

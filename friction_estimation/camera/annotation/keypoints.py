@@ -5,7 +5,7 @@ from __future__ import annotations
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_WIDTH, HOG_LINE_Y, HOUSE_RADIUS, TEE_Y, Sheet
 
 
-def places_of(sheet: Sheet) -> dict[str, tuple[float, float]]:
+def keypoints_of(sheet: Sheet) -> dict[str, tuple[float, float]]:
     """Every place that can be marked, by name, in the sheet frame [m].
 
     The four corners come first, under their names in a scene file. Left and right are those of

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.errors import CurlingError, InputError, OutputError
-from friction_estimation.camera.annotation.annotate import VIEW_PX_PER_M, Picking
-from friction_estimation.camera.annotation.keypoints import places_of
+from friction_estimation.camera.annotation.annotate import VIEW_PX_PER_M, Annotation
+from friction_estimation.camera.annotation.keypoints import keypoints_of
 from friction_estimation.camera.scene import Scene
 
 LARGEST_QUESTION = 100_000
@@ -28,7 +28,7 @@ LARGEST_QUESTION = 100_000
 ADDRESS = "127.0.0.1"
 
 
-class PickingServer:
+class AnnotationServer:
     """Serves the page until the marks are saved.
 
     The address holds a secret that only the opened page knows, so that no other page in the same
@@ -47,7 +47,7 @@ class PickingServer:
 
     def __init__(
         self,
-        picking: Picking,
+        picking: Annotation,
         save: Callable[[Scene], None],
         *,
         port: int = 0,
@@ -67,7 +67,7 @@ class PickingServer:
         """Where the page is."""
         return f"http://{ADDRESS}:{self._server.server_address[1]}/{self._secret}/"
 
-    def __enter__(self) -> PickingServer:
+    def __enter__(self) -> AnnotationServer:
         Thread(target=self._server.serve_forever, daemon=True).start()
         return self
 
@@ -110,7 +110,7 @@ class PickingServer:
             "size": self.picking.size,
             "stills": len(self.picking.stills),
             "sheet": {"length": sheet.length, "width": sheet.width},
-            "places": places_of(sheet),
+            "places": keypoints_of(sheet),
             "marks": dict(self.picking.marks),
             "lens": self.picking.known.get("camera_matrix") is not None,
             "px_per_m": VIEW_PX_PER_M,
@@ -168,7 +168,7 @@ def _jpeg(image: NDArray[np.uint8], quality: int) -> bytes:
     return cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()
 
 
-def _handler(pages: PickingServer) -> type[BaseHTTPRequestHandler]:
+def _handler(pages: AnnotationServer) -> type[BaseHTTPRequestHandler]:
     class Handler(BaseHTTPRequestHandler):
         def do_GET(self) -> None:
             self._reply(None)

@@ -22,19 +22,19 @@ from curling_env.sheet import Sheet
 from curling_env.typing import Flags, Floats, Image
 from friction_estimation.appearance import (
     Appearance,
-    Posed,
+    PosedStone,
     StoneModel,
     channels_of,
-    exposures_at,
+    crops_at,
     measure,
 )
-from friction_estimation.appearance.exposure import (
-    Exposure,
-    cost_of,
-    cover_of,
-    planes_of,
-    rendered,
-    weights_of,
+from friction_estimation.appearance.crops import (
+    Crop,
+    composite,
+    coverage,
+    misfit_of,
+    painted_planes,
+    robust_weights,
 )
 from friction_estimation.appearance.fit import PIXEL_CORRELATION
 from friction_estimation.appearance.learning import colours_of
@@ -72,7 +72,7 @@ class Bystander:
     seen : (n,) in which of the sparse frames it lay there
     """
 
-    posed: Posed
+    posed: PosedStone
     sigma: float
     heading: float
     seen: Flags
@@ -267,61 +267,61 @@ def _bystander(
     still = np.median([frames[i][background.slices] for i in chosen], axis=0)
     whole = np.zeros((camera.size[1], camera.size[0], 3), dtype=np.uint8)
     whole[background.slices] = np.clip(np.rint(still), 0, 255)
-    exposures = exposures_at([whole], [0.0], [start[:2]], ice, origin, camera, look.model)
-    if not exposures:
+    crops = crops_at([whole], [0.0], [start[:2]], ice, origin, camera, look.model)
+    if not crops:
         return None
-    exposure = exposures[0]
-    exposure.pose = start
-    own = _own_look(exposure, look)
-    fit = measure(whole, ice, origin, camera, own, exposure.pose)
+    crop = crops[0]
+    crop.pose = start
+    own = _own_look(crop, look)
+    fit = measure(whole, ice, origin, camera, own, crop.pose)
     if fit is None or fit.visible < LEAST_VISIBLE:
         return None
     pose = np.array([*fit.xy, fit.theta if own.has_handle else 0.0])
-    if _cost_at(exposure, own, pose) > EXPLAINED * _cost_of_bare_ice(exposure, own):
+    if _cost_at(crop, own, pose) > EXPLAINED * _cost_of_bare_ice(crop, own):
         return None
     seen = np.zeros(len(frames), dtype=bool)
     seen[lying] = True
     return Bystander(
-        posed=Posed(look=own, pose=pose),
+        posed=PosedStone(look=own, pose=pose),
         sigma=float(np.sqrt(np.trace(fit.covariance[:2, :2]) / 2)),
-        heading=_heading_told(exposure, own, pose),
+        heading=_heading_told(crop, own, pose),
         seen=seen,
     )
 
 
-def _heading_told(exposure: Exposure, look: Appearance, pose: Floats) -> float:
+def _heading_told(crop: Crop, look: Appearance, pose: Floats) -> float:
     """The heading if the handle's other end is clearly not the front, else NaN."""
     turned = pose + np.array([0.0, 0.0, np.pi])
-    against = _cost_at(exposure, look, turned) - _cost_at(exposure, look, pose)
+    against = _cost_at(crop, look, turned) - _cost_at(crop, look, pose)
     told = look.has_handle and against / PIXEL_CORRELATION > CLEAR_FRONT
     return float(pose[2]) if told else np.nan
 
 
-def _cost_at(exposure: Exposure, look: Appearance, pose: Floats) -> float:
+def _cost_at(crop: Crop, look: Appearance, pose: Floats) -> float:
     """Robust misfit with the stone at a pose."""
-    placed = replace(exposure, pose=pose)
-    return cost_of(placed, look, planes_of(placed, look))
+    placed = replace(crop, pose=pose)
+    return misfit_of(placed, look, painted_planes(placed, look))
 
 
-def _cost_of_bare_ice(exposure: Exposure, look: Appearance) -> float:
-    far = np.array([exposure.pose[0] + 100.0, exposure.pose[1], 0.0])
-    return _cost_at(exposure, look, far)
+def _cost_of_bare_ice(crop: Crop, look: Appearance) -> float:
+    far = np.array([crop.pose[0] + 100.0, crop.pose[1], 0.0])
+    return _cost_at(crop, look, far)
 
 
-def _own_look(exposure: Exposure, look: Appearance) -> Appearance:
-    """The look of a stone of the same shape, with its own colours; turns `exposure` to it."""
+def _own_look(crop: Crop, look: Appearance) -> Appearance:
+    """The look of a stone of the same shape, with its own colours; turns `crop` to it."""
     if not look.has_handle:
-        own = replace(look, colours=colours_of([exposure], look))
+        own = replace(look, colours=colours_of([crop], look))
         return own
     best, least = look, np.inf
-    pose = exposure.pose
+    pose = crop.pose
     for heading in np.linspace(-np.pi, np.pi, HEADINGS_TRIED, endpoint=False):
-        trial = np.array([*exposure.pose[:2], heading])
-        cover = cover_of(replace(exposure, pose=trial), look)
+        trial = np.array([*crop.pose[:2], heading])
+        cover = coverage(replace(crop, pose=trial), look)
         colours = look.colours.copy()
         for _ in range(2):
-            residual = exposure.picture - rendered(cover, exposure.behind, colours)
-            weight = weights_of(residual, look.noise)
+            residual = crop.pixels - composite(cover, crop.background, colours)
+            weight = robust_weights(residual, look.noise)
             for channel, blur in enumerate((0, 1, 1)):
                 share = cover[blur, :, 4]
                 total = float(np.sum(weight * share**2))
@@ -330,8 +330,8 @@ def _own_look(exposure: Exposure, look: Appearance) -> Appearance:
                         np.sum(weight * share * residual[:, channel]) / total
                     )
         own = replace(look, colours=colours)
-        cost = _cost_at(exposure, own, trial)
+        cost = _cost_at(crop, own, trial)
         if cost < least:
             best, least, pose = own, cost, trial
-    exposure.pose = pose
-    return replace(best, colours=colours_of([exposure], best))
+    crop.pose = pose
+    return replace(best, colours=colours_of([crop], best))

@@ -13,7 +13,7 @@ from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.appearance import Appearance, StoneFit, heading_costs
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.refinement import Refined
+from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.film.frame import Frame
 from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.film_track import FilmTrack
@@ -76,7 +76,7 @@ class Record:
 
 
 def join_frames(
-    record: Record, look: Appearance, landmarks: Refined, throw: int, path: str | Path
+    record: Record, look: Appearance, landmarks: RefinedCamera, throw: int, path: str | Path
 ) -> FilmTrack:
     """Smooth the frames' measurements, and keep the rows in which the stone was seen."""
     fitted = [i for i, fit in enumerate(record.fits) if fit is not None]

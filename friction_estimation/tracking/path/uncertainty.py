@@ -12,7 +12,7 @@ from curling_env.typing import Floats
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.markings_fit import CLICK_PX
-from friction_estimation.camera.refinement import Refined
+from friction_estimation.camera.refinement import RefinedCamera
 
 EDGE_SYSTEMATIC_PX = 0.068
 """How far the outline learnt for a stone is off in the image, seen from above."""
@@ -37,7 +37,7 @@ HANDLE_PX = 0.25
 STEP = 1e-5
 
 
-def camera_variance(landmarks: Refined, xy: Floats, z: float) -> Floats:
+def camera_variance(landmarks: RefinedCamera, xy: Floats, z: float) -> Floats:
     """Squared standard errors of both coordinates that pose and lens leave, (n, 2) [m²].
 
     Parameters
@@ -58,7 +58,9 @@ def camera_variance(landmarks: Refined, xy: Floats, z: float) -> Floats:
     return variance
 
 
-def systematic_sigma(landmarks: Refined, xy: Floats, height: float, lag_px: float = 0.0) -> Floats:
+def systematic_sigma(
+    landmarks: RefinedCamera, xy: Floats, height: float, lag_px: float = 0.0
+) -> Floats:
     """Standard error of each coordinate that is common to all frames, (n,) [m].
 
     Parameters

@@ -16,7 +16,7 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
-from friction_estimation.camera.refinement import Refined
+from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.tracking.detection.resting_stones import Bystander
 from friction_estimation.tracking.film_track import FilmTrack
 from friction_estimation.tracking.path.assembly import MIN_FITTED, Record, join_frames
@@ -32,7 +32,7 @@ LOOK_BACK = 0.4
 def tracks_of(
     movers: Sequence[Mover],
     lying: Sequence[Bystander],
-    landmarks: Refined,
+    landmarks: RefinedCamera,
     throw: int,
     path: str | Path,
 ) -> FilmTrack:
@@ -104,7 +104,7 @@ def join_pieces(
     record: Record,
     cuts: Sequence[float],
     mover: Mover,
-    landmarks: Refined,
+    landmarks: RefinedCamera,
     throw: int,
     path: str | Path,
 ) -> FilmTrack | None:
@@ -174,7 +174,7 @@ def _unwrapped(pieces: Sequence[Floats]) -> Floats:
     return np.concatenate(found)
 
 
-def _at_rest(stone: Bystander, record: Record, landmarks: Refined, throw: int) -> FilmTrack:
+def _at_rest(stone: Bystander, record: Record, landmarks: RefinedCamera, throw: int) -> FilmTrack:
     """A stone that nobody touched, in the first and in the last frame."""
     look = stone.posed.look
     xy = np.array([stone.xy, stone.xy])

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from curling_env.typing import Floats
-from friction_estimation.appearance import Appearance, Posed, StoneFit, measure_among
+from friction_estimation.appearance import Appearance, PosedStone, StoneFit, measure_occluded
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
 from friction_estimation.tracking.detection.acquisition import RoughPath
@@ -101,11 +101,11 @@ class Mover:
             return None
         return self.pilot.predict(t, frame)
 
-    def posed(self) -> Posed | None:
+    def posed(self) -> PosedStone | None:
         """Where it is, as far as known."""
         if self._pose is None:
             return None if self.lay is None else self.lay.posed
-        return Posed(look=self.look, pose=self._pose)
+        return PosedStone(look=self.look, pose=self._pose)
 
     def note(self, t: float, fit: StoneFit | None, start: Floats | None) -> None:
         """Remember a frame."""
@@ -146,7 +146,7 @@ def follow_together(
     """
     leaving = [stone for stone in lying if stone.leaves]
     staying = [
-        Posed(look=stone.posed.look, pose=stone.posed.pose, in_ice=True)
+        PosedStone(look=stone.posed.look, pose=stone.posed.pose, in_background=True)
         for stone in lying
         if stone.stays
     ]
@@ -191,13 +191,15 @@ def follow_together(
                 fit = fits[j]
                 known = other.posed()
                 if fit is not None and np.isfinite(fit.theta):
-                    others.append(Posed(look=other.look, pose=np.array([*fit.xy, fit.theta])))
+                    others.append(PosedStone(look=other.look, pose=np.array([*fit.xy, fit.theta])))
                 elif fit is not None and known is not None:
-                    others.append(Posed(look=other.look, pose=np.array([*fit.xy, known.pose[2]])))
+                    others.append(
+                        PosedStone(look=other.look, pose=np.array([*fit.xy, known.pose[2]]))
+                    )
                 elif known is not None:
                     ahead = starts[j]
                     there = known.pose if ahead is None or j in done else ahead
-                    others.append(Posed(look=other.look, pose=there))
+                    others.append(PosedStone(look=other.look, pose=there))
             taken = [fits[j].xy for j in done if fits[j] is not None]  # pyright: ignore[reportOptionalMemberAccess]
             fits[k] = _measured(frame, t, movers[k], start, others, taken, ice, background, camera)
             done.append(k)
@@ -221,7 +223,7 @@ def _measured(
     t: float,
     mover: Mover,
     start: Floats,
-    others: Sequence[Posed],
+    others: Sequence[PosedStone],
     taken: Sequence[Floats],
     ice: Floats,
     background: Background,
@@ -230,7 +232,7 @@ def _measured(
     apart = CLEAR_OF * mover.look.model.radius
 
     def found_at(pose: Floats) -> StoneFit | None:
-        return measure_among(frame, ice, background.origin_px, camera, mover.look, pose, others)
+        return measure_occluded(frame, ice, background.origin_px, camera, mover.look, pose, others)
 
     def acceptable(fit: StoneFit | None, pose: Floats) -> bool:
         return (

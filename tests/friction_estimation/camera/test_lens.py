@@ -9,8 +9,8 @@ import pytest
 
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import FreeLens, moved, terms_of
-from friction_estimation.camera.refinement import at_focal, refine
-from friction_estimation.synthetic import FilmSpec, Stage, named_camera, scene_of
+from friction_estimation.camera.refinement import refine, refine_at_focal
+from friction_estimation.synthetic import FilmRenderer, FilmSpec, named_camera, scene_of
 from friction_estimation.tracking.path.uncertainty import camera_variance
 
 FULL = FreeLens(focal=True, bends=True, minor=True, axis=True)
@@ -45,15 +45,17 @@ def found():
     for name, size in SIZES.items():
         rng = np.random.default_rng([11, len(name)])
         camera = lens_like(named_camera(name, size), rng)
-        stage = Stage(FilmSpec(camera=camera, people=False))
-        still = np.clip(stage.still + rng.normal(0, 1.0, stage.still.shape), 0, 255).astype("f4")
+        renderer = FilmRenderer(FilmSpec(camera=camera, people=False))
+        still = np.clip(renderer.still + rng.normal(0, 1.0, renderer.still.shape), 0, 255).astype(
+            "f4"
+        )
         scene = scene_of(camera, click_px=3.0, rng=rng)
         scene = replace(scene, camera_matrix=None, distortion=None)
         seen = refine(Camera.from_scene(scene, size), scene, still)
         if name == "ceiling":  # straight down the stone tells the height, to two per cent or so
             change = np.log(camera.position[2] / seen.camera.position[2])
-            told = at_focal(seen, scene, still, (0, 0), change + rng.normal(0, 0.02))
-            farther = at_focal(seen, scene, still, (0, 0), change + 0.03)
+            told = refine_at_focal(seen, scene, still, (0, 0), change + rng.normal(0, 0.02))
+            farther = refine_at_focal(seen, scene, still, (0, 0), change + 0.03)
             seen = replace(told, farther=farther.camera)
         points = places_seen(camera)
         off = seen.camera.on_plane(camera.project(points), STONE) - points[:, :2]

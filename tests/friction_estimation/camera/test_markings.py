@@ -9,9 +9,9 @@ import pytest
 
 from curling_env.errors import InputError
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.markings import brightness, marks_of, read_marks
-from friction_estimation.camera.refinement import at_focal, log_height_prior, refine
-from friction_estimation.synthetic import FilmSpec, Stage, scene_of
+from friction_estimation.camera.markings import brightness, markings_of, measure_markings
+from friction_estimation.camera.refinement import log_height_prior, refine, refine_at_focal
+from friction_estimation.synthetic import FilmRenderer, FilmSpec, scene_of
 
 SIZES = {"end": (1280, 720), "gantry": (1280, 720), "side": (1280, 720), "ceiling": (1280, 960)}
 
@@ -21,11 +21,11 @@ def views():
     """Camera, scene with exact points, and a still with a sensor's noise, by name."""
     found = {}
     for name, size in SIZES.items():
-        stage = Stage(FilmSpec(camera=name, people=False, size=size))
+        renderer = FilmRenderer(FilmSpec(camera=name, people=False, size=size))
         rng = np.random.default_rng(3)
-        still = np.asarray(stage.still, dtype=np.float64)
+        still = np.asarray(renderer.still, dtype=np.float64)
         still = np.clip(np.round(still + rng.normal(0, 1.0, still.shape)), 0, 255)
-        found[name] = stage.camera, scene_of(stage.camera), still.astype(np.uint8)
+        found[name] = renderer.camera, scene_of(renderer.camera), still.astype(np.uint8)
     return found
 
 
@@ -96,7 +96,7 @@ def test_straight_down_the_paint_leaves_the_height_open_and_says_so(views):
     assert misplaced(refined.camera, true) < 0.006  # the ice itself is in place
     assert refined.log_focal_sigma > 0.2
     change = float(np.log(true.position[2] / refined.camera.position[2]))
-    at_height = at_focal(refined, known, still, (0, 0), change)
+    at_height = refine_at_focal(refined, known, still, (0, 0), change)
     assert at_height.camera.position[2] == pytest.approx(true.position[2], rel=0.03)
     assert at_height.rms_px == pytest.approx(refined.rms_px, rel=0.3)
     assert misplaced(at_height.camera, true, 0.11) < 0.008
@@ -142,8 +142,8 @@ def test_someone_standing_on_a_line_does_not_move_it(views):
 
 def test_marks_are_read_where_they_are_to_a_tenth_of_a_pixel(views):
     true, scene, still = views["gantry"]
-    marks = marks_of(scene.sheet)
-    readings = read_marks(brightness(still), (0, 0), true, marks, 3.0)
+    marks = markings_of(scene.sheet)
+    readings = measure_markings(brightness(still), (0, 0), true, marks, 3.0)
     assert len(readings.index) > 0.7 * readings.expected
     assert np.median(np.abs(readings.offset_px)) < 0.1
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from friction_estimation.film.deflicker import flickering
+from friction_estimation.film.deflicker import deflicker_for
 
 ROWS, COLUMNS = 270, 480
 
@@ -32,7 +32,7 @@ def off(lighting, frames):
     first = frames[0][1].astype(float)
     worst = 0.0
     for _, frame in frames[1:]:
-        apart = np.median(lighting.evened(frame) - first, axis=(1, 2))
+        apart = np.median(lighting.corrected(frame) - first, axis=(1, 2))
         worst = max(worst, float(np.abs(apart).max()))
     return worst
 
@@ -40,17 +40,17 @@ def off(lighting, frames):
 def test_bands_that_run_over_the_picture_are_taken_out():
     rows = np.arange(ROWS) / ROWS
     frames = filmed(lambda i: 1 + 0.06 * np.sin(1.1 * i + 7.5 * rows))
-    lighting = flickering(frames)
+    lighting = deflicker_for(frames)
     assert lighting is not None
     assert off(lighting, frames) < 4  # of 190; without it 23
 
 
 def test_lights_that_are_dimmed_are_turned_up():
     frames = filmed(lambda i: np.full(ROWS, 1 - 0.03 * i))
-    lighting = flickering(frames)
+    lighting = deflicker_for(frames)
     assert lighting is not None
     assert off(lighting, frames) < 2.5
 
 
 def test_steady_lights_and_people_are_left_as_they_are():
-    assert flickering(filmed(lambda i: np.full(ROWS, 1.0 + 0.01 * (i % 2)))) is None
+    assert deflicker_for(filmed(lambda i: np.full(ROWS, 1.0 + 0.01 * (i % 2)))) is None

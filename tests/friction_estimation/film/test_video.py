@@ -111,7 +111,7 @@ def test_a_part_of_a_frame_is_that_part_of_all_of_it(tmp_path, codec, pixels, tu
     if turned:
         path = stored(tmp_path / "a.mp4", speckled(3), turned=turned)
     film = Film.open(path)
-    for (_, raw), (_, frame) in zip(film.raw_frames(), film.frames(), strict=True):
+    for (_, raw), (_, frame) in zip(film.lazy_frames(), film.frames(), strict=True):
         assert raw.shape == frame.shape == (*film.size[::-1], 3)
         assert film.size == ((48, 64) if turned else (64, 48))
         for part in np.s_[3:20, 7:31], np.s_[40:90, 50:99], np.s_[10:10, 4:8]:

@@ -25,7 +25,7 @@ from friction_estimation.film.video import Film, is_stream
 from friction_estimation.live import Recorder, Seen, Told, follow, open_feed
 from friction_estimation.live.motion import LOOK_EVERY, MEMORY, Motion
 from friction_estimation.live.recorder import LEAD_IN, LONGEST, QUIET
-from friction_estimation.synthetic import FilmSpec, Stage, on_film, scene_of, write_film
+from friction_estimation.synthetic import FilmRenderer, FilmSpec, on_film, scene_of, write_film
 
 FPS = 20.0
 WHOLE_EVERY = 12 / FPS
@@ -215,13 +215,13 @@ def test_nothing_is_kept_of_ice_on_which_nothing_moves(tmp_path):
 @pytest.mark.parametrize(("speed", "seen"), [(0.2, True), (0.0, False)])
 def test_a_stone_that_creeps_at_the_far_end_is_seen_and_one_at_rest_is_not(speed, seen):
     spec = FilmSpec(camera="end", people=False, size=(960, 540), fps=5.0, noise=4.0, lead_in=0.0)
-    stage = Stage(spec)
+    renderer = FilmRenderer(spec)
     t = np.arange(0.0, 4.1, 0.1)
     path = Trajectory(t=t, xy=np.column_stack([np.full_like(t, 0.3), 16.0 + speed * t]))
-    watch = Motion.before(stage.camera, scene_of(stage.camera))
+    watch = Motion.before(renderer.camera, scene_of(renderer.camera))
     looks = [
         watch.seen(k / spec.fps, np.ascontiguousarray(frame[..., 1]))
-        for k, frame in enumerate(stage.frames(path, seed=3))
+        for k, frame in enumerate(renderer.frames(path, seed=3))
         if k < 20
     ]
     assert any(looks) == seen
@@ -247,8 +247,8 @@ def test_times_beside_a_film_are_those_of_its_frames(tmp_path):
 
 
 def test_a_camera_that_is_not_there_is_one_line(curling, tmp_path):
-    stage = Stage(FilmSpec(camera="gantry", people=False, size=(320, 180)))
-    save_scene(scene_of(stage.camera), tmp_path / "scene.json")
+    renderer = FilmRenderer(FilmSpec(camera="gantry", people=False, size=(320, 180)))
+    save_scene(scene_of(renderer.camera), tmp_path / "scene.json")
     tried = curling("track", f"file://{tmp_path}/none.mp4", "--scene", tmp_path / "scene.json",
                     "-o", tmp_path / "tracks.csv")  # fmt: skip
     assert "gives no picture" in tried.complaint
@@ -259,17 +259,17 @@ def session(tmp_path):
     """A film of two throws and its scene; where the stones truly were, and when they began."""
     ice = Ice.uniform(0.03)
     spec = FilmSpec(camera="gantry", people=False, size=(960, 540), fps=FPS, tail=0.2, lead_in=0.3)
-    stage = Stage(spec)
-    frames, truths, starts = [np.asarray(stage.still, dtype=np.uint8)] * int(2 * FPS), [], []
+    renderer = FilmRenderer(spec)
+    frames, truths, starts = [np.asarray(renderer.still, dtype=np.uint8)] * int(2 * FPS), [], []
     for i, (speed, angle) in enumerate([(1.9, 0.02), (2.2, -0.02)]):
         path = slide(ice, Throw(speed=speed, angle=angle, spin=1.2).release(), fps=120).trajectory
         assert path is not None
         starts.append(len(frames) / FPS)
-        shown = list(stage.frames(path, seed=i))
+        shown = list(renderer.frames(path, seed=i))
         truths.append(on_film(path, spec))
         frames += [*shown, *[shown[-1]] * int((QUIET + MEMORY + 1) * FPS)]
     write_film(tmp_path / "sent.mp4", frames, FPS)
-    save_scene(scene_of(stage.camera), tmp_path / "scene.json")
+    save_scene(scene_of(renderer.camera), tmp_path / "scene.json")
     return truths, starts
 
 
@@ -349,13 +349,13 @@ def test_what_was_recorded_before_an_interruption_is_tracked(tmp_path):
 
 @pytest.mark.slow
 def test_films_without_a_thrown_stone_are_told_of_and_left(tmp_path):
-    stage = Stage(FilmSpec(camera="gantry", people=False, size=(320, 180)))
-    empty = np.asarray(stage.still, dtype=np.uint8)
+    renderer = FilmRenderer(FilmSpec(camera="gantry", people=False, size=(320, 180)))
+    empty = np.asarray(renderer.still, dtype=np.uint8)
     dark = empty.copy()
     dark[80:110, 100:200] = 0
     one = [*[empty] * 40, *[empty, dark] * 20, *[empty] * int(FPS * (QUIET + MEMORY + 1))]
     feed = fed(tmp_path, one * 3)
     assert feed.fps == FPS
-    seen = list(follow(feed, scene_of(stage.camera), tmp_path))
+    seen = list(follow(feed, scene_of(renderer.camera), tmp_path))
     assert len(seen) == 3
     assert all(not k.tracks and "no thrown stone" in k.reason for k in seen)

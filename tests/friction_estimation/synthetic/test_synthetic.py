@@ -26,9 +26,9 @@ from friction_estimation.camera.scene import load_scene
 from friction_estimation.synthetic import (
     CAMERAS,
     Cast,
+    FilmRenderer,
     FilmSpec,
     Light,
-    Stage,
     StoneOnIce,
     StoneShape,
     frames,
@@ -38,8 +38,8 @@ from friction_estimation.synthetic import (
     render_films,
     scene_of,
 )
-from friction_estimation.synthetic.paint import Palette, PixelRays, paint_sheet
-from friction_estimation.synthetic.stones import _schedule, draw_stones, stone_box
+from friction_estimation.synthetic.sheet_drawing import Palette, PixelRays, paint_sheet
+from friction_estimation.synthetic.stone_drawing import _schedule, draw_stones, stone_box
 
 EVEN = Light(vignette=0, gradient=0, gloss=0, pebble=0, shadow=0, flicker=0)
 """Light that leaves every colour as it is painted."""
@@ -401,10 +401,10 @@ def test_the_same_seed_gives_the_same_frames():
 
 def test_noise_has_the_strength_asked_for():
     spec = FilmSpec(camera=small_camera(), people=False, noise=3.0, light=EVEN, tail=0)
-    stage = Stage(spec)
-    first, second = list(stage.frames(braked(stop=0.1)))[:2]
+    renderer = FilmRenderer(spec)
+    first, second = list(renderer.frames(braked(stop=0.1)))[:2]
     floor = np.s_[:30]
-    assert np.std(first[floor] - stage.still[floor].astype(float)) == pytest.approx(3, abs=0.1)
+    assert np.std(first[floor] - renderer.still[floor].astype(float)) == pytest.approx(3, abs=0.1)
     assert np.std(first[floor] - second[floor].astype(float)) == pytest.approx(3 * 2**0.5, abs=0.2)
 
 
@@ -413,13 +413,13 @@ def test_only_what_moves_changes_and_leaves_no_trace():
     spec = FilmSpec(
         camera=named_camera("gantry", (640, 360)), people=False, noise=0, light=EVEN, tail=0
     )
-    stage = Stage(spec, resting=[beside])
+    renderer = FilmRenderer(spec, resting=[beside])
     shape = StoneShape()
     throw = braked(stop=2.0)
     truth = on_film(throw, spec)
-    for picture, xy in zip(stage.frames(throw), truth.xy, strict=True):
-        box = stone_box(stage.camera, shape, StoneOnIce(x=xy[0], y=xy[1]), reach=0.3)
-        changed = (picture != stage.still).any(axis=2)
+    for picture, xy in zip(renderer.frames(throw), truth.xy, strict=True):
+        box = stone_box(renderer.camera, shape, StoneOnIce(x=xy[0], y=xy[1]), reach=0.3)
+        changed = (picture != renderer.still).any(axis=2)
         assert changed.any()
         changed[box.slices] = False
         assert not changed.any()
@@ -427,9 +427,9 @@ def test_only_what_moves_changes_and_leaves_no_trace():
 
 def test_a_stone_out_of_sight_is_not_drawn():
     spec = FilmSpec(camera="ceiling", size=(320, 240), people=False, noise=0, light=EVEN, tail=0)
-    stage = Stage(spec)
-    picture = next(stage.frames(braked(stop=0.1)))
-    np.testing.assert_array_equal(picture, stage.still)
+    renderer = FilmRenderer(spec)
+    picture = next(renderer.frames(braked(stop=0.1)))
+    np.testing.assert_array_equal(picture, renderer.still)
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -456,9 +456,9 @@ def test_people_keep_beside_the_sheet_or_ahead_of_the_stone(side):
 
 def test_people_are_seen():
     with_people = FilmSpec(camera="side", size=(480, 270), noise=0, light=EVEN, tail=0)
-    stage = Stage(with_people)
-    picture = next(stage.frames(braked(stop=0.1)))
-    changed = (picture != stage.still).any(axis=2)
+    renderer = FilmRenderer(with_people)
+    picture = next(renderer.frames(braked(stop=0.1)))
+    changed = (picture != renderer.still).any(axis=2)
     assert changed.sum() > 300
 
 

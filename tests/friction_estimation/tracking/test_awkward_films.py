@@ -13,8 +13,8 @@ from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.one_stone.slide import slide
 from curling_env.throw import Throw
-from friction_estimation.film.stabilisation import held
-from friction_estimation.synthetic import FilmSpec, Stage, on_film, scene_of, write_film
+from friction_estimation.film.stabilisation import stabiliser_for
+from friction_estimation.synthetic import FilmRenderer, FilmSpec, on_film, scene_of, write_film
 from friction_estimation.tracking import track_film
 
 FPS = 20.0
@@ -28,8 +28,8 @@ def clean():
     path = slide(ice, Throw(speed=1.5, angle=0.02, spin=1.2).release(), fps=120).trajectory
     assert path is not None
     spec = FilmSpec(camera="gantry", people=False, size=SIZE, fps=FPS, tail=0.5)
-    stage = Stage(spec)
-    return list(stage.frames(path, seed=1)), on_film(path, spec), scene_of(stage.camera)
+    renderer = FilmRenderer(spec)
+    return list(renderer.frames(path, seed=1)), on_film(path, spec), scene_of(renderer.camera)
 
 
 def shifted(frame, right, down, scale=1.0, turn=0.0):
@@ -146,9 +146,9 @@ def test_another_view_is_told_from_people_before_the_same_one():
     crowded = hall.copy()
     crowded[:, 100:400] = other[:, 100:400]
     same = [(i / FPS, crowded if i > 4 else hall) for i in range(12)]
-    assert held(same, "film.mp4") is None
+    assert stabiliser_for(same, "film.mp4") is None
     with pytest.raises(InputError, match="another view"):
-        held([*same[:5], *((t, other) for t, _ in same[5:])], "film.mp4")
+        stabiliser_for([*same[:5], *((t, other) for t, _ in same[5:])], "film.mp4")
 
 
 def test_people_who_leave_bare_ice_are_not_a_camera_that_moved():
@@ -166,10 +166,10 @@ def test_people_who_leave_bare_ice_are_not_a_camera_that_moved():
         return np.clip(frame, 0, 255).astype(np.uint8)
 
     later = [(i / FPS, view(crowd=False)) for i in range(1, 12)]
-    assert held([(0.0, view(crowd=True)), *later], "film.mp4") is None
+    assert stabiliser_for([(0.0, view(crowd=True)), *later], "film.mp4") is None
     moved = [(i / FPS, view(crowd=False, moved=20)) for i in range(1, 12)]
     with pytest.raises(InputError, match="another view"):
-        held([(0.0, view(crowd=True)), *moved], "film.mp4")
+        stabiliser_for([(0.0, view(crowd=True)), *moved], "film.mp4")
 
 
 def test_of_a_picture_with_hardly_a_mark_nothing_is_said():
@@ -179,7 +179,7 @@ def test_of_a_picture_with_hardly_a_mark_nothing_is_said():
         frame = np.full((270, 480, 3), 230, dtype=np.uint8)
         frame[100:140, 20 * i : 20 * i + 40] = 40
         frames.append((i / FPS, frame))
-    assert held(frames, "film.mp4") is None
+    assert stabiliser_for(frames, "film.mp4") is None
 
 
 def test_a_film_with_a_corrupt_tail_gives_the_rows_before_it(clean, tmp_path):

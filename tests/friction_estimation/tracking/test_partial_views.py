@@ -13,7 +13,7 @@ from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
-from friction_estimation.synthetic import FilmSpec, Stage, on_film, scene_of, write_film
+from friction_estimation.synthetic import FilmRenderer, FilmSpec, on_film, scene_of, write_film
 from friction_estimation.tracking import track_film
 
 CAMERA = Camera.looking_at(
@@ -40,11 +40,11 @@ def test_a_stone_that_crosses_the_picture_in_a_moment_is_found(tmp_path):
     """Thrown away from a camera over the home house: two seconds of half a minute, then cut off."""
     path = slide(Ice.uniform(0.0085), Throw(speed=2.0, spin=1.2).release(), fps=60).trajectory
     spec = FilmSpec(camera="ceiling_home", size=(640, 480), people=False, fps=10.0)
-    stage = Stage(spec)
-    write_film(tmp_path / "film.mp4", stage.frames(path, seed=1), spec.fps)
-    track = track_film(tmp_path / "film.mp4", scene_of(stage.camera)).trajectory
+    renderer = FilmRenderer(spec)
+    write_film(tmp_path / "film.mp4", renderer.frames(path, seed=1), spec.fps)
+    track = track_film(tmp_path / "film.mp4", scene_of(renderer.camera)).trajectory
     truth = on_film(path, spec)
-    whole = stage.camera.sees(np.column_stack([truth.xy, np.zeros(len(truth))]), margin_px=20)
+    whole = renderer.camera.sees(np.column_stack([truth.xy, np.zeros(len(truth))]), margin_px=20)
     assert 0.9 * whole.sum() < len(track) < 1.2 * whole.sum() < 40
     off = errors(track, truth)
     assert np.sqrt(np.mean(np.sum(off**2, axis=1))) < 0.01
@@ -57,7 +57,7 @@ def sliding(path, x, texture=None):
     way = Trajectory(t=t, xy=np.column_stack([np.full(len(t), x), 8.5 + 1.5 * t - 0.15 * t**2]))
     spec = FilmSpec(camera=CAMERA, fps=12.0, people=False, lead_in=0.2, tail=0.2, seed=4)
     frames = []
-    for frame, (x, y) in zip(Stage(spec).frames(way), on_film(way, spec).xy, strict=True):
+    for frame, (x, y) in zip(FilmRenderer(spec).frames(way), on_film(way, spec).xy, strict=True):
         if texture is not None:
             corners = np.array([x, y]) + 0.2 * SQUARE
             px = CAMERA.project(np.column_stack([corners, np.full(4, 0.05)])).astype(np.float32)

@@ -1,4 +1,4 @@
-"""Marks made by hand: what they mean, and the page on which they are made."""
+"""Markings made by hand: what they mean, and the page on which they are made."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ import pytest
 
 from curling_env.errors import InputError, OutputError
 from curling_env.sheet import PAPER_SHEET
-from friction_estimation.camera.annotation.annotate import Picking
-from friction_estimation.camera.annotation.keypoints import places_of
-from friction_estimation.camera.annotation.server import PickingServer
+from friction_estimation.camera.annotation.annotate import Annotation
+from friction_estimation.camera.annotation.keypoints import keypoints_of
+from friction_estimation.camera.annotation.server import AnnotationServer
 from friction_estimation.camera.scene import CORNERS, load_scene, save_scene
-from friction_estimation.synthetic import FilmSpec, Stage, scene_of
+from friction_estimation.synthetic import FilmRenderer, FilmSpec, scene_of
 
 
 @pytest.fixture(scope="module")
 def seen(tmp_path_factory):
     """A picture of an empty sheet before the end camera, that camera, and its exact scene."""
-    stage = Stage(FilmSpec(camera="end", people=False, size=(1280, 720)))
+    renderer = FilmRenderer(FilmSpec(camera="end", people=False, size=(1280, 720)))
     path = tmp_path_factory.mktemp("seen") / "end.png"
-    cv2.imwrite(str(path), np.asarray(stage.still, dtype=np.uint8))
-    return path, stage.camera, scene_of(stage.camera)
+    cv2.imwrite(str(path), np.asarray(renderer.still, dtype=np.uint8))
+    return path, renderer.camera, scene_of(renderer.camera)
 
 
 def marks_at(camera, names):
-    places = places_of(PAPER_SHEET)
+    places = keypoints_of(PAPER_SHEET)
     points = np.array([[*places[name], 0.0] for name in names])
     return {n: tuple(px) for n, px in zip(names, camera.project(points).tolist(), strict=True)}
 
@@ -39,7 +39,7 @@ def marks_at(camera, names):
 def picking(seen):
     path, camera, _ = seen
     known = {"camera_matrix": camera.matrix, "distortion": camera.distortion}
-    return Picking.open(path, PAPER_SHEET, known)
+    return Annotation.open(path, PAPER_SHEET, known)
 
 
 def test_four_corners_become_corners_and_other_places_points(picking, seen):
@@ -105,7 +105,7 @@ def test_marks_that_mean_nothing_are_refused(picking, seen, change, words):
 def test_a_scene_is_gone_on_from(seen, tmp_path):
     path, camera, scene = seen
     save_scene(replace(scene, stone_height=0.12, fps=25.0), tmp_path / "scene.json")
-    again = Picking.going_on(path, load_scene(tmp_path / "scene.json"))
+    again = Annotation.from_scene(path, load_scene(tmp_path / "scene.json"))
     assert set(again.marks) == set(CORNERS)
     kept = again.scene(again.marks)
     assert np.allclose(kept.points_px, scene.points_px)
@@ -118,11 +118,11 @@ def test_a_point_without_a_name_cannot_be_gone_on_from(seen):
     path, _, scene = seen
     moved = replace(scene, sheet_points=scene.sheet_points + np.array([0.1, 0.0]))
     with pytest.raises(InputError, match="only corners and crossings"):
-        Picking.going_on(path, moved)
+        Annotation.from_scene(path, moved)
 
 
 def test_only_who_knows_the_secret_is_answered(picking):
-    with PickingServer(picking, lambda scene: None) as pages:
+    with AnnotationServer(picking, lambda scene: None) as pages:
         root = pages.url.rsplit("/", 2)[0]
         for wrong in (root + "/", root + "/guess/film.json", root + "/guess/save"):
             with pytest.raises(urllib.error.HTTPError) as refused:
@@ -131,7 +131,7 @@ def test_only_who_knows_the_secret_is_answered(picking):
         with urllib.request.urlopen(pages.url + "film.json", timeout=10) as answer:
             assert json.loads(answer.read())["size"] == [1280, 720]
         with pytest.raises(OutputError, match="cannot be used"):
-            PickingServer(picking, lambda scene: None, port=int(root.rsplit(":", 1)[1]))
+            AnnotationServer(picking, lambda scene: None, port=int(root.rsplit(":", 1)[1]))
 
 
 def test_the_page_makes_a_scene(picking, seen, page, tmp_path):
@@ -148,7 +148,7 @@ def test_the_page_makes_a_scene(picking, seen, page, tmp_path):
         )
         page.mouse.click(x, y)
 
-    with PickingServer(picking, lambda made: save_scene(made, output)) as pages:
+    with AnnotationServer(picking, lambda made: save_scene(made, output)) as pages:
         page.goto(pages.url)
         page.wait_for_function("still.complete && still.naturalWidth > 0 && film")
         assert page.is_disabled("#save")
@@ -180,7 +180,7 @@ def test_the_page_makes_a_scene(picking, seen, page, tmp_path):
 
 
 def test_a_place_is_chosen_on_the_small_sheet(picking, seen, page):
-    with PickingServer(picking, lambda made: None) as pages:
+    with AnnotationServer(picking, lambda made: None) as pages:
         page.goto(pages.url)
         page.wait_for_function("still.complete && still.naturalWidth > 0 && film")
         page.click("circle[data-place=home_tee]")

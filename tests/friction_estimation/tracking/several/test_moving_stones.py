@@ -17,14 +17,14 @@ from friction_estimation import tracking
 from friction_estimation.camera.scene import save_scene
 from friction_estimation.inversion import estimate_ice
 from friction_estimation.synthetic import (
+    FilmRenderer,
     FilmSpec,
-    Stage,
     StoneOnIce,
     all_on_film,
     scene_of,
     write_film,
 )
-from friction_estimation.synthetic.stones import HANDLE_COLOURS
+from friction_estimation.synthetic.stone_drawing import HANDLE_COLOURS
 from friction_estimation.tracking import track_film
 from friction_estimation.tracks.kinematics import contacts_of, free_slide
 
@@ -48,12 +48,12 @@ def filmed(folder, camera, size, throw, stones, *, people=False, fps=20.0):
         for k, s in enumerate(lying)
         if k not in outcome.moved
     ]
-    stage = Stage(spec, resting=resting)
+    renderer = FilmRenderer(spec, resting=resting)
     film = folder / "film.mp4"
-    write_film(film, stage.frames(thrown, others=struck, seed=1), fps)
+    write_film(film, renderer.frames(thrown, others=struck, seed=1), fps)
     truth = all_on_film([thrown, *struck], spec)
     moments = [contact.time + spec.lead_in for contact in outcome.contacts]
-    return film, scene_of(stage.camera), {path.stone: path for path in truth}, moments
+    return film, scene_of(renderer.camera), {path.stone: path for path in truth}, moments
 
 
 def errors(track, truth):

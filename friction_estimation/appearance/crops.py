@@ -16,13 +16,13 @@ from friction_estimation.appearance.fit import (
     fit_stone,
 )
 from friction_estimation.appearance.kernels import robust_misfit
-from friction_estimation.appearance.model import StoneModel, Window, window_at
+from friction_estimation.appearance.model import PixelWindow, StoneModel, window_at
 from friction_estimation.appearance.painting import (
     Planes,
     blurred,
+    coloured,
     painted,
     shares,
-    tinted,
 )
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
@@ -37,17 +37,17 @@ stone."""
 
 
 @dataclass(eq=False)
-class Exposure:
+class Crop:
     """One frame's pixels around the stone, with the current estimate of its place."""
 
-    window: Window
-    picture: Floats
-    behind: Floats
+    window: PixelWindow
+    pixels: Floats
+    background: Floats
     pose: Floats
     t: float
 
 
-def exposures_at(
+def crops_at(
     frames: Sequence[Frame],
     moments: Sequence[float],
     places: Sequence[Floats],
@@ -55,9 +55,9 @@ def exposures_at(
     background_origin: tuple[int, int],
     camera: Camera,
     model: StoneModel,
-) -> list[Exposure]:
+) -> list[Crop]:
     """Cut the stone out of the frames in which all of it is in the image."""
-    found: list[Exposure] = []
+    found: list[Crop] = []
     u, v = background_origin
     for frame, t, xy in zip(frames, moments, places, strict=True):
         outline = model.outline_px(camera, xy)
@@ -80,10 +80,10 @@ def exposures_at(
             rows.start - v : rows.stop - v, columns.start - u : columns.stop - u
         ].reshape(-1, 3)
         found.append(
-            Exposure(
+            Crop(
                 window=window,
-                picture=channels_of(frame[rows, columns]).reshape(-1, 3),
-                behind=np.ascontiguousarray(behind),
+                pixels=channels_of(frame[rows, columns]).reshape(-1, 3),
+                background=np.ascontiguousarray(behind),
                 pose=np.array([xy[0], xy[1], 0.0]),
                 t=t,
             )
@@ -91,16 +91,14 @@ def exposures_at(
     return found
 
 
-def settle(exposure: Exposure, look: Appearance) -> float:
-    pose, _, misfit, visible = fit_stone(
-        exposure.picture, exposure.behind, exposure.window, look, exposure.pose
-    )
-    if np.linalg.norm(pose[:2] - exposure.pose[:2]) < 0.5:
-        exposure.pose = pose
+def fit_pose(crop: Crop, look: Appearance) -> float:
+    pose, _, misfit, visible = fit_stone(crop.pixels, crop.background, crop.window, look, crop.pose)
+    if np.linalg.norm(pose[:2] - crop.pose[:2]) < 0.5:
+        crop.pose = pose
     return misfit / max(visible, 1e-3)
 
 
-def keep_near(exposure: Exposure, look: Appearance) -> None:
+def trim(crop: Crop, look: Appearance) -> None:
     """Drop the pixels that neither stone nor shadow can reach, now that the place is known."""
     reach = replace(
         look.model,
@@ -109,23 +107,23 @@ def keep_near(exposure: Exposure, look: Appearance) -> None:
         shadow=1.0,
         mirror=1.0,
     )
-    near = cover_of(exposure, replace(look, model=reach))[0].sum(axis=1) > 0
+    near = coverage(crop, replace(look, model=reach))[0].sum(axis=1) > 0
     if near.any():
-        window = exposure.window
+        window = crop.window
         within = np.zeros(window.shape, dtype=bool)
         rows, columns = np.nonzero(near.reshape(window.shape))
         within[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1] = True
-        exposure.window = window.cut(rows.min(), rows.max() + 1, columns.min(), columns.max() + 1)
-        exposure.picture = np.ascontiguousarray(exposure.picture[within.ravel()])
-        exposure.behind = np.ascontiguousarray(exposure.behind[within.ravel()])
+        crop.window = window.cut(rows.min(), rows.max() + 1, columns.min(), columns.max() + 1)
+        crop.pixels = np.ascontiguousarray(crop.pixels[within.ravel()])
+        crop.background = np.ascontiguousarray(crop.background[within.ravel()])
 
 
-def cover_of(exposure: Exposure, look: Appearance) -> Planes:
+def coverage(crop: Crop, look: Appearance) -> Planes:
     """What each part covers of every pixel, see `shares`."""
-    return shares(exposure.window, look.model.shape(), exposure.pose, with_handle=look.has_handle)
+    return shares(crop.window, look.model.shape(), crop.pose, with_handle=look.has_handle)
 
 
-def rendered(cover: Planes, behind: Floats, colours: Floats) -> Floats:
+def composite(cover: Planes, behind: Floats, colours: Floats) -> Floats:
     per_channel = cover[[0, 1, 1]]  # brightness is sharp, both colour differences are not
     parts = per_channel[:, :, :-1]
     bare = 1 - parts.sum(axis=2).T
@@ -133,45 +131,45 @@ def rendered(cover: Planes, behind: Floats, colours: Floats) -> Floats:
     return behind * bare + np.einsum("cnk,kc->nc", parts, colours)
 
 
-def planes_of(exposure: Exposure, look: Appearance) -> Planes:
-    return painted(exposure.window, look.model.shape(), exposure.pose, with_handle=look.has_handle)
+def painted_planes(crop: Crop, look: Appearance) -> Planes:
+    return painted(crop.window, look.model.shape(), crop.pose, with_handle=look.has_handle)
 
 
-def weights_of(residual: Floats, noise: Floats) -> Floats:
+def robust_weights(residual: Floats, noise: Floats) -> Floats:
     total = np.sum((residual / noise) ** 2, axis=1)
     return 1 / (1 + total / (3 * OUTLIER_AT**2)) ** 2
 
 
-def cost_of(exposure: Exposure, look: Appearance, planes: Planes) -> float:
-    """Robust misfit of one exposure to a painting of the stone."""
-    light = tinted(planes, look.colours)
-    seen = blurred(light, exposure.window, look.model.shape())
-    return robust_misfit(exposure.picture, exposure.behind, seen, look.noise, OUTLIER_AT)
+def misfit_of(crop: Crop, look: Appearance, planes: Planes) -> float:
+    """Robust misfit of one crop to a painting of the stone."""
+    light = coloured(planes, look.colours)
+    seen = blurred(light, crop.window, look.model.shape())
+    return robust_misfit(crop.pixels, crop.background, seen, look.noise, OUTLIER_AT)
 
 
-def total_misfit(exposures: Sequence[Exposure], look: Appearance) -> float:
-    return sum(cost_of(exposure, look, planes_of(exposure, look)) for exposure in exposures)
+def total_misfit(crops: Sequence[Crop], look: Appearance) -> float:
+    return sum(misfit_of(crop, look, painted_planes(crop, look)) for crop in crops)
 
 
-def share_left(exposures: Sequence[Exposure], look: Appearance) -> float:
+def unexplained_share(crops: Sequence[Crop], look: Appearance) -> float:
     """What the stone's picture leaves of the difference from the ice without it, 0 to 1."""
     bare = 0.0
-    for exposure in exposures:
-        nothing = np.zeros_like(planes_of(exposure, look))
-        bare += cost_of(exposure, look, nothing)
-    return total_misfit(exposures, look) / max(bare, 1e-9)
+    for crop in crops:
+        nothing = np.zeros_like(painted_planes(crop, look))
+        bare += misfit_of(crop, look, nothing)
+    return total_misfit(crops, look) / max(bare, 1e-9)
 
 
-def residual_noise(exposures: Sequence[Exposure], look: Appearance) -> Floats:
+def residual_noise(crops: Sequence[Crop], look: Appearance) -> Floats:
     """Spread of what the model leaves on the stone, per channel.
 
     On the ice beside it little is left; measured there, every speckle of granite would count as
     something before the stone.
     """
     left: list[Floats] = []
-    for exposure in exposures:
-        cover = cover_of(exposure, look)
-        residual = exposure.picture - rendered(cover, exposure.behind, look.colours)
+    for crop in crops:
+        cover = coverage(crop, look)
+        residual = crop.pixels - composite(cover, crop.background, look.colours)
         left.append(residual[cover[0, :, :-1].sum(axis=1) > STONE_SHARE])
     spread = np.median(np.abs(np.concatenate(left)), axis=0)
     noise = np.maximum(1.4826 * spread, MIN_NOISE)

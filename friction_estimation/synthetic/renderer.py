@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats, Image
-from friction_estimation.synthetic.paint import PixelRays, paint_sheet
+from friction_estimation.synthetic.film_spec import FilmSpec, all_on_film
 from friction_estimation.synthetic.people import Cast, Person, draw_person
-from friction_estimation.synthetic.solid import StoneShape
-from friction_estimation.synthetic.spec import FilmSpec, all_on_film
-from friction_estimation.synthetic.stones import (
+from friction_estimation.synthetic.ray_tracing import StoneShape
+from friction_estimation.synthetic.sheet_drawing import PixelRays, paint_sheet
+from friction_estimation.synthetic.stone_drawing import (
     HANDLE_COLOURS,
     SHADOW_REACH,
-    Box,
+    PixelBox,
     StoneOnIce,
     draw_stones,
     stone_box,
@@ -34,7 +34,7 @@ NOISE_PLAY = 251
 """Pixels by which the noise field is larger than the image, to start anywhere in it each frame."""
 
 
-class Stage:
+class FilmRenderer:
     """A camera before a sheet: everything that stays the same from throw to throw.
 
     Parameters
@@ -96,7 +96,7 @@ class Stage:
         cast = Cast(paths[0], self.spec.lead_in, self.sheet, rng) if self.spec.people else None
         moving = [_stones_along(path) for path in paths]
         picture = self._still.copy()
-        touched: list[Box] = []
+        touched: list[PixelBox] = []
         for k in range(len(paths[0])):
             for box in touched:
                 picture[box.slices] = self._still[box.slices]
@@ -110,9 +110,9 @@ class Stage:
         picture: NDArray[np.int16],
         moving: Sequence[StoneOnIce],
         people: Sequence[Person],
-    ) -> list[Box]:
+    ) -> list[PixelBox]:
         """Draw what moves, the farthest first; returns the boxes it was drawn into."""
-        acts: list[tuple[float, Box, Callable[[], None]]] = []
+        acts: list[tuple[float, PixelBox, Callable[[], None]]] = []
         for box, stones in self._together(moving):
             if len(stones) > 1:
                 picture[box.slices] = self._bare[box.slices]
@@ -128,7 +128,7 @@ class Stage:
             paint()
         return [where for _, where, _ in acts]
 
-    def _together(self, moving: Sequence[StoneOnIce]) -> list[tuple[Box, list[StoneOnIce]]]:
+    def _together(self, moving: Sequence[StoneOnIce]) -> list[tuple[PixelBox, list[StoneOnIce]]]:
         """Moving stones, and the resting ones beside them, in groups that are drawn as one."""
         stones = [*moving, *self.resting]
         boxes = [*(self._box_of(stone) for stone in moving), *self._resting_boxes]
@@ -141,11 +141,11 @@ class Stage:
     def _distance(self, position: Floats) -> float:
         return float(np.linalg.norm(np.array([*position, 0.1]) - self.camera.position))
 
-    def _box_of(self, stone: StoneOnIce) -> Box:
+    def _box_of(self, stone: StoneOnIce) -> PixelBox:
         return stone_box(self.camera, self.shape, stone, reach=SHADOW_REACH)
 
     def _draw_stones(
-        self, picture: NDArray[np.int16], box: Box, stones: Sequence[StoneOnIce]
+        self, picture: NDArray[np.int16], box: PixelBox, stones: Sequence[StoneOnIce]
     ) -> None:
         if box.empty:
             return
@@ -162,7 +162,7 @@ class Stage:
         )
         picture[box.slices] = _to_tones(patch)
 
-    def _draw_person(self, picture: NDArray[np.int16], box: Box, person: Person) -> None:
+    def _draw_person(self, picture: NDArray[np.int16], box: PixelBox, person: Person) -> None:
         patch = picture[box.slices] * np.float32(1 / TONES)
         draw_person(patch, self.camera, box, person, self.spec.light.shadow)
         picture[box.slices] = _to_tones(patch)
@@ -206,14 +206,14 @@ def _to_tones(picture: NDArray[np.float32]) -> NDArray[np.int16]:
     return np.rint(np.clip(picture, 0.0, 255.0) * TONES).astype(np.int16)
 
 
-def _around(boxes: Sequence[Box]) -> Box:
+def _around(boxes: Sequence[PixelBox]) -> PixelBox:
     whole = boxes[0]
     for box in boxes[1:]:
         whole = whole.joined(box)
     return whole
 
 
-def _touching(boxes: Sequence[Box]) -> list[list[int]]:
+def _touching(boxes: Sequence[PixelBox]) -> list[list[int]]:
     """Boxes in groups whose joined boxes do not meet; empty ones left out."""
     groups: list[list[int]] = [[k] for k, box in enumerate(boxes) if not box.empty]
     merged = True
@@ -239,6 +239,6 @@ def frames(
     stone: Stone = RULE_BOOK_STONE,
     resting: Sequence[StoneOnIce] = (),
 ) -> Iterator[Image]:
-    """The frames of one throw, (height, width, 3) blue-green-red; see `Stage` for many throws."""
-    stage = Stage(spec, sheet=sheet, stone=stone, resting=resting)
-    return stage.frames(trajectory, seed=trajectory.throw)
+    """The frames of one throw, (height, width, 3) BGR; see `FilmRenderer` for many throws."""
+    renderer = FilmRenderer(spec, sheet=sheet, stone=stone, resting=resting)
+    return renderer.frames(trajectory, seed=trajectory.throw)

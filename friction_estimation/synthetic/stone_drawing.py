@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from curling_env.typing import Floats, Singles
 from friction_estimation.camera.camera import Camera
-from friction_estimation.synthetic.paint import Light, PixelRays
-from friction_estimation.synthetic.solid import (
+from friction_estimation.synthetic.ray_tracing import (
     LAMP_DIRECTIONS,
     RED,
     StoneOnIce,
     StoneShape,
     trace,
 )
+from friction_estimation.synthetic.sheet_drawing import Light, PixelRays
 
 HANDLE_COLOURS = (RED, (40, 190, 235), (190, 110, 30), (70, 140, 40))
 """Red, yellow, blue, green (blue-green-red); a stone takes the one of its number."""
@@ -31,7 +31,7 @@ SHADOW_REACH = 0.30
 
 
 @dataclass(frozen=True, kw_only=True)
-class Box:
+class PixelBox:
     """A rectangle of pixels: rows top to bottom, columns left to right, ends excluded."""
 
     top: int
@@ -49,7 +49,7 @@ class Box:
         """Whether no pixel of the image lies in it."""
         return self.bottom <= self.top or self.right <= self.left
 
-    def meets(self, other: Box) -> bool:
+    def meets(self, other: PixelBox) -> bool:
         """Whether the two share a pixel."""
         return (
             self.top < other.bottom
@@ -58,9 +58,9 @@ class Box:
             and other.left < self.right
         )
 
-    def joined(self, other: Box) -> Box:
+    def joined(self, other: PixelBox) -> PixelBox:
         """The smallest box around both."""
-        return Box(
+        return PixelBox(
             top=min(self.top, other.top),
             bottom=max(self.bottom, other.bottom),
             left=min(self.left, other.left),
@@ -68,19 +68,19 @@ class Box:
         )
 
 
-def box_around(camera: Camera, points: Floats, margin_px: float = 2.0) -> Box:
+def box_around(camera: Camera, points: Floats, margin_px: float = 2.0) -> PixelBox:
     """The pixels around points (n, 3) of the sheet frame, cut at the image's edge."""
     px = camera.project(points)
     width, height = camera.size
     if not np.isfinite(px).all():
-        return Box(top=0, bottom=0, left=0, right=0)
+        return PixelBox(top=0, bottom=0, left=0, right=0)
     low, high = px.min(axis=0) - margin_px, px.max(axis=0) + margin_px
     left, top = np.clip(np.floor(low), 0, (width, height)).astype(int)
     right, bottom = np.clip(np.ceil(high) + 1, 0, (width, height)).astype(int)
-    return Box(top=int(top), bottom=int(bottom), left=int(left), right=int(right))
+    return PixelBox(top=int(top), bottom=int(bottom), left=int(left), right=int(right))
 
 
-def stone_box(camera: Camera, shape: StoneShape, stone: StoneOnIce, reach: float = 0.0) -> Box:
+def stone_box(camera: Camera, shape: StoneShape, stone: StoneOnIce, reach: float = 0.0) -> PixelBox:
     """The pixels that a stone, its handle and its shadow may touch."""
     angle = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
     # A little outside: the polygon's sides must clear the circle.
@@ -98,7 +98,7 @@ def stone_box(camera: Camera, shape: StoneShape, stone: StoneOnIce, reach: float
 def draw_stones(
     picture: NDArray[np.float32],
     rays: PixelRays,
-    box: Box,
+    box: PixelBox,
     stones: Sequence[StoneOnIce],
     shape: StoneShape,
     *,

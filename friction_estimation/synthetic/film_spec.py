@@ -14,7 +14,7 @@ from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.camera.camera import Camera
 from friction_estimation.synthetic.cameras import named_camera
-from friction_estimation.synthetic.paint import Light, Palette
+from friction_estimation.synthetic.sheet_drawing import Light, Palette
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

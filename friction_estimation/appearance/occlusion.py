@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from curling_env.typing import Floats
-from friction_estimation.appearance.exposure import Exposure, cover_of, rendered
+from friction_estimation.appearance.crops import Crop, composite, coverage
 from friction_estimation.appearance.fit import (
     MARGIN_PX,
     Appearance,
@@ -18,7 +18,7 @@ from friction_estimation.appearance.fit import (
     slices_in,
     window_for,
 )
-from friction_estimation.appearance.model import Window
+from friction_estimation.appearance.model import PixelWindow
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
 
@@ -31,29 +31,29 @@ FILLINGS = 3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Posed:
+class PosedStone:
     """A stone whose place is known.
 
     Parameters
     ----------
     look : how it looks
     pose : (3,) x, y [m] and heading [rad]
-    in_ice : whether the picture of the ice shows it already; it then only hides
+    in_background : whether the picture of the ice shows it already; it then only hides
     """
 
     look: Appearance
     pose: Floats
-    in_ice: bool = False
+    in_background: bool = False
 
 
-def measure_among(
+def measure_occluded(
     frame: Frame,
     background: Floats,
     background_origin: tuple[int, int],
     camera: Camera,
     appearance: Appearance,
     start: Floats,
-    others: Sequence[Posed],
+    others: Sequence[PosedStone],
 ) -> StoneFit | None:
     """The stone near `start` in a frame in which others stand about it; see `measure`.
 
@@ -78,23 +78,23 @@ def measure_among(
     for other in sorted(others, key=lambda other: -_distance(camera, other.pose)):
         if not _reaches(window, other, camera):
             continue
-        exposure = Exposure(window=window, picture=picture, behind=behind, pose=other.pose, t=0.0)
-        cover = cover_of(exposure, other.look)
-        if not other.in_ice:
-            behind = np.ascontiguousarray(rendered(cover, behind, other.look.colours))
+        crop = Crop(window=window, pixels=picture, background=behind, pose=other.pose, t=0.0)
+        cover = coverage(crop, other.look)
+        if not other.in_background:
+            behind = np.ascontiguousarray(composite(cover, behind, other.look.colours))
         if _distance(camera, other.pose) < distance:
             hidden |= cover[0, :, :-1].sum(axis=1) > HIDDEN_SHARE
     if not hidden.any():
         return fit_window(picture, behind, window, camera, appearance, start)
-    own = Exposure(window=window, picture=picture, behind=behind, pose=start, t=0.0)
-    body = cover_of(own, appearance)[0, :, :-1].sum(axis=1)
+    own = Crop(window=window, pixels=picture, background=behind, pose=start, t=0.0)
+    body = coverage(own, appearance)[0, :, :-1].sum(axis=1)
     if body[hidden].sum() > MOST_HIDDEN * body.sum():
         return None
     fit: StoneFit | None = None
     pose = np.array(start, dtype=np.float64)
     for _ in range(FILLINGS):
         own.pose = pose
-        shown = rendered(cover_of(own, appearance), behind, appearance.colours)
+        shown = composite(coverage(own, appearance), behind, appearance.colours)
         picture[hidden] = shown[hidden]
         fit = fit_window(picture, behind, window, camera, appearance, pose)
         pose = np.array([*fit.xy, fit.theta if appearance.has_handle else pose[2]])
@@ -105,7 +105,7 @@ def _distance(camera: Camera, pose: Floats) -> float:
     return float(np.linalg.norm(camera.position[:2] - pose[:2]))
 
 
-def _reaches(window: Window, other: Posed, camera: Camera) -> bool:
+def _reaches(window: PixelWindow, other: PosedStone, camera: Camera) -> bool:
     """Whether another stone, its handle or its shadow, may touch a window's pixels."""
     outline = other.look.model.outline_px(camera, other.pose[:2])
     if len(outline) == 0:

@@ -16,9 +16,9 @@ from curling_env.trajectory import Trajectory
 from curling_env.typing import Image
 from friction_estimation.camera.scene import save_scene
 from friction_estimation.synthetic.cameras import scene_of
-from friction_estimation.synthetic.spec import FilmSpec, on_film
-from friction_estimation.synthetic.stage import Stage
-from friction_estimation.synthetic.stones import StoneOnIce
+from friction_estimation.synthetic.film_spec import FilmSpec, on_film
+from friction_estimation.synthetic.renderer import FilmRenderer
+from friction_estimation.synthetic.stone_drawing import StoneOnIce
 
 Progress = Callable[[Iterable[Image], str, int], Iterable[Image]]
 """Passes frames on and shows how far it is: (frames, label, total) -> the same frames."""
@@ -71,22 +71,22 @@ def render_film(
     progress: Progress | None = None,
 ) -> Trajectory:
     """Film one throw; returns the truth: where the stone is in every frame."""
-    stage = Stage(spec, sheet=sheet, stone=stone, resting=resting)
-    return _render(stage, path, trajectory, progress, Path(path).name)
+    renderer = FilmRenderer(spec, sheet=sheet, stone=stone, resting=resting)
+    return _render(renderer, path, trajectory, progress, Path(path).name)
 
 
 def _render(
-    stage: Stage,
+    renderer: FilmRenderer,
     path: str | Path,
     trajectory: Trajectory,
     progress: Progress | None,
     label: str,
 ) -> Trajectory:
-    truth = on_film(trajectory, stage.spec)
-    pictures: Iterable[Image] = stage.frames(trajectory, seed=trajectory.throw)
+    truth = on_film(trajectory, renderer.spec)
+    pictures: Iterable[Image] = renderer.frames(trajectory, seed=trajectory.throw)
     if progress is not None:
         pictures = progress(pictures, label, len(truth))
-    write_film(path, pictures, stage.spec.fps)
+    write_film(path, pictures, renderer.spec.fps)
     return truth
 
 
@@ -130,15 +130,15 @@ def render_films(
         raise InputError("no throws to film")
     folder = make_directory(directory)
     name = name or spec.name
-    stage = Stage(spec, sheet=sheet, stone=stone, resting=resting)
+    renderer = FilmRenderer(spec, sheet=sheet, stone=stone, resting=resting)
     clicks = np.random.default_rng([spec.seed, 1])
-    scene = scene_of(stage.camera, sheet=sheet, stone=stone, click_px=spec.click_px, rng=clicks)
+    scene = scene_of(renderer.camera, sheet=sheet, stone=stone, click_px=spec.click_px, rng=clicks)
     save_scene(scene, folder / f"{name}.scene.json")
     films: list[Path] = []
     throws: list[dict[str, Any]] = []
     for k, trajectory in enumerate(trajectories):
         film = folder / f"{name}-{k}.mp4"
-        truth = _render(stage, film, trajectory, progress, film.name)
+        truth = _render(renderer, film, trajectory, progress, film.name)
         write_table(
             folder / f"{name}-{k}.truth.csv",
             {
@@ -158,12 +158,14 @@ def render_films(
                 "rest": [float(value) for value in trajectory.xy[-1]],
             }
         )
-    write_json(folder / f"{name}.truth.json", _truth(stage, throws, notes or {}))
+    write_json(folder / f"{name}.truth.json", _truth(renderer, throws, notes or {}))
     return films
 
 
-def _truth(stage: Stage, throws: list[dict[str, Any]], notes: dict[str, Any]) -> dict[str, Any]:
-    spec, camera = stage.spec, stage.camera
+def _truth(
+    renderer: FilmRenderer, throws: list[dict[str, Any]], notes: dict[str, Any]
+) -> dict[str, Any]:
+    spec, camera = renderer.spec, renderer.camera
     return {
         **notes,
         "fps": spec.fps,
@@ -180,10 +182,10 @@ def _truth(stage: Stage, throws: list[dict[str, Any]], notes: dict[str, Any]) ->
             "translation": camera.translation.tolist(),
         },
         "stone": {
-            "radius": stage.shape.radius,
-            "height": stage.shape.height,
-            "outline": stage.shape.outline.tolist(),
+            "radius": renderer.shape.radius,
+            "height": renderer.shape.height,
+            "outline": renderer.shape.outline.tolist(),
         },
-        "resting": [[stone.x, stone.y, stone.theta] for stone in stage.resting],
+        "resting": [[stone.x, stone.y, stone.theta] for stone in renderer.resting],
         "throws": throws,
     }
