@@ -63,7 +63,8 @@ class Release:
             value = getattr(self, name)
             if not np.isfinite(value):
                 raise InputError(f"release {name} must be a finite number, got {value}")
-        if self.speed > MAX_SPEED:
+        # The components of the fastest throw may round to a little more than its speed.
+        if self.speed > MAX_SPEED * (1 + 1e-12):
             raise OutOfRangeError(
                 f"release speed must be at most {MAX_SPEED} m/s, got {self.speed:.3g} m/s"
             )

@@ -8,6 +8,8 @@ else the machine does can only make it slower. Packages declare theirs under the
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -105,6 +107,16 @@ def memory_of_a_million() -> float:
     return 1e-6 * peak
 
 
+def import_time() -> float:
+    """Processor time that importing the package takes in a new process, the best of three [ms]."""
+    program = (
+        "import time; begun = time.process_time(); import curling_env; "
+        "print(time.process_time() - begun)"
+    )
+    command = [sys.executable, "-c", program]
+    return 1e3 * min(float(subprocess.check_output(command)) for _ in range(3))
+
+
 def mapped_ice(rng: np.random.Generator) -> Ice:
     """Standard ice whose every cell has a friction of its own."""
     ice = load_ice("standard")
@@ -145,6 +157,7 @@ def houses(rng: np.random.Generator, n: int, stones: int = STONES) -> Floats:
 
 def measures() -> Iterator[Measure]:
     """What this package can time: the batch engine, the environment, and pymunk on its own."""
+    yield Measure(name="import_ms", value=import_time(), unit="ms")
     yield from _batch()
     yield from _environment()
     yield from _pymunk_only()

@@ -33,10 +33,17 @@ MAX_TIME = 180.0
 
 
 CREEP = 1e-3
-"""Closing speed below which touching stones are left alone [m/s].
+"""Closing speed below which stones that only just touch are left alone [m/s].
 
 Friction may press two touching stones together, and restitution would then have them bounce ever
-faster and lower. Below this speed they overlap instead, by less than CREEP²/(μg) or about 10 µm.
+faster and lower. Below this speed they overlap instead.
+"""
+CREEP_OVERLAP = 1e-5
+"""Overlap up to which stones may creep closer at CREEP [m]."""
+OVERLAPPING_CREEP = 5e-5
+"""Closing speed below which stones that overlap by more are left alone [m/s].
+
+Curl can steer a slow stone into one it slides along, for seconds and always slower than CREEP.
 """
 
 PIECES = 8
@@ -114,6 +121,12 @@ def _approach(p: Any, q: Any, reach: float) -> Any:
     return distance - reach, closing
 
 
+@inlined
+def _collides(gap: float, closing: float) -> bool:
+    """Whether touching stones close too fast to be left alone."""
+    return closing > (CREEP if gap > -CREEP_OVERLAP else OVERLAPPING_CREEP)
+
+
 @compiled
 def first_touch(
     p0: Any, pa: Any, p1: Any, pb: Any, p_moves: bool,
@@ -132,7 +145,7 @@ def first_touch(
     """
     low = 0.0
     gap, closing = _approach(p0, q0, reach)
-    if gap < 0.0 and closing > CREEP:
+    if gap < 0.0 and _collides(gap, closing):
         return 0.0
     for k in range(1, PIECES + 1):
         high = k / PIECES
@@ -157,7 +170,7 @@ def first_touch(
                     b = inside
         if inside_gap < 0.0:
             if gap < 0.0:
-                if next_closing > CREEP:
+                if _collides(next_gap, next_closing):
                     return high
             else:
                 a, b = low, inside
