@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import IceOption, OutputFile, progress
+from curling_env.commands.cli import IceOption, OutputFile, progress_bar
 
 
 def simulate(
@@ -31,20 +31,17 @@ def simulate(
     """
     from curling_env.errors import InputError
     from curling_env.ice import load_ice
-    from curling_env.physics.wear import slides_in_turn
+    from curling_env.physics import session
     from curling_env.storage import atomic_path
     from curling_env.throw import read_releases
-    from curling_env.trajectory import Trajectory, write_tracks
+    from curling_env.trajectory import write_tracks
 
-    known = load_ice(ice)
+    surface = load_ice(ice)
     thrown = read_releases(releases)
     with atomic_path(output) as draft:
-        tracks: list[Trajectory] = []
-        runs = slides_in_turn(known, thrown, fps=fps)
         try:
-            for run in progress(runs, "throws", total=len(thrown), unit="throw"):
-                if run.trajectory is not None:
-                    tracks.append(run.trajectory)
+            with progress_bar("throw") as progress:
+                tracks = session.simulate(surface, thrown, fps=fps, progress=progress)
         except InputError as error:
             raise InputError(error.problem, source=releases, where=error.where) from error
         write_tracks(draft, tracks)

@@ -8,17 +8,14 @@ and not the law. A game and a session of lone throws wear their ice by the same 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.one_stone.slide import Slide, slide
 from curling_env.sheet import Sheet
-from curling_env.throw import Release
 from curling_env.typing import Floats
 
 PATH_FPS = 30.0
@@ -76,34 +73,6 @@ def worn(ice: Ice, wear: Floats | None) -> Ice:
     if wear is None:
         return ice
     return replace(ice, friction=replace(ice.friction, mu=ice.friction.mu * np.exp(wear)))
-
-
-def slides_in_turn(ice: Ice, releases: Iterable[Release], *, fps: float) -> Iterator[Slide]:
-    """A session of lone throws, each on the ice as those before it have left it.
-
-    Parameters
-    ----------
-    ice : before the first throw
-    releases : in the order of play
-    fps : samples a second of the trajectories; the wear does not depend on it
-
-    Raises
-    ------
-    InputError : a release that cannot be thrown, by the number of the throw
-    """
-    remembers = wear_along_path(ice) != 0.0
-    wear: Floats | None = None
-    for release in releases:
-        now = worn(ice, wear)
-        try:
-            run = slide(now, release, fps=fps, throw=release.throw)
-            ran = slide(now, release, fps=PATH_FPS) if remembers and fps != PATH_FPS else run
-        except InputError as error:
-            raise InputError(error.problem, where=f"throw {release.throw}") from error
-        if remembers and ran.trajectory is not None:
-            added = wear_of(ice, [ran.trajectory.xy])
-            wear = added if wear is None else wear + added
-        yield run
 
 
 def _area_covered(sheet: Sheet, xy: Floats) -> Floats:

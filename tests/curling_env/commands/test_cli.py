@@ -198,23 +198,3 @@ def test_termination_removes_what_is_half_written(tmp_path: Path) -> None:
     )
     assert done.returncode == 143
     assert list(tmp_path.iterdir()) == []
-
-
-def test_importing_the_package_loads_nothing_heavy() -> None:
-    done = run(
-        "import sys, gymnasium, curling_env, curling_env.commands.cli\n"
-        "assert 'CurlingSheet-v0' in gymnasium.registry\n"
-        "heavy = {'cv2', 'matplotlib', 'numba', 'pygame', 'pymunk', 'scipy', 'torch'}\n"
-        "print(*sorted(heavy & set(sys.modules)))\n",
-        stdout=subprocess.PIPE,
-    )
-    assert (done.returncode, done.stdout, done.stderr) == (0, "\n", "")
-
-
-def test_public_names_are_found() -> None:
-    import curling_env
-
-    assert {name for name in curling_env.__all__ if getattr(curling_env, name) is None} == set()
-    assert set(curling_env.__all__) <= set(dir(curling_env))
-    with pytest.raises(AttributeError, match="no_such_name"):
-        _ = curling_env.no_such_name

@@ -11,10 +11,10 @@ from curling_env.game import Call, LivingIce, Rink
 from curling_env.game.living_ice import prepared
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
 from curling_env.physics.one_stone.slide import slide
+from curling_env.physics.session import slides_in_turn
 from curling_env.physics.wear import (
     PATH_FPS,
     WORN_WIDTH,
-    slides_in_turn,
     wear_along_path,
     wear_of,
     worn,

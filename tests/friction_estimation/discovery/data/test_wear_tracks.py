@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from curling_env.ice import ActiveEffect, Ice
-from curling_env.physics.wear import slides_in_turn, wear_along_path
+from curling_env.physics.session import slides_in_turn
+from curling_env.physics.wear import wear_along_path
 from curling_env.sheet import PAPER_SHEET, Direction
 from curling_env.throw import Throw
 from friction_estimation.discovery.data.session import open_session

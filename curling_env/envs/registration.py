@@ -1,0 +1,19 @@
+"""How Gymnasium finds the environments by their names."""
+
+from __future__ import annotations
+
+import gymnasium
+
+
+def register() -> None:
+    """Register CurlingSheet-v0 and CurlingEnd-v0 with Gymnasium; a second call does nothing."""
+    for name, one, many in (
+        ("CurlingSheet-v0", "sheet.env:CurlingSheetEnv", "sheet.vector_env:CurlingSheetVectorEnv"),
+        ("CurlingEnd-v0", "game.end:CurlingEndEnv", "game.end_vector:CurlingEndVectorEnv"),
+    ):
+        if name not in gymnasium.registry:
+            gymnasium.register(  # pyright: ignore[reportUnknownMemberType]  (kwargs: a bare dict)
+                name,
+                entry_point=f"curling_env.envs.{one}",
+                vector_entry_point=f"curling_env.envs.{many}",
+            )

@@ -1,0 +1,82 @@
+"""Lone throws one after the other, each on the ice as those before it have left it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from curling_env.errors import InputError
+from curling_env.ice import Ice, load_ice
+from curling_env.physics.one_stone.slide import Slide, slide
+from curling_env.physics.wear import PATH_FPS, wear_along_path, wear_of, worn
+from curling_env.throw import Release, Throw
+from curling_env.trajectory import Trajectory
+from curling_env.typing import Floats, Progress, no_progress, with_progress
+
+
+def simulate(
+    ice: str | Path | Ice,
+    throws: Sequence[Release | Throw],
+    *,
+    fps: float = 30.0,
+    progress: Progress = no_progress,
+) -> list[Trajectory]:
+    """Throw stones one after the other, each alone on the sheet, and follow their true paths.
+
+    Ice that wears, drifts or remembers where stones ran does so from throw to throw. An effect of
+    the measurement in the ice file changes what a camera would report, not these paths.
+
+    Parameters
+    ----------
+    ice : an `Ice`, the path of an ice file, or the name of a preset
+    throws : in the order of play; a `Throw` is played towards the away end
+    fps : samples per second of the paths
+    progress : called with the number of throws done
+
+    Returns
+    -------
+    One path per throw, from the release until the stone rests or touches the edge of the ice.
+
+    Raises
+    ------
+    InputError : an ice that cannot be loaded, or a throw that cannot be made on it
+    """
+    releases = [
+        throw if isinstance(throw, Release) else replace(throw.release(order=k), throw=k)
+        for k, throw in enumerate(throws)
+    ]
+    runs = slides_in_turn(load_ice(ice), releases, fps=fps)
+    return [
+        run.trajectory
+        for run in with_progress(runs, "throws", progress, len(releases))
+        if run.trajectory is not None
+    ]
+
+
+def slides_in_turn(ice: Ice, releases: Iterable[Release], *, fps: float) -> Iterator[Slide]:
+    """Slide stones one after the other, each on the ice as those before it have left it.
+
+    Parameters
+    ----------
+    ice : before the first throw
+    releases : in the order of play
+    fps : samples per second of the paths; the wear does not depend on it
+
+    Raises
+    ------
+    InputError : a release that cannot be thrown; the error names the throw
+    """
+    remembers = wear_along_path(ice) != 0.0
+    wear: Floats | None = None
+    for release in releases:
+        now = worn(ice, wear)
+        try:
+            run = slide(now, release, fps=fps, throw=release.throw)
+            ran = slide(now, release, fps=PATH_FPS) if remembers and fps != PATH_FPS else run
+        except InputError as error:
+            raise InputError(error.problem, where=f"throw {release.throw}") from error
+        if remembers and ran.trajectory is not None:
+            added = wear_of(ice, [ran.trajectory.xy])
+            wear = added if wear is None else wear + added
+        yield run
