@@ -59,7 +59,7 @@ def end() -> Image:
     env.reset(seed=1)
     game: Any = env.unwrapped
     for _ in range(5):
-        env.step(game.action_of(player.call(game.rink.view(game.state))))
+        env.step(game.action_of(player.call(game.simulator.view(game.state))))
     return _shown(env)
 
 
@@ -72,7 +72,7 @@ def match() -> Image:
     env.reset(seed=2, options={"last_stone": "away", "power_play": "right"})
     game: Any = env.unwrapped
     for _ in range(3):
-        env.step(game.action_of(player.call(game.rink.view(game.state))))
+        env.step(game.action_of(player.call(game.simulator.view(game.state))))
     return _shown(env)
 
 

@@ -12,9 +12,9 @@ import curling_env  # noqa: F401  (registers the environments)
 from agents.playing.match import play_game
 from agents.playing.players.rulebased import RuleBasedPlayer
 from curling_env.commands.benchmarks import Measure, rate
-from curling_env.envs.game.end import CurlingEndEnv
-from curling_env.envs.game.end_vector import CurlingEndVectorEnv
-from curling_env.game import USUAL, Rink
+from curling_env.envs.game.end_env import CurlingEndEnv
+from curling_env.envs.game.end_vector_env import CurlingEndVectorEnv
+from curling_env.game import TYPICAL_EVOLUTION, GameSimulator
 from curling_env.game.rules import rule_set
 
 SIDE_BY_SIDE = 256
@@ -32,7 +32,7 @@ def _end_alone():
     env = gymnasium.make("CurlingEnd-v0").unwrapped
     assert isinstance(env, CurlingEndEnv)
     env.reset(seed=0)
-    action = env.action_of(env.opponent.call(env.rink.view(env.state)))
+    action = env.action_of(env.opponent.call(env.simulator.view(env.state)))
 
     def work() -> int:
         env.reset()
@@ -51,7 +51,7 @@ def _ends_together():
     assert isinstance(env, CurlingEndVectorEnv)
     env.reset(seed=0)
     single = env.single
-    action = single.action_of(single.opponent.call(single.rink.view(env.states[0])))
+    action = single.action_of(single.opponent.call(single.simulator.view(env.states[0])))
     actions = np.tile(action, (SIDE_BY_SIDE, 1))
 
     def work() -> int:
@@ -65,12 +65,15 @@ def _ends_together():
 
 def _game() -> float:
     """Processor time of a game of eight ends with living ice and paths, the best of three [s]."""
-    rink = Rink(
-        rules=rule_set("world_curling_2024", ends=8), skills="elite", living=USUAL, sweeping=True
+    simulator = GameSimulator(
+        rules=rule_set("world_curling_2024", ends=8),
+        skills="elite",
+        ice_evolution=TYPICAL_EVOLUTION,
+        sweeping=True,
     )
     spent: list[float] = []
     for seed in range(4):  # the first one warms up
         start = time.process_time()
-        play_game(rink, (RuleBasedPlayer(), RuleBasedPlayer()), seed=seed, paths=True)
+        play_game(simulator, (RuleBasedPlayer(), RuleBasedPlayer()), seed=seed, paths=True)
         spent.append(time.process_time() - start)
     return min(spent[1:])

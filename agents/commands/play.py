@@ -85,7 +85,7 @@ def play(
     from agents.playing.scoreboard import outcome, scoreboard
     from agents.playing.trained_player import player_from
     from curling_env.errors import InputError
-    from curling_env.game import STILL, USUAL, Rink
+    from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator
     from curling_env.game.rules import Team, rule_set
     from curling_env.storage import make_directory
 
@@ -95,16 +95,16 @@ def play(
         raise InputError(f"--hammer is home, away or lot, got {hammer!r}")
     chosen = rule_set(rules) if ends is None else rule_set(rules, ends=ends)
     players = (player_from(home), player_from(away))
-    rink = Rink(
+    simulator = GameSimulator(
         ice,
         known_ice=known_ice,
         rules=chosen,
         skills=skill,
-        living=STILL if still else USUAL,
+        ice_evolution=NO_EVOLUTION if still else TYPICAL_EVOLUTION,
         sweeping=sweep,
     )
     match = Match(
-        rink,
+        simulator,
         players,
         seed=seed,
         last_stone=None if hammer == "lot" else Team[hammer.upper()],
@@ -115,10 +115,10 @@ def play(
     played = Played(players=players, deliveries=deliveries, game=match.game)
     if output is not None:
         folder = make_directory(output)
-        lines = write_record(folder / "game.jsonl", played, rink, ice=ice, seed=seed)
+        lines = write_record(folder / "game.jsonl", played, simulator, ice=ice, seed=seed)
         write_page(folder / "game.html", lines)
         if film:
-            shown = write_film(folder / "game.mp4", lines, rink.known_ice)
+            shown = write_film(folder / "game.mp4", lines, simulator.known_ice)
             for _ in progress(shown, "filming", total=len(deliveries), unit="stone"):
                 pass
         say(f"recorded in {folder / 'game.jsonl'}; open {folder / 'game.html'} to watch it")

@@ -55,13 +55,19 @@ def tournament(
 
     from agents.playing.tournament import as_text, play_tournament
     from agents.playing.trained_player import player_from
-    from curling_env.game import STILL, USUAL, Rink
+    from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator
     from curling_env.game.rules import rule_set
 
     chosen = rule_set(rules) if ends is None else rule_set(rules, ends=ends)
-    rink = Rink(ice, rules=chosen, skills=skill, living=STILL if still else USUAL, sweeping=sweep)
+    simulator = GameSimulator(
+        ice,
+        rules=chosen,
+        skills=skill,
+        ice_evolution=NO_EVOLUTION if still else TYPICAL_EVOLUTION,
+        sweeping=sweep,
+    )
     table = play_tournament(
-        rink,
+        simulator,
         [player_from(name) for name in players],
         games=games,
         seed=seed,

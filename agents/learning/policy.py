@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 from agents.learning.configuration import TrainingSettings, schedule_of, settings_from
 from agents.learning.model_file import read_model
 from agents.planning.target_search import direction_to
-from curling_env.envs.sheet.action import ThrowRange, throws_on
+from curling_env.envs.sheet.action import ThrowRange, throw_range_for
 from curling_env.envs.sheet.env import CurlingSheetEnv
-from curling_env.envs.sheet.reset import opening
+from curling_env.envs.sheet.reset import reset_distribution
 from curling_env.envs.sheet.tasks import task_named
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
@@ -98,15 +98,15 @@ def throw_range_of(settings: TrainingSettings, ice: Ice) -> ThrowRange:
     options = settings.environment()
     if "throw_range" in options:
         return options["throw_range"]
-    choices = {name: options.get(name, default) for name, default in _OPENING.items()}
+    choices = {name: options.get(name, default) for name, default in _RESET_DEFAULTS.items()}
     task = task_named(options.get("task", "draw"))
-    stones = opening(choices, ice, task).stone_count
-    return throws_on(
+    stones = reset_distribution(choices, ice, task).stone_count
+    return throw_range_for(
         load_ice(settings.ices.base) if settings.ices else ice, Direction.AWAY, hits=stones > 0
     )
 
 
-_OPENING: dict[str, Any] = {"target": None, "stones": (), "direction": "away", "level": None}
+_RESET_DEFAULTS: dict[str, Any] = {"target": None, "stones": (), "direction": "away", "level": None}
 
 
 def policy_kwargs_of(

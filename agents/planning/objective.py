@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.planning.rollouts import Rollouts
-from curling_env.envs.sheet.reward import FARTHEST, Landing, judge
-from curling_env.envs.sheet.tasks import DRAWN, Task
+from curling_env.envs.sheet.reward import MAX_MISS, Landing, judge
+from curling_env.envs.sheet.tasks import DRAW_RADIUS, Task
 from curling_env.sheet import HOUSE_RADIUS, Direction, to_delivery, to_sheet
 from curling_env.typing import Flags, Floats
 
@@ -98,7 +98,7 @@ class RestAt:
     def judge(self, ended: Rollouts, radius: float) -> Judged:
         """Made, as a draw is, within the 4-foot ring's radius of the target."""
         miss = _distance(ended.xy, self.target)
-        return Judged(worth=-miss, success=ended.in_play & (miss <= DRAWN), miss=miss)
+        return Judged(worth=-miss, success=ended.in_play & (miss <= DRAW_RADIUS), miss=miss)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -149,18 +149,18 @@ class Done:
         given = nowhere if self.given is None else ended.stones[:, self.given]
         before = nowhere if self.given is None else np.broadcast_to(self.mark, (n, 2))
         landing = Landing(
-            place=to_delivery(np.nan_to_num(ended.xy, nan=1e3), self.direction),
+            stone=to_delivery(np.nan_to_num(ended.xy, nan=1e3), self.direction),
             in_play=ended.in_play,
             target=np.asarray(self.task.target(to_delivery(self.mark, self.direction), radius)),
-            given=to_delivery(given, self.direction),
-            before=to_delivery(before, self.direction),
-            radius=radius,
+            target_stone=to_delivery(given, self.direction),
+            target_stone_before=to_delivery(before, self.direction),
+            stone_radius=radius,
         )
         verdict = judge(landing, self.task.is_done(landing))
         return Judged(
             worth=np.asarray(self.task.weights.total(verdict.parts), dtype=np.float64),
             success=np.asarray(verdict.success, dtype=np.bool_),
-            miss=np.minimum(verdict.distance_m, FARTHEST),
+            miss=np.minimum(verdict.distance_m, MAX_MISS),
         )
 
 
@@ -211,4 +211,4 @@ def points_of(places: Floats, own: Flags, radius: float) -> NDArray[np.int64]:
 
 def _distance(places: Floats, target: Floats) -> Floats:
     apart = places - target
-    return np.minimum(np.nan_to_num(np.hypot(apart[..., 0], apart[..., 1]), nan=FARTHEST), FARTHEST)
+    return np.minimum(np.nan_to_num(np.hypot(apart[..., 0], apart[..., 1]), nan=MAX_MISS), MAX_MISS)

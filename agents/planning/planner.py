@@ -277,7 +277,7 @@ def _wanted(
         return MostPoints(target=target, direction=direction, stones=stones, own=own)
     asked = task_named(task.replace("-", "_") if isinstance(task, str) else task)
     given = None
-    if asked.has_given:
+    if asked.has_target_stone:
         if not len(stones):
             if mark is None:
                 raise InputError(f"the task {asked.name} needs a stone: give stones, or a target "
@@ -289,7 +289,7 @@ def _wanted(
         given = int(candidates[np.argmin(np.hypot(*(stones[candidates] - aim).T))])
         mark = stones[given]
     if mark is None:
-        mark = np.asarray(to_sheet(asked.centre, direction))
+        mark = np.asarray(to_sheet(asked.easiest_goal, direction))
     wanted = Done(
         task=asked, mark=mark, direction=direction, stones=stones, given=given,
         radius=ice.stone.radius,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from curling_env.errors import InputError
-from curling_env.game import GameState, Player, Rink, Shot
+from curling_env.game import GameSimulator, GameState, PlayedShot, Player
 from curling_env.game.rules import Game, Team, concede, may_concede
 
 
@@ -15,7 +15,7 @@ class Delivery(NamedTuple):
     """One delivery of a game and the game on either side of it."""
 
     before: GameState
-    shot: Shot
+    shot: PlayedShot
     after: GameState
 
 
@@ -40,7 +40,7 @@ class Match:
 
     Parameters
     ----------
-    rink : the ice, the rules and the hands
+    simulator : the ice, the rules and the hands
     players : of home and away
     seed : of everything random; the same seed, the same game
     last_stone : who has the hammer in the first end; by lot without it
@@ -51,7 +51,7 @@ class Match:
 
     def __init__(
         self,
-        rink: Rink,
+        simulator: GameSimulator,
         players: tuple[Player, Player],
         *,
         seed: int,
@@ -60,9 +60,9 @@ class Match:
     ) -> None:
         if seed < 0:
             raise InputError(f"a seed must be at least 0, got {seed}")
-        self.rink, self.players, self.paths = rink, players, paths
+        self.simulator, self.players, self.paths = simulator, players, paths
         first = Team(seed % 2) if last_stone is None else last_stone
-        self.state = rink.new_game(seed, last_stone=first)
+        self.state = simulator.new_game(seed, last_stone=first)
 
     @property
     def game(self) -> Game:
@@ -73,24 +73,24 @@ class Match:
         while not self.game.is_over:
             if self.game.end is None:
                 decider = self.players[self.game.last_stone]
-                self.state = self.rink.begin_end_as(self.state, decider)
+                self.state = self.simulator.begin_end_as(self.state, decider)
             end = self.game.end
             assert end is not None
             team = end.to_throw
             player, opponent = self.players[team], self.players[team.other]
-            view = self.rink.view(self.state)
+            view = self.simulator.view(self.state)
             if may_concede(self.game, team) and player.concedes(view):
                 self.state = replace(self.state, game=concede(self.game, team))
                 return
             before = self.state
-            self.state, shot = self.rink.play(
+            self.state, shot = self.simulator.play(
                 before, player.call(view), opponent=opponent, paths=self.paths
             )
             yield Delivery(before, shot, self.state)
 
 
 def play_game(
-    rink: Rink,
+    simulator: GameSimulator,
     players: tuple[Player, Player],
     *,
     seed: int,
@@ -98,6 +98,6 @@ def play_game(
     paths: bool = False,
 ) -> Played:
     """Play a game to its end; parameters as of `Match`."""
-    match = Match(rink, players, seed=seed, last_stone=last_stone, paths=paths)
+    match = Match(simulator, players, seed=seed, last_stone=last_stone, paths=paths)
     deliveries = tuple(match)
     return Played(players=players, deliveries=deliveries, game=match.game)

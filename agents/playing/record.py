@@ -17,9 +17,9 @@ import numpy as np
 
 from agents.playing.match import Delivery, Played
 from curling_env.errors import InputError
-from curling_env.game import Call, GameState, Player, Rink, View
-from curling_env.game.rink import on_sheet
+from curling_env.game import Call, GameSimulator, GameState, Player, PlayerView
 from curling_env.game.rules import Ruling, Team, concede
+from curling_env.game.simulator import state_on_sheet
 from curling_env.storage import read_text, write_text
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
@@ -29,7 +29,9 @@ EVERY = 3
 """Of a path's 30 samples a second, one in so many is written."""
 
 
-def lines_of(played: Played, rink: Rink, *, ice: str, seed: int) -> list[dict[str, Any]]:
+def lines_of(
+    played: Played, simulator: GameSimulator, *, ice: str, seed: int
+) -> list[dict[str, Any]]:
     """A game as the documents of its lines.
 
     Parameters
@@ -47,9 +49,9 @@ def lines_of(played: Played, rink: Rink, *, ice: str, seed: int) -> list[dict[st
         "rules": game.rules.name,
         "ends": game.rules.ends,
         "ice": ice,
-        "sheet": {"length": rink.ice.sheet.length, "width": rink.ice.sheet.width},
-        "stone_radius": rink.ice.stone.radius,
-        "skill": [skill.name for skill in rink.skills],
+        "sheet": {"length": simulator.ice.sheet.length, "width": simulator.ice.sheet.width},
+        "stone_radius": simulator.ice.stone.radius,
+        "skill": [skill.name for skill in simulator.skills],
         "seed": seed,
         "last_stone": first.last_stone.label,
     }
@@ -70,10 +72,10 @@ def result_of(played: Played) -> dict[str, Any]:
 
 
 def write_record(
-    path: str | Path, played: Played, rink: Rink, *, ice: str, seed: int
+    path: str | Path, played: Played, simulator: GameSimulator, *, ice: str, seed: int
 ) -> list[dict[str, Any]]:
     """Write a game, complete or not at all; returns the lines' documents."""
-    lines = lines_of(played, rink, ice=ice, seed=seed)
+    lines = lines_of(played, simulator, ice=ice, seed=seed)
     write_text(path, "\n".join(json.dumps(line, separators=(",", ":")) for line in lines) + "\n")
     return lines
 
@@ -105,24 +107,26 @@ def read_record(path: str | Path) -> list[dict[str, Any]]:
     return lines
 
 
-def play_again(lines: Sequence[dict[str, Any]], rink: Rink) -> GameState:
-    """Play a recorded game again from what was meant; the same rink gives the same game.
+def play_again(lines: Sequence[dict[str, Any]], simulator: GameSimulator) -> GameState:
+    """Play a recorded game again from what was meant; the same simulator gives the same game.
 
     Raises
     ------
     InputError : the game goes otherwise than it was recorded
     """
     head, *deliveries, result = lines
-    state = rink.new_game(int(head["seed"]), last_stone=Team[str(head["last_stone"]).upper()])
+    state = simulator.new_game(int(head["seed"]), last_stone=Team[str(head["last_stone"]).upper()])
     for line in deliveries:
         if state.game.end is None:
             first = line["hammer"] != state.game.last_stone.label
-            state = rink.begin_end(state, power_play=line["power_play"], throw_first=first)
+            state = simulator.begin_end(state, power_play=line["power_play"], throw_first=first)
         meant = line["meant"]
         sweep = tuple(line["sweep"])
-        call = Call(throw=Throw(**meant), sweep=sweep if rink.sweeping else None, shot=line["shot"])
-        state, shot = rink.play(state, call, opponent=_Chooser(bool(line["put_back"])))
-        if _lying(shot.lying, shot.direction) != line["lying"]:
+        call = Call(
+            throw=Throw(**meant), sweep=sweep if simulator.sweeping else None, shot=line["shot"]
+        )
+        state, shot = simulator.play(state, call, opponent=_Chooser(bool(line["put_back"])))
+        if _lying(shot.stones_after, shot.direction) != line["lying"]:
             raise InputError(
                 f"end {line['end']}, stone {line['stone']} went otherwise than it was recorded: "
                 "another ice, other rules or another hand"
@@ -141,10 +145,10 @@ class _Chooser(Player):
     def __init__(self, put_back: bool) -> None:
         self._put_back = put_back
 
-    def call(self, view: View) -> Call:
+    def call(self, view: PlayerView) -> Call:
         raise AssertionError("a recorded game has its own calls")
 
-    def puts_back(self, view: View, ruling: Ruling) -> bool:
+    def puts_back(self, view: PlayerView, ruling: Ruling) -> bool:
         return self._put_back
 
 
@@ -167,7 +171,7 @@ def _delivery(delivery: Delivery) -> dict[str, Any]:
         "put_back": shot.put_back,
         "time": round(shot.outcome.time, 3),
         "before": _lying(end.stones, shot.direction),
-        "lying": _lying(shot.lying, shot.direction),
+        "lying": _lying(shot.stones_after, shot.direction),
         "paths": [
             {**_path(path), "status": shot.outcome.status[k].value}
             for k, path in zip(shot.outcome.moved, shot.outcome.trajectories, strict=False)
@@ -184,7 +188,7 @@ def _throw(throw: Throw) -> dict[str, float]:
 
 def _lying(stones: Any, direction: Any) -> list[dict[str, Any]]:
     """Resting stones in the sheet frame, with all digits."""
-    places = [(lying, on_sheet(lying, direction)) for lying in stones]
+    places = [(lying, state_on_sheet(lying, direction)) for lying in stones]
     return [
         {"stone": lying.stone, "team": lying.team.label, "x": place.x, "y": place.y}
         for lying, place in places

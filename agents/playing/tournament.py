@@ -12,7 +12,7 @@ import numpy as np
 from agents.playing.match import play_game
 from curling_env.errors import InputError
 from curling_env.executor import executor
-from curling_env.game import Player, Rink
+from curling_env.game import GameSimulator, Player
 from curling_env.game.rules import Game, Team
 from curling_env.typing import Floats
 
@@ -75,12 +75,12 @@ class Fixture:
 
     Parameters
     ----------
-    rink, seed, last_stone : see `play_game`
+    simulator, seed, last_stone : see `play_game`
     players : of home and away
     places : of home and away among the tournament's players
     """
 
-    rink: Rink
+    simulator: GameSimulator
     players: tuple[Player, Player]
     places: tuple[int, int]
     seed: int
@@ -88,7 +88,7 @@ class Fixture:
 
 
 def play_tournament(
-    rink: Rink,
+    simulator: GameSimulator,
     players: list[Player],
     *,
     games: int,
@@ -112,7 +112,7 @@ def play_tournament(
     names = tuple(player.name for player in players)
     if len(players) < 2 or len(set(names)) < len(names):
         raise InputError("a tournament needs two players or more, each of another name")
-    fixtures = _fixtures(rink, players, games, seed)
+    fixtures = _fixtures(simulator, players, games, seed)
     rows: list[tuple[int, int, float]] = []
     points = np.zeros((len(players), 3))  # for, against, ends
     with executor(workers) as crew:
@@ -130,7 +130,9 @@ def play_tournament(
     )
 
 
-def _fixtures(rink: Rink, players: list[Player], games: int, seed: int) -> list[Fixture]:
+def _fixtures(
+    simulator: GameSimulator, players: list[Player], games: int, seed: int
+) -> list[Fixture]:
     """All games in their order: each two players once, then each two again, and so on."""
     fixtures: list[Fixture] = []
     for g in range(games):
@@ -138,7 +140,7 @@ def _fixtures(rink: Rink, players: list[Player], games: int, seed: int) -> list[
             home, away = pair if g % 2 == 0 else pair[::-1]
             fixtures.append(
                 Fixture(
-                    rink=rink,
+                    simulator=simulator,
                     players=(players[home], players[away]),
                     places=(home, away),
                     seed=seed + 1000 * g + number,
@@ -151,7 +153,7 @@ def _fixtures(rink: Rink, players: list[Player], games: int, seed: int) -> list[
 def _play(fixture: Fixture) -> Game:
     """The game as it ended."""
     return play_game(
-        fixture.rink, fixture.players, seed=fixture.seed, last_stone=fixture.last_stone
+        fixture.simulator, fixture.players, seed=fixture.seed, last_stone=fixture.last_stone
     ).game
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from agents.learning.model_file import read_model
 from agents.playing.search.player import SearchPlayer
 from curling_env.errors import InputError
-from curling_env.game import Call, Player, View, player_named
+from curling_env.game import Call, Player, PlayerView, player_named
 from curling_env.game.players import player_names
 from curling_env.ice import Ice
 from curling_env.sheet import Direction, tee
@@ -35,14 +35,14 @@ class TrainedPlayer(Player):
         self._thrower = Thrower.load(path)
         self._throws: dict[Direction, tuple[Ice, Throw]] = {}
 
-    def call(self, view: View) -> Call:
+    def call(self, view: PlayerView) -> Call:
         known = self._throws.get(view.direction)
         if known is None or known[0] is not view.ice:
             known = (view.ice, self._throw(view))
             self._throws[view.direction] = known
         return Call(throw=known[1], shot="draw to the button")
 
-    def _throw(self, view: View) -> Throw:
+    def _throw(self, view: PlayerView) -> Throw:
         speed, angle, spin, x = self._thrower.throws(view.ice, tee(view.direction))[0].tolist()
         return Throw(speed=speed, angle=angle, spin=spin, x=x)
 

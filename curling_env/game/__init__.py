@@ -1,27 +1,28 @@
 """A game on ice: the rules joined with the physics, the ice that changes, and those who play.
 
-- `living_ice`: wear along the paths, frost, stones that differ; `luck`: of a game's every throw
+- `ice_evolution`: how the ice changes during a game: wear along the paths, frost, unequal stones
+- `rng`: the random numbers of every throw
 - `state`: all that a game is at one moment, frozen, so that a search may branch from it
-- `rink`: plays throws: execution error, sweeping, physics, ruling, wear
+- `simulator`: plays throws: execution error, sweeping, physics, ruling, wear
 - `players`: what a player sees, decides, and how players are found by name
 """
 
 from __future__ import annotations
 
-from curling_env.game.living_ice import STILL, USUAL, LivingIce
-from curling_env.game.players import Call, Player, View, player_named
-from curling_env.game.rink import Rink, Shot
+from curling_env.game.ice_evolution import NO_EVOLUTION, TYPICAL_EVOLUTION, IceEvolution
+from curling_env.game.players import Call, Player, PlayerView, player_named
+from curling_env.game.simulator import GameSimulator, PlayedShot
 from curling_env.game.state import GameState
 
 __all__ = [
-    "STILL",
-    "USUAL",
+    "NO_EVOLUTION",
+    "TYPICAL_EVOLUTION",
     "Call",
+    "GameSimulator",
     "GameState",
-    "LivingIce",
+    "IceEvolution",
+    "PlayedShot",
     "Player",
-    "Rink",
-    "Shot",
-    "View",
+    "PlayerView",
     "player_named",
 ]

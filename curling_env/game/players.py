@@ -14,7 +14,7 @@ from curling_env.game.rules.delivery import Ruling
 from curling_env.game.rules.game import Game
 from curling_env.game.rules.placement import Side
 from curling_env.game.rules.scoring import count
-from curling_env.game.rules.stones import Team
+from curling_env.game.rules.teams import Team
 from curling_env.ice import Ice
 from curling_env.sheet import Direction
 from curling_env.throw import Skill, Throw
@@ -27,7 +27,7 @@ Sweep = tuple[float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
-class View:
+class PlayerView:
     """What a player sees before a delivery.
 
     Parameters
@@ -45,7 +45,7 @@ class View:
     ice: Ice
     direction: Direction
     skill: Skill
-    lot: tuple[int, int, int]
+    entropy: tuple[int, int, int]
 
     @property
     def has_hammer(self) -> bool:
@@ -61,11 +61,11 @@ class View:
     @property
     def seed(self) -> int:
         """For a player that draws lots; another one before every delivery."""
-        return int(np.random.SeedSequence(self.lot).generate_state(1)[0])
+        return int(np.random.SeedSequence(self.entropy).generate_state(1)[0])
 
     def rng(self) -> np.random.Generator:
         """Randomness of the player's own; the same before the same delivery."""
-        return np.random.default_rng(self.lot)
+        return np.random.default_rng(self.entropy)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,14 +100,14 @@ class Player(ABC):
         raise InputError(f"the player {cls.name!r} takes no option, got {option!r}")
 
     @abstractmethod
-    def call(self, view: View) -> Call:
+    def call(self, view: PlayerView) -> Call:
         """The delivery the player wants."""
 
-    def concedes(self, view: View) -> bool:
+    def concedes(self, view: PlayerView) -> bool:
         """Whether the player gives the game up, asked where the rules allow it."""
         return False
 
-    def puts_back(self, view: View, ruling: Ruling) -> bool:
+    def puts_back(self, view: PlayerView, ruling: Ruling) -> bool:
         """After the opponent's tick, whether the stones are put back rather than left.
 
         Put back, unless the stones as they lie count for more.
@@ -120,11 +120,11 @@ class Player(ABC):
 
         return ruling.option is None or worth(ruling.option) >= worth(ruling.stones)
 
-    def power_play(self, view: View) -> Side | None:
+    def power_play(self, view: PlayerView) -> Side | None:
         """In mixed doubles, the side of a power play in the coming end, asked where it is free."""
         return None
 
-    def throws_first(self, view: View) -> bool:
+    def throws_first(self, view: PlayerView) -> bool:
         """In mixed doubles, whether the team gives the hammer away: asked of who decides on it.
 
         The other team's stone then lies in the house. Not asked where a power play was taken.

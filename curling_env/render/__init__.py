@@ -1,16 +1,16 @@
 """Pictures of the sheet from above: one renderer for windows, films and documents."""
 
-from curling_env.render.picture import BLUE, RED, YELLOW, DrawnStone, Scene, SheetPicture
-from curling_env.render.playback import drawn, play_back, scene_at
+from curling_env.render.playback import drawn_stones, playback_frames, scene_at
+from curling_env.render.renderer import BLUE, RED, YELLOW, DrawnScene, DrawnStone, SheetRenderer
 
 __all__ = [
     "BLUE",
     "RED",
     "YELLOW",
+    "DrawnScene",
     "DrawnStone",
-    "Scene",
-    "SheetPicture",
-    "drawn",
-    "play_back",
+    "SheetRenderer",
+    "drawn_stones",
+    "playback_frames",
     "scene_at",
 ]

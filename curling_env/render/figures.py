@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-View = Callable[[ArrayLike], Floats]
+Projection = Callable[[ArrayLike], Floats]
 """Turns points (..., 2) of the sheet frame into places of the drawing."""
 
 RING_COLOURS = ("#7fa8d6", "#ffffff", "#e58a86", "#ffffff")
@@ -59,7 +59,7 @@ def lengthwise(xy: ArrayLike) -> Floats:
     return np.stack([points[..., 1], -points[..., 0]], axis=-1)
 
 
-def from_the_thrower(direction: Direction) -> View:
+def from_the_thrower(direction: Direction) -> Projection:
     """The end played to as the thrower sees it, the tee at the origin and play going up."""
 
     def view(xy: ArrayLike) -> Floats:
@@ -68,7 +68,9 @@ def from_the_thrower(direction: Direction) -> View:
     return view
 
 
-def draw_sheet(ax: Axes, sheet: Sheet, view: View = lengthwise, *, rings: float = 1.0) -> None:
+def draw_sheet(
+    ax: Axes, sheet: Sheet, view: Projection = lengthwise, *, rings: float = 1.0
+) -> None:
     """Ice, lines and both houses; `rings` is their opacity, low over a friction map."""
     x, y = sheet.width / 2, sheet.length / 2
     edge = view([(-x, -y), (x, -y), (x, y), (-x, y)])
@@ -118,7 +120,7 @@ def draw_map(
     ax: Axes,
     sheet: Sheet,
     values: Floats,
-    view: View = lengthwise,
+    view: Projection = lengthwise,
     *,
     smooth: bool = True,
     **style: Any,
@@ -146,7 +148,7 @@ def draw_stone(
     ax: Axes,
     radius: float,
     xy: ArrayLike,
-    view: View = lengthwise,
+    view: Projection = lengthwise,
     *,
     colour: str,
     filled: bool = True,
@@ -167,13 +169,15 @@ def draw_stone(
         ax.add_patch(handle)
 
 
-def draw_target(ax: Axes, xy: ArrayLike, view: View, **style: Any) -> None:
+def draw_target(ax: Axes, xy: ArrayLike, view: Projection, **style: Any) -> None:
     """A cross where the stone is wanted."""
     x, y = view(xy)
     ax.plot([x], [y], marker="+", ms=13, mew=2.2, color=TARGET_COLOUR, ls="", zorder=9, **style)
 
 
-def draw_landing_ellipse(ax: Axes, points: Floats, share: float, view: View, **style: Any) -> None:
+def draw_landing_ellipse(
+    ax: Axes, points: Floats, share: float, view: Projection, **style: Any
+) -> None:
     """The ellipse that holds a share of Gaussian ends (n, 2)."""
     seen = view(points)
     if len(seen) < 3:

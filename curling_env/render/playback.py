@@ -9,7 +9,7 @@ import numpy as np
 
 from curling_env.physics.engine import Outcome, StoneState
 from curling_env.render.canvas import Colour, Image
-from curling_env.render.picture import DrawnStone, Scene, SheetPicture
+from curling_env.render.renderer import DrawnScene, DrawnStone, SheetRenderer
 
 LINGER = 0.5
 """Seconds for which a stone that left play is still seen [s]."""
@@ -17,18 +17,20 @@ REST = 0.6
 """Seconds of playing time for which the end of a throw is held [s]."""
 
 
-def drawn(stones: Sequence[StoneState], colour_of: Callable[[int], Colour]) -> list[DrawnStone]:
+def drawn_stones(
+    stones: Sequence[StoneState], colour_of: Callable[[int], Colour]
+) -> list[DrawnStone]:
     """Resting stones as they are drawn; `colour_of` gives the handle of a stone's identifier."""
     return [DrawnStone(x=s.x, y=s.y, theta=s.theta, colour=colour_of(s.stone)) for s in stones]
 
 
 def scene_at(
-    scene: Scene,
+    scene: DrawnScene,
     before: Sequence[StoneState],
     outcome: Outcome,
     t: float,
     colour_of: Callable[[int], Colour],
-) -> Scene:
+) -> DrawnScene:
     """A scene with the stones of a throw where they are at one moment, and their paths so far.
 
     Parameters
@@ -44,7 +46,7 @@ def scene_at(
     for k, final in enumerate(outcome.stones):
         colour = colour_of(final.stone)
         if k not in moved:
-            stones += drawn([before[k]], colour_of)
+            stones += drawn_stones([before[k]], colour_of)
             continue
         path = moved[k]
         gone = not outcome.status[k].in_play
@@ -56,9 +58,9 @@ def scene_at(
     return replace(scene, stones=stones, paths=paths)
 
 
-def play_back(
-    picture: SheetPicture,
-    scene: Scene,
+def playback_frames(
+    picture: SheetRenderer,
+    scene: DrawnScene,
     before: Sequence[StoneState],
     outcome: Outcome,
     colour_of: Callable[[int], Colour],

@@ -12,7 +12,7 @@ from typing import Any
 from curling_env.render.canvas import Image
 
 
-class Window:
+class PictureWindow:
     """Shows one picture after another at a steady rate.
 
     Parameters

@@ -9,8 +9,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from curling_env.game import Call, Player, View
-from curling_env.game.rules import Lying
+from curling_env.game import Call, Player, PlayerView
+from curling_env.game.rules import RestingStone
 from curling_env.ice import Ice
 from curling_env.physics.one_stone.aim import Aim
 from curling_env.sheet import Direction
@@ -31,7 +31,7 @@ class AimingPlayer(Player):
         self._aims: dict[Direction, tuple[Ice, Aim]] = {}
         self._to_button: dict[tuple[Direction, float], tuple[Ice, Throw]] = {}
 
-    def aim(self, view: View) -> Aim:
+    def aim(self, view: PlayerView) -> Aim:
         """The aim on the known ice towards the end played to."""
         known = self._aims.get(view.direction)
         if known is None or known[0] is not view.ice:
@@ -39,7 +39,7 @@ class AimingPlayer(Player):
             self._aims[view.direction] = known
         return known[1]
 
-    def to_button(self, view: View, spin: float = SPIN) -> Throw:
+    def to_button(self, view: PlayerView, spin: float = SPIN) -> Throw:
         """The draw to the button on an empty sheet, thought out once for each ice."""
         known = self._to_button.get((view.direction, spin))
         if known is None or known[0] is not view.ice:
@@ -50,7 +50,7 @@ class AimingPlayer(Player):
 
     # --- shots ------------------------------------------------------------------------------------
 
-    def draw_to(self, view: View, x: float, y: float, shot: str) -> Call | None:
+    def draw_to(self, view: PlayerView, x: float, y: float, shot: str) -> Call | None:
         """A draw or guard to (x, y) that touches nothing on its way, from either side."""
         aim, stones = self.aim(view), _centres(view)
         for spin in _sides(x):
@@ -61,8 +61,8 @@ class AimingPlayer(Player):
 
     def hit(
         self,
-        view: View,
-        target: Lying,
+        view: PlayerView,
+        target: RestingStone,
         shot: str,
         *,
         weight: float = BOARD_WEIGHT,
@@ -88,7 +88,7 @@ class AimingPlayer(Player):
                 return Call(throw=throw, shot=shot)
         return None
 
-    def through(self, view: View) -> Call:
+    def through(self, view: PlayerView) -> Call:
         """A stone thrown through the house and away, beside everything that lies there."""
         aim, stones = self.aim(view), _centres(view)
         speed = min(1.4 * self.to_button(view).speed, MAX_SPEED)
@@ -99,7 +99,7 @@ class AimingPlayer(Player):
         return Call(throw=Throw(speed=0.5 * self.to_button(view).speed), shot="short")
 
 
-def _centres(view: View, but: Lying | None = None) -> np.ndarray:
+def _centres(view: PlayerView, but: RestingStone | None = None) -> np.ndarray:
     end = view.game.end
     stones = () if end is None else end.stones
     return np.array([(s.x, s.y) for s in stones if s is not but], dtype=np.float64).reshape(-1, 2)

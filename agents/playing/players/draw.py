@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from agents.playing.players.aiming import AimingPlayer
-from curling_env.game import Call, View
+from curling_env.game import Call, PlayerView
 
 
 class DrawPlayer(AimingPlayer):
@@ -11,5 +11,5 @@ class DrawPlayer(AimingPlayer):
 
     name = "draw"
 
-    def call(self, view: View) -> Call:
+    def call(self, view: PlayerView) -> Call:
         return Call(throw=self.to_button(view), shot="draw to the button")

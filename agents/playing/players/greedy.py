@@ -6,7 +6,7 @@ import numpy as np
 
 from agents.playing.players.aiming import PEEL_WEIGHT, AimingPlayer
 from agents.playing.players.heuristic import value_of
-from curling_env.game import Call, GameState, Rink, View
+from curling_env.game import Call, GameSimulator, GameState, PlayerView
 from curling_env.game.rules import shot_order
 from curling_env.game.rules.free_guard_zone import guards
 from curling_env.ice import Ice
@@ -28,16 +28,16 @@ class GreedyPlayer(AimingPlayer):
 
     def __init__(self) -> None:
         super().__init__()
-        self._rink: tuple[Ice, Rink] | None = None
+        self._simulator: tuple[Ice, GameSimulator] | None = None
 
-    def call(self, view: View) -> Call:
+    def call(self, view: PlayerView) -> Call:
         calls = self.shots(view)
-        rink = self._rink_of(view)
+        simulator = self._simulator_of(view)
         seed = view.seed
-        worth = [self._worth(view, rink, call, seed) for call in calls]
+        worth = [self._worth(view, simulator, call, seed) for call in calls]
         return calls[int(np.argmax(worth))]
 
-    def shots(self, view: View) -> list[Call]:
+    def shots(self, view: PlayerView) -> list[Call]:
         """The shots that come to mind."""
         end = view.game.end
         assert end is not None
@@ -62,18 +62,18 @@ class GreedyPlayer(AimingPlayer):
         calls.append(self.through(view))
         return [call for call in calls if call is not None]
 
-    def _worth(self, view: View, rink: Rink, call: Call, seed: int) -> float:
+    def _worth(self, view: PlayerView, simulator: GameSimulator, call: Call, seed: int) -> float:
         total = 0.0
         for trial in range(TRIALS):
-            after, _ = rink.play(GameState(game=view.game, seed=seed + trial), call)
+            after, _ = simulator.play(GameState(game=view.game, seed=seed + trial), call)
             total += value_of(after.game, view.team)
         return total / TRIALS
 
-    def _rink_of(self, view: View) -> Rink:
-        """A rink in the mind: the ice as it is known, both hands like one's own."""
-        if self._rink is None or self._rink[0] is not view.ice:
-            rink = Rink(view.ice, rules=view.game.rules, skills=view.skill)
-            self._rink = (view.ice, rink)
-        rink = self._rink[1]
-        rink.skills = (view.skill, view.skill)
-        return rink
+    def _simulator_of(self, view: PlayerView) -> GameSimulator:
+        """A simulator in the mind: the ice as it is known, both hands like one's own."""
+        if self._simulator is None or self._simulator[0] is not view.ice:
+            simulator = GameSimulator(view.ice, rules=view.game.rules, skills=view.skill)
+            self._simulator = (view.ice, simulator)
+        simulator = self._simulator[1]
+        simulator.skills = (view.skill, view.skill)
+        return simulator

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from agents.playing.players.aiming import PEEL_WEIGHT, AimingPlayer
-from curling_env.game import Call, View
-from curling_env.game.rules import End, Lying, Team, count, shot_order
+from curling_env.game import Call, PlayerView
+from curling_env.game.rules import End, RestingStone, Team, count, shot_order
 from curling_env.game.rules.free_guard_zone import guards
 from curling_env.game.rules.placement import Side
 from curling_env.sheet import HOUSE_RADIUS
@@ -37,22 +37,22 @@ class RuleBasedPlayer(AimingPlayer):
 
     name = "rulebased"
 
-    def call(self, view: View) -> Call:
+    def call(self, view: PlayerView) -> Call:
         for call in self._wanted(view):
             if call is not None:
                 return call
         return Call(throw=self.to_button(view), shot="draw to the button")
 
-    def concedes(self, view: View) -> bool:
+    def concedes(self, view: PlayerView) -> bool:
         left = view.game.ends_left
         return left <= 3 and -view.game.lead(view.team) >= LOST - (3 - left) and left > 0
 
-    def power_play(self, view: View) -> Side | None:
+    def power_play(self, view: PlayerView) -> Side | None:
         return "right" if view.game.ends_left in (2, 3) and view.game.lead(view.team) <= 0 else None
 
     # --- what is wanted, the best first -----------------------------------------------------------
 
-    def _wanted(self, view: View) -> Iterator[Call | None]:
+    def _wanted(self, view: PlayerView) -> Iterator[Call | None]:
         end = view.game.end
         assert end is not None
         lines, team = view.game.lines, view.team
@@ -86,7 +86,9 @@ class RuleBasedPlayer(AimingPlayer):
             return
         yield from self._empty_house(view, end, lead, early)
 
-    def _empty_house(self, view: View, end: End, lead: int, early: bool) -> Iterator[Call | None]:
+    def _empty_house(
+        self, view: PlayerView, end: End, lead: int, early: bool
+    ) -> Iterator[Call | None]:
         centre = any(abs(stone.x) < 0.5 and stone.y < -HOUSE_RADIUS for stone in end.stones)
         if not early or lead >= COMFORTABLE:
             yield from self._draws(view, BUTTON, "draw")
@@ -101,7 +103,7 @@ class RuleBasedPlayer(AimingPlayer):
             yield from self._draws(view, BUTTON, "come around")
 
     def _hammer(
-        self, view: View, house: tuple[Lying, ...], whose: Team | None, points: int
+        self, view: PlayerView, house: tuple[RestingStone, ...], whose: Team | None, points: int
     ) -> Iterator[Call | None]:
         """The last stone of the end."""
         team, game = view.team, view.game
@@ -120,7 +122,7 @@ class RuleBasedPlayer(AimingPlayer):
         yield from self._draws(view, (*BUTTON, *SPREAD), "draw for another")
 
     def _draws(
-        self, view: View, places: tuple[tuple[float, float], ...], shot: str
+        self, view: PlayerView, places: tuple[tuple[float, float], ...], shot: str
     ) -> Iterator[Call | None]:
         end = view.game.end
         assert end is not None
@@ -130,7 +132,11 @@ class RuleBasedPlayer(AimingPlayer):
                 yield self.draw_to(view, x, y, shot)
 
     def _hits(
-        self, view: View, house: tuple[Lying, ...], protected: tuple[Lying, ...], shot: str
+        self,
+        view: PlayerView,
+        house: tuple[RestingStone, ...],
+        protected: tuple[RestingStone, ...],
+        shot: str,
     ) -> Iterator[Call | None]:
         """Takeouts of the opponent's stones, the nearest first, full or half."""
         for stone in house:
@@ -138,7 +144,9 @@ class RuleBasedPlayer(AimingPlayer):
                 for off in (0.0, HALF, -HALF):
                     yield self.hit(view, stone, shot, off=off)
 
-    def _peels(self, view: View, end: End, protected: tuple[Lying, ...]) -> Iterator[Call | None]:
+    def _peels(
+        self, view: PlayerView, end: End, protected: tuple[RestingStone, ...]
+    ) -> Iterator[Call | None]:
         if view.game.lead(view.team) < COMFORTABLE:
             return
         for stone in end.stones:
@@ -153,5 +161,5 @@ def _inside(distance: float) -> tuple[tuple[float, float], ...]:
     return places or BUTTON[:1]
 
 
-def _guarded(stones: tuple[Lying, ...], stone: Lying) -> bool:
+def _guarded(stones: tuple[RestingStone, ...], stone: RestingStone) -> bool:
     return any(other.y < stone.y - 1.0 and abs(other.x - stone.x) < 0.4 for other in stones)

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from curling_env.envs.game.view import FAULTS, colour_of
+from curling_env.envs.game.rendering import FAULTS, colour_of
 from curling_env.errors import InputError
 from curling_env.game.rules.delivery import Fault
 from curling_env.ice import Ice
 from curling_env.physics.engine import Outcome, Status, StoneState
-from curling_env.render import Scene, SheetPicture, drawn, play_back
+from curling_env.render import DrawnScene, SheetRenderer, drawn_stones, playback_frames
 from curling_env.sheet import Direction
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Image
@@ -77,21 +77,23 @@ def frames_of(
     """
     if not speed > 0 or not fps > 0:
         raise InputError(f"speed and fps must be above 0, got {speed:g} and {fps:g}")
-    pictures: dict[Direction, SheetPicture] = {}
+    pictures: dict[Direction, SheetRenderer] = {}
     for number, (line, headings) in enumerate(_with_headings(deliveries_of(lines, ends))):
         direction = Direction[line["direction"].upper()]
         if direction not in pictures:
-            pictures[direction] = SheetPicture(ice, direction)
+            pictures[direction] = SheetRenderer(ice, direction)
         picture = pictures[direction]
         scene = _scene(lines, line)
         before = _stones(line["before"], headings)
         outcome = _outcome(line, before)
-        frames = play_back(picture, scene, before, outcome, colour_of, fps=fps, speed=speed)
+        frames = playback_frames(picture, scene, before, outcome, colour_of, fps=fps, speed=speed)
         for frame in frames:
             yield number, frame
         if line["fault"] is not None or "score_of_end" in line:
             lying = _stones(line["lying"], _turned(headings, line))
-            after = picture.draw(replace(_after(lines, line), stones=drawn(lying, colour_of)))
+            after = picture.draw(
+                replace(_after(lines, line), stones=drawn_stones(lying, colour_of))
+            )
             for _ in range(round(HOLD * fps)):
                 yield number, after
 
@@ -114,7 +116,7 @@ def write_film(
     from friction_estimation.film.video import film_writer
 
     last = -1
-    with film_writer(path, SheetPicture.size, FPS) as film:
+    with film_writer(path, SheetRenderer.size, FPS) as film:
         for number, frame in frames_of(lines, ice, ends=ends, speed=speed):
             if number > last >= 0:
                 yield last
@@ -204,7 +206,7 @@ def _trajectory(path: dict[str, Any], heading: float) -> Trajectory:
     )
 
 
-def _scene(lines: Sequence[dict[str, Any]], line: dict[str, Any]) -> Scene:
+def _scene(lines: Sequence[dict[str, Any]], line: dict[str, Any]) -> DrawnScene:
     """What there is to say before a delivery: the score up to its end, and what was called."""
     head = lines[0]
     home, away = _score_before(lines, int(line["end"]))
@@ -220,10 +222,10 @@ def _scene(lines: Sequence[dict[str, Any]], line: dict[str, Any]) -> Scene:
         ("Line", f"{np.degrees(thrown['angle']):+.2f}°".replace("-", "−")),
         ("Spin", f"{thrown['spin']:+.2f} rad/s".replace("-", "−")),
     ]
-    return Scene(title=f"End {line['end']}   home {home} : {away} away", facts=facts)
+    return DrawnScene(title=f"End {line['end']}   home {home} : {away} away", facts=facts)
 
 
-def _after(lines: Sequence[dict[str, Any]], line: dict[str, Any]) -> Scene:
+def _after(lines: Sequence[dict[str, Any]], line: dict[str, Any]) -> DrawnScene:
     """What there is to say after it: the ruling, the points of an end."""
     scene = _scene(lines, line)
     title = scene.title

@@ -15,10 +15,10 @@ from agents.playing.search.shots import KINDS, Shots, shots_for
 from agents.playing.search.value_network import MOST, Network, load_network, skill_of
 from agents.playing.search.win_probability import Winning
 from curling_env.errors import InputError
-from curling_env.game import Call, Player, View
+from curling_env.game import Call, Player, PlayerView
 from curling_env.game.rules import End, RuleSet, Ruling
 from curling_env.game.rules.lines import Lines
-from curling_env.game.rules.stones import Stones
+from curling_env.game.rules.teams import Stones
 from curling_env.ice import Ice
 from curling_env.sheet import Direction
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Throw
@@ -69,7 +69,7 @@ class Judge:
         self.network, self.rules, self.lines, self.skill = network, rules, lines, skill
         self.winning = Winning(rules)
 
-    def chances(self, view: View, stones: Floats, delivered: int) -> Floats:
+    def chances(self, view: PlayerView, stones: Floats, delivered: int) -> Floats:
         """Chance of the view's team to win from positions of the end in play, (n,).
 
         Parameters
@@ -136,11 +136,11 @@ class SearchPlayer(Player):
         player.name = f"search:{option}"
         return player
 
-    def call(self, view: View) -> Call:
+    def call(self, view: PlayerView) -> Call:
         best = self.choices(view)[0]
         return Call(throw=best.throw, shot=best.shot)
 
-    def choices(self, view: View) -> list[Choice]:
+    def choices(self, view: PlayerView) -> list[Choice]:
         """The shots that were looked at longest, the best first."""
         begin = time.process_time()
         budget = self.budget if self.seconds is None else max(int(self._rate * self.seconds), 1)
@@ -149,29 +149,29 @@ class SearchPlayer(Player):
         self._rate = search.thrown / max(time.process_time() - begin, 1e-3)
         return search.choices()
 
-    def concedes(self, view: View) -> bool:
+    def concedes(self, view: PlayerView) -> bool:
         return self._chance(view, _end_of(view).stones, over=0) < HOPELESS
 
-    def puts_back(self, view: View, ruling: Ruling) -> bool:
+    def puts_back(self, view: PlayerView, ruling: Ruling) -> bool:
         if ruling.option is None:
             return True
         # The tick was the delivery after those that the view tells of.
         back, left = (self._chance(view, s, over=1) for s in (ruling.option, ruling.stones))
         return back >= left
 
-    def _chance(self, view: View, stones: Stones, *, over: int) -> float:
+    def _chance(self, view: PlayerView, stones: Stones, *, over: int) -> float:
         """Chance to win with these stones lying after so many further deliveries."""
         end = _end_of(view)
         after = replace(end, stones=stones, delivered=end.delivered + over)
         return float(self._judge(view).chances(view, position_of(after)[None], after.delivered)[0])
 
-    def _judge(self, view: View) -> Judge:
+    def _judge(self, view: PlayerView) -> Judge:
         key = (view.game.rules, view.game.lines, skill_of(view.skill.sigma_angle))
         if key not in self._judges:
             self._judges[key] = Judge(self.network, *key)
         return self._judges[key]
 
-    def _atlas(self, view: View) -> Atlas:
+    def _atlas(self, view: PlayerView) -> Atlas:
         known = self._atlases.get(view.direction)
         if known is None or known[0] is not view.ice:
             known = (view.ice, Atlas(view.ice, view.direction))
@@ -182,7 +182,7 @@ class SearchPlayer(Player):
 class _Search:
     """One search, before one delivery."""
 
-    def __init__(self, view: View, atlas: Atlas, judge: Judge, budget: int) -> None:
+    def __init__(self, view: PlayerView, atlas: Atlas, judge: Judge, budget: int) -> None:
         end = _end_of(view)
         self.view, self.judge, self.budget = view, judge, budget
         self.sheet = Sheet(
@@ -282,7 +282,7 @@ class _Search:
         return self.judge.chances(self.view, after, self.delivered + 1)
 
 
-def _end_of(view: View) -> End:
+def _end_of(view: PlayerView) -> End:
     """The end in play.
 
     Raises

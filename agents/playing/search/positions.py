@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from curling_env.game.rules import End, Lying, RuleSet
+from curling_env.game.rules import End, RestingStone, RuleSet
 from curling_env.game.rules.lines import CENTRE_LINE_HALF, HOG_LINE, Lines
-from curling_env.game.rules.stones import STONES_A_TEAM
+from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.ice import Ice
 from curling_env.physics.batch import RELEASE_DTYPE, play_batch
 from curling_env.physics.one_stone.slide import play_bounds
@@ -22,7 +22,7 @@ from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import MAX_SPEED, MAX_SPIN, velocity_of
 from curling_env.typing import Flags, Floats
 
-SLOTS = 2 * STONES_A_TEAM
+SLOTS = 2 * STONES_PER_TEAM
 SLOWEST = 1e-3
 """No throw is slower, however badly it slips [m/s]."""
 
@@ -49,7 +49,7 @@ class Sheet:
 
     def slot(self, delivered: int) -> int:
         """Where the stone of that delivery stands in a position."""
-        return STONES_A_TEAM * self.mover(delivered) + delivered // 2
+        return STONES_PER_TEAM * self.mover(delivered) + delivered // 2
 
     def play(self, before: Floats, delivered: int, throws: Floats) -> Floats:
         """Play a throw into each of n positions, by the rules.
@@ -107,8 +107,8 @@ class Sheet:
         protected = np.isfinite(before[:, :, 0])
         if not early:
             protected &= self.free_guards(before)
-            own = STONES_A_TEAM * self.mover(delivered)
-            protected[:, own : own + STONES_A_TEAM] = False
+            own = STONES_PER_TEAM * self.mover(delivered)
+            protected[:, own : own + STONES_PER_TEAM] = False
         gone = protected & np.isnan(after[:, :, 0])
         put_back = gone.any(axis=1)
         if rules.no_tick:
@@ -133,15 +133,15 @@ def position_of(end: End) -> Floats:
     return position
 
 
-def _slot_of(stone: Lying, end: End) -> int:
-    return STONES_A_TEAM * (stone.team is not end.hammer) + stone.number
+def _slot_of(stone: RestingStone, end: End) -> int:
+    return STONES_PER_TEAM * (stone.team is not end.hammer) + stone.number
 
 
 def points_of(lines: Lines, stones: Floats) -> NDArray[np.int64]:
     """Points that count for the hammer team, negative for its opponent: (n,)."""
     distance = np.hypot(stones[:, :, 0], stones[:, :, 1])
     distance = np.where(distance <= lines.reach, distance, np.inf)
-    own, other = distance[:, :STONES_A_TEAM], distance[:, STONES_A_TEAM:]
+    own, other = distance[:, :STONES_PER_TEAM], distance[:, STONES_PER_TEAM:]
     for_hammer = (own < other.min(axis=1, keepdims=True)).sum(axis=1)
     against = (other < own.min(axis=1, keepdims=True)).sum(axis=1)
     return for_hammer - against

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from agents.playing.players.aiming import SPIN
 from agents.playing.search.aiming_table import HITS, Atlas
 from agents.playing.search.positions import Flags, Floats, Sheet
-from curling_env.game.rules.stones import STONES_A_TEAM
+from curling_env.game.rules.teams import STONES_PER_TEAM
 
 HANDLES = (SPIN, -SPIN)
 IN_HOUSE = tuple(
@@ -85,7 +85,7 @@ def shots_for(atlas: Atlas, sheet: Sheet, stones: Floats, delivered: int) -> Sho
         makers.hits("through the house", everywhere, nowhere + x, nowhere, HITS[1])
     position, slot = np.nonzero(np.isfinite(stones[:, :, 0]))
     x, y = stones[position, slot].T
-    own = slot // STONES_A_TEAM == sheet.mover(delivered)
+    own = slot // STONES_PER_TEAM == sheet.mover(delivered)
     last = delivered == sheet.rules.deliveries - 1
     guard = y < -1.0
     for dx, dy in AROUND:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from agents.playing.search.positions import SLOTS, points_of
 from curling_env.game.rules.lines import Lines
-from curling_env.game.rules.stones import STONES_A_TEAM
+from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.physics.compiled import compiled
 from curling_env.storage import atomic_path
 from curling_env.throw import SKILLS
@@ -63,7 +63,7 @@ class Network:
         hidden = np.maximum(np.maximum(seen @ a + a0, 0) @ b + b0, 0)
         summed = np.zeros((len(stones) * SLOTS, hidden.shape[1]), dtype=np.float32)
         summed[which] = hidden
-        teams = summed.reshape(len(stones), 2, STONES_A_TEAM, -1).sum(axis=2)
+        teams = summed.reshape(len(stones), 2, STONES_PER_TEAM, -1).sum(axis=2)
         x = np.concatenate(
             [
                 teams.reshape(len(stones), -1),
@@ -141,7 +141,7 @@ def _look_at_stones(places: Any, which: Any, reach: float, radius: float, featur
             end += 1
         x, y = places[i]
         distance = math.hypot(x, y)
-        own = which[i] % SLOTS < STONES_A_TEAM
+        own = which[i] % SLOTS < STONES_PER_TEAM
         in_house = distance <= reach
         nearer_own = nearer_other = 0
         line = far = wide = backing = close = close_other = 0.0
@@ -149,7 +149,7 @@ def _look_at_stones(places: Any, which: Any, reach: float, radius: float, featur
             if j == i:
                 continue
             dx, dy = places[j, 0] - x, places[j, 1] - y
-            same = (which[j] % SLOTS < STONES_A_TEAM) == own
+            same = (which[j] % SLOTS < STONES_PER_TEAM) == own
             other_distance = math.hypot(places[j, 0], places[j, 1])
             if other_distance < distance and other_distance <= reach:
                 if same:

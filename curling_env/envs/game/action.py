@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from curling_env.envs.sheet.action import ThrowRange
 from curling_env.errors import InputError
-from curling_env.game.players import Call, Player, View
+from curling_env.game.players import Call, Player, PlayerView
 from curling_env.game.rules.delivery import Ruling
 from curling_env.game.rules.placement import Side
 
@@ -24,7 +24,7 @@ CONCEDES = 0.9
 
 
 @dataclass(frozen=True, kw_only=True)
-class Orders:
+class TeamDecisions:
     """What a team wants until its next delivery.
 
     Parameters
@@ -43,26 +43,26 @@ class Orders:
     concede: bool = False
 
 
-class Ordered(Player):
+class FollowsDecisions(Player):
     """A team that chooses as it was ordered; its throws are others' business."""
 
-    def __init__(self, orders: Orders) -> None:
-        self._orders = orders
+    def __init__(self, decisions: TeamDecisions) -> None:
+        self._decisions = decisions
 
-    def call(self, view: View) -> Call:
-        raise AssertionError("a team under orders is not asked for its throws")
+    def call(self, view: PlayerView) -> Call:
+        raise AssertionError("a team under decisions is not asked for its throws")
 
-    def puts_back(self, view: View, ruling: Ruling) -> bool:
+    def puts_back(self, view: PlayerView, ruling: Ruling) -> bool:
         """As ordered."""
-        return self._orders.put_back
+        return self._decisions.put_back
 
-    def power_play(self, view: View) -> Side | None:
+    def power_play(self, view: PlayerView) -> Side | None:
         """As ordered."""
-        return self._orders.power_play
+        return self._decisions.power_play
 
-    def throws_first(self, view: View) -> bool:
+    def throws_first(self, view: PlayerView) -> bool:
         """As ordered."""
-        return self._orders.throw_first
+        return self._decisions.throw_first
 
 
 class GameAction:
@@ -74,10 +74,10 @@ class GameAction:
     sweeping : ``none``, ``scripted`` (sweepers decide) or ``action``: two further numbers of an
         action are when sweeping begins, from release to 30 s after it, and how long it lasts,
         -1 being not at all
-    choices : ``rule`` or ``action``: the last four numbers of an action are orders that hold until
-        the team's next: after a tick the stones are put back (0 and above) or left; a power play to
-        the left (below -1/3), none, or to the right (above 1/3); the hammer is given away (above 0)
-        or kept; the game is given up (above 0.9) or played on
+    choices : ``rule`` or ``action``: the last four numbers of an action are decisions that hold
+        until the team's next action: after a tick the stones are put back (0 and above) or left;
+        a power play to the left (below -1/3), none, or to the right (above 1/3); the hammer is
+        given away (above 0) or kept; the game is conceded (above 0.9) or played on
 
     Raises
     ------
@@ -114,8 +114,8 @@ class GameAction:
         begin, length = (LONGEST_SWEEP * (np.clip(numbers[3:5], -1, 1) + 1) / 2).tolist()
         return Call(throw=throw, sweep=(begin, begin + length))
 
-    def orders_of(self, action: ArrayLike) -> Orders | None:
-        """The orders an action gives; None where choices are not part of it.
+    def decisions_of(self, action: ArrayLike) -> TeamDecisions | None:
+        """The decisions an action gives; None where choices are not part of it.
 
         Raises
         ------
@@ -127,7 +127,7 @@ class GameAction:
         power_play: Side | None = None
         if abs(side) > 1 / 3:
             power_play = "left" if side < 0 else "right"
-        return Orders(
+        return TeamDecisions(
             put_back=put_back >= 0,
             power_play=power_play,
             throw_first=first > 0,
@@ -142,15 +142,15 @@ class GameAction:
             )
         return numbers
 
-    def action_of(self, call: Call, orders: Orders | None = None) -> NDArray[np.float32]:
-        """The action that means a call, and orders; clipped where it is out of range."""
+    def action_of(self, call: Call, decisions: TeamDecisions | None = None) -> NDArray[np.float32]:
+        """The action that means a call, and decisions; clipped where it is out of range."""
         parts = [self.throws.action_of(call.throw)]
         if self.sweeping == "action":
             begin, end = call.sweep or (0.0, 0.0)
             sweep = np.array([begin, end - begin]) / LONGEST_SWEEP * 2 - 1
             parts.append(np.clip(sweep, -1, 1).astype(np.float32))
         if self.choices == "action":
-            wanted = orders or Orders()
+            wanted = decisions or TeamDecisions()
             side = {"left": -1.0, "right": 1.0, None: 0.0}[wanted.power_play]
             said = (wanted.put_back, wanted.throw_first, wanted.concede)
             put_back, first, concede = (1.0 if yes else -1.0 for yes in said)

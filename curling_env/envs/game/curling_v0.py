@@ -21,30 +21,36 @@ from pettingzoo.utils.conversions import (  # pyright: ignore[reportMissingTypeS
     turn_based_aec_to_parallel_wrapper,
 )
 
-from curling_env.envs.game.action import Choices, GameAction, Ordered, Orders, Sweeping
-from curling_env.envs.game.observation import GameView, Kind
-from curling_env.envs.game.reward import GameRewardWeights, parts_of, parts_of_concession
-from curling_env.envs.sheet.action import throws_on
+from curling_env.envs.game.action import (
+    Choices,
+    FollowsDecisions,
+    GameAction,
+    Sweeping,
+    TeamDecisions,
+)
+from curling_env.envs.game.observation import GameObservation, ObservationKind
+from curling_env.envs.game.reward import GameRewardWeights, concession_parts, reward_parts
+from curling_env.envs.sheet.action import throw_range_for
 from curling_env.errors import InputError
-from curling_env.game import STILL, Call, GameState, LivingIce, Rink, Shot
-from curling_env.game.rink import direction_of
+from curling_env.game import NO_EVOLUTION, Call, GameSimulator, GameState, IceEvolution, PlayedShot
 from curling_env.game.rules import RuleSet, Team, concede, may_concede, rule_set
+from curling_env.game.simulator import direction_of
 from curling_env.ice import Ice
 from curling_env.sheet import Direction
 from curling_env.throw import Skill
 
 if TYPE_CHECKING:
-    from curling_env.envs.game.view import GameScreen
+    from curling_env.envs.game.rendering import GameRenderer
 
 RENDER_MODES = ("rgb_array", "human")
 
 
-def env(**settings: Any) -> Turns:
+def env(**settings: Any) -> TurnBasedGame:
     """A game between two agents, with the order of calls checked; settings as for `raw_env`."""
-    return Turns(raw_env(**settings))
+    return TurnBasedGame(raw_env(**settings))
 
 
-def parallel_env(*, max_cycles: int | None = None, **settings: Any) -> AtOnce:
+def parallel_env(*, max_cycles: int | None = None, **settings: Any) -> ParallelGame:
     """The same game as a parallel environment; the action of the team not to throw is ignored.
 
     Parameters
@@ -52,10 +58,10 @@ def parallel_env(*, max_cycles: int | None = None, **settings: Any) -> AtOnce:
     max_cycles : deliveries after which the game is broken off; None: it is played to its end
     settings : as for `raw_env`
     """
-    return AtOnce(raw_env(max_throws=max_cycles, **settings))
+    return ParallelGame(raw_env(max_throws=max_cycles, **settings))
 
 
-class Turns(wrappers.OrderEnforcingWrapper[str, Any, Any]):
+class TurnBasedGame(wrappers.OrderEnforcingWrapper[str, Any, Any]):
     """The game, with the order of calls checked."""
 
     def state(self) -> NDArray[np.float32]:
@@ -68,7 +74,7 @@ class Turns(wrappers.OrderEnforcingWrapper[str, Any, Any]):
         return game.as_array()
 
 
-class AtOnce(turn_based_aec_to_parallel_wrapper[str, Any, Any]):
+class ParallelGame(turn_based_aec_to_parallel_wrapper[str, Any, Any]):
     """The game with the actions of both teams at every step."""
 
     def state(self) -> NDArray[np.float32]:
@@ -88,10 +94,10 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
     rules : a set of rules or its name
     ends : of the game; as the rules say by default
     skill : of both hands, or of home's and away's: their execution errors
-    living : how the ice changes
+    ice_evolution : how the ice changes
     sweeping : "none", "scripted" (sweepers decide) or "action" (part of the action)
     choices : by "rule" (stones are put back after a tick, no power plays, who decides keeps the
-        hammer, nobody concedes) or part of the "action": orders that hold until a team's next
+        hammer, nobody concedes) or part of the "action": decisions that hold until a team's next
         delivery
     observation : "flat", "dict" or "planes"
     weights : of the parts of the reward; by default points of an end, at its last stone
@@ -126,10 +132,10 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         rules: str | RuleSet = "world_curling_2024",
         ends: int | None = None,
         skill: str | Skill | tuple[str | Skill, str | Skill] = "elite",
-        living: LivingIce = STILL,
+        ice_evolution: IceEvolution = NO_EVOLUTION,
         sweeping: Sweeping = "none",
         choices: Choices = "rule",
-        observation: Kind = "flat",
+        observation: ObservationKind = "flat",
         weights: GameRewardWeights | None = None,
         max_cycles: int | None = None,
         max_throws: int | None = None,
@@ -143,19 +149,19 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         for name, limit in (("max_cycles", max_cycles), ("max_throws", max_throws)):
             if limit is not None and limit < 1:
                 raise InputError(f"{name} must be at least 1, got {limit}")
-        self.rink = Rink(
+        self.simulator = GameSimulator(
             ice,
             known_ice=known_ice,
             rules=rule_set(rules) if ends is None else rule_set(rules, ends=ends),
             skills=skill,
-            living=living,
+            ice_evolution=ice_evolution,
             sweeping=sweeping != "none",
         )
         self.action = GameAction(
-            throws_on(self.rink.known_ice, Direction.AWAY, hits=True), sweeping, choices
+            throw_range_for(self.simulator.known_ice, Direction.AWAY, hits=True), sweeping, choices
         )
-        self.view = GameView(observation, self.rink.known_ice, self.rink.lines)
-        self._all = GameView("flat", self.rink.known_ice, self.rink.lines)
+        self.view = GameObservation(observation, self.simulator.known_ice, self.simulator.lines)
+        self._all = GameObservation("flat", self.simulator.known_ice, self.simulator.lines)
         self.state_space = self._all.space
         self.weights = weights or GameRewardWeights()
         self.render_mode = render_mode
@@ -167,8 +173,8 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         self._actions = {label: self.action.space for label in self.possible_agents}
         self._state: GameState | None = None
         self._thrown = 0
-        self._last: Shot | None = None
-        self._viewer: GameScreen | None = None
+        self._last: PlayedShot | None = None
+        self._viewer: GameRenderer | None = None
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """The space of a team's observations; the same object at every call."""
@@ -202,10 +208,10 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         return self._all.observe(self.state.game, Team.HOME, self._end_played_to())
 
     def _go_on_from(self, state: GameState) -> None:
-        if state.game.rules != self.rink.rules:
+        if state.game.rules != self.simulator.rules:
             raise InputError("a state must be of a game by this environment's rules")
         if state.game.end is None and not state.game.is_over:
-            state = self.rink.begin_end(state)
+            state = self.simulator.begin_end(state)
         self._state, self._last = state, None
         self._begin()
 
@@ -228,10 +234,10 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         label = options.get("last_stone") or self.possible_agents[int(self._rng.integers(2))]
         if label not in self.possible_agents:
             raise InputError(f"last_stone is 'home' or 'away', got {label!r}")
-        new = self.rink.new_game(
+        new = self.simulator.new_game(
             int(self._rng.integers(2**31)), last_stone=Team(self.possible_agents.index(label))
         )
-        self._state = self.rink.begin_end(
+        self._state = self.simulator.begin_end(
             new,
             power_play=options.get("power_play"),
             throw_first=bool(options.get("throw_first", False)),
@@ -244,7 +250,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         over = self.state.game.is_over
         self._shown = self.state
         self._thrown = 0
-        self._orders = [Orders(), Orders()]
+        self._decisions = [TeamDecisions(), TeamDecisions()]
         if self.render_mode == "human":
             self._screen().show_position(self.state)
         self.agents = list(self.possible_agents)
@@ -267,14 +273,14 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
             return
         before = self.state
         paths = self.render_mode is not None
-        call, orders = self.action.call_of(action), self.action.orders_of(action)
+        call, decisions = self.action.call_of(action), self.action.decisions_of(action)
         thrower = Team(self.possible_agents.index(agent))
-        self._orders[thrower] = orders or Orders()
-        if self._orders[thrower].concede and may_concede(before.game, thrower):
+        self._decisions[thrower] = decisions or TeamDecisions()
+        if self._decisions[thrower].concede and may_concede(before.game, thrower):
             self._concede(thrower)
             return
-        chooser = Ordered(self._orders[thrower.other])
-        after, shot = self.rink.play(before, call, opponent=chooser, paths=paths)
+        chooser = FollowsDecisions(self._decisions[thrower.other])
+        after, shot = self.simulator.play(before, call, opponent=chooser, paths=paths)
         self._shown = after
         if self.render_mode == "human":
             self._screen().show(before, after, shot)
@@ -282,12 +288,14 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         self._cumulative_rewards[agent] = 0.0
         for label in self.agents:
             team = Team(self.possible_agents.index(label))
-            parts = parts_of(before.game, after.game, shot.team, shot.ruling, team)
+            parts = reward_parts(before.game, after.game, shot.team, shot.ruling, team)
             self.rewards[label] = self.weights.total(parts)
             self.infos[label] = {"shot": shot, "reward_parts": parts.as_dict()}
         over = after.game.is_over
         if after.game.end is None and not over:
-            after = self.rink.begin_end_as(after, Ordered(self._orders[after.game.last_stone]))
+            after = self.simulator.begin_end_as(
+                after, FollowsDecisions(self._decisions[after.game.last_stone])
+            )
         self._state, self._last = after, shot
         broken_off = self._max_throws is not None and self._thrown >= self._max_throws and not over
         self.terminations = dict.fromkeys(self.agents, over)
@@ -300,7 +308,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         self._state = replace(self.state, game=concede(self.state.game, team))
         self._cumulative_rewards[team.label] = 0.0
         for label in self.agents:
-            parts = parts_of_concession(team, Team(self.possible_agents.index(label)))
+            parts = concession_parts(team, Team(self.possible_agents.index(label)))
             self.rewards[label] = self.weights.total(parts)
             self.infos[label] = {"reward_parts": parts.as_dict()}
         self.terminations = dict.fromkeys(self.agents, True)
@@ -327,11 +335,11 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
             return None
         return self._screen().picture(self._shown, self._last)
 
-    def _screen(self) -> GameScreen:
+    def _screen(self) -> GameRenderer:
         if self._viewer is None:
-            from curling_env.envs.game.view import GameScreen
+            from curling_env.envs.game.rendering import GameRenderer
 
-            self._viewer = GameScreen(self.rink.known_ice, "curling_v0")
+            self._viewer = GameRenderer(self.simulator.known_ice, "curling_v0")
         return self._viewer
 
     def close(self) -> None:

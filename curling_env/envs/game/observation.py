@@ -18,16 +18,16 @@ from curling_env.envs.sheet.observation import (
     KNOWN_PARAMETERS,
     LANES,
     LENGTH_SCALE,
-    knowledge,
+    ice_features,
 )
 from curling_env.errors import InputError
 from curling_env.game.rules.game import Game
 from curling_env.game.rules.lines import BACK_LINE, HOG_LINE, Lines
-from curling_env.game.rules.stones import STONES_A_TEAM, Team
+from curling_env.game.rules.teams import STONES_PER_TEAM, Team
 from curling_env.ice import Ice
 from curling_env.sheet import RING_RADII, Direction, to_sheet
 
-Kind = Literal["flat", "dict", "planes"]
+ObservationKind = Literal["flat", "dict", "planes"]
 Floats = NDArray[np.float32]
 
 CONTEXT = (
@@ -42,7 +42,7 @@ CONTEXT = (
 """What is known besides stones and ice; each within ±1."""
 LEAD_SCALE = 8.0
 """A lead that counts as 1 [points]."""
-SLOTS = 2 * STONES_A_TEAM
+SLOTS = 2 * STONES_PER_TEAM
 PLANES = ("own stones", "their stones", "house", "friction", *CONTEXT)
 CELL = 0.1
 """Side of a plane's cell [m]: a stone covers about seven of them."""
@@ -50,7 +50,7 @@ AHEAD, BEYOND = HOG_LINE - 0.2, BACK_LINE + 0.2
 """Stretch of the sheet that the planes show, along play from the tee [m]."""
 
 
-class GameView:
+class GameObservation:
     """Makes observations of one kind.
 
     Parameters
@@ -64,12 +64,12 @@ class GameView:
     InputError : another kind
     """
 
-    def __init__(self, kind: Kind, ice: Ice, lines: Lines) -> None:
+    def __init__(self, kind: ObservationKind, ice: Ice, lines: Lines) -> None:
         if kind not in ("flat", "dict", "planes"):
             raise InputError(f"an observation is 'flat', 'dict' or 'planes', got {kind!r}")
         self.kind = kind
         self.lines = lines
-        self._known = {d: knowledge(ice, d) for d in Direction}
+        self._known = {d: ice_features(ice, d) for d in Direction}
         self._known_size = len(self._known[Direction.AWAY])
         if kind == "planes":
             x = np.arange(-lines.width / 2 + CELL / 2, lines.width / 2, CELL)
@@ -88,7 +88,7 @@ class GameView:
             *(
                 f"{whose} stone {k + 1} {what}"
                 for whose in ("own", "their")
-                for k in range(STONES_A_TEAM)
+                for k in range(STONES_PER_TEAM)
                 for what in ("present", "x", "y")
             ),
         )
@@ -133,7 +133,7 @@ class GameView:
         out = np.zeros((SLOTS, 3), dtype=np.float32)
         half = self.lines.width / 2
         for whose, number, x, y in () if game.end is None else game.end.stones:
-            slot = number if whose is team else STONES_A_TEAM + number
+            slot = number if whose is team else STONES_PER_TEAM + number
             out[slot] = 1.0, x / half, max(y / LENGTH_SCALE, -1.0)
         return out
 

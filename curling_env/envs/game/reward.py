@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from curling_env.errors import InputError
 from curling_env.game.rules.delivery import Fault, Ruling
 from curling_env.game.rules.game import Game
-from curling_env.game.rules.stones import Team
+from curling_env.game.rules.teams import Team
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,12 +61,12 @@ class GameRewardWeights:
         return sum(getattr(self, part.name) * getattr(parts, part.name) for part in fields(self))
 
 
-def parts_of_concession(conceded: Team, team: Team) -> GameRewardParts:
+def concession_parts(conceded: Team, team: Team) -> GameRewardParts:
     """What it was to a team that one conceded."""
     return GameRewardParts(win=-1.0 if conceded is team else 1.0)
 
 
-def parts_of(
+def reward_parts(
     before: Game, after: Game, thrower: Team, ruling: Ruling, team: Team
 ) -> GameRewardParts:
     """What one delivery was to a team.

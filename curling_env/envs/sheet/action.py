@@ -126,7 +126,7 @@ def weight_to(ice: Ice, y: float, direction: Direction = Direction.AWAY) -> floa
     return (low + high) / 2
 
 
-def throws_on(ice: Ice, direction: Direction, *, hits: bool) -> ThrowRange:
+def throw_range_for(ice: Ice, direction: Direction, *, hits: bool) -> ThrowRange:
     """The throws worth offering on an ice: every draw and guard, and hits where there are stones.
 
     From the weight that dies at the far hog line to the weight that reaches the hack, or to 1.6

@@ -48,7 +48,7 @@ class Curriculum:
             raise InputError(f"easier must lie below harder, both within 0 and 1: {self}")
 
 
-class Progress:
+class CurriculumProgress:
     """Where a learner stands in a curriculum.
 
     Parameters
@@ -61,7 +61,7 @@ class Progress:
         self.level = curriculum.start
         self._done: deque[bool] = deque(maxlen=curriculum.window)
 
-    def note(self, successes: Iterable[bool]) -> float:
+    def update(self, successes: Iterable[bool]) -> float:
         """The level after some episodes more, each done or not."""
         plan = self.curriculum
         for success in successes:
@@ -77,7 +77,9 @@ class Progress:
         return self.level
 
 
-class RisingLevel(gymnasium.Wrapper[Any, Any, Any, Any], gymnasium.utils.RecordConstructorArgs):
+class CurriculumWrapper(
+    gymnasium.Wrapper[Any, Any, Any, Any], gymnasium.utils.RecordConstructorArgs
+):
     """`CurlingSheet-v0` with a curriculum; `progress.level` says where it stands.
 
     Parameters
@@ -96,18 +98,18 @@ class RisingLevel(gymnasium.Wrapper[Any, Any, Any, Any], gymnasium.utils.RecordC
         if not isinstance(sheet, CurlingSheetEnv):
             raise InputError(f"expected CurlingSheet-v0, got {env}")
         self._sheet = sheet
-        self.progress = Progress(curriculum or Curriculum())
+        self.progress = CurriculumProgress(curriculum or Curriculum())
         self._sheet.level = self.progress.level
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         """Throw a stone; at an episode's end, perhaps change the level."""
         seen, reward, over, cut, info = self.env.step(action)
         if over:
-            self._sheet.level = self.progress.note([info["success"]])
+            self._sheet.level = self.progress.update([info["success"]])
         return seen, reward, over, cut, info
 
 
-class RisingLevels(VectorWrapper[Any, Any, Any]):
+class VectorCurriculumWrapper(VectorWrapper[Any, Any, Any]):
     """Many sheets that go through one curriculum together.
 
     Parameters
@@ -127,7 +129,7 @@ class RisingLevels(VectorWrapper[Any, Any, Any]):
         if not isinstance(sheets, CurlingSheetVectorEnv):
             raise InputError(f"expected sheets of CurlingSheet-v0, got {envs}")
         self._sheets = sheets
-        self.progress = Progress(curriculum or Curriculum())
+        self.progress = CurriculumProgress(curriculum or Curriculum())
         self._sheets.level = self.progress.level
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
@@ -135,5 +137,5 @@ class RisingLevels(VectorWrapper[Any, Any, Any]):
         seen, rewards, over, cut, info = self.env.step(actions)
         if np.any(over):
             ended = info.get("final_info", info)["success"]
-            self._sheets.level = self.progress.note(ended[over].tolist())
+            self._sheets.level = self.progress.update(ended[over].tolist())
         return seen, rewards, over, cut, info

@@ -11,9 +11,9 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
-from curling_env.envs.sheet.action import ThrowRange, throws_on
-from curling_env.envs.sheet.observation import Observation, knowledge
-from curling_env.envs.sheet.reset import Aim, End, Opening, Stones, opening
+from curling_env.envs.sheet.action import ThrowRange, throw_range_for
+from curling_env.envs.sheet.observation import SheetObservation, ice_features
+from curling_env.envs.sheet.reset import Aim, End, ResetDistribution, Stones, reset_distribution
 from curling_env.envs.sheet.reward import Landing, RewardWeights, judge
 from curling_env.envs.sheet.tasks import Task, task_named
 from curling_env.errors import InputError
@@ -24,10 +24,10 @@ from curling_env.sheet import Direction, to_delivery, to_sheet
 from curling_env.throw import Throw
 
 if TYPE_CHECKING:
-    from curling_env.render import Scene, SheetPicture
-    from curling_env.render.window import Window
+    from curling_env.render import DrawnScene, SheetRenderer
+    from curling_env.render.window import PictureWindow
 
-FIRST_OWN = 100
+FIRST_OWN_STONE = 100
 """Identifiers of the agent's stones start here; stones that lay there before count from 0."""
 HASTE = 8.0
 """Times as fast as it happens that a throw is shown in a window: a draw takes 25 s."""
@@ -110,7 +110,7 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         if not 0 < fps <= 1000:
             raise InputError(f"fps must lie above 0 and at most 1000, got {fps}")
         self.ice, self.task = load_ice(ice), task_named(task)
-        if self.task.has_given and throws > 1:
+        if self.task.has_target_stone and throws > 1:
             raise InputError(f"the task {self.task.name} has one throw an episode, got {throws}")
         self.render_mode = render_mode
         self.engine = Engine(self.ice, tolerance=QUICK)  # as many sheets at once
@@ -121,14 +121,14 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
             "direction": direction,
             "level": level,
         }
-        self._opening = opening(self._choices, self.ice, self.task)
-        resting = self._opening.stone_count
-        self.observation = Observation(slots=resting + throws, width=self.ice.sheet.width)
+        self._reset_distribution = reset_distribution(self._choices, self.ice, self.task)
+        resting = self._reset_distribution.stone_count
+        self.observation = SheetObservation(slots=resting + throws, width=self.ice.sheet.width)
         self.weights = weights or self.task.weights
         known = self.ice if known_ice is None else load_ice(known_ice)
         # Chosen by what is known: the range itself would tell of the true ice.
-        self.throw_range = throw_range or throws_on(known, Direction.AWAY, hits=resting > 0)
-        self._known = {end: knowledge(known, end) for end in Direction}
+        self.throw_range = throw_range or throw_range_for(known, Direction.AWAY, hits=resting > 0)
+        self._known = {end: ice_features(known, end) for end in Direction}
         self.observation_space = spaces.Box(
             -1.0, 1.0, (len(self.observation.names),), dtype=np.float32
         )
@@ -141,8 +141,8 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         self._last: Outcome | None = None
         self._thrown: Throw | None = None
         self._distance_m, self._success = float("nan"), False
-        self._pictures: dict[Direction, SheetPicture] = {}
-        self._viewer: Window | None = None
+        self._pictures: dict[Direction, SheetRenderer] = {}
+        self._viewer: PictureWindow | None = None
 
     def throw_of(self, action: ArrayLike) -> Throw:
         """The throw an action means."""
@@ -164,15 +164,15 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         ------
         InputError : set to what is no level
         """
-        return self._opening.level
+        return self._reset_distribution.level
 
     @level.setter
     def level(self, level: float | None) -> None:
         choices = {**self._choices, "level": level}
-        self._opening = opening(choices, self.ice, self.task)
+        self._reset_distribution = reset_distribution(choices, self.ice, self.task)
         self._choices = choices
 
-    def opening(self, options: dict[str, Any] | None = None) -> Opening:
+    def reset_distribution(self, options: dict[str, Any] | None = None) -> ResetDistribution:
         """What episodes begin with, given `reset`'s options.
 
         Raises
@@ -180,12 +180,12 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         InputError : an option that is none or makes no sense, more stones than there are places for
         """
         if not options:
-            return self._opening
-        chosen = opening({**self._choices, **options}, self.ice, self.task)
-        if chosen.stone_count > self._opening.stone_count:
+            return self._reset_distribution
+        chosen = reset_distribution({**self._choices, **options}, self.ice, self.task)
+        if chosen.stone_count > self._reset_distribution.stone_count:
             raise InputError(
-                f"this environment has places for {self._opening.stone_count} stones, got "
-                f"{chosen.stone_count}; make it with that many"
+                f"this environment has places for {self._reset_distribution.stone_count} stones, "
+                f"got {chosen.stone_count}; make it with that many"
             )
         return chosen
 
@@ -194,7 +194,7 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Clear the sheet, lay the stones and choose the target."""
         super().reset(seed=seed)
-        begin = self.opening(options).draw(self.np_random)
+        begin = self.reset_distribution(options).sample(self.np_random)
         self._direction, self._target = begin.direction, begin.target
         self._stones = tuple(
             StoneState(x=x, y=y, stone=k)
@@ -212,7 +212,7 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         throw = self.throw_of(action)
         release = throw.release(
             self._direction,
-            stone=FIRST_OWN + self._played,
+            stone=FIRST_OWN_STONE + self._played,
             clock=self._clock,
             order=self._played,
         )
@@ -223,12 +223,12 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         self._last, self._thrown = outcome, throw
         stone = outcome.delivered
         landing = Landing(
-            place=to_delivery((stone.x, stone.y), self._direction),
+            stone=to_delivery((stone.x, stone.y), self._direction),
             in_play=np.bool_(outcome.delivered_status.in_play),
             target=self._target,
-            given=self._given(self._stones),
-            before=self._given(self._before),
-            radius=self.ice.stone.radius,
+            target_stone=self._target_stone(self._stones),
+            target_stone_before=self._target_stone(self._before),
+            stone_radius=self.ice.stone.radius,
         )
         verdict = judge(landing, self.task.is_done(landing))
         self._distance_m, self._success = float(verdict.distance_m), bool(verdict.success)
@@ -271,14 +271,14 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         ----------
         speed : times as fast as it happened
         """
-        from curling_env.render import play_back
+        from curling_env.render import playback_frames
 
         picture, scene = self._sheet_picture(), self._scene()
         if self._last is None:
             yield picture.draw(scene)
             return
         fps = float(self.metadata["render_fps"])
-        yield from play_back(
+        yield from playback_frames(
             picture, scene, self._before, self._last, _colour, fps=fps, speed=speed
         )
 
@@ -297,12 +297,12 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
             throws_left=1 - self._played / self.throws,
             known=self.known(self._direction),
             stones=to_delivery(places, self._direction),
-            own=[stone.stone >= FIRST_OWN for stone in self._stones],
+            own=[stone.stone >= FIRST_OWN_STONE for stone in self._stones],
         )
 
-    def _given(self, stones: tuple[StoneState, ...]) -> NDArray[np.float64]:
+    def _target_stone(self, stones: tuple[StoneState, ...]) -> NDArray[np.float64]:
         """Where the task's given stone lies, (2,) delivery frame; NaN where there is none."""
-        first = stones[0] if self.task.has_given and stones else None
+        first = stones[0] if self.task.has_target_stone and stones else None
         if first is None or first.stone != 0:
             return np.full(2, np.nan)
         return to_delivery((first.x, first.y), self._direction)
@@ -315,27 +315,29 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     def _show(self) -> None:
         """In the window: the last throw as it happened, or the sheet as it lies."""
-        from curling_env.render.window import Window
+        from curling_env.render.window import PictureWindow
 
         picture = self._sheet_picture()
         if self._viewer is None:
-            self._viewer = Window(picture.size, "CurlingSheet-v0", self.metadata["render_fps"])
+            self._viewer = PictureWindow(
+                picture.size, "CurlingSheet-v0", self.metadata["render_fps"]
+            )
         if self._last is None:
             self._viewer.show(picture.draw(self._scene()))
             return
         for frame in self.frames(speed=HASTE):
             self._viewer.show(frame)
 
-    def _sheet_picture(self) -> SheetPicture:
-        from curling_env.render import SheetPicture
+    def _sheet_picture(self) -> SheetRenderer:
+        from curling_env.render import SheetRenderer
 
         if self._direction not in self._pictures:
-            self._pictures[self._direction] = SheetPicture(self.ice, self._direction)
+            self._pictures[self._direction] = SheetRenderer(self.ice, self._direction)
         return self._pictures[self._direction]
 
-    def _scene(self) -> Scene:
+    def _scene(self) -> DrawnScene:
         """What there is to say of the last throw."""
-        from curling_env.render import Scene, drawn
+        from curling_env.render import DrawnScene, drawn_stones
 
         end = self._direction.name.lower()
         number = f"throw {max(self._played, 1)} of {self.throws}" if self.throws > 1 else "throw"
@@ -350,8 +352,8 @@ class CurlingSheetEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
                 ("Result", RESULT[self._last.delivered_status]),
                 (self.task.name.replace("_", " ").capitalize(), WORD[self._success]),
             ]
-        return Scene(
-            stones=drawn(self._stones, _colour),
+        return DrawnScene(
+            stones=drawn_stones(self._stones, _colour),
             target=to_sheet(self._target, self._direction),
             title=f"CurlingSheet, {number} to the {end} end",
             facts=facts,
@@ -366,4 +368,4 @@ def _colour(stone: int) -> tuple[int, int, int]:
     """Handles: the agent's stones are red, the others yellow."""
     from curling_env.render import RED, YELLOW
 
-    return RED if stone >= FIRST_OWN else YELLOW
+    return RED if stone >= FIRST_OWN_STONE else YELLOW

@@ -41,7 +41,7 @@ A slope is seen along the direction of play, so that it changes sign with it.
 """
 
 
-def knowledge(ice: Ice, direction: Direction) -> NDArray[np.float32]:
+def ice_features(ice: Ice, direction: Direction) -> NDArray[np.float32]:
     """What may be known of an ice, as seen along a direction of play.
 
     Returns
@@ -70,7 +70,7 @@ def _bands(ice: Ice, direction: Direction) -> tuple[float, Floats]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Observation:
+class SheetObservation:
     """The layout of an observation.
 
     Parameters

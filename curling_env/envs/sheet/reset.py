@@ -34,7 +34,7 @@ CHOICES = ("target", "stones", "direction", "level")
 """What may be chosen anew with ``reset(options=…)``."""
 
 
-class Beginning(NamedTuple):
+class InitialState(NamedTuple):
     """One episode's beginning.
 
     Parameters
@@ -50,14 +50,14 @@ class Beginning(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Opening:
+class ResetDistribution:
     """What episodes begin with.
 
     Parameters
     ----------
     task : what a throw is asked to do
     direction : the end played to; None for either
-    mark : (2,) of the task, delivery frame [m]; None for the task's own, as the level says
+    goal : (2,) of the task, delivery frame [m]; None for the task's own, as the level says
     level : None for positions as asked for; else how far from the task's easiest position marks
         spread, and up to what share of the stones lie there, 0 to 1
     stones : (k, 2) places in the delivery frame [m], or how many to lay at random; a given stone is
@@ -67,7 +67,7 @@ class Opening:
 
     task: Task
     direction: Direction | None
-    mark: Floats | None
+    goal: Floats | None
     level: float | None
     stones: Floats | int
     stone_radius: float
@@ -76,15 +76,15 @@ class Opening:
     def stone_count(self) -> int:
         """Most stones on the sheet at the beginning."""
         others = self.stones if isinstance(self.stones, int) else len(self.stones)
-        return others + self.task.has_given
+        return others + self.task.has_target_stone
 
     @property
     def is_fixed(self) -> bool:
         """Whether every episode begins the same."""
         laid = self.stones == 0 if isinstance(self.stones, int) else True
-        return self.direction is not None and self.mark is not None and laid
+        return self.direction is not None and self.goal is not None and laid
 
-    def draw(self, rng: np.random.Generator) -> Beginning:
+    def sample(self, rng: np.random.Generator) -> InitialState:
         """The beginning of one episode.
 
         Raises
@@ -94,26 +94,28 @@ class Opening:
         direction = self.direction
         if direction is None:
             direction = Direction.AWAY if rng.random() < 0.5 else Direction.HOME
-        mark = self._mark(rng) if self.mark is None else self.mark
-        target = np.asarray(self.task.target(mark, self.stone_radius), dtype=np.float64)
-        given = mark[None] if self.task.has_given else np.empty((0, 2))
+        goal = self._sample_goal(rng) if self.goal is None else self.goal
+        target = np.asarray(self.task.target(goal, self.stone_radius), dtype=np.float64)
+        given = goal[None] if self.task.has_target_stone else np.empty((0, 2))
         stones = self.stones
         if isinstance(stones, int):
             if self.level is not None:
                 stones = int(rng.integers(round(self.level * stones) + 1))
             stones = self._scatter(stones, rng, given)
-        return Beginning(direction=direction, target=target, places=np.concatenate([given, stones]))
+        return InitialState(
+            direction=direction, target=target, places=np.concatenate([given, stones])
+        )
 
-    def _mark(self, rng: np.random.Generator) -> Floats:
-        """The task's mark at random; a given stone touches none of those placed by hand."""
+    def _sample_goal(self, rng: np.random.Generator) -> Floats:
+        """The task's goal at random; a given stone touches none of those placed by hand."""
         level = 1.0 if self.level is None else self.level
         placed = np.empty((0, 2)) if isinstance(self.stones, int) else self.stones
         for _ in range(TRIES):
             u, v = rng.random(2).tolist()
-            mark = np.array(self.task.mark(level, u, v))
-            apart = np.hypot(*(placed - mark).T)
-            if not self.task.has_given or (apart >= 2 * self.stone_radius + APART).all():
-                return mark
+            goal = np.array(self.task.sample_goal(level, u, v))
+            apart = np.hypot(*(placed - goal).T)
+            if not self.task.has_target_stone or (apart >= 2 * self.stone_radius + APART).all():
+                return goal
         raise InputError("there is no room for the given stone among the stones placed")
 
     def _scatter(self, count: int, rng: np.random.Generator, given: Floats) -> Floats:
@@ -132,7 +134,7 @@ class Opening:
         raise InputError(f"there is no room for {count} stones in the house and before it")
 
 
-def opening(choices: Mapping[str, Any], ice: Ice, task: Task) -> Opening:
+def reset_distribution(choices: Mapping[str, Any], ice: Ice, task: Task) -> ResetDistribution:
     """What episodes begin with, from what was asked for.
 
     Parameters
@@ -148,13 +150,13 @@ def opening(choices: Mapping[str, Any], ice: Ice, task: Task) -> Opening:
     if unknown:
         raise InputError(f"unknown option {unknown[0]!r}; options are {', '.join(CHOICES)}")
     level = _level(choices["level"])
-    mark = _aim(choices["target"], ice.sheet.width / 2)
+    goal = _aim(choices["target"], ice.sheet.width / 2)
     if choices["target"] is None and not level:
-        mark = np.array(task.centre)
-    return Opening(
+        goal = np.array(task.easiest_goal)
+    return ResetDistribution(
         task=task,
         direction=_end(choices["direction"]),
-        mark=mark,
+        goal=goal,
         level=level,
         stones=_stones(choices["stones"], play_bounds(ice, Direction.AWAY)),
         stone_radius=ice.stone.radius,

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from curling_env.errors import InputError
 from curling_env.sheet import HOUSE_RADIUS
 
-FARTHEST = 10.0
+MAX_MISS = 10.0
 """Distance beyond which a miss counts no worse [m]."""
-PRECISION = 0.5
+PRECISION_LENGTH = 0.5
 """Distance at which the bonus for precision has fallen to 1/e [m]."""
 
 Values = float | NDArray[np.float64]
@@ -98,37 +98,37 @@ class Landing:
     radius : of a stone
     """
 
-    place: Any
+    stone: Any
     in_play: Any
     target: Any
-    given: Any
-    before: Any
-    radius: float
+    target_stone: Any
+    target_stone_before: Any
+    stone_radius: float
 
     @property
     def distance_m(self) -> Any:
         """From the target to where the delivered stone ended, (...) [m]."""
-        return _distance(self.place, self.target)
+        return _distance(self.stone, self.target)
 
     @property
     def in_house(self) -> Any:
         """Whether the delivered stone stayed in play and touches the house, (...)."""
-        return self.in_play & (_distance(self.place, 0.0) <= HOUSE_RADIUS + self.radius)
+        return self.in_play & (_distance(self.stone, 0.0) <= HOUSE_RADIUS + self.stone_radius)
 
     @property
     def is_out(self) -> Any:
         """Whether the given stone left play, (...); False where there was none."""
-        return np.isnan(self.given[..., 0]) & ~np.isnan(self.before[..., 0])
+        return np.isnan(self.target_stone[..., 0]) & ~np.isnan(self.target_stone_before[..., 0])
 
     @property
     def driven(self) -> Any:
         """How far the given stone was driven, (...) [m]; NaN where it left play."""
-        return _distance(self.given, self.before)
+        return _distance(self.target_stone, self.target_stone_before)
 
     @property
     def gap(self) -> Any:
         """Between the delivered and the given stone, (...) [m]; NaN where one left play."""
-        return _distance(self.place, self.given) - 2 * self.radius
+        return _distance(self.stone, self.target_stone) - 2 * self.stone_radius
 
 
 def _distance(places: Any, others: Any) -> Any:
@@ -168,8 +168,8 @@ def judge(landing: Landing, success: Any) -> Verdict:
         in_house=in_house,
         success=success,
         parts=RewardParts(
-            distance=-np.minimum(distance_m, FARTHEST) / HOUSE_RADIUS,
-            precision=np.where(in_play, np.exp(-distance_m / PRECISION), 0.0),
+            distance=-np.minimum(distance_m, MAX_MISS) / HOUSE_RADIUS,
+            precision=np.where(in_play, np.exp(-distance_m / PRECISION_LENGTH), 0.0),
             in_house=in_house * 1.0,
             out_of_play=in_play * 1.0 - 1.0,
             removed=np.where(landing.is_out, 1.0, driven),

@@ -20,9 +20,9 @@ from curling_env.envs.sheet.reward import Landing, RewardWeights
 from curling_env.errors import InputError
 from curling_env.sheet import HOUSE_RADIUS, RING_RADII
 
-DRAWN = RING_RADII[2]
+DRAW_RADIUS = RING_RADII[2]
 """Distance from its target at which a draw still counts as made: the 4-foot ring's radius [m]."""
-GUARD_MARK = (0.0, -3.2)
+GUARD_GOAL = (0.0, -3.2)
 """A centre guard, about a stone and a half's roll before the house [m]."""
 GUARD_SPREAD = (0.9, 1.2)
 """How far to the sides and along play guards are asked for: corner guards, long and tight [m]."""
@@ -47,12 +47,12 @@ class Task(Protocol):
         ...
 
     @property
-    def has_given(self) -> bool:
+    def has_target_stone(self) -> bool:
         """Whether a stone is given: it lies on the mark, and counts as the sheet's first."""
         ...
 
     @property
-    def centre(self) -> tuple[float, float]:
+    def easiest_goal(self) -> tuple[float, float]:
         """The mark of the easiest position [m]."""
         ...
 
@@ -61,7 +61,7 @@ class Task(Protocol):
         """Of the parts of the reward, unless others are asked for."""
         ...
 
-    def mark(self, level: float, u: float, v: float) -> tuple[float, float]:
+    def sample_goal(self, level: float, u: float, v: float) -> tuple[float, float]:
         """A mark at random.
 
         Parameters
@@ -71,7 +71,7 @@ class Task(Protocol):
         """
         ...
 
-    def target(self, mark: Any, radius: float) -> Any:
+    def target(self, goal: Any, radius: float) -> Any:
         """Where the delivered stone is to end, (2,), given the mark and a stone's radius [m]."""
         ...
 
@@ -81,29 +81,29 @@ class Task(Protocol):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Draw:
+class DrawTask:
     """Come to rest at a place in the house: within the 4-foot ring's radius of it."""
 
     name: str = "draw"
-    has_given: bool = False
-    centre: tuple[float, float] = (0.0, 0.0)
+    has_target_stone: bool = False
+    easiest_goal: tuple[float, float] = (0.0, 0.0)
     weights: RewardWeights = field(default_factory=RewardWeights)
 
-    def mark(self, level: float, u: float, v: float) -> tuple[float, float]:
+    def sample_goal(self, level: float, u: float, v: float) -> tuple[float, float]:
         """Anywhere in the house at level 1."""
         return _in_disc(level * HOUSE_RADIUS, u, v)
 
-    def target(self, mark: Any, radius: float) -> Any:
+    def target(self, goal: Any, radius: float) -> Any:
         """The mark itself."""
-        return mark
+        return goal
 
     def is_done(self, landing: Landing) -> Any:
         """In play and near enough."""
-        return landing.in_play & (landing.distance_m <= DRAWN)
+        return landing.in_play & (landing.distance_m <= DRAW_RADIUS)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Guard:
+class GuardTask:
     """Come to rest before the house, covering a line down the sheet.
 
     Done: in play, clear of the house on its near side, within a stone's width of the mark to the
@@ -111,36 +111,36 @@ class Guard:
     """
 
     name: str = "guard"
-    has_given: bool = False
-    centre: tuple[float, float] = GUARD_MARK
+    has_target_stone: bool = False
+    easiest_goal: tuple[float, float] = GUARD_GOAL
     weights: RewardWeights = field(
         default_factory=lambda: RewardWeights(in_house=-0.5, success=1.0)
     )
 
-    def mark(self, level: float, u: float, v: float) -> tuple[float, float]:
+    def sample_goal(self, level: float, u: float, v: float) -> tuple[float, float]:
         """From centre guards to corner guards, from long to tight ones."""
         aside, along = GUARD_SPREAD
-        x, y = self.centre
+        x, y = self.easiest_goal
         return x + level * aside * (2 * u - 1), y + level * along * (2 * v - 1)
 
-    def target(self, mark: Any, radius: float) -> Any:
+    def target(self, goal: Any, radius: float) -> Any:
         """The mark itself."""
-        return mark
+        return goal
 
     def is_done(self, landing: Landing) -> Any:
         """In play, before the house, on the line and near enough along it."""
-        off = np.abs(landing.place - landing.target)
+        off = np.abs(landing.stone - landing.target)
         return (
             landing.in_play
             & ~landing.in_house
-            & (landing.place[..., 1] < 0)
-            & (off[..., 0] <= 2 * landing.radius)
+            & (landing.stone[..., 1] < 0)
+            & (off[..., 0] <= 2 * landing.stone_radius)
             & (off[..., 1] <= GUARD_LENGTH)
         )
 
 
 @dataclass(frozen=True, kw_only=True)
-class Takeout:
+class TakeoutTask:
     """Put the given stone out of play.
 
     Parameters
@@ -151,21 +151,21 @@ class Takeout:
 
     name: str = "takeout"
     shooter: Shooter = "any"
-    has_given: bool = True
-    centre: tuple[float, float] = (0.0, 0.0)
+    has_target_stone: bool = True
+    easiest_goal: tuple[float, float] = (0.0, 0.0)
     weights: RewardWeights = field(
         default_factory=lambda: RewardWeights(
             distance=0.25, precision=0.0, in_house=0.0, out_of_play=0.0, removed=2.0, success=1.0
         )
     )
 
-    def mark(self, level: float, u: float, v: float) -> tuple[float, float]:
+    def sample_goal(self, level: float, u: float, v: float) -> tuple[float, float]:
         """Anywhere in the house at level 1."""
         return _in_disc(level * GIVEN_SPREAD, u, v)
 
-    def target(self, mark: Any, radius: float) -> Any:
+    def target(self, goal: Any, radius: float) -> Any:
         """Where the given stone lies."""
-        return mark
+        return goal
 
     def is_done(self, landing: Landing) -> Any:
         """The given stone out, and the delivered one as it should be."""
@@ -177,7 +177,7 @@ class Takeout:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Freeze:
+class FreezeTask:
     """Come to rest against the given stone, on the thrower's side of it.
 
     Done: in play, nearer to the thrower than the given stone, at most 0.15 m from touching it, and
@@ -185,23 +185,23 @@ class Freeze:
     """
 
     name: str = "freeze"
-    has_given: bool = True
-    centre: tuple[float, float] = (0.0, 0.0)
+    has_target_stone: bool = True
+    easiest_goal: tuple[float, float] = (0.0, 0.0)
     weights: RewardWeights = field(default_factory=lambda: RewardWeights(removed=-1.0, success=1.0))
 
-    def mark(self, level: float, u: float, v: float) -> tuple[float, float]:
+    def sample_goal(self, level: float, u: float, v: float) -> tuple[float, float]:
         """Anywhere in the house at level 1."""
         return _in_disc(level * GIVEN_SPREAD, u, v)
 
-    def target(self, mark: Any, radius: float) -> Any:
+    def target(self, goal: Any, radius: float) -> Any:
         """Touching the given stone, straight before it."""
-        return np.asarray(mark) - np.array([0.0, 2 * radius])
+        return np.asarray(goal) - np.array([0.0, 2 * radius])
 
     def is_done(self, landing: Landing) -> Any:
         """In play, in front, near enough, and the given stone about where it was."""
         return (
             landing.in_play
-            & (landing.place[..., 1] < landing.given[..., 1])
+            & (landing.stone[..., 1] < landing.target_stone[..., 1])
             & (landing.gap <= FREEZE_GAP)
             & (landing.driven <= FREEZE_DRIVEN)
         )
@@ -213,7 +213,7 @@ def _in_disc(reach: float, u: float, v: float) -> tuple[float, float]:
     return radius * cos(turn), radius * sin(turn)
 
 
-def _hit(name: str, shooter: Shooter, out_of_play: float) -> Takeout:
+def _hit(name: str, shooter: Shooter, out_of_play: float) -> TakeoutTask:
     """A takeout that asks something of the shooter, and rewards it on the way there."""
     weights = RewardWeights(
         distance=0.25,
@@ -223,18 +223,18 @@ def _hit(name: str, shooter: Shooter, out_of_play: float) -> Takeout:
         removed=2.0,
         success=1.0,
     )
-    return Takeout(name=name, shooter=shooter, weights=weights)
+    return TakeoutTask(name=name, shooter=shooter, weights=weights)
 
 
 TASKS: dict[str, Task] = {
     task.name: task
     for task in (
-        Draw(),
-        Guard(),
-        Takeout(),
+        DrawTask(),
+        GuardTask(),
+        TakeoutTask(),
         _hit("hit_and_stay", "stays", 0.5),
         _hit("peel", "leaves", -0.5),
-        Freeze(),
+        FreezeTask(),
     )
 }
 """Tasks by name."""

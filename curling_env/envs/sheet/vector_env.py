@@ -13,8 +13,8 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from curling_env.envs.sheet.env import FIRST_OWN, CurlingSheetEnv
-from curling_env.envs.sheet.reset import Opening
+from curling_env.envs.sheet.env import FIRST_OWN_STONE, CurlingSheetEnv
+from curling_env.envs.sheet.reset import ResetDistribution
 from curling_env.envs.sheet.reward import Landing, judge
 from curling_env.errors import InputError
 from curling_env.physics.batch import MOST_STONES, RELEASE_DTYPE, play_batch
@@ -110,7 +110,7 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
         # A stone keeps its slot, so that identifiers go by slots, the same on every sheet.
         self._own = np.arange(slots) >= self._resting
         self._names = [
-            s if s < self._resting else FIRST_OWN + s - self._resting for s in range(slots)
+            s if s < self._resting else FIRST_OWN_STONE + s - self._resting for s in range(slots)
         ]
         self._bounds = np.array([play_bounds(self.single.ice, end) for end in Direction])
         self._known = np.array([self.single.known(end) for end in Direction])
@@ -159,7 +159,7 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
         for i in rows:
             if seeds[i] is not None:
                 self._rngs[i] = np.random.Generator(np.random.PCG64(seeds[i]))
-        self._begin(rows, self.single.opening(options))
+        self._begin(rows, self.single.reset_distribution(options))
         return self._observe(), self._spread(self._where(rows), mask)
 
     def step(
@@ -175,7 +175,7 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
         everyone = np.arange(n)
         waiting = np.flatnonzero(self._over)
         going = np.flatnonzero(~self._over) if len(waiting) else everyone
-        self._begin(waiting, self.single.opening())
+        self._begin(waiting, self.single.reset_distribution())
         rewards = np.zeros(n)
         facts: dict[str, Any] = {}
         if len(going):
@@ -192,7 +192,7 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
             info["final_obs"], info["_final_obs"] = last, over.copy()
             info["final_info"] = self._spread(ended, over, whole=True)
             info["_final_info"] = over.copy()
-            self._begin(np.flatnonzero(over), self.single.opening())
+            self._begin(np.flatnonzero(over), self.single.reset_distribution())
             seen = self._observe()
         else:
             self._over = over
@@ -204,18 +204,18 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
 
     # --- the parts ------------------------------------------------------------------------------
 
-    def _begin(self, rows: Indices, opening: Opening) -> None:
+    def _begin(self, rows: Indices, distribution: ResetDistribution) -> None:
         """Lay the stones and choose the target for an episode in each of some environments."""
         if not len(rows):
             return
         self._played[rows], self._clock[rows], self._over[rows] = 0, 0.0, False
         self._places[rows] = np.nan
-        if opening.is_fixed:
-            self._lay(rows, *opening.draw(self._rngs[0]))
+        if distribution.is_fixed:
+            self._lay(rows, *distribution.sample(self._rngs[0]))
             return
         each: list[int] = rows.tolist()
         for i in each:
-            self._lay(i, *opening.draw(self._rngs[i]))
+            self._lay(i, *distribution.sample(self._rngs[i]))
 
     def _lay(self, rows: Indices | int, direction: Direction, target: Any, places: Floats) -> None:
         self._directions[rows], self._targets[rows] = direction, target
@@ -240,18 +240,18 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
             _CODE[Status.OUT_BACK],
         )
         in_play = ~gone & ~hogged
-        before = to_delivery(self._given(rows), direction[:, None])
+        before = to_delivery(self._target_stone(rows), direction[:, None])
         self._places[rows, :k] = played.xy[:, :-1]
         self._places[rows, thrown] = np.where(in_play[:, None], played.xy[:, -1], np.nan)
         self._played[rows] += 1
         self._clock[rows] += played.time
         landing = Landing(
-            place=to_delivery(played.last, direction[:, None]),
+            stone=to_delivery(played.last, direction[:, None]),
             in_play=in_play,
             target=self._targets[rows],
-            given=to_delivery(self._given(rows), direction[:, None]),
-            before=before,
-            radius=single.ice.stone.radius,
+            target_stone=to_delivery(self._target_stone(rows), direction[:, None]),
+            target_stone_before=before,
+            stone_radius=single.ice.stone.radius,
         )
         verdict = judge(landing, single.task.is_done(landing))
         facts: dict[str, Any] = {
@@ -265,9 +265,9 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
         }
         return np.asarray(single.weights.total(verdict.parts)), facts
 
-    def _given(self, rows: Indices) -> Floats:
+    def _target_stone(self, rows: Indices) -> Floats:
         """Where the task's given stones lie, (n, 2) sheet frame; NaN where there is none."""
-        if not self.single.task.has_given:
+        if not self.single.task.has_target_stone:
             return np.full((len(rows), 2), np.nan)
         return self._places[rows, 0].copy()
 
@@ -278,7 +278,7 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
         table["y"] = -direction * HOG_LINE_Y
         table["vx"], table["vy"] = velocity_of(throws[:, 0], throws[:, 1], direction)
         table["omega"] = throws[:, 2]
-        table["stone"] = FIRST_OWN + self._played[rows]
+        table["stone"] = FIRST_OWN_STONE + self._played[rows]
         table["clock"], table["order"] = self._clock[rows], self._played[rows]
         before = self._places[rows, :k]
         xy, last = np.empty((len(rows), k + 1, 2)), np.empty((len(rows), 2))
@@ -312,7 +312,7 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
             outcome = self.single.engine.play(
                 Throw(speed=speed, angle=angle, spin=spin).release(
                     Direction(self._directions[i]),
-                    stone=FIRST_OWN + number,
+                    stone=FIRST_OWN_STONE + number,
                     clock=float(self._clock[i]),
                     order=number,
                 ),

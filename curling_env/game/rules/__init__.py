@@ -29,7 +29,7 @@ from curling_env.game.rules.game import (
 from curling_env.game.rules.lines import Lines
 from curling_env.game.rules.rulesets import RULE_SETS, RuleSet, rule_set
 from curling_env.game.rules.scoring import count, score_of, shot_order
-from curling_env.game.rules.stones import Lying, Team
+from curling_env.game.rules.teams import RestingStone, Team
 
 __all__ = [
     "RULE_SETS",
@@ -37,7 +37,7 @@ __all__ = [
     "Fault",
     "Game",
     "Lines",
-    "Lying",
+    "RestingStone",
     "Result",
     "RuleSet",
     "Ruling",

@@ -10,7 +10,7 @@ from curling_env.errors import InputError
 from curling_env.game.rules.free_guard_zone import After, guards, put_out, ticked
 from curling_env.game.rules.lines import Lines
 from curling_env.game.rules.rulesets import RuleSet
-from curling_env.game.rules.stones import Stones, Team
+from curling_env.game.rules.teams import Stones, Team
 
 
 class Fault(StrEnum):

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 
 from curling_env.game.rules.lines import Lines
 from curling_env.game.rules.rulesets import RuleSet
-from curling_env.game.rules.stones import Lying, Stones, Team
+from curling_env.game.rules.teams import RestingStone, Stones, Team
 
-After = Sequence[Lying | None]
+After = Sequence[RestingStone | None]
 """The stones of before, in their order, where they came to rest; None for one that left play."""
 
 

@@ -11,7 +11,7 @@ from curling_env.game.rules.lines import Lines
 from curling_env.game.rules.placement import GuardPlace, Side, placed_stones
 from curling_env.game.rules.rulesets import RuleSet
 from curling_env.game.rules.scoring import hammer_after, score_of
-from curling_env.game.rules.stones import Stones, Team
+from curling_env.game.rules.teams import Stones, Team
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -10,7 +10,7 @@ from typing import Literal
 
 from curling_env.game.rules.lines import HOG_LINE, Lines
 from curling_env.game.rules.rulesets import RuleSet
-from curling_env.game.rules.stones import Lying, Stones, Team
+from curling_env.game.rules.teams import RestingStone, Stones, Team
 from curling_env.sheet import HOUSE_RADIUS, RING_RADII
 
 Side = Literal["left", "right"]
@@ -51,6 +51,6 @@ def placed_stones(
     y = RING_RADII[2] - lines.stone_radius if power_play is None else -lines.stone_radius
     number = rules.stones
     return (
-        Lying(hammer.other, number, x, _MIDWAY + _MARKS[guard]),
-        Lying(hammer, number, x, y),
+        RestingStone(hammer.other, number, x, _MIDWAY + _MARKS[guard]),
+        RestingStone(hammer, number, x, y),
     )

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from curling_env.errors import InputError
-from curling_env.game.rules.stones import STONES_A_TEAM
+from curling_env.game.rules.teams import STONES_PER_TEAM
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,8 +65,8 @@ class RuleSet:
     def __post_init__(self) -> None:
         if not 1 <= self.ends <= 20:
             raise InputError(f"a game has 1 to 20 ends, got {self.ends}")
-        if not 1 <= len(self.throwers) + self.placed_stones <= STONES_A_TEAM:
-            raise InputError(f"a team has 1 to {STONES_A_TEAM} stones, got {len(self.throwers)}")
+        if not 1 <= len(self.throwers) + self.placed_stones <= STONES_PER_TEAM:
+            raise InputError(f"a team has 1 to {STONES_PER_TEAM} stones, got {len(self.throwers)}")
         if self.max_extra_ends is not None and self.max_extra_ends < 0:
             raise InputError(f"max_extra_ends must be at least 0, got {self.max_extra_ends}")
         if not self.measure >= 0:

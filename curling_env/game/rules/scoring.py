@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from curling_env.game.rules.lines import Lines
 from curling_env.game.rules.rulesets import RuleSet
-from curling_env.game.rules.stones import Stones, Team
+from curling_env.game.rules.teams import Stones, Team
 
 
 def shot_order(lines: Lines, stones: Stones) -> Stones:

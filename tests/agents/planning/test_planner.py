@@ -18,7 +18,7 @@ from agents.planning.rollouts import releases_of, roll_out
 from agents.planning.target_search import find_throws
 from curling_env.envs.sheet.action import ThrowRange
 from curling_env.errors import InputError
-from curling_env.game.rules import Lines, Lying, Team, count
+from curling_env.game.rules import Lines, RestingStone, Team, count
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice, save_ice
 from curling_env.physics.one_stone.slide import play_bounds, slide
 from curling_env.sheet import PAPER_SHEET, TEE_Y, Direction, to_delivery
@@ -252,7 +252,7 @@ def test_points_are_those_of_the_rules(rng) -> None:
     points = points_of(places, own, 0.145)
     for position, count_of_it in zip(places, points, strict=True):
         lying = tuple(
-            Lying(team=Team.HOME if mine else Team.AWAY, number=k, x=float(x), y=float(y))
+            RestingStone(team=Team.HOME if mine else Team.AWAY, number=k, x=float(x), y=float(y))
             for k, ((x, y), mine) in enumerate(zip(position, own, strict=True))
             if not np.isnan(x)
         )

@@ -18,22 +18,24 @@ from agents.playing.replay.page import page_of
 from agents.playing.scoreboard import outcome, scoreboard
 from agents.playing.tournament import play_tournament, ratings, wilson
 from curling_env.errors import InputError
-from curling_env.game import STILL, USUAL, Rink
+from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator
 from curling_env.game.rules import Game, Team, rule_set
 
 PLAYERS = {"draw": DrawPlayer, "rulebased": RuleBasedPlayer, "greedy": GreedyPlayer}
 
 
-def rink(ends=2, rules="world_curling_2024", living=USUAL, **settings):
+def simulator(ends=2, rules="world_curling_2024", ice_evolution=TYPICAL_EVOLUTION, **settings):
     settings.setdefault("skills", "elite")
-    return Rink(rules=rule_set(rules, ends=ends), living=living, sweeping=True, **settings)
+    return GameSimulator(
+        rules=rule_set(rules, ends=ends), ice_evolution=ice_evolution, sweeping=True, **settings
+    )
 
 
 @pytest.mark.parametrize("rules", ["world_curling_2024", "mixed_doubles_2024", "digital_curling"])
 @pytest.mark.parametrize("name", PLAYERS)
 def test_every_player_plays_every_rules(name, rules):
     player = PLAYERS[name]()
-    played = play_game(rink(1, rules), (player, DrawPlayer()), seed=1)
+    played = play_game(simulator(1, rules), (player, DrawPlayer()), seed=1)
     assert played.game.is_over
     assert all(d.shot.call.shot for d in played.deliveries)
     faults = [d.shot.ruling.fault for d in played.deliveries if d.shot.team is Team.HOME]
@@ -41,20 +43,26 @@ def test_every_player_plays_every_rules(name, rules):
 
 
 def test_the_draw_player_draws_to_the_button_on_the_ice_it_knows():
-    game = play_game(rink(1, living=STILL, skills="none"), (DrawPlayer(), DrawPlayer()), seed=0)
-    first = game.deliveries[0].shot.lying[0]
+    game = play_game(
+        simulator(1, ice_evolution=NO_EVOLUTION, skills="none"),
+        (DrawPlayer(), DrawPlayer()),
+        seed=0,
+    )
+    first = game.deliveries[0].shot.stones_after[0]
     assert np.hypot(first.x, first.y) < 0.01
     fooled = play_game(
-        rink(1, living=STILL, skills="none", known_ice="fcv1"), (DrawPlayer(), DrawPlayer()), seed=0
+        simulator(1, ice_evolution=NO_EVOLUTION, skills="none", known_ice="fcv1"),
+        (DrawPlayer(), DrawPlayer()),
+        seed=0,
     )
-    lying = fooled.deliveries[0].shot.lying
+    lying = fooled.deliveries[0].shot.stones_after
     assert not lying or np.hypot(lying[0].x, lying[0].y) > 0.05
 
 
 @pytest.mark.parametrize(("better", "games", "ends"), [("rulebased", 8, 4), ("greedy", 4, 2)])
 def test_thinking_pays(better, games, ends):
     table = play_tournament(
-        rink(ends),
+        simulator(ends),
         [PLAYERS[better](), DrawPlayer()],
         games=games,
         seed=3,
@@ -68,7 +76,7 @@ def test_thinking_pays(better, games, ends):
 def test_a_tournament_is_the_same_on_any_number_of_workers():
     def table(workers, seed):
         return play_tournament(
-            rink(1),
+            simulator(1),
             [DrawPlayer(), RuleBasedPlayer()],
             games=4,
             seed=seed,
@@ -85,8 +93,8 @@ def test_a_tournament_is_the_same_on_any_number_of_workers():
 def test_the_same_seed_is_the_same_game():
     runs = [
         lines_of(
-            play_game(rink(1), (RuleBasedPlayer(), GreedyPlayer()), seed=seed, paths=True),
-            rink(1),
+            play_game(simulator(1), (RuleBasedPlayer(), GreedyPlayer()), seed=seed, paths=True),
+            simulator(1),
             ice="standard",
             seed=seed,
         )
@@ -98,16 +106,16 @@ def test_the_same_seed_is_the_same_game():
 
 @pytest.mark.parametrize("rules", ["world_curling_2024", "mixed_doubles_2024"])
 def test_a_record_played_again_is_the_same_game_bit_for_bit(tmp_path, rules):
-    place = rink(3, rules)
+    place = simulator(3, rules)
     played = play_game(place, (RuleBasedPlayer(), DrawPlayer()), seed=6, paths=True)
     path = tmp_path / "game.jsonl"
     write_record(path, played, place, ice="standard", seed=6)
     lines = read_record(path)
-    again = play_again(lines, rink(3, rules))
+    again = play_again(lines, simulator(3, rules))
     assert again.game == played.game
     assert np.array_equal(again.wear, played.deliveries[-1].after.wear)
     with pytest.raises(InputError, match="otherwise"):
-        play_again(lines, rink(3, rules, living=STILL))
+        play_again(lines, simulator(3, rules, ice_evolution=NO_EVOLUTION))
 
 
 def test_a_player_may_give_the_hammer_away_and_the_record_knows():
@@ -115,16 +123,16 @@ def test_a_player_may_give_the_hammer_away_and_the_record_knows():
         def throws_first(self, view):
             return True
 
-    place = rink(1, "mixed_doubles_2024")
+    place = simulator(1, "mixed_doubles_2024")
     played = play_game(place, (First(), First()), seed=6, last_stone=Team.HOME, paths=True)
     assert played.deliveries[0].shot.team is Team.HOME
     assert played.game.hammers[0] is Team.AWAY
     lines = lines_of(played, place, ice="standard", seed=6)
-    assert play_again(lines, rink(1, "mixed_doubles_2024")).game == played.game
+    assert play_again(lines, simulator(1, "mixed_doubles_2024")).game == played.game
 
 
 def test_every_stone_that_moved_has_its_path(tmp_path):
-    place = rink(1)
+    place = simulator(1)
     played = play_game(place, (RuleBasedPlayer(), RuleBasedPlayer()), seed=2, paths=True)
     path = tmp_path / "game.jsonl"
     lines = write_record(path, played, place, ice="standard", seed=2)
@@ -157,7 +165,7 @@ def test_what_is_no_record_is_refused_with_its_place(tmp_path, text, problem):
 
 
 def test_the_page_stands_alone_and_holds_the_record():
-    place = rink(1)
+    place = simulator(1)
     played = play_game(place, (RuleBasedPlayer(), DrawPlayer()), seed=2, paths=True)
     lines = lines_of(played, place, ice="</script><b>", seed=2)
     page = page_of(lines)
@@ -199,7 +207,7 @@ def test_a_game_conceded_ends_at_once():
         def concedes(self, view):
             return True
 
-    match = Match(rink(4, "digital_curling"), (DrawPlayer(), Quitter()), seed=0)
+    match = Match(simulator(4, "digital_curling"), (DrawPlayer(), Quitter()), seed=0)
     deliveries = list(match)
     assert len(deliveries) <= 1
     assert match.game.winner is Team.HOME
@@ -219,7 +227,7 @@ def test_ratings_and_intervals():
     assert wilson(30, 40) == pytest.approx((0.598, 0.858), abs=2e-3)
     with pytest.raises(InputError, match="another name"):
         play_tournament(
-            rink(), [DrawPlayer(), DrawPlayer()], games=1, seed=0, through=lambda x, _: x
+            simulator(), [DrawPlayer(), DrawPlayer()], games=1, seed=0, through=lambda x, _: x
         )
 
 

@@ -13,7 +13,7 @@ import gymnasium as gym
 import pytest
 
 import curling_env
-from curling_env.envs.game.end import CurlingEndEnv
+from curling_env.envs.game.end_env import CurlingEndEnv
 from curling_env.envs.game.reward import GameRewardParts
 from curling_env.envs.sheet.env import CurlingSheetEnv
 from curling_env.envs.sheet.reward import RewardParts

@@ -6,7 +6,7 @@ import os
 
 import numpy as np
 
-from curling_env.game import USUAL, Call, Rink
+from curling_env.game import TYPICAL_EVOLUTION, Call, GameSimulator
 from curling_env.game.rules import RULE_SETS, Team
 from curling_env.throw import Throw
 
@@ -19,17 +19,17 @@ def test_ends_by_random_hands():
     names = sorted(RULE_SETS)
     played = 0
     while played < ENDS:
-        rink = Rink(
+        simulator = GameSimulator(
             rng.choice(["standard", "fcv1", "paper"]),
             rules=names[played % len(names)],
             skills="club",
-            living=USUAL,
+            ice_evolution=TYPICAL_EVOLUTION,
             sweeping=True,
         )
-        reach = 1.4 if rink.ice.stone.radius < 0.14 else 2.6
-        state = rink.new_game(int(rng.integers(2**31)), last_stone=Team(int(rng.integers(2))))
+        reach = 1.4 if simulator.ice.stone.radius < 0.14 else 2.6
+        state = simulator.new_game(int(rng.integers(2**31)), last_stone=Team(int(rng.integers(2))))
         while not state.game.is_over and len(state.game.line_score) < 12 and played < ENDS:
-            state = rink.begin_end(state)
+            state = simulator.begin_end(state)
             while state.game.end is not None:
                 throw = Throw(
                     speed=float(rng.uniform(0.5, 1.5) * reach),
@@ -37,8 +37,8 @@ def test_ends_by_random_hands():
                     spin=float(rng.uniform(-4, 4)),
                     x=float(rng.uniform(-0.3, 0.3)),
                 )
-                state, shot = rink.play(state, Call(throw=throw))
-                places = np.array([(s.x, s.y) for s in shot.lying]).reshape(-1, 2)
+                state, shot = simulator.play(state, Call(throw=throw))
+                places = np.array([(s.x, s.y) for s in shot.stones_after]).reshape(-1, 2)
                 assert np.isfinite(places).all()
                 before = 0.5 * shot.thrown.speed**2
                 for stone, status in zip(shot.outcome.stones, shot.outcome.status, strict=True):
@@ -47,5 +47,5 @@ def test_ends_by_random_hands():
                 assert before >= 0  # no more energy left the sheet than was thrown onto it
             home, away = state.game.line_score[-1]
             assert min(home, away) == 0
-            assert max(home, away) <= rink.rules.most_points
+            assert max(home, away) <= simulator.rules.most_points
             played += 1

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curling_env.game import Call, LivingIce, Rink
-from curling_env.game.living_ice import prepared
+from curling_env.game import Call, GameSimulator, IceEvolution
+from curling_env.game.ice_evolution import ice_for_game
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
 from curling_env.physics.one_stone.slide import slide
 from curling_env.physics.session import slides_in_turn
@@ -134,15 +134,15 @@ def test_a_mirrored_session_ends_in_the_mirror_image():
 def test_the_game_wears_its_ice_as_a_session_does():
     """Lone stones of a game and the same releases in a session: the same map, the same rests."""
     ice = load_ice("standard")
-    rink = Rink(ice, living=LivingIce(wear=ALONG))
-    state = rink.begin_end(rink.new_game(0))
+    simulator = GameSimulator(ice, ice_evolution=IceEvolution(wear=ALONG))
+    state = simulator.begin_end(simulator.new_game(0))
     light = Throw(speed=1.2, angle=-0.02, spin=1.5)  # hogged, and removed: the next one is alone
     throws, rests = [], []
     for k in range(5):
         throws.append(light.release(order=k, stone=k, clock=state.clock))
-        state, shot = rink.play(state, Call(throw=light))
+        state, shot = simulator.play(state, Call(throw=light))
         rests.append([shot.outcome.stones[-1].x, shot.outcome.stones[-1].y])
-    lively = prepared(ice, rink.living, 0, sweeping=False)
+    lively = ice_for_game(ice, simulator.ice_evolution, 0, sweeping=False)
     runs = list(slides_in_turn(lively, throws, fps=PATH_FPS))
     assert np.array([[run.x, run.y] for run in runs]) == pytest.approx(np.array(rests), abs=1e-9)
     paths = [run.trajectory.xy for run in runs if run.trajectory is not None]
@@ -150,12 +150,15 @@ def test_the_game_wears_its_ice_as_a_session_does():
 
 
 def test_an_ice_that_wears_along_paths_does_so_in_a_game_that_is_otherwise_still():
-    rink = Rink(WEARING)
-    state = rink.begin_end(rink.new_game(0))
-    state, _ = rink.play(state, Call(throw=DRAW))
+    simulator = GameSimulator(WEARING)
+    state = simulator.begin_end(simulator.new_game(0))
+    state, _ = simulator.play(state, Call(throw=DRAW))
     assert state.wear is not None
     assert state.wear.min() < 0
-    assert wear_along_path(prepared(WEARING, LivingIce(wear=ALONG), 0, sweeping=False)) == 2 * ALONG
+    assert (
+        wear_along_path(ice_for_game(WEARING, IceEvolution(wear=ALONG), 0, sweeping=False))
+        == 2 * ALONG
+    )
 
 
 def test_ice_that_does_not_wear_along_paths_remembers_nothing():

@@ -18,7 +18,7 @@ from agents.playing.search.positions import SLOTS, points_of
 from agents.playing.search.value_network import MOST, Network
 from agents.playing.trained_player import player_from
 from curling_env.errors import InputError
-from curling_env.game import Rink, player_named
+from curling_env.game import GameSimulator, player_named
 from curling_env.game.rules import rule_set
 from curling_env.game.rules.lines import Lines
 
@@ -105,8 +105,10 @@ def test_the_model_plays_a_game(league: tuple[Path, list[str]]) -> None:
     folder, _ = league
     player = player_from(str(folder / "model.npz"))
     assert player.name == folder.name
-    rink = Rink("standard", rules=rule_set("world_curling_2024", ends=1), skills="elite")
-    played = play_game(rink, (player, player_named("draw")), seed=3)
+    simulator = GameSimulator(
+        "standard", rules=rule_set("world_curling_2024", ends=1), skills="elite"
+    )
+    played = play_game(simulator, (player, player_named("draw")), seed=3)
     assert len(played.deliveries) >= 16
     assert len({delivery.shot.call.shot for delivery in played.deliveries[:16:2]}) > 1
 

@@ -14,9 +14,9 @@ from agents.playing.players.rulebased import RuleBasedPlayer
 from agents.playing.record import read_record, write_record
 from agents.playing.replay.film import FPS, HOLD, deliveries_of, frames_of, write_film
 from curling_env.errors import InputError
-from curling_env.game import USUAL, Rink
+from curling_env.game import TYPICAL_EVOLUTION, GameSimulator
 from curling_env.game.rules import rule_set
-from curling_env.render import SheetPicture
+from curling_env.render import SheetRenderer
 from curling_env.sheet import Direction
 
 SPEED = 100.0
@@ -24,11 +24,13 @@ SPEED = 100.0
 
 @pytest.fixture(scope="module")
 def record(tmp_path_factory):
-    rink = Rink(rules=rule_set("world_curling_2024", ends=2), living=USUAL, skills="club")
-    played = play_game(rink, (RuleBasedPlayer(), DrawPlayer()), seed=3, paths=True)
+    simulator = GameSimulator(
+        rules=rule_set("world_curling_2024", ends=2), ice_evolution=TYPICAL_EVOLUTION, skills="club"
+    )
+    played = play_game(simulator, (RuleBasedPlayer(), DrawPlayer()), seed=3, paths=True)
     path = tmp_path_factory.mktemp("game") / "game.jsonl"
-    write_record(path, played, rink, ice="standard", seed=3)
-    return path, read_record(path), rink
+    write_record(path, played, simulator, ice="standard", seed=3)
+    return path, read_record(path), simulator
 
 
 def nearest(scene, stone):
@@ -42,9 +44,9 @@ def nearest(scene, stone):
 
 
 def test_frames_show_the_stones_where_the_record_has_them(record, monkeypatch):
-    _, lines, rink = record
-    monkeypatch.setattr(SheetPicture, "draw", lambda self, scene: scene)
-    shown = [(number, scene) for number, scene in frames_of(lines, rink.ice, speed=SPEED)]
+    _, lines, simulator = record
+    monkeypatch.setattr(SheetRenderer, "draw", lambda self, scene: scene)
+    shown = [(number, scene) for number, scene in frames_of(lines, simulator.ice, speed=SPEED)]
     assert {number for number, _ in shown} == set(range(len(lines) - 2))
     headings = {}
     for number, line in enumerate(lines[1:-1]):
@@ -62,10 +64,11 @@ def test_frames_show_the_stones_where_the_record_has_them(record, monkeypatch):
 
 
 def test_an_end_can_be_shown_alone_and_faster(record, monkeypatch):
-    monkeypatch.setattr(SheetPicture, "draw", lambda self, scene: scene)
-    _, lines, rink = record
+    monkeypatch.setattr(SheetRenderer, "draw", lambda self, scene: scene)
+    _, lines, simulator = record
     slow, fast = (
-        sum(1 for _ in frames_of(lines, rink.ice, ends=[2], speed=speed)) for speed in (50, 100)
+        sum(1 for _ in frames_of(lines, simulator.ice, ends=[2], speed=speed))
+        for speed in (50, 100)
     )
     held = round(HOLD * FPS)
     deliveries = deliveries_of(lines, [2])
@@ -78,15 +81,15 @@ def test_an_end_can_be_shown_alone_and_faster(record, monkeypatch):
 
 
 def test_the_command_writes_a_film_that_plays(record, curling, tmp_path):
-    path, lines, rink = record
+    path, lines, simulator = record
     film = tmp_path / "end.mp4"
     assert curling("replay", path, "--end", 1, "--speed", 100, "-o", film).status == 0
     capture = cv2.VideoCapture(str(film))
     count = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
-    assert count == sum(1 for _ in frames_of(lines, rink.ice, ends=[1], speed=100))
+    assert count == sum(1 for _ in frames_of(lines, simulator.ice, ends=[1], speed=100))
     _, frame = capture.read()
-    assert frame.shape[:2] == SheetPicture.size[::-1]
-    blank = SheetPicture(rink.ice, Direction.AWAY)
+    assert frame.shape[:2] == SheetRenderer.size[::-1]
+    blank = SheetRenderer(simulator.ice, Direction.AWAY)
     assert blank.size == frame.shape[1::-1]
     # OpenCV's films are blue first: the house's outer ring is blue, not red.
     assert (frame[..., 0].astype(int) - frame[..., 2] > 60).sum() > 10_000
@@ -119,9 +122,9 @@ def test_what_makes_no_sense_is_refused_and_leaves_no_file(
 
 
 def test_a_record_without_a_path_is_refused_with_its_place(record, tmp_path):
-    _, lines, rink = record
+    _, lines, simulator = record
     broken = json.loads(json.dumps(lines))
     broken[1]["paths"] = []
     with pytest.raises(InputError, match="end 1, stone 1"):
-        list(write_film(tmp_path / "film.mp4", broken, rink.ice, speed=SPEED))
+        list(write_film(tmp_path / "film.mp4", broken, simulator.ice, speed=SPEED))
     assert not list(tmp_path.iterdir())

@@ -12,7 +12,7 @@ from agents.playing.players.draw import DrawPlayer
 from agents.playing.players.rulebased import RuleBasedPlayer
 from agents.playing.record import lines_of
 from agents.playing.replay.page import write_page
-from curling_env.game import USUAL, Rink
+from curling_env.game import TYPICAL_EVOLUTION, GameSimulator
 from curling_env.game.rules import rule_set
 from curling_env.sheet import TEE_Y
 
@@ -22,11 +22,14 @@ HOME, AWAY = (206, 38, 50), (244, 190, 32)
 
 @pytest.fixture(scope="module")
 def game(tmp_path_factory):
-    rink = Rink(
-        rules=rule_set("world_curling_2024", ends=2), living=USUAL, skills="club", sweeping=True
+    simulator = GameSimulator(
+        rules=rule_set("world_curling_2024", ends=2),
+        ice_evolution=TYPICAL_EVOLUTION,
+        skills="club",
+        sweeping=True,
     )
-    played = play_game(rink, (RuleBasedPlayer(), DrawPlayer()), seed=3, paths=True)
-    lines = lines_of(played, rink, ice="standard", seed=3)
+    played = play_game(simulator, (RuleBasedPlayer(), DrawPlayer()), seed=3, paths=True)
+    lines = lines_of(played, simulator, ice="standard", seed=3)
     # A name is shown, never run.
     lines[0]["home"] = "<b>Anna & co</b></script>"
     path = tmp_path_factory.mktemp("page") / "game.html"

@@ -20,8 +20,8 @@ from agents.playing.search.value_network import SCORES, load_network
 from agents.playing.search.win_probability import Winning
 from agents.playing.trained_player import player_from
 from curling_env.errors import InputError
-from curling_env.game import STILL, USUAL, GameState, Rink, View
-from curling_env.game.rules import End, Lying, Team, count, rule_on, rule_set, score_of
+from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator, GameState, PlayerView
+from curling_env.game.rules import End, RestingStone, Team, count, rule_on, rule_set, score_of
 from curling_env.game.rules.delivery import Fault, Result
 from curling_env.game.rules.lines import Lines
 from curling_env.ice import Ice, load_ice
@@ -40,33 +40,33 @@ def player():
     return SearchPlayer(BUDGET)
 
 
-def view_of(stones, *, delivered=15, lead=0, ends_left=4, skill="elite", seed=1) -> View:
+def view_of(stones, *, delivered=15, lead=0, ends_left=4, skill="elite", seed=1) -> PlayerView:
     """The view of the home team, which has the hammer and is about to deliver."""
-    rink = Rink(rules=FOURS, skills=skill, living=STILL)
+    simulator = GameSimulator(rules=FOURS, skills=skill, ice_evolution=NO_EVOLUTION)
     played = FOURS.ends - ends_left
     scores = [(max(lead, 0), max(-lead, 0)), *[(0, 0)] * played][:played]
     hammer = Team.HOME if delivered % 2 else Team.AWAY
     end = End(number=played, hammer=hammer, stones=tuple(stones), delivered=delivered)
     game = replace(
-        rink.new_game(0).game, end=end, line_score=tuple(scores), hammers=(Team.HOME,) * played
+        simulator.new_game(0).game, end=end, line_score=tuple(scores), hammers=(Team.HOME,) * played
     )
     assert game.lead(Team.HOME) == lead
     assert game.ends_left == ends_left
-    return rink.view(GameState(game=game, seed=seed, throws=delivered))
+    return simulator.view(GameState(game=game, seed=seed, throws=delivered))
 
 
-def played(view: View, call, trials=40):
+def played(view: PlayerView, call, trials=40):
     """Games after the call, with other luck each time."""
-    rink = Rink(rules=FOURS, skills=view.skill, living=STILL)
-    return [rink.play(GameState(game=view.game, seed=900 + k), call) for k in range(trials)]
+    simulator = GameSimulator(rules=FOURS, skills=view.skill, ice_evolution=NO_EVOLUTION)
+    return [simulator.play(GameState(game=view.game, seed=900 + k), call) for k in range(trials)]
 
 
 def home(number, x, y):
-    return Lying(Team.HOME, number, x, y)
+    return RestingStone(Team.HOME, number, x, y)
 
 
 def away(number, x, y):
-    return Lying(Team.AWAY, number, x, y)
+    return RestingStone(Team.AWAY, number, x, y)
 
 
 # --- what it chooses ------------------------------------------------------------------------------
@@ -118,15 +118,17 @@ def test_the_same_seed_is_the_same_choice_and_another_player_object_changes_noth
     view = view_of([away(0, 0.2, 0.3), home(0, -0.8, 0.2)], delivered=11)
     first, again = player.choices(view), SearchPlayer(BUDGET).choices(view)
     assert first == again
-    other = replace(view, lot=(view.lot[0] + 1, *view.lot[1:]))
+    other = replace(view, entropy=(view.entropy[0] + 1, *view.entropy[1:]))
     assert player.choices(other) != first
 
 
 def test_it_does_not_know_its_own_luck(player):
     """The error that the game will give the throw is none of those that the search tries."""
     view = view_of([], delivered=15, seed=5)
-    rink = Rink(rules=FOURS, skills="elite", living=STILL)
-    luck = rink.executed(Throw(speed=2.0), view.skill, GameState(game=view.game, seed=5, throws=15))
+    simulator = GameSimulator(rules=FOURS, skills="elite", ice_evolution=NO_EVOLUTION)
+    luck = simulator.with_execution_error(
+        Throw(speed=2.0), view.skill, GameState(game=view.game, seed=5, throws=15)
+    )
     tried = view.rng().standard_normal((3000, 3)) * view.skill.sigma_speed
     assert np.abs(tried[:, 0] - (luck.speed - 2.0)).min() > 1e-12
 
@@ -166,8 +168,13 @@ def test_options_are_read_and_refused():
 
 @pytest.mark.parametrize("rules", ALL_RULES)
 def test_an_end_of_every_rules_is_played_without_a_fault(rules):
-    rink = Rink(rules=rule_set(rules, ends=1), skills="elite", living=USUAL, sweeping=True)
-    game = play_game(rink, (SearchPlayer(150), DrawPlayer()), seed=1)
+    simulator = GameSimulator(
+        rules=rule_set(rules, ends=1),
+        skills="elite",
+        ice_evolution=TYPICAL_EVOLUTION,
+        sweeping=True,
+    )
+    game = play_game(simulator, (SearchPlayer(150), DrawPlayer()), seed=1)
     faults = [d.shot.ruling.fault for d in game.deliveries if d.shot.team is Team.HOME]
     assert game.game.is_over
     assert sum(f in (Fault.FREE_GUARD_ZONE, Fault.EARLY_TAKEOUT) for f in faults) <= 1
@@ -176,11 +183,15 @@ def test_an_end_of_every_rules_is_played_without_a_fault(rules):
 
 def test_it_outscores_the_draw_player_blind():
     """Two games of four ends, one with the hammer first: half a point an end at the least."""
-    rink = Rink(rules=rule_set("world_curling_2024", ends=4), skills="elite", living=USUAL)
+    simulator = GameSimulator(
+        rules=rule_set("world_curling_2024", ends=4),
+        skills="elite",
+        ice_evolution=TYPICAL_EVOLUTION,
+    )
     lead = ends = 0
     for seed in range(2):
         pair = SearchPlayer(600), DrawPlayer()
-        game = play_game(rink, pair, seed=70 + seed, last_stone=Team(seed)).game
+        game = play_game(simulator, pair, seed=70 + seed, last_stone=Team(seed)).game
         lead, ends = lead + game.lead(Team.HOME), ends + len(game.line_score)
     assert lead / ends > 0.5
 
@@ -221,7 +232,7 @@ def test_many_positions_are_ruled_on_as_one_is(rules, delivered):
     faults = 0
     for k in range(120):
         lying = [
-            Lying(Team(slot // 8), slot % 8, *before[k, slot])
+            RestingStone(Team(slot // 8), slot % 8, *before[k, slot])
             for slot in range(SLOTS)
             if np.isfinite(before[k, slot, 0])
         ]
@@ -229,7 +240,7 @@ def test_many_positions_are_ruled_on_as_one_is(rules, delivered):
         now = [
             None
             if np.isnan(after[k, slot, 0])
-            else Lying(Team(slot // 8), slot % 8, *after[k, slot])
+            else RestingStone(Team(slot // 8), slot % 8, *after[k, slot])
             for slot in where
         ]
         ruling = rule_on(
@@ -390,7 +401,7 @@ def test_points_are_counted_as_by_the_rules():
     rng = np.random.default_rng(9)
     for k, position in enumerate(positions(rng, 60, 14)):
         lying = [
-            Lying(Team(slot // 8), slot % 8, *position[slot])
+            RestingStone(Team(slot // 8), slot % 8, *position[slot])
             for slot in range(SLOTS)
             if np.isfinite(position[slot, 0])
         ]

@@ -17,10 +17,10 @@ from pettingzoo.test import (
 )
 
 import curling_env
-from curling_env.envs.game.action import Orders
+from curling_env.envs.game.action import TeamDecisions
 from curling_env.envs.game.reward import GameRewardWeights
 from curling_env.errors import InputError
-from curling_env.game import USUAL, Call, GameState
+from curling_env.game import TYPICAL_EVOLUTION, Call, GameState
 from curling_env.game.rules import Team
 from curling_env.game.rules.delivery import Fault
 from curling_env.physics.one_stone.aim import Aim
@@ -38,7 +38,7 @@ def test_api():
 
 
 def test_seeds():
-    seed_test(lambda: curling_v0.env(ends=2, living=USUAL), num_cycles=20)
+    seed_test(lambda: curling_v0.env(ends=2, ice_evolution=TYPICAL_EVOLUTION), num_cycles=20)
     parallel_seed_test(lambda: curling_v0.parallel_env(ends=1), num_cycles=20)
 
 
@@ -52,7 +52,7 @@ def test_parallel_api():
 
 def test_render(monkeypatch):
     pytest.importorskip("pygame")
-    monkeypatch.setattr("curling_env.envs.game.view.WINDOW_SPEED", 200.0)
+    monkeypatch.setattr("curling_env.envs.game.rendering.WINDOW_SPEED", 200.0)
     render_test(lambda render_mode=None: curling_v0.env(ends=1, render_mode=render_mode))
 
 
@@ -134,20 +134,20 @@ def ticked(put_back):
     """A game in which away guards, and home ticks the guard off the centre line."""
     env = curling_v0.env(ends=1, skill="none", choices="action").unwrapped
     env.reset(seed=0, options={"last_stone": "home"})
-    aim = Aim(env.rink.ice, Direction.AWAY)
+    aim = Aim(env.simulator.ice, Direction.AWAY)
     guard = Call(throw=aim.draw(0.0, -3.0, 1.5))
-    env.step(env.action.action_of(guard, Orders(put_back=put_back)))
+    env.step(env.action.action_of(guard, TeamDecisions(put_back=put_back)))
     for off in (0.24, 0.26, 0.22, 0.27):
         before = env.state
         weight = 1.02 * aim.draw(0.0, 0.0, 1.5).speed
         tick = Call(throw=aim.through(off, -3.0, weight, 1.5))
-        # What home orders says nothing about what away wants of home's tick.
-        env.step(env.action.action_of(tick, Orders(put_back=not put_back)))
+        # What home decisions says nothing about what away wants of home's tick.
+        env.step(env.action.action_of(tick, TeamDecisions(put_back=not put_back)))
         shot = env.infos["home"]["shot"]
         if shot.ruling.fault is Fault.NO_TICK:
             return before, env.state, shot
         env.state = before
-        env._orders[Team.AWAY] = Orders(put_back=put_back)
+        env._decisions[Team.AWAY] = TeamDecisions(put_back=put_back)
     raise AssertionError("no throw ticked the guard")
 
 
@@ -171,10 +171,10 @@ def test_a_power_play_is_had_when_ordered_and_once():
         had.append((end.number, end.power_play, env.state.game.power_plays))
         # Stones that never reach the house but for home's: away decides on the second end.
         home = env.agent_selection == "home"
-        throw = Aim(env.rink.ice, Direction.AWAY).draw(0.9, 0.0, 1.5) if home else None
+        throw = Aim(env.simulator.ice, Direction.AWAY).draw(0.9, 0.0, 1.5) if home else None
         action = np.float32([-1, 0, 0, 0, 0, -1, -1])
         if throw is not None:
-            action = env.action.action_of(Call(throw=throw), Orders(power_play="right"))
+            action = env.action.action_of(Call(throw=throw), TeamDecisions(power_play="right"))
         action[4] = 1.0
         env.step(action)
     sides = {number: (side, teams) for number, side, teams in had}
@@ -189,8 +189,8 @@ SLIPPED = Call(throw=Throw(speed=1.0))
 """A stone that never reaches the far hog line."""
 
 
-def ordered(env, orders):
-    return env.action.action_of(SLIPPED, orders)
+def ordered(env, decisions):
+    return env.action.action_of(SLIPPED, decisions)
 
 
 @pytest.mark.parametrize("first", [True, False])
@@ -203,7 +203,7 @@ def test_who_decides_may_give_the_hammer_away(first):
     assert env.state.game.end.hammer is (Team.AWAY if first else Team.HOME)
     assert env.agent_selection == ("home" if first else "away")
     while env.state.game.end.number == 0:
-        env.step(ordered(env, Orders(throw_first=first)))
+        env.step(ordered(env, TeamDecisions(throw_first=first)))
     decides = env.state.game.last_stone
     assert env.state.game.end.hammer is (decides.other if first else decides)
     game = curling_v0.env()
@@ -218,9 +218,9 @@ def test_a_team_concedes_where_the_rules_allow_it_and_only_there():
         env.reset(seed=0, options={"last_stone": "home"})
         game = env.unwrapped
         for _ in range(3):
-            env.step(ordered(game, Orders()))
+            env.step(ordered(game, TeamDecisions()))
         assert env.agent_selection == "home"
-        env.step(ordered(game, Orders(concede=True)))
+        env.step(ordered(game, TeamDecisions(concede=True)))
         state = game.state.game
         assert state.is_over is allowed
         if not allowed:

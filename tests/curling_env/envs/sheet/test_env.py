@@ -12,8 +12,8 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import curling_env  # noqa: F401  (registers the environments)
-from curling_env.envs.sheet.action import ThrowRange, throws_on, weight_to
-from curling_env.envs.sheet.observation import BANDS, knowledge
+from curling_env.envs.sheet.action import ThrowRange, throw_range_for, weight_to
+from curling_env.envs.sheet.observation import BANDS, ice_features
 from curling_env.envs.sheet.reward import RewardWeights
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice, save_ice
@@ -108,12 +108,12 @@ def test_weights_are_found_for_the_ice(ice):
     y = TEE_Y
     alone = slide(ice, Throw(speed=weight_to(ice, y)).release())
     assert alone.y == pytest.approx(y, abs=0.1)
-    draws, hits = (throws_on(ice, Direction.AWAY, hits=hits) for hits in (False, True))
+    draws, hits = (throw_range_for(ice, Direction.AWAY, hits=hits) for hits in (False, True))
     assert draws.speed[0] < weight_to(ice, y) < draws.speed[1] < hits.speed[1]
 
 
 def test_ice_too_heavy_to_throw_on_still_has_a_range():
-    assert throws_on(Ice.uniform(0.5), Direction.AWAY, hits=True).speed[1] <= 6.0
+    assert throw_range_for(Ice.uniform(0.5), Direction.AWAY, hits=True).speed[1] <= 6.0
 
 
 @pytest.mark.parametrize(
@@ -267,8 +267,8 @@ def test_the_range_of_actions_tells_nothing_of_the_true_ice():
 
 def test_heavy_bands_are_seen_where_they_are():
     names = [f"{band + 1} {lane}" for band in range(BANDS) for lane in ("left", "middle", "right")]
-    away = dict(zip(names, knowledge(uneven(), Direction.AWAY)[1:], strict=False))
-    home = dict(zip(names, knowledge(uneven(), Direction.HOME)[1:], strict=False))
+    away = dict(zip(names, ice_features(uneven(), Direction.AWAY)[1:], strict=False))
+    home = dict(zip(names, ice_features(uneven(), Direction.HOME)[1:], strict=False))
     assert away["8 left"] > 0.3 > 0 > away["8 right"]
     assert away["1 left"] < 0
     assert home["1 right"] > 0.05
@@ -277,7 +277,9 @@ def test_heavy_bands_are_seen_where_they_are():
 
 def test_effects_are_known_and_slopes_turn_with_the_direction():
     slope = ActiveEffect(name="slope", parameters={"x": 1e-3, "y": -5e-4})
-    away, home = (knowledge(load_ice("standard").with_effect(slope), end)[-7:] for end in Direction)
+    away, home = (
+        ice_features(load_ice("standard").with_effect(slope), end)[-7:] for end in Direction
+    )
     np.testing.assert_allclose(away[:5], [0.25, 0.41, 0.2, 0.475, 0.23], atol=1e-3)
     np.testing.assert_allclose(away[5:], [0.5, -0.25])
     np.testing.assert_allclose(home[5:], [-0.5, 0.25])

@@ -10,9 +10,14 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import curling_env  # noqa: F401  (registers the environments)
-from curling_env.envs.sheet.curriculum import Curriculum, Progress, RisingLevel, RisingLevels
+from curling_env.envs.sheet.curriculum import (
+    Curriculum,
+    CurriculumProgress,
+    CurriculumWrapper,
+    VectorCurriculumWrapper,
+)
 from curling_env.envs.sheet.reward import PARTS, RewardWeights
-from curling_env.envs.sheet.tasks import TASKS, Takeout
+from curling_env.envs.sheet.tasks import TASKS, TakeoutTask
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.physics.one_stone.aim import Aim
@@ -123,11 +128,11 @@ def test_weights_are_the_tasks_unless_others_are_asked_for():
 
 
 def test_a_task_of_ones_own_serves_in_place_of_a_name():
-    class OutTheBack(Takeout):
+    class OutTheBack(TakeoutTask):
         def is_done(self, landing):
-            return landing.is_out & (landing.place[..., 1] < 0)
+            return landing.is_out & (landing.stone[..., 1] < 0)
 
-    env = make(task=OutTheBack(name="out_the_back", centre=(0.0, 0.3)))
+    env = make(task=OutTheBack(name="out_the_back", easiest_goal=(0.0, 0.3)))
     env.reset(seed=0)
     shot = AIM.through(0.01, 0.3, 1.4 * button_weight(), SPIN)
     assert throw(env, shot)[4]["success"] is False
@@ -148,7 +153,7 @@ def positions(env, level, seeds=40):
 @pytest.mark.parametrize("name", TASKS)
 def test_levels_go_from_the_easiest_position_to_anywhere(name):
     env = make(task=name, stones=6, direction="random")
-    given = TASKS[name].has_given
+    given = TASKS[name].has_target_stone
     (easy, few), (middle, some), (hard, many) = (positions(env, v) for v in (0.0, 0.5, 1.0))
     assert np.ptp(easy, axis=0) == pytest.approx((0, 0))
     assert (few == given).all()
@@ -160,19 +165,21 @@ def test_levels_go_from_the_easiest_position_to_anywhere(name):
 
 
 def test_a_curriculum_rises_with_success_and_falls_without():
-    progress = Progress(Curriculum(start=0.2, step=0.2, window=10))
-    assert progress.note([True] * 9) == pytest.approx(0.2)
-    assert progress.note([True]) == pytest.approx(0.4)
-    assert progress.note([True, False] * 20) == pytest.approx(0.4)
-    assert progress.note([False] * 30) < 0.2
-    assert progress.note([True] * 200) == 1.0
-    assert progress.note([False] * 200) == 0.0
+    progress = CurriculumProgress(Curriculum(start=0.2, step=0.2, window=10))
+    assert progress.update([True] * 9) == pytest.approx(0.2)
+    assert progress.update([True]) == pytest.approx(0.4)
+    assert progress.update([True, False] * 20) == pytest.approx(0.4)
+    assert progress.update([False] * 30) < 0.2
+    assert progress.update([True] * 200) == 1.0
+    assert progress.update([False] * 200) == 0.0
     with pytest.raises(InputError, match="easier"):
         Curriculum(harder=0.2)
 
 
 def test_sheets_go_through_a_curriculum():
-    env = RisingLevel(gymnasium.make("CurlingSheet-v0", stones=3), Curriculum(step=0.5, window=2))
+    env = CurriculumWrapper(
+        gymnasium.make("CurlingSheet-v0", stones=3), Curriculum(step=0.5, window=2)
+    )
     button = env.unwrapped.action_of(AIM.draw(0.0, 0.0, SPIN))
     for _ in range(2):
         env.reset(seed=0, options={"target": (0.0, 0.0), "stones": ()})
@@ -180,13 +187,13 @@ def test_sheets_go_through_a_curriculum():
     assert env.progress.level == env.unwrapped.level == 0.5
     for mode in ("NextStep", "SameStep"):
         sheets = gymnasium.make_vec("CurlingSheet-v0", num_envs=4, autoreset_mode=mode)
-        many = RisingLevels(sheets, Curriculum(step=0.5, window=4))
+        many = VectorCurriculumWrapper(sheets, Curriculum(step=0.5, window=4))
         many.reset(seed=0)
         on_button = many.unwrapped.single.action_of(AIM.draw(0.0, 0.0, SPIN))
         many.step(np.tile(on_button, (4, 1)))
         assert many.unwrapped.level == many.progress.level == 0.5
     with pytest.raises(InputError, match="CurlingSheet-v0"):
-        RisingLevel(gymnasium.make("CurlingEnd-v0"))
+        CurriculumWrapper(gymnasium.make("CurlingEnd-v0"))
 
 
 # --- one sheet and many ---------------------------------------------------------------------------

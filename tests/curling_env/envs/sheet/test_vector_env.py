@@ -18,7 +18,7 @@ from curling_env.sheet import TEE_Y, Direction
 
 N = 6
 ROUNDING = 1e-12
-"""Lone throws are the same slide; what is told of them is rounded in other orders."""
+"""Lone throws are the same slide; what is told of them is rounded in other decisions."""
 HIT = 1e-4
 """Distance within which the two ways put stones to rest that have met [m]."""
 MODES = ("NextStep", "SameStep")

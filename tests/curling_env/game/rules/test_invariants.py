@@ -11,7 +11,7 @@ from curling_env.game.rules import (
     RULE_SETS,
     Fault,
     Lines,
-    Lying,
+    RestingStone,
     Result,
     Team,
     begin_end,
@@ -34,11 +34,11 @@ teams = st.sampled_from(Team)
 
 
 @st.composite
-def positions(draw: st.DrawFn, most: int = 15) -> tuple[Lying, ...]:
+def positions(draw: st.DrawFn, most: int = 15) -> tuple[RestingStone, ...]:
     handles = draw(
         st.lists(st.tuples(teams, st.integers(0, 7)), unique=True, min_size=0, max_size=most)
     )
-    return tuple(Lying(team, number, *draw(places)) for team, number in handles)
+    return tuple(RestingStone(team, number, *draw(places)) for team, number in handles)
 
 
 @given(positions(16), rule_sets)
@@ -65,12 +65,14 @@ def deliveries(draw: st.DrawFn):
     before = draw(positions())
     after = tuple(
         draw(
-            st.one_of(st.just(s), st.none(), places.map(lambda p, s=s: Lying(s.team, s.number, *p)))
+            st.one_of(
+                st.just(s), st.none(), places.map(lambda p, s=s: RestingStone(s.team, s.number, *p))
+            )
         )
         for s in before
     )
     team = draw(teams)
-    thrown = draw(st.one_of(st.none(), places.map(lambda p: Lying(team, 7, *p))))
+    thrown = draw(st.one_of(st.none(), places.map(lambda p: RestingStone(team, 7, *p))))
     return before, team, draw(st.integers(0, 15)), Result((*after, thrown), draw(st.booleans()))
 
 
@@ -113,7 +115,7 @@ def test_a_game_ends_and_every_stone_is_thrown_in_turn(rules, ends, last_stone, 
             thrown[end.to_throw] += 1
             stone = None
             if random.random() < 0.5:
-                stone = Lying(
+                stone = RestingStone(
                     end.to_throw, end.number_of_stone, random.uniform(-2, 2), random.uniform(-3, 1)
                 )
             game, _ = deliver(game, Result((*end.stones, stone), False))

@@ -11,7 +11,7 @@ import yaml
 from curling_env.errors import InputError
 from curling_env.game.rules import (
     Game,
-    Lying,
+    RestingStone,
     Result,
     Team,
     begin_end,
@@ -36,12 +36,12 @@ def by_clause(kind: str) -> Any:
     )
 
 
-def lying(name: str, place: list[float]) -> Lying:
+def lying(name: str, place: list[float]) -> RestingStone:
     team, number = name.split()
-    return Lying(Team[team.upper()], int(number) - 1, *place)
+    return RestingStone(Team[team.upper()], int(number) - 1, *place)
 
 
-def stones_of(places: dict[str, list[float]]) -> tuple[Lying, ...]:
+def stones_of(places: dict[str, list[float]]) -> tuple[RestingStone, ...]:
     return tuple(lying(name, place) for name, place in places.items())
 
 
@@ -58,10 +58,10 @@ def test_ruling(case: dict[str, Any]) -> None:
     if delivered_name in before:  # a curler does not count those long gone
         delivered_name = f"{team.label} 8"
 
-    def now(name: str, place: Any) -> Lying | None:
+    def now(name: str, place: Any) -> RestingStone | None:
         return None if place == "out" else lying(name, place)
 
-    def position(places: dict[str, Any]) -> set[Lying]:
+    def position(places: dict[str, Any]) -> set[RestingStone]:
         return {
             lying(delivered_name, place)
             if name == "delivered"
@@ -106,7 +106,7 @@ def play_end(game: Game, home: int, away: int) -> Game:
         counts = game.rules.stones - end.number_of_stone <= points
         place = None
         if counts:
-            place = Lying(team, end.number_of_stone, 0.3 * (end.number_of_stone - 4), 0.0)
+            place = RestingStone(team, end.number_of_stone, 0.3 * (end.number_of_stone - 4), 0.0)
         kept = tuple(s for s in end.stones if s.number < game.rules.stones)
         gone = tuple(s if s in kept else None for s in end.stones)
         if end.delivered < game.rules.no_takeout_until:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import NamedTuple
 
-STONES_A_TEAM = 8
+STONES_PER_TEAM = 8
 """Handles of one colour on a sheet: a stone's number runs from 0 to 7."""
 
 
@@ -29,7 +29,7 @@ class Team(IntEnum):
 _OTHER = (Team.AWAY, Team.HOME)
 
 
-class Lying(NamedTuple):
+class RestingStone(NamedTuple):
     """A stone at rest on the sheet.
 
     Parameters
@@ -47,7 +47,7 @@ class Lying(NamedTuple):
     @property
     def stone(self) -> int:
         """Identifier on the sheet: the home team's stones are 0 to 7, the away team's 8 to 15."""
-        return STONES_A_TEAM * self.team + self.number
+        return STONES_PER_TEAM * self.team + self.number
 
     @property
     def distance(self) -> float:
@@ -55,5 +55,5 @@ class Lying(NamedTuple):
         return (self.x * self.x + self.y * self.y) ** 0.5
 
 
-Stones = tuple[Lying, ...]
+Stones = tuple[RestingStone, ...]
 """The stones on a sheet, in the order in which they came there."""

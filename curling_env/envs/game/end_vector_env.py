@@ -13,16 +13,16 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space, iterate
 from numpy.typing import NDArray
 
-from curling_env.envs.game.action import Ordered, Orders
-from curling_env.envs.game.end import AGENT, CurlingEndEnv
-from curling_env.envs.game.reward import GameRewardParts, parts_of
+from curling_env.envs.game.action import FollowsDecisions, TeamDecisions
+from curling_env.envs.game.end_env import AGENT, CurlingEndEnv
+from curling_env.envs.game.reward import GameRewardParts, reward_parts
 from curling_env.errors import InputError
 from curling_env.game import Call, GameState, Player
-from curling_env.game.living_ice import prepared
-from curling_env.game.rink import direction_of, result_of_places
+from curling_env.game.ice_evolution import ice_for_game
 from curling_env.game.rules import Ruling, Team
 from curling_env.game.rules.game import deliver
-from curling_env.game.rules.stones import STONES_A_TEAM
+from curling_env.game.rules.teams import STONES_PER_TEAM
+from curling_env.game.simulator import direction_of, result_of_places
 from curling_env.physics.batch import RELEASE_DTYPE, play_batch
 from curling_env.physics.one_stone.slide import play_bounds
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
@@ -64,13 +64,13 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         self.single_action_space = self.single.action_space
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._bounds = play_bounds(self.single.rink.ice, DIRECTION)
-        rink = self.single.rink
-        living = rink.living
-        self._apart = bool(rink.wears or living.stone_spread)
-        self._ice = prepared(rink.ice, living, 0, sweeping=rink.sweeping)
+        self._bounds = play_bounds(self.single.simulator.ice, DIRECTION)
+        simulator = self.single.simulator
+        evolution = simulator.ice_evolution
+        self._apart = bool(simulator.ice_wears or evolution.stone_spread)
+        self._ice = ice_for_game(simulator.ice, evolution, 0, sweeping=simulator.sweeping)
         self._states: list[GameState] = []
-        self._orders: list[Orders | None] = [None] * num_envs
+        self._decisions: list[TeamDecisions | None] = [None] * num_envs
 
     @property
     def states(self) -> tuple[GameState, ...]:
@@ -111,7 +111,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         rows = list(iterate(self.action_space, actions))
         calls = {i: self.single.action.call_of(rows[i]) for i in going}
         for i in going:
-            self._orders[i] = self.single.action.orders_of(rows[i])
+            self._decisions[i] = self.single.action.decisions_of(rows[i])
         parts = self._play(calls)
         for i, answered in self._answer(range(n)).items():
             parts[i] = parts.get(i, GameRewardParts()) + answered
@@ -128,7 +128,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
 
     def _new(self, i: int, hammer: Any, power_play: Any = None) -> GameState:
         self.single.np_random = self._rngs[i]
-        self._orders[i] = None
+        self._decisions[i] = None
         return self.single.new_state(hammer, power_play)
 
     def _answer(self, among: Iterable[int]) -> dict[int, GameRewardParts]:
@@ -141,7 +141,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
                 end = self._states[i].game.end
                 if end is not None and end.to_throw is not AGENT:
                     state: GameState = self._states[i]
-                    calls[i] = single.opponent.call(single.rink.view(state))
+                    calls[i] = single.opponent.call(single.simulator.view(state))
             if not calls:
                 return total
             for i, parts in self._play(calls).items():
@@ -153,7 +153,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
             return {}
         if self._apart:
             return {i: self._play_alone(i, call) for i, call in calls.items()}
-        rink, states = self.single.rink, self._states
+        simulator, states = self.single.simulator, self._states
         # A stone keeps its column, so that identifiers go by columns, the same in every end. One
         # team is to throw in all of them, so that its last stone lies in none: fifteen are enough.
         lying = [end.stones for i in calls if (end := states[i].game.end) is not None]
@@ -167,14 +167,16 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         for i, call in calls.items():
             end = states[i].game.end
             assert end is not None
-            throw = rink.executed(call.throw, rink.skills[end.to_throw], states[i])
-            begin, until = rink.sweep_of(call, throw, DIRECTION)
+            throw = simulator.with_execution_error(
+                call.throw, simulator.skills[end.to_throw], states[i]
+            )
+            begin, until = simulator.sweep_interval(call, throw, DIRECTION)
             columns.append([column[stone.stone] for stone in end.stones])
             row = [absent] * len(names)
             for k, stone in zip(columns[-1], end.stones, strict=True):
                 row[k] = (stone.x, stone.y + TEE_Y)
             lie.append(row)
-            number = STONES_A_TEAM * end.to_throw + end.number_of_stone
+            number = STONES_PER_TEAM * end.to_throw + end.number_of_stone
             throws, clock = states[i].throws, states[i].clock
             thrown.append(
                 (throw.x, throw.speed, throw.angle, throw.spin, number, clock, throws, begin, until)
@@ -197,26 +199,26 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
             result = result_of_places(end, came_to, unmoved, bool(met[row]))
             team = end.to_throw
             game, ruling = deliver(state.game, result, put_back=self._put_back(i, team))
-            parts[i] = parts_of(state.game, game, team, ruling, AGENT)
-            states[i] = rink.after(state, game)
+            parts[i] = reward_parts(state.game, game, team, ruling, AGENT)
+            states[i] = simulator.after(state, game)
         return parts
 
     def _play_alone(self, i: int, call: Call) -> GameRewardParts:
         """Play one delivery in one end, on the ice as it is there."""
         single, before = self.single, self._states[i]
-        self._states[i], shot = single.rink.play(before, call, opponent=self._chooser(i))
-        return parts_of(before.game, self._states[i].game, shot.team, shot.ruling, AGENT)
+        self._states[i], shot = single.simulator.play(before, call, opponent=self._chooser(i))
+        return reward_parts(before.game, self._states[i].game, shot.team, shot.ruling, AGENT)
 
     def _chooser(self, i: int) -> Player:
         """Who chooses for the team that is not to throw, as `CurlingEndEnv` has it."""
-        end, orders = self._states[i].game.end, self._orders[i]
+        end, decisions = self._states[i].game.end, self._decisions[i]
         ours = end is not None and end.to_throw is AGENT
-        return self.single.opponent if ours or orders is None else Ordered(orders)
+        return self.single.opponent if ours or decisions is None else FollowsDecisions(decisions)
 
     def _put_back(self, i: int, team: Team) -> Callable[[Ruling], bool]:
         """The choice after a tick by a team."""
-        rink, state, chooser = self.single.rink, self._states[i], self._chooser(i)
-        return lambda ruling: chooser.puts_back(rink.view(state, team.other), ruling)
+        simulator, state, chooser = self.single.simulator, self._states[i], self._chooser(i)
+        return lambda ruling: chooser.puts_back(simulator.view(state, team.other), ruling)
 
     def _observe(self) -> Any:
         seen: list[Any] = [

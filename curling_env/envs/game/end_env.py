@@ -9,21 +9,36 @@ import gymnasium
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from curling_env.envs.game.action import Choices, GameAction, Ordered, Orders, Sweeping
-from curling_env.envs.game.observation import GameView, Kind
-from curling_env.envs.game.reward import GameRewardParts, GameRewardWeights, parts_of
-from curling_env.envs.sheet.action import throws_on
+from curling_env.envs.game.action import (
+    Choices,
+    FollowsDecisions,
+    GameAction,
+    Sweeping,
+    TeamDecisions,
+)
+from curling_env.envs.game.observation import GameObservation, ObservationKind
+from curling_env.envs.game.reward import GameRewardParts, GameRewardWeights, reward_parts
+from curling_env.envs.sheet.action import throw_range_for
 from curling_env.errors import InputError
-from curling_env.game import STILL, Call, GameState, LivingIce, Player, Rink, Shot, player_named
-from curling_env.game.rink import direction_of
+from curling_env.game import (
+    NO_EVOLUTION,
+    Call,
+    GameSimulator,
+    GameState,
+    IceEvolution,
+    PlayedShot,
+    Player,
+    player_named,
+)
 from curling_env.game.rules import RuleSet, Team, rule_set
 from curling_env.game.rules.placement import Side
+from curling_env.game.simulator import direction_of
 from curling_env.ice import Ice
 from curling_env.sheet import Direction
 from curling_env.throw import Skill
 
 if TYPE_CHECKING:
-    from curling_env.envs.game.view import GameScreen
+    from curling_env.envs.game.rendering import GameRenderer
 
 Hammer = Literal["own", "opponent", "random"]
 AGENT = Team.HOME
@@ -43,7 +58,7 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
     rules : a set of rules or its name
     skill : of the agent's hand: its execution error; "none" for none
     opponent_skill : of the opponent's; the agent's by default
-    living : how the ice changes
+    ice_evolution : how the ice changes
     sweeping : "none", "scripted" (sweepers decide) or "action" (part of the action)
     choices : after an opponent's tick, stones are put back or left by "rule" (whichever counts for
         more) or as the agent's last "action" says
@@ -83,10 +98,10 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         rules: str | RuleSet = "world_curling_2024",
         skill: str | Skill = "elite",
         opponent_skill: str | Skill | None = None,
-        living: LivingIce = STILL,
+        ice_evolution: IceEvolution = NO_EVOLUTION,
         sweeping: Sweeping = "none",
         choices: Choices = "rule",
-        observation: Kind = "flat",
+        observation: ObservationKind = "flat",
         weights: GameRewardWeights | None = None,
         render_mode: str | None = None,
     ) -> None:
@@ -94,28 +109,30 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
             raise InputError(
                 f"render_mode must be {', '.join(RENDER_MODES)} or None, got {render_mode!r}"
             )
-        self.rink = Rink(
+        self.simulator = GameSimulator(
             ice,
             known_ice=known_ice,
             rules=rule_set(rules, ends=1),
             skills=(skill, skill if opponent_skill is None else opponent_skill),
-            living=living,
+            ice_evolution=ice_evolution,
             sweeping=sweeping != "none",
         )
         self.opponent = player_named(opponent)
         self.action = GameAction(
-            throws_on(self.rink.known_ice, Direction.AWAY, hits=True), sweeping, choices
+            throw_range_for(self.simulator.known_ice, Direction.AWAY, hits=True), sweeping, choices
         )
-        self.observation = GameView(observation, self.rink.known_ice, self.rink.lines)
+        self.observation = GameObservation(
+            observation, self.simulator.known_ice, self.simulator.lines
+        )
         self.weights = weights or GameRewardWeights()
         self.render_mode = render_mode
         self.action_space = self.action.space
         self.observation_space = self.observation.space
         self._hammer: Hammer = _checked(hammer)
         self._state: GameState | None = None
-        self._shots: tuple[Shot, ...] = ()
-        self._orders: Orders | None = None
-        self._viewer: GameScreen | None = None
+        self._shots: tuple[PlayedShot, ...] = ()
+        self._decisions: TeamDecisions | None = None
+        self._viewer: GameRenderer | None = None
 
     @property
     def state(self) -> GameState:
@@ -132,16 +149,16 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
     @state.setter
     def state(self, state: GameState) -> None:
         end = state.game.end
-        if state.game.rules != self.rink.rules:
+        if state.game.rules != self.simulator.rules:
             raise InputError("a state must be of a game by this environment's rules")
         if end is not None and end.to_throw is not AGENT:
             raise InputError("a state must have the agent (the home team) to throw")
-        self._state, self._shots, self._orders = state, (), None
+        self._state, self._shots, self._decisions = state, (), None
 
     @property
     def chooser(self) -> Player:
         """Who chooses for the agent after the opponent's tick."""
-        return self.opponent if self._orders is None else Ordered(self._orders)
+        return self.opponent if self._decisions is None else FollowsDecisions(self._decisions)
 
     def call_of(self, action: ArrayLike) -> Call:
         """The call an action means."""
@@ -166,7 +183,7 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
             self.state = options["state"]
             return self._observe(), {"shots": ()}
         self._state = self.new_state(options.get("hammer"), options.get("power_play"))
-        self._shots, self._orders = (), None
+        self._shots, self._decisions = (), None
         self._answer()
         if self.render_mode == "human":
             self._screen().show_position(self.state)
@@ -183,21 +200,21 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         """
         chosen = self._hammer if hammer is None else _checked(hammer)
         own = chosen == "own" or (chosen == "random" and self.np_random.random() < 0.5)
-        state = self.rink.new_game(
+        state = self.simulator.new_game(
             int(self.np_random.integers(2**31)), last_stone=AGENT if own else AGENT.other
         )
         if not own:
             free = state.game.may_power_play
-            view = self.rink.view(state)
+            view = self.simulator.view(state)
             power_play = self.opponent.power_play(view) if free else None
-        return self.rink.begin_end(state, power_play=power_play)
+        return self.simulator.begin_end(state, power_play=power_play)
 
     def step(self, action: NDArray[np.float32]) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Deliver a stone, and let the opponent answer."""
         if self.state.game.end is None:
             raise InputError("the end is over; call reset()")
         self._shots = ()
-        self._orders = self.action.orders_of(action)
+        self._decisions = self.action.decisions_of(action)
         parts = self._play(self.action.call_of(action)) + self._answer()
         state = self.state
         over = state.game.end is None
@@ -230,11 +247,11 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         end = before.game.end
         ours = end is not None and end.to_throw is AGENT
         chooser = self.opponent if ours else self.chooser
-        self._state, shot = self.rink.play(before, call, opponent=chooser, paths=paths)
+        self._state, shot = self.simulator.play(before, call, opponent=chooser, paths=paths)
         self._shots = (*self._shots, shot)
         if self.render_mode == "human":
             self._screen().show(before, self._state, shot)
-        return parts_of(before.game, self._state.game, shot.team, shot.ruling, AGENT)
+        return reward_parts(before.game, self._state.game, shot.team, shot.ruling, AGENT)
 
     def _answer(self) -> GameRewardParts:
         """The opponent delivers while it is its turn."""
@@ -243,13 +260,13 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
             end = self.state.game.end
             if end is None or end.to_throw is AGENT:
                 return parts
-            parts = parts + self._play(self.opponent.call(self.rink.view(self.state)))
+            parts = parts + self._play(self.opponent.call(self.simulator.view(self.state)))
 
-    def _screen(self) -> GameScreen:
+    def _screen(self) -> GameRenderer:
         if self._viewer is None:
-            from curling_env.envs.game.view import GameScreen
+            from curling_env.envs.game.rendering import GameRenderer
 
-            self._viewer = GameScreen(self.rink.known_ice, "CurlingEnd-v0")
+            self._viewer = GameRenderer(self.simulator.known_ice, "CurlingEnd-v0")
         return self._viewer
 
     def _observe(self) -> Any:

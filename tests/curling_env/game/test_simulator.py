@@ -8,9 +8,16 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError
-from curling_env.game import STILL, USUAL, Call, LivingIce, Rink, player_named
-from curling_env.game.living_ice import prepared
-from curling_env.game.luck import Luck
+from curling_env.game import (
+    NO_EVOLUTION,
+    TYPICAL_EVOLUTION,
+    Call,
+    GameSimulator,
+    IceEvolution,
+    player_named,
+)
+from curling_env.game.ice_evolution import ice_for_game
+from curling_env.game.rng import ThrowRng
 from curling_env.game.rules import Team
 from curling_env.game.sweepers import sweep_for
 from curling_env.ice import ActiveEffect, load_ice
@@ -21,8 +28,8 @@ from curling_env.throw import Throw
 DRAW = Throw(speed=2.09, angle=-0.045, spin=1.5)
 
 
-def begun(rink: Rink, seed: int = 0):
-    return rink.begin_end(rink.new_game(seed))
+def begun(simulator: GameSimulator, seed: int = 0):
+    return simulator.begin_end(simulator.new_game(seed))
 
 
 def random_call(rng: np.random.Generator) -> Call:
@@ -51,28 +58,28 @@ def test_aim_draws_to_a_millimetre_and_runs_over_what_it_aims_at(ice, spin, dire
     assert aim.path_clears(hit, in_the_way + np.array([0.5, 0.0]), until=2.0)
 
 
-def test_luck_belongs_to_the_state():
-    rink = Rink(skills="club")
-    state = begun(rink)
+def test_execution_errors_belong_to_the_state():
+    simulator = GameSimulator(skills="club")
+    state = begun(simulator)
     call = Call(throw=DRAW)
-    first, again = rink.play(state, call)[1], rink.play(state, call)[1]
-    other = rink.play(replace(state, seed=1), call)[1]
+    first, again = simulator.play(state, call)[1], simulator.play(state, call)[1]
+    other = simulator.play(replace(state, seed=1), call)[1]
     assert first.thrown == again.thrown != DRAW
     assert other.thrown != first.thrown
 
 
-def test_luck_is_that_of_the_seed_and_the_throw_in_any_order():
-    luck = Luck()
+def test_randomness_is_that_of_the_seed_and_the_throw_in_any_order():
+    rng = ThrowRng()
 
     def drawn(seed, throw):
-        return luck.of(seed, throw).standard_normal(4).tolist()
+        return rng.at(seed, throw).standard_normal(4).tolist()
 
     asked = [(seed, throw) for seed in (0, 1, 2**31 - 1, 2**70) for throw in (0, 1, 159)]
     first = {pair: drawn(*pair) for pair in asked}
     assert len({tuple(numbers) for numbers in first.values()}) == len(asked)
-    luck.of(5, 5).random(999, dtype=np.float32)  # leaves half a word behind
+    rng.at(5, 5).random(999, dtype=np.float32)  # leaves half a word behind
     assert {pair: drawn(*pair) for pair in reversed(asked)} == first
-    assert Luck().of(1, 159).standard_normal(4).tolist() == first[1, 159]
+    assert ThrowRng().at(1, 159).standard_normal(4).tolist() == first[1, 159]
     numbers = np.array([drawn(seed, throw) for seed in range(40) for throw in range(40)])
     assert abs(numbers.mean()) < 4 / np.sqrt(numbers.size)
     assert numbers.std() == pytest.approx(1.0, abs=0.03)
@@ -81,13 +88,16 @@ def test_luck_is_that_of_the_seed_and_the_throw_in_any_order():
 
 
 def test_errors_have_the_spread_of_the_skill():
-    rink = Rink(skills="club")
-    state = begun(rink)
-    skill = rink.skills[0]
+    simulator = GameSimulator(skills="club")
+    state = begun(simulator)
+    skill = simulator.skills[0]
     slips = np.array(
         [
             [t.speed - DRAW.speed, t.angle - DRAW.angle, t.spin - DRAW.spin]
-            for t in (rink.executed(DRAW, skill, replace(state, seed=s)) for s in range(800))
+            for t in (
+                simulator.with_execution_error(DRAW, skill, replace(state, seed=s))
+                for s in range(800)
+            )
         ]
     )
     sigma = [skill.sigma_speed, skill.sigma_angle, skill.sigma_spin]
@@ -111,31 +121,31 @@ def test_sweepers_bring_a_light_stone_to_where_it_was_meant():
 
 
 def test_ice_wears_where_stones_ran_and_nowhere_else():
-    rink = Rink(living=LivingIce(wear=-0.01))
-    state = begun(rink)
+    simulator = GameSimulator(ice_evolution=IceEvolution(wear=-0.01))
+    state = begun(simulator)
     for _ in range(4):
-        state, _ = rink.play(state, Call(throw=DRAW))
+        state, _ = simulator.play(state, Call(throw=DRAW))
     assert state.wear is not None
     assert not state.wear.flags.writeable
-    sheet = rink.ice.sheet
+    sheet = simulator.ice.sheet
     row, column = sheet.cell_of([[0.3, 0.0]])
     assert 4 * -0.01 * 0.25 * 1.01 < state.wear[row[0], column[0]] < 4 * -0.01 * 0.25 * 0.5
     assert state.wear[:20].max() == state.wear[:20].min() == 0.0  # behind the delivery hog line
-    assert rink.ice_now(state).friction.mu.min() < rink.ice.friction.mu.min()
+    assert simulator.current_ice(state).friction.mu.min() < simulator.ice.friction.mu.min()
 
 
 def test_worn_ice_carries_a_stone_farther_and_frosted_ice_less_far():
     rests = {}
-    for name, living in (
-        ("still", STILL),
-        ("worn", LivingIce(wear=-0.05)),
-        ("frosted", LivingIce(frost=1.0)),
+    for name, evolution in (
+        ("still", NO_EVOLUTION),
+        ("worn", IceEvolution(wear=-0.05)),
+        ("frosted", IceEvolution(frost=1.0)),
     ):
-        rink = Rink(living=living)
-        state = begun(rink)
+        simulator = GameSimulator(ice_evolution=evolution)
+        state = begun(simulator)
         for _ in range(6):
-            state, shot = rink.play(state, Call(throw=Throw(speed=2.6, angle=-0.03, spin=1.5)))
-        _, shot = rink.play(state, Call(throw=Throw(speed=1.9, angle=-0.03, spin=1.5)))
+            state, shot = simulator.play(state, Call(throw=Throw(speed=2.6, angle=-0.03, spin=1.5)))
+        _, shot = simulator.play(state, Call(throw=Throw(speed=1.9, angle=-0.03, spin=1.5)))
         rests[name] = shot.outcome.stones[-1].y
     assert rests["worn"] > rests["still"] + 0.2 > rests["frosted"] + 0.4
 
@@ -145,7 +155,7 @@ def test_every_game_has_its_own_set_of_stones():
     factors = [
         [
             e.parameters["factor"]
-            for e in prepared(ice, USUAL, seed, sweeping=False).effects
+            for e in ice_for_game(ice, TYPICAL_EVOLUTION, seed, sweeping=False).effects
             if e.name == "stone_bias"
         ]
         for seed in (0, 0, 1)
@@ -153,35 +163,37 @@ def test_every_game_has_its_own_set_of_stones():
     assert factors[0] == factors[1] != factors[2]
     assert len(factors[0]) == 16
     assert 0.003 < np.std(np.log(factors[0])) < 0.015
-    assert prepared(ice, STILL, 0, sweeping=False) == ice
+    assert ice_for_game(ice, NO_EVOLUTION, 0, sweeping=False) == ice
 
 
 @pytest.mark.parametrize("rules", ["world_curling_2024", "mixed_doubles_2024", "digital_curling"])
 def test_whole_games_by_random_hands(rules):
     """No crash, no stone in another, nothing that is not a number; energy only goes."""
     rng = np.random.default_rng(8)
-    rink = Rink(rules=rules, living=USUAL, sweeping=True, skills="club")
+    simulator = GameSimulator(
+        rules=rules, ice_evolution=TYPICAL_EVOLUTION, sweeping=True, skills="club"
+    )
     for seed in range(3):
-        state = rink.new_game(seed, last_stone=Team(seed % 2))
+        state = simulator.new_game(seed, last_stone=Team(seed % 2))
         while not state.game.is_over and len(state.game.line_score) < 12:
-            state = rink.begin_end(state)
+            state = simulator.begin_end(state)
             while state.game.end is not None:
-                state, shot = rink.play(state, random_call(rng), paths=True)
-                check(rink, shot)
+                state, shot = simulator.play(state, random_call(rng), paths=True)
+                check(simulator, shot)
         for home, away in state.game.line_score:
             assert min(home, away) == 0
-            assert max(home, away) <= rink.rules.most_points
+            assert max(home, away) <= simulator.rules.most_points
 
 
-def check(rink: Rink, shot) -> None:
-    places = np.array([(s.x, s.y) for s in shot.lying]).reshape(-1, 2)
+def check(simulator: GameSimulator, shot) -> None:
+    places = np.array([(s.x, s.y) for s in shot.stones_after]).reshape(-1, 2)
     assert np.isfinite(places).all()
     if len(places) > 1:
         apart = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))
         apart[np.diag_indices(len(places))] = np.inf
-        assert apart.min() > 2 * rink.ice.stone.radius - 1e-3
-    for stone in shot.lying:
-        assert rink.lines.on_sheet(stone.x, stone.y)
+        assert apart.min() > 2 * simulator.ice.stone.radius - 1e-3
+    for stone in shot.stones_after:
+        assert simulator.lines.on_sheet(stone.x, stone.y)
     # Energy only goes: nothing ever runs faster than the stone that set it going.
     for path in shot.outcome.trajectories:
         steps = np.diff(path.t)
@@ -200,4 +212,4 @@ def test_players_are_found_by_name():
 )
 def test_changes_that_no_ice_shows_are_refused(changes):
     with pytest.raises(InputError):
-        LivingIce(**changes)
+        IceEvolution(**changes)

@@ -1,4 +1,4 @@
-"""Luck that belongs to a game and a throw: the same numbers whoever asks, in whatever order."""
+"""ThrowRng that belongs to a game and a throw: the same numbers whoever asks, in whatever order."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 _WORD = 2**64 - 1
 
 
-class Luck:
+class ThrowRng:
     """Randomness by a game's seed and the number of the throw.
 
     A counter-based generator, with the seed for its key and the throw in its counter: to set both
@@ -19,7 +19,7 @@ class Luck:
         self._rng = np.random.Generator(self._bits)
         self._state = self._bits.state
 
-    def of(self, seed: int, throw: int) -> np.random.Generator:
+    def at(self, seed: int, throw: int) -> np.random.Generator:
         """The randomness of a throw, from its beginning; good until the next one is asked for."""
         state = self._state["state"]
         state["key"][:] = seed & _WORD, (seed >> 64) & _WORD

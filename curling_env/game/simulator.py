@@ -1,4 +1,4 @@
-"""A rink: throws are played on it under the rules, on ice that changes."""
+"""A simulator: throws are played on it under the rules, on ice that changes."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from curling_env.errors import InputError
-from curling_env.game.living_ice import STILL, LivingIce, prepared
-from curling_env.game.luck import Luck
-from curling_env.game.players import Call, Player, Sweep, View
+from curling_env.game.ice_evolution import NO_EVOLUTION, IceEvolution, ice_for_game
+from curling_env.game.players import Call, Player, PlayerView, Sweep
+from curling_env.game.rng import ThrowRng
 from curling_env.game.rules.delivery import Result, Ruling
 from curling_env.game.rules.game import End, Game, always, begin_end, deliver, new_game
 from curling_env.game.rules.lines import Lines
 from curling_env.game.rules.placement import Side
 from curling_env.game.rules.rulesets import RuleSet, rule_set
-from curling_env.game.rules.stones import STONES_A_TEAM, Lying, Stones, Team
+from curling_env.game.rules.teams import STONES_PER_TEAM, RestingStone, Stones, Team
 from curling_env.game.state import GameState
 from curling_env.game.sweepers import sweep_for
 from curling_env.ice import Ice, load_ice
@@ -36,7 +36,7 @@ def direction_of(end: int) -> Direction:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shot:
+class PlayedShot:
     """A delivery and all it led to.
 
     Parameters
@@ -66,13 +66,13 @@ class Shot:
     put_back: bool = False
 
     @property
-    def lying(self) -> Stones:
+    def stones_after(self) -> Stones:
         """The position it left, delivery frame."""
         option = self.ruling.option
         return option if self.put_back and option is not None else self.ruling.stones
 
 
-class Rink:
+class GameSimulator:
     """Plays a game's throws; holds no game itself.
 
     Parameters
@@ -81,7 +81,7 @@ class Rink:
     known_ice : as the players know it; None: as it is when the game begins
     rules : a set of rules or its name
     skills : of home and away, or of both
-    living : how the ice changes
+    ice_evolution : how the ice changes
     sweeping : whether stones may be swept; an ice without that effect is given the usual one
 
     Raises
@@ -96,7 +96,7 @@ class Rink:
         known_ice: str | Path | Ice | None = None,
         rules: str | RuleSet = "world_curling_2024",
         skills: str | Skill | tuple[str | Skill, str | Skill] = "none",
-        living: LivingIce = STILL,
+        ice_evolution: IceEvolution = NO_EVOLUTION,
         sweeping: bool = False,
     ) -> None:
         self.ice = load_ice(ice)
@@ -104,13 +104,13 @@ class Rink:
         self.rules = rule_set(rules)
         pair = skills if isinstance(skills, tuple) else (skills, skills)
         self.skills = (skill_named(pair[0]), skill_named(pair[1]))
-        self.living = living
+        self.ice_evolution = ice_evolution
         self.sweeping = sweeping
         self.lines = Lines(width=self.ice.sheet.width, stone_radius=self.ice.stone.radius)
-        self._at_first = prepared(self.ice, self.living, 0, sweeping=sweeping)
-        self.wears = wear_along_path(self._at_first) != 0.0
+        self._at_first = ice_for_game(self.ice, self.ice_evolution, 0, sweeping=sweeping)
+        self.ice_wears = wear_along_path(self._at_first) != 0.0
         """Whether stones wear the ice where they run."""
-        self._luck = Luck()
+        self._rng = ThrowRng()
         self._engine: tuple[int, Engine] | None = None
 
     # --- a game's course ------------------------------------------------------------------------
@@ -145,19 +145,19 @@ class Rink:
             first = decider.throws_first(view)
         return self.begin_end(state, power_play=side, throw_first=first)
 
-    def view(self, state: GameState, team: Team | None = None) -> View:
+    def view(self, state: GameState, team: Team | None = None) -> PlayerView:
         """What a team sees; without one, the team to throw."""
         end = state.game.end
         if team is None:
             team = state.game.last_stone if end is None else end.to_throw
         number = len(state.game.line_score) if end is None else end.number
-        return View(
+        return PlayerView(
             game=state.game,
             team=team,
             ice=self.known_ice,
             direction=direction_of(number),
             skill=self.skills[team],
-            lot=(state.seed, state.throws, team + 1),
+            entropy=(state.seed, state.throws, team + 1),
         )
 
     def play(
@@ -167,7 +167,7 @@ class Rink:
         *,
         opponent: Player | None = None,
         paths: bool = False,
-    ) -> tuple[GameState, Shot]:
+    ) -> tuple[GameState, PlayedShot]:
         """Play one delivery.
 
         Parameters
@@ -185,15 +185,15 @@ class Rink:
         if end is None:
             raise InputError("no end is in play")
         team, direction = end.to_throw, direction_of(end.number)
-        thrown = self.executed(call.throw, self.skills[team], state)
-        stone = STONES_A_TEAM * team + end.number_of_stone
-        sweep = self.sweep_of(call, thrown, direction)
+        thrown = self.with_execution_error(call.throw, self.skills[team], state)
+        stone = STONES_PER_TEAM * team + end.number_of_stone
+        sweep = self.sweep_interval(call, thrown, direction)
         outcome = self._engine_for(state).play(
             thrown.release(
                 direction, stone=stone, clock=state.clock, order=state.throws, sweep=sweep
             ),
-            [on_sheet(lying, direction) for lying in end.stones],
-            fps=PATH_FPS if paths or self.wears else None,
+            [state_on_sheet(lying, direction) for lying in end.stones],
+            fps=PATH_FPS if paths or self.ice_wears else None,
             throw=state.throws,
         )
         result = _result(end, outcome, direction)
@@ -206,11 +206,11 @@ class Rink:
 
         game, ruling = deliver(state.game, result, put_back=put_back)
         wear = state.wear
-        if self.wears:
+        if self.ice_wears:
             added = wear_of(self._at_first, [path.xy for path in outcome.trajectories])
             wear = added if wear is None else wear + added
         after = self.after(state, game, wear)
-        return after, Shot(
+        return after, PlayedShot(
             end=end.number,
             number=end.delivered,
             team=team,
@@ -230,17 +230,17 @@ class Rink:
             game=game,
             seed=state.seed,
             throws=state.throws + 1,
-            clock=state.clock + self.living.pace,
+            clock=state.clock + self.ice_evolution.pace,
             wear=wear,
         )
 
     # --- the hand, the brooms, the ice ------------------------------------------------------------
 
-    def executed(self, meant: Throw, skill: Skill, state: GameState) -> Throw:
+    def with_execution_error(self, meant: Throw, skill: Skill, state: GameState) -> Throw:
         """What leaves the hand when a throw is meant: the state decides by how much it slips."""
         if skill.is_exact:
             return meant
-        speed, angle, spin = skill.error(self._luck.of(state.seed, state.throws))
+        speed, angle, spin = skill.error(self._rng.at(state.seed, state.throws))
         return Throw(
             speed=min(max(meant.speed + speed, SLOWEST), MAX_SPEED),
             angle=meant.angle + angle,
@@ -248,7 +248,7 @@ class Rink:
             x=meant.x,
         )
 
-    def sweep_of(self, call: Call, thrown: Throw, direction: Direction) -> Sweep:
+    def sweep_interval(self, call: Call, thrown: Throw, direction: Direction) -> Sweep:
         """When a delivery is swept: as called, else as the sweepers judge; equal times for not."""
         if not self.sweeping:
             return (0.0, 0.0)
@@ -256,20 +256,22 @@ class Rink:
             return call.sweep
         return sweep_for(self.known_ice, call.throw, thrown, direction)
 
-    def ice_now(self, state: GameState) -> Ice:
+    def current_ice(self, state: GameState) -> Ice:
         """The ice as it is at this moment of a game."""
-        ice = prepared(self.ice, self.living, state.seed, sweeping=self.sweeping)
+        ice = ice_for_game(self.ice, self.ice_evolution, state.seed, sweeping=self.sweeping)
         return worn(ice, state.wear)
 
     def _engine_for(self, state: GameState) -> Engine:
         if state.wear is not None:
-            return Engine(self.ice_now(state))
-        if self._engine is None or (self.living.stone_spread and self._engine[0] != state.seed):
-            self._engine = (state.seed, Engine(self.ice_now(state)))
+            return Engine(self.current_ice(state))
+        if self._engine is None or (
+            self.ice_evolution.stone_spread and self._engine[0] != state.seed
+        ):
+            self._engine = (state.seed, Engine(self.current_ice(state)))
         return self._engine[1]
 
 
-def on_sheet(lying: Lying, direction: Direction) -> StoneState:
+def state_on_sheet(lying: RestingStone, direction: Direction) -> StoneState:
     """A resting stone, from the delivery to the sheet frame."""
     return StoneState(x=direction * lying.x, y=direction * (lying.y + TEE_Y), stone=lying.stone)
 
@@ -290,7 +292,7 @@ def result_of_places(
     unmoved : for each stone of the end, whether nothing touched it: it lies exactly where it did
     struck : whether the delivered stone touched another
     """
-    after: list[Lying | None] = []
+    after: list[RestingStone | None] = []
     for before, place, still in zip(end.stones, places, unmoved, strict=False):
         if still:
             after.append(before)
@@ -300,10 +302,10 @@ def result_of_places(
     return Result(tuple(after), struck)
 
 
-def _lying(team: Team, number: int, place: Sequence[float] | None) -> Lying | None:
+def _lying(team: Team, number: int, place: Sequence[float] | None) -> RestingStone | None:
     if place is None or place[0] != place[0]:
         return None
-    return Lying(team, number, place[0], place[1])
+    return RestingStone(team, number, place[0], place[1])
 
 
 def _result(end: End, outcome: Outcome, direction: Direction) -> Result:

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from curling_env.errors import InputError
-from curling_env.game.rules.stones import STONES_A_TEAM
+from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.ice import ActiveEffect, Ice
 
 
 @dataclass(frozen=True, kw_only=True)
-class LivingIce:
+class IceEvolution:
     """How the ice changes during a game; zeros leave it as it is.
 
     Parameters
@@ -47,13 +47,13 @@ class LivingIce:
             raise InputError("stone_spread must be at least 0 and pace a time below an hour")
 
 
-STILL = LivingIce()
+NO_EVOLUTION = IceEvolution()
 """Ice that stays as it is, and stones that are all alike."""
-USUAL = LivingIce(wear=-0.003, frost=0.02, stone_spread=0.0075)
+TYPICAL_EVOLUTION = IceEvolution(wear=-0.003, frost=0.02, stone_spread=0.0075)
 """A game's usual changes: middles of the ranges known."""
 
 
-def prepared(ice: Ice, living: LivingIce, seed: int, *, sweeping: bool) -> Ice:
+def ice_for_game(ice: Ice, evolution: IceEvolution, seed: int, *, sweeping: bool) -> Ice:
     """The ice as a game finds it: it wears and frosts, has its own stones, and brooms if any.
 
     Parameters
@@ -62,14 +62,14 @@ def prepared(ice: Ice, living: LivingIce, seed: int, *, sweeping: bool) -> Ice:
     sweeping : whether an ice that does not know sweeping is given its usual effect
     """
     effects = list(ice.effects)
-    if living.wear:
-        effects.append(ActiveEffect(name="pebble_wear", parameters={"along_path": living.wear}))
-    if living.frost:
-        effects.append(ActiveEffect(name="time_drift", parameters={"rate": living.frost / 3600}))
-    if living.stone_spread:
+    if evolution.wear:
+        effects.append(ActiveEffect(name="pebble_wear", parameters={"along_path": evolution.wear}))
+    if evolution.frost:
+        effects.append(ActiveEffect(name="time_drift", parameters={"rate": evolution.frost / 3600}))
+    if evolution.stone_spread:
         rng = np.random.default_rng((seed, 2**32 - 1))
-        for stone, deviate in enumerate(rng.standard_normal(2 * STONES_A_TEAM)):
-            factor = float(np.exp(living.stone_spread * deviate))
+        for stone, deviate in enumerate(rng.standard_normal(2 * STONES_PER_TEAM)):
+            factor = float(np.exp(evolution.stone_spread * deviate))
             parameters = {"stone": float(stone), "factor": factor}
             effects.append(ActiveEffect(name="stone_bias", parameters=parameters))
     if sweeping and ice.effect("sweeping") is None:

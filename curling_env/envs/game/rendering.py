@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from curling_env.game import GameState, Shot
-from curling_env.game.rink import direction_of, on_sheet
+from curling_env.game import GameState, PlayedShot
 from curling_env.game.rules import Game, count
 from curling_env.game.rules.delivery import Fault
-from curling_env.game.rules.stones import STONES_A_TEAM, Stones
+from curling_env.game.rules.teams import STONES_PER_TEAM, Stones
+from curling_env.game.simulator import direction_of, state_on_sheet
 from curling_env.ice import Ice
-from curling_env.render import RED, YELLOW, Scene, SheetPicture, drawn, play_back
+from curling_env.render import RED, YELLOW, DrawnScene, SheetRenderer, drawn_stones, playback_frames
 from curling_env.render.canvas import Colour
 from curling_env.sheet import Direction
 
 if TYPE_CHECKING:
-    from curling_env.render.window import Window
+    from curling_env.render.window import PictureWindow
 
 WINDOW_FPS = 30.0
 WINDOW_SPEED = 4.0
@@ -33,7 +33,7 @@ FAULTS = {
 
 def colour_of(stone: int) -> Colour:
     """The handle of a stone: red for the home team, yellow for the away team."""
-    return RED if stone < STONES_A_TEAM else YELLOW
+    return RED if stone < STONES_PER_TEAM else YELLOW
 
 
 def score_text(game: Game) -> str:
@@ -42,7 +42,7 @@ def score_text(game: Game) -> str:
     return f"home {home} : {away} away"
 
 
-def facts_of(game: Game, shot: Shot | None) -> list[tuple[str, str]]:
+def facts_of(game: Game, shot: PlayedShot | None) -> list[tuple[str, str]]:
     """What the panel says: label and value."""
     facts = [("Red, home", str(game.score[0])), ("Yellow, away", str(game.score[1]))]
     end = game.end
@@ -66,7 +66,7 @@ def facts_of(game: Game, shot: Shot | None) -> list[tuple[str, str]]:
     return facts
 
 
-def scene_of(game: Game, direction: Direction, shot: Shot | None) -> Scene:
+def scene_of(game: Game, direction: Direction, shot: PlayedShot | None) -> DrawnScene:
     """The position as it stands, with the paths of the last delivery on it.
 
     Between ends it is the one that the last delivery left.
@@ -79,17 +79,17 @@ def scene_of(game: Game, direction: Direction, shot: Shot | None) -> Scene:
         if shot.ruling.fault is not None:
             title += f"   ·   {FAULTS[shot.ruling.fault]}"
         if game.end is None:
-            lying = shot.lying
+            lying = shot.stones_after
         paths = [(path.xy, colour_of(path.stone)) for path in shot.outcome.trajectories]
-    return Scene(
-        stones=drawn([on_sheet(stone, direction) for stone in lying], colour_of),
+    return DrawnScene(
+        stones=drawn_stones([state_on_sheet(stone, direction) for stone in lying], colour_of),
         paths=paths,
         title=title,
         facts=facts_of(game, shot),
     )
 
 
-class GameScreen:
+class GameRenderer:
     """Shows a game; paints the empty sheet once for each direction of play.
 
     Parameters
@@ -100,24 +100,24 @@ class GameScreen:
 
     def __init__(self, ice: Ice, title: str) -> None:
         self._ice, self._title = ice, title
-        self._pictures: dict[Direction, SheetPicture] = {}
-        self._window: Window | None = None
+        self._pictures: dict[Direction, SheetRenderer] = {}
+        self._window: PictureWindow | None = None
 
-    def picture(self, state: GameState, shot: Shot | None) -> NDArray[np.uint8]:
+    def picture(self, state: GameState, shot: PlayedShot | None) -> NDArray[np.uint8]:
         """The game after a delivery, (720, 1280, 3) RGB."""
         direction = _direction(state, shot)
         return self._picture(direction).draw(scene_of(state.game, direction, shot))
 
-    def show(self, before: GameState, after: GameState, shot: Shot) -> None:
+    def show(self, before: GameState, after: GameState, shot: PlayedShot) -> None:
         """In the window: a delivery as it happens, then the position as it stands."""
         window = self._open()
         end = before.game.end
-        lying = [] if end is None else [on_sheet(s, shot.direction) for s in end.stones]
-        scene = Scene(
+        lying = [] if end is None else [state_on_sheet(s, shot.direction) for s in end.stones]
+        scene = DrawnScene(
             title=f"End {shot.end + 1}   {score_text(before.game)}",
             facts=facts_of(before.game, shot),
         )
-        frames = play_back(
+        frames = playback_frames(
             self._picture(shot.direction),
             scene,
             lying,
@@ -142,20 +142,20 @@ class GameScreen:
             self._window.close()
             self._window = None
 
-    def _picture(self, direction: Direction) -> SheetPicture:
+    def _picture(self, direction: Direction) -> SheetRenderer:
         if direction not in self._pictures:
-            self._pictures[direction] = SheetPicture(self._ice, direction)
+            self._pictures[direction] = SheetRenderer(self._ice, direction)
         return self._pictures[direction]
 
-    def _open(self) -> Window:
+    def _open(self) -> PictureWindow:
         if self._window is None:
-            from curling_env.render.window import Window
+            from curling_env.render.window import PictureWindow
 
-            self._window = Window(SheetPicture.size, self._title, WINDOW_FPS)
+            self._window = PictureWindow(SheetRenderer.size, self._title, WINDOW_FPS)
         return self._window
 
 
-def _direction(state: GameState, shot: Shot | None) -> Direction:
+def _direction(state: GameState, shot: PlayedShot | None) -> Direction:
     end = state.game.end
     if end is not None:
         return direction_of(end.number)

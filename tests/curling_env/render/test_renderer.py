@@ -9,12 +9,20 @@ import pytest
 
 from curling_env.ice import FrictionMap, load_ice
 from curling_env.physics.engine import Engine, StoneState
-from curling_env.render import RED, YELLOW, DrawnStone, Scene, SheetPicture, play_back, scene_at
+from curling_env.render import (
+    RED,
+    YELLOW,
+    DrawnScene,
+    DrawnStone,
+    SheetRenderer,
+    playback_frames,
+    scene_at,
+)
 from curling_env.sheet import PAPER_SHEET, TEE_Y, WORLD_CURLING_SHEET, Direction
 from curling_env.throw import Throw
 
 
-def house_pixel(picture: SheetPicture, x: float, y: float) -> tuple[int, int]:
+def house_pixel(picture: SheetRenderer, x: float, y: float) -> tuple[int, int]:
     """Row and column of a point (delivery frame) in the close view."""
     _, house = picture._views(np.zeros((720, 1280, 3), np.uint8))
     base = (
@@ -44,8 +52,8 @@ def uneven():
 
 
 def test_rings_and_lines_are_painted_where_the_rule_book_puts_them():
-    picture = SheetPicture(load_ice("standard"))
-    image = picture.draw(Scene())
+    picture = SheetRenderer(load_ice("standard"))
+    image = picture.draw(DrawnScene())
     blue = at(image, picture, 1.5, 0.3)
     white = at(image, picture, 0.9, 0.3)
     red = at(image, picture, 0.4, 0.3)
@@ -59,10 +67,10 @@ def test_rings_and_lines_are_painted_where_the_rule_book_puts_them():
 
 
 def test_a_stone_is_drawn_with_its_colour_and_its_handle_turns():
-    picture = SheetPicture(load_ice("standard"))
+    picture = SheetRenderer(load_ice("standard"))
     stone = DrawnStone(x=-1.0, y=TEE_Y - 3.0, colour=YELLOW)
-    image = picture.draw(Scene(stones=[stone]))
-    turned = picture.draw(Scene(stones=[replace(stone, theta=np.pi / 2)]))
+    image = picture.draw(DrawnScene(stones=[stone]))
+    turned = picture.draw(DrawnScene(stones=[replace(stone, theta=np.pi / 2)]))
     assert near(at(image, picture, -1.0 + 0.06, -3.0), YELLOW)
     assert not near(at(turned, picture, -1.0 + 0.06, -3.0), YELLOW)
     # Heading 0 points along the play, to the right; a quarter turn to the left points up.
@@ -71,41 +79,45 @@ def test_a_stone_is_drawn_with_its_colour_and_its_handle_turns():
 
 
 def test_the_friction_is_a_layer_of_colour():
-    picture = SheetPicture(uneven())
-    image = picture.draw(Scene())
+    picture = SheetRenderer(uneven())
+    image = picture.draw(DrawnScene())
     keen = at(image, picture, -1.6, -4.0)
     heavy = at(image, picture, 1.6, -4.0)
     assert keen[1] > keen[0] + 40
     assert heavy[0] > heavy[2] + 40
-    plain = SheetPicture(load_ice("standard"))
-    assert at(plain.draw(Scene()), plain, -1.6, -4.0).min() > 230
+    plain = SheetRenderer(load_ice("standard"))
+    assert at(plain.draw(DrawnScene()), plain, -1.6, -4.0).min() > 230
 
 
 def test_both_directions_of_play_run_to_the_right():
-    away = SheetPicture(load_ice("standard"), Direction.AWAY)
-    home = SheetPicture(load_ice("standard"), Direction.HOME)
+    away = SheetRenderer(load_ice("standard"), Direction.AWAY)
+    home = SheetRenderer(load_ice("standard"), Direction.HOME)
     path = np.array([[0.0, -11.0], [0.5, 17.0]])
-    scene = Scene(
+    scene = DrawnScene(
         stones=[DrawnStone(x=0.5, y=17.0)], paths=[(path, RED)], target=np.array([0.2, 17.5])
     )
-    turned = Scene(
+    turned = DrawnScene(
         stones=[DrawnStone(x=-0.5, y=-17.0)], paths=[(-path, RED)], target=np.array([-0.2, -17.5])
     )
     np.testing.assert_array_equal(away.draw(scene), home.draw(turned))
 
 
 def test_a_picture_does_not_change_the_next():
-    picture = SheetPicture(uneven())
-    empty = picture.draw(Scene())
-    picture.draw(Scene(stones=[DrawnStone(x=0, y=17)], title="Draw", facts=[("Speed", "2 m/s")]))
-    np.testing.assert_array_equal(picture.draw(Scene()), empty)
+    picture = SheetRenderer(uneven())
+    empty = picture.draw(DrawnScene())
+    picture.draw(
+        DrawnScene(stones=[DrawnStone(x=0, y=17)], title="Draw", facts=[("Speed", "2 m/s")])
+    )
+    np.testing.assert_array_equal(picture.draw(DrawnScene()), empty)
 
 
 @pytest.mark.parametrize("sheet", [PAPER_SHEET, WORLD_CURLING_SHEET])
 def test_every_sheet_fits_and_stones_beyond_its_edge_do_no_harm(sheet):
     ice = replace(load_ice("standard"), sheet=sheet, friction=FrictionMap.uniform(0.008, sheet))
-    image = SheetPicture(ice).draw(
-        Scene(stones=[DrawnStone(x=9.0, y=40.0), DrawnStone(x=0, y=-30)], title="μ and σ " * 40)
+    image = SheetRenderer(ice).draw(
+        DrawnScene(
+            stones=[DrawnStone(x=9.0, y=40.0), DrawnStone(x=0, y=-30)], title="μ and σ " * 40
+        )
     )
     assert image.shape == (720, 1280, 3)
 
@@ -119,14 +131,16 @@ def test_a_film_shows_the_stone_move_and_leave():
     def colour(stone):
         return RED if stone == 100 else YELLOW
 
-    start = scene_at(Scene(), before, outcome, 0.0, colour)
+    start = scene_at(DrawnScene(), before, outcome, 0.0, colour)
     assert [(s.x, s.y) for s in start.stones] == [(0.0, 18.8), (0.0, pytest.approx(-10.9725))]
-    middle = scene_at(Scene(), before, outcome, outcome.contacts[0].time / 2, colour)
+    middle = scene_at(DrawnScene(), before, outcome, outcome.contacts[0].time / 2, colour)
     assert middle.stones[1].y > -5
     assert len(middle.paths) == 1
-    end = scene_at(Scene(), before, outcome, 1e6, colour)
+    end = scene_at(DrawnScene(), before, outcome, 1e6, colour)
     assert len(end.stones) == len(outcome.in_play)
     assert len(end.paths) == 2
-    frames = list(play_back(SheetPicture(ice), Scene(), before, outcome, colour, fps=5, speed=4))
+    frames = list(
+        playback_frames(SheetRenderer(ice), DrawnScene(), before, outcome, colour, fps=5, speed=4)
+    )
     assert len(frames) == np.ceil((outcome.time / 4 + 0.6) * 5) + 1
     assert (frames[0] != frames[3]).any()

@@ -12,9 +12,9 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import curling_env  # noqa: F401  (registers the environments)
-from curling_env.envs.game.end import AGENT
+from curling_env.envs.game.end_env import AGENT
 from curling_env.errors import InputError
-from curling_env.game import USUAL, Call
+from curling_env.game import TYPICAL_EVOLUTION, Call
 from curling_env.game.rules import Team
 from curling_env.throw import Throw
 
@@ -75,7 +75,7 @@ def test_each_side_delivers_eight_stones_and_the_hammer_is_last(hammer):
 
 
 def test_the_same_seed_is_the_same_end_and_another_is_not():
-    env = make(living=USUAL, sweeping="scripted")
+    env = make(ice_evolution=TYPICAL_EVOLUTION, sweeping="scripted")
     actions = actions_of(env)
     runs = []
     for seed in (5, 5, 6):
@@ -86,7 +86,7 @@ def test_the_same_seed_is_the_same_end_and_another_is_not():
 
 
 def test_a_state_put_back_goes_on_exactly_as_before():
-    env = make(living=USUAL, opponent="rulebased")
+    env = make(ice_evolution=TYPICAL_EVOLUTION, opponent="rulebased")
     env.reset(seed=11, options={"hammer": "opponent"})
     actions = actions_of(env)
     play_out(env, actions[:3])
@@ -97,7 +97,7 @@ def test_a_state_put_back_goes_on_exactly_as_before():
     assert np.array_equal(np.array(first[0]), np.array(again[0]))
     assert first[1] == again[1]
 
-    other = make(living=USUAL, opponent="rulebased")
+    other = make(ice_evolution=TYPICAL_EVOLUTION, opponent="rulebased")
     other.reset(seed=99, options={"state": kept})
     elsewhere = play_out(other, actions[3:])
     assert np.array_equal(np.array(first[0]), np.array(elsewhere[0]))
@@ -108,7 +108,7 @@ def test_a_state_put_back_goes_on_exactly_as_before():
 
 
 def test_a_search_clones_a_state_in_less_than_twenty_microseconds():
-    env = make(living=USUAL)
+    env = make(ice_evolution=TYPICAL_EVOLUTION)
     env.reset(seed=0)
     env.step(env.action_space.sample())
     times = []
@@ -125,7 +125,7 @@ def test_a_state_that_is_not_the_agents_turn_is_refused():
     env = make(hammer="opponent")
     env.reset(seed=0)
     state = env.state
-    after, _ = env.rink.play(state, Call(throw=Throw(speed=2.0)))
+    after, _ = env.simulator.play(state, Call(throw=Throw(speed=2.0)))
     with pytest.raises(InputError, match="agent"):
         env.state = after
 
@@ -161,7 +161,7 @@ def test_a_guard_taken_out_too_early_is_put_back_and_counts_as_a_fault():
     assert guard.y < -2
     from curling_env.physics.one_stone.aim import Aim
 
-    hit = Aim(env.rink.ice).through(guard.x, guard.y, 3.2, 1.5)
+    hit = Aim(env.simulator.ice).through(guard.x, guard.y, 3.2, 1.5)
     _, _, _, _, info = env.step(env.action_of(Call(throw=hit)))
     assert info["shots"][0].ruling.fault == "free_guard_zone"
     assert info["reward_parts"]["fault"] == -1.0
@@ -216,7 +216,7 @@ def test_every_number_of_a_flat_observation_has_a_name():
     told = dict(zip(names, seen, strict=True))
     assert told["own stone 1 present"] == 1.0
     stone = next(s for s in env.state.game.end.stones if s.team is AGENT)
-    assert told["own stone 1 x"] == pytest.approx(stone.x / (env.rink.ice.sheet.width / 2))
+    assert told["own stone 1 x"] == pytest.approx(stone.x / (env.simulator.ice.sheet.width / 2))
 
 
 def test_the_agent_has_its_power_play_and_its_choice_in_the_action():

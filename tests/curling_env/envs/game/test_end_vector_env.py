@@ -8,7 +8,7 @@ import pytest
 
 import curling_env  # noqa: F401  (registers the environments)
 from curling_env.errors import InputError
-from curling_env.game import USUAL, Call, LivingIce
+from curling_env.game import TYPICAL_EVOLUTION, Call, IceEvolution
 from curling_env.ice import ActiveEffect, load_ice
 from curling_env.physics.one_stone.aim import Aim
 from curling_env.sheet import Direction
@@ -35,13 +35,13 @@ def biased(factors):
 SETTINGS = {
     "still": {},
     "rulebased": {"opponent": "rulebased", "hammer": "own"},
-    "frost": {"living": LivingIce(frost=0.3)},
+    "frost": {"ice_evolution": IceEvolution(frost=0.3)},
     "swept": SWEPT,
     "sweeping as action": {"sweeping": "action"},
     "stones of their own": {"ice": biased({2: 1.1, 9: 0.9})},
     "mixed doubles": {"rules": "mixed_doubles_2024", "opponent": "rulebased"},
     "choices as action": {"choices": "action"},
-    "living": {"living": USUAL, **SWEPT},
+    "ice_evolution": {"ice_evolution": TYPICAL_EVOLUTION, **SWEPT},
 }
 
 

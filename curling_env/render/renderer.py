@@ -73,7 +73,7 @@ class DrawnStone:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Scene:
+class DrawnScene:
     """What lies on the sheet, and what is said about it.
 
     Parameters
@@ -92,7 +92,7 @@ class Scene:
     facts: Sequence[tuple[str, str]] = field(default=())
 
 
-class SheetPicture:
+class SheetRenderer:
     """Draws scenes on one ice, seen along one direction of play.
 
     The empty sheet with its friction is painted once; a scene costs a copy of it and what lies on
@@ -116,7 +116,7 @@ class SheetPicture:
             self._paint_ice(view)
         self._paint_labels()
 
-    def draw(self, scene: Scene) -> Image:
+    def draw(self, scene: DrawnScene) -> Image:
         """The picture of a scene, (720, 1280, 3) RGB."""
         picture = self._empty.copy()
         strip, house = self._views(picture)
@@ -266,7 +266,7 @@ class SheetPicture:
             view.line(arm, _BRIGHT, 5)
             view.line(arm, _AIM, 2)
 
-    def _write_panel(self, picture: Image, scene: Scene) -> None:
+    def _write_panel(self, picture: Image, scene: DrawnScene) -> None:
         write(picture, scene.title, (_MARGIN, 22), size=24, bold=True)
         left = _WIDTH - _MARGIN - _PANEL_WIDTH
         v = _house_top(self._strip) + 18
