@@ -9,7 +9,7 @@ def register() -> None:
     """Register CurlingSheet-v0 and CurlingEnd-v0 with Gymnasium; a second call does nothing."""
     for name, one, many in (
         ("CurlingSheet-v0", "sheet.env:CurlingSheetEnv", "sheet.vector_env:CurlingSheetVectorEnv"),
-        ("CurlingEnd-v0", "game.end:CurlingEndEnv", "game.end_vector:CurlingEndVectorEnv"),
+        ("CurlingEnd-v0", "game.end_env:CurlingEndEnv", "game.end_vector_env:CurlingEndVectorEnv"),
     ):
         if name not in gymnasium.registry:
             gymnasium.register(  # pyright: ignore[reportUnknownMemberType]  (kwargs: a bare dict)
