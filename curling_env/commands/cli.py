@@ -130,7 +130,9 @@ def progress_bar(unit: str = "") -> Generator[Progress]:
 
 def say(text: str) -> None:
     """A remark for the person at the terminal, on stderr: stdout is for results."""
-    print(text, file=sys.stderr)
+    tqdm = sys.modules.get("tqdm")
+    # A bar that is being drawn must not be written into.
+    (print if tqdm is None else tqdm.tqdm.write)(text, file=sys.stderr)
 
 
 class CommandError(CurlingError):

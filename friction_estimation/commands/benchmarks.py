@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -14,12 +14,9 @@ from curling_env.ice import load_ice
 from curling_env.physics.one_stone.slide import slide
 from curling_env.throw import Throw
 from friction_estimation.camera.scene import load_scene
-from friction_estimation.film.frame import Frame
 from friction_estimation.synthetic import FilmSpec, render_films
 from friction_estimation.tracking import track_film
 from friction_estimation.tracking.overlay import write_overlay
-
-Frames = Iterable[tuple[float, Frame]]
 
 SIZE = (1920, 1080)
 FPS = 50.0
@@ -53,9 +50,9 @@ def _tracking(folder: Path) -> Iterator[Measure]:
 
     loops: list[float] = []  # processor time at which each frame loop began
 
-    def mark(frames: Frames, total: int) -> Frames:
-        loops.append(time.process_time())
-        return frames
+    def mark(_what: str, done: float, _total: float = 1.0, /) -> None:
+        if not done:
+            loops.append(time.process_time())
 
     learning, looping = 0.0, 0.0
 

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from curling_env.commands.cli import print_json, progress, say
+from curling_env.commands.cli import print_json, progress_bar, say
 from curling_env.errors import InputError
+from friction_estimation.commands.track import TrackerOption
 
 if TYPE_CHECKING:
     from curling_env.trajectory import Trajectory
     from friction_estimation.reports.estimate_page import Still
-    from friction_estimation.tracking.resume import Unfinished
+    from friction_estimation.tracking.resume import Checkpoints
 
 
 FILMS_SHOWN = 4
@@ -89,6 +90,7 @@ def estimate(
             help="Lens from `curling calibrate`, instead of the scene's; for films.",
         ),
     ] = None,
+    tracker: TrackerOption = "built-in",
     uniform: Annotated[
         bool, typer.Option("--uniform", help="One number for the sheet instead of a map.")
     ] = False,
@@ -234,7 +236,7 @@ def estimate(
         before = load_knowledge(beginning, update)
     if tables and len(inputs) > 1:
         raise InputError("give one tracks file, or films, not both or several", source=inputs[1])
-    unfinished: Unfinished | None = None
+    checkpoints: Checkpoints | None = None
     if tables:
         if scene or camera:
             raise InputError("a scene and a camera belong to films, not to tracks",
@@ -244,8 +246,8 @@ def estimate(
         if not scene:
             raise InputError("a film needs the scene of its camera: --scene SCENE.json "
                              "(a tracks file ends in .csv)", source=inputs[0])  # fmt: skip
-        tracks, stills, unfinished = _filmed(
-            inputs, scene, camera, output, with_stills=report is not None
+        tracks, stills, checkpoints = _filmed(
+            inputs, scene, camera, output, tracker, with_stills=report is not None
         )
     with ProgressBar() as bar:
         found = estimate_ice(
@@ -273,62 +275,55 @@ def estimate(
         say(search.words)
     for reason in found.skipped:
         say(f"left out: {reason}")
-    if unfinished is not None:
-        unfinished.done()
+    if checkpoints is not None:
+        checkpoints.delete()
     print_json(found.summary())
 
 
 def _filmed(
-    films: list[Path], scenes: list[Path], camera: Path | None, output: Path, *, with_stills: bool
-) -> tuple[list[Trajectory], list[Still], Unfinished]:
+    films: list[Path],
+    scenes: list[Path],
+    camera: Path | None,
+    output: Path,
+    tracker: str,
+    *,
+    with_stills: bool,
+) -> tuple[list[Trajectory], list[Still], Checkpoints]:
     """The tracks of films, frames of them for the report, and what is kept until all is done."""
     import cv2
 
-    from curling_env.storage import file_digest
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.reports.estimate_page import Still
-    from friction_estimation.tracking import track_film
+    from friction_estimation.tracking import load_tracker, track_films
     from friction_estimation.tracking.overlay import stills as stills_of
-    from friction_estimation.tracking.resume import Unfinished
+    from friction_estimation.tracking.resume import Checkpoints
 
-    if len(scenes) not in (1, len(films)):
-        raise InputError(
-            f"one scene for all films or one for each: {len(films)} films, {len(scenes)} scenes",
-            source="--scene",
-        )
     cv2.setNumThreads(1)
     known = [load_scene(path, camera) for path in scenes]
-    known *= len(films) // len(known)
-    unfinished = Unfinished(
-        output,
-        {"scenes": [file_digest(path) for path in (*scenes, *([camera] if camera else []))]},
-    )
+    shown = FILMS_SHOWN if with_stills else 0
+    checkpoints = Checkpoints(output)
     tracks: list[Trajectory] = []
     stills: list[Still] = []
-    for i, film in enumerate(films):
-        shown = with_stills and i < FILMS_SHOWN
-        before = None if shown else unfinished.recall(i, film)
-        if before is not None:
-            tracks += before[0]
-            say(f"{film.name}: tracked before the interruption")
-            continue
-        found = track_film(
-            film,
-            known[i],
-            throw=i,
-            progress=lambda frames, total, name=film.name: progress(
-                frames, f"track {name}", total=total, unit="frame"
-            ),
+    with progress_bar("frame") as bar:
+        tracked = track_films(
+            films,
+            known,
+            tracker=load_tracker(tracker),
+            checkpoints=checkpoints,
+            always_track=shown,
+            progress=bar,
         )
-        tracks += found.trajectories
-        say(f"{film.name}: stone seen in {len(found.trajectory)} of {found.frame_count} frames")
-        if len(films) > 1:
-            unfinished.keep(i, film, found.trajectories, {})
-        if shown:
-            stills += [
-                Still.of(film.name, t, image) for t, image in stills_of(film, known[i], found)
-            ]
-    return tracks, stills, unfinished
+        for i, one in enumerate(tracked):
+            tracks += one.tracks
+            if one.resumed:
+                say(f"{one.film.name}: tracked before the interruption")
+                continue
+            of_frames = "" if one.found is None else f" of {one.found.frame_count}"
+            say(f"{one.film.name}: stone seen in {len(one.thrown)}{of_frames} frames")
+            if i < shown and one.found is not None:
+                pictures = stills_of(one.film, known[i if len(known) > 1 else 0], one.found)
+                stills += [Still.of(one.film.name, t, image) for t, image in pictures]
+    return tracks, stills, checkpoints
 
 
 def _plan(

@@ -22,7 +22,7 @@ from friction_estimation.live.feed import Feed
 from friction_estimation.live.motion import Motion
 from friction_estimation.live.recorder import Clip, Recorder
 from friction_estimation.reports.estimate_page import Still, write_report
-from friction_estimation.tracking import track_film
+from friction_estimation.tracking import Tracker, track_film, track_films
 from friction_estimation.tracking.overlay import stills
 
 RELOADED = 10.0
@@ -66,6 +66,7 @@ def follow(
     *,
     throws: int | None = None,
     report: Path | None = None,
+    tracker: Tracker = track_film,
     on_frame: Callable[[int], object] = lambda waiting: None,
 ) -> Iterator[Seen | Told]:
     """Record and track a stream, throw by throw, until it ends or enough was seen.
@@ -80,6 +81,7 @@ def follow(
     throws : how many to wait for; None: as long as the stream lasts
     report : a folder that exists, for the page of the ice so far; None: one number for the ice,
         and no page
+    tracker : finds the stones in each film; it must be importable by another process
     on_frame : told after every frame how many films wait to be tracked
 
     Yields
@@ -95,7 +97,7 @@ def follow(
     # A fresh process: one that was forked would share the camera.
     context = get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=context, initializer=_leave_interrupts) as beside:
-        work = _Work(beside, scene, report)
+        work = _Work(beside, scene, report, tracker)
         with closing(feed):
             with closing(feed.moments()) as moments, suppress(KeyboardInterrupt):
                 for moment in moments:
@@ -120,8 +122,11 @@ class _Watched:
 class _Work:
     """What is done beside the recording, one thing after the other."""
 
-    def __init__(self, beside: ProcessPoolExecutor, scene: Scene, report: Path | None) -> None:
+    def __init__(
+        self, beside: ProcessPoolExecutor, scene: Scene, report: Path | None, tracker: Tracker
+    ) -> None:
         self._beside, self._scene, self._report = beside, scene, report
+        self._tracker = tracker
         self._films: deque[tuple[Clip, Future[_Watched]]] = deque()
         self._tracks: list[Trajectory] = []
         self._stills: tuple[Still, ...] = ()
@@ -136,7 +141,9 @@ class _Work:
 
     def track(self, clip: Clip | None) -> None:
         if clip is not None:
-            pending = self._beside.submit(_watch, clip.path, self._scene, self._report is not None)
+            pending = self._beside.submit(
+                _watch, clip.path, self._scene, self._tracker, self._report is not None
+            )
             self._films.append((clip, pending))
 
     def done(self) -> Iterator[Seen | Told]:
@@ -187,12 +194,13 @@ def _leave_interrupts() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _watch(path: Path, scene: Scene, with_stills: bool) -> _Watched:
+def _watch(path: Path, scene: Scene, tracker: Tracker, with_stills: bool) -> _Watched:
     cv2.setNumThreads(1)
-    found = track_film(path, scene)
-    shown = stills(path, scene, found) if with_stills else []
+    (tracked,) = track_films([path], scene, tracker=tracker)
+    found = tracked.found if with_stills else None
+    shown = [] if found is None else stills(path, scene, found)
     return _Watched(
-        tracks=tuple(found.trajectories),
+        tracks=tracked.tracks,
         stills=tuple(Still.of(path.name, t, image) for t, image in shown),
     )
 

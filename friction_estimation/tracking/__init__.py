@@ -1,6 +1,16 @@
-"""Film in, track out: background, acquisition, a fit in every frame, and a smoother over all."""
+"""Film in, track out: background, detection, a fit in every frame, and a smoother over all."""
 
 from friction_estimation.tracking.film_track import FilmTrack, TrackingOptions
+from friction_estimation.tracking.films import TrackedFilm, track_films
 from friction_estimation.tracking.pipeline import track_film
+from friction_estimation.tracking.tracker import Tracker, load_tracker
 
-__all__ = ["FilmTrack", "TrackingOptions", "track_film"]
+__all__ = [
+    "FilmTrack",
+    "TrackedFilm",
+    "Tracker",
+    "TrackingOptions",
+    "load_tracker",
+    "track_film",
+    "track_films",
+]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
@@ -10,13 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, RING_RADII, TEE_Y
-from curling_env.typing import Floats, Image
+from curling_env.typing import Floats, Image, Progress, no_progress, with_progress
 from friction_estimation.camera.scene import Scene
 from friction_estimation.camera.top_view import TopView
 from friction_estimation.film.video import Film, film_writer
 from friction_estimation.tracking.film_track import FilmTrack
-
-Progress = Callable[[Iterable[tuple[float, Image]], int], Iterable[tuple[float, Image]]]
 
 PATH = (40, 170, 255)
 OUTLINE = (80, 230, 120)
@@ -37,7 +35,7 @@ def write_overlay(
     track: FilmTrack,
     output: str | Path,
     *,
-    progress: Progress | None = None,
+    progress: Progress = no_progress,
 ) -> None:
     """Draw what was tracked into the film it was tracked in; a large film becomes 1280 px wide.
 
@@ -47,9 +45,7 @@ def write_overlay(
     """
     film = Film.open(film_path, scene.fps)
     picture = _Overlay(track, scene, film.size, LARGEST)
-    frames: Iterable[tuple[float, Image]] = film.frames()
-    if progress is not None:
-        frames = progress(frames, film.frame_count)
+    frames = with_progress(film.frames(), "overlay", progress, film.frame_count)
     with film_writer(output, picture.size, film.fps) as writer:
         for index, (t, frame) in enumerate(frames):
             writer.write(picture.draw(frame, index, t))

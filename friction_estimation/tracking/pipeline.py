@@ -8,14 +8,14 @@ flow predicts and gates. And positions are joined by a smoother that knows their
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from curling_env.errors import InputError
-from curling_env.typing import Floats, Image
+from curling_env.typing import Floats, Image, Progress, no_progress, with_progress
 from friction_estimation.appearance import (
     LEARNING_FRAMES,
     Appearance,
@@ -53,8 +53,6 @@ from friction_estimation.tracking.scene_context import gather
 from friction_estimation.tracking.several.collisions import tracks_of
 from friction_estimation.tracking.several.moving_stones import Mover, follow_together
 
-Progress = Callable[[Iterable[tuple[float, Frame]], int], Iterable[tuple[float, Frame]]]
-
 SPARSE_FRAMES = 40
 """Frames looked at before tracking: for the background, the rough path and the stone's look."""
 BACKGROUND_FRAMES = 15
@@ -71,7 +69,7 @@ def track_film(
     *,
     throw: int = 0,
     options: TrackingOptions | None = None,
-    progress: Progress | None = None,
+    progress: Progress = no_progress,
 ) -> FilmTrack:
     """The thrown stone of one film, and beside it all other stones on the sheet.
 
@@ -80,7 +78,7 @@ def track_film(
     path : of the film
     scene : of its camera
     throw : number of the throw, for the track
-    progress : wraps the frames, given their expected number
+    progress : called with the number of frames done and the expected number of all
 
     Raises
     ------
@@ -172,7 +170,7 @@ def track_film(
         frames: Iterable[tuple[float, Frame]]
         frames = film.lazy_frames() if as_filmed else put_right(film.frames())
         watched = copying.watched(frames)
-        return watched if progress is None else progress(watched, film.frame_count)
+        return with_progress(watched, f"track {Path(path).name}", progress, film.frame_count)
 
     turn = _turn_of(crops) if look.has_handle else None
     if company is None:

@@ -1,8 +1,8 @@
-"""Long work on many films goes on where it was interrupted.
+"""Work on many films goes on where it was interrupted.
 
-Each film's track is kept, as soon as it is there, in a folder beside the output; with it lies what
-it was made from. The next call with the same films and choices takes what is there, and the folder
-goes when all is done.
+The tracks of each film are kept in a folder beside the output, together with a digest of what they
+were made from. The next call with the same films and choices reads them, to the last bit, instead
+of tracking those films again. The folder is deleted when the output has been written.
 """
 
 from __future__ import annotations
@@ -10,68 +10,99 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
+import zipfile
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from curling_env.errors import InputError
-from curling_env.storage import make_directory, read_json, write_json
-from curling_env.trajectory import Trajectory, read_tracks, write_tracks
+from curling_env.storage import atomic_path, make_directory
+from curling_env.trajectory import Trajectory
 
 SUFFIX = ".unfinished"
+"""What is added to the name of the output for the folder of checkpoints."""
 
 
-class Unfinished:
-    """Tracks that were made before an interruption.
+class Checkpoints:
+    """The tracks that an interrupted call has left, and those that this call leaves.
 
     Parameters
     ----------
-    output : the file that will hold all tracks
-    choices : everything that decides a track besides the film itself, for JSON
+    output : the file that will hold the result of all films
     """
 
-    def __init__(self, output: Path, choices: Mapping[str, Any]) -> None:
+    def __init__(self, output: Path) -> None:
         self.folder = output.with_name(output.name + SUFFIX)
-        self._choices = dict(choices)
 
-    def recall(self, throw: int, film: Path) -> tuple[list[Trajectory], dict[str, Any]] | None:
-        """The tracks of a film and what was said of it, where they were kept."""
+    def load(self, index: int, key: str) -> tuple[list[Trajectory], dict[str, Any]] | None:
+        """The tracks of a film and what was noted with them; None where they were not kept.
+
+        Parameters
+        ----------
+        index : number of the film in this call
+        key : what the tracks must have been made from, see `digest`
+        """
         try:
-            note = read_json(self._note(throw))
-            tracks = read_tracks(self._track(throw))
-        except InputError:
+            with self._file(index).open("rb") as file, np.load(file, allow_pickle=False) as kept:
+                note = json.loads(str(kept["note"]))
+                if note["key"] != key:
+                    return None
+                tracks = [
+                    Trajectory(**{name: kept[f"{k}_{name}"] for name in _ARRAYS}, **labels)
+                    for k, labels in enumerate(note["tracks"])
+                ]
+        except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile, InputError):
             return None
-        if not isinstance(note, dict) or note.get("key") != self._key(throw, film):
-            return None
-        return tracks, note["about"]
+        return tracks, note["summary"]
 
-    def keep(
-        self, throw: int, film: Path, tracks: Sequence[Trajectory], about: Mapping[str, Any]
+    def save(
+        self, index: int, key: str, tracks: Sequence[Trajectory], summary: Mapping[str, Any]
     ) -> None:
-        """Keep a film's tracks, and what is to be said of it."""
+        """Keep the tracks of a film and a summary of them, for JSON."""
         make_directory(self.folder)
-        write_tracks(self._track(throw), tracks)
-        write_json(self._note(throw), {"key": self._key(throw, film), "about": dict(about)})
+        labels = [{name: getattr(track, name) for name in _LABELS} for track in tracks]
+        note = json.dumps({"key": key, "tracks": labels, "summary": dict(summary)})
+        arrays = {
+            f"{k}_{name}": getattr(track, name)
+            for k, track in enumerate(tracks)
+            for name in _ARRAYS
+        }
+        with atomic_path(self._file(index)) as draft:
+            np.savez(draft, note=np.array(note), **arrays)
 
-    def done(self) -> None:
-        """All is written where it belongs: what was kept can go."""
+    def delete(self) -> None:
+        """Forget all tracks: they are written where they belong."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    def _key(self, throw: int, film: Path) -> str:
-        """A digest of all that the track was made from; a film that changed is another."""
-        stat = film.stat() if film.exists() else None
-        made_from = {
-            **self._choices,
-            "throw": throw,
-            "film": str(film.resolve()),
-            "size": None if stat is None else stat.st_size,
-            "changed": None if stat is None else stat.st_mtime_ns,
-        }
-        text = json.dumps(made_from, sort_keys=True, default=str)
-        return hashlib.sha256(text.encode()).hexdigest()
+    def _file(self, index: int) -> Path:
+        return self.folder / f"film-{index:03d}.npz"
 
-    def _track(self, throw: int) -> Path:
-        return self.folder / f"throw-{throw:03d}.csv"
 
-    def _note(self, throw: int) -> Path:
-        return self.folder / f"throw-{throw:03d}.json"
+_LABELS = ("throw", "stone", "clock")
+_ARRAYS = tuple(field.name for field in fields(Trajectory) if field.name not in _LABELS)
+
+
+def digest(film: Path, **choices: Any) -> str:
+    """A short text that differs where a film or anything else that decides its tracks differs.
+
+    Parameters
+    ----------
+    film : told from others by its path, size and time of change
+    choices : whatever else decides the tracks, for JSON
+    """
+    stat = film.stat() if film.exists() else None
+    made_from = {
+        **choices,
+        "film": str(film.resolve()),
+        "size": None if stat is None else stat.st_size,
+        "changed": None if stat is None else stat.st_mtime_ns,
+    }
+    text = json.dumps(made_from, sort_keys=True, default=_for_json)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _for_json(value: Any) -> Any:
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else repr(value)

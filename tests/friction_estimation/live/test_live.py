@@ -249,7 +249,7 @@ def test_times_beside_a_film_are_those_of_its_frames(tmp_path):
 def test_a_camera_that_is_not_there_is_one_line(curling, tmp_path):
     renderer = FilmRenderer(FilmSpec(camera="gantry", people=False, size=(320, 180)))
     save_scene(scene_of(renderer.camera), tmp_path / "scene.json")
-    tried = curling("track", f"file://{tmp_path}/none.mp4", "--scene", tmp_path / "scene.json",
+    tried = curling("live", f"file://{tmp_path}/none.mp4", "--scene", tmp_path / "scene.json",
                     "-o", tmp_path / "tracks.csv")  # fmt: skip
     assert "gives no picture" in tried.complaint
     assert not (tmp_path / "tracks.csv").exists()
@@ -300,7 +300,7 @@ def test_two_throws_of_a_stream_become_two_tracks_and_a_page(curling, tmp_path):
     address = f"tcp://127.0.0.1:{port}"
     Thread(target=send, args=(tmp_path / "sent.mp4", address), daemon=True).start()
     out = tmp_path / "tracks.csv"
-    done = curling("track", f"{address}?listen=1", "--scene", tmp_path / "scene.json", "-o", out,
+    done = curling("live", f"{address}?listen=1", "--scene", tmp_path / "scene.json", "-o", out,
                    "--keep", tmp_path / "kept", "--throws", 2,
                    "--report", tmp_path / "ice")  # fmt: skip
     assert done.status == 0, done.err

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from curling_env.trajectory import Trajectory, read_tracks, write_tracks
 from friction_estimation import tracking
-from friction_estimation.tracking.resume import Unfinished
+from friction_estimation.tracking import FilmTrack
+from friction_estimation.tracking.resume import Checkpoints, digest
 
 
 @pytest.fixture
@@ -22,37 +25,55 @@ def track(throw=0):
     return Trajectory(t=t, xy=np.column_stack([0 * t, t]), throw=throw)
 
 
-def test_what_was_kept_is_recalled_until_all_is_done(tmp_path, film):
-    work = Unfinished(tmp_path / "tracks.csv", {"flow": "plain"})
-    assert work.recall(0, film) is None
-    work.keep(0, film, [track()], {"frames": 7})
-    again = Unfinished(tmp_path / "tracks.csv", {"flow": "plain"})
-    found = again.recall(0, film)
-    assert found is not None
-    (kept,), about = found
-    np.testing.assert_allclose(kept.xy, track().xy, atol=1e-5)
-    assert about == {"frames": 7}
-    again.done()
-    assert again.recall(0, film) is None
+def tracked_film(throw=0):
+    """What the built-in tracker could have found."""
+    path = Trajectory(**{**track(throw).__dict__, "sigma_xy": np.full(5, 0.01)})
+    return FilmTrack(
+        trajectory=path,
+        frame=np.arange(5),
+        velocity=np.zeros((5, 2)),
+        spin=np.zeros(5),
+        frame_count=9,
+        camera=None,
+        look=None,
+        landmarks=SimpleNamespace(readings=0),
+    )
+
+
+def test_what_was_kept_is_recalled_to_the_last_bit_until_all_is_done(tmp_path, film):
+    kept = track()
+    kept.xy[:] += np.pi / 1e6
+    key = digest(film, flow="plain")
+    before = Checkpoints(tmp_path / "tracks.csv")
+    assert before.load(0, key) is None
+    before.save(0, key, [kept], {"frames": 7})
+    again = Checkpoints(tmp_path / "tracks.csv")
+    assert again.load(0, key) == ([kept], {"frames": 7})
+    again.delete()
+    assert again.load(0, key) is None
     assert not again.folder.exists()
 
 
 def test_another_choice_place_or_film_is_other_work(tmp_path, film):
     out = tmp_path / "tracks.csv"
-    Unfinished(out, {"flow": "plain"}).keep(0, film, [track()], {})
-    assert Unfinished(out, {"flow": "pyramidal"}).recall(0, film) is None
-    assert Unfinished(out, {"flow": "plain"}).recall(1, film) is None
-    assert Unfinished(tmp_path / "other.csv", {"flow": "plain"}).recall(0, film) is None
+    key = digest(film, flow="plain", lens=np.zeros(5))
+    Checkpoints(out).save(0, key, [track()], {})
+    assert Checkpoints(out).load(0, digest(film, flow="plain", lens=np.zeros(5))) is not None
+    assert Checkpoints(out).load(0, digest(film, flow="plain", lens=np.full(5, 1e-12))) is None
+    assert Checkpoints(out).load(0, digest(film, flow="pyramidal", lens=np.zeros(5))) is None
+    assert Checkpoints(out).load(1, key) is None
+    assert Checkpoints(tmp_path / "other.csv").load(0, key) is None
     film.write_bytes(b"another film")
-    assert Unfinished(out, {"flow": "plain"}).recall(0, film) is None
+    assert Checkpoints(out).load(0, digest(film, flow="plain", lens=np.zeros(5))) is None
 
 
-@pytest.mark.parametrize("spoilt", ["throw-000.csv", "throw-000.json"])
-def test_a_half_written_track_is_made_again(tmp_path, film, spoilt):
-    work = Unfinished(tmp_path / "tracks.csv", {})
-    work.keep(0, film, [track()], {})
-    (work.folder / spoilt).write_text("{")
-    assert work.recall(0, film) is None
+@pytest.mark.parametrize("keep", [0, 100])
+def test_a_half_written_track_is_made_again(tmp_path, film, keep):
+    work = Checkpoints(tmp_path / "tracks.csv")
+    work.save(0, "key", [track()], {})
+    (file,) = work.folder.iterdir()
+    file.write_bytes(file.read_bytes()[:keep])
+    assert work.load(0, "key") is None
 
 
 def test_the_command_goes_on_after_an_interruption(curling, tmp_path, monkeypatch):
@@ -68,15 +89,11 @@ def test_the_command_goes_on_after_an_interruption(curling, tmp_path, monkeypatc
     tracked = []
     whole = tracking.track_film
 
-    def stand_in(path, scene, *, throw, options, progress):
+    def stand_in(path, scene, *, progress, options=None):
         if not path.exists():
-            return whole(path, scene, throw=throw, options=options, progress=progress)
+            return whole(path, scene, options=options, progress=progress)
         tracked.append(path.name)
-        landmarks = type("Landmarks", (), {"readings": 0})
-        result = type("Result", (), {"frame_count": 9, "landmarks": landmarks})
-        result.trajectory = Trajectory(**{**track(throw).__dict__, "sigma_xy": np.full(5, 0.01)})
-        result.trajectories, result.others, result.contacts = (result.trajectory,), (), ()
-        return result
+        return tracked_film()
 
     monkeypatch.setattr(tracking, "track_film", stand_in)
     call = ("track", *films, "--scene", scene, "-o", tmp_path / "tracks.csv")
@@ -108,13 +125,11 @@ def test_films_of_two_cameras_go_straight_to_a_map(curling, sliding, tmp_path, m
     films[0].write_bytes(b"film")
     whole, tracked = tracking.track_film, []
 
-    def stand_in(path, scene, *, throw, progress):
+    def stand_in(path, scene, *, progress):
         if not path.exists():
-            return whole(path, scene, throw=throw, progress=progress)
+            return whole(path, scene, progress=progress)
         tracked.append(path.name)
-        result = type("Result", (), {"frame_count": 9, "trajectory": thrown[throw]})
-        result.trajectories = (thrown[throw],)
-        return result
+        return thrown[films.index(path)]
 
     monkeypatch.setattr(tracking, "track_film", stand_in)
     ice = tmp_path / "ice.json"

@@ -127,13 +127,19 @@ def test_one_camera_is_not_joined(throw):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--together"], "joins the films of two cameras or more"),
-        (["--bridge"], "it goes with --together"),
-        (["--scene", "b.json"], "1 films, 2 scenes"),
+        ([], "give the films of two cameras or more"),
+        (["b.mp4", "c.mp4", "--scene", "a.json"], "3 films, 2 scenes"),
     ],
 )
-def test_options_that_do_not_fit_the_films_are_refused(options, message, tmp_path, capsys):
-    assert main(["track", str(tmp_path / "a.mp4"), "--scene", "a.json", *options]) == 2
+def test_films_and_scenes_that_do_not_fit_are_refused(options, message, tmp_path, capsys):
+    from friction_estimation.camera.scene import save_scene
+    from friction_estimation.synthetic import named_camera, scene_of
+
+    scene = str(tmp_path / "a.json")
+    save_scene(scene_of(named_camera("ceiling")), scene)
+    options = [scene if option == "a.json" else option for option in options]
+    film = str(tmp_path / "a.mp4")
+    assert main(["join-cameras", film, "--scene", scene, *options]) == 2
     assert message in capsys.readouterr().err
 
 
@@ -141,8 +147,6 @@ def test_the_command_joins_films_and_says_how_their_clocks_differ(
     throw, tmp_path, capsys, monkeypatch
 ):
     """Following the stone is tested elsewhere: here the films' tracks are given."""
-    from types import SimpleNamespace
-
     import friction_estimation.tracking as tracking
     from curling_env.trajectory import read_tracks
     from friction_estimation.camera.scene import save_scene
@@ -151,19 +155,7 @@ def test_the_command_joins_films_and_says_how_their_clocks_differ(
     rng = np.random.default_rng(6)
     tracks = {"home": seen(throw, APART[0], rng), "away": seen(throw, APART[1], rng, 7.5)}
 
-    def given(film, scene, **_):
-        landmarks = SimpleNamespace(readings=100, rms_px=0.1)
-        track = tracks[film.stem]
-        return SimpleNamespace(
-            trajectory=track,
-            trajectories=(track,),
-            others=(),
-            contacts=(),
-            frame_count=len(track),
-            landmarks=landmarks,
-        )
-
-    monkeypatch.setattr(tracking, "track_film", given)
+    monkeypatch.setattr(tracking, "track_film", lambda film, scene, **_: tracks[film.stem])
     asked = []
     for name in tracks:
         camera = "ceiling" if name == "away" else "ceiling_home"
@@ -171,11 +163,11 @@ def test_the_command_joins_films_and_says_how_their_clocks_differ(
         asked += ["--scene", str(tmp_path / f"{name}.json")]
     films = [str(tmp_path / f"{name}.mp4") for name in tracks]
     output = tmp_path / "tracks.csv"
-    assert main(["track", *films, *asked, "--together", "-o", str(output)]) == 0
+    assert main(["join-cameras", *films, *asked, "-o", str(output)]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told[1]["offset_s"] == pytest.approx(7.5, abs=4 * told[1]["offset_sigma_s"])
     plain = read_tracks(output)
-    assert main(["track", *films, *asked, "--together", "--bridge", "-o", str(output)]) == 0
+    assert main(["join-cameras", *films, *asked, "--bridge", "-o", str(output)]) == 0
     bridged = read_tracks(output)
     assert len(plain) == len(bridged) == 1
     assert np.diff(plain[0].t).max() > 2.0 > 0.1 > np.diff(bridged[0].t).max()

@@ -1,0 +1,121 @@
+"""What a tracker is, and how one is found by name: the built-in one, a plug-in, or a function."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.metadata
+import inspect
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Protocol
+
+from curling_env.errors import InputError
+from curling_env.trajectory import Trajectory
+from curling_env.typing import Progress, no_progress
+from friction_estimation.camera.scene import Scene
+from friction_estimation.tracking.film_track import FilmTrack
+
+TRACKER_GROUP = "curling.trackers"
+"""Entry points under this name are trackers."""
+BUILT_IN = "built-in"
+"""The name of this project's own tracker, `track_film`."""
+
+
+class Tracker(Protocol):
+    """A function that finds the stones in the film of one throw.
+
+    Parameters
+    ----------
+    film : path of the film; its first frame is at t = 0
+    scene : where the camera sees the sheet, the sheet's size and the stone's size
+    progress : to be called now and then with how much of the film is done; may be ignored
+
+    Returns
+    -------
+    The tracks of all stones that were found, in the sheet frame, the thrown stone first; a single
+    `Trajectory` will do. Give `t`, `xy`, and where they are known `theta`, `sigma_xy` and
+    `sigma_theta`. `throw` and `stone` are numbered by the caller. A `FilmTrack` holds tracks too,
+    and lets overlays and pictures for reports be drawn.
+
+    Raises
+    ------
+    InputError : a film in which no thrown stone is found, or that cannot be read
+    """
+
+    def __call__(
+        self, film: Path, scene: Scene, /, *, progress: Progress
+    ) -> FilmTrack | Trajectory | Sequence[Trajectory]: ...
+
+
+def load_tracker(name: str = BUILT_IN) -> Tracker:
+    """The tracker that a name stands for.
+
+    Parameters
+    ----------
+    name : a name that an installed package declares under the entry-point group
+        `curling.trackers`, or ``module:function``; the module may lie in the current folder
+
+    Raises
+    ------
+    InputError : an unknown name, a module that cannot be imported, something that is no tracker
+    """
+    entries = importlib.metadata.entry_points(group=TRACKER_GROUP)
+    declared = {entry.name: entry for entry in entries}
+    try:
+        if name in declared:
+            found = declared[name].load()
+        elif ":" in name:
+            found = _from_module(*name.split(":", 1))
+        else:
+            raise InputError(
+                f"no tracker is named {name!r}; there are {', '.join(sorted(declared))}, "
+                "or give module:function"
+            )
+    except (ImportError, AttributeError, ValueError) as error:
+        raise InputError(f"the tracker {name!r} cannot be loaded: {error}") from error
+    if not _can_be_called(found):
+        raise InputError(
+            f"the tracker {name!r} must be a function that can be called as "
+            "tracker(film, scene, progress=progress)"
+        )
+    return found
+
+
+def tracks_in(found: Any, film: Path) -> tuple[Trajectory, ...]:
+    """The tracks in what a tracker returned, the thrown stone first.
+
+    Raises
+    ------
+    InputError : no track, or something else than tracks
+    """
+    if isinstance(found, FilmTrack):
+        return found.trajectories
+    tracks = (found,) if isinstance(found, Trajectory) else found
+    if not isinstance(tracks, Sequence) or not all(isinstance(k, Trajectory) for k in tracks):
+        raise InputError(
+            f"the tracker returned {type(found).__name__}, expected tracks (Trajectory)",
+            source=film,
+        )
+    if not tracks or not len(tracks[0]):
+        raise InputError("the tracker found no thrown stone", source=film)
+    return tuple(tracks)
+
+
+def _from_module(module: str, function: str) -> Any:
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.append(here)
+    return getattr(importlib.import_module(module), function)
+
+
+def _can_be_called(found: Any) -> bool:
+    if not callable(found):
+        return False
+    try:
+        inspect.signature(found).bind(Path(), None, progress=no_progress)
+    except TypeError:
+        return False
+    except ValueError:  # a function that is written in C tells no signature
+        return True
+    return True
