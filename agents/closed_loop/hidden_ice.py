@@ -11,10 +11,10 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numba
 import numpy as np
 
 from curling_env.ice import ActiveEffect, FrictionMap, Ice
+from curling_env.physics.compiled import compiled
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet
 from curling_env.throw import Release
 from curling_env.typing import Floats
@@ -167,7 +167,7 @@ def run(ice: HiddenIce, release: Release, stones: Floats | None = None) -> Float
     return out[:n].copy()
 
 
-@numba.njit(cache=True)
+@compiled(allocates=True)
 def _rates(q: Any, waves: Any, s: Any, out: Any) -> None:
     vx, vy, spin = s[2], s[3], s[5]
     v = math.sqrt(vx * vx + vy * vy) + 1e-12
@@ -194,7 +194,7 @@ def _rates(q: Any, waves: Any, s: Any, out: Any) -> None:
     out[5] = torque * q[6]
 
 
-@numba.njit(cache=True)
+@compiled(allocates=True)
 def _run(q: Any, waves: Any, s: Any, stones: Any, reach: float, edge: Any, out: Any) -> int:
     k1, k2, k3, k4 = np.empty(6), np.empty(6), np.empty(6), np.empty(6)
     t = 0.0

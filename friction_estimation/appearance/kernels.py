@@ -1,7 +1,6 @@
 """Compiled arithmetic of the stone's picture.
 
-All of it stands in one file, because numba notices a change only in the file it compiled. Each
-kernel does one thing and `painting` calls them in turn: a kernel that calls another compiles it
+Most kernels do one thing and `painting` calls them in turn: a kernel that calls another compiles it
 once more, and compiling is what a first run waits for.
 """
 
@@ -10,12 +9,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit  # pyright: ignore[reportMissingTypeStubs]
 
-compiled = njit(
-    cache=True,
-    nogil=True,
-    error_model="numpy",
+from curling_env.physics.compiled import compiled as compiled_in_order
+
+compiled = compiled_in_order(
+    allocates=True,
     fastmath={"reassoc", "nsz", "contract", "arcp"},  # sums may be taken in any order
 )
 

@@ -6,8 +6,8 @@ from functools import cache
 
 import numpy as np
 from av.video.frame import VideoFrame
-from numba import njit  # pyright: ignore[reportMissingTypeStubs]
 
+from curling_env.physics.compiled import compiled
 from curling_env.typing import Image
 
 HALVED = "yuv420p"
@@ -93,7 +93,7 @@ def _rounded_alike() -> bool:
     return bool(np.array_equal(picture, frame.to_ndarray(format="bgr24")))
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _colour(light, blue, red, top, left, picture):
     """Fill in the colours of a part of a frame, rounded as FFmpeg's own conversion does.
 

@@ -10,15 +10,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit  # pyright: ignore[reportMissingTypeStubs]
 from numpy.typing import NDArray
 
+from curling_env.physics.compiled import compiled
 from curling_env.typing import Floats
-
-# Loops in arrays that the caller owns compile in a fraction of the time of matrix expressions.
-compiled = njit(  # pyright: ignore[reportCallIssue]
-    cache=True, nogil=True, error_model="numpy", _nrt=False
-)
 
 JERKS = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 """Candidate square roots of the jerk's spectral density [m/s³/√Hz]; 0.003: a stone left alone."""

@@ -70,3 +70,32 @@ def test_importing_the_package_loads_nothing_heavy_and_compiles_nothing(tmp_path
     heavy = {"numba", "llvmlite", "torch", "cv2", "matplotlib", "pymunk", "scipy", "ray", "pygame"}
     assert not heavy & set(run(IMPORT, tmp_path)["loaded"])
     assert not list(tmp_path.iterdir())
+
+
+OTHER = """
+import json, sys
+sys.path.insert(0, sys.argv[1])
+import kernel
+print(json.dumps({"answer": kernel.ask(1.0)}))
+"""
+
+
+def test_a_kernel_of_another_package_sees_a_change_in_its_neighbour(tmp_path: Path) -> None:
+    (tmp_path / "kernel.py").write_text(
+        "from curling_env.physics.compiled import compiled\n"
+        "from neighbour import told\n"
+        "@compiled\n"
+        "def ask(x):\n"
+        "    return told(x)\n"
+    )
+    answers: list[float] = []
+    for constant in (1, 2):
+        (tmp_path / "neighbour.py").write_text(
+            "from curling_env.physics.compiled import compiled\n"
+            "@compiled\n"
+            "def told(x):\n"
+            f"    return x + {constant}\n"
+        )
+        program = OTHER.replace("sys.argv[1]", repr(str(tmp_path)))
+        answers.append(run(program, tmp_path / "cache")["answer"])
+    assert answers == [2.0, 3.0]
