@@ -11,7 +11,7 @@ import numpy as np
 
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session, open_session
-from friction_estimation.tracks.kinematics import local_fit
+from friction_estimation.tracks.smoothing import local_fit
 
 WINDOW = 2.0
 """Width of the local quadratics [s]."""

@@ -38,7 +38,7 @@ def compare(
     from curling_env.ice import load_ice
     from curling_env.storage import make_directory
     from curling_env.trajectory import read_tracks
-    from friction_estimation.reports.compare import compare_tracks, write_comparison
+    from friction_estimation.inversion.rethrow import compare_tracks, write_comparison
 
     comparison = compare_tracks(read_tracks(tracks), load_ice(ice), window=window)
     if output is not None:

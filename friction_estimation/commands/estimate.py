@@ -210,10 +210,10 @@ def estimate(
     from curling_env.storage import make_directory
     from curling_env.trajectory import read_tracks
     from friction_estimation.inversion import estimate_ice
-    from friction_estimation.inversion.information import (
-        evidence_path,
-        load_knowledge,
-        save_knowledge,
+    from friction_estimation.inversion.friction.information import (
+        information_path,
+        load_information,
+        save_information,
     )
 
     if plan:
@@ -233,7 +233,7 @@ def estimate(
     beginning = load_ice(earlier[0]) if earlier else None
     before = None
     if update is not None and beginning is not None:
-        before = load_knowledge(beginning, update)
+        before = load_information(beginning, update)
     if tables and len(inputs) > 1:
         raise InputError("give one tracks file, or films, not both or several", source=inputs[1])
     checkpoints: Checkpoints | None = None
@@ -262,8 +262,8 @@ def estimate(
             progress=bar.show,
         )
     save_ice(found.ice, output)
-    if found.knowledge is not None:
-        save_knowledge(found.knowledge, evidence_path(output))
+    if found.information is not None:
+        save_information(found.information, information_path(output))
     if report is not None:
         from friction_estimation.reports.estimate_page import write_report
 
@@ -341,10 +341,10 @@ def _plan(
     from curling_env.ice import load_ice
     from curling_env.sheet import PAPER_SHEET
     from curling_env.throw import write_releases
-    from friction_estimation.inversion.design.design import plan_throws
+    from friction_estimation.inversion.design.design import design_throws
 
     with ProgressBar() as bar:
-        found = plan_throws(
+        found = design_throws(
             resolution=resolution,
             precision=precision / 100,
             noise=noise,

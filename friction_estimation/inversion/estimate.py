@@ -1,16 +1,8 @@
-"""From measured paths to the ice they ran on.
-
-`estimate_ice` is the way in. Behind it: the course a stone followed (course), its ride along it
-under the force law (ride), one throw as fitted and linearised (ridden, linear_throw), noise and
-prior (noise, prior), one friction and the map (level_fit, map_fit), effects and a ripple of the
-camera fitted with it (refit, ripple_fit, bias_search), what all frames err by together
-(shared_error), all of these in order (trajectory_fit), the paper's own way (paper_method), and the
-limit of all (bound).
-"""
+"""From measured paths to the ice they ran on; `estimate_ice` is the entry point."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -19,19 +11,21 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.ice import FrictionMap, Ice
 from curling_env.trajectory import Trajectory
-from friction_estimation.inversion.information import Knowledge
+from curling_env.typing import Progress, no_progress
+from friction_estimation.inversion.friction.information import StoredInformation
+from friction_estimation.inversion.friction.posterior import Hyperparameters
 from friction_estimation.inversion.noise import Noise
 from friction_estimation.inversion.paper_method import average_cells
-from friction_estimation.inversion.prior import Belief
-from friction_estimation.inversion.systematic.bias_search import BiasSearch
-from friction_estimation.inversion.trajectory_fit import CameraBiasChoice, Ridden, fit_trajectories
-from friction_estimation.tracks.kinematics import FreeSlide, free_slides
+from friction_estimation.inversion.systematic.camera_bias_evidence import CameraBiasSearch
+from friction_estimation.inversion.throw.fitted import FittedThrow
+from friction_estimation.inversion.trajectory_fit import CameraBiasChoice, fit_trajectories
+from friction_estimation.tracks.free_slide import FreeSlide, free_slides
 
 Method = Literal["trajectory", "paper"]
 METHODS: tuple[Method, ...] = ("trajectory", "paper")
 
-NORMAL_95 = 1.959964
-"""Standard errors on either side that hold 95 % of a normal distribution."""
+_NORMAL_95 = 1.959964
+"""Standard errors on either side of the mean that hold 95 % of a normal distribution."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,19 +34,20 @@ class Estimate:
 
     Parameters
     ----------
-    ice : the estimate; friction.sigma and friction.observed per cell
-    method : by which it was found
+    ice : the estimate; friction.sigma and friction.observed for each cell
+    method : method of the estimate
     uniform : whether one μ was asked for
-    mu, sigma : level of μ, over the cells that were crossed, and its standard error
-    slides : the free slides that were used
-    skipped : why other throws were not
+    mu, sigma : level of μ over the cells that were crossed, and its standard error
+    slides : free slides that were used
+    skipped : reasons why other throws were not used
     scatter : standard deviation of ln μ from throw to throw
-    noise : of a measured distance along the path; None for the paper's way
-    throws : as fitted; empty for the paper's way
-    resolved : independent numbers that the data determine in the map
-    knowledge : what all throws told, with the prior of the map; None for the paper's way
-    bias_search : what came of looking for a ripple of the camera along the sheet, and the ripple
-        that was fitted with the map; None where nobody looked
+    noise : noise of a measured distance along the path; None for the paper's method
+    throws : throws as fitted; empty for the paper's method
+    resolved : number of independent numbers that the data determine in the map
+    information : information of all throws so far, with the prior of the map; None for the paper's
+        method
+    bias_search : result of the search for a bias of the camera, and the bias that was fitted with
+        the map; None without a search
     """
 
     ice: Ice
@@ -64,27 +59,27 @@ class Estimate:
     skipped: tuple[str, ...] = ()
     scatter: float = 0.0
     noise: Noise | None = None
-    throws: tuple[Ridden, ...] = ()
+    throws: tuple[FittedThrow, ...] = ()
     resolved: float = 1.0
-    knowledge: Knowledge | None = None
-    bias_search: BiasSearch | None = None
+    information: StoredInformation | None = None
+    bias_search: CameraBiasSearch | None = None
 
     @property
-    def belief(self) -> Belief | None:
-        """Prior of the map, its hyperparameters chosen by the data; None where there is none."""
-        return None if self.knowledge is None else self.knowledge.belief
+    def hyperparameters(self) -> Hyperparameters | None:
+        """Hyperparameters of the map's prior, chosen by the data; None without a map."""
+        return None if self.information is None else self.information.hyperparameters
 
     @property
     def interval(self) -> tuple[float, float]:
         """Interval that holds the level of μ with 95 % probability."""
         if self.method == "paper":
-            return self.mu - NORMAL_95 * self.sigma, self.mu + NORMAL_95 * self.sigma
-        factor = float(np.exp(NORMAL_95 * self.sigma / self.mu))
+            return self.mu - _NORMAL_95 * self.sigma, self.mu + _NORMAL_95 * self.sigma
+        factor = float(np.exp(_NORMAL_95 * self.sigma / self.mu))
         return self.mu / factor, self.mu * factor
 
     @property
     def resolution(self) -> float:
-        """Side of the patch of crossed ice for which one number is determined [m]."""
+        """Side of the patch of crossed ice for which the data determine one number [m]."""
         crossed = int(self.ice.friction.observed.sum()) * self.ice.sheet.cell_size**2
         return float(np.sqrt(crossed / max(self.resolved, 1.0)))
 
@@ -101,8 +96,8 @@ class Estimate:
             "samples": sum(len(slide.rows) for slide in self.slides),
             "method": self.method,
         }
-        if self.knowledge is not None and self.knowledge.throws > len(self.slides):
-            document["throws_before"] = self.knowledge.throws - len(self.slides)
+        if self.information is not None and self.information.throws > len(self.slides):
+            document["throws_before"] = self.information.throws - len(self.slides)
         if self.noise is not None:
             document["scatter"] = self.scatter
             document["noise_m"] = {
@@ -119,12 +114,12 @@ class Estimate:
                 "mu_heaviest": float(friction.mu[seen].max()),
                 "sigma_median": float(np.median(friction.sigma[seen])),
             }
-        if self.belief is not None:
-            smoothness = self.belief.smoothness
+        if self.hyperparameters is not None:
+            smoothness = self.hyperparameters.smoothness
             document["map"] |= {
                 "resolution_m": self.resolution,
-                "spread": self.belief.spread,
-                "length_m": self.belief.length,
+                "spread": self.hyperparameters.spread,
+                "length_m": self.hyperparameters.length,
                 "smoothness": smoothness if np.isfinite(smoothness) else "gaussian",
             }
         if self.bias_search is not None:
@@ -154,13 +149,9 @@ class Estimate:
                 entry["wild_rows"] += int((~fitted.keep).sum())
                 entry["speed"] = fitted.speed
                 entry["mu_factor"] = float(np.exp(fitted.offset))
-                entry["rms_m"] = float(np.sqrt((fitted.left[fitted.keep] ** 2).mean()))
+                entry["rms_m"] = float(np.sqrt((fitted.residual[fitted.keep] ** 2).mean()))
             each.append(entry)
         return each
-
-
-def _silent(_what: str, _part: float) -> None:
-    pass
 
 
 def estimate_ice(
@@ -170,32 +161,36 @@ def estimate_ice(
     method: Method = "trajectory",
     uniform: bool = False,
     prior: FrictionMap | None = None,
-    update: Knowledge | None = None,
+    update: StoredInformation | None = None,
     refit: bool = False,
     camera_bias: CameraBiasChoice = "auto",
-    progress: Callable[[str, float], None] = _silent,
+    progress: Progress = no_progress,
 ) -> Estimate:
     """Estimate the friction of an ice from the tracks of throws on it.
 
+    The defaults suit a session of which nothing is known: a map on the paper's sheet, without
+    effects. The tracks may come straight from `curling_env.read_tracks` or from `track_film`.
+
     Parameters
     ----------
-    tracks : of one session, in order of play; lead-in, rest and wild rows are found and left out
+    tracks : tracks of one session, in order of play; lead-in, rest and wild rows are found and left
+        out
     start : sheet, stone and effects that stay in the law, and a first guess of the friction; the
-        paper's sheet and no effect by default
-    method : ``trajectory``, the joint fit, or ``paper``, differentiate and average
+        paper's sheet without effects by default
+    method : ``trajectory``, the joint fit of all throws, or ``paper``, differentiate and average
     uniform : whether one μ for the sheet is wanted instead of a map
-    prior : an earlier map of the sheet, yesterday's: its pattern holds within its sigma and what
-        the throws show to have changed since
-    update : what the throws told from which `start` was estimated; these are added to them
-    refit : whether the strengths of the start's effects that act along the travel (a friction that
-        follows the speed, air drag, a fall of the ice along the sheet) are fitted with the map
-    camera_bias : whether a ripple of the camera along the sheet is fitted with a map: ``auto``, if
-        the throws clearly show one; ``on``, if they could show one; ``off``
-    progress : called with what is being done and the part of it that is done
+    prior : an earlier map of the sheet, such as yesterday's; its pattern holds within its sigma and
+        what the throws show to have changed since
+    update : information of the throws from which `start` was estimated, to which these are added
+    refit : whether to fit, together with the map, the strengths of the start's effects that act
+        along the travel (friction that follows the speed, air drag, a slope along the sheet)
+    camera_bias : when to fit a smooth bias of the camera along the sheet with the map: ``auto``, if
+        the throws clearly show one; ``on``, if they could show one; ``off``, never
+    progress : called as the fit advances
 
     Raises
     ------
-    TrackTooShortError : no throw with a free slide long enough
+    TrackTooShortError : no throw has a free slide that is long enough
     InputError : an unknown method, or a prior or an update that does not go with the rest
     """
     if method not in METHODS:
@@ -206,8 +201,8 @@ def estimate_ice(
     if refit:
         _check_refit(start, method, uniform, update)
     if camera_bias == "on" and (method != "trajectory" or uniform):
-        raise InputError("a ripple of the camera is fitted with a map, by the trajectory method")
-    slides, skipped = free_slides(list(tracks))
+        raise InputError("a bias of the camera is fitted with a map, by the trajectory method")
+    slides, skipped = free_slides(tracks)
     if method == "paper":
         averaged = average_cells(slides, start, uniform=uniform)
         return Estimate(
@@ -220,9 +215,15 @@ def estimate_ice(
             skipped=tuple(skipped),
         )
     fit = fit_trajectories(
-        slides, start, uniform=uniform, prior=prior, before=update, refit=refit,
-        camera_bias=camera_bias, progress=progress,
-    )  # fmt: skip
+        slides,
+        start,
+        uniform=uniform,
+        prior=prior,
+        earlier=update,
+        refit=refit,
+        camera_bias=camera_bias,
+        progress=progress,
+    )
     return Estimate(
         ice=fit.ice,
         method=method,
@@ -235,12 +236,14 @@ def estimate_ice(
         noise=fit.noise,
         throws=fit.throws,
         resolved=fit.resolved,
-        knowledge=fit.knowledge,
+        information=fit.information,
         bias_search=fit.bias_search,
     )
 
 
-def _check_refit(start: Ice, method: Method, uniform: bool, update: Knowledge | None) -> None:
+def _check_refit(
+    start: Ice, method: Method, uniform: bool, update: StoredInformation | None
+) -> None:
     if method != "trajectory" or uniform:
         raise InputError("effects are refitted together with a map, by the trajectory method")
     if update is not None:
@@ -250,22 +253,27 @@ def _check_refit(start: Ice, method: Method, uniform: bool, update: Knowledge | 
 
 
 def _check_earlier(
-    start: Ice, method: Method, uniform: bool, prior: FrictionMap | None, update: Knowledge | None
+    start: Ice,
+    method: Method,
+    uniform: bool,
+    prior: FrictionMap | None,
+    update: StoredInformation | None,
 ) -> None:
     if method != "trajectory":
-        raise InputError("the paper's way knows neither a prior nor an update")
+        raise InputError("the paper's method knows neither a prior nor an update")
+    shape = start.sheet.shape
     if prior is not None:
         if update is not None:
             raise InputError("give an earlier ice as prior or to be updated, not both")
         if uniform:
             raise InputError("a prior is a map: it does not go with one number for the sheet")
-        if prior.mu.shape != start.sheet.shape:
-            raise InputError(f"the prior has {prior.mu.shape} cells, the sheet "
-                             f"{start.sheet.shape}")  # fmt: skip
+        if prior.mu.shape != shape:
+            raise InputError(f"the prior has {prior.mu.shape} cells, the sheet {shape}")
     if update is not None:
-        if update.mu.shape != start.sheet.shape:
-            raise InputError(f"the ice to be updated has {update.mu.shape} cells, the sheet "
-                             f"{start.sheet.shape}")  # fmt: skip
+        if update.mu.shape != shape:
+            raise InputError(
+                f"the ice to be updated has {update.mu.shape} cells, the sheet {shape}"
+            )
         if uniform != update.uniform:
             kind = "one number" if update.uniform else "a map"
             raise InputError(f"the ice to be updated was estimated as {kind}, and stays so")

@@ -8,7 +8,14 @@ from curling_env.typing import Floats
 
 
 def matern(distance: Floats, length: float, smoothness: float) -> Floats:
-    """Matérn correlation at distances [m], of order 3/2, 5/2 or infinity (Gaussian)."""
+    """Matérn correlation at distances.
+
+    Parameters
+    ----------
+    distance : distances between two places [m]
+    length : correlation length [m]
+    smoothness : order of the correlation: 1.5, 2.5 or infinity (Gaussian)
+    """
     if smoothness == np.inf:
         return np.exp(-0.5 * (distance / length) ** 2)
     r = np.sqrt(2.0 * smoothness) * distance / length

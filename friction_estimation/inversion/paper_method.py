@@ -1,10 +1,9 @@
-"""The paper's own way: differentiate the tracks, then average per cell.
+"""The method of the paper: differentiate the tracks, then average per cell.
 
-Distance over time gives speed, speed over time acceleration, and every acceleration a μ = −a/g,
-which is averaged over all values that fall into a cell. Frame differences of a real track are
-hopeless (5 mm at 30 frames a second is ±11 m/s² of acceleration against 0.02–0.09 of friction), so
-each derivative is that of a quadratic fitted to a window. Kept as the honest baseline: a joint fit
-(trajectory_fit.py) is 2 to 18 times better.
+Distance over time gives speed, speed over time gives acceleration, and every acceleration gives a
+μ = −a/g, which is averaged over all values that fall into a cell. Differences of neighbouring
+frames would be far too noisy, so each derivative is that of a quadratic fitted to a window. The
+method is kept as a baseline for the joint fit.
 
 Source
 ------
@@ -17,26 +16,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.ice import FrictionMap, Ice
 from curling_env.physics.effects.motion import GRAVITY
-from curling_env.typing import Floats
-from friction_estimation.tracks.kinematics import FreeSlide, smooth_motion
+from curling_env.typing import Floats, Indices
+from friction_estimation.tracks.free_slide import FreeSlide
+from friction_estimation.tracks.smoothing import smooth_motion
 
-WINDOW = 1.0
-"""Width of the windows in which a track is differentiated [s]."""
-LEAST_MU = 1e-4
-"""A cell's average is kept at least this: noise can make single cells negative."""
+_MIN_MU = 1e-4
+"""Smallest average that a cell is given: noise can make single cells negative."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PaperFit:
-    """What differentiating and averaging found.
+    """The result of differentiating and averaging.
 
     Parameters
     ----------
-    ice : the map of averages, or uniform
+    ice : map of averages, or uniform ice
     mu, sigma : average of all values and its standard error
     """
 
@@ -46,7 +43,7 @@ class PaperFit:
 
 
 def average_cells(
-    slides: Sequence[FreeSlide], start: Ice, *, uniform: bool = False, window: float = WINDOW
+    slides: Sequence[FreeSlide], start: Ice, *, uniform: bool = False, window: float = 1.0
 ) -> PaperFit:
     """Friction per cell as the average of all values obtained in it.
 
@@ -55,12 +52,12 @@ def average_cells(
     slides : free slides of all throws
     start : sheet and stone; its effects are left out of the result, this method knows none
     uniform : whether one μ is wanted instead of a map
-    window : of the differentiation [s]
+    window : width of the windows in which a track is differentiated [s]
     """
     sheet = start.sheet
     rows, columns = sheet.shape
     values: list[Floats] = []
-    cells: list[NDArray[np.intp]] = []
+    cells: list[Indices] = []
     means, variances, spacing = [], [], []
     for slide in slides:
         motion = smooth_motion(slide.t, slide.xy, window=window, noise=slide.noise)
@@ -82,19 +79,19 @@ def average_cells(
     between = float(np.var(means, ddof=1)) if len(means) > 1 else 0.0
     sigma = float(np.sqrt(max(between, float(np.mean(variances))) / len(means)))
     if uniform:
-        friction = FrictionMap.uniform(max(mean, LEAST_MU), sheet, sigma=sigma)
-        return PaperFit(ice=Ice(sheet=sheet, friction=friction, stone=start.stone),
-                        mu=mean, sigma=sigma)  # fmt: skip
+        friction = FrictionMap.uniform(max(mean, _MIN_MU), sheet, sigma=sigma)
+        ice = Ice(sheet=sheet, friction=friction, stone=start.stone)
+        return PaperFit(ice=ice, mu=mean, sigma=sigma)
     count = np.bincount(place, minlength=rows * columns)
     total = np.bincount(place, weights=pooled, minlength=rows * columns)
     observed = count > 0
     average = np.where(observed, total / np.maximum(count, 1), mean)
     spread = float(pooled.std())
-    # Neighbouring values share their window: only every window's worth is a new one.
+    # Neighbouring values share their window, so only one value per window counts as independent.
     independent = np.maximum(count * float(np.median(spacing)) / window, 0.25)
     error = np.where(observed, spread / np.sqrt(independent), spread)
     friction = FrictionMap(
-        mu=np.maximum(average, LEAST_MU).reshape(rows, columns),
+        mu=np.maximum(average, _MIN_MU).reshape(rows, columns),
         sigma=error.reshape(rows, columns),
         observed=observed.reshape(rows, columns),
         interpolation=start.friction.interpolation,

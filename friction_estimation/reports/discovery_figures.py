@@ -31,7 +31,7 @@ from friction_estimation.discovery.evidence.unknown import Follows
 from friction_estimation.discovery.model.fit import Fit
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.reports.discovery_draw import DrawShift
-from friction_estimation.tracks.kinematics import local_fit
+from friction_estimation.tracks.smoothing import local_fit
 
 BEFORE, AFTER, FLOOR, MEASURED = "#c8433f", "#2b7a4b", "#8a97a6", "#22313f"
 WINDOW = 3.0

@@ -32,9 +32,9 @@ from curling_env.render.figures import (
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.throw import Throw
 from friction_estimation.inversion import Estimate, estimate_ice
+from friction_estimation.inversion.rethrow import NO_BOUNDS, Comparison
 from friction_estimation.inversion.throw.camera_bias import CameraBias
-from friction_estimation.reports.compare import FAR, Comparison
-from friction_estimation.tracks.kinematics import smooth_motion
+from friction_estimation.tracks.smoothing import smooth_motion
 
 SMOOTHING = 2.0
 """Width of the windows from which speed and deceleration are drawn [s]."""
@@ -82,15 +82,15 @@ def draw_weight(ice: Ice, mu: float) -> tuple[float, float, float] | None:
         friction=FrictionMap.uniform(mu, ice.sheet),
     )
     low, high = 0.2, 6.0
-    if slide(even, Throw(speed=high).release(), bounds=FAR).y < TEE_Y:
+    if slide(even, Throw(speed=high).release(), bounds=NO_BOUNDS).y < TEE_Y:
         return None
     for _ in range(30):
         middle = 0.5 * (low + high)
-        if slide(even, Throw(speed=middle).release(), bounds=FAR).y < TEE_Y:
+        if slide(even, Throw(speed=middle).release(), bounds=NO_BOUNDS).y < TEE_Y:
             low = middle
         else:
             high = middle
-    path = slide(even, Throw(speed=high).release(), bounds=FAR, fps=60.0).trajectory
+    path = slide(even, Throw(speed=high).release(), bounds=NO_BOUNDS, fps=60.0).trajectory
     assert path is not None
     hog_to_hog = float(np.interp(HOG_LINE_Y, path.xy[:, 1], path.t))
     return high, path.duration, hog_to_hog
@@ -108,7 +108,9 @@ def worth_of_a_per_cent(ice: Ice, mu: float) -> tuple[float, float] | None:
     if usual is None or keener is None:
         return None
     even = replace(ice, friction=FrictionMap.uniform(0.99 * mu, ice.sheet))
-    return slide(even, Throw(speed=usual[0]).release(), bounds=FAR).y - TEE_Y, keener[2] - usual[2]
+    return slide(even, Throw(speed=usual[0]).release(), bounds=NO_BOUNDS).y - TEE_Y, keener[
+        2
+    ] - usual[2]
 
 
 def save_map(found: Estimate, path: Path) -> None:
@@ -154,7 +156,7 @@ def save_map(found: Estimate, path: Path) -> None:
     )
     top.set_title(_words(found), fontsize=9.5, color="#55606b", loc="left")
     note = "standard error and the paths that were measured; pale above: no stone crossed"
-    if found.belief is not None:
+    if found.hyperparameters is not None:
         note += f"; details below {found.resolution:.1f} m are not resolved"
     bottom.set_title(note, fontsize=9.5, color="#55606b", loc="left")
     save_figure(figure, path)
@@ -225,7 +227,7 @@ def save_residuals(found: Estimate, path: Path) -> None:
     sums, counts = np.zeros(len(lags)), np.zeros(len(lags))
     for k, throw in enumerate(found.throws):
         colour = TRACK_COLOURS[k % len(TRACK_COLOURS)]
-        rest = 1000 * throw.left[throw.keep]
+        rest = 1000 * throw.residual[throw.keep]
         left.plot(throw.t[throw.keep], rest, ".", color=colour, ms=1.5, alpha=0.5)
         for lag in lags[: len(rest) - 1]:
             sums[lag] += float((rest[lag:] * rest[: len(rest) - lag]).sum())

@@ -146,7 +146,7 @@ def row_table(found: Estimate) -> dict[str, ArrayLike]:
         left = np.full(len(track), np.nan)
         if found.throws:
             fitted = found.throws[k]
-            left[part.rows] = fitted.left
+            left[part.rows] = fitted.residual
             use[part.rows[~fitted.keep]] = "unlike"
         own = (np.full(len(track), track.throw), track.t, *track.xy.T, use, left)
         for name, values in zip(columns, own, strict=True):
@@ -186,7 +186,7 @@ def _facts(found: Estimate) -> list[tuple[str, str]]:
                 (f"{worth[1]:.2f} s", "longer split of a draw on ice 1 % keener"),
             ]
     pairs.append((str(len(found.slides)), "throws measured"))
-    if found.belief is not None:
+    if found.hyperparameters is not None:
         pairs.append((f"{found.resolution:.1f} m", "finest detail that is resolved"))
     if found.noise is not None:
         pairs.append((f"{1000 * found.noise.total:.1f} mm", "noise of a measured position"))

@@ -18,7 +18,8 @@ from curling_env.errors import InputError, TrackTooShortError
 from curling_env.sheet import HOG_LINE_Y
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
-from friction_estimation.tracks.kinematics import free_slide, local_fit
+from friction_estimation.tracks.free_slide import free_slide
+from friction_estimation.tracks.smoothing import local_fit
 
 KNOT_STEP = 0.25
 """Distance between the knots of the path [s]."""

@@ -27,7 +27,7 @@ from friction_estimation.discovery.data.outliers import (
     without_wild_rows,
 )
 from friction_estimation.discovery.data.wear_tracks import Lanes
-from friction_estimation.tracks.kinematics import FreeSlide, free_slides
+from friction_estimation.tracks.free_slide import FreeSlide, free_slides
 
 FULL_RATE = 40.0
 """Frames a second that are kept of faster films [1/s]: a slide is smooth over 25 ms, its noise is

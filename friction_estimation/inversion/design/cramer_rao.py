@@ -1,6 +1,6 @@
-"""The σ that no method can beat: Cramér–Rao bounds for measuring friction from tracks.
+"""Cramér–Rao bounds of friction measured from tracks: the σ that no unbiased method can beat.
 
-For planning a measurement before it is made, and for judging an estimator after it. Nothing here
+They serve to plan a measurement before it is made, and to judge an estimator after it. Nothing here
 is shared with the estimator: stones slide straight under Coulomb friction, in closed form.
 
 Source
@@ -15,17 +15,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from curling_env.errors import InputError
 from curling_env.physics.effects.motion import GRAVITY
 from curling_env.sheet import PAPER_SHEET, Sheet
 from curling_env.throw import Release
-from curling_env.typing import Floats
+from curling_env.typing import Flags, Floats, Indices
 from friction_estimation.inversion.matern import matern
-from friction_estimation.inversion.prior import LEVEL_SPREAD
+from friction_estimation.inversion.tuning import LEVEL_PRIOR_SD
 
-FINE = 0.01
+_TIME_STEP = 0.01
 """Step of the double integrals [s]."""
 
 
@@ -40,7 +40,7 @@ class CellBound:
     """
 
     sigma: Floats
-    crossed: NDArray[np.bool_]
+    crossed: Flags
 
     @property
     def rmse(self) -> float:
@@ -59,7 +59,7 @@ def uniform_bound(
     mu : coefficient of friction
     noise : standard deviation of a measured position [m], independent from frame to frame
     fps : frames a second
-    distance : over which each throw is seen, at most until it rests [m]
+    distance : distance over which each throw is seen, at most until it rests [m]
 
     Raises
     ------
@@ -69,8 +69,8 @@ def uniform_bound(
     information = 0.0
     for speed in np.atleast_1d(np.asarray(speeds, dtype=np.float64)):
         _check_positive(speed=float(speed))
-        left = speed**2 - 2 * GRAVITY * mu * distance
-        end = (speed - (np.sqrt(left) if left > 0 else 0.0)) / (GRAVITY * mu)
+        remaining = speed**2 - 2 * GRAVITY * mu * distance
+        end = (speed - (np.sqrt(remaining) if remaining > 0 else 0.0)) / (GRAVITY * mu)
         t = np.arange(0.0, end + 1e-9, 1.0 / fps)
         if len(t) < 4:
             continue
@@ -96,13 +96,14 @@ def cell_bound(
 
     Parameters
     ----------
-    releases : of the throws, sheet frame
+    releases : releases of the throws, sheet frame
     mu : level of the friction
     noise : standard deviation of a measured position [m], independent from frame to frame
     fps : frames a second
     spread : standard deviation of ln μ over the sheet
-    length, smoothness : of the Matérn field [m]; smoothness 1.5, 2.5 or infinity
-    sheet : and its cells
+    length : correlation length of the Matérn field [m]
+    smoothness : order of the Matérn field: 1.5, 2.5 or infinity
+    sheet : sheet with its cells
 
     Raises
     ------
@@ -113,14 +114,14 @@ def cell_bound(
     information = np.zeros((rows * columns, rows * columns))
     crossed = np.zeros((rows, columns), dtype=np.bool_)
     for release in releases:
-        way = throw_response(release, mu=mu, fps=fps, sheet=sheet)
-        crossed.flat[way.crossed] = True
-        touched = way.touched
-        information[np.ix_(touched, touched)] += way.response.T @ way.response / noise**2
+        throw = throw_response(release, mu=mu, fps=fps, sheet=sheet)
+        crossed.flat[throw.crossed] = True
+        touched = throw.touched
+        information[np.ix_(touched, touched)] += throw.response.T @ throw.response / noise**2
     prior = field_covariance(sheet, spread=spread, length=length, smoothness=smoothness)
     values, vectors = np.linalg.eigh(information)
-    known = values > 1e-3
-    basis = np.sqrt(values[known])[:, None] * vectors[:, known].T
+    informed = values > 1e-3
+    basis = np.sqrt(values[informed])[:, None] * vectors[:, informed].T
     seen_prior = basis @ prior
     inner = np.eye(len(basis)) + seen_prior @ basis.T
     gain = np.linalg.solve(inner, seen_prior)
@@ -131,28 +132,36 @@ def cell_bound(
 
 @dataclass(frozen=True, kw_only=True)
 class ThrowResponse:
-    """What one throw can tell of the cells, its release unknown.
+    """What one throw with an unknown release can tell about the cells.
 
     Parameters
     ----------
-    touched : (m,) flat indices of the cells whose friction bends its path
-    response : (frames, m) ∂s/∂ln μ of those cells that no start and speed can imitate [m]
+    touched : (m,) flat indices of the cells whose friction changes its path
+    response : (frames, m) part of ∂s/∂ln μ of those cells that no start and speed can imitate [m]
     crossed : flat indices of the cells that its centre crosses
     """
 
-    touched: NDArray[np.intp]
+    touched: Indices
     response: Floats
-    crossed: NDArray[np.intp]
+    crossed: Indices
 
 
 def throw_response(release: Release, *, mu: float, fps: float, sheet: Sheet) -> ThrowResponse:
-    """How the path of a straight throw, seen at a frame rate, follows each cell's friction."""
+    """How the path of a straight throw responds to the friction of each cell.
+
+    Parameters
+    ----------
+    release : release of the throw, sheet frame
+    mu : level of the friction
+    fps : frames a second
+    sheet : sheet with its cells
+    """
     t, xy = _straight_path(release, mu, sheet)
-    pull = -GRAVITY * mu * _hats(xy, sheet)
-    touched = np.flatnonzero(np.abs(pull).max(axis=0) > 0)
+    by_cell = -GRAVITY * mu * _bilinear_weights(xy, sheet)
+    touched = np.flatnonzero(np.abs(by_cell).max(axis=0) > 0)
     seen = np.arange(0.0, t[-1] + 1e-9, 1.0 / fps)
-    at = np.clip(np.rint(seen / FINE).astype(int), 0, len(t) - 1)
-    response = _integrate(_integrate(pull[:, touched]))
+    at = np.clip(np.rint(seen / _TIME_STEP).astype(int), 0, len(t) - 1)
+    response = _integrate(_integrate(by_cell[:, touched]))
     row, column = sheet.cell_of(xy)
     return ThrowResponse(
         touched=touched,
@@ -164,16 +173,16 @@ def throw_response(release: Release, *, mu: float, fps: float, sheet: Sheet) -> 
 def field_covariance(
     sheet: Sheet, *, spread: float, length: float, smoothness: float = 2.5
 ) -> Floats:
-    """Prior covariance of ln μ between all cells: a Matérn field on a level hardly known."""
+    """Prior covariance of ln μ between all cells: a Matérn field on a hardly known level."""
     x = np.tile(sheet.x_centres, sheet.shape[0])
     y = np.repeat(sheet.y_centres, sheet.shape[1])
     apart = np.hypot(x[:, None] - x, y[:, None] - y)
-    return spread**2 * matern(apart, length, smoothness) + LEVEL_SPREAD**2
+    return spread**2 * matern(apart, length, smoothness) + LEVEL_PRIOR_SD**2
 
 
 def _straight_path(release: Release, mu: float, sheet: Sheet) -> tuple[Floats, Floats]:
     """Times and places until the stone rests or leaves the sheet."""
-    t = np.arange(0.0, release.speed / (GRAVITY * mu), FINE)
+    t = np.arange(0.0, release.speed / (GRAVITY * mu), _TIME_STEP)
     along = release.speed * t - 0.5 * GRAVITY * mu * t**2
     travel = np.array([release.vx, release.vy]) / release.speed
     xy = np.array([release.x, release.y]) + along[:, None] * travel
@@ -182,8 +191,8 @@ def _straight_path(release: Release, mu: float, sheet: Sheet) -> tuple[Floats, F
     return t[:count], xy[:count]
 
 
-def _hats(xy: Floats, sheet: Sheet) -> Floats:
-    """Share of every cell in the bilinear friction at each place, (n, cells)."""
+def _bilinear_weights(xy: Floats, sheet: Sheet) -> Floats:
+    """Weight of every cell in the bilinear friction at each place, (n, cells)."""
 
     def hat(at: Floats, centres: Floats) -> Floats:
         held = np.clip(at, centres[0], centres[-1])
@@ -195,12 +204,12 @@ def _hats(xy: Floats, sheet: Sheet) -> Floats:
 
 def _integrate(values: Floats) -> Floats:
     """Running integral over time, zero at the start."""
-    mean = 0.5 * FINE * (values[1:] + values[:-1])
+    mean = 0.5 * _TIME_STEP * (values[1:] + values[:-1])
     return np.vstack([np.zeros((1, values.shape[1])), np.cumsum(mean, axis=0)])
 
 
 def _beyond_release(t: Floats, response: Floats) -> Floats:
-    """What of a response an unknown start and speed cannot imitate."""
+    """The part of a response that an unknown start and speed cannot imitate."""
     q, _ = np.linalg.qr(np.column_stack([np.ones_like(t), t]))
     return response - q @ (q.T @ response)
 

@@ -1,24 +1,23 @@
 """How many throws of which kind a map of wanted detail needs, before any is made.
 
-Throws are chosen one by one, each time the kind that leaves the least error over the ice that is
-played on (greedy A-optimal design), with the bound (bound.py) as the judge. The estimator comes
-within some 10 % of that bound; throws that scatter from one to the next need more.
+Throws are chosen one by one, each time of the kind that leaves the least error over the ice that is
+played on (greedy A-optimal design), judged by the Cramér–Rao bound. The estimator comes within some
+10 % of that bound; throws that scatter from one to the next need more.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.physics.effects.motion import GRAVITY
 from curling_env.sheet import HOG_LINE_Y, PAPER_SHEET, TEE_Y, Direction, Sheet
 from curling_env.throw import MAX_SPEED, Release, Throw
-from curling_env.typing import Floats
+from curling_env.typing import Flags, Floats, Indices, Progress, no_progress
 from friction_estimation.inversion.design.cramer_rao import (
     ThrowResponse,
     field_covariance,
@@ -26,22 +25,20 @@ from friction_estimation.inversion.design.cramer_rao import (
     uniform_bound,
 )
 
-MOST_THROWS = 200
-"""No session is longer: a plan that needs more is not reachable."""
-REACH = 1.5
-"""Half the width of the ice that is played on [m]: a draw curls a metre and a half at most, and
-nearer the side a stone is seldom thrown."""
-WIDEST = 1.0
-"""Between neighbouring lines at most [m]."""
-PARTS_OF_A_DRAW = (0.8, 1.0, 1.25)
-"""Speeds tried when none are given, in those of a draw to the tee."""
-SPREAD = 0.05
-"""Friction of a sheet varies by 2 to 5 % from place to place; low confidence, so the upper end."""
+_MAX_THROWS = 200
+"""A design that needs more throws counts as out of reach."""
+_HALF_WIDTH_PLAYED = 1.5
+"""Half the width of the ice that is played on [m]. A draw curls by a metre and a half at most, and
+nearer the side stones are seldom thrown."""
+_MAX_LINE_SPACING = 1.0
+"""Largest distance between neighbouring lines [m]."""
+_SPEEDS_TRIED = (0.8, 1.0, 1.25)
+"""Speeds tried when none are given, as parts of the speed of a draw to the tee."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Kind:
-    """A kind of throw: its speed, its line beside the centre line, its direction."""
+class ThrowKind:
+    """A kind of throw: its speed [m/s], its line beside the centre line [m], and its direction."""
 
     speed: float
     line: float
@@ -49,42 +46,43 @@ class Kind:
 
     @property
     def release(self) -> Release:
-        """On its line at the hog line, straight along the sheet, the way it is played."""
+        """Its release at the hog line, straight along the sheet."""
         return Throw(speed=self.speed, x=self.direction * self.line).release(self.direction)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Plan:
-    """A measurement planned.
+class Design:
+    """The throws of a planned measurement.
 
     Parameters
     ----------
-    resolution, precision : that were wanted [m], [part of μ]
+    resolution, precision : wanted detail [m] and wanted error [part of μ]
     kinds : every throw in the order chosen
-    error : (throws,) root-mean-square error of μ over the ice played on after each throw [part]
-    even_error : of one number for the whole sheet from the same throws [part]
+    error : (throws,) root-mean-square error of μ over the ice played on after each throw [part of
+        μ]
+    even_error : error of one number for the whole sheet from the same throws [part of μ]
     """
 
     resolution: float
     precision: float
-    kinds: tuple[Kind, ...]
+    kinds: tuple[ThrowKind, ...]
     error: tuple[float, ...]
     even_error: float
 
     @property
     def reached(self) -> bool:
-        """Whether the throws bring the precision that was wanted."""
+        """Whether the throws reach the wanted precision."""
         return self.error[-1] <= self.precision
 
     @property
-    def counts(self) -> dict[Kind, int]:
-        """How often each kind is thrown; the most frequent first."""
+    def counts(self) -> dict[ThrowKind, int]:
+        """How often each kind is thrown, the most frequent first."""
         each = {kind: self.kinds.count(kind) for kind in dict.fromkeys(self.kinds)}
         return dict(sorted(each.items(), key=lambda item: -item[1]))
 
     @property
     def words(self) -> str:
-        """The plan in plain words."""
+        """The design in plain words."""
         n = len(self.kinds)
         wanted = f"{100 * self.precision:g} % at a resolution of {self.resolution:g} m"
         if not self.reached:
@@ -108,7 +106,7 @@ class Plan:
         )
 
     def summary(self) -> dict[str, Any]:
-        """The plan in numbers, for JSON."""
+        """The design in numbers, for JSON."""
         return {
             "resolution_m": self.resolution,
             "precision_percent": 100 * self.precision,
@@ -131,12 +129,12 @@ class Plan:
 
 
 def draw_speeds(mu: float) -> tuple[float, ...]:
-    """A draw to the tee on ice of this friction, a slower and a faster throw [m/s]."""
+    """Speed of a draw to the tee on ice of this friction, and a slower and a faster one [m/s]."""
     draw = float(np.sqrt(2 * GRAVITY * mu * (TEE_Y + HOG_LINE_Y)))
-    return tuple(round(min(part * draw, MAX_SPEED), 2) for part in PARTS_OF_A_DRAW)
+    return tuple(round(min(part * draw, MAX_SPEED), 2) for part in _SPEEDS_TRIED)
 
 
-def plan_throws(
+def design_throws(
     *,
     resolution: float,
     precision: float,
@@ -144,36 +142,40 @@ def plan_throws(
     fps: float = 30.0,
     mu: float = 0.009,
     speeds: Sequence[float] | None = None,
-    spread: float = SPREAD,
+    spread: float = 0.05,
     sheet: Sheet = PAPER_SHEET,
-    progress: Callable[[str, float], None] | None = None,
-) -> Plan:
-    """Choose the fewest throws that find the friction of the ice with a wanted error.
+    progress: Progress = no_progress,
+) -> Design:
+    """Choose the fewest throws that measure the friction of the ice with a wanted error.
 
-    The friction is believed to vary by `spread` and to be alike over `resolution`. The error is
-    the root-mean-square one of a cell's μ over the ice between the tees and within 1.5 m of the
+    Friction is assumed to vary by `spread` and to be alike over `resolution`. The error is the
+    root-mean-square error of a cell's μ over the ice between the tees and within 1.5 m of the
     centre line.
 
     Parameters
     ----------
-    resolution : length over which friction is alike, the detail that is wanted [m]
+    resolution : wanted detail, the length over which friction is alike [m]
     precision : wanted error of μ, as a part of it
     noise : standard deviation of a measured position [m], independent from frame to frame
     fps : frames a second
-    mu : friction that is expected
-    speeds : that can be thrown [m/s]; around a draw to the tee by default
-    spread : standard deviation of ln μ over the sheet
-    sheet : and its cells
-    progress : called with what is being done and the part of it that is done
+    mu : expected friction
+    speeds : speeds that can be thrown [m/s]; around a draw to the tee by default
+    spread : standard deviation of ln μ over the sheet; sheets vary by 2 to 5 %
+    sheet : sheet with its cells
+    progress : called after each throw chosen
 
     Raises
     ------
     InputError : numbers that make no sense, or detail finer than a cell
     """
     for name, value in (
-        ("resolution", resolution), ("precision", precision), ("noise", noise), ("fps", fps),
-        ("mu", mu), ("spread", spread),
-    ):  # fmt: skip
+        ("resolution", resolution),
+        ("precision", precision),
+        ("noise", noise),
+        ("fps", fps),
+        ("mu", mu),
+        ("spread", spread),
+    ):
         if not (value > 0 and np.isfinite(value)):
             raise InputError(f"{name} must be a positive number, got {value}")
     if resolution < sheet.cell_size:
@@ -183,18 +185,20 @@ def plan_throws(
         )
     chosen = tuple(speeds) if speeds else draw_speeds(mu)
     kinds = [
-        Kind(speed=speed, line=line, direction=direction)
+        ThrowKind(speed=speed, line=line, direction=direction)
         for speed in chosen
         for line in _lines(resolution)
         for direction in (Direction.AWAY, Direction.HOME)
     ]
-    rows = [_rows(throw_response(kind.release, mu=mu, fps=fps, sheet=sheet), noise)
-            for kind in kinds]  # fmt: skip
+    rows = [
+        _informative_rows(throw_response(kind.release, mu=mu, fps=fps, sheet=sheet), noise)
+        for kind in kinds
+    ]
     covariance = field_covariance(sheet, spread=spread, length=resolution)
     played = np.flatnonzero(_played(sheet))
     thrown: list[int] = []
     errors: list[float] = []
-    while len(thrown) < MOST_THROWS:
+    while len(thrown) < _MAX_THROWS:
         gains = [_gain(covariance, touched, own, played) for touched, own in rows]
         best = int(np.argmax(gains))
         touched, own = rows[best]
@@ -203,14 +207,18 @@ def plan_throws(
         covariance = covariance - spreading @ np.linalg.solve(inner, spreading.T)
         thrown.append(best)
         errors.append(float(np.sqrt(np.diag(covariance)[played].mean())))
-        if progress is not None:
-            progress("plan", min(1.0, precision / errors[-1]))
+        progress("choose throws", min(1.0, precision / errors[-1]))
         if errors[-1] <= precision:
             break
     listed = tuple(kinds[k] for k in thrown)
-    even = uniform_bound([kind.speed for kind in listed], mu=mu, noise=noise, fps=fps,
-                         distance=HOG_LINE_Y + TEE_Y)  # fmt: skip
-    return Plan(
+    even = uniform_bound(
+        [kind.speed for kind in listed],
+        mu=mu,
+        noise=noise,
+        fps=fps,
+        distance=HOG_LINE_Y + TEE_Y,
+    )
+    return Design(
         resolution=resolution,
         precision=precision,
         kinds=listed,
@@ -220,29 +228,27 @@ def plan_throws(
 
 
 def _lines(resolution: float) -> Floats:
-    """Lines side by side over the ice played on, no farther apart than the detail [m]."""
-    count = 1 + 2 * int(np.ceil(REACH / min(resolution, WIDEST)))
-    return np.linspace(-REACH, REACH, count)
+    """Positions of lines over the ice played on, no farther apart than the detail [m]."""
+    count = 1 + 2 * int(np.ceil(_HALF_WIDTH_PLAYED / min(resolution, _MAX_LINE_SPACING)))
+    return np.linspace(-_HALF_WIDTH_PLAYED, _HALF_WIDTH_PLAYED, count)
 
 
-def _played(sheet: Sheet) -> NDArray[np.bool_]:
-    """Cells between the tees and within `REACH` of the centre line, (cells,)."""
+def _played(sheet: Sheet) -> Flags:
+    """Cells between the tees on the ice that is played on, (cells,)."""
     x = np.tile(sheet.x_centres, sheet.shape[0])
     y = np.repeat(sheet.y_centres, sheet.shape[1])
-    return (np.abs(x) <= REACH) & (np.abs(y) <= TEE_Y)
+    return (np.abs(x) <= _HALF_WIDTH_PLAYED) & (np.abs(y) <= TEE_Y)
 
 
-def _rows(way: ThrowResponse, noise: float) -> tuple[NDArray[np.intp], Floats]:
+def _informative_rows(throw: ThrowResponse, noise: float) -> tuple[Indices, Floats]:
     """The response in units of the noise, compressed to the directions that tell anything."""
-    _, size, across = np.linalg.svd(way.response / noise, full_matrices=False)
-    known = size > 0.3  # less tells under a tenth of what is unknown even of a free cell
-    return way.touched, size[known, None] * across[known]
+    _, size, across = np.linalg.svd(throw.response / noise, full_matrices=False)
+    informed = size > 0.3  # a smaller one explains less than a tenth of the variance of any cell
+    return throw.touched, size[informed, None] * across[informed]
 
 
-def _gain(
-    covariance: Floats, touched: NDArray[np.intp], own: Floats, played: NDArray[np.intp]
-) -> float:
-    """By how much a throw lowers the summed variance over the ice played on."""
+def _gain(covariance: Floats, touched: Indices, own: Floats, played: Indices) -> float:
+    """Reduction of the summed variance over the ice played on by one throw."""
     across = covariance[np.ix_(played, touched)] @ own.T
     inner = np.eye(len(own)) + own @ covariance[np.ix_(touched, touched)] @ own.T
     return float((across * np.linalg.solve(inner, across.T).T).sum())

@@ -1,1 +1,1 @@
-"""What all throws err by together: the camera's ripple, its pose and its lens."""
+"""Errors that all throws share: a bias of the camera, and what the tracks state themselves."""

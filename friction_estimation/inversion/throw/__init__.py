@@ -1,1 +1,1 @@
-"""One throw: the path it took, its motion along it under the force law, and that linearised."""
+"""One throw: the path it took, its motion along it under the force law, and both linearised."""

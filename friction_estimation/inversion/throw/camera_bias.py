@@ -1,13 +1,13 @@
-"""A camera that errs by a smooth ripple along the sheet, the same for all throws.
+"""A bias of the camera: a smooth displacement along the sheet, the same for all throws.
 
-What is left of a lens or of a pose after calibration displaces every stone at the same place by the
-same amount b(y). To a throw at speed v it looks like a friction that is off by b''v²/g, with
-opposite signs for throws in opposite directions, and no number of throws averages it away. But it
-follows v² and the direction, and μ follows neither: throws at several speeds and both ways tell
-them apart.
+The remaining error of a lens or a pose after calibration displaces every stone at the same place
+by the same amount b(y). To a throw at speed v this looks like a friction that is off by b''v²/g,
+with opposite signs for throws in opposite directions, and no number of throws averages it away.
+But it follows v² and the direction, and μ follows neither, so throws at several speeds and in both
+directions tell them apart.
 
-Here is what any fit needs that has such a term: nodes along the sheet, how a measured place follows
-them, and a prior of their displacements.
+This module holds what every fit with such a term needs: the nodes along the sheet, how a measured
+position follows them, and a prior of their displacements.
 """
 
 from __future__ import annotations
@@ -22,18 +22,10 @@ from scipy.linalg import eigh
 
 from curling_env.typing import Floats
 from friction_estimation.inversion.matern import matern
+from friction_estimation.inversion.tuning import CAMERA_BIAS_NODE_SPACING
 
 if TYPE_CHECKING:
-    from friction_estimation.inversion.throw.path import Course
-
-
-NODE_SPACING = 0.75
-"""Between the nodes of the ripple [m]: the cubic between them follows waves from 2 m on."""
-USUAL_RIPPLE, USUAL_RIPPLE_LENGTH = 0.003, 1.5
-"""Scale of the half-Cauchy belief in the ripple's amplitude [m], centre of that in its length."""
-SHORTEST_RIPPLE, LONGEST_RIPPLE = 0.7, 3.0
-"""Lengths of the ripple's correlation [m], about a fifth of its waves. What is longer is a matter
-of the camera's pose and lens, and close to what slopes and laws of speed do to a throw."""
+    from friction_estimation.inversion.throw.path import StonePath
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +34,7 @@ class CameraBias:
 
     Parameters
     ----------
-    nodes : (n,) along the sheet [m]
+    nodes : (n,) positions along the sheet [m]
     values, sigma : (n,) displacement towards positive y, and its standard error [m]
     """
 
@@ -55,14 +47,14 @@ class CameraBias:
 
     @property
     def size(self) -> float:
-        """Root mean square [m], each node weighing by how well it is known."""
+        """Root mean square [m], each node weighted by how well it is known."""
         if not len(self):
             return 0.0
         weights = 1.0 / np.maximum(self.sigma, 1e-5) ** 2
         return float(np.sqrt(weights @ self.values**2 / weights.sum()))
 
-    def shares(self, y: Floats) -> Floats:
-        """What each node adds at places along the sheet: (k, n), a smooth curve through them.
+    def node_weights(self, y: Floats) -> Floats:
+        """Weight of each node at positions along the sheet, (k, n): a natural cubic spline.
 
         Beyond the last nodes the displacement stays what it is there.
         """
@@ -71,18 +63,18 @@ class CameraBias:
         return np.asarray(CubicSpline(self.nodes, eye, bc_type="natural")(inside))
 
     def at(self, y: Floats) -> Floats:
-        """Displacement at places along the sheet, (k,) [m]."""
-        return np.asarray(self.shares(y) @ self.values)
+        """Displacement at positions along the sheet, (k,) [m]."""
+        return np.asarray(self.node_weights(y) @ self.values)
 
-    def seen_along(self, course: Course, distance: Floats) -> Floats:
-        """How a distance measured along a course responds to the displacement at each node.
+    def along_path(self, path: StonePath, distance: Floats) -> Floats:
+        """How a distance measured along a path responds to the displacement at each node.
 
-        A throw towards negative y sees it with the other sign.
+        A throw towards negative y sees the displacement with the opposite sign.
 
         Parameters
         ----------
-        course : of the throw
-        distance : (k,) along it [m]
+        path : path of the throw
+        distance : (k,) distances along it [m]
 
         Returns
         -------
@@ -90,33 +82,38 @@ class CameraBias:
         """
         if not len(self):
             return np.empty((len(distance), 0))
-        ahead = course.heading_at(distance)[:, 1]
-        return self.shares(course.at(distance)[:, 1]) * ahead[:, None]
+        ahead = path.heading_at(distance)[:, 1]
+        return self.node_weights(path.at(distance)[:, 1]) * ahead[:, None]
 
 
 NO_BIAS = CameraBias(nodes=np.empty(0), values=np.empty(0), sigma=np.empty(0))
-"""A camera that does not err."""
+"""The bias of a perfect camera."""
 
 
-def bias_over(ys: Sequence[Floats]) -> CameraBias:
-    """One that is still zero, over all places where stones were seen."""
+def zero_bias_over(ys: Sequence[Floats]) -> CameraBias:
+    """A bias that is still zero, with nodes over all positions where stones were seen.
+
+    Parameters
+    ----------
+    ys : positions along the sheet, one array for each throw [m]
+    """
     low = min(float(y.min()) for y in ys)
     high = max(float(y.max()) for y in ys)
-    count = max(int(np.ceil((high - low) / NODE_SPACING)) + 1, 6)
+    count = max(int(np.ceil((high - low) / CAMERA_BIAS_NODE_SPACING)) + 1, 6)
     nodes = np.linspace(low, high, count)
     return CameraBias(nodes=nodes, values=np.zeros(count), sigma=np.zeros(count))
 
 
-def ripple_root(nodes: Floats, length: float) -> Floats:
-    """A root R of the prior correlation R Rᵀ of the ripple at nodes along the sheet, (n, n).
+def bias_root(nodes: Floats, length: float) -> Floats:
+    """A root R of the prior correlation R Rᵀ of the bias at its nodes, (n, n).
 
-    A displacement that is constant or grows evenly is left out of it: release states take up the
-    first, and the second is an error of scale, which no throw tells from μ and speed.
+    A constant or evenly growing displacement is left out of it: release states take up the first,
+    and the second is an error of scale, which no throw can tell from μ and speed.
 
     Parameters
     ----------
-    nodes : (n,) along the sheet [m]
-    length : of correlation [m]
+    nodes : (n,) positions along the sheet [m]
+    length : correlation length [m]
     """
     correlation = matern(np.abs(nodes[:, None] - nodes[None]), length, 2.5)
     even, _ = np.linalg.qr(np.column_stack([np.ones_like(nodes), nodes]))

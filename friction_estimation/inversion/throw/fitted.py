@@ -1,4 +1,4 @@
-"""One throw as it is fitted: its course, its ride so far, and what the ride leaves unexplained."""
+"""One throw as it is fitted: its path, its start and speed so far, and its residuals."""
 
 from __future__ import annotations
 
@@ -6,47 +6,48 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.ice import FrictionMap, Ice
 from curling_env.physics.law import acceleration
-from curling_env.typing import Floats
-from friction_estimation.inversion.noise import Noise, Residual
-from friction_estimation.inversion.throw.forward import Passenger, Ride, Track
-from friction_estimation.inversion.throw.path import lay_course
-from friction_estimation.inversion.throw.spin import USUAL_SPIN, fit_spin, shows_heading
-from friction_estimation.tracks.kinematics import FreeSlide, smooth_motion
+from curling_env.typing import Flags, Floats
+from friction_estimation.inversion.noise import Noise, Residuals
+from friction_estimation.inversion.throw.forward import LawOnMap, PathMotion, ThrowInput
+from friction_estimation.inversion.throw.path import fit_path
+from friction_estimation.inversion.throw.spin import fit_spin, has_heading
+from friction_estimation.inversion.tuning import USUAL_SPIN
+from friction_estimation.tracks.free_slide import FreeSlide
+from friction_estimation.tracks.smoothing import smooth_motion
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ridden:
-    """One throw as it was fitted.
+class FittedThrow:
+    """One throw as it is fitted.
 
     Parameters
     ----------
-    slide : the rows of its track
-    passenger : course, spin and the rest that its ride needs
-    measured : (k,) distance of each row along the course [m]
+    slide : free slide of its track
+    inputs : path, spin and the rest that its motion depends on
+    measured : (k,) measured distance of each row along the path [m]
     scale : (k,) noise of each row relative to the common noise
     start, speed : fitted distance and speed at the first row [m, m/s]
-    offset : its own departure in ln μ
-    turn_seen : whether its heading told its spin; else the usual one is taken
-    shift : (k,) by which the camera's ripple displaces each row along the course [m]
-    keep : (k,) rows that agree with the noise
-    left : (k,) measured minus ridden and displaced distance [m]
+    offset : departure of its ln μ from that of the ice
+    heading_seen : whether the heading was measured; otherwise the spin is a usual one
+    shift : (k,) displacement of each row along the path by the bias of the camera [m]
+    keep : (k,) whether a row agrees with the noise
+    residual : (k,) measured distance less shift and fitted distance [m]
     """
 
     slide: FreeSlide
-    passenger: Passenger
+    inputs: ThrowInput
     measured: Floats
     scale: Floats
     start: float
     speed: float
     offset: float = 0.0
-    turn_seen: bool = True
+    heading_seen: bool = True
     shift: Floats
-    keep: NDArray[np.bool_]
-    left: Floats
+    keep: Flags
+    residual: Floats
 
     @property
     def t(self) -> Floats:
@@ -54,18 +55,24 @@ class Ridden:
         return self.slide.t - self.slide.t[0]
 
 
-def board_throw(slide: FreeSlide, order: int) -> Ridden:
-    """A throw with its course laid, and first values of its start, speed and spin."""
-    course, measured = lay_course(slide)
+def initialise_throw(slide: FreeSlide, order: int) -> FittedThrow:
+    """A throw with its path fitted, and first values of its start, speed and spin.
+
+    Parameters
+    ----------
+    slide : free slide of its track
+    order : number of throws played before
+    """
+    path, measured = fit_path(slide)
     t = slide.t - slide.t[0]
     early = max(int(np.searchsorted(t, 3.0)), 8)
     fit = np.polynomial.polynomial.polyfit(t[:early], measured[:early], 2)
     spin, power, speed, heading = fit_spin(slide)
-    turn_seen = shows_heading(slide)
-    if not turn_seen:
+    heading_seen = has_heading(slide)
+    if not heading_seen:
         spin = USUAL_SPIN
-    passenger = Passenger(
-        course=course,
+    inputs = ThrowInput(
+        path=path,
         duration=float(t[-1]),
         spin=spin,
         spin_power=power,
@@ -76,28 +83,26 @@ def board_throw(slide: FreeSlide, order: int) -> Ridden:
         stone=slide.track.stone,
         sweeps=swept_intervals(t, slide.track.swept[slide.rows]),
     )
-    return Ridden(
+    return FittedThrow(
         slide=slide,
-        passenger=passenger,
+        inputs=inputs,
         measured=measured,
         scale=relative_noise(slide),
         start=float(fit[0]),
         speed=float(fit[1]),
         shift=np.zeros(len(t)),
-        turn_seen=turn_seen,
+        heading_seen=heading_seen,
         keep=np.ones(len(t), dtype=np.bool_),
-        left=np.zeros(len(t)),
+        residual=np.zeros(len(t)),
     )
 
 
 def relative_noise(slide: FreeSlide) -> Floats:
     """Noise of each row of a slide relative to its usual one, (k,).
 
-    What a track states in `sigma_xy` is its rows' own noise and what all frames share (pose, lens,
-    outline), which is no weight between frames. So rows that are said to be twice as uncertain
-    count as half as much as they would if all of that were their own. Of tracks from the end of
-    the sheet, where the far rows err several times as much as the near ones, the maps of even ice
-    err by 0.5 % instead of 0.9 with it, and by 0.7 where they take all of it.
+    The `sigma_xy` of a track contains the rows' own noise and errors that all frames share (pose,
+    lens, outline). The shared part is no reason to weigh rows differently. So a row that is stated
+    to be twice as uncertain counts half as much as it would if all of the difference were noise.
     """
     stated = slide.track.sigma_xy
     usual = float(np.nanmedian(stated[slide.rows])) if np.isfinite(stated).any() else 0.0
@@ -116,12 +121,12 @@ def swept_intervals(t: Floats, swept: Floats) -> Floats:
     return np.column_stack([t[first], ends[last]]) if len(first) else np.empty((0, 2))
 
 
-def first_level(throw: Ridden, ice: Ice) -> float:
-    """Logarithm of μ of one throw from its smoothed deceleration, under the law of the ice."""
+def initial_level(throw: FittedThrow, ice: Ice) -> float:
+    """Ln μ of one throw from its smoothed deceleration, under the law of the ice."""
     slide = throw.slide
     motion = smooth_motion(slide.t, slide.xy, window=3.0)
     rows = np.flatnonzero(motion.speed > 0.4 * motion.speed.max())[::5]
-    heading = throw.passenger.course.heading_at(throw.measured[rows])
+    heading = throw.inputs.path.heading_at(throw.measured[rows])
     states = np.column_stack(
         [slide.xy[rows], motion.speed[rows, None] * heading, np.full(len(rows), 0.0)]
     )
@@ -136,22 +141,30 @@ def _flat(ice: Ice, mu: float) -> Ice:
     return replace(ice, friction=FrictionMap.uniform(mu, ice.sheet))
 
 
-def ride_throw(throw: Ridden, track: Track, gate: Noise) -> tuple[Ridden, Ride]:
-    """The throw ridden once more, its residuals and good rows up to date."""
-    ride = track.ride(throw.passenger, throw.start, throw.speed, throw.offset)
-    left = throw.measured - throw.shift - ride.distance_at(throw.t)
-    keep = gate.keep(throw.t, left, throw.scale)
-    if keep.sum() < 0.5 * len(keep):  # the path is still far off: nothing can be called wild yet
+def update_residual(
+    throw: FittedThrow, law: LawOnMap, gate: Noise
+) -> tuple[FittedThrow, PathMotion]:
+    """The throw with new residuals and kept rows under a law, and its motion under it.
+
+    Parameters
+    ----------
+    gate : noise with which a row must agree to be kept
+    """
+    motion = law.integrate(throw.inputs, throw.start, throw.speed, throw.offset)
+    residual = throw.measured - throw.shift - motion.distance_at(throw.t)
+    keep = gate.keep(throw.t, residual, throw.scale)
+    if keep.sum() < 0.5 * len(keep):  # the fit is still far off: no row can be called wild yet
         keep = np.ones(len(keep), dtype=np.bool_)
-    return replace(throw, left=left, keep=keep), ride
+    return replace(throw, residual=residual, keep=keep), motion
 
 
-def residuals_of(throws: Sequence[Ridden]) -> list[Residual]:
-    return [(k.t[k.keep], k.left[k.keep], k.scale[k.keep]) for k in throws]
+def kept_residuals(throws: Sequence[FittedThrow]) -> list[Residuals]:
+    """Times, residuals and relative noise of the kept rows of every throw."""
+    return [(k.t[k.keep], k.residual[k.keep], k.scale[k.keep]) for k in throws]
 
 
-def move_release(throw: Ridden, step: Floats, offset: float) -> Ridden:
-    """The throw with its start, speed and offset changed by what a fit found."""
+def move_release(throw: FittedThrow, step: Floats, offset: float) -> FittedThrow:
+    """The throw with a new offset, and its start and speed changed by a step (2,)."""
     limit = min(1.0, 0.3 * throw.speed / max(abs(float(step[1])), 1e-12))
     return replace(
         throw,
@@ -161,11 +174,11 @@ def move_release(throw: Ridden, step: Floats, offset: float) -> Ridden:
     )
 
 
-def crossed_cells(throws: Sequence[Ridden], ice: Ice) -> NDArray[np.bool_]:
+def crossed_cells(throws: Sequence[FittedThrow], ice: Ice) -> Flags:
     """Cells that a stone's centre crossed while it was measured, (rows, columns)."""
     observed = np.zeros(ice.sheet.shape, dtype=np.bool_)
     for throw in throws:
         reached = throw.measured[throw.keep]
-        on_way = np.arange(reached.min(), reached.max(), 0.02)
-        observed[ice.sheet.cell_of(throw.passenger.course.at(on_way))] = True
+        on_path = np.arange(reached.min(), reached.max(), 0.02)
+        observed[ice.sheet.cell_of(throw.inputs.path.at(on_path))] = True
     return observed

@@ -1,11 +1,11 @@
-"""A stone riding its course under the force law, and what the ride owes to each cell's friction.
+"""Motion of a stone along its path under the force law, and how it depends on each cell's friction.
 
-The law gives the acceleration; its part along the course moves the stone. Spin is not integrated
-but taken from the measured heading (methods: only r²m/I matters and is not known to 10 %), as
-ω = ω₀ (v/v₀)^p with p fitted, the form that a symmetric running band gives (physics T10).
+The law gives the acceleration; its part along the path moves the stone. The spin is not integrated
+but taken from the measured heading, as ω = ω₀ (v/v₀)^p with a fitted p: the form that a symmetric
+running band gives, without the poorly known moment of inertia.
 
-Sensitivities obey the linearised equation δs'' = (∂a/∂s) δs + (∂a/∂v) δv + δa: one pass over the
-path yields those for all cells, the start and the speed at once.
+The sensitivities obey the linearised equation δs'' = (∂a/∂s) δs + (∂a/∂v) δv + δa. One pass along
+the path solves it for all cells, the start and the speed at once.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from math import fabs
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.ice import Ice
 from curling_env.physics.compiled import compiled
@@ -30,34 +29,35 @@ from curling_env.physics.effects.motion import (
     T,
 )
 from curling_env.physics.law import Law, compile_law, feel, mu_of_map
-from curling_env.typing import Floats
-from friction_estimation.inversion.throw.path import STEP, Course
+from curling_env.typing import Floats, Indices
+from friction_estimation.inversion.throw.path import PATH_STEP, StonePath
 
-TICK = 0.02
-"""Between the instants of a ride [s]: Runge–Kutta then errs by micrometres on the paper's cells."""
-NEARBY = 0.1
-"""Half the distance over which the law's change along the course is taken [m]: several ticks, so
-that the jump at the edge of a constant cell is neither missed nor counted twice."""
-SLOWEST = 2e-3
-"""Below this speed the rest is uniform deceleration, 20 µm of it [m/s]."""
+TIME_STEP = 0.02
+"""Time between the instants of a motion [s]; Runge-Kutta then errs by micrometres."""
+_DIFFERENCE_DISTANCE = 0.1
+"""Half the distance over which the change of the law along the path is taken [m]: several time
+steps, so that the jump at the edge of a constant cell is neither missed nor counted twice."""
+_REST_SPEED = 2e-3
+"""Speed below which the remaining 20 µm are uniform deceleration [m/s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Passenger:
-    """What a ride needs to know of one throw besides where and how fast it starts.
+class ThrowInput:
+    """What the motion of a throw depends on, besides its start and speed.
 
     Parameters
     ----------
-    course : the line it follows
-    duration : how long it is followed [s]
-    spin, spin_power : ω₀ at the speed `spin_speed`, and p [rad/s, 1]
-    spin_speed : speed at which the spin is ω₀ [m/s]
-    heading : of the handle at the start [rad]
-    clock, order, stone : of the session, as the law reads them
+    path : line that the stone follows
+    duration : time over which it is followed [s]
+    spin, spin_power : ω₀ [rad/s] and p of ω = ω₀ (v/v₀)^p
+    spin_speed : v₀, the speed at which the spin is ω₀ [m/s]
+    heading : heading of the handle at the start [rad]
+    clock, order, stone : session clock [s], number of throws before, and stone, as the law reads
+        them
     sweeps : (k, 2) beginnings and ends of sweeping since the start [s]
     """
 
-    course: Course
+    path: StonePath
     duration: float
     spin: float = 0.0
     spin_power: float = 0.2
@@ -70,14 +70,14 @@ class Passenger:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ride:
-    """A ride at instants `TICK` apart.
+class PathMotion:
+    """Motion along a path at instants `TIME_STEP` apart.
 
     Parameters
     ----------
-    t : (n,) since the start [s]
-    distance, speed, acceleration : (n,) along the course [m, m/s, m/s²]
-    friction : (n,) part of the acceleration that is proportional to the map's μ [m/s²]
+    t : (n,) time since the start [s]
+    distance, speed, acceleration : (n,) along the path [m, m/s, m/s²]
+    friction : (n,) part of the acceleration that is proportional to μ of the map [m/s²]
     by_distance, by_speed : (n,) derivatives of the acceleration [1/s²], [1/s]
     """
 
@@ -90,11 +90,11 @@ class Ride:
     by_speed: Floats
 
     def distance_at(self, t: Floats) -> Floats:
-        """Distance at any time within the ride, (m,) [m]: the cubic through both ends' motion."""
-        i = np.clip((t / TICK).astype(int), 0, len(self.t) - 2)
-        u = np.clip(t / TICK - i, 0.0, 1.0)
+        """Distance at any times within the motion, (m,) [m]: cubic Hermite interpolation."""
+        i = np.clip((t / TIME_STEP).astype(int), 0, len(self.t) - 2)
+        u = np.clip(t / TIME_STEP - i, 0.0, 1.0)
         s0, s1 = self.distance[i], self.distance[i + 1]
-        v0, v1 = self.speed[i] * TICK, self.speed[i + 1] * TICK
+        v0, v1 = self.speed[i] * TIME_STEP, self.speed[i + 1] * TIME_STEP
         return (
             s0 * (1 + 2 * u) * (1 - u) ** 2
             + v0 * u * (1 - u) ** 2
@@ -102,61 +102,77 @@ class Ride:
             + v1 * u**2 * (u - 1)
         )
 
-    def tangents_at(self, columns: Floats, t: Floats) -> Floats:
-        """Columns (n, m) given at the instants, read at times (k,) → (k, m)."""
-        i = np.clip((t / TICK).astype(int), 0, len(self.t) - 2)
-        u = np.clip(t / TICK - i, 0.0, 1.0)[:, None]
+    def columns_at(self, columns: Floats, t: Floats) -> Floats:
+        """Columns (n, m) given at the instants, interpolated at times (k,): (k, m)."""
+        i = np.clip((t / TIME_STEP).astype(int), 0, len(self.t) - 2)
+        u = np.clip(t / TIME_STEP - i, 0.0, 1.0)[:, None]
         return columns[i] * (1 - u) + columns[i + 1] * u
 
 
-class Track:
-    """The law compiled once for an ice: rides of all throws on it."""
+@dataclass(frozen=True, eq=False)
+class LawOnMap:
+    """The compiled force law of an ice, with a friction map that can be exchanged.
 
-    def __init__(self, ice: Ice) -> None:
-        self.ice = ice
-        self._law = compile_law(ice)
+    Parameters
+    ----------
+    ice : sheet, stone and effects
+    law : compiled law; its friction map need not be that of the ice
+    """
+
+    ice: Ice
+    law: Law
+
+    @classmethod
+    def of(cls, ice: Ice) -> LawOnMap:
+        """The law of an ice on its own map."""
+        return cls(ice=ice, law=compile_law(ice))
 
     @property
     def mu(self) -> Floats:
-        """Friction of the map that is ridden on, (rows, columns)."""
-        return self._law.mu
+        """Friction of the map, (rows, columns)."""
+        return self.law.mu
 
-    def set_level(self, level: float) -> Track:
-        """Ride on uniform friction from now on; `level` is its ln μ."""
-        return self.set_field(level, np.zeros(self._law.mu.size))
+    def with_level(self, level: float) -> LawOnMap:
+        """The law on uniform friction; `level` is its ln μ."""
+        return self.with_field(level, np.zeros(self.mu.size))
 
-    def set_field(self, level: float, field: Floats) -> Track:
-        """Ride on a map from now on: ln μ is the level plus the field (cells,)."""
-        mu = np.exp(level + field).reshape(self._law.mu.shape)
-        self._law = self._law._replace(mu=np.ascontiguousarray(mu), patterned=True)
-        return self
+    def with_field(self, level: float, field: Floats) -> LawOnMap:
+        """The law on a map whose ln μ is the level plus a field (cells,)."""
+        mu = np.exp(level + field).reshape(self.mu.shape)
+        law = self.law._replace(mu=np.ascontiguousarray(mu), patterned=True)
+        return LawOnMap(ice=self.ice, law=law)
 
-    def under(self, ice: Ice) -> Track:
-        """Rides over the same map under the effects of another ice."""
-        track = Track(ice)
-        track._law = track._law._replace(mu=self._law.mu, patterned=self._law.patterned)
-        return track
+    def with_effects(self, ice: Ice) -> LawOnMap:
+        """The same map under the effects of another ice."""
+        law = compile_law(ice)._replace(mu=self.law.mu, patterned=self.law.patterned)
+        return LawOnMap(ice=ice, law=law)
 
-    def ride(self, passenger: Passenger, start: float, speed: float, offset: float = 0.0) -> Ride:
-        """The ride that starts at a distance along the course with a speed [m, m/s].
+    def integrate(
+        self, inputs: ThrowInput, start: float, speed: float, offset: float = 0.0
+    ) -> PathMotion:
+        """Motion of a throw along its path.
 
-        `offset` is added to ln μ for this throw alone.
+        Parameters
+        ----------
+        inputs : path, spin and the rest of the throw
+        start, speed : distance along the path and speed at time 0 [m, m/s]
+        offset : added to ln μ for this throw alone
         """
-        law = self._law if offset == 0.0 else self._law._replace(mu=self.mu * np.exp(offset))
-        n = int(np.ceil(passenger.duration / TICK)) + 2
+        law = self.law if offset == 0.0 else self.law._replace(mu=self.mu * np.exp(offset))
+        n = int(np.ceil(inputs.duration / TIME_STEP)) + 2
         out = np.zeros((n, 6))
-        p = passenger
         motion = np.zeros(MOTION_SIZE)
-        motion[[ORDER, STONE]] = p.order, p.stone
-        sweeps = np.ascontiguousarray(p.sweeps, dtype=np.float64).reshape(-1, 2)
-        spin = np.array([p.spin, p.spin_power, max(p.spin_speed, 0.05), p.heading, p.clock])
-        course = p.course
-        _ride(
-            law, motion, np.empty(PUSH_SIZE), np.empty(9), course.points, course.heading,
-            course.origin, spin, sweeps, start, max(speed, 0.0), out,
+        motion[[ORDER, STONE]] = inputs.order, inputs.stone
+        sweeps = np.ascontiguousarray(inputs.sweeps, dtype=np.float64).reshape(-1, 2)
+        spin_speed = max(inputs.spin_speed, 0.05)
+        spin = np.array([inputs.spin, inputs.spin_power, spin_speed, inputs.heading, inputs.clock])
+        path = inputs.path
+        _integrate(
+            law, motion, np.empty(PUSH_SIZE), np.empty(9), path.points, path.heading,
+            path.origin, spin, sweeps, start, max(speed, 0.0), out,
         )  # fmt: skip
-        return Ride(
-            t=np.arange(n, dtype=np.float64) * TICK,
+        return PathMotion(
+            t=np.arange(n, dtype=np.float64) * TIME_STEP,
             distance=out[:, 0],
             speed=out[:, 1],
             acceleration=out[:, 2],
@@ -165,17 +181,17 @@ class Track:
             by_speed=out[:, 5],
         )
 
-    def cell_weights(self, xy: Floats) -> tuple[NDArray[np.intp], Floats]:
-        """Cells that make up μ at points, and their shares.
+    def cell_weights(self, xy: Floats) -> tuple[Indices, Floats]:
+        """Cells that make up μ at points, and their weights.
 
         Parameters
         ----------
-        xy : (n, 2) sheet frame [m]
+        xy : (n, 2) points in the sheet frame [m]
 
         Returns
         -------
         cells : (n, 4) flat indices
-        weights : (n, 4) shares, which add up to 1
+        weights : (n, 4) weights, which add up to 1
         """
         sheet = self.ice.sheet
         rows, columns = sheet.shape
@@ -197,14 +213,14 @@ class Track:
 
 
 def sensitivities(
-    ride: Ride, cells: NDArray[np.intp], shares: Floats
-) -> tuple[NDArray[np.intp], Floats, Floats]:
+    motion: PathMotion, cells: Indices, shares: Floats
+) -> tuple[Indices, Floats, Floats]:
     """How the distance responds to the start, the speed and the friction of every cell crossed.
 
     Parameters
     ----------
-    ride : the path about which to linearise
-    cells : (n, 4) flat indices of the cells under each instant
+    motion : motion about which to linearise
+    cells : (n, 4) flat indices of the cells at each instant
     shares : (n, 4) ∂ln μ/∂ln μ_cell at each instant
 
     Returns
@@ -214,12 +230,12 @@ def sensitivities(
     friction : (n, m) ∂s/∂ln μ_cell [m]
     """
     crossed, local = np.unique(cells, return_inverse=True)
-    out = np.zeros((len(ride.t), 2 + len(crossed)))
+    out = np.zeros((len(motion.t), 2 + len(crossed)))
     _linear_response(
-        ride.speed,
-        ride.friction,
-        ride.by_distance,
-        ride.by_speed,
+        motion.speed,
+        motion.friction,
+        motion.by_distance,
+        motion.by_speed,
         np.ascontiguousarray(local.reshape(cells.shape)),
         np.ascontiguousarray(shares),
         np.zeros((4, out.shape[1])),
@@ -233,8 +249,8 @@ def _along(
     law: Law, motion: Any, push: Any, work: Any, points: Any, heading: Any, origin: float,
     spin: Any, s: float, v: float,
 ) -> None:  # fmt: skip
-    """The law along the course: work[6] = μ, work[7] = P, work[8] = Q of acceleration = μ·P + Q."""
-    place = (s - origin) / STEP
+    """The law along the path: work[6] = μ, work[7] = P, work[8] = Q of acceleration = μ·P + Q."""
+    place = (s - origin) / PATH_STEP
     place = min(max(place, 0.0), points.shape[0] - 1.001)
     i = int(place)
     u = place - i
@@ -261,7 +277,7 @@ def _set_time(motion: Any, t: float, clock: float, sweeps: Any) -> None:
 
 
 @compiled
-def _ride(
+def _integrate(
     law: Law, motion: Any, push: Any, work: Any, points: Any, heading: Any, origin: float,
     spin: Any, sweeps: Any, start: float, v: float, out: Any,
 ) -> None:  # fmt: skip
@@ -271,9 +287,9 @@ def _ride(
     for i in range(out.shape[0]):
         out[i, 0] = s
         out[i, 1] = v
-        if v < SLOWEST:
+        if v < _REST_SPEED:
             continue
-        t = i * TICK
+        t = i * TIME_STEP
         motion[HEADING] = turned
         _set_time(motion, t, spin[4], sweeps)
         dv = 0.02 * v
@@ -281,21 +297,21 @@ def _ride(
         out[i, 5] = (work[6] * work[7] + work[8]) / (2 * dv)
         _along(law, motion, push, work, points, heading, origin, spin, s, v - dv)
         out[i, 5] -= (work[6] * work[7] + work[8]) / (2 * dv)
-        _along(law, motion, push, work, points, heading, origin, spin, s + NEARBY, v)
-        out[i, 4] = (work[6] * work[7] + work[8]) / (2 * NEARBY)
-        _along(law, motion, push, work, points, heading, origin, spin, s - NEARBY, v)
-        out[i, 4] -= (work[6] * work[7] + work[8]) / (2 * NEARBY)
+        _along(law, motion, push, work, points, heading, origin, spin, s + _DIFFERENCE_DISTANCE, v)
+        out[i, 4] = (work[6] * work[7] + work[8]) / (2 * _DIFFERENCE_DISTANCE)
+        _along(law, motion, push, work, points, heading, origin, spin, s - _DIFFERENCE_DISTANCE, v)
+        out[i, 4] -= (work[6] * work[7] + work[8]) / (2 * _DIFFERENCE_DISTANCE)
         _along(law, motion, push, work, points, heading, origin, spin, s, v)
         a1 = work[6] * work[7] + work[8]
         out[i, 2] = a1
         out[i, 3] = work[6] * work[7]
-        turned += TICK * spin[0] * (v / spin[2]) ** spin[1]
-        if v + 1.5 * a1 * TICK <= 0.0:
-            # Comes to rest within about one tick: uniform deceleration for the rest.
+        turned += TIME_STEP * spin[0] * (v / spin[2]) ** spin[1]
+        if v + 1.5 * a1 * TIME_STEP <= 0.0:
+            # The stone comes to rest within about one step, by uniform deceleration.
             s += 0.5 * v * v / max(fabs(a1), 1e-6)
             v = 0.0
             continue
-        half = 0.5 * TICK
+        half = 0.5 * TIME_STEP
         _set_time(motion, t + half, spin[4], sweeps)
         v2 = v + half * a1
         _along(law, motion, push, work, points, heading, origin, spin, s + half * v, v2)
@@ -303,12 +319,12 @@ def _ride(
         v3 = v + half * a2
         _along(law, motion, push, work, points, heading, origin, spin, s + half * v2, v3)
         a3 = work[6] * work[7] + work[8]
-        _set_time(motion, t + TICK, spin[4], sweeps)
-        v4 = v + TICK * a3
-        _along(law, motion, push, work, points, heading, origin, spin, s + TICK * v3, v4)
+        _set_time(motion, t + TIME_STEP, spin[4], sweeps)
+        v4 = v + TIME_STEP * a3
+        _along(law, motion, push, work, points, heading, origin, spin, s + TIME_STEP * v3, v4)
         a4 = work[6] * work[7] + work[8]
-        s += TICK / 6.0 * (v + 2 * v2 + 2 * v3 + v4)
-        v = max(v + TICK / 6.0 * (a1 + 2 * a2 + 2 * a3 + a4), 0.0)
+        s += TIME_STEP / 6.0 * (v + 2 * v2 + 2 * v3 + v4)
+        v = max(v + TIME_STEP / 6.0 * (a1 + 2 * a2 + 2 * a3 + a4), 0.0)
 
 
 @compiled
@@ -316,7 +332,7 @@ def _linear_response(
     speed: Any, friction: Any, by_distance: Any, by_speed: Any, cells: Any, shares: Any,
     work: Any, out: Any,
 ) -> None:  # fmt: skip
-    """Columns of out (n, 2 + m): δs for a unit of start, of speed, and of ln μ of each cell."""
+    """Fill out (n, 2 + m): δs for a unit of start, of speed and of ln μ of each cell."""
     n, columns = out.shape
     ds, dv, now, then = work[0], work[1], work[2], work[3]
     ds[0] = 1.0
@@ -326,14 +342,14 @@ def _linear_response(
     for i in range(n):
         for c in range(columns):
             out[i, c] = ds[c]
-        if i == n - 1 or speed[i] < SLOWEST:
+        if i == n - 1 or speed[i] < _REST_SPEED:
             continue
-        # Near rest ∂a/∂v grows without bound while what is left of the path vanishes.
+        # Near rest ∂a/∂v grows without bound while the remaining distance vanishes.
         slope = by_distance[i]
         damping = min(max(by_speed[i], -5.0), 5.0)
-        last = speed[i + 1] < SLOWEST
-        span = speed[i] / max(fabs(friction[i]), 1e-6) if last else TICK
-        span = min(span, 2 * TICK)
+        last = speed[i + 1] < _REST_SPEED
+        span = speed[i] / max(fabs(friction[i]), 1e-6) if last else TIME_STEP
+        span = min(span, 2 * TIME_STEP)
         for c in range(columns):
             then[c] = 0.0
         for k in range(4):

@@ -1,9 +1,9 @@
-"""The course of a stone: the line it followed over the ice, and how far along it was when.
+"""The path of a stone: the line it followed over the ice, and how far along it was at each time.
 
-Friction acts along the travel; curl, a slope across the sheet or a nudge of the stone act across
-it and turn the travel without slowing it. The estimator therefore takes the line itself from the
-measurement, as a bead's wire, and explains only the distance along it. What a model of the
-sideways forces lacks can then not bias the friction: no such model is used.
+Friction acts along the travel. Curl, a slope across the sheet or a nudge act across it and turn
+the travel without slowing it. So the estimator takes the line itself from the measurement, like
+the wire of a bead, and explains only the distance along it. No model of the sideways forces is
+used, and none can bias the friction.
 """
 
 from __future__ import annotations
@@ -15,24 +15,24 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from curling_env.typing import Floats
-from friction_estimation.tracks.kinematics import FreeSlide, robust_deviation
+from friction_estimation.inversion.tuning import PATH_KNOT_SPACING
+from friction_estimation.tracks.free_slide import FreeSlide
+from friction_estimation.tracks.outliers import robust_deviation
 
-KNOT_SPACING = 3.0
-"""Between knots of the smooth line [m]: curl changes over many metres."""
-STEP = 0.05
-"""Between tabulated points of the line [m]: straight chords are then within 0.02 mm of it."""
-MARGIN = 1.5
-"""How far the line goes on beyond the first and last sample [m]."""
+PATH_STEP = 0.05
+"""Distance between the tabulated points of a path [m]; straight chords err by 0.02 mm at most."""
+_MARGIN = 1.5
+"""How far a path continues beyond the first and the last sample [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Course:
+class StonePath:
     """A smooth line over the ice, tabulated by the distance along it.
 
     Parameters
     ----------
     origin : distance of the first tabulated point [m]; 0 is at the first sample
-    points : (k, 2) sheet frame, every `STEP` metres of distance [m]
+    points : (k, 2) points in the sheet frame, one every `PATH_STEP` metres of distance [m]
     heading : (k, 2) unit vectors of travel
     """
 
@@ -41,28 +41,28 @@ class Course:
     heading: Floats
 
     def at(self, distance: Floats) -> Floats:
-        """Points of the sheet at distances along the line, (n, 2) [m]."""
-        place = (distance - self.origin) / STEP
+        """Points of the sheet at distances along the path, (n, 2) [m]."""
+        place = (distance - self.origin) / PATH_STEP
         index = np.arange(len(self.points))
         return np.column_stack([np.interp(place, index, self.points[:, k]) for k in range(2)])
 
     def heading_at(self, distance: Floats) -> Floats:
-        """Unit vectors of travel at distances along the line, (n, 2)."""
-        nearest = np.rint((distance - self.origin) / STEP).astype(int)
+        """Unit vectors of travel at distances along the path, (n, 2)."""
+        nearest = np.rint((distance - self.origin) / PATH_STEP).astype(int)
         return self.heading[np.clip(nearest, 0, len(self.heading) - 1)]
 
 
-def lay_course(slide: FreeSlide) -> tuple[Course, Floats]:
+def fit_path(slide: FreeSlide) -> tuple[StonePath, Floats]:
     """The line that a free slide followed, and the measured distance along it.
 
     Parameters
     ----------
-    slide : rows of one track
+    slide : free slide of one track
 
     Returns
     -------
-    course : the line, a cubic spline across the chord with a knot every 3 m, fitted robustly
-    distance : (n,) of each row's foot on the line [m]
+    path : the line, a robustly fitted cubic spline over the chord
+    distance : (n,) distance along the path of the point nearest to each row [m]
     """
     xy = slide.xy
     first, last = np.median(xy[:5], axis=0), np.median(xy[-5:], axis=0)
@@ -78,33 +78,33 @@ def lay_course(slide: FreeSlide) -> tuple[Course, Floats]:
             return line(inside, 1)
         return line(inside) + (at - inside) * line(inside, 1)
 
-    grid = np.arange(low - MARGIN, high + MARGIN + STEP, STEP / 2)
+    grid = np.arange(low - _MARGIN, high + _MARGIN + PATH_STEP, PATH_STEP / 2)
     steps = np.hypot(np.diff(grid), np.diff(offset(grid)))
     length = np.concatenate([[0.0], np.cumsum(steps)])
     length -= np.interp(u[0], grid, length)
-    # The nearest point of the line: one step along its tangent is enough for errors of mm.
+    # One step along the tangent finds the nearest point well enough for errors of millimetres.
     slope = offset(u, 1)
     foot = u + (w - offset(u)) * slope / (1 + slope**2)
-    table = np.arange(length[0], length[-1], STEP)
+    table = np.arange(length[0], length[-1], PATH_STEP)
     at = np.interp(table, length, grid)
     slope = offset(at, 1)
     along = np.column_stack([np.ones_like(slope), slope]) / np.hypot(1, slope)[:, None]
-    course = Course(
+    path = StonePath(
         origin=float(table[0]),
         points=first + at[:, None] * chord + offset(at)[:, None] * across,
         heading=along[:, :1] * chord + along[:, 1:] * across,
     )
-    return course, np.interp(foot, grid, length)
+    return path, np.interp(foot, grid, length)
 
 
 def _smooth_line(u: Floats, w: Floats) -> Any:
     """Robust least-squares spline w(u) with a weak preference for straightness."""
     low, high = float(u.min()), float(u.max())
-    spans = max(1, int((high - low) / KNOT_SPACING))
+    spans = max(1, int((high - low) / PATH_KNOT_SPACING))
     inner = np.linspace(low, high, spans + 1)
     knots = np.concatenate([[low] * 3, inner, [high] * 3])
     basis = BSpline.design_matrix(np.clip(u, low, high), knots, 3).toarray()
-    # Third differences bridge stretches without samples; too weak to bend anything else.
+    # Third differences bridge stretches without samples; they are too weak to bend anything else.
     count = basis.shape[1]
     bridge = 1e-2 * np.diff(np.eye(count), 3, axis=0) if count > 3 else np.zeros((0, count))
     weights = np.ones_like(u)
@@ -113,7 +113,7 @@ def _smooth_line(u: Floats, w: Floats) -> Any:
         rows = np.vstack([basis * weights[:, None], bridge])
         goal = np.concatenate([w * weights, np.zeros(len(bridge))])
         coefficients = np.linalg.lstsq(rows, goal, rcond=None)[0]
-        left = np.abs(w - basis @ coefficients)
-        limit = 2.0 * max(robust_deviation(w - basis @ coefficients), 1e-6)
-        weights = np.sqrt(np.minimum(1.0, limit / np.maximum(left, 1e-12)))
+        residual = w - basis @ coefficients
+        limit = 2.0 * max(robust_deviation(residual), 1e-6)
+        weights = np.sqrt(np.minimum(1.0, limit / np.maximum(np.abs(residual), 1e-12)))
     return BSpline(knots, coefficients, 3)

@@ -5,17 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from curling_env.typing import Floats
-from friction_estimation.tracks.kinematics import FreeSlide, smooth_motion
-
-FEWEST_HEADINGS = 20
-"""Rows with a heading without which the turn of a stone is not known."""
-USUAL_SPIN = 0.9
-"""Of a stone of which no heading was seen [rad/s]: three to four turns in 25 s."""
+from friction_estimation.inversion.tuning import MIN_HEADINGS
+from friction_estimation.tracks.free_slide import FreeSlide
+from friction_estimation.tracks.smoothing import smooth_motion
 
 
-def shows_heading(slide: FreeSlide) -> bool:
-    """Whether the heading was measured often enough to tell the spin."""
-    return int(np.isfinite(slide.track.theta[slide.rows]).sum()) >= FEWEST_HEADINGS
+def has_heading(slide: FreeSlide) -> bool:
+    """Whether the heading was measured often enough to estimate the spin."""
+    return int(np.isfinite(slide.track.theta[slide.rows]).sum()) >= MIN_HEADINGS
 
 
 def fit_spin(slide: FreeSlide) -> tuple[float, float, float, float]:
@@ -23,13 +20,13 @@ def fit_spin(slide: FreeSlide) -> tuple[float, float, float, float]:
 
     Returns
     -------
-    ω₀ [rad/s], p, v₀ [m/s], heading [rad]; no spin where the heading was not measured
+    ω₀ [rad/s], p, v₀ [m/s] and the heading [rad]; the spin is 0 where too few headings are known
     """
     motion = smooth_motion(slide.t, slide.xy, window=2.0)
     v0 = float(np.median(motion.speed[:10]))
     theta = slide.track.theta[slide.rows]
     known = np.isfinite(theta)
-    if not shows_heading(slide):
+    if not has_heading(slide):
         return 0.0, 0.2, v0, 0.0
     ratio = np.maximum(motion.speed / v0, 1e-3)
     t = slide.t - slide.t[0]
@@ -46,15 +43,15 @@ def fit_spin(slide: FreeSlide) -> tuple[float, float, float, float]:
 
 
 def _robust_line(basis: Floats, values: Floats) -> tuple[Floats, float]:
-    """Least-squares coefficients with wild values held down, and the sum of what is left."""
+    """Least-squares coefficients with wild values held down, and the sum of the residuals."""
     weights = np.ones(len(basis))
     coefficients: Floats = np.zeros(basis.shape[1])
     cost = np.inf
     for _ in range(4):
         rows, goal = basis * weights[:, None], values * weights
         coefficients = np.asarray(np.linalg.lstsq(rows, goal, rcond=None)[0], dtype=np.float64)
-        left = np.abs(values - basis @ coefficients)
-        limit = 2.0 * max(1.4826 * float(np.median(left)), 1e-4)
-        weights = np.sqrt(np.minimum(1.0, limit / np.maximum(left, 1e-12)))
-        cost = float(np.minimum(left, limit).sum())
+        residual = np.abs(values - basis @ coefficients)
+        limit = 2.0 * max(1.4826 * float(np.median(residual)), 1e-4)
+        weights = np.sqrt(np.minimum(1.0, limit / np.maximum(residual, 1e-12)))
+        cost = float(np.minimum(residual, limit).sum())
     return coefficients, cost

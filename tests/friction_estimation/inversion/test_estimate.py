@@ -16,9 +16,9 @@ from curling_env.throw import Release
 from curling_env.trajectory import Trajectory, write_tracks
 from friction_estimation.inversion import cell_bound, estimate_ice, uniform_bound
 from friction_estimation.inversion.noise import Noise, estimate_noise
-from friction_estimation.inversion.throw.fitted import board_throw
-from friction_estimation.inversion.throw.forward import Track, sensitivities
-from friction_estimation.tracks.kinematics import free_slide
+from friction_estimation.inversion.throw.fitted import initialise_throw
+from friction_estimation.inversion.throw.forward import LawOnMap, sensitivities
+from friction_estimation.tracks.free_slide import free_slide
 
 HOG = 10.9725
 
@@ -220,7 +220,7 @@ def test_white_noise_is_not_taken_for_slow(rng):
 
 
 @pytest.mark.parametrize("interpolation", ["bilinear", "cell"])
-def test_sensitivities_are_the_derivatives_of_the_ride(sliding, rng, interpolation):
+def test_sensitivities_are_the_derivatives_of_the_motion(sliding, rng, interpolation):
     tracks = sliding.measured_throws(
         sliding.uniform(0.009), sliding.varied_starts(rng, 2), rng, curl=0.006
     )
@@ -230,27 +230,27 @@ def test_sensitivities_are_the_derivatives_of_the_ride(sliding, rng, interpolati
     )
     mu = np.full(PAPER_SHEET.shape, 0.009)
     friction = FrictionMap(mu=mu, sigma=0 * mu, observed=mu > 0, interpolation=interpolation)
-    track = Track(Ice(friction=friction, effects=effects))
-    throw = board_throw(free_slide(tracks[0]), 0)
+    law = LawOnMap.of(Ice(friction=friction, effects=effects))
+    throw = initialise_throw(free_slide(tracks[0]), 0)
     field = rng.normal(0, 0.05, mu.size)
-    track.set_field(np.log(0.009), field)
-    ride = track.ride(throw.passenger, throw.start, throw.speed)
-    cells, weights = track.cell_weights(throw.passenger.course.at(ride.distance))
-    shares = weights * track.mu.ravel()[cells]
+    law = law.with_field(np.log(0.009), field)
+    motion = law.integrate(throw.inputs, throw.start, throw.speed)
+    cells, weights = law.cell_weights(throw.inputs.path.at(motion.distance))
+    shares = weights * law.mu.ravel()[cells]
     shares /= shares.sum(axis=1, keepdims=True)
-    crossed, release, by_cell = sensitivities(ride, cells, shares)
-    moving = ride.speed > 0.3
+    crossed, release, by_cell = sensitivities(motion, cells, shares)
+    moving = motion.speed > 0.3
     change = rng.normal(0, 1e-3, len(crossed))
     other = field.copy()
     other[crossed] += change
-    track.set_field(np.log(0.009), other)
-    bent = track.ride(throw.passenger, throw.start, throw.speed).distance - ride.distance
+    changed = law.with_field(np.log(0.009), other)
+    moved = changed.integrate(throw.inputs, throw.start, throw.speed)
+    bent = moved.distance - motion.distance
     # Constant cells that differ by 5 % make the path itself jump; Gauss-Newton needs no more.
     tolerance = 0.03 if interpolation == "bilinear" else 0.25
     assert np.abs(bent - by_cell @ change)[moving].max() < tolerance * np.abs(bent).max()
-    track.set_field(np.log(0.009), field)
-    faster = track.ride(throw.passenger, throw.start, throw.speed + 1e-3)
-    expected = (faster.distance - ride.distance) / 1e-3
+    faster = law.integrate(throw.inputs, throw.start, throw.speed + 1e-3)
+    expected = (faster.distance - motion.distance) / 1e-3
     assert np.allclose(expected[moving], release[moving, 1], rtol=tolerance, atol=0.05)
 
 

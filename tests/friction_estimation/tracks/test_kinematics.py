@@ -9,13 +9,9 @@ from hypothesis import strategies as st
 
 from curling_env.errors import TrackTooShortError
 from curling_env.trajectory import Trajectory
-from friction_estimation.tracks.kinematics import (
-    free_slide,
-    free_slides,
-    local_fit,
-    smooth_motion,
-    wild_rows,
-)
+from friction_estimation.tracks.free_slide import free_slide, free_slides
+from friction_estimation.tracks.outliers import wild_rows
+from friction_estimation.tracks.smoothing import local_fit, smooth_motion
 
 A = 0.09
 HOG = 10.9725

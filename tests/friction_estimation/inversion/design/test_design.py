@@ -11,11 +11,11 @@ from curling_env.errors import InputError
 from curling_env.sheet import PAPER_SHEET
 from curling_env.throw import read_releases
 from friction_estimation.inversion import cell_bound, estimate_ice
-from friction_estimation.inversion.design.design import _played, draw_speeds, plan_throws
+from friction_estimation.inversion.design.design import _played, design_throws, draw_speeds
 
 
 def test_the_plans_error_is_the_bound_of_its_throws():
-    plan = plan_throws(resolution=2.0, precision=0.02)
+    plan = design_throws(resolution=2.0, precision=0.02)
     bound = cell_bound(
         [kind.release for kind in plan.kinds], mu=0.009, noise=0.005, fps=30, spread=0.05,
         length=2.0,
@@ -26,7 +26,7 @@ def test_the_plans_error_is_the_bound_of_its_throws():
 
 
 def test_the_estimator_keeps_what_the_plan_promises(sliding):
-    plan = plan_throws(resolution=2.0, precision=0.015)
+    plan = design_throws(resolution=2.0, precision=0.015)
     starts = np.array([[k.x, k.y, k.vx, k.vy, 1.0] for k in (kind.release for kind in plan.kinds)])
     x, y = np.meshgrid(PAPER_SHEET.x_centres, PAPER_SHEET.y_centres)
     played = _played(PAPER_SHEET).reshape(PAPER_SHEET.shape)
@@ -42,7 +42,7 @@ def test_the_estimator_keeps_what_the_plan_promises(sliding):
 
 def test_more_is_needed_for_more_detail_precision_and_noise():
     def throws(**changes):
-        return len(plan_throws(**{"resolution": 2.0, "precision": 0.015} | changes).kinds)
+        return len(design_throws(**{"resolution": 2.0, "precision": 0.015} | changes).kinds)
 
     usual = throws()
     assert throws(precision=0.01) > usual
@@ -52,7 +52,7 @@ def test_more_is_needed_for_more_detail_precision_and_noise():
 
 
 def test_both_ends_and_given_speeds_are_used():
-    plan = plan_throws(resolution=2.0, precision=0.01, speeds=[2.0])
+    plan = design_throws(resolution=2.0, precision=0.01, speeds=[2.0])
     assert {kind.speed for kind in plan.kinds} == {2.0}
     assert len({kind.direction for kind in plan.kinds}) == 2
     assert sum(plan.counts.values()) == len(plan.kinds)
@@ -62,7 +62,7 @@ def test_both_ends_and_given_speeds_are_used():
 
 
 def test_what_no_session_reaches_is_said():
-    plan = plan_throws(resolution=1.0, precision=0.001, speeds=[3.0])
+    plan = design_throws(resolution=1.0, precision=0.001, speeds=[3.0])
     assert not plan.reached
     assert "out of reach" in plan.words
     assert "out of reach" not in replace(plan, precision=1.0).words
@@ -75,7 +75,7 @@ def test_what_no_session_reaches_is_said():
 )  # fmt: skip
 def test_numbers_that_make_no_sense_are_refused(changes, says):
     with pytest.raises(InputError, match=says):
-        plan_throws(**{"resolution": 2.0, "precision": 0.02} | changes)
+        design_throws(**{"resolution": 2.0, "precision": 0.02} | changes)
 
 
 def test_command_plans_without_tracks(curling, tmp_path):

@@ -78,7 +78,7 @@ def test_without_refit_effects_stay(thrown):
 
 def test_knowledge_of_a_refitted_ice_takes_later_throws(thrown, sliding):
     case = thrown[0.25]
-    again = estimate_ice(case.tracks[:1], start=case.found.ice, update=case.found.knowledge)
+    again = estimate_ice(case.tracks[:1], start=case.found.ice, update=case.found.information)
     assert again.ice.effects == case.found.ice.effects
     # A throw that was there before can hardly move the map.
     np.testing.assert_allclose(again.ice.friction.mu, case.found.ice.friction.mu, rtol=0.01)

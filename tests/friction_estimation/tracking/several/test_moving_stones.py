@@ -26,7 +26,8 @@ from friction_estimation.synthetic import (
 )
 from friction_estimation.synthetic.stone_drawing import HANDLE_COLOURS
 from friction_estimation.tracking import track_film
-from friction_estimation.tracks.kinematics import contacts_of, free_slide
+from friction_estimation.tracks.contacts import contacts_of
+from friction_estimation.tracks.free_slide import free_slide
 
 MU = 0.02
 """Slow ice, so that films are short."""

@@ -10,7 +10,7 @@ import pytest
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, Ice, save_ice
 from curling_env.trajectory import Trajectory, write_tracks
-from friction_estimation.reports.compare import compare_tracks
+from friction_estimation.inversion.rethrow import compare_tracks
 
 MU = 0.009
 

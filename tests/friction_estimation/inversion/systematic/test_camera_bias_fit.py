@@ -1,4 +1,4 @@
-"""A camera that errs by a ripple along the sheet, on throws that another program threw."""
+"""A camera that errs by a smooth bias along the sheet, on throws that another program threw."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ import pytest
 from curling_env.ice import Ice
 from curling_env.trajectory import Trajectory, write_tracks
 from friction_estimation.inversion import estimate_ice
-from friction_estimation.inversion.systematic.bias_search import split_throws, variety
-from friction_estimation.inversion.throw.camera_bias import bias_over, ripple_root
-from friction_estimation.inversion.throw.path import lay_course
+from friction_estimation.inversion.systematic.camera_bias_evidence import split_throws, variety
+from friction_estimation.inversion.throw.camera_bias import bias_root, zero_bias_over
+from friction_estimation.inversion.throw.path import fit_path
 from friction_estimation.reports.estimate_page import write_report
-from friction_estimation.tracks.kinematics import free_slide
+from friction_estimation.tracks.free_slide import free_slide
 
 
-def rippled(
+def with_camera_bias(
     tracks: list[Trajectory], amplitude: float, wave: float, phase: float
 ) -> list[Trajectory]:
     """Measured along the sheet with an error that is the same at the same place."""
@@ -55,12 +55,12 @@ def wandering(tracks: list[Trajectory], rng: np.random.Generator, time: float) -
 
 @pytest.fixture(scope="module")
 def seen_badly(sliding) -> SimpleNamespace:
-    """Ten varied throws through a camera with a ripple, fitted with and without it."""
+    """Ten varied throws through a camera with a bias, fitted with and without it."""
     seed, amplitude, wave = 22, 0.005, 6.0
     rng = np.random.default_rng(seed)
     field = sliding.random_field(rng, mu=0.0095, spread=0.06, length=3.0)
     true = sliding.measured_throws(field, sliding.varied_starts(rng, 10), rng, fps=15)
-    tracks = rippled(true, amplitude, wave, 1.0)
+    tracks = with_camera_bias(true, amplitude, wave, 1.0)
     return SimpleNamespace(
         amplitude=amplitude,
         wave=wave,
@@ -71,20 +71,20 @@ def seen_badly(sliding) -> SimpleNamespace:
     )
 
 
-def test_map_is_better_by_far_with_the_ripple(seen_badly):
+def test_map_is_better_by_far_with_the_bias(seen_badly):
     case = seen_badly
     assert case.without.bias_search is None
     assert error(case.found.ice, case.field) < 0.5 * error(case.without.ice, case.field)
     assert error(case.found.ice, case.field) < 0.01
 
 
-def test_ripple_is_found_where_and_as_large_as_it_is(seen_badly):
+def test_bias_is_found_where_and_as_large_as_it_is(seen_badly):
     case, search = seen_badly, seen_badly.found.bias_search
     assert search.outcome == "found"
     bias = search.bias
     y = bias.nodes[4:-4]
     true = case.amplitude * np.sin(2 * np.pi * y / case.wave + 1.0)
-    # A displacement that grows evenly is no ripple: it cannot be told from scale and speed.
+    # A displacement that grows evenly is no such bias: it cannot be told from scale and speed.
     even = np.column_stack([np.ones_like(y), y])
     left = bias.at(y) - true
     left -= even @ np.linalg.lstsq(even, left, rcond=None)[0]
@@ -92,7 +92,7 @@ def test_ripple_is_found_where_and_as_large_as_it_is(seen_badly):
     assert bias.size == pytest.approx(case.amplitude / np.sqrt(2), rel=0.25)
 
 
-def test_sigma_of_cells_is_true_beside_a_ripple(seen_badly):
+def test_sigma_of_cells_is_true_beside_a_bias(seen_badly):
     ice = seen_badly.found.ice
     sheet, friction = ice.sheet, ice.friction
     truth = seen_badly.field(*np.meshgrid(sheet.x_centres, sheet.y_centres))
@@ -107,7 +107,7 @@ def test_sigma_of_cells_is_true_where_all_throws_have_one_speed(sliding):
     field = sliding.random_field(rng, mu=0.0095, spread=0.06, length=3.0)
     starts = sliding.varied_starts(rng, 12)
     starts[:, 2:4] *= (2.1 / np.hypot(starts[:, 2], starts[:, 3]))[:, None]
-    tracks = rippled(sliding.measured_throws(field, starts, rng, fps=15), 0.005, 4.0, 1.0)
+    tracks = with_camera_bias(sliding.measured_throws(field, starts, rng, fps=15), 0.005, 4.0, 1.0)
     found = estimate_ice(tracks)
     assert found.bias_search.outcome == "found"
     assert error(found.ice, field) < 0.006  # 1 % where a row's own noise was in its column
@@ -117,16 +117,16 @@ def test_sigma_of_cells_is_true_where_all_throws_have_one_speed(sliding):
     assert np.mean(np.abs(normed) < 1.96) > 0.85
 
 
-def test_knowledge_of_the_throws_is_freed_of_the_ripple(seen_badly):
+def test_information_of_the_throws_is_freed_of_the_bias(seen_badly):
     """Later throws, through a camera that was put right, hardly move the map."""
     found = seen_badly.found
-    assert found.knowledge is not None
-    assert found.knowledge.belief is not None
-    assert found.knowledge.belief.ripple == 0.0
+    assert found.information is not None
+    assert found.information.hyperparameters is not None
+    assert found.information.hyperparameters.bias_sd == 0.0
     again = estimate_ice(
-        rippled(seen_badly.tracks[:1], -seen_badly.amplitude, seen_badly.wave, 1.0),
+        with_camera_bias(seen_badly.tracks[:1], -seen_badly.amplitude, seen_badly.wave, 1.0),
         start=found.ice,
-        update=found.knowledge,
+        update=found.information,
     )
     assert error(again.ice, seen_badly.field) < 0.5 * error(
         seen_badly.without.ice, seen_badly.field
@@ -167,11 +167,11 @@ def one_way(sliding, rng, count, speed=None):
 
 
 def test_at_one_speed_one_way_it_is_said_that_none_could_be_told(curling, sliding, tmp_path):
-    """Then a ripple and the ice are nearly the same to all throws."""
+    """Then a bias of the camera and the ice are nearly the same to all throws."""
     rng = np.random.default_rng(41)
     field = sliding.random_field(rng, mu=0.0095, spread=0.06, length=3.0)
     starts = one_way(sliding, rng, 8, speed=2.1)
-    tracks = rippled(sliding.measured_throws(field, starts, rng), 0.005, 6.0, 1.0)
+    tracks = with_camera_bias(sliding.measured_throws(field, starts, rng), 0.005, 6.0, 1.0)
     write_tracks(tmp_path / "tracks.csv", tracks)
     run = curling(
         "estimate", tmp_path / "tracks.csv", "-o", tmp_path / "ice.json", "--camera-bias", "on"
@@ -185,7 +185,7 @@ def test_speeds_well_apart_tell_it_one_way(sliding):
     rng = np.random.default_rng(32)
     field = sliding.random_field(rng, mu=0.0095, spread=0.06, length=3.0)
     starts = one_way(sliding, rng, 10)
-    tracks = rippled(sliding.measured_throws(field, starts, rng, fps=15), 0.005, 6.0, 1.0)
+    tracks = with_camera_bias(sliding.measured_throws(field, starts, rng, fps=15), 0.005, 6.0, 1.0)
     found, without = estimate_ice(tracks), estimate_ice(tracks, camera_bias="off")
     assert found.bias_search.outcome == "found"
     assert error(found.ice, field) < 0.5 * error(without.ice, field)
@@ -215,18 +215,18 @@ def test_a_throw_home_sees_the_displacement_with_the_other_sign(sliding, rng):
         sliding.uniform(0.009), sliding.varied_starts(rng, 2, spin=0.0), rng
     )
     slides = [free_slide(track) for track in tracks]
-    bias = bias_over([slide.xy[:, 1] for slide in slides])
+    bias = zero_bias_over([slide.xy[:, 1] for slide in slides])
     bias = replace(bias, values=0.005 * np.sin(bias.nodes))
     for slide, sign in zip(slides, (1.0, -1.0), strict=True):
-        course, measured = lay_course(slide)
-        shift = bias.seen_along(course, measured) @ bias.values
+        path, measured = fit_path(slide)
+        shift = bias.along_path(path, measured) @ bias.values
         expected = sign * 0.005 * np.sin(slide.xy[:, 1])
         assert np.abs(shift - expected).max() < 5e-4
 
 
 def test_prior_leaves_out_what_no_throw_can_tell():
     nodes = np.linspace(-15.0, 20.0, 40)
-    root = ripple_root(nodes, 1.5)
+    root = bias_root(nodes, 1.5)
     for even in (np.ones_like(nodes), nodes / 10.0):
         assert np.abs(root.T @ even).max() < 1e-6
     assert np.sqrt(np.mean((root**2).sum(axis=1))) == pytest.approx(1.0, abs=0.15)
@@ -240,7 +240,7 @@ def test_halves_are_alike(rng):
     assert abs(speeds[one].mean() - speeds[other].mean()) < 0.15
 
 
-def test_report_names_and_draws_the_ripple(seen_badly, tmp_path):
+def test_report_names_and_draws_the_bias(seen_badly, tmp_path):
     names = write_report(seen_badly.found, tmp_path)
     assert (tmp_path / "camera.png").stat().st_size > 10_000
     assert "camera.png" in names

@@ -10,8 +10,8 @@ import pytest
 from curling_env.sheet import PAPER_SHEET
 from curling_env.trajectory import Trajectory
 from friction_estimation.inversion import estimate_ice
-from friction_estimation.inversion.information import load_knowledge, save_knowledge
-from friction_estimation.inversion.systematic.shared_error import shared_error
+from friction_estimation.inversion.friction.information import load_information, save_information
+from friction_estimation.inversion.systematic.stated_error import stated_error
 
 SHARED, NOISE = 0.008, 0.002
 WAVES = (20, 50)
@@ -107,12 +107,12 @@ def test_an_update_remembers_it(sliding, uniform, tmp_path):
         sliding.measured_throws(field, starts, rng, noise=NOISE, fps=15), rng, STATED
     )
     first = estimate_ice(tracks[:4], uniform=uniform)
-    save_knowledge(first.knowledge, tmp_path / "ice.evidence.npz")
-    known = load_knowledge(first.ice, tmp_path / "ice.json")
+    save_information(first.information, tmp_path / "ice.evidence.npz")
+    known = load_information(first.ice, tmp_path / "ice.json")
     later = estimate_ice(tracks[4:], start=first.ice, update=known, uniform=uniform)
     together = estimate_ice(tracks, uniform=uniform)
     assert later.sigma == pytest.approx(together.sigma, rel=0.25)
-    forgotten = replace(known, shared=None)
+    forgotten = replace(known, systematic=None)
     unsaid = [replace(track, sigma_xy=np.empty(0)) for track in tracks[4:]]
     alone = estimate_ice(unsaid, start=first.ice, update=forgotten, uniform=uniform)
     assert later.sigma > 1.3 * alone.sigma
@@ -120,10 +120,10 @@ def test_an_update_remembers_it(sliding, uniform, tmp_path):
 
 def test_nothing_stated_is_nothing_shared():
     y = np.linspace(-10.0, 10.0, 50)
-    assert shared_error(PAPER_SHEET, [y], [np.empty(0)], 0.005) is None
-    assert shared_error(PAPER_SHEET, [y], [np.full(50, np.nan)], 0.005) is None
-    assert shared_error(PAPER_SHEET, [y], [np.full(50, 0.004)], 0.005) is None
-    found = shared_error(PAPER_SHEET, [y[::-1]], [np.full(50, 0.013)], 0.005)
+    assert stated_error(PAPER_SHEET, [y], [np.empty(0)], 0.005) is None
+    assert stated_error(PAPER_SHEET, [y], [np.full(50, np.nan)], 0.005) is None
+    assert stated_error(PAPER_SHEET, [y], [np.full(50, 0.004)], 0.005) is None
+    found = stated_error(PAPER_SHEET, [y[::-1]], [np.full(50, 0.013)], 0.005)
     assert np.sqrt((found.root**2).sum(axis=1)) == pytest.approx(0.012, rel=1e-6)
 
 

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
@@ -21,21 +20,22 @@ from curling_env.physics.wear import wear_along_path, wear_of, worn
 from curling_env.storage import write_table
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Release
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Floats
+from curling_env.typing import Flags, Floats
 from friction_estimation.inversion.throw.fitted import swept_intervals
 from friction_estimation.inversion.throw.spin import fit_spin
-from friction_estimation.tracks.kinematics import FreeSlide, free_slides, robust_deviation
+from friction_estimation.tracks.free_slide import FreeSlide, free_slides
+from friction_estimation.tracks.outliers import robust_deviation
 
 RELEASE_WINDOW = 2.5
-"""Seconds of the free slide to which the release is fitted: its speed is then known to about a
-millimetre a second at 5 mm of noise, which moves a draw by 2 cm."""
-SAMPLES_PER_S = 60.0
-"""Of a predicted path [1/s]: straight lines between them are within 2 µm."""
-FAR = np.array([-100.0, 100.0, -100.0, 100.0])
-"""Bounds that no stone reaches: a prediction ends at rest, on the sheet or beyond [m]."""
-ARRIVED = 0.05
-"""A stone this close to its place of rest has arrived [m]."""
-ROUNDS = 4
+"""Stretch of a free slide to which its release is fitted [s]. With 5 mm of noise the speed is then
+known to about a millimetre a second, which moves a draw by 2 cm."""
+_SAMPLES_PER_S = 60.0
+"""Samples of a predicted path [1/s]; straight lines between them err by 2 µm."""
+NO_BOUNDS = np.array([-100.0, 100.0, -100.0, 100.0])
+"""Bounds that no stone reaches [m]: a prediction ends at rest, on the sheet or beyond."""
+_ARRIVED = 0.05
+"""Distance to its place of rest at which a stone has arrived [m]."""
+_FIT_ROUNDS = 4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +62,7 @@ class Rethrow:
     t: Floats
     measured: Floats
     predicted: Floats
-    tested: NDArray[np.bool_]
+    tested: Flags
     rest: Floats | None
     predicted_rest: Floats
     rest_time: float | None
@@ -174,7 +174,7 @@ def compare_tracks(
     """
     if not window > 0:
         raise InputError(f"the release window must be positive, got {window} s")
-    slides, skipped = free_slides(list(tracks))
+    slides, skipped = free_slides(tracks)
     rethrows: list[Rethrow] = []
     wear = np.zeros(ice.sheet.shape)
     for order, part in enumerate(slides):
@@ -236,9 +236,7 @@ def write_comparison(comparison: Comparison, folder: Path) -> None:
     )
 
 
-def _fit_release(
-    part: FreeSlide, t: Floats, early: NDArray[np.bool_], ice: Ice, order: int
-) -> Release:
+def _fit_release(part: FreeSlide, t: Floats, early: Flags, ice: Ice, order: int) -> Release:
     """The release whose path under the law fits the first seconds, robustly."""
     at, xy = t[early], part.xy[early]
     spin, _, _, heading = fit_spin(part)
@@ -247,12 +245,12 @@ def _fit_release(
     curve = np.linalg.lstsq(np.column_stack([basis, at**2]), xy, rcond=None)[0]
     state = np.asarray(curve[:2], dtype=np.float64)
     release = _release(state, heading, spin, part, order, sweeps)
-    for _ in range(ROUNDS):
-        left = xy - _path_at(_throw(ice, release), at)
-        size = np.hypot(*left.T)
-        limit = 2.5 * max(robust_deviation(left.ravel() - np.median(left)), 1e-6)
+    for _ in range(_FIT_ROUNDS):
+        residual = xy - _path_at(_throw(ice, release), at)
+        size = np.hypot(*residual.T)
+        limit = 2.5 * max(robust_deviation(residual.ravel() - np.median(residual)), 1e-6)
         weights = np.sqrt(np.minimum(1.0, limit / np.maximum(size, 1e-12)))[:, None]
-        change = np.linalg.lstsq(basis * weights, left * weights, rcond=None)[0]
+        change = np.linalg.lstsq(basis * weights, residual * weights, rcond=None)[0]
         state = np.asarray(state + change, dtype=np.float64)
         release = _release(state, heading, spin, part, order, sweeps)
     return release
@@ -262,12 +260,12 @@ def _release(
     state: Floats, heading: float, spin: float, part: FreeSlide, order: int, sweeps: Floats
 ) -> Release:
     (x, y), (vx, vy) = state
-    brisk = max(1.0, float(np.hypot(vx, vy)) / (0.999 * MAX_SPEED))
+    excess = max(1.0, float(np.hypot(vx, vy)) / (0.999 * MAX_SPEED))
     return Release(
         x=float(x),
         y=float(y),
-        vx=float(vx) / brisk,
-        vy=float(vy) / brisk,
+        vx=float(vx) / excess,
+        vy=float(vy) / excess,
         theta=heading,
         omega=float(np.clip(spin, -MAX_SPIN, MAX_SPIN)),
         stone=part.track.stone,
@@ -279,7 +277,7 @@ def _release(
 
 
 def _throw(ice: Ice, release: Release) -> Slide:
-    return slide(ice, release, bounds=FAR, fps=SAMPLES_PER_S)
+    return slide(ice, release, bounds=NO_BOUNDS, fps=_SAMPLES_PER_S)
 
 
 def _path_at(path: Slide, t: Floats) -> Floats:
@@ -290,6 +288,6 @@ def _path_at(path: Slide, t: Floats) -> Floats:
 
 
 def _arrival(t: Floats, xy: Floats, rest: Floats) -> float:
-    """First time within `ARRIVED` of a place of rest [s]."""
-    near = np.hypot(*(xy - rest).T) <= ARRIVED
+    """First time within `_ARRIVED` of a place of rest [s]."""
+    near = np.hypot(*(xy - rest).T) <= _ARRIVED
     return float(t[np.argmax(near)]) if near.any() else float(t[-1])

@@ -12,10 +12,10 @@ from curling_env.ice import Ice, load_ice, save_ice
 from curling_env.sheet import PAPER_SHEET
 from curling_env.trajectory import write_tracks
 from friction_estimation.inversion import estimate_ice
-from friction_estimation.inversion.information import (
-    evidence_path,
-    load_knowledge,
-    save_knowledge,
+from friction_estimation.inversion.friction.information import (
+    information_path,
+    load_information,
+    save_information,
 )
 
 
@@ -40,7 +40,7 @@ def session(sliding) -> SimpleNamespace:
 
 def test_an_update_is_the_joint_fit(session):
     first = session.first
-    updated = estimate_ice(session.tracks[10:], start=first.ice, update=first.knowledge)
+    updated = estimate_ice(session.tracks[10:], start=first.ice, update=first.information)
     one, other = updated.ice.friction, session.joint.ice.friction
     assert np.array_equal(one.observed, other.observed)
     seen = one.observed
@@ -55,18 +55,18 @@ def test_an_update_is_the_joint_fit(session):
 
 def test_only_the_new_throws_are_looked_at(session):
     updated = estimate_ice(
-        session.tracks[10:], start=session.first.ice, update=session.first.knowledge
+        session.tracks[10:], start=session.first.ice, update=session.first.information
     )
     assert len(updated.throws) == len(updated.slides) == 2
-    assert [throw.passenger.order for throw in updated.throws] == [10, 11]
-    assert updated.knowledge.throws == 12
+    assert [throw.inputs.order for throw in updated.throws] == [10, 11]
+    assert updated.information.throws == 12
 
 
 def test_one_number_is_updated_as_well(session):
     joint = estimate_ice(session.tracks, uniform=True)
     first = estimate_ice(session.tracks[:10], uniform=True)
     updated = estimate_ice(
-        session.tracks[10:], start=first.ice, update=first.knowledge, uniform=True
+        session.tracks[10:], start=first.ice, update=first.information, uniform=True
     )
     assert abs(updated.mu - joint.mu) < 0.3 * joint.sigma
     assert updated.sigma == pytest.approx(joint.sigma, rel=0.2)
@@ -102,28 +102,28 @@ def test_what_is_kept_comes_back_and_belongs_to_its_ice(session, tmp_path):
     path = tmp_path / "ice.json"
     save_ice(session.first.ice, path)
     with pytest.raises(InputError, match="needs the evidence"):
-        load_knowledge(session.first.ice, path)
-    save_knowledge(session.first.knowledge, evidence_path(path))
-    back = load_knowledge(load_ice(path), path)
-    assert np.array_equal(back.information, session.first.knowledge.information)
-    assert back.belief == session.first.belief
-    assert back.noise == session.first.knowledge.noise
+        load_information(session.first.ice, path)
+    save_information(session.first.information, information_path(path))
+    back = load_information(load_ice(path), path)
+    assert np.array_equal(back.matrix, session.first.information.matrix)
+    assert back.hyperparameters == session.first.hyperparameters
+    assert back.noise == session.first.information.noise
     with pytest.raises(InputError, match="another ice"):
-        load_knowledge(session.joint.ice, path)
-    evidence_path(path).write_bytes(b"PK not an archive")
+        load_information(session.joint.ice, path)
+    information_path(path).write_bytes(b"PK not an archive")
     with pytest.raises(InputError, match="cannot be read"):
-        load_knowledge(session.first.ice, path)
+        load_information(session.first.ice, path)
 
 
 def test_what_does_not_go_together_is_refused(session):
     first, new = session.first, session.tracks[10:]
     with pytest.raises(InputError, match="stays so"):
-        estimate_ice(new, start=first.ice, update=first.knowledge, uniform=True)
+        estimate_ice(new, start=first.ice, update=first.information, uniform=True)
     with pytest.raises(InputError, match="not both"):
-        estimate_ice(new, start=first.ice, update=first.knowledge, prior=first.ice.friction)
+        estimate_ice(new, start=first.ice, update=first.information, prior=first.ice.friction)
     with pytest.raises(InputError, match="one number"):
         estimate_ice(new, prior=first.ice.friction, uniform=True)
-    with pytest.raises(InputError, match="paper's way"):
+    with pytest.raises(InputError, match="paper's method"):
         estimate_ice(new, prior=first.ice.friction, method="paper")
 
 

@@ -1,0 +1,66 @@
+"""Constants for measured tracks that were chosen, not derived.
+
+They were chosen on simulated and filmed draws, at 10 to 120 frames a second.
+"""
+
+from __future__ import annotations
+
+# --- wild rows ---------------------------------------------------------------------------------
+
+WILD_DEVIATIONS = 6.0
+"""Robust standard deviations from its neighbours beyond which a row is wild. Gaussian noise gets
+there twice in 10⁹ rows; a wrong match is centimetres to metres away."""
+WILD_MARGIN = 0.02
+"""Allowance added to that limit [m]: a stone that is pushed or stops is no parabola."""
+MIN_NOISE = 5e-4
+"""Smallest noise of a coordinate that is believed [m]; keeps exact tracks from looking wild."""
+
+# --- free slide --------------------------------------------------------------------------------
+
+MIN_MOVING_SPEED = 0.05
+"""A stone slower than this, averaged over half a second, is held or at rest [m/s]."""
+MIN_TRAVEL = 1.0
+"""Shortest free slide that is used [m]; less says nothing about friction."""
+MIN_SAMPLES = 20
+"""Fewest samples of a free slide that is used."""
+PUSHED_DECELERATION = 0.5
+"""Part of the deceleration of the free slide below which a stone is still pushed. Ice varies by
+some per cent; a hand takes the deceleration away altogether."""
+CLEAR_DEVIATIONS = 6.0
+"""Standard errors by which the end of a push, or a stop, must stand out."""
+
+# --- contacts between stones -------------------------------------------------------------------
+
+MAX_MOVE_AT_REST = 0.05
+"""Largest difference between two rows of a stone that nobody touched [m]."""
+TOUCHING_DISTANCE = 0.6
+"""Distance of two centres in the frame after a contact [m]: two radii and the way of one frame."""
+CONTACT_TIME_MARGIN = 0.07
+"""Time by which the first row of a track may miss the contact that began it [s]: two frames."""
+
+# --- cameras joined into one track -------------------------------------------------------------
+
+JOIN_KNOT_STEP = 0.25
+"""Distance between the knots of the joint path [s]."""
+JOIN_ROWS_PER_SECOND = 8.0
+"""Rows of each camera that are used [1/s]: tracks are smooth, and more rows tell no more."""
+SLIDING_JERKS = (0.008, 0.025, 0.08)
+"""Candidates for the square root of the spectral density of the jerk of a sliding stone
+[m/s³/√Hz]. Ice that differs by 5 % every few metres changes the deceleration of a draw by
+0.005 m/s² within a second or two, and friction that depends on speed adds to it."""
+PUSHED_JERK = 1.0
+"""The same while the stone is pushed or stopped by something."""
+MIN_ROW_SIGMA = 0.001
+"""Smallest standard error of a row that is believed [m]."""
+UNKNOWN_ROW_SIGMA = 0.005
+"""Standard error of the rows of a track that states none [m]."""
+MIN_HANDOVER_SPEED = 0.1
+"""Mean speed below which a stone cannot tell the time between two cameras [m/s]."""
+MAX_SPEED_GAIN = 0.15
+"""Speed that a sliding stone may seem to gain from one camera to the next [m/s]."""
+END_WINDOW = 1.0
+"""Stretch of a track from which the speed at its end is taken [s]."""
+MAX_CAMERA_DEVIATIONS = 6.0
+"""Standard errors by which cameras may differ."""
+MAX_CAMERA_DISTANCE = 0.1
+"""Distance by which they may differ in any case [m]; another throw would be farther off."""
