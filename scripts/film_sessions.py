@@ -37,6 +37,7 @@ from tqdm import tqdm
 
 from curling_env.storage import make_directory, write_json
 from curling_env.trajectory import Trajectory, read_tracks, write_tracks
+from friction_estimation.camera.lens import TERMS
 from friction_estimation.camera.scene import load_scene, save_scene
 from friction_estimation.discovery.discover import discover
 from friction_estimation.discovery.report import document
@@ -178,8 +179,8 @@ def verdict_on(place: Path, lens: str, *, with_scene: bool) -> str | None:
         for name, got in effect["parameters"].items():
             true = hidden.get(effect["name"], {}).get(name)
             if name.startswith("lens_"):
-                own = named_camera(place.name.split("-")[1], FilmSpec().resolved().size).distortion
-                true = (1.0 - LENS_SHARE) * own[("k1", "k2", "p1", "p2").index(name[5:])]
+                own = named_camera(place.name.split("-")[1], FilmSpec().resolved().size)
+                true = (1.0 - LENS_SHARE) * own.lens.distortion[TERMS.index(name[5:])]
             if true is not None and got["stderr"] > 0.0:
                 off = (got["value"] - true) / got["stderr"]
                 sizes.append(f"{name} {got['value']:.4g} ± {got['stderr']:.1g} ({off:+.1f} σ)")

@@ -18,13 +18,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from curling_env.typing import Floats
-from friction_estimation.appearance import kernels
 from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.lens_formula import CIRCLE_POINTS
 
 PARTS = ("foot", "side", "bevel", "top", "handle")
 """The parts of a stone that have a colour of their own, from the ice up."""
-CIRCLE_POINTS = np.array(
-    [(np.cos(a), np.sin(a)) for a in np.linspace(0, 2 * np.pi, kernels.CIRCLE, endpoint=False)]
+CIRCLE = np.array(
+    [(np.cos(a), np.sin(a)) for a in np.linspace(0, 2 * np.pi, CIRCLE_POINTS, endpoint=False)]
 )
 
 
@@ -103,8 +103,8 @@ class StoneModel:
         import cv2
 
         rings = self._rings
-        points = np.empty((len(rings), len(CIRCLE_POINTS), 3))
-        points[:, :, :2] = np.asarray(xy) + rings[:, :1, None] * CIRCLE_POINTS
+        points = np.empty((len(rings), len(CIRCLE), 3))
+        points[:, :, :2] = np.asarray(xy) + rings[:, :1, None] * CIRCLE
         points[:, :, 2] = rings[:, 1:]
         px = camera.project(points.reshape(-1, 3))
         if not np.isfinite(px).all():
@@ -113,19 +113,8 @@ class StoneModel:
 
     def extent_px(self, camera: Camera, xy: ArrayLike) -> Floats:
         """Corners of the rectangle around that outline, (2, 2) [px]; (0, 2) where there is none."""
-        corners = np.empty((2, 2))
-        x, y = np.asarray(xy, dtype=np.float64).tolist()
-        kernels.extent(
-            x,
-            y,
-            self._rings,
-            camera.matrix,
-            camera.distortion,
-            camera.rotation,
-            camera.translation,
-            corners,
-        )
-        return corners if np.isfinite(corners[0, 0]) else np.empty((0, 2))
+        bounds = camera.bounds_of_circles(xy, self._rings)
+        return bounds if np.isfinite(bounds[0, 0]) else np.empty((0, 2))
 
     @cached_property
     def _rings(self) -> Floats:
@@ -224,19 +213,7 @@ def window_at(camera: Camera, outline_px: Floats, margin_px: float) -> PixelWind
     if u1 - u0 < 3 or v1 - v0 < 3:
         return None
     rows, columns = v1 - v0 + 1, u1 - u0 + 1
-    ray_xy, ray_slope = np.empty((rows * columns, 2)), np.empty((rows * columns, 2))
-    kernels.sight_lines(
-        u0,
-        v0,
-        rows,
-        columns,
-        camera.matrix,
-        camera.distortion,
-        camera.rotation,
-        camera.position,
-        ray_xy,
-        ray_slope,
-    )
+    ray_xy, ray_slope = camera.rays_of_pixels(u0, v0, (rows, columns))
     scale = np.empty((2, 2, 2))
     middle = (rows // 2) * columns + columns // 2
     for level, values in enumerate((ray_xy, ray_slope)):

@@ -18,6 +18,7 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.storage import write_json
 from curling_env.typing import Floats, Image
+from friction_estimation.camera.lens import Lens, solve_lens_from_board
 
 Progress = Callable[[Iterable[str | Path], int], Iterable[str | Path]]
 
@@ -32,8 +33,8 @@ FOCAL_RANGE = (0.2, 20.0)
 """Focal lengths of cameras, in image widths."""
 MIN_TILT_DEG = 5.0
 """Boards all held square to the camera leave focal length and distance degenerate."""
-K3_GAIN = 0.95
-"""The sixth-order term is kept only where it lowers the misfit to this share or less."""
+LAST_TERM_GAIN = 0.95
+"""The last radial term is kept only where it lowers the misfit to this share or less."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,22 +104,18 @@ class Board:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Lens:
-    """What pictures of a board tell of a camera.
+class LensCalibration:
+    """A lens measured on pictures of a board.
 
     Parameters
     ----------
-    matrix : (3, 3) focal lengths and principal point [px]
-    distortion : (5,) OpenCV's k1 k2 p1 p2 k3
-    size : width and height of the pictures [px]
+    lens : the lens
     rms_px : root mean square distance of the corners from where this lens puts them [px]
     focal_sigma_px : standard error of the focal length [px]
     used, unused : pictures in which the board was found, and in which it was not
     """
 
-    matrix: Floats
-    distortion: Floats
-    size: tuple[int, int]
+    lens: Lens
     rms_px: float
     focal_sigma_px: float
     used: tuple[str, ...]
@@ -163,7 +160,7 @@ def find_board(image: Image, board: Board) -> tuple[Floats, Floats] | None:
 
 def calibrate_lens(
     images: Sequence[str | Path], board: Board, *, progress: Progress | None = None
-) -> Lens:
+) -> LensCalibration:
     """Camera matrix and distortion from pictures of a board.
 
     Parameters
@@ -224,72 +221,50 @@ def _solved(
     size: tuple[int, int],
     used: tuple[str, ...],
     unused: tuple[str, ...],
-) -> Lens:
-    flat = [np.column_stack([b, np.zeros(len(b))]).astype(np.float32) for b, _ in views]
-    seen = [px.astype(np.float32).reshape(-1, 1, 2) for _, px in views]
-
-    degenerate = InputError(
+) -> LensCalibration:
+    undetermined = InputError(
         "the views do not fix the focal length; tilt the board to all sides, and fill the "
         "picture with it",
         source="images",
     )
-
-    def solve(flags: int) -> tuple[float, Floats, Floats, float, float]:
-        try:
-            # OpenCV's stubs do not know that matrix and distortion may be left to it.
-            rms, matrix, distortion, rotations, _, sigma, *_ = cv2.calibrateCameraExtended(  # pyright: ignore[reportCallIssue]
-                flat,
-                seen,
-                size,
-                None,  # pyright: ignore[reportArgumentType]
-                None,  # pyright: ignore[reportArgumentType]
-                flags=flags,
-            )
-        except cv2.error as error:
-            raise degenerate from error
-        tilts = [np.degrees(np.arccos(min(abs(cv2.Rodrigues(r)[0][2, 2]), 1))) for r in rotations]
-        return (
-            float(rms),
-            np.asarray(matrix, dtype=np.float64),
-            np.asarray(distortion, dtype=np.float64).ravel()[:5],
-            float(np.asarray(sigma).ravel()[:2].max()),
-            float(max(tilts)),
+    try:
+        found, with_last_term = solve_lens_from_board(
+            [board for board, _ in views], [px for _, px in views], size
         )
-
-    rms, matrix, distortion, focal_sigma, tilt_deg = solve(cv2.CALIB_FIX_K3)
-    with_k3 = solve(0)
-    if with_k3[0] < K3_GAIN * rms:
-        rms, matrix, distortion, focal_sigma, tilt_deg = with_k3
-    if rms > MAX_RMS_PX:
+    except cv2.error as error:
+        raise undetermined from error
+    if with_last_term.rms_px < LAST_TERM_GAIN * found.rms_px:
+        found = with_last_term
+    if found.rms_px > MAX_RMS_PX:
         raise InputError(
-            f"the corners are missed by {rms:.1f} px; is the board what was described?",
+            f"the corners are missed by {found.rms_px:.1f} px; is the board what was described?",
             source="images",
         )
+    focal_px = found.lens.focal_px
     if (
-        tilt_deg < MIN_TILT_DEG
-        or not focal_sigma < MAX_FOCAL_SIGMA * matrix[0, 0]
-        or not FOCAL_RANGE[0] < matrix[0, 0] / size[0] < FOCAL_RANGE[1]
+        found.tilt_deg < MIN_TILT_DEG
+        or not found.focal_sigma_px < MAX_FOCAL_SIGMA * focal_px
+        or not FOCAL_RANGE[0] < focal_px / size[0] < FOCAL_RANGE[1]
     ):
-        raise degenerate
-    return Lens(
-        matrix=matrix,
-        distortion=np.resize(distortion, 5),
-        size=size,
-        rms_px=rms,
-        focal_sigma_px=focal_sigma,
+        raise undetermined
+    return LensCalibration(
+        lens=found.lens,
+        rms_px=found.rms_px,
+        focal_sigma_px=found.focal_sigma_px,
         used=used,
         unused=unused,
     )
 
 
-def save_lens(lens: Lens, path: str | Path) -> None:
+def save_lens(calibration: LensCalibration, path: str | Path) -> None:
     """Write a camera file, whose keys may also stand in a scene file."""
+    lens = calibration.lens
     write_json(
         path,
         {
             "camera_matrix": lens.matrix.tolist(),
             "distortion": lens.distortion.tolist(),
             "image_size": list(lens.size),
-            "reprojection_px": lens.rms_px,
+            "reprojection_px": calibration.rms_px,
         },
     )

@@ -1,47 +1,200 @@
-"""What of a lens may be unknown, what lenses are like, and a camera changed by as much.
+"""The lens of a camera: from directions to pixels and back, and what of it may be unknown.
 
-Two terms of the distortion bend what a rink camera shows; they and the focal length are what the
-paint must tell. The rest is small: a third term, a lens that sits askew, an axis beside the middle
-of the picture. Left out, it misplaces a track by a centimetre. So it is sought as well, drawn to
-what lenses are like, and where the paint says nothing of it, it stays in the doubt of a place.
+Everything that depends on the kind of lens stands in two files, this one and `lens_formula`: the
+formula and its inverse there; here the names and the order of its terms, the trial values a search
+begins with, the terms a fit may free, and the call of OpenCV that measures a lens on a board.
+Another lens model changes these two files and no other.
 """
+
+# OpenCV's stubs widen the element type of every array that they return.
+# pyright: reportArgumentType=false, reportCallIssue=false
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
 from curling_env.typing import Floats
-from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.lens_formula import distort
 
-BEND_SPREAD = (0.3, 0.3)
-"""How far the two leading terms of distortion move the end of the image's longer side, as a share
-of its half."""
-MINOR_SPREAD = (0.001, 0.001, 0.001)
-"""The same of the third term, and of the two of a lens that sits askew."""
-AXIS_SPREAD = 0.015
-"""How far the axis of a whole picture lies from its middle, in halves of its longer side."""
-CUT_SPREAD = 0.2
+TERMS = ("k1", "k2", "p1", "p2", "k3")
+"""The terms of the distortion in OpenCV's order: radial (k) and tangential (p)."""
+POWERS = np.array([2, 4, 1, 1, 6])
+"""Power of the distance from the axis with which the displacement of each term grows."""
+NO_DISTORTION = np.zeros(len(TERMS))
+TRIAL_FOCALS = (0.35, 0.6, 1.0, 1.7)
+"""Focal lengths that a search begins with, in longer sides of the image."""
+TRIAL_BENDS = (-0.3, -0.22, -0.15, -0.09, -0.04, 0.0, 0.05)
+"""Distortions that a search begins with: share by which the longer side's end is moved."""
+
+# What lenses are like: standard deviations of a prior that decides where the paint cannot. The
+# unit of each is half of the image's longer side.
+BEND_SIGMA = 0.3
+"""Displacement by k1, and by k2, at the end of the longer side."""
+MINOR_SIGMA = 0.001
+"""The same by each of the other terms."""
+AXIS_SIGMA = 0.015
+"""Distance of the axis from the middle of a whole picture."""
+CUT_AXIS_SIGMA = 0.2
 """The same where the picture was cut out of another."""
-ASPECT_SPREAD = 0.06
-"""How far such a picture may be stretched, in log."""
-POWERS = np.array([2, 4, 6, 1, 1])
-"""Of the half width over the focal length by which k1 k2 k3 p1 p2 become shares."""
-IN_OPENCV = np.array([0, 1, 4, 2, 3])
-"""Places of k1 k2 k3 p1 p2 in the distortion."""
+STRETCH_SIGMA = 0.06
+"""How far a cut picture may be stretched, in log."""
+
+_UNDISTORT_UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 60, 1e-10)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Lens:
+    """A lens and the image behind it.
+
+    Parameters
+    ----------
+    matrix : (3, 3) camera matrix: focal lengths and principal point [px]
+    distortion : (5,) in the order of `TERMS`
+    size : width and height of the image [px]
+    """
+
+    matrix: Floats
+    distortion: Floats
+    size: tuple[int, int]
+
+    @classmethod
+    def centred(
+        cls, focal_px: float, size: tuple[int, int], distortion: ArrayLike = NO_DISTORTION
+    ) -> Lens:
+        """A lens with square pixels whose axis meets the middle of the image."""
+        return cls(
+            matrix=np.array([[focal_px, 0, size[0] / 2], [0, focal_px, size[1] / 2], [0, 0, 1.0]]),
+            distortion=np.asarray(distortion, dtype=np.float64),
+            size=size,
+        )
+
+    # --- directions and pixels ---------------------------------------------------------------
+
+    @property
+    def focal_px(self) -> float:
+        """Focal length across the image [px]."""
+        return float(self.matrix[0, 0])
+
+    @property
+    def terms(self) -> tuple[float, ...]:
+        """The distortion as the compiled loops take it."""
+        return tuple(self.distortion.tolist())
+
+    def project(self, points: Floats) -> Floats:
+        """Points (n, 3) of the camera's frame [m] to pixels (n, 2); NaN for those behind it."""
+        depth = points[:, 2]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            x, y = points[:, 0] / depth, points[:, 1] / depth
+        xd, yd = distort(x, y, self.distortion)
+        (fx, skew, cx), (_, fy, cy) = self.matrix[0], self.matrix[1]
+        px = np.stack([fx * xd + skew * yd + cx, fy * yd + cy], axis=1)
+        px[depth <= 0] = np.nan
+        return px
+
+    def rays(self, px: ArrayLike) -> Floats:
+        """Directions (n, 3) in the camera's frame, with depth 1, through pixels (n, 2)."""
+        points = np.asarray(px, dtype=np.float64).reshape(-1, 1, 2)
+        if len(points) == 0:
+            return np.empty((0, 3))
+        flat = cv2.undistortPoints(
+            points, self.matrix, self.distortion, criteria=_UNDISTORT_UNTIL
+        ).reshape(-1, 2)
+        return np.column_stack([flat, np.ones(len(flat))]).astype(np.float64, copy=False)
+
+    def squeeze(self, points: Floats) -> Floats:
+        """How much smaller the lens shows points (n, 3) of the camera's frame outwards, 0 to 1."""
+        r2 = np.sum(points[:, :2] ** 2, axis=1) / points[:, 2] ** 2
+        k1, k2, _, _, k3 = self.distortion
+        return np.clip(-r2 * (3 * k1 + r2 * (5 * k2 + r2 * 7 * k3)), 0.0, 1.0)
+
+    def for_opencv(self, px: Floats) -> tuple[Floats, Floats, Floats]:
+        """Pixels, camera matrix and distortion for OpenCV's solvers of a pose.
+
+        The formula is OpenCV's own, so the pixels stay as they are. A lens with another formula
+        would give pixels that are free of distortion, and no distortion.
+        """
+        return np.ascontiguousarray(px, dtype=np.float64), self.matrix, self.distortion
+
+    # --- other lenses ------------------------------------------------------------------------
+
+    def bent(self, share: float) -> Lens:
+        """The lens with no distortion but that which moves the longer side's end by a share."""
+        distortion = NO_DISTORTION.copy()
+        distortion[0] = share * (2 * self.matrix[0, 0] / max(self.size)) ** 2
+        return replace(self, distortion=distortion)
+
+    def stretched(self, log_stretch: float) -> Lens:
+        """The lens with its pixels' height changed against their width, in log."""
+        matrix = self.matrix.copy()
+        matrix[1, 1] *= np.exp(log_stretch)
+        return replace(self, matrix=matrix)
+
+    def with_terms_added(self, changes: Mapping[str, float]) -> Lens:
+        """The lens with something added to terms of its distortion, by name."""
+        added = np.array([changes.get(term, 0.0) for term in TERMS])
+        return replace(self, distortion=self.distortion + added)
+
+    @property
+    def half_side_px(self) -> float:
+        """Half of the image's longer side [px]."""
+        return max(self.size) / 2
+
+    @property
+    def shares(self) -> Floats:
+        """By what share of it each term moves the end of the longer side, (5,)."""
+        return self.distortion * (self.half_side_px / self.matrix[0, 0]) ** POWERS
+
+    def changed(self, change: LensChange) -> Lens:
+        """The lens after a step of a fit.
+
+        What the image shows of the distortion stays as it is when the focal length changes.
+        """
+        matrix = self.matrix.copy()
+        matrix[[0, 1], [0, 1]] *= np.exp(change.log_focal)
+        matrix[1, 1] *= np.exp(change.log_stretch)
+        matrix[:2, 2] += change.axis * self.half_side_px
+        shares = self.shares + change.shares
+        return replace(
+            self,
+            matrix=matrix,
+            distortion=shares / (self.half_side_px / matrix[0, 0]) ** POWERS,
+        )
+
+
+class LensChange(NamedTuple):
+    """A step of a fit.
+
+    Parameters
+    ----------
+    log_focal : of the focal length, in log
+    shares : (5,) of `Lens.shares`
+    axis : (2,) of the principal point [halves of the image's longer side]
+    log_stretch : of the height of a pixel against its width, in log
+    """
+
+    log_focal: float
+    shares: Floats
+    axis: Floats
+    log_stretch: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class FreeLens:
-    """What of a lens is not known.
+    """Which parts of a lens are unknown, and so free in a fit.
+
+    Their order is that of these flags, and within the distortion that of `TERMS`.
 
     Parameters
     ----------
     focal : the focal length
-    bends : the two leading terms of the distortion
-    minor : the small ones: a third, and those of a lens that sits askew
+    bends : k1 and k2, which make nearly all of the distortion
+    minor : the small terms: a third radial one, and those of a lens that sits askew
     axis : where the axis meets the picture
     cut : the picture was cut out of another and perhaps stretched, as those of club cameras often
         are; the axis is free with it
@@ -55,82 +208,103 @@ class FreeLens:
 
     @property
     def count(self) -> int:
-        """Number of free parameters of the lens."""
-        return len(self._spreads)
+        """Number of free parameters."""
+        return len(self._sigmas)
 
     @property
-    def _spreads(self) -> tuple[float, ...]:
-        """How far lenses differ in each free parameter; infinite where nothing is presumed."""
+    def _free_terms(self) -> list[int]:
+        """Which terms of the distortion are free."""
+        return [0, 1] * self.bends + [2, 3, 4] * self.minor
+
+    @property
+    def _sigmas(self) -> tuple[float, ...]:
+        """Prior standard deviation of each free parameter; infinite where nothing is presumed."""
         found: tuple[float, ...] = (np.inf,) * self.focal
-        found += BEND_SPREAD * self.bends + MINOR_SPREAD * self.minor
+        found += (BEND_SIGMA,) * (2 * self.bends) + (MINOR_SIGMA,) * (3 * self.minor)
         if self.cut:
-            return (*found, CUT_SPREAD, CUT_SPREAD, ASPECT_SPREAD)
-        return found + (AXIS_SPREAD, AXIS_SPREAD) * self.axis
+            return (*found, CUT_AXIS_SIGMA, CUT_AXIS_SIGMA, STRETCH_SIGMA)
+        return found + (AXIS_SIGMA, AXIS_SIGMA) * self.axis
 
-    def changes(self, delta: Floats) -> tuple[float, Floats, Floats, float]:
-        """What a step changes: log focal length, terms (5,), axis (2,) and log stretch."""
-        rest = list(delta)
+    def change(self, step: Floats) -> LensChange:
+        """The change of the lens that a step (count,) of the free parameters makes."""
+        rest = iter(step.tolist())
+        log_focal = next(rest) if self.focal else 0.0
+        shares = np.zeros(len(TERMS))
+        for term in self._free_terms:
+            shares[term] = next(rest)
+        axis = [next(rest), next(rest)] if self.axis or self.cut else [0.0, 0.0]
+        return LensChange(log_focal, shares, np.array(axis), next(rest) if self.cut else 0.0)
 
-        def taken(count: int, free: bool) -> list[float]:
-            found = [rest.pop(0) for _ in range(count)] if free and rest else [0.0] * count
-            return found
-
-        focal = taken(1, self.focal)[0]
-        terms = taken(2, self.bends) + taken(3, self.minor)
-        axis = taken(2, self.axis or self.cut)
-        return focal, np.array(terms), np.array(axis), taken(1, self.cut)[0]
-
-    def known(self, camera: Camera) -> Floats:
-        """Where the lens stands in what lenses are like, (count,) [standard deviations]."""
-        terms = terms_of(camera)
+    def prior_residuals(self, lens: Lens) -> Floats:
+        """How far a lens is from what lenses are like, (count,) [standard deviations]."""
         values: list[float] = [0.0] * self.focal
-        values += terms[:2].tolist() * self.bends + terms[2:].tolist() * self.minor
+        values += lens.shares[self._free_terms].tolist()
         if self.axis or self.cut:
-            middle = np.array(camera.size) / 2
-            values += ((camera.matrix[:2, 2] - middle) / half_of(camera)).tolist()
+            middle = np.array(lens.size) / 2
+            values += ((lens.matrix[:2, 2] - middle) / lens.half_side_px).tolist()
         if self.cut:
-            values.append(float(np.log(camera.matrix[1, 1] / camera.matrix[0, 0])))
-        return np.array(values) / np.array(self._spreads)
+            values.append(float(np.log(lens.matrix[1, 1] / lens.matrix[0, 0])))
+        return np.array(values) / np.array(self._sigmas)
 
 
 KNOWN_LENS = FreeLens()
+"""Nothing of the lens is unknown."""
 
 
-def half_of(camera: Camera) -> float:
-    """Half of the picture's longer side [px]: where distortion is told as a share."""
-    return max(camera.size) / 2
-
-
-def terms_of(camera: Camera) -> Floats:
-    """By what share each term moves the longer side's end, (5,): k1 k2 k3 p1 p2."""
-    return camera.distortion[IN_OPENCV] * (half_of(camera) / camera.matrix[0, 0]) ** POWERS
-
-
-def moved(camera: Camera, delta: Floats, lens: FreeLens) -> Camera:
-    """A camera with its free parameters changed.
+class BoardSolution(NamedTuple):
+    """A lens measured on pictures of a board.
 
     Parameters
     ----------
-    delta : turn about the camera's axes [rad], shift in its frame [m], and what `lens` leaves free;
-        a step of six moves the camera only
+    lens : the lens
+    rms_px : root mean square distance of the corners from where this lens puts them [px]
+    focal_sigma_px : standard error of the focal length [px]
+    tilt_deg : largest tilt of the board against the image
     """
-    matrix, distortion, translation = camera.matrix, camera.distortion, camera.translation
-    if len(delta) > 6:
-        log_focal, terms, axis, log_stretch = lens.changes(delta[6:])
-        matrix = matrix.copy()
-        matrix[[0, 1], [0, 1]] *= np.exp(log_focal)
-        matrix[1, 1] *= np.exp(log_stretch)
-        matrix[:2, 2] += axis * half_of(camera)
-        # What the image shows of the distortion stays as it is when the focal length changes.
-        share = (terms_of(camera) + terms) / (half_of(camera) / matrix[0, 0]) ** POWERS
-        distortion = np.empty(5)
-        distortion[IN_OPENCV] = share
-        # A longer lens further away shows nearly the same.
-        translation = translation + (np.exp(log_focal) - 1) * np.array([0.0, 0.0, translation[2]])
-    return replace(
-        camera,
-        matrix=matrix,
-        distortion=distortion,
-        rotation=cv2.Rodrigues(delta[:3])[0] @ camera.rotation,
-        translation=translation + delta[3:6],
+
+    lens: Lens
+    rms_px: float
+    focal_sigma_px: float
+    tilt_deg: float
+
+
+def solve_lens_from_board(
+    board_points: Sequence[Floats], points_px: Sequence[Floats], size: tuple[int, int]
+) -> list[BoardSolution]:
+    """The lens that shows the corners of a board where they were found.
+
+    Parameters
+    ----------
+    board_points, points_px : per picture (n, 2) corners on the board [m] and in the image [px]
+    size : width and height of the images [px]
+
+    Returns
+    -------
+    two solutions: without the last radial term, and with it
+
+    Raises
+    ------
+    cv2.error : the pictures do not determine a lens
+    """
+    flat = [np.column_stack([b, np.zeros(len(b))]).astype(np.float32) for b in board_points]
+    seen = [px.astype(np.float32).reshape(-1, 1, 2) for px in points_px]
+    return [_solve(flat, seen, size, flags) for flags in (cv2.CALIB_FIX_K3, 0)]
+
+
+def _solve(
+    flat: Sequence[np.ndarray], seen: Sequence[np.ndarray], size: tuple[int, int], flags: int
+) -> BoardSolution:
+    rms, matrix, distortion, rotations, _, sigma, *_ = cv2.calibrateCameraExtended(
+        flat, seen, size, None, None, flags=flags
+    )
+    tilts = [np.degrees(np.arccos(min(abs(cv2.Rodrigues(r)[0][2, 2]), 1))) for r in rotations]
+    return BoardSolution(
+        lens=Lens(
+            matrix=np.asarray(matrix, dtype=np.float64),
+            distortion=np.asarray(distortion, dtype=np.float64).ravel()[: len(TERMS)],
+            size=size,
+        ),
+        rms_px=float(rms),
+        focal_sigma_px=float(np.asarray(sigma).ravel()[:2].max()),
+        tilt_deg=float(max(tilts)),
     )

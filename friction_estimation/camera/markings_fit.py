@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from curling_env.typing import Floats
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.lens import KNOWN_LENS, FreeLens, moved
+from friction_estimation.camera.lens import KNOWN_LENS, FreeLens
 from friction_estimation.camera.markings import MarkingMeasurements, Markings, measure_markings
 
 Grey = NDArray[np.float32]
@@ -180,7 +180,7 @@ class MarkingsFit:
             slips = (self.points_px - camera.project(clicked)).ravel() / CLICK_PX
             middle, spread = self.height
             rise = np.log(middle / max(camera.position[2], 1e-3)) / spread if lens.focal else 0.0
-            return np.r_[off - rim * outward, slips, -lens.known(camera), rise, -rim]
+            return np.r_[off - rim * outward, slips, -lens.prior_residuals(camera.lens), rise, -rim]
 
         def loss(off: Floats, cut: float, sigma2: float) -> float:
             seen, hand = off[:marks] ** 2, off[marks : marks + clicks] ** 2
@@ -200,7 +200,7 @@ class MarkingsFit:
         for _ in range(ROUNDS):
             jacobian = np.zeros((len(now), count + 1))
             for p in range(count):
-                beside = moved(camera, STEP * np.eye(count)[p], lens)
+                beside = camera.moved(STEP * np.eye(count)[p], lens)
                 jacobian[:, p] = (misses(beside, rim) - now) / -STEP
             jacobian[:marks, -1], jacobian[-1, -1] = outward, 1.0
             scale = max(
@@ -222,7 +222,7 @@ class MarkingsFit:
             for _ in range(8):
                 damped = normal + damping * np.eye(count + 1)
                 delta = np.linalg.pinv(damped, rcond=1e-12) @ right / unit
-                after = moved(camera, delta[:-1], lens)
+                after = camera.moved(delta[:-1], lens)
                 found = misses(after, rim + delta[-1])
                 if np.isfinite(found).all() and loss(found, cut, sigma2) <= before:
                     break
@@ -245,12 +245,9 @@ class MarkingsFit:
 
     def _outward(self, camera: Camera, points: Floats, readings: MarkingMeasurements) -> Floats:
         """How far each reading is off where the rim's paint is, (n,) [px]; see `RIM_PX`."""
-        seen = camera.project(points) - camera.matrix[:2, 2]
+        seen = camera.project(points) - camera.lens.matrix[:2, 2]
         away = np.linalg.norm(seen, axis=1)
-        local = points @ camera.rotation.T + camera.translation
-        r2 = np.sum(local[:, :2] ** 2, axis=1) / local[:, 2] ** 2
-        k1, k2, _, _, k3 = camera.distortion
-        squeeze = np.clip(-r2 * (3 * k1 + r2 * (5 * k2 + r2 * 7 * k3)), 0.0, 1.0)
+        squeeze = camera.lens.squeeze(camera.local(points))
         outward = np.sum(seen / np.maximum(away, 1.0)[:, None] * readings.normal_px, axis=1)
         return RIM_PX * (2 * squeeze) ** SQUEEZE_POWER * outward
 

@@ -1,4 +1,4 @@
-"""Calibration: the pose from known points of the ice, and the focal length where it is unknown."""
+"""Where a camera stands: its pose from known points of the ice, with an unknown lens if need be."""
 
 from __future__ import annotations
 
@@ -9,19 +9,15 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from curling_env.typing import Floats
+from friction_estimation.camera.lens import TRIAL_BENDS, TRIAL_FOCALS, Lens
 
 FOCAL_RANGE = (0.25, 8.0)
-"""Focal lengths tried, in longer sides of the image: from a 127° to a 7° view."""
+"""Focal lengths that are tried, in longer sides of the image: from a 127° to a 7° view."""
 FOCAL_PRIOR = (1.0, 1.5)
-"""Median and spread (in log) of rink cameras' focal lengths, in the same.
+"""Median and spread (in log) of rink cameras' focal lengths, in the same unit.
 
 Weak on purpose: it decides only where the points cannot, as for a camera that looks straight down.
 """
-
-FOCALS = (0.35, 0.6, 1.0, 1.7)
-"""Focal lengths tried where the points cannot tell, in the longer sides of the image."""
-BENDS = (-0.3, -0.22, -0.15, -0.09, -0.04, 0.0, 0.05)
-"""Distortions tried: share by which the longer side's end is moved."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -40,9 +36,7 @@ class Pose:
     rms_px: float
 
 
-def poses_from_points(
-    sheet_points: Floats, points_px: Floats, matrix: Floats, distortion: Floats
-) -> list[Pose]:
+def poses_from_points(sheet_points: Floats, points_px: Floats, lens: Lens) -> list[Pose]:
     """The poses above the ice under which known points fall where they were marked, best first.
 
     A plane seen by a pinhole allows two poses that fit almost equally well; both are refined.
@@ -51,19 +45,18 @@ def poses_from_points(
     ----------
     sheet_points : (n, 2) sheet frame [m]
     points_px : (n, 2) raw image [px]
-    matrix : (3, 3) camera matrix [px]
-    distortion : (5,) OpenCV's k1 k2 p1 p2 k3
+    lens : the camera's lens
 
     Returns
     -------
-    None, one or two poses that stand above the ice with all points before the camera.
+    no, one or two poses above the ice that have all points before the camera
 
     Source
     ------
     Collins and Bartoli, Infinitesimal plane-based pose estimation, IJCV 109 (2014): both poses.
     """
     world = np.column_stack([sheet_points, np.zeros(len(sheet_points))])
-    pixels = np.ascontiguousarray(points_px, dtype=np.float64)
+    pixels, matrix, distortion = lens.for_opencv(points_px)
     try:
         count, rotations, translations, *_ = cv2.solvePnPGeneric(
             world, pixels, matrix, distortion, flags=cv2.SOLVEPNP_IPPE
@@ -85,26 +78,30 @@ def poses_from_points(
     return sorted(poses, key=lambda pose: pose.rms_px)
 
 
-def pose_from_points(
-    sheet_points: Floats, points_px: Floats, matrix: Floats, distortion: Floats
-) -> Pose | None:
+def pose_from_points(sheet_points: Floats, points_px: Floats, lens: Lens) -> Pose | None:
     """The best of `poses_from_points`; None where there is none."""
-    return next(iter(poses_from_points(sheet_points, points_px, matrix, distortion)), None)
+    return next(iter(poses_from_points(sheet_points, points_px, lens)), None)
 
 
-def solve_focal_px(
-    sheet_points: Floats, points_px: Floats, size: tuple[int, int], distortion: Floats
-) -> float:
-    """Focal length for square pixels and a principal point at the image's centre [px].
+def solve_focal(sheet_points: Floats, points_px: Floats, lens: Lens) -> Lens:
+    """The lens with the focal length whose best pose fits known points best.
 
-    Chosen by how well the best pose fits, with a weak prior where the points cannot tell.
+    A weak prior decides where the points cannot.
+
+    Parameters
+    ----------
+    sheet_points : (n, 2) sheet frame [m]
+    points_px : (n, 2) raw image [px]
+    lens : distortion and size of the image; its focal length is not used, its axis is taken to
+        meet the middle of the image
     """
-    side = max(size)
+    side = max(lens.size)
+
+    def with_focal(log_ratio: float) -> Lens:
+        return Lens.centred(float(np.exp(log_ratio)) * side, lens.size, lens.distortion)
 
     def cost(log_ratio: float) -> float:
-        focal = float(np.exp(log_ratio)) * side
-        matrix = np.array([[focal, 0, size[0] / 2], [0, focal, size[1] / 2], [0, 0, 1.0]])
-        pose = pose_from_points(sheet_points, points_px, matrix, distortion)
+        pose = pose_from_points(sheet_points, points_px, with_focal(log_ratio))
         misfit = 1e6 if pose is None else len(points_px) * pose.rms_px**2
         return misfit + ((log_ratio - np.log(FOCAL_PRIOR[0])) / FOCAL_PRIOR[1]) ** 2
 
@@ -113,32 +110,33 @@ def solve_focal_px(
     best = int(np.argmin(costs))
     low, high = tried[max(best - 1, 0)], tried[min(best + 1, len(tried) - 1)]
     found = minimize_scalar(cost, bounds=(low, high), method="bounded", options={"xatol": 1e-6})
-    return float(np.exp(found.x)) * side
+    return with_focal(found.x)
 
 
 def solve_bent_lens(
-    sheet_points: Floats, points_px: Floats, matrix: Floats | None, size: tuple[int, int]
-) -> tuple[Floats, Floats, Pose] | None:
-    """The lens among several of `FOCALS` and `BENDS`, and its pose, that puts the points best.
+    sheet_points: Floats, points_px: Floats, lens: Lens, *, free_focal: bool
+) -> tuple[Lens, Pose] | None:
+    """The trial lens that fits known points best, and its pose.
 
     Parameters
     ----------
-    matrix : (3, 3) where it is known, None where not
+    sheet_points : (n, 2) sheet frame [m]
+    points_px : (n, 2) raw image [px]
+    lens : the lens, of which all but the distortion is known
+    free_focal : whether its focal length is unknown as well
 
     Returns
     -------
-    camera matrix (3, 3), distortion (5,) and pose; None where none has a pose
+    lens and pose; None where no trial lens has a pose
     """
-    side = max(size)
-    focals = [share * side for share in FOCALS] if matrix is None else [matrix[0, 0]]
-    found: list[tuple[Floats, Floats, Pose]] = []
-    for focal in focals:
-        tried = matrix
-        if tried is None:
-            tried = np.array([[focal, 0, size[0] / 2], [0, focal, size[1] / 2], [0, 0, 1.0]])
-        for bend in BENDS:
-            distortion = np.array([bend * (2 * focal / side) ** 2, 0.0, 0.0, 0.0, 0.0])
-            pose = pose_from_points(sheet_points, points_px, tried, distortion)
+    lenses = [lens]
+    if free_focal:
+        lenses = [Lens.centred(share * max(lens.size), lens.size) for share in TRIAL_FOCALS]
+    found: list[tuple[Lens, Pose]] = []
+    for straight in lenses:
+        for bend in TRIAL_BENDS:
+            bent = straight.bent(bend)
+            pose = pose_from_points(sheet_points, points_px, bent)
             if pose is not None:
-                found.append((tried, distortion, pose))
-    return min(found, key=lambda one: one[2].rms_px, default=None)
+                found.append((bent, pose))
+    return min(found, key=lambda one: one[1].rms_px, default=None)

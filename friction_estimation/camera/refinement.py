@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.typing import Floats
-from friction_estimation.camera.camera import NO_DISTORTION, Camera, intrinsics
-from friction_estimation.camera.lens import KNOWN_LENS, FreeLens, moved
+from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.lens import KNOWN_LENS, TRIAL_BENDS, TRIAL_FOCALS, FreeLens, Lens
 from friction_estimation.camera.markings import Markings, brightness, markings_of
 from friction_estimation.camera.markings_fit import (
     CAMERA_HEIGHT,
@@ -24,7 +24,7 @@ from friction_estimation.camera.markings_fit import (
     NARROW_PX,
     MarkingsFit,
 )
-from friction_estimation.camera.pose import BENDS, FOCALS, poses_from_points
+from friction_estimation.camera.pose import poses_from_points
 from friction_estimation.camera.scene import Scene
 
 PAINT_PX = 1.5
@@ -85,7 +85,7 @@ class RefinedCamera:
         """The camera with one free parameter changed."""
         delta = np.zeros(len(self.covariance))
         delta[parameter] = step
-        return moved(self.camera, delta, self.lens)
+        return self.camera.moved(delta, self.lens)
 
 
 def refine(
@@ -114,7 +114,7 @@ def refine(
         lens=lens,
     )
     if lens.count:
-        best = fit.from_starts(_starts(camera, scene, lens.focal), WIDEST_PX)
+        best = fit.from_starts(_starts(camera, scene, free_focal=lens.focal), WIDEST_PX)
     else:
         best = fit.approach(camera, (*WIDE_PX, *NARROW_PX), KNOWN_LENS)
         if best is None or fit.cost(best) > UNSURE_COST:
@@ -189,7 +189,7 @@ def refine_at_focal(
     camera = refined.camera
     steps = max(1, int(np.ceil(abs(log_change) / 0.1)))
     for _ in range(steps):  # the marks are followed round the bend in small steps
-        camera = moved(camera, drift * log_change / steps, refined.lens)
+        camera = camera.moved(drift * log_change / steps, refined.lens)
     fit = MarkingsFit(
         grey=brightness(image),
         origin=origin_px,
@@ -232,34 +232,22 @@ def unrefined(camera: Camera) -> RefinedCamera:
     )
 
 
-def _starts(camera: Camera, scene: Scene, free_focal: bool) -> list[Camera]:
+def _starts(camera: Camera, scene: Scene, *, free_focal: bool) -> list[Camera]:
     """Cameras to begin with where the lens is unknown."""
-    width = max(camera.size)
-    focals = [camera.matrix[0, 0]]
+    side = max(camera.size)
+    lenses = [camera.lens]
     if free_focal:
-        focals += [share * width for share in FOCALS]
-    bends = BENDS if scene.distortion is None else (None,)
+        focals = [camera.lens.focal_px, *(share * side for share in TRIAL_FOCALS)]
+        lenses = [Lens.centred(focal, camera.size, camera.lens.distortion) for focal in focals]
+    if scene.distortion is None:
+        lenses = [lens.bent(bend) for lens in lenses for bend in TRIAL_BENDS]
     starts: list[Camera] = []
-    for focal in focals:
-        matrix = intrinsics(focal, camera.size) if free_focal else camera.matrix
-        for bend in bends:
-            distortion = camera.distortion
-            if bend is not None:
-                distortion = NO_DISTORTION.copy()
-                distortion[0] = bend * (2 * matrix[0, 0] / width) ** 2
-            for pose in poses_from_points(scene.sheet_points, scene.points_px, matrix, distortion)[
-                :1
-            ]:
-                if pose.rms_px < 0.02 * width:
-                    starts.append(
-                        replace(
-                            camera,
-                            matrix=matrix,
-                            distortion=distortion,
-                            rotation=pose.rotation,
-                            translation=pose.translation,
-                        )
-                    )
+    for lens in lenses:
+        for pose in poses_from_points(scene.sheet_points, scene.points_px, lens)[:1]:
+            if pose.rms_px < 0.02 * side:
+                starts.append(
+                    Camera(lens=lens, rotation=pose.rotation, translation=pose.translation)
+                )
     return starts
 
 

@@ -14,6 +14,7 @@ from curling_env.errors import InputError
 from curling_env.sheet import PAPER_SHEET, Sheet
 from curling_env.storage import read_json, write_json
 from curling_env.typing import Floats
+from friction_estimation.camera.lens import TERMS
 
 CORNERS = ("home_left", "home_right", "away_right", "away_left")
 """The ice corners in order around the sheet, counter-clockwise seen from above."""
@@ -33,7 +34,7 @@ class Scene:
     sheet_points : (n, 2) known points of the ice, sheet frame [m]
     points_px : (n, 2) the same points in the raw image [px]
     camera_matrix : (3, 3) [px], None where it is not known
-    distortion : (5,) OpenCV's k1 k2 p1 p2 k3, None where it is not known
+    distortion : (5,) in the order of `lens.TERMS`; None where it is not known
     image_size : width and height that the camera matrix belongs to [px]; None: those of the film
     stone_radius, stone_height : of the body [m]; the height is without the handle
     sheet : the ice whose corners were clicked
@@ -252,9 +253,9 @@ def _camera_matrix(value: Any) -> Floats:
 
 
 def _distortion(value: Any) -> Floats:
-    if isinstance(value, list) and len(value) == 4:  # OpenCV also writes k1 k2 p1 p2 alone
-        value = [*value, 0.0]
-    return _array(value, (5,), "distortion")
+    if isinstance(value, list) and len(value) == 4:  # OpenCV leaves out what follows p2 if it is 0
+        value = [*value, *[0.0] * (len(TERMS) - 4)]
+    return _array(value, (len(TERMS),), "distortion")
 
 
 def _check_keys(

@@ -26,8 +26,8 @@ from curling_env.sheet import (
 )
 from curling_env.typing import Floats, Image
 from friction_estimation.camera.annotation.keypoints import keypoints_of
-from friction_estimation.camera.camera import NO_DISTORTION, Camera, intrinsics
-from friction_estimation.camera.lens import FreeLens
+from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.lens import TRIAL_BENDS, TRIAL_FOCALS, FreeLens, Lens
 from friction_estimation.camera.markings import (
     CURVES,
     RINGS,
@@ -36,14 +36,14 @@ from friction_estimation.camera.markings import (
     markings_of,
     measure_markings,
 )
-from friction_estimation.camera.pose import BENDS, FOCALS, poses_from_points
+from friction_estimation.camera.pose import poses_from_points
 from friction_estimation.camera.refinement import (
     RefinedCamera,
     refine_from,
 )
 from friction_estimation.camera.scene import Scene
 
-ASPECTS = (-0.16, 0.0, 0.16)
+TRIAL_STRETCHES = (-0.16, 0.0, 0.16)
 """How far a picture may be stretched, in log, where a fit begins."""
 STARTS = 12
 """Cameras that a fit begins with."""
@@ -285,24 +285,15 @@ def _rings_around(image: Image, tee: Floats, hog: Floats) -> _Rings:
 
 def _starts(sheet_points: Floats, points_px: Floats, size: tuple[int, int]) -> list[Camera]:
     """Cameras that see the points about where they are, of several lenses, the best first."""
-    half = max(size) / 2
+    side = max(size)
     starts: list[tuple[float, Camera]] = []
-    for share, bend, aspect in product(FOCALS, BENDS, ASPECTS):
-        matrix = intrinsics(2 * share * half, size)
-        matrix[1, 1] *= np.exp(aspect)
-        distortion = NO_DISTORTION.copy()
-        distortion[0] = bend * (2 * share) ** 2
-        for pose in poses_from_points(sheet_points, points_px, matrix, distortion)[:1]:
-            camera = Camera(
-                matrix=matrix,
-                distortion=distortion,
-                rotation=pose.rotation,
-                translation=pose.translation,
-                size=size,
-            )
+    for share, bend, stretch in product(TRIAL_FOCALS, TRIAL_BENDS, TRIAL_STRETCHES):
+        lens = Lens.centred(share * side, size).bent(bend).stretched(stretch)
+        for pose in poses_from_points(sheet_points, points_px, lens)[:1]:
+            camera = Camera(lens=lens, rotation=pose.rotation, translation=pose.translation)
             starts.append((pose.rms_px, camera))
     starts.sort(key=lambda start: start[0])
-    return [camera for rms, camera in starts[:STARTS] if rms < FAR_OFF * half]
+    return [camera for rms, camera in starts[:STARTS] if rms < FAR_OFF * side / 2]
 
 
 def _scene(camera: Camera, sheet: Sheet, stone: tuple[float, float]) -> Scene:
@@ -315,8 +306,8 @@ def _scene(camera: Camera, sheet: Sheet, stone: tuple[float, float]) -> Scene:
     return Scene(
         sheet_points=places[seen],
         points_px=camera.project(points[seen]),
-        camera_matrix=camera.matrix,
-        distortion=camera.distortion,
+        camera_matrix=camera.lens.matrix,
+        distortion=camera.lens.distortion,
         image_size=camera.size,
         stone_radius=stone[0],
         stone_height=stone[1],

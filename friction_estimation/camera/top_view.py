@@ -95,7 +95,7 @@ class TopView:
     def homography(self, camera: Camera) -> Floats:
         """From undistorted pixels to the view, (3, 3): the paper's H (equations 1 and 2)."""
         ground = np.column_stack([camera.rotation[:, 0], camera.rotation[:, 1], camera.translation])
-        to_image = camera.matrix @ ground
+        to_image = camera.lens.matrix @ ground
         scale = self.px_per_m
         to_view = np.array(
             [

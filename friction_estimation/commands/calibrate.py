@@ -114,7 +114,7 @@ def calibrate(
         raise InputError(
             f"expected columns x rows such as 9x7, got {squares!r}", source="--squares"
         )
-    lens = calibrate_lens(
+    found = calibrate_lens(
         images,
         Board(
             kind=board.value,
@@ -126,13 +126,14 @@ def calibrate(
         ),
         progress=lambda paths, total: progress(paths, "calibrate", total=total, unit="picture"),
     )
-    save_lens(lens, output)
-    for name in lens.unused:
+    save_lens(found, output)
+    lens = found.lens
+    for name in found.unused:
         say(f"{name}: no board found")
     say(
-        f"board found in {len(lens.used)} of {len(images)} pictures; focal length "
-        f"{lens.matrix[0, 0]:.1f} ± {lens.focal_sigma_px:.1f} px, corners met to "
-        f"{lens.rms_px:.2f} px"
+        f"board found in {len(found.used)} of {len(images)} pictures; focal length "
+        f"{lens.matrix[0, 0]:.1f} ± {found.focal_sigma_px:.1f} px, corners met to "
+        f"{found.rms_px:.2f} px"
     )
     print_json(
         {
@@ -140,9 +141,9 @@ def calibrate(
             "focal_px": [lens.matrix[0, 0], lens.matrix[1, 1]],
             "principal_point_px": [lens.matrix[0, 2], lens.matrix[1, 2]],
             "distortion": lens.distortion.tolist(),
-            "reprojection_px": lens.rms_px,
-            "used": list(lens.used),
-            "unused": list(lens.unused),
+            "reprojection_px": found.rms_px,
+            "used": list(found.used),
+            "unused": list(found.unused),
         }
     )
 
@@ -197,9 +198,9 @@ def _of_the_ice(
             "misses_px": dict(found.misses_px),
             "position_m": [x, y, z],
             "height_uncertainty": spread,
-            "focal_px": [found.camera.matrix[0, 0], found.camera.matrix[1, 1]],
-            "principal_point_px": found.camera.matrix[:2, 2].tolist(),
-            "distortion": found.camera.distortion.tolist(),
+            "focal_px": [found.camera.lens.matrix[0, 0], found.camera.lens.matrix[1, 1]],
+            "principal_point_px": found.camera.lens.matrix[:2, 2].tolist(),
+            "distortion": found.camera.lens.distortion.tolist(),
         }
     )
 

@@ -32,7 +32,7 @@ class CameraPlacement:
     up : direction that is up in the image
     focal_px : focal length at `size`
     size : width and height of the image it was framed for [px]
-    distortion : OpenCV's k1 k2 p1 p2 k3
+    distortion : in the order of `lens.TERMS`
     shows : what a user would want to know
     """
 
@@ -170,8 +170,8 @@ def scene_of(
     return Scene(
         sheet_points=points,
         points_px=px,
-        camera_matrix=camera.matrix,
-        distortion=camera.distortion,
+        camera_matrix=camera.lens.matrix,
+        distortion=camera.lens.distortion,
         stone_radius=stone.radius,
         stone_height=stone.height,
         sheet=sheet,

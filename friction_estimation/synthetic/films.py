@@ -176,8 +176,8 @@ def _truth(
         "camera": {
             "size": list(camera.size),
             "position": camera.position.tolist(),
-            "matrix": camera.matrix.tolist(),
-            "distortion": camera.distortion.tolist(),
+            "matrix": camera.lens.matrix.tolist(),
+            "distortion": camera.lens.distortion.tolist(),
             "rotation": camera.rotation.tolist(),
             "translation": camera.translation.tolist(),
         },

@@ -341,7 +341,7 @@ def draw_person(
     ends = np.array([[rod.start, rod.stop] for rod in rods]).reshape(-1, 3)
     px = (camera.project(ends) - corner + 0.5) * fine
     depth = ends @ camera.rotation[2] + camera.translation[2]
-    scale = fine * camera.matrix[0, 0] / depth
+    scale = fine * camera.lens.focal_px / depth
     colour = np.zeros((height * fine, width * fine, 3), dtype=np.uint8)
     mask = np.zeros(colour.shape[:2], dtype=np.uint8)
     for k, rod in enumerate(rods):

@@ -131,7 +131,7 @@ class AnnotationServer:
             "paint_px": reading.paint_px,
             "lines": self.picking.painted(camera),
             "view": "data:image/jpeg;base64," + base64.b64encode(view).decode(),
-            "focal_px": float(camera.matrix[0, 0]),
+            "focal_px": camera.lens.focal_px,
             "position": camera.position.tolist(),
         }
 

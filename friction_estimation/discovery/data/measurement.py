@@ -13,6 +13,7 @@ from curling_env.errors import InputError
 from curling_env.physics.effects import Parameter
 from curling_env.typing import Floats
 from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.lens import TERMS
 from friction_estimation.camera.pose import pose_from_points
 from friction_estimation.camera.scene import Scene
 from friction_estimation.discovery.data.form import Form
@@ -65,8 +66,8 @@ LENS_DISTORTION = Form(
 
 MEASUREMENTS = (TRACKING_OFFSET, LENS_DISTORTION)
 
-LENS_TERMS = ("k1", "k2", "p1", "p2")
-"""Of OpenCV's distortion: the radial ones, and the tangential ones of a lens that sits askew."""
+LENS_TERMS = TERMS[:4]
+"""The terms of the distortion that tracks may show to be wrong."""
 
 
 def measurements_through(scene: Scene) -> tuple[Form, ...]:
@@ -96,10 +97,10 @@ def measurements_through(scene: Scene) -> tuple[Form, ...]:
     believed = Camera.from_scene(scene, size)
 
     @lru_cache(maxsize=64)
-    def camera_with(k1: float, k2: float, p1: float, p2: float) -> Camera:
-        lens = believed.distortion + np.array([k1, k2, p1, p2, 0.0])
-        pose = pose_from_points(scene.sheet_points, scene.points_px, believed.matrix, lens)
-        camera = replace(believed, distortion=lens)
+    def camera_with(*terms: float) -> Camera:
+        lens = believed.lens.with_terms_added(dict(zip(LENS_TERMS, terms, strict=True)))
+        pose = pose_from_points(scene.sheet_points, scene.points_px, lens)
+        camera = replace(believed, lens=lens)
         return camera if pose is None else camera.with_pose(pose.rotation, pose.translation)
 
     def displacement(xy: Floats, theta: Floats, values: Mapping[str, float]) -> Floats:

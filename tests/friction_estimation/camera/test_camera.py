@@ -70,7 +70,7 @@ def test_a_ray_above_the_horizon_meets_no_ice():
 )
 def test_pose_from_four_corners_with_the_lens_known(position, target, up):
     camera = behind_the_end(position=position, target=target, up=up, focal_px=700.0)
-    scene = corners_of(camera, camera_matrix=camera.matrix, distortion=LENS)
+    scene = corners_of(camera, camera_matrix=camera.lens.matrix, distortion=LENS)
     found = Camera.from_scene(scene, SIZE)
     assert found.position == pytest.approx(position, abs=1e-3)
     assert found.rotation == pytest.approx(camera.rotation, abs=1e-4)
@@ -79,7 +79,7 @@ def test_pose_from_four_corners_with_the_lens_known(position, target, up):
 def test_focal_length_from_four_corners_when_the_lens_is_unknown():
     camera = behind_the_end(distortion=np.zeros(5))
     found = Camera.from_scene(corners_of(camera), SIZE)
-    assert found.matrix[0, 0] == pytest.approx(1500, rel=0.01)
+    assert found.lens.focal_px == pytest.approx(1500, rel=0.01)
     assert found.position == pytest.approx(camera.position, abs=0.3)
 
 
@@ -88,7 +88,7 @@ def test_of_the_two_poses_of_a_plane_the_one_above_the_ice_is_taken():
     camera = behind_the_end(
         position=(0.3, 0.2, 25.0), target=(0, 0, 0), up=(-1, 0, 0), focal_px=900.0
     )
-    scene = corners_of(camera, camera_matrix=camera.matrix, distortion=LENS)
+    scene = corners_of(camera, camera_matrix=camera.lens.matrix, distortion=LENS)
     shaken = scene.points_px + np.random.default_rng(5).normal(0, 0.3, (4, 2))
     found = Camera.from_scene(replace(scene, points_px=shaken), SIZE)
     assert found.position[2] == pytest.approx(25, abs=0.3)
@@ -96,7 +96,7 @@ def test_of_the_two_poses_of_a_plane_the_one_above_the_ice_is_taken():
 
 def test_points_that_no_camera_can_see_so_are_refused():
     camera = behind_the_end()
-    scene = corners_of(camera, camera_matrix=camera.matrix, distortion=LENS)
+    scene = corners_of(camera, camera_matrix=camera.lens.matrix, distortion=LENS)
     wrong = scene.points_px.copy()
     wrong[0] = [900.0, 400.0]
     with pytest.raises(InputError, match="no camera above the ice"):
@@ -111,7 +111,7 @@ def test_points_outside_the_image_are_refused_by_name():
 
 def test_corners_marked_one_place_round_are_told_so():
     camera = behind_the_end()
-    scene = corners_of(camera, camera_matrix=camera.matrix, distortion=LENS)
+    scene = corners_of(camera, camera_matrix=camera.lens.matrix, distortion=LENS)
     with pytest.raises(InputError, match="where the next one around the sheet is"):
         Camera.from_scene(replace(scene, points_px=np.roll(scene.points_px, 1, axis=0)), SIZE)
 
@@ -121,13 +121,15 @@ def test_the_point_that_contradicts_all_others_is_named():
     places = np.array([[0, -17], [1.8, -17], [-1.8, -17], [0, -11], [2.2, -11], [-2.2, -11]])
     px = camera.project(np.column_stack([places, np.zeros(len(places))]))
     px[3] += [350, -150]
-    scene = Scene(sheet_points=places, points_px=px, camera_matrix=camera.matrix, distortion=LENS)
+    scene = Scene(
+        sheet_points=places, points_px=px, camera_matrix=camera.lens.matrix, distortion=LENS
+    )
     with pytest.raises(InputError, match=r"point 4, of \(0, -11\) m on the ice, contradicts"):
         Camera.from_scene(scene, SIZE)
 
 
 def test_intrinsics_of_another_resolution_are_refused():
     camera = behind_the_end()
-    scene = corners_of(camera, camera_matrix=camera.matrix * [[2], [2], [1]], distortion=LENS)
+    scene = corners_of(camera, camera_matrix=camera.lens.matrix * [[2], [2], [1]], distortion=LENS)
     with pytest.raises(InputError, match="intrinsics of another resolution"):
         Camera.from_scene(scene, SIZE)

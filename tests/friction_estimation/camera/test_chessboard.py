@@ -107,19 +107,19 @@ def assert_lens(matrix, distortion):
 @pytest.mark.parametrize("name", ["chess", "charuco"])
 def test_the_lens_is_recovered_from_pictures_of_a_board(name, request):
     board = CHESS if name == "chess" else CHARUCO
-    lens = calibrate_lens(request.getfixturevalue(name), board)
-    assert len(lens.used) >= 6
-    assert lens.rms_px < 0.3
-    assert lens.size == SIZE
-    assert_lens(lens.matrix, lens.distortion)
+    found = calibrate_lens(request.getfixturevalue(name), board)
+    assert len(found.used) >= 6
+    assert found.rms_px < 0.3
+    assert found.lens.size == SIZE
+    assert_lens(found.lens.matrix, found.lens.distortion)
 
 
 def test_pictures_without_the_board_are_left_out_and_named(chess, tmp_path):
     blank = tmp_path / "blank.png"
     cv2.imwrite(str(blank), np.full((480, 640), 128, dtype=np.uint8))
-    lens = calibrate_lens([*chess[:4], blank], CHESS)
-    assert lens.unused == (str(blank),)
-    assert len(lens.used) == 4
+    found = calibrate_lens([*chess[:4], blank], CHESS)
+    assert found.unused == (str(blank),)
+    assert len(found.used) == 4
 
 
 def test_a_board_of_other_squares_is_not_found(chess):
@@ -154,7 +154,7 @@ def test_a_calibration_serves_a_resized_film_and_refuses_a_cropped_one():
     )
     scene = scene_of(camera)
     known = replace(scene, camera_matrix=board, image_size=(640, 480))
-    assert Camera.from_scene(known, (1280, 960)).matrix[0].tolist() == [1240.0, 0.0, 641.5]
+    assert Camera.from_scene(known, (1280, 960)).lens.matrix[0].tolist() == [1240.0, 0.0, 641.5]
     with pytest.raises(InputError, match="calibrated on 640 × 480 px"):
         Camera.from_scene(known, (1280, 980))
 

@@ -85,7 +85,7 @@ def test_an_unknown_lens_is_found_from_the_paint(views, name, limit):
     refined = refine(before, known, still)
     assert misplaced(before, true, 0.11) > 0.1
     assert misplaced(refined.camera, true, 0.11) < limit
-    assert refined.camera.matrix[0, 0] == pytest.approx(true.matrix[0, 0], rel=0.005)
+    assert refined.camera.lens.matrix[0, 0] == pytest.approx(true.lens.matrix[0, 0], rel=0.005)
     assert refined.log_focal_sigma < 0.01
 
 

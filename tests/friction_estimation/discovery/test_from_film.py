@@ -76,7 +76,7 @@ def test_a_wrong_lens_is_named_as_the_lens_in_tracks_from_film():
     found = discover(read_tracks(FILMS / "wrong_lens.csv"), scene=scene)
     assert sorted(proof.label for proof in found.proofs) == ["curl", "lens_distortion"]
     assert not found.unknown
-    missing = 0.5 * named_camera("gantry", (1280, 720)).distortion
+    missing = 0.5 * named_camera("gantry", (1280, 720)).lens.distortion
     values = found.final.model.term("lens_distortion").values
     assert values["lens_k1"] == pytest.approx(missing[0], rel=0.05)
     assert values["lens_k2"] == pytest.approx(missing[1], rel=0.15)

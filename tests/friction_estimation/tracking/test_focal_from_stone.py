@@ -45,9 +45,10 @@ def test_a_height_in_doubt_is_in_the_error_of_places_and_grows_with_the_slant():
     level = replace(unrefined(camera), readings=500)
     # Farther by a tenth, and longer by as much: the ice looks the same, the stone's height less.
     up = camera.position + np.array([0.0, 0.0, 0.1 * camera.position[2]])
-    matrix = camera.matrix.copy()
+    matrix = camera.lens.matrix.copy()
     matrix[[0, 1], [0, 1]] *= 1.1
-    farther = replace(camera, matrix=matrix, translation=-camera.rotation @ up)
+    lens = replace(camera.lens, matrix=matrix)
+    farther = replace(camera, lens=lens, translation=-camera.rotation @ up)
     xy = np.column_stack([np.zeros(3), camera.position[1] - np.array([0.0, 2.0, 4.0])])
     doubt = replace(level, farther=farther)
     added = np.sqrt(camera_variance(doubt, xy, 0.1143 / 2) - camera_variance(level, xy, 0.1143 / 2))

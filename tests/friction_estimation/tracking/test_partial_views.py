@@ -75,8 +75,8 @@ def known_scene():
     return Scene(
         sheet_points=KNOWN,
         points_px=CAMERA.project(np.column_stack([KNOWN, np.zeros(len(KNOWN))])),
-        camera_matrix=CAMERA.matrix,
-        distortion=CAMERA.distortion,
+        camera_matrix=CAMERA.lens.matrix,
+        distortion=CAMERA.lens.distortion,
     )
 
 

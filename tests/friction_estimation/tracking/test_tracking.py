@@ -101,8 +101,8 @@ def scene():
     return Scene(
         sheet_points=known,
         points_px=CAMERA.project(np.column_stack([known, np.zeros(5)])),
-        camera_matrix=CAMERA.matrix,
-        distortion=CAMERA.distortion,
+        camera_matrix=CAMERA.lens.matrix,
+        distortion=CAMERA.lens.distortion,
         stone_radius=RADIUS,
         stone_height=HEIGHT,
     )

@@ -31,8 +31,8 @@ def scene():
     return Scene(
         sheet_points=KNOWN,
         points_px=CAMERA.project(np.column_stack([KNOWN, np.zeros(len(KNOWN))])),
-        camera_matrix=CAMERA.matrix,
-        distortion=CAMERA.distortion,
+        camera_matrix=CAMERA.lens.matrix,
+        distortion=CAMERA.lens.distortion,
         stone_radius=0.145,
         stone_height=0.1143,
     )

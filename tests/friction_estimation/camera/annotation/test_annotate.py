@@ -38,7 +38,7 @@ def marks_at(camera, names):
 @pytest.fixture
 def picking(seen):
     path, camera, _ = seen
-    known = {"camera_matrix": camera.matrix, "distortion": camera.distortion}
+    known = {"camera_matrix": camera.lens.matrix, "distortion": camera.lens.distortion}
     return Annotation.open(path, PAPER_SHEET, known)
 
 
@@ -111,7 +111,7 @@ def test_a_scene_is_gone_on_from(seen, tmp_path):
     assert np.allclose(kept.points_px, scene.points_px)
     assert (kept.stone_height, kept.fps) == (0.12, 25.0)
     assert kept.camera_matrix is not None
-    assert np.allclose(kept.camera_matrix, camera.matrix)
+    assert np.allclose(kept.camera_matrix, camera.lens.matrix)
 
 
 def test_a_point_without_a_name_cannot_be_gone_on_from(seen):

@@ -28,14 +28,14 @@ SIZE = (1920, 1080)
 def seen_through_a_wrong_lens(tracks, name, rng):
     """Tracks as a tracker reports them that believes half of the lens's distortion."""
     camera = named_camera(name, SIZE)
-    scene = replace(scene_of(camera), distortion=0.5 * camera.distortion)
+    scene = replace(scene_of(camera), distortion=0.5 * camera.lens.distortion)
     believed = Camera.from_scene(scene, SIZE)
     out = []
     for track in tracks:
         px = camera.project(np.column_stack([track.xy, np.zeros(len(track))]))
         noise = rng.normal(0, 0.004, track.xy.shape)
         out.append(replace(track, xy=believed.on_plane(px) + noise))
-    return out, scene, 0.5 * camera.distortion
+    return out, scene, 0.5 * camera.lens.distortion
 
 
 @pytest.mark.parametrize("name", ["gantry", "side", "end"])
@@ -58,11 +58,11 @@ def test_without_a_scene_a_gantrys_lens_is_still_the_lens(make_session, rng):
 
 def test_the_displacement_is_what_the_wrong_camera_reports():
     camera = named_camera("end", SIZE)
-    scene = replace(scene_of(camera), distortion=0.5 * camera.distortion)
+    scene = replace(scene_of(camera), distortion=0.5 * camera.lens.distortion)
     form = measurements_through(scene)[1]
     assert form.displacement is not None
     xy = np.array([[0.3, -8.0], [-1.0, 3.0], [1.2, 12.0]])
-    half = dict(zip(("k1", "k2", "p1", "p2"), 0.5 * camera.distortion[:4], strict=True))
+    half = dict(zip(("k1", "k2", "p1", "p2"), 0.5 * camera.lens.distortion[:4], strict=True))
     shift = form.displacement(xy, np.zeros(3), {f"lens_{k}": v for k, v in half.items()})
     px = camera.project(np.column_stack([xy, np.zeros(3)]))
     assert np.abs(xy + shift - Camera.from_scene(scene, SIZE).on_plane(px)).max() < 1e-4
