@@ -25,7 +25,8 @@ def plan(
         str | None,
         typer.Option(
             metavar="TASK",
-            help="draw, guard, takeout, hit-and-stay, peel, freeze, or score: the most points.",
+            help="draw, guard, takeout, hit-and-stay, peel, freeze, score (the most points), or a "
+            "task of your own: the name that a package declares, or module:Class.",
         ),
     ] = None,
     stones: Annotated[

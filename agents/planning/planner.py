@@ -229,7 +229,7 @@ def plan_task(
     Parameters
     ----------
     ice : known or estimated ice
-    task : name in `curling_env.envs.sheet.tasks.TASKS`, a task, or ``score`` for the most points
+    task : name of a task as `CurlingSheet-v0` takes it, a `Task`, or ``score`` for the most points
     target : (2,) the task's mark, sheet frame [m]. Of a task with a given stone: the nearest stone
         to it, or a stone that lies there if no stones are given. By default the task's usual mark
         at the away end; the opponents' stone nearest to the tee where one is to be given
@@ -275,7 +275,7 @@ def _wanted(
     if task == "score":
         target = tee(direction) if mark is None else mark
         return MostPoints(target=target, direction=direction, stones=stones, own=own)
-    asked = task_named(task.replace("-", "_") if isinstance(task, str) else task)
+    asked = task_named(task)
     given = None
     if asked.has_target_stone:
         if not len(stones):

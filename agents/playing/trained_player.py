@@ -75,11 +75,12 @@ def player_from(name: str) -> Player:
     ------
     InputError : neither a player nor a model's file
     """
-    if name.partition(":")[0] in player_names():
+    is_file = Path(name).exists()
+    if name.partition(":")[0] in player_names() or (":" in name and not is_file):
         return player_named(name)
-    if Path(name).suffix or Path(name).exists():
+    if Path(name).suffix or is_file:
         return trained_player(name)
     raise InputError(
-        f"no player is named {name!r}; there are {', '.join(player_names())}, or a trained "
-        "model's file"
+        f"no player is named {name!r}; there are {', '.join(player_names())}, module:Class, "
+        "or a trained model's file"
     )

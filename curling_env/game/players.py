@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
@@ -16,11 +15,12 @@ from curling_env.game.rules.placement import Side
 from curling_env.game.rules.scoring import count
 from curling_env.game.rules.teams import Team
 from curling_env.ice import Ice
+from curling_env.plugins import load_plugin, plugin_names
 from curling_env.sheet import Direction
 from curling_env.throw import Skill, Throw
 
 PLAYER_GROUP = "curling.players"
-"""Entry points under this name are players: a name and a function that makes a `Player`."""
+"""The entry-point group of players: classes that can be made without arguments."""
 
 Sweep = tuple[float, float]
 """Seconds after release at which sweeping begins and ends."""
@@ -133,8 +133,8 @@ class Player(ABC):
 
 
 def player_names() -> list[str]:
-    """Names under which players can be had."""
-    return sorted({e.name for e in importlib.metadata.entry_points(group=PLAYER_GROUP)})
+    """Names of the players that installed packages declare."""
+    return plugin_names(PLAYER_GROUP)
 
 
 def player_named(name: str | Player) -> Player:
@@ -142,20 +142,21 @@ def player_named(name: str | Player) -> Player:
 
     Parameters
     ----------
-    name : as declared, with an option after a colon if the player takes one: ``search:500``
+    name : a declared name, or ``module:Class`` for a class that is not installed; an option may
+        follow after another colon: ``search:500``, ``my_players:Cautious:3``
 
     Raises
     ------
-    InputError : a name under which no installed package declares a player, or a wrong option
+    InputError : an unknown name, an option that the player does not take, something that is no
+        player
     """
     if isinstance(name, Player):
         return name
     plain, colon, option = name.partition(":")
-    for entry in importlib.metadata.entry_points(group=PLAYER_GROUP):
-        if entry.name == plain:
-            made = entry.load()
-            player = made.with_option(option) if colon else made()
-            if not isinstance(player, Player):
-                raise InputError(f"what is declared as the player {name!r} is none")
-            return player
-    raise InputError(f"no player is named {plain!r}; there are {', '.join(player_names())}")
+    if colon and plain not in player_names():
+        class_name, colon, option = option.partition(":")
+        plain = f"{plain}:{class_name}"
+    found = load_plugin("player", PLAYER_GROUP, plain)
+    if not (isinstance(found, type) and issubclass(found, Player)):
+        raise InputError(f"{plain!r} is no player: expected a subclass of curling_env.game.Player")
+    return found.with_option(option) if colon else found()

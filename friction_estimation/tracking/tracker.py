@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import importlib
-import importlib.metadata
 import inspect
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
 from curling_env.errors import InputError
+from curling_env.plugins import load_plugin
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Progress, no_progress
 from friction_estimation.camera.scene import Scene
@@ -54,26 +52,13 @@ def load_tracker(name: str = BUILT_IN) -> Tracker:
     Parameters
     ----------
     name : a name that an installed package declares under the entry-point group
-        `curling.trackers`, or ``module:function``; the module may lie in the current folder
+        `curling.trackers`, or ``module:function``, whose module may lie in the current folder
 
     Raises
     ------
     InputError : an unknown name, a module that cannot be imported, something that is no tracker
     """
-    entries = importlib.metadata.entry_points(group=TRACKER_GROUP)
-    declared = {entry.name: entry for entry in entries}
-    try:
-        if name in declared:
-            found = declared[name].load()
-        elif ":" in name:
-            found = _from_module(*name.split(":", 1))
-        else:
-            raise InputError(
-                f"no tracker is named {name!r}; there are {', '.join(sorted(declared))}, "
-                "or give module:function"
-            )
-    except (ImportError, AttributeError, ValueError) as error:
-        raise InputError(f"the tracker {name!r} cannot be loaded: {error}") from error
+    found = load_plugin("tracker", TRACKER_GROUP, name, form="module:function")
     if not _can_be_called(found):
         raise InputError(
             f"the tracker {name!r} must be a function that can be called as "
@@ -100,13 +85,6 @@ def tracks_in(found: Any, film: Path) -> tuple[Trajectory, ...]:
     if not tracks or not len(tracks[0]):
         raise InputError("the tracker found no thrown stone", source=film)
     return tuple(tracks)
-
-
-def _from_module(module: str, function: str) -> Any:
-    here = str(Path.cwd())
-    if here not in sys.path:
-        sys.path.append(here)
-    return getattr(importlib.import_module(module), function)
 
 
 def _can_be_called(found: Any) -> bool:

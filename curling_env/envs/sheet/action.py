@@ -1,23 +1,24 @@
-"""Between an agent's numbers in [-1, 1] and a throw."""
+"""How actions, numbers in [-1, 1], stand for throws."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.one_stone.slide import SlideEnd, slide
 from curling_env.sheet import HACK_Y, HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Throw
+from curling_env.typing import Floats, Singles
 
 EVERYWHERE = np.array([-np.inf, np.inf, -np.inf, np.inf])
 """Bounds that end no slide."""
 
-HIT = 1.6
-"""Weight of the firmest throw offered where there are stones to hit, over draw weight."""
+MAX_HIT_WEIGHT = 1.6
+"""Speed of the firmest throw offered where there are stones to hit, over draw weight."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +33,7 @@ class ThrowRange:
 
     Raises
     ------
-    InputError : a range that is empty, reversed or holds throws nobody makes
+    InputError : a range that is empty or reversed, or holds throws that nobody makes
     """
 
     speed: tuple[float, float]
@@ -50,13 +51,13 @@ class ThrowRange:
                 )
 
     @property
-    def middle(self) -> NDArray[np.float64]:
+    def middle(self) -> Floats:
         """Speed, angle and spin of the action (0, 0, 0), (3,)."""
         return np.array([sum(self.speed), sum(self.angle), sum(self.spin)]) / 2
 
     @property
-    def half(self) -> NDArray[np.float64]:
-        """What one unit of action changes in speed, angle and spin, (3,)."""
+    def half(self) -> Floats:
+        """Half the width of the ranges of speed, angle and spin, (3,)."""
         low, high = np.array([self.speed, self.angle, self.spin]).T
         return (high - low) / 2
 
@@ -73,7 +74,7 @@ class ThrowRange:
         speed, angle, spin = self.numbers_of(numbers).tolist()
         return Throw(speed=speed, angle=angle, spin=spin)
 
-    def numbers_of(self, actions: ArrayLike) -> NDArray[np.float64]:
+    def numbers_of(self, actions: ArrayLike) -> Floats:
         """Speed, angle and spin that actions (..., 3) mean; beyond ±1 they are taken as ±1.
 
         Raises
@@ -85,11 +86,11 @@ class ThrowRange:
             raise InputError(f"an action must be three finite numbers in [-1, 1], got {actions}")
         return self.middle + self.half * np.minimum(np.maximum(numbers, -1.0), 1.0)
 
-    def action_of(self, throw: Throw) -> NDArray[np.float32]:
+    def action_of(self, throw: Throw) -> Singles:
         """The action that means a throw, (3,); clipped to ±1 where the throw is out of range."""
         return self.actions_of(np.array([throw.speed, throw.angle, throw.spin]))
 
-    def actions_of(self, numbers: NDArray[np.float64]) -> NDArray[np.float32]:
+    def actions_of(self, numbers: Floats) -> Singles:
         """The actions that mean speeds, angles and spins (..., 3); clipped to ±1."""
         return np.clip((numbers - self.middle) / self.half, -1.0, 1.0).astype(np.float32)
 
@@ -99,11 +100,13 @@ def weight_to(ice: Ice, y: float, direction: Direction = Direction.AWAY) -> floa
 
     Parameters
     ----------
-    y : where along the direction of play it is to stop, from mid-sheet [m]
+    ice : the ice thrown on
+    y : where it should stop, along the direction of play from mid-sheet [m]
+    direction : the end played to
 
     Returns
     -------
-    speed to a millimetre per second; MAX_SPEED on ice so heavy that no throw gets there
+    the speed, to a millimetre per second; MAX_SPEED on ice so heavy that no throw gets there
     """
     low, high = 0.05, MAX_SPEED
 
@@ -111,7 +114,7 @@ def weight_to(ice: Ice, y: float, direction: Direction = Direction.AWAY) -> floa
         end = slide(ice, Throw(speed=speed).release(direction), bounds=bounds)
         return end.end is SlideEnd.REST
 
-    # A stone that passes y leaves these bounds, so that ice on which a fast one would never stop
+    # A slide ends where a stone passes y, so that a fast throw on ice where it would never stop
     # does no harm.
     bounds = EVERYWHERE.copy()
     bounds[3 if direction > 0 else 2] = direction * y
@@ -127,13 +130,19 @@ def weight_to(ice: Ice, y: float, direction: Direction = Direction.AWAY) -> floa
 
 
 def throw_range_for(ice: Ice, direction: Direction, *, hits: bool) -> ThrowRange:
-    """The throws worth offering on an ice: every draw and guard, and hits where there are stones.
+    """The range of throws worth offering on an ice.
 
-    From the weight that dies at the far hog line to the weight that reaches the hack, or to 1.6
-    times draw weight.
+    It runs from the weight that stops at the far hog line to the weight that reaches the hack.
+
+    Parameters
+    ----------
+    ice : the ice, as far as the agent knows it
+    direction : the end played to
+    hits : whether there are stones to hit; the range then reaches to MAX_HIT_WEIGHT times the
+        weight that stops at the tee
     """
     slow = weight_to(ice, HOG_LINE_Y, direction)
     fast = weight_to(ice, HACK_Y, direction)
     if hits:
-        fast = max(fast, HIT * weight_to(ice, TEE_Y, direction))
+        fast = max(fast, MAX_HIT_WEIGHT * weight_to(ice, TEE_Y, direction))
     return ThrowRange(speed=(min(slow, MAX_SPEED - 0.1), min(fast, MAX_SPEED)))

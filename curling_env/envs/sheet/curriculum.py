@@ -1,6 +1,7 @@
-"""Positions that grow harder as tasks are done: a curriculum for `CurlingSheet-v0`.
+"""A curriculum for `CurlingSheet-v0`: positions become harder as the agent succeeds.
 
-The environment's `level` says how hard positions are; here is what moves it.
+The environment's `level` is the difficulty of its positions, from 0 to 1. The wrappers here raise
+and lower it.
 """
 
 from __future__ import annotations
@@ -26,9 +27,10 @@ class Curriculum:
     Parameters
     ----------
     start : level of the first episode
-    step : by which the level moves
-    window : episodes at one level before it is judged
-    harder, easier : shares of them done at and above which it rises, and below which it falls
+    step : how much the level rises or falls
+    window : number of episodes at one level before it is changed
+    harder : share of successes at and above which the level rises
+    easier : share of successes below which the level falls
 
     Raises
     ------
@@ -43,7 +45,9 @@ class Curriculum:
 
     def __post_init__(self) -> None:
         if not (0 <= self.start <= 1 and 0 < self.step <= 1 and self.window >= 1):
-            raise InputError(f"start and step lie within 0 and 1 and window is at least 1: {self}")
+            raise InputError(
+                f"start and step must lie within 0 and 1, and window must be at least 1: {self}"
+            )
         if not 0 <= self.easier < self.harder <= 1:
             raise InputError(f"easier must lie below harder, both within 0 and 1: {self}")
 
@@ -53,26 +57,26 @@ class CurriculumProgress:
 
     Parameters
     ----------
-    curriculum : that it goes through
+    curriculum : the curriculum it goes through
     """
 
     def __init__(self, curriculum: Curriculum) -> None:
         self.curriculum = curriculum
         self.level = curriculum.start
-        self._done: deque[bool] = deque(maxlen=curriculum.window)
+        self._recent: deque[bool] = deque(maxlen=curriculum.window)
 
     def update(self, successes: Iterable[bool]) -> float:
-        """The level after some episodes more, each done or not."""
-        plan = self.curriculum
+        """The level after some more episodes, of which each was a success or not."""
+        curriculum = self.curriculum
         for success in successes:
-            self._done.append(bool(success))
-            if len(self._done) < plan.window:
+            self._recent.append(bool(success))
+            if len(self._recent) < curriculum.window:
                 continue
-            share = sum(self._done) / plan.window
-            change = plan.step * ((share >= plan.harder) - (share < plan.easier))
+            share = sum(self._recent) / curriculum.window
+            change = curriculum.step * ((share >= curriculum.harder) - (share < curriculum.easier))
             if change:
-                # What was done at another level says nothing about this one.
-                self._done.clear()
+                # Successes at another level say nothing about this one.
+                self._recent.clear()
                 self.level = min(max(round(self.level + change, 9), 0.0), 1.0)
         return self.level
 
@@ -80,11 +84,12 @@ class CurriculumProgress:
 class CurriculumWrapper(
     gymnasium.Wrapper[Any, Any, Any, Any], gymnasium.utils.RecordConstructorArgs
 ):
-    """`CurlingSheet-v0` with a curriculum; `progress.level` says where it stands.
+    """`CurlingSheet-v0` with a curriculum; `progress.level` is the current level.
 
     Parameters
     ----------
     env : `CurlingSheet-v0`
+    curriculum : when the level rises and falls
 
     Raises
     ------
@@ -102,19 +107,20 @@ class CurriculumWrapper(
         self._sheet.level = self.progress.level
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-        """Throw a stone; at an episode's end, perhaps change the level."""
-        seen, reward, over, cut, info = self.env.step(action)
-        if over:
+        """Throw a stone; the level may change when the episode ends."""
+        observation, reward, terminated, truncated, info = self.env.step(action)
+        if terminated:
             self._sheet.level = self.progress.update([info["success"]])
-        return seen, reward, over, cut, info
+        return observation, reward, terminated, truncated, info
 
 
 class VectorCurriculumWrapper(VectorWrapper[Any, Any, Any]):
-    """Many sheets that go through one curriculum together.
+    """Many sheets of `CurlingSheet-v0` that go through one curriculum together.
 
     Parameters
     ----------
-    envs : of `CurlingSheet-v0`
+    envs : the sheets
+    curriculum : when the level rises and falls
 
     Raises
     ------
@@ -133,9 +139,9 @@ class VectorCurriculumWrapper(VectorWrapper[Any, Any, Any]):
         self._sheets.level = self.progress.level
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """Throw a stone on every sheet; the level changes for the episodes that begin later."""
-        seen, rewards, over, cut, info = self.env.step(actions)
-        if np.any(over):
+        """Throw a stone on every sheet; a new level holds for the episodes that begin later."""
+        observations, rewards, terminated, truncated, info = self.env.step(actions)
+        if np.any(terminated):
             ended = info.get("final_info", info)["success"]
-            self._sheets.level = self.progress.update(ended[over].tolist())
-        return seen, rewards, over, cut, info
+            self._sheets.level = self.progress.update(ended[terminated].tolist())
+        return observations, rewards, terminated, truncated, info

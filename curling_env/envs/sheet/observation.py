@@ -9,22 +9,24 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from curling_env.ice import Ice
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, HOG_TO_TEE, TEE_Y, Direction, to_sheet
-from curling_env.typing import Floats
+from curling_env.typing import Floats, Singles
 
+# The layout and the scales of an observation. A change to any of them makes a new version of the
+# environments.
 BANDS = 8
-"""Stretches of ice between the delivery hog line and the far back line that μ is averaged over."""
+"""Number of bands of ice from the delivery hog line to the far back line for which μ is told."""
 LANES = ("left", "middle", "right")
-"""Thirds of the sheet's width, seen along the direction of play."""
+"""Thirds of the sheet's width for which μ is told, seen along the direction of play."""
 LENGTH_SCALE = HOG_TO_TEE + 0.6
 """Distance along the sheet that counts as 1 [m]: from the tee to just before the hog line."""
 MU_SCALE = 0.01
-"""Friction that counts as 1 more than none on a scale of logarithms."""
+"""Friction that counts as 0; friction e² times as large counts as 1."""
 VARIATION_SCALE = 0.2
-"""Relative difference of a band from the mean that counts as 1."""
+"""Relative difference of a band's friction from the mean that counts as 1."""
 
 KNOWN_PARAMETERS = (
     ("speed_dependent_friction", "exponent", 1.0),
@@ -41,12 +43,18 @@ A slope is seen along the direction of play, so that it changes sign with it.
 """
 
 
-def ice_features(ice: Ice, direction: Direction) -> NDArray[np.float32]:
-    """What may be known of an ice, as seen along a direction of play.
+def ice_features(ice: Ice, direction: Direction) -> Singles:
+    """What an agent is told of an ice, seen along a direction of play.
+
+    Parameters
+    ----------
+    ice : the ice as the agent knows it
+    direction : the end played to
 
     Returns
     -------
-    (1 + BANDS·3 + parameters,) : the mean μ, each band's difference from it by lane, the effects
+    (1 + 3 BANDS + parameters,) within ±1: the mean μ, the difference from it in each band and
+    lane, the parameters of the effects
     """
     mean, bands = _bands(ice, direction)
     effects: list[float] = []
@@ -59,7 +67,7 @@ def ice_features(ice: Ice, direction: Direction) -> NDArray[np.float32]:
 
 
 def _bands(ice: Ice, direction: Direction) -> tuple[float, Floats]:
-    """Mean μ and relative differences from it, (BANDS, 3)."""
+    """Mean μ, and scaled relative differences from it, (BANDS, 3)."""
     along = np.linspace(-HOG_LINE_Y, BACK_LINE_Y, BANDS * 8 + 1)
     across = np.linspace(-ice.sheet.width / 2, ice.sheet.width / 2, 3 * 6 + 1)
     y = (along[:-1] + along[1:]) / 2 - TEE_Y
@@ -71,12 +79,12 @@ def _bands(ice: Ice, direction: Direction) -> tuple[float, Floats]:
 
 @dataclass(frozen=True, kw_only=True)
 class SheetObservation:
-    """The layout of an observation.
+    """Makes the observations of `CurlingSheet-v0`.
 
     Parameters
     ----------
-    slots : places for stones
-    width : of the sheet [m]
+    slots : number of places for stones
+    width : width of the sheet [m]
     """
 
     slots: int
@@ -96,7 +104,7 @@ class SheetObservation:
         )
 
     def scaled(self, xy: ArrayLike) -> Floats:
-        """Positions (..., 2) in the delivery frame as the agent sees them."""
+        """Positions (..., 2) in the delivery frame [m] on the scale of the observation."""
         return np.asarray(xy, dtype=np.float64) / np.array([self.width / 2, LENGTH_SCALE])
 
     def vector(
@@ -104,18 +112,18 @@ class SheetObservation:
         *,
         target: Floats,
         throws_left: ArrayLike,
-        known: NDArray[np.float32],
+        known: Singles,
         stones: Floats,
         own: ArrayLike,
-    ) -> NDArray[np.float32]:
-        """The observation; with leading axes, of many sheets at once.
+    ) -> Singles:
+        """The observation of one sheet, or of many with leading dimensions (...).
 
         Parameters
         ----------
         target : (..., 2) delivery frame [m]
         throws_left : (...) share of the episode's throws still to come
-        known : (..., m) of `knowledge`
-        stones : (..., k, 2) delivery frame, at most `slots`; NaN where there is none [m]
+        known : (..., m) what is known of the ice, from `ice_features`
+        stones : (..., k, 2) at most `slots` stones, delivery frame [m]; NaN where there is none
         own : (..., k) for each stone, whether it is the agent's
 
         Returns

@@ -1,6 +1,6 @@
 """How an episode of `CurlingSheet-v0` begins: the end played to, the target, stones on the sheet.
 
-What is asked for is parsed once and drawn for every episode.
+The options are read once, into the distribution from which every episode draws its initial state.
 """
 
 from __future__ import annotations
@@ -20,28 +20,34 @@ from curling_env.physics.one_stone.slide import play_bounds
 from curling_env.sheet import HOG_TO_TEE, Direction, to_sheet
 from curling_env.typing import Floats
 
-Aim = Literal["random"] | Sequence[float] | ArrayLike | None
-Stones = int | Sequence[Sequence[float]] | ArrayLike
-End = Direction | Literal["away", "home", "random"]
+TargetOption = Literal["random"] | Sequence[float] | ArrayLike | None
+StonesOption = int | Sequence[Sequence[float]] | ArrayLike
+DirectionOption = Direction | Literal["away", "home", "random"]
 
-LIKELY = ((-1.6, 1.6), (-4.0, 1.6))
-"""Where random stones lie, delivery frame: x and y ranges, the house and the guards [m]."""
-APART = 0.02
-"""Least gap between random stones [m]."""
-TRIES = 100
-"""Places tried for each random stone before the house counts as full."""
-CHOICES = ("target", "stones", "direction", "level")
-"""What may be chosen anew with ``reset(options=…)``."""
+FIRST_OWN_STONE = 100
+"""Identifiers of the agent's stones start here; stones laid at reset count from 0."""
+RESET_OPTIONS = ("target", "stones", "direction", "level")
+"""What `reset` may be asked for in its `options`."""
+
+# Where random stones lie, delivery frame: in the house and before it. These are choices.
+STONES_X = (-1.6, 1.6)
+"""Range of their x [m]."""
+STONES_Y = (-4.0, 1.6)
+"""Range of their y [m]."""
+MIN_GAP = 0.02
+"""Smallest gap between two of them [m]."""
+MAX_TRIES = 100
+"""Places tried for each of them before the house counts as full."""
 
 
 class InitialState(NamedTuple):
-    """One episode's beginning.
+    """How one episode begins.
 
     Parameters
     ----------
     direction : the end played to
-    target : (2,) where the delivered stone is to end, delivery frame [m]
-    places : (k, 2) stones on the sheet, a task's given stone first, delivery frame [m]
+    target : (2,) where the delivered stone should end, delivery frame [m]
+    places : (k, 2) stones on the sheet, the task's target stone first, delivery frame [m]
     """
 
     direction: Direction
@@ -51,18 +57,18 @@ class InitialState(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class ResetDistribution:
-    """What episodes begin with.
+    """The distribution of initial states.
 
     Parameters
     ----------
     task : what a throw is asked to do
     direction : the end played to; None for either
-    goal : (2,) of the task, delivery frame [m]; None for the task's own, as the level says
-    level : None for positions as asked for; else how far from the task's easiest position marks
-        spread, and up to what share of the stones lie there, 0 to 1
-    stones : (k, 2) places in the delivery frame [m], or how many to lay at random; a given stone is
-        not among them
-    stone_radius : [m]
+    goal : (2,) the task's goal, delivery frame [m]; None for a random one
+    level : difficulty, 0 to 1: how far random goals spread from the task's easiest goal, and up to
+        what share of the random stones lie on the sheet; None for positions as asked for
+    stones : (k, 2) places in the delivery frame [m], or how many stones to lay at random; the
+        target stone is not among them
+    stone_radius : radius of a stone [m]
     """
 
     task: Task
@@ -74,18 +80,18 @@ class ResetDistribution:
 
     @property
     def stone_count(self) -> int:
-        """Most stones on the sheet at the beginning."""
+        """The largest number of stones on the sheet when an episode begins."""
         others = self.stones if isinstance(self.stones, int) else len(self.stones)
         return others + self.task.has_target_stone
 
     @property
     def is_fixed(self) -> bool:
-        """Whether every episode begins the same."""
-        laid = self.stones == 0 if isinstance(self.stones, int) else True
-        return self.direction is not None and self.goal is not None and laid
+        """Whether every episode begins in the same state."""
+        no_random_stones = self.stones == 0 if isinstance(self.stones, int) else True
+        return self.direction is not None and self.goal is not None and no_random_stones
 
     def sample(self, rng: np.random.Generator) -> InitialState:
-        """The beginning of one episode.
+        """Draw the initial state of one episode.
 
         Raises
         ------
@@ -96,74 +102,74 @@ class ResetDistribution:
             direction = Direction.AWAY if rng.random() < 0.5 else Direction.HOME
         goal = self._sample_goal(rng) if self.goal is None else self.goal
         target = np.asarray(self.task.target(goal, self.stone_radius), dtype=np.float64)
-        given = goal[None] if self.task.has_target_stone else np.empty((0, 2))
+        target_stone = goal[None] if self.task.has_target_stone else np.empty((0, 2))
         stones = self.stones
         if isinstance(stones, int):
             if self.level is not None:
                 stones = int(rng.integers(round(self.level * stones) + 1))
-            stones = self._scatter(stones, rng, given)
-        return InitialState(
-            direction=direction, target=target, places=np.concatenate([given, stones])
-        )
+            stones = self._sample_stones(stones, rng, target_stone)
+        places = np.concatenate([target_stone, stones])
+        return InitialState(direction=direction, target=target, places=places)
 
     def _sample_goal(self, rng: np.random.Generator) -> Floats:
-        """The task's goal at random; a given stone touches none of those placed by hand."""
+        """A random goal of the task; a target stone there touches none of the stones given."""
         level = 1.0 if self.level is None else self.level
         placed = np.empty((0, 2)) if isinstance(self.stones, int) else self.stones
-        for _ in range(TRIES):
+        for _ in range(MAX_TRIES):
             u, v = rng.random(2).tolist()
             goal = np.array(self.task.sample_goal(level, u, v))
             apart = np.hypot(*(placed - goal).T)
-            if not self.task.has_target_stone or (apart >= 2 * self.stone_radius + APART).all():
+            if not self.task.has_target_stone or (apart >= 2 * self.stone_radius + MIN_GAP).all():
                 return goal
-        raise InputError("there is no room for the given stone among the stones placed")
+        raise InputError("there is no room for the target stone among the stones given")
 
-    def _scatter(self, count: int, rng: np.random.Generator, given: Floats) -> Floats:
-        """Places for stones at random, none touching another; (count, 2)."""
-        (left, right), (near, far) = LIKELY
-        least = 2 * self.stone_radius + APART
-        taken: list[tuple[float, float]] = [(x, y) for x, y in given.tolist()]
-        first = len(taken)
-        for _ in range(TRIES * max(count, 1)):
-            if len(taken) == first + count:
-                return np.array(taken[first:]).reshape(-1, 2)
+    def _sample_stones(self, count: int, rng: np.random.Generator, taken: Floats) -> Floats:
+        """Random places of stones that touch neither each other nor those taken; (count, 2)."""
+        (left, right), (near, far) = STONES_X, STONES_Y
+        least = 2 * self.stone_radius + MIN_GAP
+        places: list[tuple[float, float]] = [(x, y) for x, y in taken.tolist()]
+        first = len(places)
+        for _ in range(MAX_TRIES * max(count, 1)):
+            if len(places) == first + count:
+                return np.array(places[first:]).reshape(-1, 2)
             u, v = rng.random(2).tolist()
             x, y = left + u * (right - left), near + v * (far - near)
-            if all(hypot(x - other_x, y - other_y) >= least for other_x, other_y in taken):
-                taken.append((x, y))
+            if all(hypot(x - other_x, y - other_y) >= least for other_x, other_y in places):
+                places.append((x, y))
         raise InputError(f"there is no room for {count} stones in the house and before it")
 
 
-def reset_distribution(choices: Mapping[str, Any], ice: Ice, task: Task) -> ResetDistribution:
-    """What episodes begin with, from what was asked for.
+def reset_distribution(options: Mapping[str, Any], ice: Ice, task: Task) -> ResetDistribution:
+    """The distribution of initial states that options ask for.
 
     Parameters
     ----------
-    choices : each of CHOICES, as `CurlingSheetEnv` takes it
+    options : all of RESET_OPTIONS, as `CurlingSheetEnv` takes them
+    ice : for the size of sheet and stone
     task : what a throw is asked to do
 
     Raises
     ------
-    InputError : a choice that is none, or that makes no sense
+    InputError : an unknown option, or one that makes no sense
     """
-    unknown = sorted(choices.keys() - set(CHOICES))
+    unknown = sorted(options.keys() - set(RESET_OPTIONS))
     if unknown:
-        raise InputError(f"unknown option {unknown[0]!r}; options are {', '.join(CHOICES)}")
-    level = _level(choices["level"])
-    goal = _aim(choices["target"], ice.sheet.width / 2)
-    if choices["target"] is None and not level:
+        raise InputError(f"unknown option {unknown[0]!r}; options are {', '.join(RESET_OPTIONS)}")
+    level = _level(options["level"])
+    goal = _goal(options["target"], ice.sheet.width / 2)
+    if options["target"] is None and not level:
         goal = np.array(task.easiest_goal)
     return ResetDistribution(
         task=task,
-        direction=_end(choices["direction"]),
+        direction=_direction(options["direction"]),
         goal=goal,
         level=level,
-        stones=_stones(choices["stones"], play_bounds(ice, Direction.AWAY)),
+        stones=_stones(options["stones"], play_bounds(ice, Direction.AWAY)),
         stone_radius=ice.stone.radius,
     )
 
 
-def _end(direction: Any) -> Direction | None:
+def _direction(direction: Any) -> Direction | None:
     if isinstance(direction, Direction):
         return direction
     if direction == "random":
@@ -182,7 +188,7 @@ def _level(level: Any) -> float | None:
     return float(level)
 
 
-def _aim(target: Any, half: float) -> Floats | None:
+def _goal(target: Any, half_width: float) -> Floats | None:
     if target is None:
         return None
     if isinstance(target, str):
@@ -190,21 +196,21 @@ def _aim(target: Any, half: float) -> Floats | None:
             raise InputError(f"target must be (x, y) in metres or 'random', got {target!r}")
         return None
     try:
-        aim = np.asarray(target, dtype=np.float64)
+        goal = np.asarray(target, dtype=np.float64)
     except (TypeError, ValueError):
-        aim = np.empty(0)
-    if aim.shape != (2,) or not (abs(aim[0]) <= half and abs(aim[1]) <= HOG_TO_TEE):
+        goal = np.empty(0)
+    if goal.shape != (2,) or not (abs(goal[0]) <= half_width and abs(goal[1]) <= HOG_TO_TEE):
         raise InputError(
-            f"target must be (x, y) in metres from the tee, within {half:g} m of the centre "
+            f"target must be (x, y) in metres from the tee, within {half_width:g} m of the centre "
             f"line and {HOG_TO_TEE:g} m of the tee, got {target!r}"
         )
-    return aim
+    return goal
 
 
 def _stones(stones: Any, bounds: Floats) -> Floats | int:
     if isinstance(stones, int):
         if stones < 0:
-            raise InputError(f"there cannot be {stones} stones on the sheet")
+            raise InputError(f"the number of stones must be at least 0, got {stones}")
         return stones
     try:
         places = np.asarray(stones, dtype=np.float64)
@@ -213,9 +219,9 @@ def _stones(stones: Any, bounds: Floats) -> Floats | int:
     if places.size == 0:
         return np.empty((0, 2))
     if places.ndim != 2 or places.shape[1] != 2 or not np.isfinite(places).all():
-        raise InputError(f"stones must be their number or places (x, y) in metres, got {stones!r}")
-    lying = to_sheet(places, Direction.AWAY)
-    outside = (lying < bounds[::2]).any(axis=1) | (lying > bounds[1::2]).any(axis=1)
+        raise InputError(f"stones must be a number or places (x, y) in metres, got {stones!r}")
+    on_sheet = to_sheet(places, Direction.AWAY)
+    outside = (on_sheet < bounds[::2]).any(axis=1) | (on_sheet > bounds[1::2]).any(axis=1)
     if outside.any():
         x, y = places[int(np.argmax(outside))]
         raise InputError(

@@ -1,6 +1,6 @@
 """The reward of a throw: named parts, then one weighted sum.
 
-Everything works on one throw or on arrays of many.
+One formula serves a single throw and arrays of many throws.
 """
 
 from __future__ import annotations
@@ -9,18 +9,18 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.sheet import HOUSE_RADIUS
+from curling_env.typing import Floats
 
 MAX_MISS = 10.0
-"""Distance beyond which a miss counts no worse [m]."""
+"""A stone farther from its target than this is rewarded as if it lay at this distance [m]."""
 PRECISION_LENGTH = 0.5
-"""Distance at which the bonus for precision has fallen to 1/e [m]."""
+"""Distance from the target at which the part `precision` has fallen to 1/e [m]."""
 
-Values = float | NDArray[np.float64]
-"""One for a throw, or one for each of many throws."""
+Values = float | Floats
+"""A number for one throw, or one for each of many throws."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,11 +30,11 @@ class RewardParts:
     Parameters
     ----------
     distance : minus the distance from target to stone, in radii of the house
-    precision : 1 on the target, falling within half a metre
+    precision : 1 on the target, falling to 1/e at half a metre; 0 for a stone out of play
     in_house : 1 if the stone rests in the house
-    out_of_play : -1 if it does not stay in play
-    removed : of a task's given stone: 1 if it left play, else how far it was driven, in radii of
-        the house and at most a half
+    out_of_play : -1 if the stone does not stay in play
+    removed : 1 if the target stone left play, else how far it was pushed, in radii of the house
+        and at most a half
     success : 1 if the task was done
     """
 
@@ -58,7 +58,7 @@ PARTS = tuple(part.name for part in fields(RewardParts))
 class RewardWeights:
     """How much each part of the reward counts; see `RewardParts`.
 
-    What is here is for a draw; every task has its own, see `tasks`.
+    The defaults are those of a draw. Every task has weights of its own, see `tasks`.
 
     Raises
     ------
@@ -79,23 +79,26 @@ class RewardWeights:
                 raise InputError(f"the weight of {part.name} must be finite, got {value}")
 
     def total(self, parts: RewardParts) -> Values:
-        """The reward."""
+        """The reward: the weighted sum of the parts."""
         return sum(getattr(self, name) * getattr(parts, name) for name in PARTS)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Landing:
-    """Where a throw left the stones that its task is about; delivery frame [m].
+    """Where a throw left the stones that its task is about.
+
+    Positions are in the delivery frame [m]. The leading dimensions (...) are those of the throws,
+    none for a single throw.
 
     Parameters
     ----------
-    place : (..., 2) where the delivered stone ended, in play or not
+    stone : (..., 2) where the delivered stone ended, in play or not
     in_play : (...) whether it stayed in play
-    target : (..., 2) where it was to end
-    given : (..., 2) where the task's given stone lies afterwards; NaN where it left play, or where
-        the task has none
-    before : (..., 2) where that stone lay before
-    radius : of a stone
+    target : (..., 2) where it should have ended
+    target_stone : (..., 2) where the task's target stone lies afterwards; NaN where it left play,
+        or where the task has none
+    target_stone_before : (..., 2) where it lay before the throw
+    stone_radius : radius of a stone [m]
     """
 
     stone: Any
@@ -107,7 +110,7 @@ class Landing:
 
     @property
     def distance_m(self) -> Any:
-        """From the target to where the delivered stone ended, (...) [m]."""
+        """Distance from the target to where the delivered stone ended, (...) [m]."""
         return _distance(self.stone, self.target)
 
     @property
@@ -117,17 +120,17 @@ class Landing:
 
     @property
     def is_out(self) -> Any:
-        """Whether the given stone left play, (...); False where there was none."""
+        """Whether the target stone left play, (...); False where there was none."""
         return np.isnan(self.target_stone[..., 0]) & ~np.isnan(self.target_stone_before[..., 0])
 
     @property
-    def driven(self) -> Any:
-        """How far the given stone was driven, (...) [m]; NaN where it left play."""
+    def pushed(self) -> Any:
+        """How far the target stone was pushed, (...) [m]; NaN where it left play."""
         return _distance(self.target_stone, self.target_stone_before)
 
     @property
     def gap(self) -> Any:
-        """Between the delivered and the given stone, (...) [m]; NaN where one left play."""
+        """Gap between the delivered and the target stone, (...) [m]; NaN where one left play."""
         return _distance(self.stone, self.target_stone) - 2 * self.stone_radius
 
 
@@ -138,14 +141,14 @@ def _distance(places: Any, others: Any) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """What came of a throw.
+    """What a throw is worth; each value is one number, or (...) for many throws.
 
     Parameters
     ----------
-    distance_m : from the target to where the stone ended [m]
-    in_house : whether it stayed in play and touches the house
+    distance_m : distance from the target to where the stone ended [m]
+    in_house : whether the stone stayed in play and touches the house
     success : whether the task was done
-    parts : of the reward
+    parts : the parts of the reward
     """
 
     distance_m: Any
@@ -155,14 +158,15 @@ class Verdict:
 
 
 def judge(landing: Landing, success: Any) -> Verdict:
-    """Judge where stones ended.
+    """Judge where the stones of a throw ended.
 
     Parameters
     ----------
+    landing : where they ended
     success : (...) whether the task was done
     """
     distance_m, in_house, in_play = landing.distance_m, landing.in_house, landing.in_play
-    driven = np.minimum(np.nan_to_num(landing.driven) / HOUSE_RADIUS, 0.5)
+    pushed = np.minimum(np.nan_to_num(landing.pushed) / HOUSE_RADIUS, 0.5)
     return Verdict(
         distance_m=distance_m,
         in_house=in_house,
@@ -172,7 +176,7 @@ def judge(landing: Landing, success: Any) -> Verdict:
             precision=np.where(in_play, np.exp(-distance_m / PRECISION_LENGTH), 0.0),
             in_house=in_house * 1.0,
             out_of_play=in_play * 1.0 - 1.0,
-            removed=np.where(landing.is_out, 1.0, driven),
+            removed=np.where(landing.is_out, 1.0, pushed),
             success=success * 1.0,
         ),
     )

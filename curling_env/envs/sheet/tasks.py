@@ -1,88 +1,95 @@
-"""What a throw is asked to do: draw, guard, takeout, freeze.
+"""What a throw is asked to do: draw, guard, takeout, hit and stay, peel, freeze.
 
-A task says where its mark lies, whether a stone is given there, what counts as done, and how the
-parts of the reward weigh. Everything works on one throw or on arrays of many, so that one sheet
-and many sheets share it. Positions are in the delivery frame.
+A task says where its goal lies, whether a target stone lies there, when it counts as done, and how
+the parts of the reward are weighted. One formula serves a single throw and arrays of many throws.
+Positions are in the delivery frame.
 
-A task of one's own is an object with the attributes and methods of `Task`, handed to the
-environment in place of a name.
+A task of your own is a class with the attributes and methods of `Task` that can be made without
+arguments. Hand an object of it to the environment, name it as ``module:Class``, or declare it
+under the entry-point group `curling.tasks`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from math import cos, pi, sin, sqrt
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 
 from curling_env.envs.sheet.reward import Landing, RewardWeights
 from curling_env.errors import InputError
+from curling_env.plugins import load_plugin, plugin_names
 from curling_env.sheet import HOUSE_RADIUS, RING_RADII
 
+TASK_GROUP = "curling.tasks"
+"""The entry-point group of tasks: classes that can be made without arguments, or objects."""
+
+# What counts as done, and where goals lie. Nobody measured these: they are choices.
 DRAW_RADIUS = RING_RADII[2]
-"""Distance from its target at which a draw still counts as made: the 4-foot ring's radius [m]."""
+"""Largest distance from its target at which a draw is made: the 4-foot ring's radius [m]."""
 GUARD_GOAL = (0.0, -3.2)
-"""A centre guard, about a stone and a half's roll before the house [m]."""
+"""A centre guard, about 1.4 m before the house [m]."""
 GUARD_SPREAD = (0.9, 1.2)
-"""How far to the sides and along play guards are asked for: corner guards, long and tight [m]."""
-GUARD_LENGTH = 1.0
-"""How much longer or tighter than asked a guard may lie: a choice [m]."""
+"""Largest distance of random guards from that place, sideways and along play [m]."""
+GUARD_LENGTH_ERROR = 1.0
+"""How much longer or shorter than asked a guard may lie [m]."""
 FREEZE_GAP = 0.15
-"""Widest gap between frozen stones, half a stone's width: a choice [m]."""
-FREEZE_DRIVEN = 0.3
-"""Farthest that a freeze may drive the given stone back, a stone's width: a choice [m]."""
-GIVEN_SPREAD = 0.9 * HOUSE_RADIUS
-"""Radius about the tee within which stones are given to take out or freeze to [m]."""
+"""Largest gap between frozen stones, half a stone's width [m]."""
+FREEZE_PUSH = 0.3
+"""Largest distance that a freeze may push the target stone, a stone's width [m]."""
+TARGET_STONE_SPREAD = 0.9 * HOUSE_RADIUS
+"""Largest distance from the tee at which random target stones lie [m]."""
 
 Shooter = Literal["any", "stays", "leaves"]
 
 
+@runtime_checkable
 class Task(Protocol):
     """What a throw is asked to do."""
 
     @property
     def name(self) -> str:
-        """By which it is asked for."""
+        """The name by which the task is asked for."""
         ...
 
     @property
     def has_target_stone(self) -> bool:
-        """Whether a stone is given: it lies on the mark, and counts as the sheet's first."""
+        """Whether a stone lies on the goal, to be hit or frozen to. It is the sheet's first."""
         ...
 
     @property
     def easiest_goal(self) -> tuple[float, float]:
-        """The mark of the easiest position [m]."""
+        """The goal (x, y) of the easiest position [m]."""
         ...
 
     @property
     def weights(self) -> RewardWeights:
-        """Of the parts of the reward, unless others are asked for."""
+        """Weights of the parts of the reward, unless the environment is given others."""
         ...
 
     def sample_goal(self, level: float, u: float, v: float) -> tuple[float, float]:
-        """A mark at random.
+        """A random goal (x, y) [m].
 
         Parameters
         ----------
-        level : 0 (always the centre) to 1 (anywhere the task may be asked for)
-        u, v : evenly distributed in [0, 1)
+        level : difficulty, from 0 (always the easiest goal) to 1 (anywhere the task may be set)
+        u, v : random numbers, uniform in [0, 1)
         """
         ...
 
-    def target(self, goal: Any, radius: float) -> Any:
-        """Where the delivered stone is to end, (2,), given the mark and a stone's radius [m]."""
+    def target(self, goal: Any, stone_radius: float) -> Any:
+        """Where the delivered stone should come to rest or hit, (2,) [m]."""
         ...
 
     def is_done(self, landing: Landing) -> Any:
-        """Whether the task was done, (...)."""
+        """Whether the task was done, (...) for the throws (...) of `landing`."""
         ...
 
 
 @dataclass(frozen=True, kw_only=True)
 class DrawTask:
-    """Come to rest at a place in the house: within the 4-foot ring's radius of it."""
+    """Come to rest near a place in the house: within the 4-foot ring's radius of it."""
 
     name: str = "draw"
     has_target_stone: bool = False
@@ -90,24 +97,24 @@ class DrawTask:
     weights: RewardWeights = field(default_factory=RewardWeights)
 
     def sample_goal(self, level: float, u: float, v: float) -> tuple[float, float]:
-        """Anywhere in the house at level 1."""
+        """A place in the house; the whole house at level 1."""
         return _in_disc(level * HOUSE_RADIUS, u, v)
 
-    def target(self, goal: Any, radius: float) -> Any:
-        """The mark itself."""
+    def target(self, goal: Any, stone_radius: float) -> Any:
+        """The goal itself."""
         return goal
 
     def is_done(self, landing: Landing) -> Any:
-        """In play and near enough."""
+        """In play and near enough to the target."""
         return landing.in_play & (landing.distance_m <= DRAW_RADIUS)
 
 
 @dataclass(frozen=True, kw_only=True)
 class GuardTask:
-    """Come to rest before the house, covering a line down the sheet.
+    """Come to rest before the house, to cover what lies behind.
 
-    Done: in play, clear of the house on its near side, within a stone's width of the mark to the
-    side and within 1 m of it along play.
+    The guard is made if the stone is in play before the house, at most a stone's width from the
+    goal sideways, and at most 1 m from it along play.
     """
 
     name: str = "guard"
@@ -118,35 +125,35 @@ class GuardTask:
     )
 
     def sample_goal(self, level: float, u: float, v: float) -> tuple[float, float]:
-        """From centre guards to corner guards, from long to tight ones."""
-        aside, along = GUARD_SPREAD
+        """A place before the house, from centre to corner guards, long and short ones."""
+        sideways, along = GUARD_SPREAD
         x, y = self.easiest_goal
-        return x + level * aside * (2 * u - 1), y + level * along * (2 * v - 1)
+        return x + level * sideways * (2 * u - 1), y + level * along * (2 * v - 1)
 
-    def target(self, goal: Any, radius: float) -> Any:
-        """The mark itself."""
+    def target(self, goal: Any, stone_radius: float) -> Any:
+        """The goal itself."""
         return goal
 
     def is_done(self, landing: Landing) -> Any:
-        """In play, before the house, on the line and near enough along it."""
+        """In play, before the house, and near enough to the target sideways and along play."""
         off = np.abs(landing.stone - landing.target)
         return (
             landing.in_play
             & ~landing.in_house
             & (landing.stone[..., 1] < 0)
             & (off[..., 0] <= 2 * landing.stone_radius)
-            & (off[..., 1] <= GUARD_LENGTH)
+            & (off[..., 1] <= GUARD_LENGTH_ERROR)
         )
 
 
 @dataclass(frozen=True, kw_only=True)
 class TakeoutTask:
-    """Put the given stone out of play.
+    """Put the target stone out of play.
 
     Parameters
     ----------
-    shooter : what is asked of the delivered stone besides: ``any``thing, that it ``stays`` in play,
-        or that it ``leaves`` too
+    shooter : what the delivered stone must do besides: ``any`` thing, ``stays`` in play, or
+        ``leaves`` play too
     """
 
     name: str = "takeout"
@@ -160,15 +167,15 @@ class TakeoutTask:
     )
 
     def sample_goal(self, level: float, u: float, v: float) -> tuple[float, float]:
-        """Anywhere in the house at level 1."""
-        return _in_disc(level * GIVEN_SPREAD, u, v)
+        """A place in the house; nearly the whole house at level 1."""
+        return _in_disc(level * TARGET_STONE_SPREAD, u, v)
 
-    def target(self, goal: Any, radius: float) -> Any:
-        """Where the given stone lies."""
+    def target(self, goal: Any, stone_radius: float) -> Any:
+        """Where the target stone lies."""
         return goal
 
     def is_done(self, landing: Landing) -> Any:
-        """The given stone out, and the delivered one as it should be."""
+        """The target stone is out of play, and the delivered stone is where it should be."""
         if self.shooter == "stays":
             return landing.is_out & landing.in_play
         if self.shooter == "leaves":
@@ -178,10 +185,10 @@ class TakeoutTask:
 
 @dataclass(frozen=True, kw_only=True)
 class FreezeTask:
-    """Come to rest against the given stone, on the thrower's side of it.
+    """Come to rest against the target stone, on the thrower's side of it.
 
-    Done: in play, nearer to the thrower than the given stone, at most 0.15 m from touching it, and
-    the given stone driven back by no more than 0.3 m.
+    The freeze is made if the stone is in play, nearer to the thrower than the target stone, with a
+    gap of at most 0.15 m between them, and the target stone was pushed by at most 0.3 m.
     """
 
     name: str = "freeze"
@@ -190,31 +197,31 @@ class FreezeTask:
     weights: RewardWeights = field(default_factory=lambda: RewardWeights(removed=-1.0, success=1.0))
 
     def sample_goal(self, level: float, u: float, v: float) -> tuple[float, float]:
-        """Anywhere in the house at level 1."""
-        return _in_disc(level * GIVEN_SPREAD, u, v)
+        """A place in the house; nearly the whole house at level 1."""
+        return _in_disc(level * TARGET_STONE_SPREAD, u, v)
 
-    def target(self, goal: Any, radius: float) -> Any:
-        """Touching the given stone, straight before it."""
-        return np.asarray(goal) - np.array([0.0, 2 * radius])
+    def target(self, goal: Any, stone_radius: float) -> Any:
+        """The place straight before the target stone where both touch."""
+        return np.asarray(goal) - np.array([0.0, 2 * stone_radius])
 
     def is_done(self, landing: Landing) -> Any:
-        """In play, in front, near enough, and the given stone about where it was."""
+        """In play, before the target stone, near enough to it, and it was hardly pushed."""
         return (
             landing.in_play
             & (landing.stone[..., 1] < landing.target_stone[..., 1])
             & (landing.gap <= FREEZE_GAP)
-            & (landing.driven <= FREEZE_DRIVEN)
+            & (landing.pushed <= FREEZE_PUSH)
         )
 
 
-def _in_disc(reach: float, u: float, v: float) -> tuple[float, float]:
-    """Evenly distributed over a disc about the tee."""
-    radius, turn = reach * sqrt(u), 2 * pi * v
-    return radius * cos(turn), radius * sin(turn)
+def _in_disc(radius: float, u: float, v: float) -> tuple[float, float]:
+    """A point of a disc about the tee, uniformly distributed where u and v are."""
+    distance, turn = radius * sqrt(u), 2 * pi * v
+    return distance * cos(turn), distance * sin(turn)
 
 
-def _hit(name: str, shooter: Shooter, out_of_play: float) -> TakeoutTask:
-    """A takeout that asks something of the shooter, and rewards it on the way there."""
+def _takeout_with(name: str, shooter: Shooter, out_of_play: float) -> TakeoutTask:
+    """A takeout that asks something of the delivered stone and weighs whether it leaves play."""
     weights = RewardWeights(
         distance=0.25,
         precision=0.0,
@@ -232,23 +239,39 @@ TASKS: dict[str, Task] = {
         DrawTask(),
         GuardTask(),
         TakeoutTask(),
-        _hit("hit_and_stay", "stays", 0.5),
-        _hit("peel", "leaves", -0.5),
+        _takeout_with("hit_and_stay", "stays", 0.5),
+        _takeout_with("peel", "leaves", -0.5),
         FreezeTask(),
     )
 }
-"""Tasks by name."""
+"""The project's own tasks by name."""
+
+
+def task_names() -> list[str]:
+    """Names of the tasks: the project's own, then those that installed packages declare."""
+    return [*TASKS, *(name for name in plugin_names(TASK_GROUP) if name not in TASKS)]
 
 
 def task_named(name: str | Task) -> Task:
     """The task of that name; a `Task` is returned as it is.
 
+    Parameters
+    ----------
+    name : a name in `task_names`, where a hyphen serves for an underscore, or ``module:Class``
+
     Raises
     ------
-    InputError : a name that is not in `TASKS`
+    InputError : an unknown name, or something that is no task
     """
     if not isinstance(name, str):
-        return name
-    if name not in TASKS:
-        raise InputError(f"no task is named {name!r}; there are {', '.join(TASKS)}")
-    return TASKS[name]
+        task = name
+    elif (own := TASKS.get(name.replace("-", "_"))) is not None:
+        task = own
+    else:
+        found = load_plugin("task", TASK_GROUP, name, built_in=TASKS)
+        task = found() if isinstance(found, type) else found
+    if not isinstance(task, Task):  # pyright: ignore[reportUnnecessaryIsInstance]  (from outside)
+        parts = [part for part in vars(Task) if not part.startswith("_")]
+        missing = next(part for part in parts if not hasattr(task, part))
+        raise InputError(f"{name!r} is no task: it has no {missing}")
+    return task

@@ -1,4 +1,4 @@
-"""Many sheets of `CurlingSheet-v0` side by side: their throws go to the batch engine together."""
+"""Many sheets of `CurlingSheet-v0` side by side, whose throws are simulated together."""
 
 # Gymnasium leaves the spaces of a VectorEnv partly untyped.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
@@ -13,8 +13,8 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from curling_env.envs.sheet.env import FIRST_OWN_STONE, CurlingSheetEnv
-from curling_env.envs.sheet.reset import ResetDistribution
+from curling_env.envs.sheet.env import CurlingSheetEnv
+from curling_env.envs.sheet.reset import FIRST_OWN_STONE, ResetDistribution
 from curling_env.envs.sheet.reward import Landing, judge
 from curling_env.errors import InputError
 from curling_env.physics.batch import MOST_STONES, RELEASE_DTYPE, play_batch
@@ -22,22 +22,24 @@ from curling_env.physics.engine import Status, StoneState, is_hogged, left_by_th
 from curling_env.physics.one_stone.slide import play_bounds
 from curling_env.sheet import HOG_LINE_Y, Direction, to_delivery, to_sheet
 from curling_env.throw import Throw, velocity_of
-from curling_env.typing import Flags, Floats, Indices
+from curling_env.typing import Flags, Floats, Indices, Singles
 
 STATUSES = np.array([status.value for status in Status], dtype=object)
+"""What `info` calls each status, in the order of `Status`."""
 _CODE = {status: code for code, status in enumerate(Status)}
 
 
 class _Played(NamedTuple):
-    """What throws in n environments led to.
+    """Outcomes of throws on n sheets.
 
     Parameters
     ----------
-    xy : (n, k + 1, 2) stones afterwards, the thrown one last; NaN where there is none [m]
-    last : (n, 2) where the thrown stone ended, in play or not [m]
-    struck : (n,) whether it met another
-    time : (n,) until all rest [s]
-    records : the outcomes, where trajectories were asked for
+    xy : (n, k + 1, 2) where the stones lie afterwards, the delivered one last, sheet frame [m];
+        NaN where there is none
+    last : (n, 2) where the delivered stone ended, in play or not, sheet frame [m]
+    struck : (n,) whether it struck another
+    time : (n,) time until all stones rest [s]
+    records : outcomes and trajectories for `info`, where they were asked for
     """
 
     xy: Floats
@@ -47,26 +49,26 @@ class _Played(NamedTuple):
     records: dict[str, Any]
 
 
-class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], NDArray[Any]]):
-    """Throw stones at tasks on many sheets at once.
+class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
+    """Many sheets of `CurlingSheet-v0` at once.
 
-    The same sheets, throws and rewards as `CurlingSheetEnv` has with the same seeds, in far less
-    time. `info` holds what it holds there, as arrays with a mask each, and a `throw` as the arrays
+    With the same seeds, sheets, throws and rewards are those of `CurlingSheetEnv`, in far less
+    time. `info` holds the same entries, as arrays with a mask each; `throw` holds the arrays
     `speed`, `angle` and `spin`.
 
     Parameters
     ----------
-    num_envs : sheets side by side
-    autoreset_mode : when an episode that is over begins anew: at the next step, whose action is
-        then not thrown, or in the same step. Episodes of one throw learn twice as fast in the
-        same step.
-    fps : samples a second of the `trajectory` in `info`, beside the `outcome`; without it there is
-        neither. Throws are then played one by one, as slowly as in `CurlingSheetEnv`.
-    settings : as for `CurlingSheetEnv`; at most sixteen stones on a sheet, and no `render_mode`
+    num_envs : number of sheets
+    autoreset_mode : when an episode that is over begins anew: in the next step, whose action is
+        then not thrown, or in the same step. In the same step, every step is a throw.
+    fps : samples a second of `trajectory` in `info`; without it `info` has neither `trajectory`
+        nor `outcome`. With it throws are simulated one by one, as slowly as in `CurlingSheetEnv`.
+    render_mode : None; many sheets are not drawn
+    settings : as for `CurlingSheetEnv`; at most sixteen stones on a sheet
 
     Raises
     ------
-    InputError : settings that make no sense, or that only one sheet at a time can have
+    InputError : a setting that makes no sense, or that only a single sheet can have
     """
 
     def __init__(
@@ -81,7 +83,9 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
         if num_envs < 1:
             raise InputError(f"num_envs must be at least 1, got {num_envs}")
         if render_mode is not None:
-            raise InputError("many sheets at once are not shown; make one environment for that")
+            raise InputError(
+                "many sheets at once are not shown: make a single environment for that"
+            )
         modes = (AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP)
         mode = next((m for m in modes if autoreset_mode in (m, m.value)), None)
         if mode is None:
@@ -107,13 +111,13 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
                 "the throws"
             )
         self._resting = slots - self.single.throws
-        # A stone keeps its slot, so that identifiers go by slots, the same on every sheet.
+        # A stone keeps its slot, so that its identifier follows from the slot on every sheet.
         self._own = np.arange(slots) >= self._resting
-        self._names = [
+        self._identifiers = [
             s if s < self._resting else FIRST_OWN_STONE + s - self._resting for s in range(slots)
         ]
         self._bounds = np.array([play_bounds(self.single.ice, end) for end in Direction])
-        self._known = np.array([self.single.known(end) for end in Direction])
+        self._known = np.array([self.single.ice_features(end) for end in Direction])
         self._rngs: list[np.random.Generator] = []
         self._directions = np.ones(num_envs, dtype=np.int64)
         self._targets = np.zeros((num_envs, 2))
@@ -124,7 +128,7 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
 
     @property
     def level(self) -> float | None:
-        """How hard positions are; set, it holds for the episodes that begin from then on."""
+        """Difficulty of the positions, 0 to 1; a new value holds for episodes that begin later."""
         return self.single.level
 
     @level.setter
@@ -136,10 +140,17 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
         *,
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
-    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Begin all episodes; a seed s gives s, s + 1, …
+    ) -> tuple[Singles, dict[str, Any]]:
+        """Begin all episodes.
 
-        `options` are those of `CurlingSheetEnv`, and `reset_mask` (num_envs,) for some only.
+        Parameters
+        ----------
+        seed : one for each sheet, or the first of consecutive seeds
+        options : those of `CurlingSheetEnv`, and `reset_mask` (num_envs,) to begin only some
+
+        Raises
+        ------
+        InputError : an option that makes no sense
         """
         n = self.num_envs
         if seed is None or isinstance(seed, int):
@@ -151,7 +162,9 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
         options = dict(options or {})
         mask = np.asarray(options.pop("reset_mask", np.ones(n, dtype=np.bool_)))
         if mask.shape != (n,) or mask.dtype != np.bool_ or not mask.any():
-            raise InputError(f"reset_mask must say of each of {n} environments whether it begins")
+            raise InputError(
+                f"reset_mask must have a boolean for each of {n} environments, one of them True"
+            )
         if not self._rngs:
             self._rngs = [np.random.default_rng() for _ in range(n)]
             mask = np.ones(n, dtype=np.bool_)
@@ -160,12 +173,15 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
             if seeds[i] is not None:
                 self._rngs[i] = np.random.Generator(np.random.PCG64(seeds[i]))
         self._begin(rows, self.single.reset_distribution(options))
-        return self._observe(), self._spread(self._where(rows), mask)
+        return self._observe(), self._with_mask(self._target_info(rows), mask)
 
-    def step(
-        self, actions: NDArray[np.float32]
-    ) -> tuple[NDArray[np.float32], Floats, Flags, Flags, dict[str, Any]]:
-        """Throw a stone on every sheet."""
+    def step(self, actions: Singles) -> tuple[Singles, Floats, Flags, Flags, dict[str, Any]]:
+        """Throw a stone on every sheet.
+
+        Raises
+        ------
+        InputError : before the first reset, or actions of another shape
+        """
         if not self._rngs:
             raise InputError("call reset() before the first step")
         n = self.num_envs
@@ -173,57 +189,58 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
         if actions.shape != (n, 3):
             raise InputError(f"expected actions of shape ({n}, 3), got {actions.shape}")
         everyone = np.arange(n)
-        waiting = np.flatnonzero(self._over)
-        going = np.flatnonzero(~self._over) if len(waiting) else everyone
-        self._begin(waiting, self.single.reset_distribution())
+        beginning = np.flatnonzero(self._over)
+        playing = np.flatnonzero(~self._over) if len(beginning) else everyone
+        self._begin(beginning, self.single.reset_distribution())
         rewards = np.zeros(n)
         facts: dict[str, Any] = {}
-        if len(going):
-            rewards[going], facts = self._throw(going, actions[going])
+        if len(playing):
+            rewards[playing], facts = self._throw(playing, actions[playing])
         over = self._played >= self.single.throws
-        seen = self._observe()
-        all_over = self._same_step and bool(over.all())
+        observations = self._observe()
         info: dict[str, Any] = {}
         if self._same_step and over.any():
-            last = np.empty(n, dtype=object)
+            final = np.empty(n, dtype=object)
             for i in np.flatnonzero(over):
-                last[i] = seen[i].copy()
-            ended = {**facts, **self._where(everyone)}
-            info["final_obs"], info["_final_obs"] = last, over.copy()
-            info["final_info"] = self._spread(ended, over, whole=True)
+                final[i] = observations[i].copy()
+            ended = {**facts, **self._target_info(everyone)}
+            info["final_obs"], info["_final_obs"] = final, over.copy()
+            info["final_info"] = self._with_mask(ended, over, whole=True)
             info["_final_info"] = over.copy()
             self._begin(np.flatnonzero(over), self.single.reset_distribution())
-            seen = self._observe()
+            observations = self._observe()
         else:
             self._over = over
-        info |= self._spread(self._where(everyone), np.ones(n, dtype=np.bool_))
-        if len(going) and not all_over:
-            still = ~over if self._same_step else np.isin(everyone, going)
-            info |= self._spread(facts, still, whole=len(going) == n)
-        return seen, rewards, over, np.zeros(n, dtype=np.bool_), info
+        info |= self._with_mask(self._target_info(everyone), np.ones(n, dtype=np.bool_))
+        if len(playing) and not (self._same_step and over.all()):
+            mask = ~over if self._same_step else np.isin(everyone, playing)
+            info |= self._with_mask(facts, mask, whole=len(playing) == n)
+        return observations, rewards, over, np.zeros(n, dtype=np.bool_), info
 
     # --- the parts ------------------------------------------------------------------------------
 
     def _begin(self, rows: Indices, distribution: ResetDistribution) -> None:
-        """Lay the stones and choose the target for an episode in each of some environments."""
+        """Begin an episode on some of the sheets."""
         if not len(rows):
             return
         self._played[rows], self._clock[rows], self._over[rows] = 0, 0.0, False
         self._places[rows] = np.nan
         if distribution.is_fixed:
-            self._lay(rows, *distribution.sample(self._rngs[0]))
+            self._set_state(rows, *distribution.sample(self._rngs[0]))
             return
         each: list[int] = rows.tolist()
         for i in each:
-            self._lay(i, *distribution.sample(self._rngs[i]))
+            self._set_state(i, *distribution.sample(self._rngs[i]))
 
-    def _lay(self, rows: Indices | int, direction: Direction, target: Any, places: Floats) -> None:
+    def _set_state(
+        self, rows: Indices | int, direction: Direction, target: Any, places: Floats
+    ) -> None:
         self._directions[rows], self._targets[rows] = direction, target
         if len(places):
             self._places[rows, : len(places)] = to_sheet(places, direction)
 
-    def _throw(self, rows: Indices, actions: NDArray[np.float32]) -> tuple[Floats, dict[str, Any]]:
-        """Throw a stone in each of some environments; rewards, and what to tell of them."""
+    def _throw(self, rows: Indices, actions: Singles) -> tuple[Floats, dict[str, Any]]:
+        """Throw a stone on some of the sheets; their rewards, and facts for `info`."""
         single = self.single
         throws = single.throw_range.numbers_of(actions)
         direction, thrown = self._directions[rows], self._resting + self._played[rows]
@@ -266,13 +283,13 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
         return np.asarray(single.weights.total(verdict.parts)), facts
 
     def _target_stone(self, rows: Indices) -> Floats:
-        """Where the task's given stones lie, (n, 2) sheet frame; NaN where there is none."""
+        """Where the task's target stones lie, (n, 2) sheet frame [m]; NaN where there is none."""
         if not self.single.task.has_target_stone:
             return np.full((len(rows), 2), np.nan)
         return self._places[rows, 0].copy()
 
     def _play(self, rows: Indices, throws: Floats, k: int) -> _Played:
-        """Through the batch engine, among the first k stones of each sheet."""
+        """Simulate throws together, among the first k stones of each sheet."""
         direction = self._directions[rows]
         table = np.zeros(len(rows), dtype=RELEASE_DTYPE)
         table["y"] = -direction * HOG_LINE_Y
@@ -292,7 +309,7 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
                 self.single.ice,
                 before[mine],
                 table[mine],
-                identity=self._names[:k],
+                identity=self._identifiers[:k],
                 bounds=bounds,
             )
             if (after.meetings < 0).any():
@@ -302,7 +319,7 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
         return _Played(xy, last, struck, time, {})
 
     def _play_each(self, rows: Indices, throws: Floats, k: int) -> _Played:
-        """One by one through the engine, which keeps trajectories."""
+        """Simulate throws one by one through the engine, which keeps trajectories."""
         xy, last = np.full((len(rows), k + 1, 2), np.nan), np.empty((len(rows), 2))
         outcomes, trajectories = (np.empty(len(rows), dtype=object) for _ in range(2))
         struck, time = np.zeros(len(rows), dtype=np.bool_), np.empty(len(rows))
@@ -317,7 +334,7 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
                     order=number,
                 ),
                 [
-                    StoneState(x=x, y=y, stone=self._names[s])
+                    StoneState(x=x, y=y, stone=self._identifiers[s])
                     for s, (x, y) in zip(slots, self._places[i, slots].tolist(), strict=True)
                 ],
                 fps=self._fps,
@@ -332,10 +349,10 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
             outcomes[row], trajectories[row] = outcome, outcome.trajectories[-1]
         return _Played(xy, last, struck, time, {"outcome": outcomes, "trajectory": trajectories})
 
-    def _observe(self) -> NDArray[np.float32]:
+    def _observe(self) -> Singles:
         places, own = self._places, self._own
         if places.shape[1] > 1:
-            # Those in play first, in their order: as the single environment tells of them.
+            # Stones in play come first, in their order, as in the single environment.
             order = np.argsort(np.isnan(places[..., 0]), axis=1, kind="stable")
             places, own = np.take_along_axis(places, order[..., None], axis=1), own[order]
         return self.single.observation.vector(
@@ -346,27 +363,30 @@ class CurlingSheetVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], 
             own=own,
         )
 
-    def _where(self, rows: Indices) -> dict[str, Any]:
-        """Target and direction, as `info` tells of them."""
+    def _target_info(self, rows: Indices) -> dict[str, Any]:
+        """Target (sheet frame) and direction of some sheets, for `info`."""
         direction = self._directions[rows]
         return {
             "target": to_sheet(self._targets[rows], direction[:, None]),
             "direction": direction,
         }
 
-    def _spread(self, facts: dict[str, Any], mask: Flags, *, whole: bool = False) -> dict[str, Any]:
+    def _with_mask(
+        self, facts: dict[str, Any], mask: Flags, *, whole: bool = False
+    ) -> dict[str, Any]:
         """Facts in Gymnasium's form: for each name an array over all environments, and a mask.
 
         Parameters
         ----------
-        mask : (num_envs,) whom the facts are of
-        whole : whether they hold a row for everyone, not only for those
+        facts : arrays by name, with a row for each environment in the mask
+        mask : (num_envs,) the environments that the facts belong to
+        whole : whether the arrays hold a row for every environment instead
         """
         out: dict[str, Any] = {}
         for name, value in facts.items():
             if isinstance(value, dict):
                 inner = cast("dict[str, Any]", value)
-                out[name] = self._spread(inner, mask, whole=whole)
+                out[name] = self._with_mask(inner, mask, whole=whole)
             else:
                 shape = (self.num_envs, *value.shape[1:])
                 empty = np.empty if value.dtype == object else np.zeros

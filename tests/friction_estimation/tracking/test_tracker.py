@@ -116,7 +116,7 @@ def test_live_takes_a_strangers_tracker(club):
 def test_trackers_are_found_by_the_name_that_a_package_declares(club, monkeypatch):
     mine = EntryPoint("mine", "our_tracker:track", tracker.TRACKER_GROUP)
     sys.path.append(str(club))
-    monkeypatch.setattr(tracker.importlib.metadata, "entry_points", lambda group: [mine])
+    monkeypatch.setattr("importlib.metadata.entry_points", lambda group: [mine])
     assert load_tracker("mine").__module__ == "our_tracker"
 
 

@@ -1,0 +1,166 @@
+"""How `CurlingSheet-v0` is shown: pictures, films of the last throw, and a window."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from curling_env.envs.sheet.reset import FIRST_OWN_STONE
+from curling_env.ice import Ice
+from curling_env.physics.engine import Outcome, Status, StoneState
+from curling_env.render import (
+    RED,
+    YELLOW,
+    DrawnScene,
+    SheetRenderer,
+    drawn_stones,
+    playback_frames,
+    scene_at,
+)
+from curling_env.render.canvas import Colour
+from curling_env.render.window import PictureWindow
+from curling_env.sheet import Direction, to_sheet
+from curling_env.throw import Throw
+from curling_env.typing import Floats, Image
+
+PLAYBACK_SPEED = 8.0
+"""How many times faster than it happened a window shows a throw; a draw takes 25 s."""
+FPS = 30.0
+"""Pictures a second of films and windows."""
+STATUS_TEXT = {
+    Status.REST: "at rest",
+    Status.OUT_SIDE: "out, side line",
+    Status.OUT_BACK: "out, back line",
+    Status.HOGGED: "hogged",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class LastThrow:
+    """The last throw of an episode.
+
+    Parameters
+    ----------
+    throw : the throw as it left the hand
+    before : stones on the sheet before it
+    outcome : what happened, with trajectories
+    distance_m : distance from the target to where the stone ended [m]
+    success : whether the task was done
+    """
+
+    throw: Throw
+    before: tuple[StoneState, ...]
+    outcome: Outcome
+    distance_m: float
+    success: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shown:
+    """What there is to show of an episode.
+
+    Parameters
+    ----------
+    task : name of the task
+    direction : the end played to
+    target : (2,) where the delivered stone should end, delivery frame [m]
+    stones : stones on the sheet
+    throw_number, throws : number of the throw, from 1, and throws in the episode
+    last : the last throw; None before the first
+    """
+
+    task: str
+    direction: Direction
+    target: Floats
+    stones: tuple[StoneState, ...]
+    throw_number: int
+    throws: int
+    last: LastThrow | None
+
+    def scene(self) -> DrawnScene:
+        """The stones and the target, and in words the last throw."""
+        end = self.direction.name.lower()
+        number = f"throw {self.throw_number} of {self.throws}" if self.throws > 1 else "throw"
+        facts: list[tuple[str, str]] = []
+        if self.last is not None:
+            throw, outcome = self.last.throw, self.last.outcome
+            facts = [
+                ("Speed", f"{throw.speed:.2f} m/s"),
+                ("Line", _signed(np.degrees(throw.angle), "°")),
+                ("Spin", _signed(throw.spin, " rad/s")),
+                ("Time", f"{outcome.time:.1f} s"),
+                ("From target", f"{self.last.distance_m:.2f} m"),
+                ("Result", STATUS_TEXT[outcome.delivered_status]),
+                (
+                    self.task.replace("_", " ").capitalize(),
+                    "made" if self.last.success else "missed",
+                ),
+            ]
+        return DrawnScene(
+            stones=drawn_stones(self.stones, _handle_colour),
+            target=to_sheet(self.target, self.direction),
+            title=f"CurlingSheet, {number} to the {end} end",
+            facts=facts,
+        )
+
+
+class SheetEnvRenderer:
+    """Draws the sheet of an environment; paints the empty sheet once for each direction of play.
+
+    Parameters
+    ----------
+    ice : the ice under the lines
+    """
+
+    def __init__(self, ice: Ice) -> None:
+        self._ice = ice
+        self._renderers: dict[Direction, SheetRenderer] = {}
+        self._window: PictureWindow | None = None
+
+    def picture(self, shown: Shown) -> Image:
+        """The sheet with the path of the last throw, (720, 1280, 3) RGB."""
+        scene = shown.scene()
+        if shown.last is not None:
+            last = shown.last
+            scene = scene_at(scene, last.before, last.outcome, math.inf, _handle_colour)
+        return self._renderer(shown.direction).draw(scene)
+
+    def frames(self, shown: Shown, speed: float) -> Iterator[Image]:
+        """The last throw as a film, `speed` times as fast as it happened."""
+        renderer, scene, last = self._renderer(shown.direction), shown.scene(), shown.last
+        if last is None:
+            yield renderer.draw(scene)
+            return
+        yield from playback_frames(
+            renderer, scene, last.before, last.outcome, _handle_colour, fps=FPS, speed=speed
+        )
+
+    def show(self, shown: Shown) -> None:
+        """In the window: the last throw as it happened, or the sheet before the first."""
+        if self._window is None:
+            self._window = PictureWindow(SheetRenderer.size, "CurlingSheet-v0", FPS)
+        for frame in self.frames(shown, PLAYBACK_SPEED):
+            self._window.show(frame)
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+
+    def _renderer(self, direction: Direction) -> SheetRenderer:
+        if direction not in self._renderers:
+            self._renderers[direction] = SheetRenderer(self._ice, direction)
+        return self._renderers[direction]
+
+
+def _signed(value: float, unit: str) -> str:
+    return f"{value:+.2f}{unit}".replace("-", "−")
+
+
+def _handle_colour(stone: int) -> Colour:
+    """The agent's stones are red, the others yellow."""
+    return RED if stone >= FIRST_OWN_STONE else YELLOW
