@@ -58,3 +58,18 @@ def with_progress(
     for done, item in enumerate(items, start=1):
         yield item
         progress(what, done, total)
+
+
+def part_of_progress(progress: Progress, begin: float, end: float) -> Progress:
+    """The progress of one step of longer work: its shares are passed on between two shares.
+
+    Parameters
+    ----------
+    progress : called with shares of the whole work, 0 to 1
+    begin, end : shares of the whole work at which the step begins and ends
+    """
+
+    def pass_on(what: str, done: float, total: float = 1.0, /) -> None:
+        progress(what, begin + (end - begin) * (done / total if total else 0.0))
+
+    return pass_on

@@ -1,4 +1,4 @@
-"""A draw, a freeze and a takeout planned for hands of every skill: what to throw, what to expect.
+"""Plan a draw, a freeze and a takeout for players of every skill: what to throw, what to expect.
 
 python scripts/plan_throws.py --ice ice.json -o runs/plan_throws
 """
@@ -19,7 +19,7 @@ from curling_env.ice import load_ice
 from curling_env.storage import make_directory
 
 SHOTS = {"draw": (0.0, 17.3735), "freeze": (0.3, 17.6), "takeout": (0.3, 17.6)}
-"""Tasks and their marks: the button, and a stone behind the tee line, sheet frame [m]."""
+"""Tasks with their marks: the button, and a stone behind the tee line, sheet frame [m]."""
 SKILLS = ("elite", "champion", "club")
 
 
@@ -28,18 +28,18 @@ def main(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR")] = Path(
         "runs/plan_throws"
     ),
-    candidates: Annotated[int, typer.Option(min=100, help="Throws looked at first.")] = 30_000,
+    candidates: Annotated[int, typer.Option(min=100, help="Throws in the grid.")] = 30_000,
 ) -> None:
-    """Plan three shots for three hands, and draw them."""
+    """Plan three shots for three players, and draw them."""
     known, folder = load_ice(ice), make_directory(output)
-    print(f"{'shot':9}{'hand':10}{'m/s':>7}{'succeeds':>10}{'miss [m]':>10}   call")
+    print(f"{'shot':9}{'skill':10}{'m/s':>7}{'succeeds':>10}{'miss [m]':>10}   call")
     for task, mark in SHOTS.items():
         for skill in SKILLS:
             plan = plan_task(known, task, mark, skill=skill, candidates=candidates)
             best = plan.best
             print(
-                f"{task:9}{skill:10}{best.throw.speed:7.3f}{best.spread.success.mean():10.0%}"
-                f"{best.expected_miss:10.2f}   {best.words.call}"
+                f"{task:9}{skill:10}{best.throw.speed:7.3f}{best.trials.success.mean():10.0%}"
+                f"{best.expected_miss:10.2f}   {best.description.call}"
             )
             draw_plan(known, plan, folder / f"{task}-{skill}.png")
     say(f"{folder}: a picture of each")

@@ -1,1 +1,9 @@
-"""The proof that ties all together: from throws on a hidden ice to better throws on it."""
+"""The closed loop: throws on hidden ice, an estimate of the ice from them, and better throws.
+
+- `demo`: one hidden ice, filmed throws and a page of pictures; `curling demo` runs it
+- `experiment`: the measured form, with exact and erring throws planned on four kinds of knowledge
+- `hidden_ice`, `integrator`: the ice that nothing else is told, and how stones run on it
+- `practice`, `filming`: practice throws, and what a camera sees of them
+- `execution`: planned throws carried out on the hidden ice
+- `areas`: heavy and keen areas in a curler's words
+"""

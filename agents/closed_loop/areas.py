@@ -13,25 +13,23 @@ from curling_env.ice import Ice
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.typing import Flags, Floats
 
-NOTABLE = 0.03
-"""Difference from the mean that a curler would call heavy or keen: 3 %, a metre of draw weight."""
-SURE = 2.0
-"""Standard errors by which a cell must differ."""
-LEAST_CELLS = 6
-"""Cells that make an area: with the paper's cells, 1.5 m²."""
-CENTRE_STRIP = 0.35
-"""Areas whose middle lies within this of the centre line are called central [m]."""
+MIN_DIFFERENCE = 0.03
+"""Relative difference from the mean that a curler notices: 3 %, a metre of draw weight."""
+MIN_STANDARD_ERRORS = 2.0
+"""Standard errors by which a cell must differ from the mean."""
+MIN_CELLS = 6
+"""Number of connected cells that make an area; 1.5 m² in cells of 0.5 m."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Area:
-    """Connected cells that differ from the rest of the ice in one sense.
+    """Connected cells that are all heavier, or all keener, than the rest of the ice.
 
     Parameters
     ----------
-    cells : (rows, columns) which they are
-    difference : mean friction in it over the mean of the ice, less one
-    sigma : standard error of that, errors of neighbouring cells taken as fully alike
+    cells : (rows, columns) true in the cells of the area
+    difference : mean friction in the area over the mean of the ice, minus one
+    sigma : standard error of the difference, with errors of neighbouring cells fully correlated
     y_low, y_high : where it begins and ends along the sheet [m]
     x : its middle across the sheet [m]
     """
@@ -50,8 +48,8 @@ class Area:
 
     @property
     def place(self) -> str:
-        """Where it is, seen by one who throws from the home end."""
-        if abs(self.x) <= CENTRE_STRIP:
+        """Where it is, as seen by somebody who throws from the home end."""
+        if abs(self.x) <= 0.35:
             side = "around the centre line"
         else:
             side = f"{'right' if self.x > 0 else 'left'} of the centre line"
@@ -59,7 +57,7 @@ class Area:
 
 
 def relative(values: Floats, observed: Flags) -> Floats:
-    """Friction over its mean in the observed cells, less one."""
+    """Friction over its mean in the observed cells, minus one."""
     return values / values[observed].mean() - 1.0
 
 
@@ -71,14 +69,15 @@ def find_areas(ice: Ice) -> list[Area]:
         return []
     difference = relative(friction.mu, observed)
     sigma = friction.sigma / friction.mu[observed].mean()
+    threshold = np.maximum(MIN_DIFFERENCE, MIN_STANDARD_ERRORS * sigma)
     x, y = np.meshgrid(sheet.x_centres, sheet.y_centres)
     areas: list[Area] = []
     for sign in (1.0, -1.0):
-        clear = observed & (sign * difference > np.maximum(NOTABLE, SURE * sigma))
+        clear = observed & (sign * difference > threshold)
         groups, count = cast("tuple[NDArray[np.int32], int]", label(clear))
         for k in range(1, count + 1):
             cells = groups == k
-            if cells.sum() < LEAST_CELLS:
+            if cells.sum() < MIN_CELLS:
                 continue
             areas.append(
                 Area(
@@ -94,7 +93,7 @@ def find_areas(ice: Ice) -> list[Area]:
 
 
 def _along(y: float) -> str:
-    """A place along the sheet, thrown from the home end."""
+    """A place along the sheet, for somebody who throws from the home end."""
     if y < -HOG_LINE_Y:
         return f"{-HOG_LINE_Y - y:.0f} m before the near hog line"
     if y < -1.0:

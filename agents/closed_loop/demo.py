@@ -1,59 +1,70 @@
-"""The demo itself: film, track, estimate, plan, throw, tell."""
+"""The demo: film throws on hidden ice, track them, estimate the ice, plan on it, and test the plan.
+
+At the end the curl is left out of the model, and discovery has to find it.
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from agents.closed_loop import demo_figures as pictures
-from agents.closed_loop import demo_page as page
-from agents.closed_loop import filming
+from agents.closed_loop import demo_figures, demo_page
 from agents.closed_loop.areas import find_areas
-from agents.closed_loop.demo_findings import Draw, Findings
-from agents.closed_loop.missing_effect import find_what_is_missing
-from agents.closed_loop.patchy_ice import hidden_ice, practice_throws
+from agents.closed_loop.demo_findings import ComparedDraw, Findings
+from agents.closed_loop.filming import FPS, film_throws
+from agents.closed_loop.hidden_ice import patchy_ice
+from agents.closed_loop.practice import draw_practice
 from agents.learning.evaluation import rest_in_env
 from agents.planning import Plan, plan
 from curling_env.ice import Ice, save_ice
 from curling_env.sheet import TEE_Y
 from curling_env.storage import make_directory, write_json
 from curling_env.throw import write_releases
-from curling_env.trajectory import write_tracks
-from curling_env.typing import Floats
+from curling_env.trajectory import Trajectory, write_tracks
+from curling_env.typing import Floats, Progress, no_progress, part_of_progress, with_progress
+from friction_estimation.discovery.discover import discover
+from friction_estimation.discovery.report import baseline_ice, improved_ice, write_files
+from friction_estimation.inversion import estimate_ice
+from friction_estimation.reports.discovery_page import write_report_page
 
-Tell = Callable[[str, float], None]
-"""Called with what is being done and the part of the whole that is done, 0 to 1."""
-
-THROWS = 8
-"""Practice throws that are filmed."""
 BUTTON = np.array([0.0, TEE_Y])
+HOUSE_TARGETS = tuple(
+    np.array([x, TEE_Y + y])
+    for x, y in (
+        *((0.0, 0.0), (0.9, 0.0), (-0.9, 0.0), (0.0, 1.1), (0.0, -1.1)),
+        *((0.7, -0.8), (-0.7, -0.8), (0.6, 0.8), (-0.6, 0.8), (0.35, -2.6)),
+    )
+)
+"""Places a skip asks for: button, wings, back and front of the house, a guard [m]."""
+ASSUMED_FRICTION = 0.0082
+"""Uniform friction with which the estimation begins."""
 
 
 def run_demo(
     directory: str | Path,
     *,
     seed: int = 0,
-    throws: int = THROWS,
-    fps: float = filming.FPS,
-    draws: int = len(pictures.HOUSE_TARGETS),
+    throws: int = 8,
+    fps: float = FPS,
+    draws: int = len(HOUSE_TARGETS),
     workers: int = 2,
-    tell: Tell = lambda what, part: None,
+    progress: Progress = no_progress,
 ) -> Findings:
     """Run the whole loop and leave films, overlay, tables, ice files and a page in a folder.
 
     Parameters
     ----------
-    directory : made if it is not there
-    seed : of the hidden ice, the throws and the films
-    throws : practice throws to film, six or more for a map worth having
+    directory : folder for the results; it is made if it is missing
+    seed : seed of the hidden ice, the throws and the films
+    throws : number of practice throws to film; six or more give a useful map
     fps : frames a second of the films [1/s]
-    draws : further draws that compare the map with its average
+    draws : number of draws that compare the map with its average
     workers : processes that film and track side by side
-    tell : of the progress
+    progress : called with shares of the whole
 
     Raises
     ------
@@ -62,32 +73,46 @@ def run_demo(
     began = time.monotonic()
     folder = make_directory(directory)
     rng = np.random.default_rng(seed)
-    truth = hidden_ice(rng)
-    releases = practice_throws(throws, rng)
+    truth = patchy_ice(rng)
+    releases = draw_practice(throws, rng)
     save_ice(truth, folder / "true-ice.json")
     write_releases(folder / "releases.csv", releases)
 
-    films = filming.film_and_track(
-        folder, truth, releases, seed=seed, fps=fps, workers=workers,
-        tell=lambda what, part: tell(what, 0.75 * part),
-    )  # fmt: skip
+    films = film_throws(
+        folder,
+        truth,
+        releases,
+        seed=seed,
+        fps=fps,
+        workers=workers,
+        progress=part_of_progress(progress, 0.0, 0.75),
+    )
     write_tracks(folder / "tracks.csv", films.tracks)
 
-    tell("reading the ice from the tracks", 0.77)
-    law = replace(truth, friction=replace(truth.friction, mu=np.full(truth.sheet.shape, 0.0082)))
-    estimated = filming.estimate(films.tracks, law)
-    average = filming.estimate(films.tracks, law, uniform=True)
+    progress("estimating the ice from the tracks", 0.77)
+    # The law of the ice is taken as known; where it is heavy and keen is not.
+    even = np.full(truth.sheet.shape, ASSUMED_FRICTION)
+    law = replace(truth, friction=replace(truth.friction, mu=even))
+    estimated = estimate_ice(films.tracks, start=law).ice
+    average = estimate_ice(films.tracks, start=law, uniform=True).ice
     save_ice(estimated, folder / "ice.json")
 
-    tell("planning a draw", 0.84)
+    progress("planning a draw", 0.84)
     best = plan(estimated, BUTTON, skill="elite", seed=seed)
-    on_average = plan(_exactly(average), BUTTON, skill="elite", seed=seed)
-    tell("throwing it", 0.87)
-    more = _throw_draws(truth, estimated, average, pictures.HOUSE_TARGETS[:draws], tell)
+    on_average = plan(_certain(average), BUTTON, skill="elite", seed=seed)
+    tested = ComparedDraw(
+        target=best.target, rest=_rest(truth, best), other=_rest(truth, on_average)
+    )
 
-    tell("forgetting the curl, and finding it", 0.95)
-    missing = find_what_is_missing(
-        folder / "discovery", truth, films.tracks, law, BUTTON, seed=seed
+    targets = with_progress(
+        HOUSE_TARGETS[:draws], "throwing more draws", part_of_progress(progress, 0.87, 0.95), draws
+    )
+    more = [_compare(truth, target, estimated, average) for target in targets]
+
+    progress("leaving the curl out, and finding it", 0.95)
+    without_curl = replace(law, effects=tuple(e for e in law.effects if e.name != "curl"))
+    missing, named = find_missing_effect(
+        folder / "discovery", truth, films.tracks, without_curl, BUTTON, seed=seed
     )
 
     found = Findings(
@@ -98,49 +123,73 @@ def run_demo(
         track_errors=films.errors,
         plan=best,
         average_plan=on_average,
-        on_estimated=_test(estimated, best),
-        on_true=_test(truth, best),
-        average_on_true=_test(truth, on_average),
+        on_estimated=_rest(estimated, best),
+        tested=tested,
         draws=more,
         areas=find_areas(estimated),
         missing=missing,
+        named=named,
         film_frames=films.frames,
         film_size=films.size,
         seconds=time.monotonic() - began,
     )
-    tell("drawing the page", 0.98)
-    pictures.draw_maps(found, folder / "maps.png")
-    pictures.draw_house(found, folder / "house.png")
-    pictures.draw_draws(found, folder / "draws.png")
-    pictures.draw_missing(found, folder / "missing.png")
-    pictures.draw_page(found, folder / "page.png")
-    files = ["films/", "overlay.mp4", "tracks.csv", "ice.json", "true-ice.json", "page.png"]
-    files.append("discovery/report.html")
-    page.write_page(found, folder, film_still=films.still, files=files)
+    progress("drawing the page", 0.98)
+    demo_figures.draw_all(found, folder)
+    demo_page.write_demo_page(found, folder, film_still=films.still)
     write_json(folder / "findings.json", found.as_dict())
-    tell("done", 1.0)
+    progress("done", 1.0)
     return found
 
 
-def _exactly(ice: Ice) -> Ice:
-    """The same ice taken as certain: the planner then has one ice to try, not many."""
+def find_missing_effect(
+    folder: Path,
+    truth: Ice,
+    tracks: Sequence[Trajectory],
+    start: Ice,
+    target: Floats,
+    *,
+    seed: int,
+) -> tuple[ComparedDraw, list[str]]:
+    """Read tracks with a model that lacks an effect, discover it, and plan a draw with and without.
+
+    Parameters
+    ----------
+    folder : directory for discovery's report and ice files
+    truth : the ice that was filmed; only the draws are thrown on it
+    tracks : measured tracks
+    start : ice whose law lacks the effect
+    target : (2,) target of the draw, sheet frame [m]
+    seed : seed of the discovery
+
+    Returns
+    -------
+    the draw, planned with and without the effects that were found, and the names of these effects
+
+    Raises
+    ------
+    OutputError : a file cannot be written
+    """
+    folder = make_directory(folder)
+    found = discover(list(tracks), estimate_ice(list(tracks), start=start).ice, seed=seed)
+    report = write_files(found, folder)
+    write_report_page(found, report, folder / "report.html")
+    draw = _compare(truth, target, improved_ice(found), baseline_ice(found))
+    return draw, [proof.label for proof in found.proofs]
+
+
+def _compare(truth: Ice, target: Floats, ice: Ice, other: Ice) -> ComparedDraw:
+    """Plan a draw for an exact player on two ices and throw both on the hidden one."""
+    rest, other_rest = (
+        _rest(truth, plan(_certain(assumed), target, skill="none")) for assumed in (ice, other)
+    )
+    return ComparedDraw(target=target, rest=rest, other=other_rest)
+
+
+def _certain(ice: Ice) -> Ice:
+    """The same ice without standard errors, so that the planner tries one ice and not many."""
     return replace(ice, friction=replace(ice.friction, sigma=np.zeros(ice.sheet.shape)))
 
 
-def _test(ice: Ice, made: Plan) -> Floats:
-    """Where the plan's throw rests in `CurlingSheet-v0` on an ice, sheet frame [m]."""
+def _rest(ice: Ice, made: Plan) -> Floats:
+    """Where a plan's best throw rests in `CurlingSheet-v0` on an ice, sheet frame [m]."""
     return rest_in_env(ice, made.best.throw, made.target)
-
-
-def _throw_draws(
-    truth: Ice, estimated: Ice, average: Ice, targets: tuple[Floats, ...], tell: Tell
-) -> list[Draw]:
-    """Plan a draw to each target on both ices and throw it on the hidden one."""
-    draws: list[Draw] = []
-    for k, target in enumerate(targets):
-        rests = [
-            _test(truth, plan(_exactly(ice), target, skill="none")) for ice in (estimated, average)
-        ]
-        draws.append(Draw(target=target, by_map=rests[0], by_average=rests[1]))
-        tell("throwing more draws", 0.87 + 0.08 * (k + 1) / len(targets))
-    return draws

@@ -1,159 +1,162 @@
-"""What the demo found, in numbers and in plain words."""
+"""The results of the demo, as numbers and in plain words."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from agents.closed_loop.areas import Area, relative
-from agents.closed_loop.missing_effect import Missing
 from agents.planning import Plan
 from curling_env.ice import Ice
 from curling_env.sheet import TEE_Y
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Floats
+from curling_env.typing import Flags, Floats
 
 
 @dataclass(frozen=True, kw_only=True)
-class Draw:
-    """One draw, planned on ice that somebody believes in and thrown on the hidden ice.
+class ComparedDraw:
+    """One draw that was planned on two ices and thrown on the hidden ice both times.
 
     Parameters
     ----------
-    target : (2,) sheet frame [m]
-    by_map, by_average : (2,) where it rested on the hidden ice, planned on the estimated map and
-        on ice of its average friction [m]
+    target : (2,) where it should rest, sheet frame [m]
+    rest : (2,) where it rested, planned on the better known ice [m]
+    other : (2,) where it rested, planned on the other ice [m]
     """
 
     target: Floats
-    by_map: Floats
-    by_average: Floats
+    rest: Floats
+    other: Floats
 
     @property
-    def miss_by_map(self) -> float:
-        """Distance from the target [m]."""
-        return float(np.hypot(*(self.by_map - self.target)))
+    def miss(self) -> float:
+        """Distance of `rest` from the target [m]."""
+        return float(np.hypot(*(self.rest - self.target)))
 
     @property
-    def miss_by_average(self) -> float:
-        """Distance from the target [m]."""
-        return float(np.hypot(*(self.by_average - self.target)))
+    def other_miss(self) -> float:
+        """Distance of `other` from the target [m]."""
+        return float(np.hypot(*(self.other - self.target)))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Findings:
-    """Everything the page shows; all of it computed in this run.
+    """Everything that the page shows; all of it is computed in the same run.
 
     Parameters
     ----------
     true_ice, estimated_ice, average_ice : the hidden ice, its estimate, and uniform ice fitted to
         the same tracks
-    tracks : measured, in order of play
-    track_errors : (n,) RMS distance of each track from where its stone was [m]
+    tracks : measured tracks in order of play
+    track_errors : (n,) RMS distance of each track from the true path [m]
     plan, average_plan : the tested draw, planned on the estimated and on the average ice
-    on_estimated, on_true, average_on_true : (2,) where the tested draws rested [m]
-    draws : more of them, to other places in the house
-    areas : heavy and keen areas found
-    missing : what another ice hid from its model, and what finding it gained
-    film_frames, film_size : frames filmed in all, and the films' size [px]
-    seconds : the demo took [s]
+    on_estimated : (2,) where the tested draw rests on the estimated ice [m]
+    tested : the tested draw on the hidden ice, planned on the estimated and on the average ice
+    draws : the same for draws to other places in the house
+    areas : heavy and keen areas of the estimate
+    missing : a draw planned with and without the effect that the model lacked
+    named : names of the effects that discovery found
+    film_frames, film_size : number of frames in all films, and their size [px]
+    seconds : duration of the demo [s]
     """
 
     true_ice: Ice
     estimated_ice: Ice
     average_ice: Ice
-    tracks: list[Trajectory]
+    tracks: Sequence[Trajectory]
     track_errors: Floats
     plan: Plan
     average_plan: Plan
     on_estimated: Floats
-    on_true: Floats
-    average_on_true: Floats
-    draws: list[Draw]
+    tested: ComparedDraw
+    draws: list[ComparedDraw]
     areas: list[Area]
-    missing: Missing
+    missing: ComparedDraw
+    named: list[str]
     film_frames: int
     film_size: tuple[int, int]
     seconds: float
 
     @property
-    def observed(self) -> NDArray[np.bool_]:
-        """Cells that a stone crossed."""
+    def observed(self) -> Flags:
+        """Cells that a stone crossed, (rows, columns)."""
         return self.estimated_ice.friction.observed
 
-    @property
-    def true_difference(self) -> Floats:
-        """Hidden friction over its mean in the observed cells, less one."""
-        return relative(self.true_ice.friction.mu, self.observed)
+    def difference(self, ice: Ice) -> Floats:
+        """Friction of an ice over its mean in the observed cells, minus one, (rows, columns)."""
+        return relative(ice.friction.mu, self.observed)
+
+    def map_error(self, ice: Ice) -> float:
+        """Relative RMS error of an ice's μ in the observed cells."""
+        ratio = ice.friction.mu / self.true_ice.friction.mu
+        return float(np.sqrt(np.mean((ratio - 1.0)[self.observed] ** 2)))
+
+    def true_difference(self, area: Area) -> float:
+        """Mean relative difference of the hidden ice in an area."""
+        return float(self.difference(self.true_ice)[area.cells].mean())
 
     @property
-    def found_difference(self) -> Floats:
-        """The same of the estimate."""
-        return relative(self.estimated_ice.friction.mu, self.observed)
-
-    @property
-    def map_error(self) -> float:
-        """RMS error of μ in the observed cells, relative."""
-        mu, true = self.estimated_ice.friction.mu, self.true_ice.friction.mu
-        return float(np.sqrt(np.mean((mu / true - 1.0)[self.observed] ** 2)))
-
-    @property
-    def average_error(self) -> float:
-        """The same for ice of the average friction."""
-        mu, true = self.average_ice.friction.mu, self.true_ice.friction.mu
-        return float(np.sqrt(np.mean((mu / true - 1.0)[self.observed] ** 2)))
-
-    @property
-    def miss(self) -> float:
-        """Of the tested draw on the hidden ice [m]."""
-        return float(np.hypot(*(self.on_true - self.plan.target)))
-
-    @property
-    def average_miss(self) -> float:
-        """The same for the plan on average ice [m]."""
-        return float(np.hypot(*(self.average_on_true - self.plan.target)))
+    def miss_on_estimated(self) -> float:
+        """Miss of the tested draw on the ice that it was planned on [m]."""
+        return float(np.hypot(*(self.on_estimated - self.plan.target)))
 
     @property
     def mean_miss(self) -> float:
-        """Of all draws planned on the map [m]."""
-        return float(np.mean([draw.miss_by_map for draw in self.draws]))
+        """Mean miss of the draws planned on the estimated map [m]."""
+        return float(np.mean([draw.miss for draw in self.draws]))
 
     @property
-    def mean_average_miss(self) -> float:
-        """Of all draws planned on average ice [m]."""
-        return float(np.mean([draw.miss_by_average for draw in self.draws]))
-
-    def area_sentences(self) -> list[str]:
-        """Each area found: where, how much, and what the hidden ice has there."""
-        sentences: list[str] = []
-        for area in self.areas:
-            true = float(self.true_difference[area.cells].mean())
-            sentences.append(
-                f"{area.kind} ice {area.place}: {_percent(area.difference)} friction "
-                f"(± {100 * area.sigma:.1f}), in truth {_percent(true)}"
-            )
-        return sentences or ["no area that differs clearly from the rest"]
+    def mean_other_miss(self) -> float:
+        """Mean miss of the draws planned on the average ice [m]."""
+        return float(np.mean([draw.other_miss for draw in self.draws]))
 
     def headline(self) -> str:
         """The result in one sentence."""
-        if self.mean_miss < self.mean_average_miss:
+        if self.mean_miss < self.mean_other_miss:
             return (
                 f"Draws planned on the ice read from film stop {_length(self.mean_miss)} from "
                 f"where they were wanted; planned on its average friction alone, "
-                f"{_length(self.mean_average_miss)}."
+                f"{_length(self.mean_other_miss)}."
             )
         return (
             f"This time the map did not help: draws planned on it stop {_length(self.mean_miss)} "
             f"from where they were wanted, those planned on the average friction "
-            f"{_length(self.mean_average_miss)}."
+            f"{_length(self.mean_other_miss)}."
+        )
+
+    def area_sentences(self) -> list[str]:
+        """For each area: where it is, how much it differs, and what is true there."""
+        sentences = [
+            f"{area.kind} ice {area.place}: {_percent(area.difference)} friction "
+            f"(± {100 * area.sigma:.1f}), in truth {_percent(self.true_difference(area))}"
+            for area in self.areas
+        ]
+        return sentences or ["no area that differs clearly from the rest"]
+
+    def draw_sentences(self) -> list[str]:
+        """The tested draw: what to throw, and where it stops."""
+        x, y = self.plan.target
+        place = "the button" if np.hypot(x, y - TEE_Y) < 0.02 else f"({x:.2f}, {y:.2f}) m"
+        return [
+            f"A draw to {place}: {self.plan.best.description.call}.",
+            f"On the estimated ice it stops {_length(self.miss_on_estimated)} from its target; on "
+            f"the hidden ice {_length(self.tested.miss)}. Planned on average ice it would have "
+            f"missed by {_length(self.tested.other_miss)}.",
+        ]
+
+    def missing_sentence(self) -> str:
+        """How the missing effect was found, and what that gained."""
+        named = " and ".join(self.named) or "nothing"
+        return (
+            f"The same films, read with a model that has no curl: a draw planned on it misses "
+            f"by {100 * self.missing.other_miss:.0f} cm; discovery names {named}; planned again, "
+            f"the draw misses by {100 * self.missing.miss:.0f} cm."
         )
 
     def sentences(self) -> list[str]:
         """All of it, for the terminal."""
-        x, y = self.plan.target
-        place = "the button" if np.hypot(x, y - TEE_Y) < 0.02 else f"({x:.2f}, {y:.2f}) m"
         return [
             f"Filmed {len(self.tracks)} practice throws, {self.film_frames} frames of "
             f"{self.film_size[0]} × {self.film_size[1]}; the stone was followed to "
@@ -161,19 +164,12 @@ class Findings:
             "What the film says of the ice:",
             *(f"  {sentence}" for sentence in self.area_sentences()),
             f"Over the {int(self.observed.sum())} cells the stones crossed the map is within "
-            f"{100 * self.map_error:.1f} % of the hidden ice; one average number for all of them, "
-            f"within {100 * self.average_error:.1f} %.",
-            f"A draw to {place}: {self.plan.best.words.call}.",
-            f"On the estimated ice it stops {_length(self._miss_on_estimated)} from its target; on "
-            f"the hidden ice {_length(self.miss)}. Planned on average ice it would have missed by "
-            f"{_length(self.average_miss)}.",
-            self.missing.sentence(),
+            f"{100 * self.map_error(self.estimated_ice):.1f} % of the hidden ice; one average "
+            f"number for all of them, within {100 * self.map_error(self.average_ice):.1f} %.",
+            *self.draw_sentences(),
+            self.missing_sentence(),
             f"Over {len(self.draws)} draws across the house: {self.headline()}",
         ]
-
-    @property
-    def _miss_on_estimated(self) -> float:
-        return float(np.hypot(*(self.on_estimated - self.plan.target)))
 
     def as_dict(self) -> dict[str, object]:
         """The numbers, for programs."""
@@ -181,12 +177,12 @@ class Findings:
             "throws": len(self.tracks),
             "film_frames": self.film_frames,
             "track_rms_m": [float(value) for value in self.track_errors],
-            "map_error": self.map_error,
-            "average_error": self.average_error,
+            "map_error": self.map_error(self.estimated_ice),
+            "average_error": self.map_error(self.average_ice),
             "hidden_effect": {
-                "named": self.missing.names,
-                "miss_before_m": self.missing.miss_before,
-                "miss_after_m": self.missing.miss_after,
+                "named": self.named,
+                "miss_before_m": self.missing.other_miss,
+                "miss_after_m": self.missing.miss,
             },
             "areas": [
                 {
@@ -194,17 +190,17 @@ class Findings:
                     "place": area.place,
                     "found": area.difference,
                     "sigma": area.sigma,
-                    "true": float(self.true_difference[area.cells].mean()),
+                    "true": self.true_difference(area),
                 }
                 for area in self.areas
             ],
             "plan": self.plan.as_dict(),
-            "miss_on_estimated_ice_m": self._miss_on_estimated,
-            "miss_on_true_ice_m": self.miss,
-            "miss_planned_on_average_ice_m": self.average_miss,
+            "miss_on_estimated_ice_m": self.miss_on_estimated,
+            "miss_on_true_ice_m": self.tested.miss,
+            "miss_planned_on_average_ice_m": self.tested.other_miss,
             "draws": len(self.draws),
             "mean_miss_m": self.mean_miss,
-            "mean_miss_planned_on_average_ice_m": self.mean_average_miss,
+            "mean_miss_planned_on_average_ice_m": self.mean_other_miss,
             "seconds": round(self.seconds, 1),
             "headline": self.headline(),
         }

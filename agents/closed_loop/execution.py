@@ -1,15 +1,14 @@
-"""Planned throws made on the hidden ice, alone or into other stones."""
+"""Planned throws carried out on the hidden ice, alone or into other stones."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from agents.closed_loop.hidden_ice import HiddenIce, run
+from agents.closed_loop.hidden_ice import HiddenIce
+from agents.closed_loop.integrator import comes_to_rest, run_stone
 from agents.planning import Plan
-from agents.planning.objective import Judged
 from agents.planning.rollouts import Rollouts
 from curling_env.ice import Ice
 from curling_env.physics.batch import play_batch
@@ -17,41 +16,43 @@ from curling_env.physics.engine import is_hogged
 from curling_env.physics.one_stone.slide import SlideEnd, play_bounds, slide
 from curling_env.sheet import Direction
 from curling_env.throw import Release, Throw
-from curling_env.typing import Floats
+from curling_env.typing import Flags, Floats
 
 
 @dataclass(frozen=True, kw_only=True)
-class Made:
-    """How throws went that were planned on one ice and made on another.
+class ExecutedThrows:
+    """The outcome of n throws that were planned on one ice and made on another.
 
     Parameters
     ----------
-    miss : (n,) of a throw that was to rest: its distance from the target; of a hit: how far beside
-        the planned line it passed the stone it was to hit [m]
+    miss : (n,) for a throw that should rest, its distance from the target; for a hit, how far
+        beside the planned line it passes the stone that it should hit [m]
     success : (n,) whether the task was done
     ends : (n, 2) where the thrown stones ended, sheet frame [m]
     """
 
     miss: Floats
-    success: NDArray[np.bool_]
+    success: Flags
     ends: Floats
 
 
-def make(hidden: HiddenIce, truth: Ice, believed: Ice, plan: Plan, errors: Floats) -> Made:
-    """Make a plan's throw on the hidden ice, once for each of the hand's errors.
+def execute_plan(
+    hidden: HiddenIce, truth: Ice, assumed: Ice, plan: Plan, errors: Floats
+) -> ExecutedThrows:
+    """Make a plan's throw on the hidden ice, once for each execution error.
 
-    A stone slides under `hidden.run` until it meets another; from there the batch engine takes the
-    stones on over the true ice.
+    A stone slides by `integrator.run_stone` until it meets another; from there the batch engine
+    moves the stones over the true ice.
 
     Parameters
     ----------
-    hidden, truth : the ice, and the same in cells
-    believed : ice it was planned on
-    errors : (n, 3) in speed [m/s], angle [rad] and spin [rad/s]
+    hidden, truth : the hidden ice, and the same ice in cells
+    assumed : ice that the plan was made on
+    errors : (n, 3) errors of speed [m/s], angle [rad] and spin [rad/s]
     """
-    wanted, throw = plan.wanted, plan.best.throw
-    rolled: list[Rollouts] = []
-    lines: list[float] = []
+    objective, throw = plan.objective, plan.best.throw
+    outcomes: list[Rollouts] = []
+    beside: list[float] = []
     for error in errors:
         made = Throw(
             speed=max(throw.speed + float(error[0]), 0.05),
@@ -59,24 +60,25 @@ def make(hidden: HiddenIce, truth: Ice, believed: Ice, plan: Plan, errors: Float
             spin=throw.spin + float(error[2]),
             x=throw.x,
         )
-        release = made.release(wanted.direction)
-        rolled.append(_one(hidden, truth, release, wanted.stones, wanted.direction))
-        if not wanted.rests:
-            lines.append(_beside(hidden, believed, release, throw, plan))
+        release = made.release(objective.direction)
+        outcomes.append(_play(hidden, truth, release, objective.stones, objective.direction))
+        if not objective.comes_to_rest:
+            beside.append(_distance_beside(hidden, assumed, release, plan))
     ended = Rollouts(
-        **{f.name: np.concatenate([getattr(r, f.name) for r in rolled]) for f in fields(Rollouts)}
+        **{f.name: np.concatenate([getattr(r, f.name) for r in outcomes]) for f in fields(Rollouts)}
     )
-    judged: Judged = wanted.judge(ended, truth.stone.radius)
-    miss = judged.miss if wanted.rests else np.array(lines)
-    return Made(miss=miss, success=judged.success, ends=ended.xy)
+    judged = objective.judge(ended, truth.stone.radius)
+    miss = judged.miss if objective.comes_to_rest else np.array(beside)
+    return ExecutedThrows(miss=miss, success=judged.success, ends=ended.xy)
 
 
-def _one(
+def _play(
     hidden: HiddenIce, truth: Ice, release: Release, stones: Floats, direction: Direction
 ) -> Rollouts:
-    path = run(hidden, release, stones)
+    """One throw into resting stones (k, 2)."""
+    path = run_stone(hidden, release, stones)
     t, x, y, vx, vy, theta, omega = (float(value) for value in path[-1])
-    still = np.hypot(vx, vy) < 1e-3
+    still = comes_to_rest(path)
     met = len(stones) and np.hypot(*(stones - [x, y]).T).min() < 2 * truth.stone.radius + 1e-3
     if met and not still:
         here = replace(release, x=x, y=y, vx=vx, vy=vy, theta=theta, omega=omega)
@@ -100,17 +102,20 @@ def _one(
     )
 
 
-def _beside(hidden: HiddenIce, believed: Ice, release: Release, meant: Throw, plan: Plan) -> float:
-    """How far beside the planned line a hit passes its stone; its whole distance if it stops."""
+def _distance_beside(hidden: HiddenIce, assumed: Ice, release: Release, plan: Plan) -> float:
+    """How far beside the planned line a hit passes its stone [m].
+
+    For a throw that stops before it, the whole distance to the stone.
+    """
     height = float(plan.target[1]) * plan.direction
-    path = run(hidden, release)
+    path = run_stone(hidden, release)
     along = plan.direction * path[:, 2]
     if along[-1] < height:
         return float(np.hypot(*(path[-1, 1:3] - plan.target)))
     planned = slide(
-        believed,
-        meant.release(plan.direction),
-        bounds=play_bounds(believed, plan.direction),
+        assumed,
+        plan.best.throw.release(plan.direction),
+        bounds=play_bounds(assumed, plan.direction),
         fps=50,
     ).trajectory
     assert planned is not None  # a rate was given

@@ -1,42 +1,35 @@
-"""The demo's films: each throw filmed and tracked, two side by side."""
+"""Throws filmed from above and tracked on the film, several side by side."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
 
+from curling_env.executor import executor
 from curling_env.ice import Ice
 from curling_env.physics.one_stone.slide import play_bounds, slide
 from curling_env.sheet import Sheet, Stone
-from curling_env.storage import make_directory
+from curling_env.storage import atomic_path, make_directory
 from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Floats
-
-if TYPE_CHECKING:
-    from friction_estimation.synthetic import FilmSpec
-
+from curling_env.typing import Floats, Progress, no_progress, with_progress
+from friction_estimation.camera.scene import load_scene, save_scene
+from friction_estimation.synthetic import FilmSpec, render_film, scene_of
+from friction_estimation.tracking import track_film
+from friction_estimation.tracking.overlay import write_overlay
 
 CAMERA = "gantry"
-"""Above the middle of the sheet: the place that measures best."""
+"""The camera above the middle of the sheet, which measures best."""
 FPS = 15.0
-"""Frames a second: friction needs long paths, not many frames."""
-PEOPLE = False
-"""Whether players walk through the picture."""
-TRUE_PATH_RATE = 120.0
-"""Samples a second of the true path that is filmed."""
-AT_REST = 0.01
-"""A path that ends slower than this has come to rest [m/s]."""
+"""Frames a second of the films [1/s]; friction needs long paths, not many frames."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Job:
+class _Job:
     """One throw to film and track, in a process of its own."""
 
     film: Path
@@ -50,15 +43,15 @@ class Job:
 
 @dataclass(frozen=True, kw_only=True)
 class Films:
-    """What the films gave.
+    """The films of some throws and the tracks read from them.
 
     Parameters
     ----------
-    tracks : measured, in order of play; `clock` is the session time of a film's first frame
-    errors : (n,) RMS distance of each from the truth [m]
-    frames : filmed in all
-    size : width and height [px]
-    still : picture of a frame with the track; None if there is none
+    tracks : measured tracks in order of play; `clock` is the session time of a film's first frame
+    errors : (n,) RMS distance of each track from the true path [m]
+    frames : number of frames in all films
+    size : width and height of a frame [px]
+    still : picture of a frame with the track drawn into it; None if there is none
     """
 
     tracks: list[Trajectory]
@@ -68,36 +61,25 @@ class Films:
     still: Path | None
 
 
-def film_and_track(
+def film_throws(
     folder: Path,
     ice: Ice,
     releases: Sequence[Release],
     *,
     seed: int,
-    fps: float,
-    workers: int,
-    tell: Callable[[str, float], None],
+    fps: float = FPS,
+    workers: int = 1,
+    progress: Progress = no_progress,
 ) -> Films:
-    """Film the throws on an ice, and track every film.
-
-    Parameters
-    ----------
-    folder : gets films/ and overlay.mp4
-    ice : the true one; what is returned knows it only through the films
-    workers : processes; 1 works in this one
-
-    Raises
-    ------
-    OutputError : a file cannot be written
-    """
+    """Film throws on a known ice and track every film; parameters as of `film_paths`."""
     paths: list[Trajectory] = []
     for k, release in enumerate(releases):
         bounds = play_bounds(ice, release.direction)
-        path = slide(ice, release, bounds=bounds, fps=TRUE_PATH_RATE, throw=k).trajectory
+        path = slide(ice, release, bounds=bounds, fps=120.0, throw=k).trajectory
         assert path is not None  # a rate was given
         paths.append(path)
     return film_paths(
-        folder, paths, ice.sheet, ice.stone, seed=seed, fps=fps, workers=workers, tell=tell
+        folder, paths, ice.sheet, ice.stone, seed=seed, fps=fps, workers=workers, progress=progress
     )
 
 
@@ -108,108 +90,79 @@ def film_paths(
     stone: Stone,
     *,
     seed: int,
-    fps: float,
-    workers: int,
-    tell: Callable[[str, float], None],
+    fps: float = FPS,
     frame_size: tuple[int, int] | None = None,
+    workers: int = 1,
+    progress: Progress = no_progress,
 ) -> Films:
-    """Film stones on their paths, and track every film; see `film_and_track`.
+    """Film stones on given paths and track every film.
 
     Parameters
     ----------
+    folder : directory for films/ and overlay.mp4
+    paths : true paths, sheet frame
+    seed : seed of the rendered pictures
+    fps : frames a second [1/s]
     frame_size : width and height [px]; the camera's own by default
-    """
-    from friction_estimation.camera.scene import save_scene
-    from friction_estimation.synthetic import FilmSpec, scene_of
+    workers : number of processes; 1 works in this one
+    progress : called after each film
 
+    Raises
+    ------
+    OutputError : a file cannot be written
+    """
     films = make_directory(folder / "films")
-    spec = FilmSpec(camera=CAMERA, size=frame_size, fps=fps, seed=seed, people=PEOPLE)
+    spec = FilmSpec(camera=CAMERA, size=frame_size, fps=fps, seed=seed, people=False)
     scene = films / f"{CAMERA}.scene.json"
     save_scene(scene_of(spec.resolved(), sheet=sheet, stone=stone), scene)
     jobs = [
-        Job(
+        _Job(
             film=films / f"{CAMERA}-{k}.mp4",
             scene=scene,
             path=path,
             sheet=sheet,
             stone=stone,
-            # A stone that leaves the ice is not to be seen halting at its edge.
-            spec=spec if _rests(path) else replace(spec, tail=0.0),
+            # A stone that leaves the ice must not be shown halting at its edge.
+            spec=spec if _comes_to_rest(path) else replace(spec, tail=0.0),
             overlay=folder / "overlay.mp4" if k == 0 else None,
         )
         for k, path in enumerate(paths)
     ]
-    results: dict[int, tuple[Trajectory, float, int]] = {}
-
-    def finished(k: int, result: tuple[Trajectory, float, int]) -> None:
-        results[k] = result
-        tell(f"filmed and tracked {len(results)} of {len(jobs)} throws", len(results) / len(jobs))
-
-    tell("filming the first throws", 0.0)
-    if workers > 1:
-        # Fresh processes: forking one that holds OpenCV's and numba's threads may hang.
-        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-            pending = {pool.submit(_film_and_track, job): k for k, job in enumerate(jobs)}
-            for future in as_completed(pending):
-                finished(pending[future], future.result())
-    else:
-        for k, job in enumerate(jobs):
-            finished(k, _film_and_track(job))
-    ordered = [results[k] for k in range(len(jobs))]
+    with executor(workers) as crew:
+        done = crew.map(_film_and_track, jobs)
+        results = list(with_progress(done, "filming and tracking throws", progress, len(jobs)))
     return Films(
-        tracks=[track for track, _, _ in ordered],
-        errors=np.array([error for _, error, _ in ordered]),
-        frames=sum(frames for _, _, frames in ordered),
+        tracks=[track for track, _, _ in results],
+        errors=np.array([error for _, error, _ in results]),
+        frames=sum(frames for _, _, frames in results),
         size=spec.resolved().size,
         still=_still(folder / "overlay.mp4", folder / "overlay.png"),
     )
 
 
-def _film_and_track(job: Job) -> tuple[Trajectory, float, int]:
-    """The measured track, its RMS distance from the truth [m], and how many frames there were."""
-    import cv2
-
-    from friction_estimation.camera.scene import load_scene
-    from friction_estimation.synthetic import render_film
-    from friction_estimation.tracking import track_film
-    from friction_estimation.tracking.overlay import write_overlay
-
-    cv2.setNumThreads(1)  # one process a core
+def _film_and_track(job: _Job) -> tuple[Trajectory, float, int]:
+    """The measured track, its RMS distance from the truth [m], and the number of frames."""
+    cv2.setNumThreads(1)  # each process has one core
     truth = render_film(job.film, job.path, job.spec, sheet=job.sheet, stone=job.stone)
     scene = load_scene(job.scene)
     result = track_film(job.film, scene, throw=job.path.throw)
     if job.overlay is not None:
         write_overlay(job.film, scene, result, job.overlay)
-    # Times of a film count from its first frame, and that comes before the release.
+    # Times of a film count from its first frame, which comes before the release.
     track = replace(result.trajectory, clock=truth.clock)
     true_x, true_y = (np.interp(track.t, truth.t, truth.xy[:, k]) for k in range(2))
     error = np.hypot(track.xy[:, 0] - true_x, track.xy[:, 1] - true_y)
     return track, float(np.sqrt(np.mean(error**2))), len(truth)
 
 
-def _rests(path: Trajectory) -> bool:
+def _comes_to_rest(path: Trajectory) -> bool:
+    """Whether a path ends slower than 1 cm/s."""
     last = np.hypot(*(path.xy[-1] - path.xy[-2])) / (path.t[-1] - path.t[-2])
-    return bool(last < AT_REST)
-
-
-def estimate(tracks: list[Trajectory], law: Ice, *, uniform: bool = False) -> Ice:
-    """The ice that the tracks ran on; the effects of `law` are taken as known.
-
-    Parameters
-    ----------
-    uniform : one friction for all of it instead of a map
-    """
-    from friction_estimation.inversion import estimate_ice
-
-    return estimate_ice(tracks, start=law, uniform=uniform).ice
+    return bool(last < 0.01)
 
 
 def _still(film: Path, picture: Path) -> Path | None:
-    """A frame from two thirds into a film, as a PNG."""
-    import cv2
-
-    from curling_env.storage import atomic_path
-
+    """Write the frame at two thirds of a film as a PNG; None where there is no film."""
     if not film.exists():
         return None
     reader = cv2.VideoCapture(str(film))

@@ -1,54 +1,47 @@
-"""An ice that no part of the chain is told, and how stones really run on it.
+"""Ice that the estimators and the planner are not told: drawn at random, its truth kept aside.
 
-The field of friction is a sum of waves, not cells; formulas and integrator (Runge–Kutta of fourth
-order at fixed steps over a ring of contacts) are written here anew. So the chain is judged on
-throws that its own model and engine did not make.
+`HiddenIce` is a continuous field of friction with effects, whose stones `integrator` moves.
+`patchy_ice` is an ordinary ice with a few heavy and keen areas, as the demo films it.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from curling_env.ice import ActiveEffect, FrictionMap, Ice
-from curling_env.physics.compiled import compiled
+from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet
-from curling_env.throw import Release
 from curling_env.typing import Floats
 
-G = 9.80665
-STEP = 1e-2
-"""Of the integrator [s]; a tenth of it, with four times the contacts, moves rests by 0.1 mm."""
-CONTACTS = 16
-STOP = 1e-4
-"""A stone this slow rests [m/s]: it has less than 0.1 µm to go."""
-LONGEST = 90.0
-"""Seconds after which a throw is given up."""
-SLOWEST_SLIP = 0.01
-"""Slip below which friction rises no more [m/s]."""
-
 WAVES = 24
-LENGTH, BREADTH = 4.0, 1.6
-"""Over which the field of friction changes along and across the sheet [m]."""
-FINE = 0.25
-"""Cells in which the true ice is handed to those who may know it [m]."""
+"""Number of sine waves that make up the field of friction."""
+WAVE_SCALE_ALONG, WAVE_SCALE_ACROSS = 4.0, 1.6
+"""Distances over which the field of friction changes along and across the sheet [m]."""
+TRUTH_CELL = 0.25
+"""Cell size of the true ice as an `Ice` [m]; so fine that a draw's rest differs by millimetres."""
+PATCH_STRENGTH = (0.07, 0.11)
+"""Range of the relative difference of friction in the middle of a patch.
+
+Players complain about such ice: wear and frost in a game make about 8 %.
+"""
+PATCH_LENGTH, PATCH_BREADTH = (2.0, 3.2), (0.7, 1.1)
+"""Ranges of a patch's Gaussian half-length along and half-breadth across the sheet [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class HiddenIce:
-    """What the ice is like in truth.
+    """The true properties of a hidden ice.
 
     Parameters
     ----------
     mu : mean friction at 1 m/s
-    waves : (n, 4) amplitude in ln μ, wave numbers across and along [1/m], phase
-    exponent : of friction ∝ slip^(−exponent)
+    waves : (n, 4) amplitude in ln μ, wave numbers across and along the sheet [1/m], and phase
+    exponent : friction is proportional to slip^(−exponent)
     curl, curl_exponent : sideways acceleration curl·v^curl_exponent [m/s²]
     slope : fall of the ice towards +x and +y [m/m]
-    inertia : of the stones [kg m²]
+    inertia : moment of inertia of the stones [kg m²]
     """
 
     mu: float
@@ -73,10 +66,8 @@ class HiddenIce:
         return float(np.log(self.friction(x, y)).std())
 
     def truth(self) -> Ice:
-        """The same as an `Ice`, in cells so fine that a draw's rest differs by millimetres."""
-        sheet = Sheet(length=PAPER_SHEET.length, width=PAPER_SHEET.width, cell_size=FINE)
-        x, y = np.meshgrid(sheet.x_centres, sheet.y_centres)
-        mu = self.friction(x, y)
+        """The same ice as an `Ice` in fine cells."""
+        sheet = Sheet(length=PAPER_SHEET.length, width=PAPER_SHEET.width, cell_size=TRUTH_CELL)
         effects: list[ActiveEffect] = []
         if self.exponent:
             law = {"exponent": self.exponent}
@@ -89,15 +80,13 @@ class HiddenIce:
             effects.append(ActiveEffect(name="slope", parameters=fall))
         return Ice(
             sheet=sheet,
-            friction=FrictionMap(
-                mu=mu, sigma=np.zeros(mu.shape), observed=np.ones(mu.shape, dtype=bool)
-            ),
+            friction=_certain(self.friction(*np.meshgrid(sheet.x_centres, sheet.y_centres))),
             effects=tuple(effects),
             stone=replace(RULE_BOOK_STONE, inertia=self.inertia),
         )
 
     def as_dict(self) -> dict[str, float]:
-        """What was hidden, for the report that is written when all is over."""
+        """The hidden numbers, for the report at the end."""
         return {
             "mu": self.mu,
             "map_sd": self.spread,
@@ -111,12 +100,12 @@ class HiddenIce:
 
 
 def draw_hidden_ice(rng: np.random.Generator, *, effects: bool = True) -> HiddenIce:
-    """Ice as it may be: uneven by 5 to 8 %, and with effects unless it is to have none."""
+    """Draw an ice that is uneven by 5 to 8 %, with or without effects."""
     waves = np.column_stack(
         [
             rng.rayleigh(1.0, WAVES),
-            rng.normal(0.0, 1.0 / BREADTH, WAVES),
-            rng.normal(0.0, 1.0 / LENGTH, WAVES),
+            rng.normal(0.0, 1.0 / WAVE_SCALE_ACROSS, WAVES),
+            rng.normal(0.0, 1.0 / WAVE_SCALE_ALONG, WAVES),
             rng.uniform(0.0, 2 * np.pi, WAVES),
         ]
     )
@@ -139,85 +128,28 @@ def draw_hidden_ice(rng: np.random.Generator, *, effects: bool = True) -> Hidden
     )
 
 
-def run(ice: HiddenIce, release: Release, stones: Floats | None = None) -> Floats:
-    """How a stone runs on the hidden ice, until it rests, leaves the ice or touches another.
+def patchy_ice(rng: np.random.Generator, *, base: str = "standard") -> Ice:
+    """Draw an ice with four areas, heavy and keen in turn, in places where throws pass.
 
     Parameters
     ----------
-    stones : (k, 2) centres of resting stones [m]
-
-    Returns
-    -------
-    (n, 7) t, x, y, vx, vy, theta, omega at every step
+    base : ice file or preset that has the law and the mean friction
     """
-    start = np.array(
-        [release.x, release.y, release.vx, release.vy, release.theta, release.omega], dtype=float
-    )
-    numbers = np.array(
-        [
-            ice.mu, ice.exponent, ice.curl, ice.curl_exponent, *ice.slope,
-            RULE_BOOK_STONE.mass * RULE_BOOK_STONE.band_radius / ice.inertia,
-            RULE_BOOK_STONE.band_radius,
-        ]
-    )  # fmt: skip
-    out = np.empty((int(LONGEST / STEP), 7))
-    others = np.empty((0, 2)) if stones is None else np.ascontiguousarray(stones, dtype=float)
-    edge = np.array([PAPER_SHEET.width, PAPER_SHEET.length]) / 2 - RULE_BOOK_STONE.radius
-    n = _run(numbers, ice.waves, start, others, 2 * RULE_BOOK_STONE.radius, edge, out)
-    return out[:n].copy()
+    ice = load_ice(base)
+    x, y = np.meshgrid(ice.sheet.x_centres, ice.sheet.y_centres)
+    difference = np.zeros(ice.sheet.shape)
+    sign = rng.choice([-1.0, 1.0])
+    side = rng.choice([-1.0, 1.0])
+    for middle in (-6.5, -0.5, 5.5, 12.0):
+        centre_x = side * rng.uniform(0.2, 0.9)
+        centre_y = middle + rng.uniform(-1.0, 1.0)
+        shape = ((x - centre_x) / rng.uniform(*PATCH_BREADTH)) ** 2
+        shape = shape + ((y - centre_y) / rng.uniform(*PATCH_LENGTH)) ** 2
+        difference += sign * rng.uniform(*PATCH_STRENGTH) * np.exp(-0.5 * shape)
+        sign, side = -sign, -side
+    return replace(ice, friction=_certain(ice.friction.mu * (1.0 + difference)))
 
 
-@compiled(allocates=True)
-def _rates(q: Any, waves: Any, s: Any, out: Any) -> None:
-    vx, vy, spin = s[2], s[3], s[5]
-    v = math.sqrt(vx * vx + vy * vy) + 1e-12
-    uneven = 0.0
-    for i in range(waves.shape[0]):
-        uneven += waves[i, 0] * math.sin(waves[i, 1] * s[0] + waves[i, 2] * s[1] + waves[i, 3])
-    mu = q[0] * math.exp(uneven)
-    along = across = torque = 0.0
-    for k in range(CONTACTS):
-        phi = 2.0 * math.pi * (k + 0.5) / CONTACTS
-        forward = v - spin * q[7] * math.sin(phi)
-        left = spin * q[7] * math.cos(phi)
-        slip = math.sqrt(forward * forward + left * left) + 1e-12
-        local = mu * G / CONTACTS * max(slip, SLOWEST_SLIP) ** (-q[1])
-        along -= local * forward / slip
-        across -= local * left / slip
-        torque -= local * (math.cos(phi) * left - math.sin(phi) * forward) / slip
-    across += math.tanh(spin / 0.01) * q[2] * v ** q[3]
-    out[0] = vx
-    out[1] = vy
-    out[2] = (along * vx - across * vy) / v + G * q[4]
-    out[3] = (along * vy + across * vx) / v + G * q[5]
-    out[4] = spin
-    out[5] = torque * q[6]
-
-
-@compiled(allocates=True)
-def _run(q: Any, waves: Any, s: Any, stones: Any, reach: float, edge: Any, out: Any) -> int:
-    k1, k2, k3, k4 = np.empty(6), np.empty(6), np.empty(6), np.empty(6)
-    t = 0.0
-    for n in range(out.shape[0]):
-        out[n, 0] = t
-        out[n, 1:] = s
-        v = math.sqrt(s[2] * s[2] + s[3] * s[3])
-        if v < STOP or abs(s[0]) > edge[0] or abs(s[1]) > edge[1]:
-            return n + 1
-        for k in range(stones.shape[0]):
-            dx, dy = stones[k, 0] - s[0], stones[k, 1] - s[1]
-            if dx * dx + dy * dy <= reach * reach and dx * s[2] + dy * s[3] > 0.0:
-                return n + 1
-        _rates(q, waves, s, k1)
-        # Near its end a stone would be carried past it by a whole step.
-        h = min(STEP, 0.25 * v / math.sqrt(k1[2] * k1[2] + k1[3] * k1[3] + 1e-18))
-        for k in range(stones.shape[0]):  # nor may it step into another
-            gap = math.sqrt((stones[k, 0] - s[0]) ** 2 + (stones[k, 1] - s[1]) ** 2) - reach
-            if 0.0 < gap < 2.0 * v * h:
-                h = min(h, max(0.5 * gap / v, 1e-5))
-        _rates(q, waves, s + 0.5 * h * k1, k2)
-        _rates(q, waves, s + 0.5 * h * k2, k3)
-        _rates(q, waves, s + h * k3, k4)
-        s += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-        t += h
-    return out.shape[0]
+def _certain(mu: Floats) -> FrictionMap:
+    """A map that is known everywhere without error."""
+    return FrictionMap(mu=mu, sigma=np.zeros(mu.shape), observed=np.ones(mu.shape, dtype=bool))

@@ -96,7 +96,7 @@ def plan(
     from agents.planning import plan as find
     from agents.planning import plan_task
     from agents.planning.stones_file import read_stones
-    from agents.planning.target_search import SPINS
+    from agents.planning.tuning import SPINS
     from curling_env.ice import load_ice
     from curling_env.physics.one_stone.slide import NO_OBSTACLES
 
@@ -119,9 +119,9 @@ def plan(
         draw_plan(known, result, picture)
     if not as_json:
         best = result.best
-        say(best.words.call)
-        if best.spread.miss.size > 1:
-            success = "" if task is None else f"{100 * best.spread.success.mean():.0f} % succeed; "
+        say(best.description.call)
+        if best.trials.miss.size > 1:
+            success = "" if task is None else f"{100 * best.trials.success.mean():.0f} % succeed; "
             say(f"{success}expect to miss by {100 * best.expected_miss:.0f} cm")
     print_json(result.as_dict())
 

@@ -15,7 +15,7 @@ import curling_env  # noqa: F401  (registers the environments)
 from agents.learning.configuration import TrainingSettings
 from agents.learning.policy import Thrower
 from agents.planning import plan
-from agents.planning.monte_carlo import end_in_play
+from agents.planning.rollouts import roll_out_in_play
 from agents.planning.target_search import direction_to
 from curling_env.envs.sheet.action import ThrowRange
 from curling_env.errors import InputError
@@ -254,5 +254,5 @@ def misses(
 def _distances(ice: Ice, throws: Floats, target: Floats) -> Floats:
     """From a target to where throws (n, 4) ended; for a stone that left play, where it left."""
     throws[:, 0] = np.clip(throws[:, 0], 1e-3, MAX_SPEED)
-    ends = end_in_play(ice, throws, direction_to(target), NO_OBSTACLES).xy
+    ends = roll_out_in_play(ice, throws, direction_to(target), NO_OBSTACLES).xy
     return np.hypot(*(ends - target).T)

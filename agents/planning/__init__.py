@@ -1,5 +1,15 @@
-"""Planning: from a target or a task to a throw, by search over simulated throws."""
+"""Planning: from a target or a task to a throw, by search over simulated throws.
 
-from agents.planning.planner import Choice, Plan, plan, plan_task
+- `planner`: `plan` for a stone that should rest at a target, `plan_task` for a task
+- `objective`: what is wanted of a throw, and how its outcome is judged
+- `target_search`: throws that come to rest at a target, by a grid and Newton's method
+- `reward_map`: promising throws for a task, by a grid and the cross-entropy method
+- `monte_carlo`: a throw repeated with execution errors, on ices that the map allows
+- `rollouts`: many throws in the batch engine
+- `description`, `plan_figure`: a plan in a curler's words and as a picture
+- `tuning`: the constants that were tuned
+"""
 
-__all__ = ["Choice", "Plan", "plan", "plan_task"]
+from agents.planning.planner import Plan, PlannedThrow, plan, plan_task
+
+__all__ = ["Plan", "PlannedThrow", "plan", "plan_task"]

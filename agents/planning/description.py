@@ -10,24 +10,20 @@ from curling_env.ice import Ice
 from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import HOG_LINE_Y, HOUSE_RADIUS, TEE_Y, Direction, to_delivery
 from curling_env.throw import Throw
-
-HOG_TO_FAR_TEE = HOG_LINE_Y + TEE_Y
-"""From the delivery hog line to the tee played to [m]."""
-TIMING_RATE = 50.0
-"""Samples a second from which a crossing is read [1/s]; good to a millisecond or so."""
+from curling_env.typing import Floats
 
 
 @dataclass(frozen=True, kw_only=True)
-class InWords:
+class Description:
     """What a skip would call.
 
     Parameters
     ----------
     hog_to_hog_s : time of the stone's centre from hog line to hog line; None if it stops short
-    broom_m : where the broom is held on the far tee line: to the right of the centre line, seen
-        from the thrower
-    ice_m : from the target to the broom, along the tee line: the ice that is given
-    turns : whole and part turns of the stone on its way
+    broom_m : where the broom is held on the far tee line, to the right of the centre line as seen
+        by the thrower
+    ice_m : distance along the tee line from the target to the broom: the ice that is given
+    turns : turns of the stone on its way
     right_hander, left_hander : the handle, ``in-turn``, ``out-turn`` or ``no turn``
     call : all of it in a sentence
     """
@@ -41,7 +37,7 @@ class InWords:
     call: str
 
     def as_dict(self) -> dict[str, object]:
-        """Rounded to what a person can use."""
+        """The fields, with numbers rounded to what a person can use."""
         return {
             key: round(value, 3) if isinstance(value, float) else value
             for key, value in asdict(self).items()
@@ -58,19 +54,25 @@ def handles(spin: float) -> tuple[str, str]:
     return ("out-turn", "in-turn") if spin > 0 else ("in-turn", "out-turn")
 
 
-def in_words(ice: Ice, throw: Throw, target: np.ndarray, direction: Direction) -> InWords:
-    """Describe a throw as it runs on an ice, without error and without other stones."""
-    path = slide(ice, throw.release(direction), fps=TIMING_RATE).trajectory
+def describe(ice: Ice, throw: Throw, target: Floats, direction: Direction) -> Description:
+    """Describe a throw as it runs on an ice without error and without other stones.
+
+    Parameters
+    ----------
+    target : (2,) target of the throw, sheet frame [m]
+    direction : the end played to
+    """
+    path = slide(ice, throw.release(direction), fps=50.0).trajectory
     assert path is not None  # a rate was given
     travelled = direction * path.xy[:, 1]
     crossing = None
     if travelled[-1] > HOG_LINE_Y:
         crossing = float(np.interp(HOG_LINE_Y, travelled, path.t))
-    broom = throw.x - HOG_TO_FAR_TEE * float(np.tan(throw.angle))
+    broom = throw.x - (HOG_LINE_Y + TEE_Y) * float(np.tan(throw.angle))
     aim = float(to_delivery(target, direction)[0])
     turns = abs(float(path.theta[-1] - path.theta[0])) / (2 * np.pi)
     right, left = handles(throw.spin)
-    return InWords(
+    return Description(
         hog_to_hog_s=crossing,
         broom_m=broom,
         ice_m=abs(broom - aim),

@@ -1,7 +1,7 @@
-"""What to expect of a throw: the hand is not exact, and neither is the map.
+"""Monte-Carlo evaluation of throws: the player is not exact, and neither is the map.
 
-A throw is repeated with execution errors, on ices drawn from the map's own standard errors, and
-every trial is judged by what was wanted. All trials of all throws go through the batch engine.
+A throw is repeated with execution errors on ices drawn from the map's standard errors, and every
+trial is judged by the objective. All trials of all throws go through the batch engine together.
 """
 
 from __future__ import annotations
@@ -12,45 +12,36 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.planning.objective import Wanted
-from agents.planning.rollouts import SPEED, SPIN, Rollouts, roll_out
+from agents.planning.objective import Objective
+from agents.planning.rollouts import SPEED, SPIN, Rollouts, roll_out_in_play
+from agents.planning.tuning import MAP_ERROR_LENGTH, MIN_FRICTION_SHARE
 from curling_env.ice import FrictionMap, Ice
-from curling_env.physics.one_stone.slide import SlideEnd, play_bounds
-from curling_env.sheet import Direction
+from curling_env.physics.one_stone.slide import SlideEnd
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Skill
-from curling_env.typing import Floats
-
-MAP_ERROR_LENGTH = 2.0
-"""Distance over which errors of a map are taken to be alike [m].
-
-An ice file holds a σ per cell and no correlation. One pass of a stone tells friction over two to
-three metres apart, not over less, so errors of an estimated map run together over such a length.
-"""
-LEAST_SHARE = 0.2
-"""A drawn friction is at least this part of the map's own: a Gaussian's tail is no ice."""
+from curling_env.typing import Flags, Floats
 
 
 @dataclass(frozen=True, kw_only=True)
-class Spread:
-    """What came of a throw when it was tried many times.
+class Trials:
+    """The outcomes of n trials of one throw.
 
     Parameters
     ----------
     ends : (n, 2) where the thrown stone ended, sheet frame [m]
-    miss : (n,) distance of each from the target [m]
-    why : (n,) `SlideEnd` of each
-    in_play : (n,) whether it stayed in play
-    worth, success : (n,) as judged by what was wanted
-    stones : (n, k, 2) where the other stones then lie, NaN where one left play [m]
-    errors : (n, 3) of the hand: speed [m/s], angle [rad], spin [rad/s]
+    miss : (n,) distance of each end from the target [m]
+    why : (n,) how each slide ended, as `SlideEnd` values
+    in_play : (n,) whether the thrown stone stayed in play
+    value, success : (n,) the objective's judgement
+    stones : (n, k, 2) where the other stones lie afterwards, NaN where one left play [m]
+    errors : (n, 3) execution errors of speed [m/s], angle [rad] and spin [rad/s]
     """
 
     ends: Floats
     miss: Floats
     why: NDArray[np.int64]
-    in_play: NDArray[np.bool_]
-    worth: Floats
-    success: NDArray[np.bool_]
+    in_play: Flags
+    value: Floats
+    success: Flags
     stones: Floats
     errors: Floats
 
@@ -60,26 +51,26 @@ class Spread:
         return float(self.miss.mean())
 
     @property
-    def expected_worth(self) -> float:
-        """Mean of what it is worth."""
-        return float(self.worth.mean())
+    def expected_value(self) -> float:
+        """Mean value."""
+        return float(self.value.mean())
 
     def chance(self, end: SlideEnd) -> float:
-        """Share of the throws that ended so."""
+        """Share of the trials that ended in one way."""
         return float((self.why == end).mean())
 
     @property
     def covariance(self) -> Floats:
-        """Of the ends of those that stayed in play, (2, 2) [m²]."""
+        """Covariance of the ends that stayed in play, (2, 2) [m²]."""
         rested = self.ends[self.in_play]
         return np.cov(rested.T) if len(rested) > 1 else np.zeros((2, 2))
 
 
-def possible_ices(ice: Ice, n: int, rng: np.random.Generator) -> list[Ice]:
-    """Ices that the map's standard errors allow; the ice itself, once, where they are all zero.
+def sample_ices(ice: Ice, n: int, rng: np.random.Generator) -> list[Ice]:
+    """Draw n ices that the map's standard errors allow; one, the ice itself, if all σ are zero.
 
-    Errors are Gaussian with the map's σ in every cell and a correlation exp(-(d/ℓ)²/2),
-    ℓ = `MAP_ERROR_LENGTH`. They come in opposite pairs.
+    Errors are Gaussian with the map's σ in every cell and the correlation exp(-(d/ℓ)²/2),
+    ℓ = `MAP_ERROR_LENGTH`. They come in pairs of opposite sign.
     """
     sigma = ice.friction.sigma
     if not sigma.any():
@@ -90,7 +81,7 @@ def possible_ices(ice: Ice, n: int, rng: np.random.Generator) -> list[Ice]:
     for _ in range(-(-n // 2)):
         error = sigma * (along @ rng.standard_normal(sigma.shape) @ across.T)
         for sign in (1.0, -1.0):
-            mu = np.maximum(ice.friction.mu + sign * error, LEAST_SHARE * ice.friction.mu)
+            mu = np.maximum(ice.friction.mu + sign * error, MIN_FRICTION_SHARE * ice.friction.mu)
             friction = FrictionMap(
                 mu=np.minimum(mu, 1.0),
                 sigma=sigma,
@@ -108,19 +99,19 @@ def _square_root_of_correlation(places: Floats) -> Floats:
     return vectors * np.sqrt(np.maximum(values, 0.0))
 
 
-def spreads(
-    ices: list[Ice], throws: Floats, wanted: Wanted, skill: Skill, *, n: int, seed: int
-) -> list[Spread]:
-    """Try each throw n times, with the same errors for all of them.
+def run_trials(
+    ices: list[Ice], throws: Floats, objective: Objective, skill: Skill, *, n: int, seed: int
+) -> list[Trials]:
+    """Try each throw n times, with the same errors for all throws.
 
     Parameters
     ----------
-    ices : that are possible; each gets its part of the trials
-    throws : (m, 4) or (m, 6) meant throws, see `rollouts.releases_of`
-    wanted : of them; it knows the stones that lie there
-    skill : of the player
-    n : trials of each throw; without any error there is one on each ice
-    seed : of the errors
+    ices : possible ices; the trials are shared out among them
+    throws : (m, 4) or (m, 6) throws without error, see `rollouts.releases_of`
+    objective : what is wanted of the throws, and the stones on the sheet
+    skill : execution error of the player
+    n : trials of each throw; a player without error has one on each ice
+    seed : seed of the errors
     """
     each = 1 if skill.is_exact else max(-(-n // len(ices)), 1)
     m, columns = throws.shape
@@ -132,19 +123,22 @@ def spreads(
         trials[:, :, : SPIN + 1] += error
         trials[:, :, SPEED] = np.clip(trials[:, :, SPEED], 1e-3, MAX_SPEED)
         trials[:, :, SPIN] = np.clip(trials[:, :, SPIN], -MAX_SPIN, MAX_SPIN)
-        ended = end_in_play(ice, trials.reshape(-1, columns), wanted.direction, wanted.stones)
-        parts.append(ended)
-    together = Rollouts(**{name: _joined(parts, name, m) for name in ROLLOUT_FIELDS})
-    judged = wanted.judge(together, radius)
+        parts.append(
+            roll_out_in_play(
+                ice, trials.reshape(-1, columns), objective.direction, objective.stones
+            )
+        )
+    together = Rollouts(**{f.name: _joined(parts, f.name, m) for f in fields(Rollouts)})
+    judged = objective.judge(together, radius)
     count = each * len(ices)
     rows = [slice(i * count, (i + 1) * count) for i in range(m)]
     return [
-        Spread(
+        Trials(
             ends=together.xy[row],
             miss=judged.miss[row],
             why=together.end[row],
             in_play=together.in_play[row],
-            worth=judged.worth[row],
+            value=judged.value[row],
             success=judged.success[row],
             stones=together.stones[row],
             errors=np.concatenate(errors),
@@ -153,18 +147,9 @@ def spreads(
     ]
 
 
-ROLLOUT_FIELDS = tuple(field.name for field in fields(Rollouts))
-
-
 def _joined(parts: list[Rollouts], name: str, throws: int) -> NDArray[Any]:
-    """A field of rollouts made ice by ice, throw by throw."""
+    """A field of rollouts that were made ice by ice, reordered throw by throw."""
     tables = [getattr(part, name) for part in parts]
     by_throw = [table.reshape(throws, len(table) // throws, *table.shape[1:]) for table in tables]
     whole = np.concatenate(by_throw, axis=1)
     return whole.reshape(throws * whole.shape[1], *whole.shape[2:])
-
-
-def end_in_play(ice: Ice, throws: Floats, direction: Direction, stones: Floats) -> Rollouts:
-    """Throws among resting stones that end where they leave play."""
-    bounds = play_bounds(ice, direction)
-    return roll_out(ice, throws, direction, bounds=bounds, stones=stones)

@@ -1,7 +1,7 @@
-"""What is wanted of a throw, and how what came of it is judged.
+"""What is wanted of a throw, and how its outcome is judged.
 
-Tasks are judged as the environment judges them (`curling_env.envs.sheet.tasks`): what a throw is
-worth here is the reward it would earn there.
+Tasks are judged as the environment judges them (`curling_env.envs.sheet.tasks`): the value of a
+throw is the reward that it would earn there.
 """
 
 from __future__ import annotations
@@ -20,32 +20,32 @@ from curling_env.typing import Flags, Floats
 
 
 @dataclass(frozen=True, kw_only=True)
-class Judged:
-    """What n throws came to.
+class JudgedThrows:
+    """The judgement of n throws.
 
     Parameters
     ----------
-    worth : (n,) what is to be as large as possible on average
-    success : (n,) whether what was wanted came about
-    miss : (n,) distance of the delivered stone from where it was to end [m]
+    value : (n,) the number whose mean the planner maximises
+    success : (n,) whether the objective was reached
+    miss : (n,) distance of the delivered stone from where it should end [m]
     """
 
-    worth: Floats
+    value: Floats
     success: Flags
     miss: Floats
 
 
-class Wanted(Protocol):
+class Objective(Protocol):
     """What is wanted of a throw at a position."""
 
     @property
     def name(self) -> str:
-        """In a word or two."""
+        """A word or two for people and files."""
         ...
 
     @property
     def target(self) -> Floats:
-        """Where the delivered stone is to end, or what it is aimed at, (2,) sheet frame [m]."""
+        """Where the delivered stone should end, or what it is aimed at, (2,) sheet frame [m]."""
         ...
 
     @property
@@ -59,58 +59,59 @@ class Wanted(Protocol):
         ...
 
     @property
-    def aside(self) -> float:
+    def aim_margin(self) -> float:
         """How far beside the target a throw may have to be aimed [m]."""
         ...
 
     @property
-    def hardest(self) -> float:
-        """Largest weight worth a try, over that of a draw to the target."""
+    def max_weight(self) -> float:
+        """Largest weight worth trying, relative to a draw to the target."""
         ...
 
     @property
-    def rests(self) -> bool:
-        """Whether a throw that comes to rest at the target is a candidate."""
+    def comes_to_rest(self) -> bool:
+        """Whether throws that come to rest at the target are candidates."""
         ...
 
-    def judge(self, ended: Rollouts, radius: float) -> Judged:
+    def judge(self, ended: Rollouts, radius: float) -> JudgedThrows:
         """Judge throws by where they and the other stones ended.
 
         Parameters
         ----------
-        radius : of a stone [m]
+        ended : outcomes of n throws
+        radius : radius of a stone [m]
         """
         ...
 
 
 @dataclass(frozen=True, kw_only=True)
-class RestAt:
-    """A stone at a place: the nearer the better."""
+class RestAtTarget:
+    """The stone should rest at a place: the nearer, the better."""
 
     target: Floats
     direction: Direction
     stones: Floats
     name: str = "rest"
-    aside: float = 0.8
-    hardest: float = 1.1
-    rests: bool = True
+    aim_margin: float = 0.8
+    max_weight: float = 1.1
+    comes_to_rest: bool = True
 
-    def judge(self, ended: Rollouts, radius: float) -> Judged:
-        """Made, as a draw is, within the 4-foot ring's radius of the target."""
+    def judge(self, ended: Rollouts, radius: float) -> JudgedThrows:
+        """Value minus the miss; a success, as for a draw, within the radius of the 4-foot ring."""
         miss = _distance(ended.xy, self.target)
-        return Judged(worth=-miss, success=ended.in_play & (miss <= DRAW_RADIUS), miss=miss)
+        return JudgedThrows(value=-miss, success=ended.in_play & (miss <= DRAW_RADIUS), miss=miss)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Done:
-    """A task of the environment done.
+class TaskDone:
+    """A task of the environment should be done.
 
     Parameters
     ----------
-    task : what is asked
-    mark : (2,) of the task, sheet frame [m]: where the given stone lies, if there is one
-    given : index of the given stone; None where the task has none
-    radius : of a stone [m]
+    task : the task
+    mark : (2,) the task's mark, sheet frame [m]; where the task's stone lies, if it has one
+    given : index of the task's stone; None where the task has none
+    radius : radius of a stone [m]
     """
 
     task: Task
@@ -130,20 +131,20 @@ class Done:
         return np.asarray(to_sheet(self.task.target(mark, self.radius), self.direction))
 
     @property
-    def rests(self) -> bool:
-        """A takeout is aimed at a stone, everything else at a place."""
+    def comes_to_rest(self) -> bool:
+        """Whether it is aimed at a place and not, as a takeout is, at a stone."""
         return self.given is None or bool(_distance(self.target, self.mark) > self.radius)
 
     @property
-    def aside(self) -> float:
-        return 0.6 if self.rests else 2.4 * self.radius
+    def aim_margin(self) -> float:
+        return 0.6 if self.comes_to_rest else 2.4 * self.radius
 
     @property
-    def hardest(self) -> float:
-        return 1.1 if self.rests else 2.0
+    def max_weight(self) -> float:
+        return 1.1 if self.comes_to_rest else 2.0
 
-    def judge(self, ended: Rollouts, radius: float) -> Judged:
-        """By the task's own success and the weights of its reward."""
+    def judge(self, ended: Rollouts, radius: float) -> JudgedThrows:
+        """Value and success as the task's reward and success in `CurlingSheet-v0`."""
         n = len(ended.xy)
         nowhere = np.full((n, 2), np.nan)
         given = nowhere if self.given is None else ended.stones[:, self.given]
@@ -157,8 +158,8 @@ class Done:
             stone_radius=radius,
         )
         verdict = judge(landing, self.task.is_done(landing))
-        return Judged(
-            worth=np.asarray(self.task.weights.total(verdict.parts), dtype=np.float64),
+        return JudgedThrows(
+            value=np.asarray(self.task.weights.total(verdict.parts), dtype=np.float64),
             success=np.asarray(verdict.success, dtype=np.bool_),
             miss=np.minimum(verdict.distance_m, MAX_MISS),
         )
@@ -166,11 +167,11 @@ class Done:
 
 @dataclass(frozen=True, kw_only=True)
 class MostPoints:
-    """The most points, as the stones then lie: what the end scores if it is its last stone.
+    """The stones should count as many points as possible: the score, if this is the last stone.
 
     Parameters
     ----------
-    own : (k,) whether a resting stone is of the thrower's team
+    own : (k,) whether a resting stone belongs to the thrower's team
     """
 
     target: Floats
@@ -178,17 +179,17 @@ class MostPoints:
     stones: Floats
     own: Flags = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
     name: str = "score"
-    aside: float = 2.2
-    hardest: float = 1.8
-    rests: bool = True
+    aim_margin: float = 2.2
+    max_weight: float = 1.8
+    comes_to_rest: bool = True
 
-    def judge(self, ended: Rollouts, radius: float) -> Judged:
-        """Points of the thrower's team, less than none where the opponents score."""
+    def judge(self, ended: Rollouts, radius: float) -> JudgedThrows:
+        """Value in points of the thrower's team, negative where the opponents score."""
         thrown = np.where(ended.in_play[:, None], ended.xy, np.nan)
         places = np.concatenate([ended.stones, thrown[:, None]], axis=1)
         points = points_of(to_delivery(places, self.direction), np.append(self.own, True), radius)
         miss = _distance(ended.xy, self.target)
-        return Judged(worth=points.astype(np.float64), success=points > 0, miss=miss)
+        return JudgedThrows(value=points.astype(np.float64), success=points > 0, miss=miss)
 
 
 def points_of(places: Floats, own: Flags, radius: float) -> NDArray[np.int64]:
@@ -198,8 +199,9 @@ def points_of(places: Floats, own: Flags, radius: float) -> NDArray[np.int64]:
 
     Parameters
     ----------
-    places : (n, k, 2) delivery frame, NaN where there is no stone [m]
-    own : (k,) whether each is one's own
+    places : (n, k, 2) centres in the delivery frame, NaN where there is no stone [m]
+    own : (k,) whether each stone is one's own
+    radius : radius of a stone [m]
     """
     distance = np.hypot(places[..., 0], places[..., 1])
     distance = np.where(distance <= HOUSE_RADIUS + radius, distance, np.inf)

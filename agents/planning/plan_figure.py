@@ -1,4 +1,4 @@
-"""The picture of a plan: the path, where the stone would end, and what to call."""
+"""The picture of a plan: the path, where the stone ends, and what to call."""
 
 from __future__ import annotations
 
@@ -10,41 +10,35 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.ndimage import gaussian_filter
 
-from agents.planning.planner import Choice, Plan
+from agents.planning.planned_throw import Plan, PlannedThrow
 from curling_env.ice import Ice
 from curling_env.physics.one_stone.slide import SlideEnd, play_bounds, slide
 from curling_env.render import figures
 from curling_env.sheet import TEE_Y
 from curling_env.storage import atomic_path
+from curling_env.typing import Floats
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-PATH_RATE = 20.0
-"""Points a second of the drawn path."""
-HEAT_CELL = 0.03
-"""Cell of the heat layer [m]."""
-ERROR_CELLS = 15
-"""Cells each way of the table of errors."""
-
 
 def draw_plan(ice: Ice, plan: Plan, path: str | Path) -> None:
-    """Write the picture of a plan, format by suffix.
+    """Write the picture of a plan; the suffix chooses the format.
 
     Parameters
     ----------
-    ice : it was planned on
-    plan : to show
-    path : of the picture
+    ice : ice that the plan was made on
+    plan : the plan to show
+    path : picture file to write
 
     Raises
     ------
     OutputError : the picture cannot be written
     """
     figure = Figure(figsize=(11, 8.6), dpi=120, layout="constrained", facecolor="white")
-    exact = len(plan.best.spread.miss) < 2 or plan.skill.is_exact
+    exact = len(plan.best.trials.miss) < 2 or plan.skill.is_exact
     grid = figure.add_gridspec(3, 2, height_ratios=[1.2, 4.6, 2.4], width_ratios=[1.0, 1])
-    _draw_way(figure, figure.add_subplot(grid[0, :]), ice, plan)
+    _draw_path(figure, figure.add_subplot(grid[0, :]), ice, plan)
     _draw_landing(figure.add_subplot(grid[1:, 0]), ice, plan)
     _write_call(figure.add_subplot(grid[1:, 1] if exact else grid[1, 1]), plan)
     if not exact:
@@ -69,19 +63,19 @@ def _title(plan: Plan) -> str:
         if abs(side) >= 0.02:
             parts.append(f"{abs(side):.2f} m {'right' if side > 0 else 'left'} of the centre line")
         place = ", ".join(parts)
-    if plan.wanted.name == "score":
+    if plan.objective.name == "score":
         return "The most points"
-    name = {"rest": "stone"}.get(plan.wanted.name, plan.wanted.name)
+    name = {"rest": "stone"}.get(plan.objective.name, plan.objective.name)
     return f"{name.capitalize()}: {place}"
 
 
-def _path_of(ice: Ice, plan: Plan, choice: Choice) -> np.ndarray:
-    """The way of the thrown stone until it rests, leaves play or meets another."""
+def _path_of(ice: Ice, plan: Plan, planned: PlannedThrow) -> Floats:
+    """Path of the thrown stone until it rests, leaves play or meets another, (n, 2) [m]."""
     result = slide(
         ice,
-        choice.throw.release(plan.direction, sweep=choice.sweep or (0.0, 0.0)),
+        planned.throw.release(plan.direction, sweep=planned.sweep or (0.0, 0.0)),
         bounds=play_bounds(ice, plan.direction),
-        fps=PATH_RATE,
+        fps=20.0,
     )
     assert result.trajectory is not None  # a rate was given
     path = result.trajectory.xy
@@ -92,7 +86,7 @@ def _path_of(ice: Ice, plan: Plan, choice: Choice) -> np.ndarray:
     return path
 
 
-def _draw_way(figure: Figure, ax: Axes, ice: Ice, plan: Plan) -> None:
+def _draw_path(figure: Figure, ax: Axes, ice: Ice, plan: Plan) -> None:
     view = figures.lengthwise
     if not ice.friction.is_uniform:
         mean = float(ice.friction.mu.mean())
@@ -118,13 +112,13 @@ def _draw_way(figure: Figure, ax: Axes, ice: Ice, plan: Plan) -> None:
 def _draw_landing(ax: Axes, ice: Ice, plan: Plan) -> None:
     view = figures.from_the_thrower(plan.direction)
     figures.draw_sheet(ax, ice.sheet, view)
-    spread, best = plan.best.spread, plan.best
-    rested = spread.ends[spread.in_play]
+    trials, best = plan.best.trials, plan.best
+    rested = trials.ends[trials.in_play]
     if len(rested) > 2:
         _draw_density(ax, view(rested))
         colours = {SlideEnd.REST: "#34506e", SlideEnd.CONTACT: "#b8860b"}
         for end in (SlideEnd.REST, SlideEnd.CONTACT, SlideEnd.LEFT_BOUNDS):
-            dots = view(spread.ends[spread.why == end])
+            dots = view(trials.ends[trials.why == end])
             ax.plot(*dots.T, ".", ms=2.5, color=colours.get(end, "#c8433f"), alpha=0.3, zorder=3)
         for share, style in ((0.5, "-"), (0.9, "--")):
             figures.draw_landing_ellipse(
@@ -143,19 +137,20 @@ def _draw_landing(ax: Axes, ice: Ice, plan: Plan) -> None:
     figures.draw_target(ax, plan.target, view)
     lowest = min(
         float(view(plan.target)[1]),
-        float(np.quantile(view(spread.ends)[:, 1], 0.02)),
+        float(np.quantile(view(trials.ends)[:, 1], 0.02)),
         *(float(y) for y in view(plan.stones)[:, 1]),
     )
     figures.show_house(ax, ice.sheet, short=float(np.clip(1.0 - lowest, 2.6, 9.0)))
     ax.set_title("Where it comes to rest, seen by the thrower", fontsize=10, loc="left")
 
 
-def _draw_density(ax: Axes, places: np.ndarray) -> None:
-    """A heat layer of where the thrown stone ends: small errors, many trials."""
+def _draw_density(ax: Axes, places: Floats) -> None:
+    """A heat layer of the places (n, 2) where the thrown stone ends."""
+    cell = 0.03
     low, high = places.min(axis=0) - 0.3, places.max(axis=0) + 0.3
-    cells = np.maximum(np.ceil((high - low) / HEAT_CELL).astype(int), 4)
+    cells = np.maximum(np.ceil((high - low) / cell).astype(int), 4)
     heat, x, y = np.histogram2d(*places.T, bins=cells, range=list(zip(low, high, strict=True)))
-    heat = gaussian_filter(heat, 0.06 / HEAT_CELL)
+    heat = gaussian_filter(heat, 0.06 / cell)
     ax.pcolormesh(
         x, y, np.ma.masked_less(heat.T, 0.03 * heat.max()), cmap="YlOrRd", alpha=0.55, zorder=2.5,
         rasterized=True, linewidth=0,
@@ -163,19 +158,19 @@ def _draw_density(ax: Axes, places: np.ndarray) -> None:
 
 
 def _draw_forgiveness(ax: Axes, plan: Plan) -> None:
-    """What small errors of weight and line do to the result: the trials, sorted by their errors."""
-    spread = plan.best.spread
-    errors = spread.errors[:, :2] * [1.0, 1e3]
-    values = spread.worth if plan.wanted.name != "rest" else 100 * spread.miss
+    """What small errors of weight and line cost: the trials, sorted by their errors."""
+    trials = plan.best.trials
+    errors = trials.errors[:, :2] * [1.0, 1e3]
+    values = trials.value if plan.objective.name != "rest" else 100 * trials.miss
     limit = np.quantile(np.abs(errors), 0.985, axis=0)
-    edges = [np.linspace(-end, end, ERROR_CELLS + 1) for end in limit]
+    edges = [np.linspace(-end, end, 16) for end in limit]
     total, _, _ = np.histogram2d(*errors.T, bins=edges, weights=values)
     count, _, _ = np.histogram2d(*errors.T, bins=edges)
     blur = 0.8
     total, count = gaussian_filter(total, blur), gaussian_filter(count, blur)
     mean = np.ma.masked_where(count < 0.15, total / np.maximum(count, 1e-9))
     layer = ax.pcolormesh(
-        -edges[1], edges[0], mean, cmap="viridis" if plan.wanted.name != "rest" else "viridis_r"
+        -edges[1], edges[0], mean, cmap="viridis" if plan.objective.name != "rest" else "viridis_r"
     )
     ax.axhline(0, color="white", lw=0.6)
     ax.axvline(0, color="white", lw=0.6)
@@ -183,13 +178,13 @@ def _draw_forgiveness(ax: Axes, plan: Plan) -> None:
     ax.set_ylabel("weight [m/s]", fontsize=8)
     ax.tick_params(labelsize=7)
     bar = ax.figure.colorbar(layer, ax=ax, pad=0.01, aspect=12)
-    bar.set_label("miss [cm]" if plan.wanted.name == "rest" else _worth_label(plan), fontsize=8)
+    bar.set_label("miss [cm]" if plan.objective.name == "rest" else _value_label(plan), fontsize=8)
     bar.ax.tick_params(labelsize=7)
     ax.set_title("What small errors cost", fontsize=10, loc="left")
 
 
-def _worth_label(plan: Plan) -> str:
-    return "points" if plan.wanted.name == "score" else "reward of the task"
+def _value_label(plan: Plan) -> str:
+    return "points" if plan.objective.name == "score" else "reward of the task"
 
 
 def _write_call(ax: Axes, plan: Plan) -> None:
@@ -202,57 +197,57 @@ def _write_call(ax: Axes, plan: Plan) -> None:
             ax.text(0.02, place, part, fontsize=size, va="top", transform=ax.transAxes, **style)
             place -= 0.0052 * size
 
-    for title, choice in (("Throw this", plan.best), ("Second choice (dashed)", plan.second)):
-        if choice is None:
+    for title, planned in (("Throw this", plan.best), ("Second choice (dashed)", plan.second)):
+        if planned is None:
             continue
-        first = choice is plan.best
+        first = planned is plan.best
         line(title, 14 if first else 11, fontweight="bold", color=figures.PATH_COLOUR)
         place -= 0.012
-        words, spread = choice.words, choice.spread
+        words, trials = planned.description, planned.trials
         size = 11 if first else 9.5
         time = "stops before the hog line"
         if words.hog_to_hog_s is not None:
             time = f"{words.hog_to_hog_s:.1f} s hog to hog"
-        line(f"Weight: {time} ({choice.throw.speed:.3f} m/s)", size)
+        line(f"Weight: {time} ({planned.throw.speed:.3f} m/s)", size)
         side = "right" if words.broom_m > 0 else "left"
         line(
             f"Broom: {abs(words.broom_m):.2f} m {side} of the centre line, "
             f"{words.ice_m:.2f} m of ice",
             size,
         )
-        if choice.throw.spin:
+        if planned.throw.spin:
             line(
                 f"Handle: {words.right_hander} (right-hander), {words.left_hander} (left-hander), "
                 f"{words.turns:.1f} turns",
                 size,
             )
-        line(f"Takes {choice.time:.1f} s to come to rest", size)
+        line(f"Takes {planned.time:.1f} s to come to rest", size)
         place -= 0.015
-        if choice.sweep is not None:
-            start, end = choice.sweep[0], min(choice.sweep[1], choice.time)
+        if planned.sweep is not None:
+            start, end = planned.sweep[0], min(planned.sweep[1], planned.time)
             line(f"Sweep from {start:.0f} to {end:.0f} s after the release", size)
-        if plan.wanted.name == "score":
-            line(f"Expect {spread.expected_worth:+.2f} points", size, color=figures.TARGET_COLOUR)
-        elif len(spread.miss) > 1 and plan.wanted.name != "rest":
-            line(f"Succeeds: {100 * spread.success.mean():.0f} %", size,
+        if plan.objective.name == "score":
+            line(f"Expect {trials.expected_value:+.2f} points", size, color=figures.TARGET_COLOUR)
+        elif len(trials.miss) > 1 and plan.objective.name != "rest":
+            line(f"Succeeds: {100 * trials.success.mean():.0f} %", size,
                  color=figures.TARGET_COLOUR)  # fmt: skip
-        if len(spread.miss) > 1 and plan.wanted.rests and plan.wanted.name != "score":
+        if len(trials.miss) > 1 and plan.objective.comes_to_rest and plan.objective.name != "score":
             line(
-                f"Expected miss: {100 * spread.expected_miss:.0f} cm; nine in ten within "
-                f"{100 * float(np.quantile(spread.miss, 0.9)):.0f} cm",
+                f"Expected miss: {100 * trials.expected_miss:.0f} cm; nine in ten within "
+                f"{100 * float(np.quantile(trials.miss, 0.9)):.0f} cm",
                 size,
                 color=figures.TARGET_COLOUR,
             )
-        if len(spread.miss) > 1:
+        if len(trials.miss) > 1:
             if plan.stones.size:
-                line(f"Touches a stone: {100 * spread.chance(SlideEnd.CONTACT):.0f} %", size)
-            line(f"In the house: {100 * choice.chance_in_house:.0f} %", size)
-            out = spread.chance(SlideEnd.LEFT_BOUNDS)
+                line(f"Touches a stone: {100 * trials.chance(SlideEnd.CONTACT):.0f} %", size)
+            line(f"In the house: {100 * planned.chance_in_house:.0f} %", size)
+            out = trials.chance(SlideEnd.LEFT_BOUNDS)
             if out >= 0.005:
                 line(f"Leaves play: {100 * out:.0f} %", size)
-        elif plan.wanted.rests and len(spread.miss) < 2:
+        elif plan.objective.comes_to_rest and len(trials.miss) < 2:
             line(
-                f"Without error it rests {1000 * choice.miss_without_error:.1f} mm from the target",
+                f"Rests {1000 * planned.miss_without_error:.1f} mm from the target without error",
                 size,
                 color=figures.TARGET_COLOUR,
             )
@@ -265,5 +260,5 @@ def _write_call(ax: Axes, plan: Plan) -> None:
         f"±{np.degrees(skill.sigma_angle):.2f}°, spin ±{skill.sigma_spin:g} rad/s"
     )
     ice = "and what the map does not know" if plan.map_is_uncertain else "on ice known exactly"
-    line(f"Dots: {len(plan.best.spread.miss)} trials with {hand}, {ice}.", 8.5, color="#55606b")
+    line(f"Dots: {len(plan.best.trials.miss)} trials with {hand}, {ice}.", 8.5, color="#55606b")
     line("Solid ellipse: half of them; dashed: nine in ten.", 8.5, color="#55606b")

@@ -1,10 +1,9 @@
-"""The landscape of a shot: what every weight and every line would be worth, for each handle.
+"""Promising throws for a task, from a map of the reward over weight and line for each handle.
 
-First a grid over weight and line, played out in the batch engine among the stones that lie there.
-Blurred by the errors of the hand, its heights are expectations: a narrow peak sinks and a broad one
-stays, so that the throw that forgives stands out before any trial is repeated. Then clouds of
-throws about the best peaks contract, trials repeated with the same errors for all (the
-cross-entropy method; no derivative, for hits have none).
+First a grid over weight and line is played out in the batch engine among the resting stones.
+Blurred by the player's execution errors, its heights are expected rewards: a narrow peak sinks and
+a broad one stays. Then clouds of throws around the best peaks contract (the cross-entropy method,
+which needs no derivative: hits have none).
 """
 
 from __future__ import annotations
@@ -14,115 +13,125 @@ from collections.abc import Callable
 import numpy as np
 from scipy.ndimage import gaussian_filter, maximum_filter
 
-from agents.planning.monte_carlo import end_in_play
-from agents.planning.objective import Wanted
-from agents.planning.rollouts import ANGLE, EVERYWHERE, OFFSET, SPEED, SPIN, SWEEP, roll_out
-from agents.planning.target_search import weights_to
+from agents.planning.objective import Objective
+from agents.planning.rollouts import (
+    ANGLE,
+    EVERYWHERE,
+    OFFSET,
+    SPEED,
+    SPIN,
+    SWEEP,
+    roll_out,
+    roll_out_in_play,
+)
+from agents.planning.target_search import speed_range_to
+from agents.planning.tuning import (
+    CLOUD_ELITE,
+    CLOUD_ROUNDS,
+    CLOUD_SIZE,
+    GRID_THROWS,
+    MIN_BLUR,
+    PEAKS_PER_HANDLE,
+)
 from curling_env.ice import Ice
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, to_delivery
-from curling_env.throw import MAX_SPEED, SKILLS, Skill
+from curling_env.throw import MAX_SPEED, Skill
 from curling_env.typing import Floats
 
-Worth = Callable[[Floats], Floats]
-"""Expected worth (m,) of throws (m, 6)."""
-
-CANDIDATES = 30_000
-"""Throws of the grid, of all handles together."""
-PEAKS = 2
-"""Kept of each handle."""
-STARTS = 6
-"""Peaks about which a cloud contracts."""
-CLOUD, BEST, ROUNDS = 16, 4, 4
-"""Throws in a cloud, those of them that make the next one, and how often."""
-LEAST_ERROR = SKILLS["elite"].sigma_speed / 4, SKILLS["elite"].sigma_angle / 4
-"""Blur for a hand that never errs: of two throws that both do, the one in the middle [m/s, rad]."""
+ExpectedValue = Callable[[Floats], Floats]
+"""Expected value (m,) of throws (m, 6)."""
 
 
-def survey(
+def reward_peaks(
     ice: Ice,
-    wanted: Wanted,
+    objective: Objective,
     skill: Skill,
-    ways: Floats,
+    handles: Floats,
     *,
     x: float = 0.0,
-    candidates: int = CANDIDATES,
+    grid_throws: int = GRID_THROWS,
 ) -> Floats:
-    """Promising throws (m, 6), most promising first; see `rollouts.releases_of`.
+    """Promising throws (m, 6), the most promising first; see `rollouts.releases_of`.
 
     Parameters
     ----------
-    ice : thrown on
-    wanted : of the throw
-    skill : whose errors blur the landscape
-    ways : (n, 3) spin, sweep from and to
+    ice : known or estimated ice
+    objective : what is wanted of the throw
+    skill : player whose execution errors blur the map
+    handles : (n, 3) spin, and start and end of the sweeping
     x : offset of the release at the hog line, delivery frame [m]
-    candidates : throws of the grid
+    grid_throws : throws in the grid, over all handles
     """
-    mark = np.asarray(to_delivery(wanted.target, wanted.direction))
+    mark = np.asarray(to_delivery(objective.target, objective.direction))
     length = HOG_LINE_Y + TEE_Y + float(mark[1])
-    slowest, fastest = weights_to(ice, length, wanted.direction, x)
-    fastest = min(fastest * wanted.hardest, MAX_SPEED)
-    # As many steps of weight as of line, counted in errors of the hand.
-    blur = np.maximum((skill.sigma_speed, skill.sigma_angle), LEAST_ERROR)
-    extent = np.array([fastest - slowest, 2 * wanted.aside / length])
+    slowest, fastest = speed_range_to(ice, length, objective.direction, x)
+    fastest = min(fastest * objective.max_weight, MAX_SPEED)
+    # As many steps of weight as of line, counted in the player's errors.
+    blur = np.maximum((skill.sigma_speed, skill.sigma_angle), MIN_BLUR)
+    extent = np.array([fastest - slowest, 2 * objective.aim_margin / length])
     steps = extent / blur
-    scale = np.sqrt(candidates / len(ways) / steps.prod())
+    scale = np.sqrt(grid_throws / len(handles) / steps.prod())
     rows, lines = np.maximum(np.ceil(scale * steps).astype(int), 5)
-    speeds = np.linspace(slowest, fastest, rows)
     beside = np.linspace(-0.5, 0.5, lines) * extent[1]
-    grid = np.zeros((len(ways), rows, lines, 6))
-    grid[..., SPEED] = speeds[:, None]
-    grid[..., SPIN] = ways[:, None, None, 0]
-    grid[..., SWEEP:] = ways[:, None, None, 1:]
+    grid = np.zeros((len(handles), rows, lines, 6))
+    grid[..., SPEED] = np.linspace(slowest, fastest, rows)[:, None]
+    grid[..., SPIN] = handles[:, None, None, 0]
+    grid[..., SWEEP:] = handles[:, None, None, 1:]
     grid[..., OFFSET] = x
-    drift = _drift(ice, wanted, grid[:, :, 0].reshape(-1, 6), length).reshape(len(ways), rows)
+    straight = grid[:, :, 0].reshape(-1, 6)
+    drift = _drift(ice, objective, straight, length).reshape(len(handles), rows)
     grid[..., ANGLE] = np.arctan((drift - mark[0]) / length)[..., None] + beside
-    ended = end_in_play(ice, grid.reshape(-1, 6), wanted.direction, wanted.stones)
-    worth = wanted.judge(ended, ice.stone.radius).worth.reshape(grid.shape[:-1])
+    ended = roll_out_in_play(ice, grid.reshape(-1, 6), objective.direction, objective.stones)
+    value = objective.judge(ended, ice.stone.radius).value.reshape(grid.shape[:-1])
     cell = extent / (rows - 1, lines - 1)
-    expected = gaussian_filter(worth, (0.0, *(blur / cell)), mode="nearest", truncate=3.0)
+    expected = gaussian_filter(value, (0.0, *(blur / cell)), mode="nearest", truncate=3.0)
     peaks = (expected == maximum_filter(expected, (1, 5, 5))) & np.isfinite(expected)
     chosen: list[tuple[float, tuple[int, ...]]] = []
-    for way in range(len(ways)):
-        places = np.argwhere(peaks[way])
-        heights = expected[way][tuple(places.T)]
-        for k in np.argsort(-heights, kind="stable")[:PEAKS]:
-            chosen.append((-float(heights[k]), (way, *places[k].tolist())))
+    for handle in range(len(handles)):
+        places = np.argwhere(peaks[handle])
+        heights = expected[handle][tuple(places.T)]
+        for k in np.argsort(-heights, kind="stable")[:PEAKS_PER_HANDLE]:
+            chosen.append((-float(heights[k]), (handle, *places[k].tolist())))
     return np.array([grid[place] for _, place in sorted(chosen)])
 
 
-def _drift(ice: Ice, wanted: Wanted, throws: Floats, length: float) -> Floats:
+def _drift(ice: Ice, objective: Objective, throws: Floats, length: float) -> Floats:
     """Where straight throws cross the target's height or rest, to the right of the centre [m]."""
     bounds = EVERYWHERE.copy()
-    bounds[3 if wanted.direction > 0 else 2] = wanted.direction * (length - HOG_LINE_Y)
-    xy = roll_out(ice, throws, wanted.direction, bounds=bounds).xy
-    return np.nan_to_num(wanted.direction * xy[:, 0])
+    bounds[3 if objective.direction > 0 else 2] = objective.direction * (length - HOG_LINE_Y)
+    xy = roll_out(ice, throws, objective.direction, bounds=bounds).xy
+    return np.nan_to_num(objective.direction * xy[:, 0])
 
 
-def contract(
-    starts: Floats, worth: Worth, skill: Skill, rng: np.random.Generator, *, turns: bool = True
+def cross_entropy_search(
+    starts: Floats,
+    expected_value: ExpectedValue,
+    skill: Skill,
+    rng: np.random.Generator,
+    *,
+    vary_spin: bool = True,
 ) -> Floats:
-    """Better throws (m, 6) near given ones.
+    """Better throws near given ones, (2 m, 6): the best of each cloud, and its last centre.
 
     Parameters
     ----------
-    starts : (m, 6)
-    worth : expected worth of throws
-    skill : its errors are the first clouds' size
-    turns : whether the spin may change too
+    starts : (m, 6) throws around which the clouds begin
+    expected_value : expected value of throws
+    skill : player whose errors are the size of the first clouds
+    vary_spin : whether the spin may change too
     """
     m = len(starts)
-    least = (*LEAST_ERROR, 0.1)
-    size = np.maximum((skill.sigma_speed, skill.sigma_angle, 0.1), least) * [1.0, 1.0, turns]
+    least = (*MIN_BLUR, 0.1)
+    size = np.maximum((skill.sigma_speed, skill.sigma_angle, 0.1), least) * [1.0, 1.0, vary_spin]
     sizes = np.broadcast_to(size, (m, 3)).copy()
     centres = starts.copy()
-    best, height = starts.copy(), worth(starts)
-    for _ in range(ROUNDS):
-        cloud = np.repeat(centres[:, None, :], CLOUD, axis=1)
-        cloud[:, :, : SPIN + 1] += sizes[:, None] * rng.standard_normal((m, CLOUD, 3))
+    best, height = starts.copy(), expected_value(starts)
+    for _ in range(CLOUD_ROUNDS):
+        cloud = np.repeat(centres[:, None, :], CLOUD_SIZE, axis=1)
+        cloud[:, :, : SPIN + 1] += sizes[:, None] * rng.standard_normal((m, CLOUD_SIZE, 3))
         cloud[:, :, SPEED] = np.clip(cloud[:, :, SPEED], 1e-2, MAX_SPEED)
-        heights = worth(cloud.reshape(-1, cloud.shape[2])).reshape(m, CLOUD)
-        order = np.argsort(-heights, axis=1, kind="stable")[:, :BEST]
+        heights = expected_value(cloud.reshape(-1, cloud.shape[2])).reshape(m, CLOUD_SIZE)
+        order = np.argsort(-heights, axis=1, kind="stable")[:, :CLOUD_ELITE]
         elite = np.take_along_axis(cloud, order[:, :, None], axis=1)
         centres[:, : SPIN + 1] = elite[:, :, : SPIN + 1].mean(axis=1)
         sizes = np.maximum(elite[:, :, : SPIN + 1].std(axis=1), 0.1 * size)

@@ -1,4 +1,4 @@
-"""Many throws on one ice: where they end and why, alone or among resting stones."""
+"""Many throws on one ice in the batch engine: where they end and why, with or without stones."""
 
 from __future__ import annotations
 
@@ -11,40 +11,39 @@ from numpy.typing import NDArray
 from curling_env.ice import Ice
 from curling_env.physics.batch import RELEASE_DTYPE, play_batch, throw_batch
 from curling_env.physics.engine import is_hogged
-from curling_env.physics.one_stone.slide import NO_OBSTACLES, SlideEnd
+from curling_env.physics.one_stone.slide import NO_OBSTACLES, SlideEnd, play_bounds
 from curling_env.sheet import HOG_LINE_Y, Direction
 from curling_env.throw import velocity_of
-from curling_env.typing import Floats
+from curling_env.typing import Flags, Floats
 
 EVERYWHERE = np.array([-np.inf, np.inf, -np.inf, np.inf])
-"""Bounds that end no slide: beyond the ice's edge the last cell goes on."""
+"""Bounds that end no slide; beyond the edge of the ice the outermost cells continue."""
 SPEED, ANGLE, SPIN, OFFSET, SWEEP, SWEEP_END = range(6)
-"""Columns of a table of throws; a table may end after the fourth."""
+"""Columns of a table of throws (n, 6); a table (n, 4) has no sweeping."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Rollouts:
-    """How n throws ended.
+    """The outcomes of n throws.
 
     Parameters
     ----------
     xy : (n, 2) where each thrown stone ended, sheet frame [m]; NaN for one that never stops
-    end : (n,) `SlideEnd` values; CONTACT for a throw in which the stone met another, wherever it
-        ended
+    end : (n,) how each slide ended, as `SlideEnd` values; CONTACT wherever the stone met another
     in_play : (n,) whether the thrown stone stayed in play
-    time : (n,) until all stones rest [s]
-    stones : (n, k, 2) where the other stones then lie, NaN where one left play [m]
+    time : (n,) time until all stones rest [s]
+    stones : (n, k, 2) where the other stones lie afterwards, NaN where one left play [m]
     """
 
     xy: Floats
     end: NDArray[np.int64]
-    in_play: NDArray[np.bool_]
+    in_play: Flags
     time: Floats
     stones: Floats
 
     @property
-    def rested(self) -> NDArray[np.bool_]:
-        """(n,) whether the stone came to rest by itself."""
+    def rested(self) -> Flags:
+        """Whether each stone came to rest without meeting another, (n,)."""
         return self.end == SlideEnd.REST
 
 
@@ -53,8 +52,8 @@ def releases_of(throws: Floats, direction: Direction) -> NDArray[Any]:
 
     Parameters
     ----------
-    throws : (n, 4) speed [m/s], angle [rad], spin [rad/s] and offset at the hog line [m], one a
-        row; (n, 6) with beginning and end of the sweeping, after the release [s]
+    throws : (n, 4) speed [m/s], angle [rad], spin [rad/s] and offset at the hog line [m]; or
+        (n, 6) with the start and the end of the sweeping, after the release [s]
     direction : the end played to
     """
     table = np.zeros(len(throws), dtype=RELEASE_DTYPE)
@@ -75,11 +74,12 @@ def roll_out(
     bounds: Floats = EVERYWHERE,
     stones: Floats = NO_OBSTACLES,
 ) -> Rollouts:
-    """Throw each of n throws on an ice, into the same position.
+    """Throw n stones on an ice, each into the same position.
 
     Parameters
     ----------
-    throws : see `releases_of` for the columns
+    throws : (n, 4) or (n, 6), see `releases_of`
+    direction : the end played to
     bounds : (4,) x_min, x_max, y_min, y_max of centres in play [m]
     stones : (k, 2) centres of resting stones, sheet frame [m]
     """
@@ -112,5 +112,11 @@ def roll_out(
     )
 
 
-def _is_short(ice: Ice, xy: Floats, direction: Direction) -> NDArray[np.bool_]:
+def roll_out_in_play(ice: Ice, throws: Floats, direction: Direction, stones: Floats) -> Rollouts:
+    """`roll_out` in which stones end where they leave play."""
+    bounds = play_bounds(ice, direction)
+    return roll_out(ice, throws, direction, bounds=bounds, stones=stones)
+
+
+def _is_short(ice: Ice, xy: Floats, direction: Direction) -> Flags:
     return np.asarray(is_hogged(xy[:, 1], direction, ice.stone.radius))

@@ -1,4 +1,4 @@
-"""Stones that lie on the sheet, from a file."""
+"""Reading the stones that lie on the sheet from a file."""
 
 from __future__ import annotations
 
@@ -7,24 +7,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.storage import read_json
-from curling_env.typing import Flags
+from curling_env.typing import Flags, Floats
 
 
-def read_stones(path: str | Path) -> tuple[NDArray[np.float64], Flags]:
-    """Resting stones from `[{"x": …, "y": …, "team": "own" | "other"}, …]`.
+def read_stones(path: str | Path) -> tuple[Floats, Flags]:
+    """Read resting stones from `[{"x": …, "y": …, "team": "own" | "other"}, …]`.
 
     Returns
     -------
     places : (k, 2) centres, sheet frame [m]
-    own : (k,) whether each is of the thrower's team; without a team it is the opponents'
+    own : (k,) whether each belongs to the thrower's team; without a team it is the opponents'
 
     Raises
     ------
-    InputError : unreadable, or not a list of places
+    InputError : the file cannot be read, or holds no list of places
     """
     document = read_json(path)
     if not isinstance(document, list):
@@ -39,16 +38,10 @@ def _place(stone: Any, path: str | Path, where: str) -> tuple[float, float]:
         raise InputError("expected an object with x and y", source=path, where=where)
     x, y = stone["x"], stone["y"]
     for name, value in (("x", x), ("y", y)):
-        if (
-            isinstance(value, bool)
-            or not isinstance(value, int | float)
-            or not math.isfinite(value)
-        ):
-            raise InputError(
-                f"{name} must be a finite number of metres, got {value!r}",
-                source=path,
-                where=where,
-            )
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if not number or not math.isfinite(value):
+            problem = f"{name} must be a finite number of metres, got {value!r}"
+            raise InputError(problem, source=path, where=where)
     return float(x), float(y)
 
 

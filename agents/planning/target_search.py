@@ -1,8 +1,8 @@
-"""The search for throws that come to rest at a target.
+"""The search for throws that come to rest at a target on the empty sheet.
 
-First broad, then fine. For each spin and way of sweeping, throws over the range of weights and
-lines that could get there are simulated; the best few are then corrected by Newton's method on
-(speed, angle) → rest, which lands within a fraction of a millimetre wherever the ice is smooth.
+For each spin and way of sweeping, a grid over the weights and lines that could get there is
+simulated. The best few throws are then corrected by Newton's method on (speed, angle) → rest,
+which lands within a fraction of a millimetre wherever the ice is smooth.
 """
 
 from __future__ import annotations
@@ -13,39 +13,31 @@ from dataclasses import dataclass
 import numpy as np
 
 from agents.planning.rollouts import roll_out
+from agents.planning.tuning import (
+    GRID_HALF_WIDTH,
+    GRID_LINES,
+    GRID_SPEEDS,
+    NEWTON_STARTS,
+    NEWTON_TOLERANCE,
+    REACHED,
+    SPINS,
+    SWEEPS,
+)
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, Direction
 from curling_env.throw import MAX_SPEED
 from curling_env.typing import Floats
 
-SPINS = (1.0, -1.0, 0.8, -0.8, 1.3, -1.3, 0.5, -0.5, 1.6, -1.6)
-"""Spins tried [rad/s], the usual one first: one to five turns on a draw's way, both handles."""
-
-SWEEPS = ((0.0, 0.0), (0.0, 60.0), (8.0, 60.0))
-"""Sweeping that is tried where the ice knows what it does: never, all the way, late [s]."""
-
-WEIGHTS, LINES = 13, 9
-"""Grid of the broad search for each spin."""
-SIDEWAYS = 3.0
-"""How far to each side of the target the broad search aims [m]: a draw curls 1-2 m."""
-STARTS = 3
-"""Throws of the grid, for each spin, that are made exact."""
-CLOSE_ENOUGH = 1e-4
-"""Distance from the target at which Newton's method stops [m]."""
-REACHED = 5e-3
-"""Distance from the target within which a throw is said to get there [m]."""
-MAX_CORRECTIONS = 20
-
 
 @dataclass(frozen=True, kw_only=True)
-class Candidates:
-    """Throws that come to rest at the target on an empty sheet.
+class ThrowsToTarget:
+    """Throws that come to rest at a target on the empty sheet.
 
     Parameters
     ----------
-    throws : (n, 6) see `rollouts.releases_of`
-    rest : (n, 2) where they rest, sheet frame [m]
+    throws : (n, 6), see `rollouts.releases_of`
+    rest : (n, 2) where each rests, sheet frame [m]
     """
 
     throws: Floats
@@ -53,12 +45,12 @@ class Candidates:
 
 
 def direction_to(target: Floats) -> Direction:
-    """The end that a target is played from the other: its own half of the sheet."""
+    """The end played to for a target: the half of the sheet in which it lies."""
     return Direction.AWAY if target[1] >= 0 else Direction.HOME
 
 
 def check_target(ice: Ice, target: Floats) -> None:
-    """Refuse a target at which no stone can lie in play.
+    """Refuse a target at which no stone can rest in play.
 
     Raises
     ------
@@ -85,27 +77,27 @@ def check_target(ice: Ice, target: Floats) -> None:
         )
 
 
-def ways_of(ice: Ice, spins: Sequence[float]) -> Floats:
-    """Handles and ways of sweeping to try, (n, 3): spin, sweep from and to."""
+def handles_of(ice: Ice, spins: Sequence[float]) -> Floats:
+    """Spins and ways of sweeping to try, (n, 3): spin, and start and end of the sweeping."""
     sweeps = SWEEPS if ice.effect("sweeping") else SWEEPS[:1]
     return np.array([(spin, *sweep) for sweep in sweeps for spin in dict.fromkeys(spins)])
 
 
 def find_throws(
     ice: Ice, target: Floats, *, spins: Sequence[float] = SPINS, x: float = 0.0
-) -> Candidates:
-    """All throws found that come to rest at a target on the empty sheet.
+) -> ThrowsToTarget:
+    """Find throws that come to rest at a target on the empty sheet.
 
     Parameters
     ----------
-    ice : known ice
-    target : (2,) sheet frame [m]
-    spins : to try [rad/s]
+    ice : known or estimated ice
+    target : (2,) target, sheet frame [m]
+    spins : spins to try [rad/s]
     x : offset of the release at the hog line, delivery frame [m]
 
     Returns
     -------
-    one or more throws within `REACHED` of the target, nearest first for each spin and sweeping
+    one or more throws within `REACHED` of the target, the nearest first for each spin and sweeping
 
     Raises
     ------
@@ -114,22 +106,25 @@ def find_throws(
     direction = direction_to(target)
     start = np.array([direction * x, -direction * HOG_LINE_Y])
     ahead = direction * (target - start)  # in the delivery frame: to the right, along play
-    slowest, fastest = weights_to(ice, float(np.hypot(*ahead)), direction, x)
+    slowest, fastest = speed_range_to(ice, float(np.hypot(*ahead)), direction, x)
     line = float(np.arctan2(-ahead[0], ahead[1]))
-    widest = min(float(np.arctan2(SIDEWAYS, ahead[1])), 0.4)
-    ways = ways_of(ice, spins)
-    weights, lines = np.linspace(slowest, fastest, WEIGHTS), np.linspace(-widest, widest, LINES)
-    way = np.tile(np.arange(len(ways)), WEIGHTS * LINES)
-    speed = np.repeat(weights, LINES * len(ways))
-    angle = np.tile(np.repeat(line + lines, len(ways)), WEIGHTS)
-    spin, *sweep = ways[way].T
+    widest = min(float(np.arctan2(GRID_HALF_WIDTH, ahead[1])), 0.4)
+    handles = handles_of(ice, spins)
+    speeds = np.linspace(slowest, fastest, GRID_SPEEDS)
+    lines = np.linspace(-widest, widest, GRID_LINES)
+    handle = np.tile(np.arange(len(handles)), GRID_SPEEDS * GRID_LINES)
+    speed = np.repeat(speeds, GRID_LINES * len(handles))
+    angle = np.tile(np.repeat(line + lines, len(handles)), GRID_SPEEDS)
+    spin, *sweep = handles[handle].T
     grid = np.column_stack([speed, angle, spin, np.full(len(spin), x), *sweep])
     rest = roll_out(ice, grid, direction).xy
     miss = np.nan_to_num(np.hypot(*(rest - target).T), nan=np.inf)
     chosen = [
         index
-        for value in range(len(ways))
-        for index in np.flatnonzero(way == value)[np.argsort(miss[way == value])[:STARTS]]
+        for value in range(len(handles))
+        for index in np.flatnonzero(handle == value)[
+            np.argsort(miss[handle == value])[:NEWTON_STARTS]
+        ]
     ]
     throws, rest = _make_exact(ice, grid[chosen], target, direction)
     miss = np.hypot(*(rest - target).T)
@@ -141,15 +136,28 @@ def find_throws(
         )
     throws, rest = throws[reached], rest[reached]
     different = _different(throws)
-    return Candidates(throws=throws[different], rest=rest[different])
+    return ThrowsToTarget(throws=throws[different], rest=rest[different])
 
 
-def weights_to(ice: Ice, distance: float, direction: Direction, x: float) -> tuple[float, float]:
-    """Speeds between which a throw goes from well short of a distance to well past it [m/s]."""
+def speed_range_to(
+    ice: Ice, distance: float, direction: Direction, x: float
+) -> tuple[float, float]:
+    """A speed that stops well short of a distance and one that goes well past it [m/s].
+
+    Parameters
+    ----------
+    distance : distance from the delivery hog line [m]
+    direction : the end played to
+    x : offset of the release at the hog line, delivery frame [m]
+
+    Raises
+    ------
+    InputError : no speed reaches so far
+    """
     speeds = np.concatenate([[1e-2, 5e-2, 0.1], np.arange(0.2, MAX_SPEED + 1e-9, 0.1)])
     throws = np.column_stack([speeds, np.zeros((len(speeds), 2)), np.full(len(speeds), x)])
     lengths: list[float] = []
-    for begin in range(0, len(speeds), 8):  # no need to throw faster than past the target
+    for begin in range(0, len(speeds), 8):  # faster throws than needed are not simulated
         ends = roll_out(ice, throws[begin : begin + 8], direction).xy[:, 1]
         lengths += [direction * float(end) + HOG_LINE_Y for end in ends]
         if any(length > 1.2 * distance or np.isnan(length) for length in lengths):
@@ -169,9 +177,13 @@ def weights_to(ice: Ice, distance: float, direction: Direction, x: float) -> tup
 def _make_exact(
     ice: Ice, throws: Floats, target: Floats, direction: Direction
 ) -> tuple[Floats, Floats]:
-    """Correct speed and angle of each throw until it rests at the target, all at once.
+    """Correct speed and angle of all throws until they rest at the target.
 
     Newton's method with a derivative by differences; a step that does not help is halved.
+
+    Returns
+    -------
+    the corrected throws (n, 6), and where each rests (n, 2) [m]
     """
     throws = throws.copy()
     rest = roll_out(ice, throws, direction).xy
@@ -179,8 +191,8 @@ def _make_exact(
     step = np.zeros((len(throws), 2))
     damping = np.ones(len(throws))
     fresh = np.ones(len(throws), dtype=bool)  # throws that moved and need a new derivative
-    for _ in range(MAX_CORRECTIONS):
-        busy = np.flatnonzero((miss > CLOSE_ENOUGH) & np.isfinite(miss) & (damping > 1e-3))
+    for _ in range(20):
+        busy = np.flatnonzero((miss > NEWTON_TOLERANCE) & np.isfinite(miss) & (damping > 1e-3))
         if not busy.size:
             break
         moved = busy[fresh[busy]]
@@ -203,10 +215,9 @@ def _make_exact(
 def _newton_step(
     ice: Ice, throws: Floats, rest: Floats, target: Floats, direction: Direction
 ) -> Floats:
-    """Change of (speed, angle) that brings each rest to the target, to first order (n, 2)."""
-    small = (1e-4, 1e-5)
+    """First-order change of (speed, angle) that brings each rest to the target, (n, 2)."""
     columns: list[Floats] = []
-    for k, change in enumerate(small):
+    for k, change in enumerate((1e-4, 1e-5)):
         nudged = throws.copy()
         nudged[:, k] += change
         columns.append((roll_out(ice, nudged, direction).xy - rest) / change)
@@ -216,17 +227,16 @@ def _newton_step(
     jacobian[singular] = np.eye(2)
     step = np.linalg.solve(jacobian, (target - rest)[:, :, None])[:, :, 0]
     step[singular] = 0.0
-    # Far from the target the derivative promises too much.
+    # Far from the target the derivative is not to be trusted, so steps are limited.
     limits = np.column_stack([0.2 * throws[:, 0], np.full(len(throws), 0.1)])
     return step / np.maximum(1.0, np.max(np.abs(step) / limits, axis=1))[:, None]
 
 
 def _different(throws: Floats) -> list[int]:
-    """Indices of throws that are not, within a hair, one listed before."""
+    """Indices of throws that differ from every throw listed before."""
+    alike = [2e-3, 5e-4, 1e-3, 1.0, 0.1, 0.1]
     kept: list[int] = []
     for i, throw in enumerate(throws):
-        if all(
-            np.abs((throws[k] - throw) / [2e-3, 5e-4, 1e-3, 1.0, 0.1, 0.1]).max() > 1 for k in kept
-        ):
+        if all(np.abs((throws[k] - throw) / alike).max() > 1 for k in kept):
             kept.append(i)
     return kept

@@ -11,50 +11,62 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agents.closed_loop.execution import make
-from agents.closed_loop.experiment import CHAINS, interval, ratio_interval
-from agents.closed_loop.hidden_ice import draw_hidden_ice, run
-from agents.closed_loop.practice import NOISE, film, practice_throws, track_errors, watch
+from agents.closed_loop.execution import execute_plan
+from agents.closed_loop.experiment import KNOWLEDGE, interval, ratio_interval
+from agents.closed_loop.hidden_ice import draw_hidden_ice
+from agents.closed_loop.integrator import run_stone
+from agents.closed_loop.practice import (
+    POSITION_NOISE,
+    film_camera,
+    mixed_practice,
+    noisy_track,
+    track_errors,
+)
 from agents.planning import plan, plan_task
 from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import TEE_Y
 from curling_env.throw import Throw
+from curling_env.typing import no_progress
 from friction_estimation.discovery.joint import understand_ice
 
 
 @pytest.mark.parametrize("effects", [True, False])
-def test_the_hidden_ice_runs_as_its_truth_says(effects: bool) -> None:
+def test_stones_run_on_the_hidden_ice_as_on_its_truth(effects: bool) -> None:
     hidden = draw_hidden_ice(np.random.default_rng(3), effects=effects)
     truth = hidden.truth()
     assert bool(truth.effects) is effects
     assert 0.045 < hidden.spread < 0.085
     for speed, angle, spin in ((1.95, 0.03, 1.2), (1.7, -0.02, -1.5)):
         release = Throw(speed=speed, angle=angle, spin=spin).release()
-        path, rest = run(hidden, release), slide(truth, release)
+        path, rest = run_stone(hidden, release), slide(truth, release)
         # Another integrator, a continuous field instead of cells: millimetres apart.
         assert np.hypot(path[-1, 1] - rest.x, path[-1, 2] - rest.y) < 8e-3
         assert path[-1, 5] == pytest.approx(rest.theta, abs=0.03)
 
 
-def test_the_camera_errs_by_its_noise() -> None:
+def test_the_cameras_errors_are_its_noise() -> None:
     hidden = draw_hidden_ice(np.random.default_rng(3))
-    release = practice_throws(4, np.random.default_rng(1))[2]
-    track = watch(hidden, release, 2, np.random.default_rng(2))
-    path = run(hidden, release)
+    release = mixed_practice(4, np.random.default_rng(1))[2]
+    track = noisy_track(hidden, release, 2, np.random.default_rng(2))
+    path = run_stone(hidden, release)
     true = np.column_stack([np.interp(track.t, path[:, 0], path[:, k]) for k in (1, 2)])
-    assert (track.xy - true).std() == pytest.approx(NOISE, rel=0.1)
+    assert (track.xy - true).std() == pytest.approx(POSITION_NOISE, rel=0.1)
     assert np.diff(track.t).mean() == pytest.approx(1 / 30)
 
 
 def test_tracks_are_compared_with_the_truth_in_the_time_of_the_session() -> None:
     hidden = draw_hidden_ice(np.random.default_rng(3))
-    releases = practice_throws(4, np.random.default_rng(1))
+    releases = mixed_practice(4, np.random.default_rng(1))
     rng = np.random.default_rng(2)
-    tracks = [watch(hidden, release, k, rng) for k, release in enumerate(releases)]
-    assert track_errors(hidden, releases, tracks) == pytest.approx(NOISE * np.sqrt(2), rel=0.1)
+    tracks = [noisy_track(hidden, release, k, rng) for k, release in enumerate(releases)]
+    assert track_errors(hidden, releases, tracks) == pytest.approx(
+        POSITION_NOISE * np.sqrt(2), rel=0.1
+    )
     late = [replace(seen, t=seen.t + 0.5, clock=seen.clock - 0.5) for seen in tracks]
-    assert track_errors(hidden, releases, late) == pytest.approx(NOISE * np.sqrt(2), rel=0.1)
-    # Half a second that the clock does not tell of is as far as a stone runs in it.
+    assert track_errors(hidden, releases, late) == pytest.approx(
+        POSITION_NOISE * np.sqrt(2), rel=0.1
+    )
+    # An error of half a second in the clock is as far as a stone runs in that time.
     assert track_errors(hidden, releases, [replace(s, t=s.t + 0.5) for s in tracks]).min() > 0.3
 
 
@@ -62,32 +74,31 @@ def test_tracks_are_compared_with_the_truth_in_the_time_of_the_session() -> None
 def test_a_filmed_practice_is_tracked_within_a_centimetre(tmp_path: Path) -> None:
     hidden = draw_hidden_ice(np.random.default_rng(3))
     soft = Throw(speed=1.0, angle=0.02, spin=1.2).release(clock=60.0)
-    tracks = film(
-        hidden, [soft], np.random.default_rng(1), lambda what, part: None,
-        folder=tmp_path, workers=1,
-    )  # fmt: skip
+    tracks = film_camera(
+        hidden, [soft], np.random.default_rng(1), no_progress, folder=tmp_path, workers=1
+    )
     assert tracks[0].clock < 60.0  # the film begins before the release
     assert track_errors(hidden, [soft], tracks)[0] < 0.01
 
 
-def test_plans_on_the_truth_are_made_on_the_hidden_ice() -> None:
+def test_plans_on_the_truth_succeed_on_the_hidden_ice() -> None:
     hidden = draw_hidden_ice(np.random.default_rng(3))
     truth = hidden.truth()
     draw = plan(truth, (0.4, TEE_Y), skill="none")
-    made = make(hidden, truth, truth, draw, np.zeros((1, 3)))
+    made = execute_plan(hidden, truth, truth, draw, np.zeros((1, 3)))
     assert made.miss[0] < 0.02
     assert made.success.all()
     hit = plan_task(truth, "takeout", (-0.5, 17.8), skill="elite")
-    made = make(hidden, truth, truth, hit, np.array([[0.0, 0.0, 0.0], [0.0, 0.03, 0.0]]))
+    made = execute_plan(hidden, truth, truth, hit, np.array([[0.0, 0.0, 0.0], [0.0, 0.03, 0.0]]))
     assert made.success.tolist() == [True, False]  # the second passes a metre beside the stone
     assert made.miss[0] < 0.01
     assert made.miss[1] == pytest.approx(28.6 * 0.03, rel=0.1)
 
 
-def test_map_and_effects_are_told_from_each_other() -> None:
+def test_map_and_effects_are_told_apart() -> None:
     hidden = draw_hidden_ice(np.random.default_rng(5))
     rng = np.random.default_rng(6)
-    tracks = [watch(hidden, r, k, rng) for k, r in enumerate(practice_throws(10, rng))]
+    tracks = [noisy_track(hidden, r, k, rng) for k, r in enumerate(mixed_practice(10, rng))]
     whole = understand_ice(tracks)
     assert "speed_dependent_friction" in whole.along
     assert {"air_drag", "time_drift"} <= whole.dropped.keys()  # there is neither
@@ -98,7 +109,7 @@ def test_map_and_effects_are_told_from_each_other() -> None:
     rests = []
     for aim in (0.0, 0.9):
         meant = plan(whole.ice, (aim, TEE_Y), skill="none").best.throw
-        path = run(hidden, meant.release())
+        path = run_stone(hidden, meant.release())
         rests.append(np.hypot(path[-1, 1] - aim, path[-1, 2] - TEE_Y))
     assert np.mean(rests) < 0.4  # ten throws; uniform ice would miss by metres
 
@@ -125,16 +136,16 @@ def script(monkeypatch, capsys):
     return call
 
 
-def test_the_script_reports_all_chains(script, tmp_path: Path) -> None:
+def test_the_script_reports_every_kind_of_knowledge(script, tmp_path: Path) -> None:
     table = script(
         "--seed", 14, "--no-effects", "--practice", 8, "--draws", 1, "--guards", 1,
         "--takeouts", 1, "--trials", 2, "-o", tmp_path,
     )  # fmt: skip
     assert "map and effects" in table
     (report,) = json.loads((tmp_path / "report.json").read_text())
-    assert set(report["chains"]) == set(CHAINS)
+    assert set(report["chains"]) == set(KNOWLEDGE)
     assert report["effects"] == []  # nothing is missing, nothing is named
-    for chain in CHAINS:
+    for chain in KNOWLEDGE:
         assert report["chains"][chain]["exact"]["mean_miss_m"]["mean"] >= 0
     assert report["chains"]["truth"]["exact"]["mean_miss_m"]["mean"] < 0.02
     assert (tmp_path / "ice-14.png").stat().st_size > 20_000

@@ -10,13 +10,15 @@ import pytest
 
 from agents.closed_loop import filming
 from agents.closed_loop.areas import find_areas, relative
-from agents.closed_loop.missing_effect import find_what_is_missing
-from agents.closed_loop.patchy_ice import hidden_ice, practice_throws
+from agents.closed_loop.demo import find_missing_effect, run_demo
+from agents.closed_loop.hidden_ice import patchy_ice
+from agents.closed_loop.practice import draw_practice
 from curling_env.ice import FrictionMap, Ice, load_ice
 from curling_env.physics.one_stone.slide import SlideEnd, slide
 from curling_env.sheet import PAPER_SHEET, TEE_Y
 from curling_env.throw import Throw
 from curling_env.trajectory import read_tracks
+from friction_estimation.inversion import estimate_ice
 
 
 def believed(difference: np.ndarray, sigma: float = 0.005) -> Ice:
@@ -50,7 +52,7 @@ def test_even_or_uncertain_ice_has_no_areas() -> None:
 def test_a_stone_that_leaves_the_ice_is_not_filmed_at_rest(tmp_path: Path, monkeypatch) -> None:
     tails: list[float] = []
 
-    def film(job: filming.Job):
+    def film(job: filming._Job):
         tails.append(job.spec.tail)
         return job.path, 0.0, 0
 
@@ -58,9 +60,7 @@ def test_a_stone_that_leaves_the_ice_is_not_filmed_at_rest(tmp_path: Path, monke
     ice = Ice.uniform(0.0082)
     weights = [Throw(speed=speed).release() for speed in (1.9, 3.0)]
     assert [slide(ice, w).end for w in weights] == [SlideEnd.REST, SlideEnd.LEFT_BOUNDS]
-    filming.film_and_track(
-        tmp_path, ice, weights, seed=0, fps=15.0, workers=1, tell=lambda what, part: None
-    )
+    filming.film_throws(tmp_path, ice, weights, seed=0)
     assert tails[0] > 0
     assert tails[1] == 0
 
@@ -68,9 +68,9 @@ def test_a_stone_that_leaves_the_ice_is_not_filmed_at_rest(tmp_path: Path, monke
 def test_practice_throws_stay_on_the_ice_and_cross_it_both_ways() -> None:
     for seed in range(4):
         rng = np.random.default_rng(seed)
-        ice = hidden_ice(rng)
+        ice = patchy_ice(rng)
         assert 0.05 < np.abs(relative(ice.friction.mu, ice.friction.observed)).max() < 0.15
-        releases = practice_throws(8, rng)
+        releases = draw_practice(8, rng)
         assert {np.sign(release.omega) for release in releases} == {-1.0, 1.0}
         rests = [slide(ice, release) for release in releases]
         assert all(rest.end == SlideEnd.REST for rest in rests)
@@ -79,12 +79,12 @@ def test_practice_throws_stay_on_the_ice_and_cross_it_both_ways() -> None:
 
 def test_the_hidden_areas_are_read_from_measured_paths() -> None:
     rng = np.random.default_rng(0)
-    ice = hidden_ice(rng)
+    ice = patchy_ice(rng)
     tracks = []
-    for k, release in enumerate(practice_throws(8, rng)):
+    for k, release in enumerate(draw_practice(8, rng)):
         path = slide(ice, release, fps=15, throw=k).trajectory
         tracks.append(replace(path, xy=path.xy + 0.002 * rng.standard_normal(path.xy.shape)))
-    found = filming.estimate(tracks, load_ice("standard"))
+    found = estimate_ice(tracks, start=load_ice("standard")).ice
     observed = found.friction.observed
     error = (found.friction.mu / ice.friction.mu - 1)[observed]
     assert np.sqrt(np.mean(error**2)) < 0.015
@@ -97,29 +97,35 @@ def test_the_hidden_areas_are_read_from_measured_paths() -> None:
 
 def test_a_hidden_curl_is_named_and_the_draw_lands(tmp_path: Path, as_filmed) -> None:
     target = np.array([0.0, TEE_Y])
-    truth = hidden_ice(np.random.default_rng(3))
-    releases = practice_throws(8, np.random.default_rng(4))
+    truth = patchy_ice(np.random.default_rng(3))
+    releases = draw_practice(8, np.random.default_rng(4))
     paths = [slide(truth, r, fps=15, throw=k).trajectory for k, r in enumerate(releases)]
-    law = replace(load_ice("standard"), stone=truth.stone)
-    missing = find_what_is_missing(
-        tmp_path / "discovery", truth, as_filmed(paths, 5), law, target, seed=3
+    law = load_ice("standard")
+    without_curl = replace(
+        law, stone=truth.stone, effects=tuple(e for e in law.effects if e.name != "curl")
     )
-    assert missing.names == ["curl"]
-    assert missing.miss_before > 0.5
-    assert missing.miss_after < 0.25
+    missing, named = find_missing_effect(
+        tmp_path / "discovery", truth, as_filmed(paths, 5), without_curl, target, seed=3
+    )
+    assert named == ["curl"]
+    assert missing.other_miss > 0.5
+    assert missing.miss < 0.25
     for name in ("report.json", "report.html", "ice.json"):
         assert (tmp_path / "discovery" / name).stat().st_size > 100
 
 
 @pytest.mark.slow
 def test_the_demo_leaves_all_it_promises(curling, tmp_path: Path) -> None:
-    from agents.closed_loop.demo import run_demo
-
     told: list[float] = []
     found = run_demo(
-        tmp_path / "demo", seed=2, throws=2, fps=10, draws=2, workers=1,
-        tell=lambda what, part: told.append(part),
-    )  # fmt: skip
+        tmp_path / "demo",
+        seed=2,
+        throws=2,
+        fps=10,
+        draws=2,
+        workers=1,
+        progress=lambda what, done, total=1.0: told.append(done / total),
+    )
     folder = tmp_path / "demo"
     assert told == sorted(told)
     assert told[-1] == 1.0
@@ -135,7 +141,7 @@ def test_the_demo_leaves_all_it_promises(curling, tmp_path: Path) -> None:
     assert 'src="http' not in page
     numbers = json.loads((folder / "findings.json").read_text())
     assert numbers["miss_on_true_ice_m"] == pytest.approx(
-        np.hypot(found.on_true[0], found.on_true[1] - TEE_Y)
+        np.hypot(found.tested.rest[0], found.tested.rest[1] - TEE_Y)
     )
     # What was planned on the estimated ice lands there to the millimetre: the loop is closed.
     assert numbers["miss_on_estimated_ice_m"] < 5e-3

@@ -12,7 +12,7 @@ import pytest
 
 from agents.planning import plan, plan_task
 from agents.planning.description import handles
-from agents.planning.monte_carlo import possible_ices, spreads
+from agents.planning.monte_carlo import run_trials, sample_ices
 from agents.planning.objective import points_of
 from agents.planning.rollouts import releases_of, roll_out
 from agents.planning.target_search import find_throws
@@ -81,11 +81,11 @@ def test_both_handles_are_found() -> None:
 
 def test_a_counter_clockwise_stone_is_aimed_to_the_right_of_its_target() -> None:
     found = plan(load_ice("standard"), (0.0, TEE_Y), spins=[1.0], skill="none")
-    words = found.best.words
-    assert words.broom_m > 0.5  # it curls left, so the broom is on the right
-    assert words.ice_m == pytest.approx(words.broom_m)
-    assert (words.right_hander, words.left_hander) == ("out-turn", "in-turn")
-    assert 12.5 < words.hog_to_hog_s < 15  # draws on keen ice, physics.md's 13.0-14.5 s
+    description = found.best.description
+    assert description.broom_m > 0.5  # it curls left, so the broom is on the right
+    assert description.ice_m == pytest.approx(description.broom_m)
+    assert (description.right_hander, description.left_hander) == ("out-turn", "in-turn")
+    assert 12.5 < description.hog_to_hog_s < 15  # draws on keen ice, physics.md's 13.0-14.5 s
     assert handles(-1.0) == ("in-turn", "out-turn")
 
 
@@ -113,10 +113,10 @@ def test_expected_miss_follows_skill_and_map() -> None:
     assert uncertain.best.miss_without_error < 5e-3
 
 
-def test_possible_ices_have_the_maps_sigma() -> None:
+def test_sampled_ices_have_the_maps_sigma() -> None:
     ice = load_ice("standard")
     friction = replace(ice.friction, sigma=0.05 * ice.friction.mu)
-    drawn = possible_ices(replace(ice, friction=friction), 400, np.random.default_rng(1))
+    drawn = sample_ices(replace(ice, friction=friction), 400, np.random.default_rng(1))
     mu = np.array([one.friction.mu for one in drawn])
     np.testing.assert_allclose(mu.mean(axis=0), ice.friction.mu, rtol=1e-9)
     np.testing.assert_allclose(mu.std(axis=0) / ice.friction.mu, 0.05, rtol=0.25)
@@ -132,7 +132,7 @@ def test_goes_round_a_guard() -> None:
     found = plan(ice, (0.0, TEE_Y), stones=guard, skill="elite")
     path = slide(ice, found.best.throw.release(), fps=50).trajectory
     assert np.hypot(*(path.xy - guard).T).min() > 2 * ice.stone.radius
-    assert found.best.spread.expected_miss < 0.5
+    assert found.best.trials.expected_miss < 0.5
     # The handle whose path comes down the guarded side is not taken.
     free = plan(ice, (0.0, TEE_Y), spins=[found.best.throw.spin], skill="none")
     assert free.best.throw.angle == pytest.approx(found.best.throw.angle, abs=1e-4)
@@ -201,11 +201,11 @@ def test_tasks_are_done_as_the_environment_judges_them(task: str, least: float) 
         rewards.append((reward, info["success"]))
     mean_reward, success = np.mean(rewards, axis=0)
     spread = float(np.std([reward for reward, _ in rewards])) / np.sqrt(40)
-    assert mean_reward == pytest.approx(found.best.spread.expected_worth, abs=4 * max(spread, 0.01))
+    assert mean_reward == pytest.approx(found.best.trials.expected_value, abs=4 * max(spread, 0.01))
     assert success > least - 0.25
 
 
-def test_no_throw_of_a_dense_independent_search_is_worth_more() -> None:
+def test_no_throw_of_a_dense_independent_search_is_more_valuable() -> None:
     ice = load_ice("standard")
     stones = np.array([STONE, (0.1, 14.3)])
     found = plan_task(ice, "takeout", STONE, stones=stones, skill="champion")
@@ -215,10 +215,14 @@ def test_no_throw_of_a_dense_independent_search_is_worth_more() -> None:
     tried[:, 1] = rng.uniform(-0.09, 0.09, 3000)
     tried[:, 2] = rng.choice([-1.6, -1.0, 1.0, 1.6], 3000)
     skill = SKILLS["champion"]
-    rough = [s.expected_worth for s in spreads([ice], tried, found.wanted, skill, n=16, seed=1)]
+    rough = [
+        s.expected_value for s in run_trials([ice], tried, found.objective, skill, n=16, seed=1)
+    ]
     best = tried[np.argsort(rough)[-30:]]
-    fine = [s.expected_worth for s in spreads([ice], best, found.wanted, skill, n=512, seed=2)]
-    assert found.best.spread.expected_worth > max(fine) - 0.03
+    fine = [
+        s.expected_value for s in run_trials([ice], best, found.objective, skill, n=512, seed=2)
+    ]
+    assert found.best.trials.expected_value > max(fine) - 0.03
 
 
 def test_the_forgiving_throw_is_preferred() -> None:
@@ -227,22 +231,22 @@ def test_the_forgiving_throw_is_preferred() -> None:
     stones = np.array([(0.33, 14.5), (-0.33, 14.5), (0.0, TEE_Y)])
     exact = plan_task(ice, "takeout", (0.0, TEE_Y), stones=stones, skill="none", spins=[1.0])
     club = plan_task(ice, "takeout", (0.0, TEE_Y), stones=stones, skill="club", spins=[1.0])
-    assert exact.best.spread.success.all()
-    tried = spreads(
+    assert exact.best.trials.success.all()
+    tried = run_trials(
         [ice],
         np.array([[exact.best.throw.speed, exact.best.throw.angle, 1.0, 0.0, 0.0, 0.0]]),
-        club.wanted, SKILLS["club"], n=1024, seed=4,
+        club.objective, SKILLS["club"], n=1024, seed=4,
     )  # fmt: skip
-    assert club.best.spread.expected_worth > tried[0].expected_worth - 0.02
+    assert club.best.trials.expected_value > tried[0].expected_value - 0.02
 
 
-def test_score_draws_past_a_guard_or_takes_out_whichever_is_worth_more() -> None:
+def test_score_draws_past_a_guard_or_takes_out_whichever_is_more_valuable() -> None:
     ice = load_ice("standard")
     empty = plan_task(ice, "score", skill="elite")
-    assert empty.best.spread.expected_worth == pytest.approx(1.0, abs=0.01)
+    assert empty.best.trials.expected_value == pytest.approx(1.0, abs=0.01)
     stones, own = [(0.0, TEE_Y + 0.1), (-1.2, 17.0)], [False, True]
     found = plan_task(ice, "score", stones=stones, own=own, skill="elite")
-    assert found.best.spread.expected_worth > 1.3  # the other stone goes, both own ones count
+    assert found.best.trials.expected_value > 1.3  # the other stone goes, both own ones count
 
 
 def test_points_are_those_of_the_rules(rng) -> None:
@@ -270,7 +274,7 @@ def test_sweeping_is_planned_where_the_ice_knows_it() -> None:
     plain = plan_task(load_ice("standard"), "draw", stones=stones, skill="elite")
     assert plain.as_dict()["sweep"] is None
     assert found.best.sweep is not None  # the straighter way through the port
-    assert found.best.spread.expected_worth > plain.best.spread.expected_worth
+    assert found.best.trials.expected_value > plain.best.trials.expected_value
     assert plan(ice, (0.0, TEE_Y), skill="elite").best.sweep is None  # no reason to
 
 

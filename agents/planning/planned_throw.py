@@ -1,0 +1,147 @@
+"""A plan: the best throw for an objective, and the second choice."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from agents.planning.description import Description
+from agents.planning.monte_carlo import Trials
+from agents.planning.objective import Objective
+from curling_env.physics.one_stone.slide import SlideEnd
+from curling_env.sheet import Direction
+from curling_env.throw import Skill, Throw
+from curling_env.typing import Floats
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlannedThrow:
+    """A throw and what to expect of it.
+
+    Parameters
+    ----------
+    throw : the throw without execution error
+    sweep : start and end of the sweeping, after the release [s]; None without sweeping
+    rest : (2,) where it rests without error, sheet frame [m]
+    stones : (k, 2) where the other stones lie afterwards, NaN where one left play [m]
+    time : time from the release until all stones rest [s]
+    miss_without_error : distance from the target without error [m]
+    trials : trials by the player on all ices that the map allows
+    player_trials : trials by the player on the ice as it is given
+    map_trials : trials without execution error on all ices that the map allows
+    chance_in_house : share of the trials that rest in the house
+    description : the throw in a curler's words
+    """
+
+    throw: Throw
+    sweep: tuple[float, float] | None
+    rest: Floats
+    stones: Floats
+    time: float
+    miss_without_error: float
+    trials: Trials
+    player_trials: Trials
+    map_trials: Trials
+    chance_in_house: float
+    description: Description
+
+    @property
+    def expected_miss(self) -> float:
+        """Mean distance from the target [m]."""
+        return self.trials.expected_miss
+
+    def as_dict(self) -> dict[str, object]:
+        """Plain numbers, sheet frame, SI."""
+        throw, trials = self.throw, self.trials
+        return {
+            "speed": throw.speed,
+            "angle": throw.angle,
+            "spin": throw.spin,
+            "x": throw.x,
+            "sweep": None
+            if self.sweep is None
+            else {"start_s": self.sweep[0], "end_s": min(self.sweep[1], self.time)},
+            "expected_miss_m": self.expected_miss,
+            "expected_worth": trials.expected_value,
+            "chance_of_success": float(trials.success.mean()),
+            "miss_without_error_m": self.miss_without_error,
+            "rest": {"x": float(self.rest[0]), "y": float(self.rest[1])},
+            "stones_after": [
+                None if np.isnan(x) else {"x": float(x), "y": float(y)} for x, y in self.stones
+            ],
+            "time_s": self.time,
+            "spread": {
+                **_spread(trials),
+                "chance_in_house": self.chance_in_house,
+                "chance_touches_a_stone": trials.chance(SlideEnd.CONTACT),
+                "chance_out_of_play": float((~trials.in_play).mean()),
+            },
+            "spread_of_the_hand": _spread(self.player_trials),
+            "spread_of_the_map": _spread(self.map_trials),
+            "in_words": self.description.as_dict(),
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """The best throw for an objective, and the second choice.
+
+    Parameters
+    ----------
+    objective : what is wanted of the throw
+    skill : the player for whom it was planned
+    best : the throw with the largest expected value
+    second : the best throw of the other handle, or of another weight; None if there is no other
+    map_is_uncertain : whether the ice had standard errors, which the trials then include
+    """
+
+    objective: Objective
+    skill: Skill
+    best: PlannedThrow
+    second: PlannedThrow | None
+    map_is_uncertain: bool
+
+    @property
+    def target(self) -> Floats:
+        """Where the delivered stone should end, or what it is aimed at, (2,) sheet frame [m]."""
+        return self.objective.target
+
+    @property
+    def direction(self) -> Direction:
+        """The end played to."""
+        return self.objective.direction
+
+    @property
+    def stones(self) -> Floats:
+        """Centres of the stones that lie on the sheet, (k, 2) [m]."""
+        return self.objective.stones
+
+    def as_dict(self) -> dict[str, object]:
+        """Plain numbers, sheet frame, SI, as `curling plan` prints them."""
+        return {
+            **self.best.as_dict(),
+            "task": self.objective.name,
+            "target": {"x": float(self.target[0]), "y": float(self.target[1])},
+            "direction": self.direction.name.lower(),
+            "skill": {
+                "name": self.skill.name,
+                "sigma_speed": self.skill.sigma_speed,
+                "sigma_angle": self.skill.sigma_angle,
+                "sigma_spin": self.skill.sigma_spin,
+            },
+            "map_is_uncertain": self.map_is_uncertain,
+            "second_choice": None if self.second is None else self.second.as_dict(),
+        }
+
+
+def _spread(trials: Trials) -> dict[str, float]:
+    deviation = np.sqrt(np.diag(trials.covariance))
+    return {
+        "expected_miss_m": trials.expected_miss,
+        "median_miss_m": float(np.median(trials.miss)),
+        "miss_90_percent_m": float(np.quantile(trials.miss, 0.9)),
+        "sigma_across_m": float(deviation[0]),
+        "sigma_along_m": float(deviation[1]),
+        "chance_of_success": float(trials.success.mean()),
+    }
