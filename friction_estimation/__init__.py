@@ -1,1 +1,62 @@
-"""From film to ice: calibration, tracking, and the friction map that the tracks reveal."""
+"""From film to ice: track thrown stones, estimate the friction of the ice, find missing effects.
+
+From films of throws to the ice they ran on:
+
+    from pathlib import Path
+    from curling_env import save_ice
+    from friction_estimation import estimate_ice, load_scene, track_films
+
+    scene = load_scene("end.scene.json")              # where the camera sees the sheet
+    films = sorted(Path("films").glob("*.mp4"))       # one throw each, in order of play
+    tracked = track_films(films, scene)
+    tracks = [track for film in tracked for track in film.tracks]
+    estimate = estimate_ice(tracks)                   # friction and its standard error per cell
+    save_ice(estimate.ice, "ice.json")
+
+Tracks that were written to a file come back with `curling_env.read_tracks`. `discover(tracks)`
+looks for effects that a model of the ice lacks, such as curl, a slope or worn pebble. The commands
+`curling track`, `curling estimate` and `curling discover` do the same from a terminal.
+
+Names are loaded when they are first used, so that importing this package costs nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from friction_estimation.camera.scene import Scene, load_scene
+    from friction_estimation.discovery.discover import Discovery, discover
+    from friction_estimation.inversion.estimate import Estimate, estimate_ice
+    from friction_estimation.tracking import FilmTrack, TrackedFilm, track_film, track_films
+
+__all__ = [
+    "Discovery",
+    "Estimate",
+    "FilmTrack",
+    "Scene",
+    "TrackedFilm",
+    "discover",
+    "estimate_ice",
+    "load_scene",
+    "track_film",
+    "track_films",
+]
+
+_MODULES = {
+    "camera.scene": ("Scene", "load_scene"),
+    "discovery.discover": ("Discovery", "discover"),
+    "inversion.estimate": ("Estimate", "estimate_ice"),
+    "tracking": ("FilmTrack", "TrackedFilm", "track_film", "track_films"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name, and what it needs, when it is first used."""
+    for module, names in _MODULES.items():
+        if name in names:
+            return getattr(import_module(f"{__name__}.{module}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

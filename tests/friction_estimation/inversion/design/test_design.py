@@ -9,7 +9,6 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.sheet import PAPER_SHEET
-from curling_env.throw import read_releases
 from friction_estimation.inversion import cell_bound, estimate_ice
 from friction_estimation.inversion.design.design import _played, design_throws, draw_speeds
 
@@ -76,22 +75,3 @@ def test_what_no_session_reaches_is_said():
 def test_numbers_that_make_no_sense_are_refused(changes, says):
     with pytest.raises(InputError, match=says):
         design_throws(**{"resolution": 2.0, "precision": 0.02} | changes)
-
-
-def test_command_plans_without_tracks(curling, tmp_path):
-    releases = tmp_path / "releases.csv"
-    result = curling("estimate", "--plan", "--resolution", 3, "--precision", 1.5, "-o", releases)
-    assert result.status == 0, result.err
-    numbers = result.json()
-    assert numbers["reached"]
-    assert numbers["throws"] == len(read_releases(releases))
-    assert sum(kind["times"] for kind in numbers["kinds"]) == numbers["throws"]
-    assert numbers["words"] in result.err
-
-
-def test_command_refuses_tracks_beside_a_plan_and_neither(curling, tmp_path):
-    (tmp_path / "tracks.csv").write_text("throw,t,x,y,theta\n")
-    assert "takes no tracks" in curling("estimate", tmp_path / "tracks.csv", "--plan").complaint
-    assert "--plan" in curling("estimate", "-o", tmp_path / "ice.json").complaint
-    assert "-o" in curling("estimate", tmp_path / "tracks.csv").complaint
-    assert "--speeds" in curling("estimate", "--plan", "--speeds", "fast").complaint
