@@ -10,12 +10,13 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from agents.planning.rollouts import Rollouts
 from curling_env.envs.sheet.reward import MAX_MISS, Landing, judge
 from curling_env.envs.sheet.tasks import DRAW_RADIUS, Task
-from curling_env.sheet import HOUSE_RADIUS, Direction, to_delivery, to_sheet
+from curling_env.game.rules.lines import Lines
+from curling_env.game.rules.scoring import points_of
+from curling_env.sheet import Direction, to_delivery, to_sheet
 from curling_env.typing import Flags, Floats
 
 
@@ -187,28 +188,10 @@ class MostPoints:
         """Value in points of the thrower's team, negative where the opponents score."""
         thrown = np.where(ended.in_play[:, None], ended.xy, np.nan)
         places = np.concatenate([ended.stones, thrown[:, None]], axis=1)
-        points = points_of(to_delivery(places, self.direction), np.append(self.own, True), radius)
+        own, reach = np.append(self.own, True), Lines(stone_radius=radius).reach
+        points = points_of(to_delivery(places, self.direction), own, reach)
         miss = _distance(ended.xy, self.target)
         return JudgedThrows(value=points.astype(np.float64), success=points > 0, miss=miss)
-
-
-def points_of(places: Floats, own: Flags, radius: float) -> NDArray[np.int64]:
-    """Points of one's own team, (n,); negative where the opponents score.
-
-    The same count as `curling_env.game.rules.count`, for many positions.
-
-    Parameters
-    ----------
-    places : (n, k, 2) centres in the delivery frame, NaN where there is no stone [m]
-    own : (k,) whether each stone is one's own
-    radius : radius of a stone [m]
-    """
-    distance = np.hypot(places[..., 0], places[..., 1])
-    distance = np.where(distance <= HOUSE_RADIUS + radius, distance, np.inf)
-    ours, theirs = distance[:, own], distance[:, ~own]
-    our_best = ours.min(axis=1, initial=np.inf)[:, None]
-    their_best = theirs.min(axis=1, initial=np.inf)[:, None]
-    return (ours < their_best).sum(axis=1) - (theirs < our_best).sum(axis=1)
 
 
 def _distance(places: Floats, target: Floats) -> Floats:

@@ -10,9 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from curling_env.game.rules import End, RestingStone, RuleSet
+from curling_env.game.rules import End, RestingStone, RuleSet, scoring
 from curling_env.game.rules.lines import CENTRE_LINE_HALF, HOG_LINE, Lines
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.ice import Ice
@@ -20,7 +19,7 @@ from curling_env.physics.batch import RELEASE_DTYPE, play_batch
 from curling_env.physics.one_stone.slide import play_bounds
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import MAX_SPEED, MAX_SPIN, velocity_of
-from curling_env.typing import Flags, Floats
+from curling_env.typing import Flags, Floats, Integers
 
 SLOTS = 2 * STONES_PER_TEAM
 SLOWEST = 1e-3
@@ -137,11 +136,6 @@ def _slot_of(stone: RestingStone, end: End) -> int:
     return STONES_PER_TEAM * (stone.team is not end.hammer) + stone.number
 
 
-def points_of(lines: Lines, stones: Floats) -> NDArray[np.int64]:
+def points_of(lines: Lines, stones: Floats) -> Integers:
     """Points that count for the hammer team, negative for its opponent: (n,)."""
-    distance = np.hypot(stones[:, :, 0], stones[:, :, 1])
-    distance = np.where(distance <= lines.reach, distance, np.inf)
-    own, other = distance[:, :STONES_PER_TEAM], distance[:, STONES_PER_TEAM:]
-    for_hammer = (own < other.min(axis=1, keepdims=True)).sum(axis=1)
-    against = (other < own.min(axis=1, keepdims=True)).sum(axis=1)
-    return for_hammer - against
+    return scoring.points_of(stones, np.arange(SLOTS) < STONES_PER_TEAM, lines.reach)

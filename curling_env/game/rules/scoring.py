@@ -2,47 +2,68 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from curling_env.game.rules.lines import Lines
 from curling_env.game.rules.rulesets import RuleSet
 from curling_env.game.rules.teams import Stones, Team
+from curling_env.typing import Flags, Floats, Integers
 
 
-def shot_order(lines: Lines, stones: Stones) -> Stones:
-    """The stones in or touching the house, nearest to the tee first."""
-    reach = lines.reach * lines.reach
-    near = [
-        (stone.x * stone.x + stone.y * stone.y, k, stone)
-        for k, stone in enumerate(stones)
-        if stone.x * stone.x + stone.y * stone.y <= reach
-    ]
-    return tuple(stone for _, _, stone in sorted(near))
+def points_of(places: Floats, own: Flags, reach: float, measure: float = 0.0) -> Integers:
+    """Points of a team in many positions at once, negative where its opponent scores.
 
-
-def count(lines: Lines, stones: Stones, measure: float = 0.0) -> tuple[Team | None, int]:
-    """Whose stones count, and how many.
-
-    A team scores for each of its stones that lies nearer than the opponent's nearest. Where stones
-    of both teams lie equally far, so that no instrument tells them apart, none of them counts: an
-    end blanked if they are the nearest.
+    A team scores for each of its stones that lies nearer to the tee than the opponent's nearest.
+    Where stones of both teams lie equally far, so that no instrument tells them apart, none of
+    them counts; if they are the nearest, nobody scores.
 
     Parameters
     ----------
-    measure : distances closer than this are equal [m]
+    places : (..., k, 2) centres of stones, delivery frame [m]; NaN where there is no stone
+    own : (k,) whether each stone belongs to the team
+    reach : distance of a stone's centre from the tee at which it just touches the house [m]
+    measure : distances that differ by less count as equal [m]
 
     Returns
     -------
-    team : that scores, or None for a blank end
-    points : how many
+    (...) points
     """
-    order = shot_order(lines, stones)
-    if not order:
+    distance = np.hypot(places[..., 0], places[..., 1])
+    distance = np.where(distance <= reach, distance, np.inf)
+    ours, theirs = distance[..., own], distance[..., ~own]
+    our_nearest = ours.min(axis=-1, initial=np.inf, keepdims=True)
+    their_nearest = theirs.min(axis=-1, initial=np.inf, keepdims=True)
+    scored = (ours < their_nearest - measure).sum(axis=-1)
+    conceded = (theirs < our_nearest - measure).sum(axis=-1)
+    return scored - conceded
+
+
+def count(lines: Lines, stones: Stones, measure: float = 0.0) -> tuple[Team | None, int]:
+    """Whose stones count, and how many; see `points_of`.
+
+    Parameters
+    ----------
+    lines : lines of the sheet
+    stones : stones on the sheet
+    measure : distances that differ by less count as equal [m]
+
+    Returns
+    -------
+    team : the team that scores, or None for a blank end
+    points : its points
+    """
+    places = np.array([(stone.x, stone.y) for stone in stones]).reshape(-1, 2)
+    home = np.array([stone.team is Team.HOME for stone in stones], dtype=np.bool_)
+    points = int(points_of(places, home, lines.reach, measure))
+    if points == 0:
         return None, 0
-    team = order[0].team
-    against = next((stone.distance for stone in order if stone.team != team), None)
-    if against is None:
-        return team, len(order)
-    points = sum(1 for s in order if s.team == team and s.distance < against - measure)
-    return (team, points) if points else (None, 0)
+    return (Team.HOME if points > 0 else Team.AWAY), abs(points)
+
+
+def shot_order(lines: Lines, stones: Stones) -> Stones:
+    """The stones in the house or touching it, nearest to the tee first."""
+    near = [stone for stone in stones if lines.in_house(stone.x, stone.y)]
+    return tuple(sorted(near, key=lambda stone: stone.x * stone.x + stone.y * stone.y))
 
 
 def score_of(rules: RuleSet, lines: Lines, stones: Stones) -> tuple[int, int]:

@@ -13,12 +13,10 @@ import pytest
 from agents.planning import plan, plan_task
 from agents.planning.description import handles
 from agents.planning.monte_carlo import run_trials, sample_ices
-from agents.planning.objective import points_of
 from agents.planning.rollouts import releases_of, roll_out
 from agents.planning.target_search import find_throws
 from curling_env.envs.sheet.action import ThrowRange
 from curling_env.errors import InputError
-from curling_env.game.rules import Lines, RestingStone, Team, count
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice, save_ice
 from curling_env.physics.one_stone.slide import play_bounds, slide
 from curling_env.sheet import PAPER_SHEET, TEE_Y, Direction, to_delivery
@@ -247,21 +245,6 @@ def test_score_draws_past_a_guard_or_takes_out_whichever_is_more_valuable() -> N
     stones, own = [(0.0, TEE_Y + 0.1), (-1.2, 17.0)], [False, True]
     found = plan_task(ice, "score", stones=stones, own=own, skill="elite")
     assert found.best.trials.expected_value > 1.3  # the other stone goes, both own ones count
-
-
-def test_points_are_those_of_the_rules(rng) -> None:
-    places = rng.normal(0.0, 1.2, (200, 6, 2))
-    places[rng.random((200, 6)) < 0.2] = np.nan
-    own = np.array([True, False, True, False, False, True])
-    points = points_of(places, own, 0.145)
-    for position, count_of_it in zip(places, points, strict=True):
-        lying = tuple(
-            RestingStone(team=Team.HOME if mine else Team.AWAY, number=k, x=float(x), y=float(y))
-            for k, ((x, y), mine) in enumerate(zip(position, own, strict=True))
-            if not np.isnan(x)
-        )
-        team, number = count(Lines(), lying)
-        assert count_of_it == (0 if team is None else number if team is Team.HOME else -number)
 
 
 def test_sweeping_is_planned_where_the_ice_knows_it() -> None:
