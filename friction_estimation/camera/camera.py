@@ -16,13 +16,6 @@ from curling_env.errors import InputError
 from curling_env.typing import Flags, Floats
 from friction_estimation.camera.lens import NO_DISTORTION, FreeLens, Lens
 from friction_estimation.camera.lens_formula import bounds_of_circles, rays_of_pixels
-from friction_estimation.camera.pose import pose_from_points, solve_bent_lens, solve_focal
-from friction_estimation.camera.scene import MIN_POINTS, Scene
-
-MAX_AXIS_OFFSET = 0.2
-"""Share of the image by which no lens is off its middle, unless the image was cut."""
-MAX_MISFIT = 0.02
-"""Points that are missed by more than this share of the image's diagonal contradict each other."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -68,39 +61,6 @@ class Camera:
             rotation=rotation,
             translation=-rotation @ position,
         )
-
-    @classmethod
-    def from_scene(cls, scene: Scene, size: tuple[int, int]) -> Camera:
-        """The camera that sees the scene's points where they were marked.
-
-        Without a camera matrix the focal length is solved with the pose, for square pixels and a
-        principal point at the image's centre. Where no distortion is given, the lens counts as free
-        of it unless the points contradict that (`refinement.refine` then measures it).
-
-        Raises
-        ------
-        InputError : points outside the image, or points that no camera above the ice sees so
-        """
-        scene.check_inside(size)
-        distortion = NO_DISTORTION if scene.distortion is None else scene.distortion
-        matrix = _matrix_for(scene, size)
-        points = scene.sheet_points, scene.points_px
-        if matrix is None:
-            lens = solve_focal(*points, Lens.centred(1.0, size, distortion))
-        else:
-            lens = Lens(matrix=matrix, distortion=distortion, size=size)
-        pose = pose_from_points(*points, lens)
-        limit_px = MAX_MISFIT * float(np.hypot(*size))
-        if scene.distortion is None and (pose is None or pose.rms_px > limit_px):
-            bent = solve_bent_lens(*points, lens, free_focal=scene.camera_matrix is None)
-            lens, pose = bent or (lens, pose)
-        if pose is None or pose.rms_px > limit_px:
-            raise InputError(
-                "no camera above the ice sees these points so; " + _suspect(scene, lens, limit_px),
-                source=scene.source,
-                where="corners_px" if scene.has_corners else "points",
-            )
-        return cls(lens=lens, rotation=pose.rotation, translation=pose.translation)
 
     @property
     def size(self) -> tuple[int, int]:
@@ -224,53 +184,3 @@ class Camera:
             rotation=np.asarray(cv2.Rodrigues(step[:3])[0] @ self.rotation, dtype=np.float64),
             translation=translation + step[3:6],
         )
-
-
-def _matrix_for(scene: Scene, size: tuple[int, int]) -> Floats | None:
-    """The scene's camera matrix for frames of `size`, which may be a resized picture."""
-    matrix, own = scene.camera_matrix, scene.image_size
-    if matrix is not None and own is None:
-        off = np.abs(matrix[:2, 2] - np.array(size) / 2) / size
-        if off.max() > MAX_AXIS_OFFSET:
-            raise InputError(
-                f"the principal point ({matrix[0, 2]:g}, {matrix[1, 2]:g}) px is far from the "
-                f"middle of a film of {size[0]} × {size[1]} px: intrinsics of another resolution? "
-                "image_size tells which they belong to",
-                source=scene.source,
-                where="camera_matrix",
-            )
-    if matrix is None or own is None or own == size:
-        return matrix
-    scale = size[0] / own[0]
-    if abs(size[1] - scale * own[1]) > 1.0:
-        raise InputError(
-            f"the camera was calibrated on {own[0]} × {own[1]} px and the film has "
-            f"{size[0]} × {size[1]} px; calibrate it as it films",
-            source=scene.source,
-            where="image_size",
-        )
-    resized = matrix.copy()
-    resized[:2] *= scale
-    resized[:2, 2] += (scale - 1) / 2  # pixels are counted from the first one's centre
-    return resized
-
-
-def _suspect(scene: Scene, lens: Lens, limit_px: float) -> str:
-    """Which point is the wrong one, as far as the others tell."""
-    n = len(scene.points_px)
-    if scene.has_corners:
-        for turn in (1, 3):
-            turned = np.roll(scene.points_px, turn, axis=0)
-            pose = pose_from_points(scene.sheet_points, turned, lens)
-            if pose is not None and pose.rms_px <= limit_px:
-                return "each corner is marked where the next one around the sheet is"
-    alone: list[int] = []
-    for k in range(n) if n > MIN_POINTS else ():
-        rest = np.arange(n) != k
-        pose = pose_from_points(scene.sheet_points[rest], scene.points_px[rest], lens)
-        if pose is not None and pose.rms_px <= limit_px:
-            alone.append(k)
-    if len(alone) == 1:
-        x, y = scene.sheet_points[alone[0]]
-        return f"point {alone[0] + 1}, of ({x:g}, {y:g}) m on the ice, contradicts all others"
-    return "check that each is the right one"

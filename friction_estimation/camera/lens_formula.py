@@ -12,12 +12,16 @@ from typing import Any
 import numpy as np
 from numba import njit  # pyright: ignore[reportMissingTypeStubs]
 
+from curling_env.physics.compiled import compiled
+
 CIRCLE_POINTS = 48
 """Points in which a circle is projected."""
 
-_SUMS_IN_ANY_ORDER = {"reassoc", "nsz", "contract", "arcp"}
-_compiled = njit(cache=True, nogil=True, error_model="numpy", fastmath=_SUMS_IN_ANY_ORDER)
-_inlined = njit(inline="always", error_model="numpy", fastmath=_SUMS_IN_ANY_ORDER)
+SUMS_IN_ANY_ORDER = {"reassoc", "nsz", "contract", "arcp"}
+"""The arithmetic that the compiler may reorder."""
+
+# numba puts these into their callers before anything is optimised, as if written out there.
+_inlined = njit(inline="always", error_model="numpy", fastmath=SUMS_IN_ANY_ORDER)
 
 
 def distort(x: Any, y: Any, terms: Any) -> tuple[Any, Any]:
@@ -73,7 +77,7 @@ def undistort(xd, yd, terms, x, y):
     return x, y
 
 
-@_compiled
+@compiled(fastmath=SUMS_IN_ANY_ORDER)
 def bounds_of_circles(x, y, circles, matrix, terms, rotation, translation, bounds):
     """Fill in the rectangle of pixels that level circles about an upright axis reach.
 
@@ -106,7 +110,7 @@ def bounds_of_circles(x, y, circles, matrix, terms, rotation, translation, bound
             bounds[0, 1], bounds[1, 1] = min(bounds[0, 1], row), max(bounds[1, 1], row)
 
 
-@_compiled
+@compiled(fastmath=SUMS_IN_ANY_ORDER)
 def rays_of_pixels(left, top, shape, matrix, terms, rotation, position, ray_xy, ray_slope):
     """Fill in the rays of a rectangle of pixels, row by row.
 

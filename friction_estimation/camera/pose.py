@@ -1,4 +1,8 @@
-"""Where a camera stands: its pose from known points of the ice, with an unknown lens if need be."""
+"""Where a camera stands: its pose from known points of the ice.
+
+Where the scene does not give the lens, a rough one is found with the pose; `refinement` then
+measures it on the painted lines.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +12,16 @@ import cv2
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from curling_env.errors import InputError
 from curling_env.typing import Floats
-from friction_estimation.camera.lens import TRIAL_BENDS, TRIAL_FOCALS, Lens
+from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.lens import NO_DISTORTION, TRIAL_BENDS, TRIAL_FOCALS, Lens
+from friction_estimation.camera.scene import MIN_POINTS, Scene
 
+MAX_AXIS_OFFSET = 0.2
+"""Share of the image by which no lens is off its middle, unless the image was cut."""
+MAX_MISFIT = 0.02
+"""Points that are missed by more than this share of the image's diagonal contradict each other."""
 FOCAL_RANGE = (0.25, 8.0)
 """Focal lengths that are tried, in longer sides of the image: from a 127° to a 7° view."""
 FOCAL_PRIOR = (1.0, 1.5)
@@ -140,3 +151,91 @@ def solve_bent_lens(
             if pose is not None:
                 found.append((bent, pose))
     return min(found, key=lambda one: one[1].rms_px, default=None)
+
+
+def camera_from_scene(scene: Scene, size: tuple[int, int]) -> Camera:
+    """The camera that sees the scene's points where they were marked.
+
+    Without a camera matrix the focal length is solved with the pose, for square pixels and a
+    principal point at the image's centre. Where no distortion is given, the lens counts as free of
+    it unless the points contradict that.
+
+    Parameters
+    ----------
+    scene : the points and what is known of the lens
+    size : width and height of the image [px]
+
+    Raises
+    ------
+    InputError : points outside the image, or points that no camera above the ice sees so
+    """
+    scene.check_inside(size)
+    distortion = NO_DISTORTION if scene.distortion is None else scene.distortion
+    matrix = _matrix_for(scene, size)
+    points = scene.sheet_points, scene.points_px
+    if matrix is None:
+        lens = solve_focal(*points, Lens.centred(1.0, size, distortion))
+    else:
+        lens = Lens(matrix=matrix, distortion=distortion, size=size)
+    pose = pose_from_points(*points, lens)
+    limit_px = MAX_MISFIT * float(np.hypot(*size))
+    if scene.distortion is None and (pose is None or pose.rms_px > limit_px):
+        bent = solve_bent_lens(*points, lens, free_focal=scene.camera_matrix is None)
+        lens, pose = bent or (lens, pose)
+    if pose is None or pose.rms_px > limit_px:
+        raise InputError(
+            "no camera above the ice sees these points so; " + _suspect(scene, lens, limit_px),
+            source=scene.source,
+            where="corners_px" if scene.has_corners else "points",
+        )
+    return Camera(lens=lens, rotation=pose.rotation, translation=pose.translation)
+
+
+def _matrix_for(scene: Scene, size: tuple[int, int]) -> Floats | None:
+    """The scene's camera matrix for frames of `size`, which may be a resized picture."""
+    matrix, own = scene.camera_matrix, scene.image_size
+    if matrix is not None and own is None:
+        off = np.abs(matrix[:2, 2] - np.array(size) / 2) / size
+        if off.max() > MAX_AXIS_OFFSET:
+            raise InputError(
+                f"the principal point ({matrix[0, 2]:g}, {matrix[1, 2]:g}) px is far from the "
+                f"middle of a film of {size[0]} × {size[1]} px: intrinsics of another resolution? "
+                "image_size tells which they belong to",
+                source=scene.source,
+                where="camera_matrix",
+            )
+    if matrix is None or own is None or own == size:
+        return matrix
+    scale = size[0] / own[0]
+    if abs(size[1] - scale * own[1]) > 1.0:
+        raise InputError(
+            f"the camera was calibrated on {own[0]} × {own[1]} px and the film has "
+            f"{size[0]} × {size[1]} px; calibrate it as it films",
+            source=scene.source,
+            where="image_size",
+        )
+    resized = matrix.copy()
+    resized[:2] *= scale
+    resized[:2, 2] += (scale - 1) / 2  # pixels are counted from the first one's centre
+    return resized
+
+
+def _suspect(scene: Scene, lens: Lens, limit_px: float) -> str:
+    """Which point is the wrong one, as far as the others tell."""
+    n = len(scene.points_px)
+    if scene.has_corners:
+        for turn in (1, 3):
+            turned = np.roll(scene.points_px, turn, axis=0)
+            pose = pose_from_points(scene.sheet_points, turned, lens)
+            if pose is not None and pose.rms_px <= limit_px:
+                return "each corner is marked where the next one around the sheet is"
+    alone: list[int] = []
+    for k in range(n) if n > MIN_POINTS else ():
+        rest = np.arange(n) != k
+        pose = pose_from_points(scene.sheet_points[rest], scene.points_px[rest], lens)
+        if pose is not None and pose.rms_px <= limit_px:
+            alone.append(k)
+    if len(alone) == 1:
+        x, y = scene.sheet_points[alone[0]]
+        return f"point {alone[0] + 1}, of ({x:g}, {y:g}) m on the ice, contradicts all others"
+    return "check that each is the right one"

@@ -25,7 +25,6 @@ from curling_env.sheet import (
     Sheet,
 )
 from curling_env.typing import Floats, Image
-from friction_estimation.camera.annotation.keypoints import keypoints_of
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import TRIAL_BENDS, TRIAL_FOCALS, FreeLens, Lens
 from friction_estimation.camera.markings import (
@@ -33,6 +32,7 @@ from friction_estimation.camera.markings import (
     RINGS,
     Markings,
     brightness,
+    keypoints_of,
     markings_of,
     measure_markings,
 )

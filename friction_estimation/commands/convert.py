@@ -68,7 +68,7 @@ def convert(
     from curling_env.ice import load_ice, write_cells
     from curling_env.sheet import PAPER_SHEET
     from curling_env.trajectory import is_tracks, read_tracks, write_tracks
-    from friction_estimation.camera.annotation.keypoints import keypoints_of
+    from friction_estimation.camera.markings import keypoints_of
     from friction_estimation.tracks.importers import on_sheet, read_export
 
     if table.suffix.lower() == ".json":

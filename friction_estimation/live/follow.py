@@ -15,7 +15,7 @@ import cv2
 
 from curling_env.errors import CurlingError, TrackTooShortError
 from curling_env.trajectory import Trajectory
-from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.scene import Scene
 from friction_estimation.inversion import estimate_ice
 from friction_estimation.live.feed import Feed
@@ -92,7 +92,7 @@ def follow(
     ------
     InputError : points that do not fit the picture
     """
-    motion = Motion.before(Camera.from_scene(scene, feed.size), scene)
+    motion = Motion.before(camera_from_scene(scene, feed.size), scene)
     recorder = Recorder(feed=feed, motion=motion, folder=folder)
     # A fresh process: one that was forked would share the camera.
     context = get_context("spawn")

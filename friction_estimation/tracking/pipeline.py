@@ -28,6 +28,7 @@ from friction_estimation.appearance import (
     unexplained_share,
 )
 from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.refinement import refine, refine_at_focal, unrefined
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.deflicker import deflicker_for
@@ -86,7 +87,7 @@ def track_film(
     """
     options = options or TrackingOptions()
     film = Film.open(path, scene.fps)
-    camera = Camera.from_scene(scene, film.size)
+    camera = camera_from_scene(scene, film.size)
     sample = film.sample(SPARSE_FRAMES)
     lighting = deflicker_for(sample)
     if lighting is not None:

@@ -23,10 +23,15 @@ from curling_env.sheet import (
     Sheet,
 )
 from curling_env.typing import Floats, Image
-from friction_estimation.camera.annotation.keypoints import keypoints_of
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.markings import brightness, markings_of, measure_markings
+from friction_estimation.camera.markings import (
+    brightness,
+    keypoints_of,
+    markings_of,
+    measure_markings,
+)
 from friction_estimation.camera.markings_fit import MIN_READINGS
+from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.refinement import MIN_SHARE, refine
 from friction_estimation.camera.scene import CORNERS, MIN_POINTS, Scene
 from friction_estimation.camera.top_view import TopView
@@ -171,7 +176,7 @@ class Annotation:
         InputError : as `scene`, or that no camera above the ice can see the marks so
         """
         scene = self.scene(marks)
-        camera = Camera.from_scene(scene, self.size)
+        camera = camera_from_scene(scene, self.size)
         paint_px = None
         if paint:
             camera = refine(camera, scene, self.stills[0]).camera

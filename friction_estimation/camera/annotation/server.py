@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from curling_env.errors import CurlingError, InputError, OutputError
 from friction_estimation.camera.annotation.annotate import VIEW_PX_PER_M, Annotation
-from friction_estimation.camera.annotation.keypoints import keypoints_of
+from friction_estimation.camera.markings import keypoints_of
 from friction_estimation.camera.scene import Scene
 
 LARGEST_QUESTION = 100_000

@@ -14,7 +14,7 @@ from curling_env.physics.effects import Parameter
 from curling_env.typing import Floats
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import TERMS
-from friction_estimation.camera.pose import pose_from_points
+from friction_estimation.camera.pose import camera_from_scene, pose_from_points
 from friction_estimation.camera.scene import Scene
 from friction_estimation.discovery.data.form import Form
 
@@ -94,7 +94,7 @@ def measurements_through(scene: Scene) -> tuple[Form, ...]:
             source=scene.source,
             where="image_size",
         )
-    believed = Camera.from_scene(scene, size)
+    believed = camera_from_scene(scene, size)
 
     @lru_cache(maxsize=64)
     def camera_with(*terms: float) -> Camera:

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from curling_env.errors import InputError
 from curling_env.sheet import PAPER_SHEET
 from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.scene import CORNERS, Scene
 
 SIZE = (1920, 1080)
@@ -71,14 +72,14 @@ def test_a_ray_above_the_horizon_meets_no_ice():
 def test_pose_from_four_corners_with_the_lens_known(position, target, up):
     camera = behind_the_end(position=position, target=target, up=up, focal_px=700.0)
     scene = corners_of(camera, camera_matrix=camera.lens.matrix, distortion=LENS)
-    found = Camera.from_scene(scene, SIZE)
+    found = camera_from_scene(scene, SIZE)
     assert found.position == pytest.approx(position, abs=1e-3)
     assert found.rotation == pytest.approx(camera.rotation, abs=1e-4)
 
 
 def test_focal_length_from_four_corners_when_the_lens_is_unknown():
     camera = behind_the_end(distortion=np.zeros(5))
-    found = Camera.from_scene(corners_of(camera), SIZE)
+    found = camera_from_scene(corners_of(camera), SIZE)
     assert found.lens.focal_px == pytest.approx(1500, rel=0.01)
     assert found.position == pytest.approx(camera.position, abs=0.3)
 
@@ -90,7 +91,7 @@ def test_of_the_two_poses_of_a_plane_the_one_above_the_ice_is_taken():
     )
     scene = corners_of(camera, camera_matrix=camera.lens.matrix, distortion=LENS)
     shaken = scene.points_px + np.random.default_rng(5).normal(0, 0.3, (4, 2))
-    found = Camera.from_scene(replace(scene, points_px=shaken), SIZE)
+    found = camera_from_scene(replace(scene, points_px=shaken), SIZE)
     assert found.position[2] == pytest.approx(25, abs=0.3)
 
 
@@ -100,20 +101,20 @@ def test_points_that_no_camera_can_see_so_are_refused():
     wrong = scene.points_px.copy()
     wrong[0] = [900.0, 400.0]
     with pytest.raises(InputError, match="no camera above the ice"):
-        Camera.from_scene(replace(scene, points_px=wrong), SIZE)
+        camera_from_scene(replace(scene, points_px=wrong), SIZE)
 
 
 def test_points_outside_the_image_are_refused_by_name():
     scene = corners_of(behind_the_end())
     with pytest.raises(InputError, match=r"home_left at .* outside the image of 640 × 360"):
-        Camera.from_scene(scene, (640, 360))
+        camera_from_scene(scene, (640, 360))
 
 
 def test_corners_marked_one_place_round_are_told_so():
     camera = behind_the_end()
     scene = corners_of(camera, camera_matrix=camera.lens.matrix, distortion=LENS)
     with pytest.raises(InputError, match="where the next one around the sheet is"):
-        Camera.from_scene(replace(scene, points_px=np.roll(scene.points_px, 1, axis=0)), SIZE)
+        camera_from_scene(replace(scene, points_px=np.roll(scene.points_px, 1, axis=0)), SIZE)
 
 
 def test_the_point_that_contradicts_all_others_is_named():
@@ -125,11 +126,11 @@ def test_the_point_that_contradicts_all_others_is_named():
         sheet_points=places, points_px=px, camera_matrix=camera.lens.matrix, distortion=LENS
     )
     with pytest.raises(InputError, match=r"point 4, of \(0, -11\) m on the ice, contradicts"):
-        Camera.from_scene(scene, SIZE)
+        camera_from_scene(scene, SIZE)
 
 
 def test_intrinsics_of_another_resolution_are_refused():
     camera = behind_the_end()
     scene = corners_of(camera, camera_matrix=camera.lens.matrix * [[2], [2], [1]], distortion=LENS)
     with pytest.raises(InputError, match="intrinsics of another resolution"):
-        Camera.from_scene(scene, SIZE)
+        camera_from_scene(scene, SIZE)

@@ -13,6 +13,7 @@ from curling_env.commands.cli import main
 from curling_env.errors import InputError
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.chessboard import Board, calibrate_lens, find_board
+from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.scene import load_scene
 from friction_estimation.synthetic import scene_of
 
@@ -154,9 +155,9 @@ def test_a_calibration_serves_a_resized_film_and_refuses_a_cropped_one():
     )
     scene = scene_of(camera)
     known = replace(scene, camera_matrix=board, image_size=(640, 480))
-    assert Camera.from_scene(known, (1280, 960)).lens.matrix[0].tolist() == [1240.0, 0.0, 641.5]
+    assert camera_from_scene(known, (1280, 960)).lens.matrix[0].tolist() == [1240.0, 0.0, 641.5]
     with pytest.raises(InputError, match="calibrated on 640 × 480 px"):
-        Camera.from_scene(known, (1280, 980))
+        camera_from_scene(known, (1280, 980))
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ import friction_estimation
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import TERMS, FreeLens
 from friction_estimation.camera.lens_formula import CIRCLE_POINTS
+from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.refinement import refine, refine_at_focal
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, named_camera, scene_of
 from friction_estimation.tracking.path.uncertainty import camera_variance
@@ -111,7 +112,7 @@ def found():
         )
         scene = scene_of(camera, click_px=3.0, rng=rng)
         scene = replace(scene, camera_matrix=None, distortion=None)
-        seen = refine(Camera.from_scene(scene, size), scene, still)
+        seen = refine(camera_from_scene(scene, size), scene, still)
         if name == "ceiling":  # straight down the stone tells the height, to two per cent or so
             change = np.log(camera.position[2] / seen.camera.position[2])
             told = refine_at_focal(seen, scene, still, (0, 0), change + rng.normal(0, 0.02))
@@ -149,7 +150,7 @@ def test_a_lens_bent_beyond_what_straight_points_allow_is_begun_with_a_bend():
     bends = np.array([-0.2, 0.02]) - camera.lens.shares[:2]
     curved = camera.moved(np.r_[np.zeros(7), bends], FreeLens(focal=True, bends=True))
     scene = replace(scene_of(curved), camera_matrix=None, distortion=None)
-    begun = Camera.from_scene(scene, curved.size)
+    begun = camera_from_scene(scene, curved.size)
     assert begun.lens.shares[0] < -0.1
     seen = begun.project(np.column_stack([scene.sheet_points, np.zeros(len(scene.sheet_points))]))
     assert np.abs(seen - scene.points_px).max() < 0.02 * np.hypot(*curved.size)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError
-from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.markings import brightness, markings_of, measure_markings
+from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.refinement import log_height_prior, refine, refine_at_focal
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, scene_of
 
@@ -53,7 +53,7 @@ def misplaced(camera, true, z=0.0):
 def test_corners_off_by_three_pixels_cost_a_few_millimetres(views, name, seed):
     true, scene, still = views[name]
     known = marked(scene, true, seed)
-    before = Camera.from_scene(known, true.size)
+    before = camera_from_scene(known, true.size)
     refined = refine(before, known, still)
     assert misplaced(before, true) > 0.01
     assert misplaced(refined.camera, true) < 0.003
@@ -68,7 +68,7 @@ def test_corners_far_off_are_found_or_the_failure_is_told(views, name):
     for seed in range(4):
         known = marked(scene, true, seed, error_px=12.0)
         try:
-            refined = refine(Camera.from_scene(known, true.size), known, still)
+            refined = refine(camera_from_scene(known, true.size), known, still)
         except InputError:
             continue
         if refined.readings:
@@ -81,7 +81,7 @@ def test_corners_far_off_are_found_or_the_failure_is_told(views, name):
 def test_an_unknown_lens_is_found_from_the_paint(views, name, limit):
     true, scene, still = views[name]
     known = marked(scene, true, 1, unknown=True)
-    before = Camera.from_scene(known, true.size)
+    before = camera_from_scene(known, true.size)
     refined = refine(before, known, still)
     assert misplaced(before, true, 0.11) > 0.1
     assert misplaced(refined.camera, true, 0.11) < limit
@@ -92,7 +92,7 @@ def test_an_unknown_lens_is_found_from_the_paint(views, name, limit):
 def test_straight_down_the_paint_leaves_the_height_open_and_says_so(views):
     true, scene, still = views["gantry"]
     known = marked(scene, true, 2, unknown=True)
-    refined = refine(Camera.from_scene(known, true.size), known, still)
+    refined = refine(camera_from_scene(known, true.size), known, still)
     assert misplaced(refined.camera, true) < 0.006  # the ice itself is in place
     assert refined.log_focal_sigma > 0.2
     change = float(np.log(true.position[2] / refined.camera.position[2]))
@@ -124,7 +124,7 @@ def test_a_picture_without_paint_leaves_the_camera_as_it_was(views):
     rng = np.random.default_rng(0)
     blank = rng.normal(120, 2, still.shape).clip(0, 255).astype(np.uint8)
     known = marked(scene, true, 1)
-    before = Camera.from_scene(known, true.size)
+    before = camera_from_scene(known, true.size)
     refined = refine(before, known, blank)
     assert refined.readings == 0
     assert refined.camera is before
@@ -136,7 +136,7 @@ def test_someone_standing_on_a_line_does_not_move_it(views):
     for u in (300, 560, 900):
         covered[280:420, u : u + 50] = (60, 70, 110)
     known = marked(scene, true, 1)
-    refined = refine(Camera.from_scene(known, true.size), known, covered)
+    refined = refine(camera_from_scene(known, true.size), known, covered)
     assert misplaced(refined.camera, true) < 0.005
 
 
@@ -151,7 +151,7 @@ def test_marks_are_read_where_they_are_to_a_tenth_of_a_pixel(views):
 def test_part_of_a_picture_serves_with_its_place(views):
     true, scene, still = views["end"]
     known = marked(scene, true, 1)
-    before = Camera.from_scene(known, true.size)
+    before = camera_from_scene(known, true.size)
     whole = refine(before, known, still).camera
     part = refine(before, known, still[10:, 40:], (40, 10)).camera
     assert part.translation == pytest.approx(whole.translation, abs=0.01)

@@ -11,7 +11,7 @@ import pytest
 from curling_env.commands.cli import main
 from curling_env.errors import InputError
 from curling_env.sheet import HOG_LINE_WIDTH, HOG_LINE_Y, RING_RADII, TEE_Y
-from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.scene import load_scene
 from friction_estimation.camera.single_photo import camera_from_photo
 
@@ -67,7 +67,7 @@ def test_the_command_writes_a_scene_that_reads_the_photo_and_a_picture(
     told = json.loads(capsys.readouterr().out)
     assert told["misses_px"]["hog line"] < 0.5
     size = (club_photo.empty.shape[1], club_photo.empty.shape[0])
-    assert apart(Camera.from_scene(load_scene(scene), size), club_photo) < 0.8
+    assert apart(camera_from_scene(load_scene(scene), size), club_photo) < 0.8
     picture = cv2.imread(str(drawn))
     changed = cv2.absdiff(picture, cv2.resize(club_photo.empty, picture.shape[1::-1]))
     assert 0.001 < np.mean(changed.max(axis=2) > 60) < 0.2  # lines are drawn, and only lines

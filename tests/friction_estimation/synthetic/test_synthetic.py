@@ -22,6 +22,7 @@ from curling_env.sheet import (
 )
 from curling_env.trajectory import Trajectory
 from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.scene import load_scene
 from friction_estimation.synthetic import (
     CAMERAS,
@@ -371,7 +372,7 @@ def test_the_scene_file_gives_the_camera_back(name, tmp_path):
     save_scene(scene_of(camera), tmp_path / "scene.json")
     scene = load_scene(tmp_path / "scene.json")
     assert scene.has_corners == (not name.startswith("ceiling"))
-    again = Camera.from_scene(scene, camera.size)
+    again = camera_from_scene(scene, camera.size)
     near, far = PLACES_SEEN.get(name, (12.0, 17.0))
     points = [[0.3, near, 0.0], [-1.0, far, 0.11], [0.8, far, 0.15]]
     np.testing.assert_allclose(again.project(points), camera.project(points), atol=0.01)

@@ -14,8 +14,8 @@ import pytest
 from curling_env.errors import InputError, OutputError
 from curling_env.sheet import PAPER_SHEET
 from friction_estimation.camera.annotation.annotate import Annotation
-from friction_estimation.camera.annotation.keypoints import keypoints_of
 from friction_estimation.camera.annotation.server import AnnotationServer
+from friction_estimation.camera.markings import keypoints_of
 from friction_estimation.camera.scene import CORNERS, load_scene, save_scene
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, scene_of
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError
-from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.discovery.data.measurement import measurements_through
 from friction_estimation.discovery.data.references import (
     calibrate,
@@ -29,7 +29,7 @@ def seen_through_a_wrong_lens(tracks, name, rng):
     """Tracks as a tracker reports them that believes half of the lens's distortion."""
     camera = named_camera(name, SIZE)
     scene = replace(scene_of(camera), distortion=0.5 * camera.lens.distortion)
-    believed = Camera.from_scene(scene, SIZE)
+    believed = camera_from_scene(scene, SIZE)
     out = []
     for track in tracks:
         px = camera.project(np.column_stack([track.xy, np.zeros(len(track))]))
@@ -65,7 +65,7 @@ def test_the_displacement_is_what_the_wrong_camera_reports():
     half = dict(zip(("k1", "k2", "p1", "p2"), 0.5 * camera.lens.distortion[:4], strict=True))
     shift = form.displacement(xy, np.zeros(3), {f"lens_{k}": v for k, v in half.items()})
     px = camera.project(np.column_stack([xy, np.zeros(3)]))
-    assert np.abs(xy + shift - Camera.from_scene(scene, SIZE).on_plane(px)).max() < 1e-4
+    assert np.abs(xy + shift - camera_from_scene(scene, SIZE).on_plane(px)).max() < 1e-4
     none = form.displacement(xy, np.zeros(3), {f"lens_{k}": 0.0 for k in half})
     assert np.abs(none).max() < 1e-6
 
