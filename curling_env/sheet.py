@@ -3,7 +3,7 @@
 *Sheet frame*: fixed to the ice, origin mid-sheet on the centre line, y from the home end to the
 away end, x to the right looking along +y, counter-clockwise positive. Maps and tracks live here.
 
-*PlayedShot frame*: origin at the playing tee, +y along the direction of play. Actions and
+*Delivery frame*: origin at the playing tee, +y along the direction of play. Actions and
 observations live here. Between the two lies a half-turn or nothing, and only this module converts.
 
 Lengths are the World Curling rule book's (R1, "Sheet") unless said otherwise, in metres.
