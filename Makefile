@@ -12,7 +12,7 @@ JOBS   ?= 2
 # thread per core only get in each other's way.
 SINGLE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS=1
 
-.PHONY: help setup demo test lint format types arch bench docs soak clean
+.PHONY: help setup demo test lint format types arch bench docs soak mutants clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -64,6 +64,9 @@ soak: setup  ## the property tests with ten seeds of new examples, and ten thous
 		$(BIN)/pytest -n $(JOBS) -q -m hypothesis --hypothesis-seed=$$seed || exit 1; \
 		$(SINGLE) CURLING_SOAK_ENDS=1000 CURLING_SOAK_SEED=$$seed \
 		$(BIN)/pytest -n 0 -q tests/curling_env/game/test_soak.py || exit 1; done
+
+mutants: setup  ## 300 small faults put into the code, and which of them the tests notice
+	$(BIN)/python scripts/mutation.py --workers $(JOBS)
 
 clean:  ## remove what can be made again (not the environment)
 	rm -rf build dist *.egg-info .pytest_cache .ruff_cache .hypothesis .import_linter_cache runs

@@ -1,0 +1,139 @@
+"""Which tests run which lines, recorded by coverage.py one test file at a time."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections import Counter, defaultdict
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from mutants.operators import Mutant
+
+RECORDING_LIMIT = 90
+"""Longest recording of one test file [s]; tests later in it are left out, and so are slow ones."""
+TEST_BUDGET = 60.0
+"""Recorded time of the tests that one mutant is run against [s]."""
+
+
+class Recorder:
+    """A pytest plugin that records lines of the sources by the test that ran them.
+
+    What a fixture shared by several tests runs counts for all tests that ask for it.
+    """
+
+    def __init__(self, sources: list[str]) -> None:
+        import coverage
+
+        self.begun = time.monotonic()
+        self.coverage = coverage.Coverage(data_file=None, include=sources, config_file=False)
+        self.coverage.start()
+        self.seconds: Counter[str] = Counter()
+        self.fixtures: dict[str, list[str]] = {}
+        self.failed: set[str] = set()
+
+    def pytest_runtest_protocol(self, item: Any) -> None:
+        if time.monotonic() - self.begun > RECORDING_LIMIT:
+            item.session.shouldstop = "recorded for long enough"
+        self.fixtures[_name(item.nodeid)] = item.fixturenames
+        self.coverage.switch_context(_name(item.nodeid))
+
+    def pytest_fixture_setup(self, fixturedef: Any) -> None:
+        if fixturedef.scope != "function":
+            self.coverage.switch_context(f"fixture {fixturedef.argname}")
+
+    def pytest_runtest_call(self, item: Any) -> None:
+        self.coverage.switch_context(_name(item.nodeid))
+
+    def pytest_runtest_logreport(self, report: Any) -> None:
+        self.seconds[_name(report.nodeid)] += report.duration
+        if report.failed:
+            self.failed.add(_name(report.nodeid))
+
+    def pytest_runtest_logfinish(self) -> None:
+        self.coverage.switch_context("")
+
+    def lines(self) -> dict[str, dict[str, list[int]]]:
+        """Test that passed -> source file -> lines that it runs."""
+        self.coverage.stop()
+        data = self.coverage.get_data()
+        of: dict[str, dict[str, set[int]]] = defaultdict(lambda: defaultdict(set))
+        for path in data.measured_files():
+            for line, contexts in data.contexts_by_lineno(path).items():
+                for context in contexts:
+                    of[context][os.path.relpath(path)].add(line)
+        found: dict[str, dict[str, list[int]]] = {}
+        for test in self.seconds.keys() - self.failed:
+            found[test] = {}
+            for context in (test, *(f"fixture {name}" for name in self.fixtures[test])):
+                for path, lines in of[context].items():
+                    found[test][path] = sorted({*found[test].get(path, []), *lines})
+        return found
+
+
+def _name(nodeid: str) -> str:
+    """A test without its parameters."""
+    return nodeid.split("[")[0]
+
+
+def record(test_file: str, sources: list[str], out: Path) -> None:
+    """Run one test file in this process and write which of its tests run which lines."""
+    import pytest
+
+    recorder = Recorder(sources)
+    pytest.main(
+        [test_file, "-q", "-n0", "-m", "not slow", "-p", "no:cacheprovider"], plugins=[recorder]
+    )
+    out.write_text(json.dumps({"lines": recorder.lines(), "seconds": recorder.seconds}))
+
+
+@dataclass
+class Touched:
+    """Which tests run which lines.
+
+    Parameters
+    ----------
+    seconds : test -> how long it takes [s]
+    lines : source file -> test -> lines that it runs
+    """
+
+    seconds: dict[str, float] = field(default_factory=dict)
+    lines: dict[str, dict[str, set[int]]] = field(default_factory=lambda: defaultdict(dict))
+
+    def add(self, recorded: dict[str, Any]) -> None:
+        self.seconds |= recorded["seconds"]
+        for test, files in recorded["lines"].items():
+            for path, lines in files.items():
+                self.lines[path][test] = set(lines)
+
+    def tests_for(self, mutant: Mutant, area: list[str]) -> list[str]:
+        """The tests that may notice a mutant, the closest and quickest first, within TEST_BUDGET.
+
+        Where no test is seen to run its line (a kernel, or what runs at import), those that run
+        anything in its module, or else in a module of its area.
+        """
+        statement = set(range(mutant.first, mutant.last + 1))
+        here = self.lines.get(mutant.path, {})
+        tests = {test for test, lines in here.items() if lines & statement}
+        if mutant.in_kernel or not tests:
+            tests = set(here) or {test for path in area for test in self.lines.get(path, {})}
+        ordered = sorted(tests, key=lambda test: (distance(mutant.path, test), self.seconds[test]))
+        chosen, spent = [], 0.0
+        for test in ordered:
+            spent += self.seconds[test]
+            if chosen and spent > TEST_BUDGET:
+                continue
+            chosen.append(test)
+        return chosen
+
+
+def distance(path: str, test: str) -> int:
+    """How far a test stands from the mirrored place of a module; 0 for the module's own."""
+    file = Path(test.split("::")[0])
+    mirrored = Path("tests") / path
+    if file == mirrored.with_name(f"test_{mirrored.name}"):
+        return 0
+    common = os.path.commonpath([file.parent, mirrored.parent])
+    return 1 + len(mirrored.parent.parts) - len(Path(common).parts)

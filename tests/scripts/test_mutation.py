@@ -1,0 +1,125 @@
+"""The mutation tester: what it changes, how it draws, and what becomes of a mutant."""
+
+from __future__ import annotations
+
+import subprocess
+from collections import Counter
+from pathlib import Path
+
+import mutation
+import pytest
+from mutants.operators import mutants_of
+from mutants.touched import Touched, distance
+
+SOURCE = '''"""Not 1 + 1."""
+
+from curling_env.physics.compiled import compiled
+
+LIMIT: float = 3
+
+
+@compiled
+def kernel(x: int = 1) -> float:
+    """Not 2 < 3."""
+    return x * 2
+
+
+def clamp(x, low, names=()):
+    if x < low and not names:
+        raise ValueError(f"{x + 1} is below {low}")
+    names.append(x)
+    progress("half", 0.5)
+    return min(x, LIMIT)
+'''
+
+
+@pytest.fixture
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A project with one module in one area, and a test that sees some of its faults."""
+    (tmp_path / "module.py").write_text(
+        "def larger(a, b):\n    return a if a > b else b\n\n\n"
+        "def least(values):\n    return min(values)\n\n\n"
+        "def unused(x):\n    return x + 1\n"
+    )
+    tests = tmp_path / "tests"
+    tests.mkdir()
+    (tests / "test_module.py").write_text(
+        "import pytest\nfrom module import larger, least\n\n"
+        "@pytest.fixture(scope='module')\ndef three():\n    return least([3, 4])\n\n"
+        "def test_larger():\n    assert larger(1, 2) == 2\n\n"
+        "def test_first(three):\n    pass\n\n"
+        "def test_least(three):\n    assert three == 3\n"
+    )
+    monkeypatch.setattr(mutation, "AREAS", {"all": ["module.py"]})
+    subprocess.run(["git", "init", "-q"], cwd=tmp_path, check=True)
+    return tmp_path
+
+
+def test_operators_conditions_numbers_and_statements_change_and_words_do_not(tmp_path):
+    (tmp_path / "sample.py").write_text(SOURCE)
+    found = list(mutants_of("area", tmp_path, "sample.py"))
+    changes = {(m.original, m.mutant) for m in found}
+    assert changes == {
+        ("LIMIT: float = 3", "LIMIT: float = 4"),
+        ("def kernel(x: int = 1) -> float:", "def kernel(x: int = 2) -> float:"),
+        ("return x * 2", "return None"),
+        ("return x * 2", "return x / 2"),
+        ("return x * 2", "return x * 3"),
+        ("if x < low and not names:", "if (not (x < low and not names)):"),
+        ("if x < low and not names:", "if x <= low and not names:"),
+        ("if x < low and not names:", "if x > low and not names:"),
+        ("if x < low and not names:", "if x < low or not names:"),
+        ("if x < low and not names:", "if x < low and names:"),
+        ('raise ValueError(f"{x + 1} is below {low}")', "pass"),
+        ("names.append(x)", "pass"),
+        ("return min(x, LIMIT)", "return None"),
+        ("return min(x, LIMIT)", "return max(x, LIMIT)"),
+    }
+    kernel = {m.original for m in found if m.in_kernel}
+    assert kernel == {"def kernel(x: int = 1) -> float:", "return x * 2"}
+    assert all(m.is_python(tmp_path) for m in found)
+
+
+def test_a_sample_is_even_over_the_areas_and_goes_by_its_seed():
+    root = Path(mutation.__file__).parent.parent
+    drawn = mutation.draw(root, 30, 1, list(mutation.AREAS))
+    assert Counter(m.area for m in drawn) == dict.fromkeys(mutation.AREAS, 5)
+    assert drawn == mutation.draw(root, 30, 1, list(mutation.AREAS))
+    assert drawn != mutation.draw(root, 30, 2, list(mutation.AREAS))
+
+
+def test_the_closest_and_quickest_tests_come_first():
+    touched = Touched(
+        seconds={"tests/a/test_m.py::slow": 9, "tests/a/test_m.py::quick": 1, "tests/b/t.py::x": 0},
+        lines={"a/m.py": {test: {3} for test in
+               ("tests/b/t.py::x", "tests/a/test_m.py::slow", "tests/a/test_m.py::quick")}},
+    )  # fmt: skip
+    one = mutation.Mutant("", "a/m.py", 3, 0, 0, "", "", "", 3, 3, False)
+    assert touched.tests_for(one, []) == [
+        "tests/a/test_m.py::quick",
+        "tests/a/test_m.py::slow",
+        "tests/b/t.py::x",
+    ]
+    assert distance("a/m.py", "tests/a/test_n.py::x") == 1
+
+
+@pytest.mark.slow
+def test_mutants_are_killed_by_the_tests_that_touch_them_and_others_survive(project):
+    trees = mutation.Trees(project, project / "out", 1)
+    touched = mutation.record_all(project, trees, project / "out" / "recorded", 1)
+    of = touched.lines["module.py"]
+    assert of["tests/test_module.py::test_larger"] == {2}
+    # What a shared fixture runs counts for every test that asks for it.
+    assert of["tests/test_module.py::test_first"] == of["tests/test_module.py::test_least"] == {6}
+    judged = {}
+    for mutant in mutation.draw(project, 100, 0, ["all"]):
+        with trees.one() as tree:
+            judged[mutant.mutant] = tree.judge(mutant, touched)
+    assert judged["return max(values)"].killed_by == "tests/test_module.py::test_least"
+    assert judged["return a if a < b else b"].killed_by == "tests/test_module.py::test_larger"
+    assert judged["return a if a >= b else b"].verdict == "survived"  # it is the same
+    assert (project / "module.py").read_text().count("a > b") == 1
+    table = project / "mutants.csv"
+    mutation.write_table(table, list(judged.values()))
+    assert mutation.read_table(table) == list(judged.values())
+    assert "module.py:2" in mutation.summary(list(judged.values()))
