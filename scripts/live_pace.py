@@ -30,7 +30,7 @@ from curling_env.storage import atomic_path, make_directory
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 from friction_estimation.camera.scene import load_scene
-from friction_estimation.live import Feed, Moment, Seen, follow, open_feed
+from friction_estimation.live import Feed, LiveFrame, TrackedClip, follow_stream, open_feed
 from friction_estimation.live.motion import MEMORY
 from friction_estimation.live.recorder import QUIET
 from friction_estimation.synthetic import FilmSpec, on_film, render_films
@@ -63,9 +63,9 @@ def main(
     feed = Timed(open_feed(f"{address}?listen=1"))
     scene = load_scene(folder / f"{SPEC.name}.scene.json")
     used = time.process_time()
-    for news in follow(feed, scene, make_directory(folder / "kept"), report=folder):
+    for news in follow_stream(feed, scene, make_directory(folder / "kept"), report=folder):
         now = feed.since
-        if isinstance(news, Seen):
+        if isinstance(news, TrackedClip):
             over = news.clip.clock + news.clip.frames / SPEC.fps
             print(f"{now:6.1f} s  {news.clip.path.name}, {now - over:.1f} s after its end, "
                   f"{news.clip.missing} frames missing: "
@@ -88,7 +88,7 @@ def _draw(weight: float) -> Trajectory:
     return path
 
 
-def _off(seen: Seen, truths: Sequence[Trajectory]) -> str:
+def _off(seen: TrackedClip, truths: Sequence[Trajectory]) -> str:
     """How far a track is from where its stone was, one second after the release and later."""
     track = seen.tracks[0]
     before = sum(len(truth) for truth in truths[: track.throw]) / SPEC.fps
@@ -153,8 +153,8 @@ class Timed:
         """Time since the first frame [s]."""
         return time.monotonic() - self._begun
 
-    def moments(self) -> Generator[Moment]:
-        for moment in self._feed.moments():
+    def frames(self) -> Generator[LiveFrame]:
+        for moment in self._feed.frames():
             if not self.lags:
                 self._begun = time.monotonic() - moment.t
             self.lags.append(self.since - moment.t)

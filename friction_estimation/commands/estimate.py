@@ -236,7 +236,7 @@ def _track(
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.reports.estimate_page import Still
     from friction_estimation.tracking import load_tracker, track_films
-    from friction_estimation.tracking.overlay import stills as stills_of
+    from friction_estimation.tracking.overlay import draw_stills as stills_of
     from friction_estimation.tracking.resume import Checkpoints
 
     cv2.setNumThreads(1)

@@ -62,7 +62,7 @@ def live(
     from curling_env.trajectory import write_tracks
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.film.video import is_stream
-    from friction_estimation.live import Seen, follow, open_feed
+    from friction_estimation.live import TrackedClip, follow_stream, open_feed
     from friction_estimation.tracking import load_tracker
 
     if not is_stream(source):
@@ -83,10 +83,10 @@ def live(
             bar.set_postfix_str(f"{waiting} to track" if waiting else "", refresh=False)
             bar.update()
 
-        for news in follow(
+        for news in follow_stream(
             feed, where, folder, throws=throws, report=page, tracker=function, on_frame=count
         ):
-            if not isinstance(news, Seen):
+            if not isinstance(news, TrackedClip):
                 say(f"the ice so far: {news.words}")
                 continue
             name = news.clip.path.name

@@ -45,14 +45,17 @@ def stones(
     from friction_estimation.camera.annotation.annotate import Annotation
     from friction_estimation.camera.pose import camera_from_scene
     from friction_estimation.camera.scene import load_scene
-    from friction_estimation.tracking.detection.single_image import draw_stones, stones_in_still
+    from friction_estimation.tracking.detection.single_image import (
+        draw_stones,
+        find_stones_in_image,
+    )
 
     cv2.setNumThreads(1)
     known = load_scene(scene)
     images = [Annotation.open(path, known.sheet).stills[0] for path in (picture, empty)]
     camera = camera_from_scene(known, (images[0].shape[1], images[0].shape[0]))
     model = StoneModel(radius=known.stone_radius, height=known.stone_height)
-    found = stones_in_still(images[0], images[1], camera, model, known.sheet)
+    found = find_stones_in_image(images[0], images[1], camera, model, known.sheet)
     places = [
         {
             "x": round(float(stone.xy[0]), 4),

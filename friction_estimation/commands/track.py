@@ -182,8 +182,8 @@ def describe(one: TrackedFilm) -> str:
     found = one.found
     known = 1000 * float(np.median(found.trajectory.sigma_xy))
     paint = (
-        f"the paint on the ice agrees to {found.landmarks.rms_px:.2f} px"
-        if found.landmarks.readings
+        f"the paint on the ice agrees to {found.refined.rms_px:.2f} px"
+        if found.refined.readings
         else "the paint on the ice could not check the points that were marked"
     )
     return (

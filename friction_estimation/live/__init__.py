@@ -7,8 +7,18 @@ estimated there too. A throw begins when something moves on the ice and ends whe
 for some seconds; films without a stone that slides are told of and kept.
 """
 
-from friction_estimation.live.feed import Coded, Feed, Moment, open_feed
-from friction_estimation.live.follow import Seen, Told, follow
+from friction_estimation.live.feed import Feed, LiveFrame, Packet, open_feed
+from friction_estimation.live.follow import IceSoFar, TrackedClip, follow_stream
 from friction_estimation.live.recorder import Clip, Recorder
 
-__all__ = ["Clip", "Coded", "Feed", "Moment", "Recorder", "Seen", "Told", "follow", "open_feed"]
+__all__ = [
+    "Clip",
+    "Feed",
+    "IceSoFar",
+    "LiveFrame",
+    "Packet",
+    "Recorder",
+    "TrackedClip",
+    "follow_stream",
+    "open_feed",
+]

@@ -40,7 +40,7 @@ CAMERA_CLOCK = Fraction(1, 65535)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Coded:
+class Packet:
     """A piece of a coded stream: one frame, most often as changes to others.
 
     Parameters
@@ -64,7 +64,7 @@ class Coded:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Moment:
+class LiveFrame:
     """One frame as it came.
 
     Parameters
@@ -76,7 +76,7 @@ class Moment:
 
     t: float
     grey: Image
-    coded: tuple[Coded, ...]
+    coded: tuple[Packet, ...]
 
 
 class Feed(Protocol):
@@ -91,7 +91,7 @@ class Feed(Protocol):
     size: tuple[int, int]
     fps: float
 
-    def moments(self) -> Generator[Moment]:
+    def frames(self) -> Generator[LiveFrame]:
         """Frames as they come, until the source ends."""
         ...
 
@@ -142,10 +142,10 @@ class Stream:
             raise InputError("sends no picture that can be decoded", source=self._address)
         return film
 
-    def moments(self) -> Generator[Moment]:
+    def frames(self) -> Generator[LiveFrame]:
         begin: int | None = None
         last = -np.inf
-        held: list[Coded] = []
+        held: list[Packet] = []
         with suppress(FFmpegError):  # It broke off; what came until then stands.
             for packet in self._film.demux(self._video):
                 shown = timestamp_of(packet)
@@ -162,7 +162,7 @@ class Stream:
                     t = float((moment - begin) * packet.time_base)
                     if t > last:
                         last = t
-                        yield Moment(t=t, grey=brightness_of(frame), coded=tuple(held))
+                        yield LiveFrame(t=t, grey=brightness_of(frame), coded=tuple(held))
                         held.clear()
 
     def add_to(self, film: Any) -> Any:
@@ -172,8 +172,8 @@ class Stream:
         self._film.close()
 
 
-def _coded(packet: Any, shown: int, begin: int) -> Coded:
-    return Coded(
+def _coded(packet: Any, shown: int, begin: int) -> Packet:
+    return Packet(
         data=bytes(packet),
         pts=shown - begin,
         dts=packet.dts - begin,
@@ -217,7 +217,7 @@ class Webcam:
         stamp = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
         return time.monotonic(), stamp, np.asarray(frame, dtype=np.uint8)
 
-    def moments(self) -> Generator[Moment]:
+    def frames(self) -> Generator[LiveFrame]:
         waiting: Queue[tuple[float, float, Image] | None] = Queue(WAITING)
         ended = Event()
 
@@ -244,7 +244,7 @@ class Webcam:
                 frame = av.VideoFrame.from_ndarray(planes, format="yuv420p")
                 frame.pts, frame.time_base = tick, CAMERA_CLOCK
                 packets = coder.encode(frame)
-                yield Moment(
+                yield LiveFrame(
                     t=float(tick * CAMERA_CLOCK),
                     grey=planes[: self.size[1]],
                     coded=tuple(_coded(packet, packet.pts, 0) for packet in packets),

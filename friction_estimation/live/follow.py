@@ -19,18 +19,18 @@ from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.scene import Scene
 from friction_estimation.inversion import estimate_ice
 from friction_estimation.live.feed import Feed
-from friction_estimation.live.motion import Motion
+from friction_estimation.live.motion import MotionDetector
 from friction_estimation.live.recorder import Clip, Recorder
 from friction_estimation.reports.estimate_page import Still, write_report
 from friction_estimation.tracking import Tracker, track_film, track_films
-from friction_estimation.tracking.overlay import stills
+from friction_estimation.tracking.overlay import draw_stills
 
 RELOADED = 10.0
 """A page of ice that is still being measured is loaded again after this time [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Seen:
+class TrackedClip:
     """What became of one recorded film.
 
     Parameters
@@ -46,7 +46,7 @@ class Seen:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Told:
+class IceSoFar:
     """What all throws so far say of the ice.
 
     Parameters
@@ -59,7 +59,7 @@ class Told:
     words: str
 
 
-def follow(
+def follow_stream(
     feed: Feed,
     scene: Scene,
     folder: Path,
@@ -68,8 +68,8 @@ def follow(
     report: Path | None = None,
     tracker: Tracker = track_film,
     on_frame: Callable[[int], object] = lambda waiting: None,
-) -> Iterator[Seen | Told]:
-    """Record and track a stream, throw by throw, until it ends or enough was seen.
+) -> Iterator[TrackedClip | IceSoFar]:
+    """Measurements and track a stream, throw by throw, until it ends or enough was seen.
 
     A keyboard interrupt ends the recording; what was recorded until then is still tracked.
 
@@ -92,16 +92,16 @@ def follow(
     ------
     InputError : points that do not fit the picture
     """
-    motion = Motion.before(camera_from_scene(scene, feed.size), scene)
+    motion = MotionDetector.for_camera(camera_from_scene(scene, feed.size), scene)
     recorder = Recorder(feed=feed, motion=motion, folder=folder)
     # A fresh process: one that was forked would share the camera.
     context = get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=context, initializer=_leave_interrupts) as beside:
         work = _Work(beside, scene, report, tracker)
         with closing(feed):
-            with closing(feed.moments()) as moments, suppress(KeyboardInterrupt):
+            with closing(feed.frames()) as moments, suppress(KeyboardInterrupt):
                 for moment in moments:
-                    work.track(recorder.take(moment))
+                    work.track(recorder.add(moment))
                     yield from work.done()
                     if throws is not None and work.throws >= throws:
                         break
@@ -112,7 +112,7 @@ def follow(
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Watched:
+class _TrackedFilm:
     """A film that was tracked."""
 
     tracks: tuple[Trajectory, ...]
@@ -127,10 +127,10 @@ class _Work:
     ) -> None:
         self._beside, self._scene, self._report = beside, scene, report
         self._tracker = tracker
-        self._films: deque[tuple[Clip, Future[_Watched]]] = deque()
+        self._films: deque[tuple[Clip, Future[_TrackedFilm]]] = deque()
         self._tracks: list[Trajectory] = []
         self._stills: tuple[Still, ...] = ()
-        self._telling: Future[Told] | None = None
+        self._telling: Future[IceSoFar] | None = None
         self._asked = 0
         self.throws = 0
 
@@ -142,11 +142,11 @@ class _Work:
     def track(self, clip: Clip | None) -> None:
         if clip is not None:
             pending = self._beside.submit(
-                _watch, clip.path, self._scene, self._tracker, self._report is not None
+                _track, clip.path, self._scene, self._tracker, self._report is not None
             )
             self._films.append((clip, pending))
 
-    def done(self) -> Iterator[Seen | Told]:
+    def done(self) -> Iterator[TrackedClip | IceSoFar]:
         """What has been finished since."""
         while self._films and self._films[0][1].done():
             yield self._seen()
@@ -156,7 +156,7 @@ class _Work:
         if self._telling is None and self._asked < self.throws:
             self._telling = self._ask(RELOADED)
 
-    def rest(self) -> Iterator[Seen | Told]:
+    def rest(self) -> Iterator[TrackedClip | IceSoFar]:
         """All that is still to be finished; then the page is as it stays."""
         while self._films:
             yield self._seen()
@@ -168,12 +168,12 @@ class _Work:
             if news:
                 yield told
 
-    def _seen(self) -> Seen:
+    def _seen(self) -> TrackedClip:
         clip, pending = self._films.popleft()
         try:
             watched = pending.result()
         except CurlingError as error:
-            return Seen(clip=clip, reason=str(error))
+            return TrackedClip(clip=clip, reason=str(error))
         tracks = tuple(
             replace(track, throw=self.throws, clock=round(clip.clock, 3))
             for track in watched.tracks
@@ -181,12 +181,12 @@ class _Work:
         self.throws += 1
         self._tracks += tracks
         self._stills = watched.stills
-        return Seen(clip=clip, tracks=tracks)
+        return TrackedClip(clip=clip, tracks=tracks)
 
-    def _ask(self, reload: float | None) -> Future[Told]:
+    def _ask(self, reload: float | None) -> Future[IceSoFar]:
         self._asked = self.throws
         return self._beside.submit(
-            _tell, self.throws, self._tracks, self._stills, self._report, reload
+            _estimate, self.throws, self._tracks, self._stills, self._report, reload
         )
 
 
@@ -194,35 +194,35 @@ def _leave_interrupts() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _watch(path: Path, scene: Scene, tracker: Tracker, with_stills: bool) -> _Watched:
+def _track(path: Path, scene: Scene, tracker: Tracker, with_stills: bool) -> _TrackedFilm:
     cv2.setNumThreads(1)
     (tracked,) = track_films([path], scene, tracker=tracker)
     found = tracked.found if with_stills else None
-    shown = [] if found is None else stills(path, scene, found)
-    return _Watched(
+    shown = [] if found is None else draw_stills(path, scene, found)
+    return _TrackedFilm(
         tracks=tracked.tracks,
         stills=tuple(Still.of(path.name, t, image) for t, image in shown),
     )
 
 
-def _tell(
+def _estimate(
     throws: int,
     tracks: Sequence[Trajectory],
     shown: Sequence[Still],
     report: Path | None,
     reload: float | None,
-) -> Told:
+) -> IceSoFar:
     try:
         found = estimate_ice(tracks, uniform=report is None)
     except CurlingError as error:
         too_short = isinstance(error, TrackTooShortError)
-        return Told(
+        return IceSoFar(
             throws=throws, words="too short to tell of the ice" if too_short else str(error)
         )
     if report is not None:
         write_report(found, report, shown, reload=reload)
     low, high = found.interval
-    return Told(
+    return IceSoFar(
         throws=throws,
         words=f"μ = {found.mu:.5f} ± {50 * (high - low) / found.mu:.2g} % "
         f"from {len(found.slides)} throws",

@@ -32,7 +32,7 @@ MEMORY = 2.0
 metre has then moved by a pixel."""
 
 
-class Motion:
+class MotionDetector:
     """Looks at a camera's frames for what moves on the sheet.
 
     Parameters
@@ -49,7 +49,7 @@ class Motion:
         self._looked = -np.inf
 
     @classmethod
-    def before(cls, camera: Camera, scene: Scene) -> Motion:
+    def for_camera(cls, camera: Camera, scene: Scene) -> MotionDetector:
         """What a camera at a scene has in front of it."""
         rows, columns = (
             slice(side.start, side.stop - (side.stop - side.start) % THINNED_PX)
@@ -68,7 +68,7 @@ class Motion:
         stone = np.pi * scene.stone_radius**2
         return cls(np.where(on_sheet, square / stone, 0.0), (rows, columns))
 
-    def seen(self, t: float, grey: Image) -> bool:
+    def detects(self, t: float, grey: Image) -> bool:
         """Whether something has moved before t [s]; grey: brightness, (height, width)."""
         if t - self._looked < LOOK_EVERY:
             return False

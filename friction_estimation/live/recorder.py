@@ -10,8 +10,8 @@ import av
 import numpy as np
 
 from curling_env.storage import atomic_path
-from friction_estimation.live.feed import Coded, Feed, Moment
-from friction_estimation.live.motion import Motion
+from friction_estimation.live.feed import Feed, LiveFrame, Packet
+from friction_estimation.live.motion import MotionDetector
 
 QUIET = 3.0
 """So long must all be still before a throw counts as over [s]."""
@@ -51,15 +51,15 @@ class Recorder:
     """
 
     feed: Feed
-    motion: Motion
+    motion: MotionDetector
     folder: Path
     count: int = 0
-    _kept: list[Coded] = field(default_factory=list)
+    _kept: list[Packet] = field(default_factory=list)
     _moved: float = -np.inf
 
-    def take(self, moment: Moment) -> Clip | None:
+    def add(self, moment: LiveFrame) -> Clip | None:
         """Keep one moment; the film that ends with it, if one does."""
-        if self.motion.seen(moment.t, moment.grey):
+        if self.motion.detects(moment.t, moment.grey):
             self._moved = moment.t
         self._kept += moment.coded
         if self._moved == -np.inf:
@@ -97,7 +97,7 @@ class Recorder:
         del self._kept[: whole[-1] if whole else 0]
 
 
-def _write(path: Path, feed: Feed, pieces: Sequence[Coded]) -> None:
+def _write(path: Path, feed: Feed, pieces: Sequence[Packet]) -> None:
     """A film of what came, with its own times from the first piece on."""
     begin = pieces[0].pts
     with av.open(str(path), "w", format="mp4") as film:

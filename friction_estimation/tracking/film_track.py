@@ -1,19 +1,19 @@
-"""What a user may choose when a film is tracked, and what comes of it."""
+"""What a user may choose for the built-in tracker, and what it finds in a film."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import dataclass, replace
+from typing import Literal
 
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Floats
+from curling_env.typing import Floats, Integers
 from friction_estimation.appearance import Appearance
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.film.stabilisation import Stabiliser
-from friction_estimation.tracking.optical_flow import Flow
+
+FlowMethod = Literal["plain", "pyramidal"]
+"""Lucas-Kanade optical flow at one scale, or from coarse to fine."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,15 +22,15 @@ class TrackingOptions:
 
     Parameters
     ----------
-    flow : Lucas-Kanade in one scale or in a pyramid
-    gate : largest distance of a fit from its prediction [m], beside what the picture's scale asks
+    flow : the optical flow that predicts where the stone is in the next frame
+    gate : largest distance of a measurement from its prediction [m]; two pixels are added to it
     min_visible : least share of the stone that must be seen, 0 to 1
-    min_inside : least share of the stone's outline that must lie in the image, 0 to 1
-    refine : let the paint on the ice correct the points that were marked, and find what is not
-        known of the lens
+    min_inside : least share of the stone's outline that must lie in the picture, 0 to 1
+    refine : whether the paint on the ice corrects the points in the scene, and finds what is
+        unknown of the lens
     """
 
-    flow: Flow = "pyramidal"
+    flow: FlowMethod = "pyramidal"
     gate: float = 0.25
     min_visible: float = 0.5
     min_inside: float = 0.98
@@ -39,35 +39,44 @@ class TrackingOptions:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FilmTrack:
-    """What one film gave.
+    """The track of one stone in a film, with everything that was found on the way.
 
     Parameters
     ----------
-    trajectory : the smoothed track; rows only where the stone was seen
+    trajectory : the smoothed track, with one row for each frame in which the stone was seen
     frame : (n,) index of the frame of each row
     velocity : (n, 2) [m/s]
-    spin : (n,) [rad/s], NaN without a handle
-    frame_count : frames of the film
-    camera, look : what the film was read with
-    landmarks : how well the paint on the ice agrees with the camera
-    contacts : moments at which it struck or was struck [s]
+    spin : (n,) [rad/s]; NaN where the handle does not show it
+    frame_count : number of frames in the film
+    camera : the camera with which the film was measured
+    appearance : what the stone looks like
+    refined : the same camera, with how well the paint on the ice agrees with it
+    contacts : times at which the stone hit or was hit [s]
     others : tracks of the other stones on the sheet, numbered from 1
-    stabiliser : puts the frames back where the camera swayed; None where it stood still
+    stabiliser : undoes the camera's sway in a frame; None where the camera stood still
     """
 
     trajectory: Trajectory
-    frame: NDArray[np.int64]
+    frame: Integers
     velocity: Floats
     spin: Floats
     frame_count: int
     camera: Camera
-    look: Appearance
-    landmarks: RefinedCamera
+    appearance: Appearance
+    refined: RefinedCamera
     contacts: tuple[float, ...] = ()
     others: tuple[FilmTrack, ...] = ()
     stabiliser: Stabiliser | None = None
 
     @property
     def trajectories(self) -> tuple[Trajectory, ...]:
-        """Of all stones, the thrown one first, as they stand in a tracks file."""
+        """The tracks of all stones as a tracks file holds them, the thrown stone first."""
         return (self.trajectory, *(other.trajectory for other in self.others))
+
+    def numbered(self, throw: int) -> FilmTrack:
+        """The same tracks under the number of a throw."""
+        return replace(
+            self,
+            trajectory=replace(self.trajectory, throw=throw),
+            others=tuple(other.numbered(throw) for other in self.others),
+        )

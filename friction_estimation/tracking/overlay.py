@@ -1,4 +1,4 @@
-"""A film to show: the stone's outline and path drawn into it, its speed, and a map of the sheet."""
+"""A film to show: the outline, path and speed of the stone in it, and a map of the sheet."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from friction_estimation.camera.top_view import TopView
 from friction_estimation.film.video import Film, film_writer
 from friction_estimation.tracking.film_track import FilmTrack
 
+# Colours, blue-green-red.
 PATH = (40, 170, 255)
 OUTLINE = (80, 230, 120)
 OTHERS = ((255, 170, 60), (230, 90, 220), (70, 220, 255), (160, 255, 160), (120, 120, 255))
@@ -24,9 +25,6 @@ TEXT = (255, 255, 255)
 PANEL = (46, 38, 32)
 ICE = (246, 243, 238)
 BLUE, RED, LINE = (190, 120, 50), (60, 60, 205), (150, 150, 150)
-"""Colours are BGR, as films are."""
-LARGEST = 1280
-"""Films wider than this are drawn smaller [px]: encoding costs as much as all else together."""
 
 
 def write_overlay(
@@ -35,30 +33,43 @@ def write_overlay(
     track: FilmTrack,
     output: str | Path,
     *,
+    largest_px: int = 1280,
     progress: Progress = no_progress,
 ) -> None:
-    """Draw what was tracked into the film it was tracked in; a large film becomes 1280 px wide.
+    """Draw a track into a copy of its film.
+
+    Parameters
+    ----------
+    film_path, scene, track : what was tracked, and what was found
+    output : the film that is written
+    largest_px : larger films are drawn at this width or height; encoding takes most of the time
+    progress : called with the number of frames done and the expected number of all
 
     Raises
     ------
     OutputError : `output` cannot be written as a film
     """
     film = Film.open(film_path, scene.fps)
-    picture = _Overlay(track, scene, film.size, LARGEST)
+    picture = _Overlay(track, scene, film.size, largest_px)
     frames = with_progress(film.frames(), "overlay", progress, film.frame_count)
     with film_writer(output, picture.size, film.fps) as writer:
         for index, (t, frame) in enumerate(frames):
             writer.write(picture.draw(frame, index, t))
 
 
-def stills(
+def draw_stills(
     film_path: str | Path, scene: Scene, track: FilmTrack, count: int = 3
 ) -> list[tuple[float, Image]]:
-    """Frames in which the stone was seen, spread over its slide, with what was tracked drawn in.
+    """Draw a track into a few frames, spread over the slide of the stone.
+
+    Parameters
+    ----------
+    film_path, scene, track : what was tracked, and what was found
+    count : how many pictures, at most
 
     Returns
     -------
-    time since the first frame [s] and picture, BGR, of each
+    Time since the first frame [s] and picture (height, width, 3), BGR, of each.
     """
     film = Film.open(film_path, scene.fps)
     picture = _Overlay(track, scene, film.size, max(film.size))
@@ -69,6 +80,8 @@ def stills(
 
 
 class _Overlay:
+    """Draws a track into the frames of its film, which come in order."""
+
     def __init__(
         self, track: FilmTrack, scene: Scene, film_size: tuple[int, int], largest: int
     ) -> None:
@@ -93,7 +106,7 @@ class _Overlay:
         self._until = 0
 
     def draw(self, frame: Image, index: int, t: float) -> Image:
-        """The frame, put back where the camera swayed, with everything drawn into it."""
+        """The frame, without the sway of the camera, with everything drawn into it."""
         if self._track.stabiliser is not None:
             frame = self._track.stabiliser.stabilised(frame)
         if self._scale < 1:
@@ -115,7 +128,7 @@ class _Overlay:
         return frame
 
     def _projected(self, track: FilmTrack, points: ArrayLike) -> Floats:
-        """Points of the sheet (n, 3) in the picture that is drawn, (n, 2) [px]."""
+        """Where points (n, 3) [m] are in the picture that is drawn, (n, 2) [px]."""
         return self._scaled(track.camera.project(points))
 
     def _scaled(self, px: Floats) -> Floats:
@@ -125,11 +138,13 @@ class _Overlay:
         self, frame: Image, track: FilmTrack, row: int, colour: tuple[int, int, int]
     ) -> None:
         xy, theta = track.trajectory.xy[row], track.trajectory.theta[row]
-        outline = self._scaled(track.look.model.outline_px(track.camera, xy))
+        outline = self._scaled(track.appearance.model.outline_px(track.camera, xy))
         self._polyline(frame, np.concatenate([outline, outline[:1]]), colour, 2)
         if np.isfinite(theta):
-            z = track.look.model.height + track.look.model.handle_rise
-            ahead = xy + 2.2 * track.look.model.radius * np.array([np.cos(theta), np.sin(theta)])
+            z = track.appearance.model.height + track.appearance.model.handle_rise
+            ahead = xy + 2.2 * track.appearance.model.radius * np.array(
+                [np.cos(theta), np.sin(theta)]
+            )
             line = self._projected(track, [[*xy, z], [*ahead, z]])
             self._polyline(frame, line, colour, 2)
 
@@ -163,7 +178,7 @@ class _Overlay:
         row: int | None,
         others: Sequence[tuple[FilmTrack, int | None]],
     ) -> None:
-        # The path stays; only what is new of it is drawn.
+        # The path stays in the map; only its new part is drawn.
         self._polyline(self._inset, self._path_view[max(self._until - 1, 0) : until], PATH, 2)
         self._until = until
         image = self._inset.copy()
@@ -174,14 +189,14 @@ class _Overlay:
                 self._disc(image, places[-1], _colour_of(other))
         if row is not None:
             self._disc(image, self._path_view[row], OUTLINE)
-        if self._lies_flat(frame.shape):
+        if self._map_lies_flat(frame.shape):
             image = cv2.rotate(image, cv2.ROTATE_90_CLOCKWISE)
         edge = round(8 * self._unit)
         margin = round(28 * self._unit)
         rows, columns = image.shape[:2]
         top = (frame.shape[0] - rows) // 2
         left = frame.shape[1] - margin - columns
-        if self._lies_flat(frame.shape):
+        if self._map_lies_flat(frame.shape):
             top, left = frame.shape[0] - margin - rows, (frame.shape[1] - columns) // 2
         if top < edge or left < edge:
             return
@@ -189,15 +204,15 @@ class _Overlay:
         frame[top : top + rows, left : left + columns] = image
 
     def _disc(self, image: Image, place: Floats, colour: tuple[int, int, int]) -> None:
-        """A stone on the map."""
-        radius = max(self._track.look.model.radius * self._view.px_per_m, 3.5)
+        """Draw a stone into the map."""
+        radius = max(self._track.appearance.model.radius * self._view.px_per_m, 3.5)
         u, v = np.round(16 * place).astype(int)
         centre = int(u), int(v)
         cv2.circle(image, centre, round(16 * radius), PANEL, -1, cv2.LINE_AA, 4)
         cv2.circle(image, centre, round(16 * radius), colour, 2, cv2.LINE_AA, 4)
 
-    def _lies_flat(self, shape: tuple[int, ...]) -> bool:
-        """Whether the map goes along the lower edge: where the right one would cover the ice."""
+    def _map_lies_flat(self, shape: tuple[int, ...]) -> bool:
+        """Whether the map goes to the lower edge, because at the right it would cover the ice."""
         return bool(np.nanmax(self._sheet_px[:, 0]) > 0.9 * shape[1])
 
     def _draw_numbers(self, frame: Image, row: int | None, until: int, t: float) -> None:

@@ -1,6 +1,4 @@
-"""What a throw meets: the stones that lie there, the ice without those that leave, and the thrown
-stone's path told from theirs.
-"""
+"""What a throw meets: stones that lie on the sheet, and the ice without those that leave."""
 
 # OpenCV's stubs widen the element type of every array that they return.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportReturnType=false
@@ -18,91 +16,104 @@ from curling_env.sheet import Sheet
 from curling_env.typing import Image
 from friction_estimation.appearance import Appearance, StoneModel
 from friction_estimation.camera.camera import Camera
-from friction_estimation.tracking.detection.acquisition import RoughPath, sightings_in, thrown_stone
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background, moving_blobs
 from friction_estimation.tracking.detection.resting_stones import (
-    PICTURES,
-    Bystander,
-    bystanders,
+    RestingStone,
+    find_resting_stones,
     footprint,
+)
+from friction_estimation.tracking.detection.thrown_stone import (
+    RoughPath,
+    likeliest_path,
+    sightings_in,
 )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Company:
+class SceneContext:
     """What a throw meets on the sheet.
 
     Parameters
     ----------
-    lying : the other stones
-    sample : the frames and their times in which `rough` was sighted
-    rough : the thrown stone's path until the first of them leaves
-    background : the ice without those that leave
+    resting : the other stones
+    path : the thrown stone's path until the first of them leaves
+    pictures : times [s] and frames in which that path was found
+    background : the ice without the stones that leave
     """
 
-    lying: tuple[Bystander, ...]
-    sample: Sequence[tuple[float, Image]]
-    rough: RoughPath
+    resting: tuple[RestingStone, ...]
+    path: RoughPath
+    pictures: Sequence[tuple[float, Image]]
     background: Background
 
 
-def gather(
+def find_scene_context(
     sample: Sequence[tuple[float, Image]],
     background: Background,
     camera: Camera,
-    look: Appearance,
+    appearance: Appearance,
     sheet: Sheet,
-    rough: RoughPath,
+    path: RoughPath,
     sample_until: Callable[[float], Sequence[tuple[float, Image]]],
-) -> Company | None:
-    """The other stones on the sheet, and the thrown stone's path told from theirs.
-
-    None where the thrown stone is alone. See `bystanders`.
+) -> SceneContext | None:
+    """Find the other stones on the sheet, and tell the thrown stone's path from theirs.
 
     Parameters
     ----------
-    sample_until : as many frames as `sample` has, from the film's beginning to a time [s]
+    sample : sampled frames and their times [s]
+    appearance, path : of the thrown stone
+    sample_until : as many frames as `sample` has, between the film's beginning and a time [s]
+
+    Returns
+    -------
+    None where the thrown stone is alone
     """
-    lying = bystanders(sample, background, camera, look, sheet, rough)
-    if not any(stone.stays or stone.leaves for stone in lying):
+    resting = find_resting_stones(sample, background, camera, appearance, sheet, path)
+    if not any(stone.stays or stone.leaves for stone in resting):
         return None
-    if not any(stone.leaves for stone in lying):
-        return Company(lying=tuple(lying), sample=sample, rough=rough, background=background)
-    ice = _ice_without(lying, sample, background, camera, look.model)
-    places = np.array([stone.xy for stone in lying if stone.leaves])
-    leaving = sorted((s for s in lying if s.leaves), key=lambda stone: stone.last_seen)
+    unchanged = SceneContext(
+        resting=tuple(resting), path=path, pictures=sample, background=background
+    )
+    if not any(stone.leaves for stone in resting):
+        return unchanged
+    ice = _ice_without(resting, sample, background, camera, appearance.model)
+    places = np.array([stone.xy for stone in resting if stone.leaves])
+    leaving = sorted((s for s in resting if s.leaves), key=lambda stone: stone.last_seen)
     while leaving:
-        # A stone thrown hard passes in a few sparse frames, most of them behind sweepers.
+        # A stone thrown hard is in few of the sampled frames, and behind sweepers in most of them.
         before = sample_until(sample[leaving[0].last_seen][0])
-        path = thrown_stone(
+        new_path = likeliest_path(
             [
                 sighting
                 for i, (t, frame) in enumerate(before)
                 for sighting in sightings_in(
-                    moving_blobs(frame, ice), i, t, camera, look.model, sheet
+                    moving_blobs(frame, ice), i, t, camera, appearance.model, sheet
                 )
-                if np.linalg.norm(places - sighting.xy, axis=1).min() > 2 * look.model.radius
+                if np.linalg.norm(places - sighting.xy, axis=1).min() > 2 * appearance.model.radius
             ]
         )
-        if path is not None:
-            return Company(lying=tuple(lying), sample=before, rough=path, background=ice)
-        # Nothing came before it left: it is the thrown stone, held until its release.
-        lying = [stone for stone in lying if stone is not leaving[0]]
+        if new_path is not None:
+            return SceneContext(
+                resting=tuple(resting), path=new_path, pictures=before, background=ice
+            )
+        # Nothing came before the stone left: it is the thrown one, held until its release.
+        resting = [stone for stone in resting if stone is not leaving[0]]
         leaving = leaving[1:]
-    if not any(stone.stays for stone in lying):
+    if not any(stone.stays for stone in resting):
         return None
-    return Company(lying=tuple(lying), sample=sample, rough=rough, background=background)
+    return replace(unchanged, resting=tuple(resting))
 
 
 def _ice_without(
-    lying: Sequence[Bystander],
+    resting: Sequence[RestingStone],
     sample: Sequence[tuple[float, Image]],
     background: Background,
     camera: Camera,
     model: StoneModel,
 ) -> Background:
-    """The background with the ice that is seen before a stone comes, and after it leaves."""
-    moved = [stone for stone in lying if not stone.stays]
+    """The background with the ice seen before a stone comes or after it leaves, in its place."""
+    moved = [stone for stone in resting if not stone.stays]
     origin = background.origin_px
     masks = [
         footprint(background.image.shape, origin, camera, model, stone.xy) > 0 for stone in moved
@@ -120,12 +131,12 @@ def _ice_without(
         covered = np.zeros(cuts.shape[:3], dtype=bool)
         for stone, other in zip(moved, masks, strict=True):
             here = np.flatnonzero(stone.seen)
-            # A stone is half gone in the frame after the last that shows it at rest.
+            # In the frame after the last that shows a stone at rest, it is half gone.
             from_, to = (0, here[-1] + 2) if stone.leaves else (here[0] - 1, len(sample))
             covered[max(from_, 0) : to] |= other[part]
         cuts[covered] = np.nan
         free = (~covered).sum(axis=0)
-        own = mask[part] & (free >= PICTURES)
+        own = mask[part] & (free >= tuning.END_FRAMES)
         with np.errstate(all="ignore"):
             bare = np.nanmedian(np.where(own[None, :, :, None], cuts, 0.0), axis=0)
         image[part][own] = bare[own]

@@ -25,7 +25,12 @@ from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.video import Film
 from friction_estimation.synthetic import FilmSpec, render_film
-from friction_estimation.tracking.optical_flow import FLOWS, Flow, lucas_kanade, points_to_follow
+from friction_estimation.tracking.film_track import FlowMethod
+from friction_estimation.tracking.path.optical_flow import (
+    FLOW_METHODS,
+    lucas_kanade,
+    points_to_follow,
+)
 
 SPEED = 3.2
 """Of the filmed stone [m/s]: a takeout's, which flow must follow too."""
@@ -63,7 +68,7 @@ def draw_flow_figure(path: Path, rng: np.random.Generator) -> str:
     figure = new_figure(10, 6.4)
     panels = figure.subplots(2, 2)
     lines: list[str] = []
-    for row, flow in enumerate(FLOWS):
+    for row, flow in enumerate(FLOW_METHODS):
         for column, (name, (begin, end)) in enumerate(STRETCHES.items()):
             first = int(np.argmax(truth.xy[:, 1] <= begin))
             last = int(np.argmax(truth.xy[:, 1] <= end))
@@ -110,7 +115,7 @@ def _filmed(spec: FilmSpec) -> tuple[Trajectory, list[Image]]:
     return truth, frames
 
 
-def _follow(frames: list[Image], outline_px: Floats, flow: Flow) -> tuple[Floats, Floats]:
+def _follow(frames: list[Image], outline_px: Floats, flow: FlowMethod) -> tuple[Floats, Floats]:
     """Mean place of the points frame by frame, (k, 2) [px], and the points left at the end."""
     before = _grey(frames[0])
     points = points_to_follow(before, outline_px)

@@ -1,4 +1,4 @@
-"""The ice without what moves on it, and the moving blobs in front of it."""
+"""The empty ice, without what moves on it, and the blobs that move in front of it."""
 
 # OpenCV's stubs widen the element type of every array that they return.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportReturnType=false
@@ -16,29 +16,20 @@ from numpy.typing import NDArray
 
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Image
+from friction_estimation.appearance import channels_of
 from friction_estimation.camera.camera import Camera
-
-PEOPLE_HEIGHT = 2.0
-"""What lies around the sheet is kept up to this height [m], so that people are seen whole."""
-MIN_CONTRAST = 14.0
-"""Least difference of brightness (of 255) that counts as something in front of the ice."""
-CORE_SHARE = 0.5
-"""Of a blob's strongest contrast, what its solid core has; shadow and mirror image have less."""
-STRIP_ROWS = 16
-"""Medians are taken strip by strip, which stay in the processor's cache."""
-LARGEST_CORE_PX = 40_000
-"""Blobs whose box is larger than this are no stones, and keep their outline as it is."""
+from friction_estimation.tracking import tuning
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Background:
-    """The film's region around the sheet, free of what moved.
+    """The part of the picture around the sheet, without what moved in the film.
 
     Parameters
     ----------
-    origin_px : column and row of the region's upper left pixel
+    origin_px : column and row of the part's upper left pixel in a frame
     image : (rows, columns, 3) BGR, finer than whole grey levels
-    noise : standard deviation of a pixel that nothing covers
+    noise : standard deviation of an uncovered pixel, of 255 grey levels
     """
 
     origin_px: tuple[int, int]
@@ -50,9 +41,14 @@ class Background:
         """The image in whole grey levels."""
         return self.image.astype(np.uint8)
 
+    @cached_property
+    def channels(self) -> Floats:
+        """The image in the channels in which stones are fitted, (rows, columns, 3)."""
+        return channels_of(self.image)
+
     @property
     def slices(self) -> tuple[slice, slice]:
-        """Rows and columns of the region in a frame."""
+        """Rows and columns of the part in a frame."""
         (u, v), (rows, columns) = self.origin_px, self.image.shape[:2]
         return slice(v, v + rows), slice(u, u + columns)
 
@@ -64,10 +60,10 @@ class Blob:
     Parameters
     ----------
     low_px, high_px : (2,) bounding box of its solid core, inclusive [px]
-    area_px : number of the core's pixels
-    whole_px : (2,) width and height of all of it, with shadow and whatever touches it [px]
-    darker : whether it is darker than the background in some colour, as all are but the empty
-        places of things that lay there through most of the film
+    area_px : number of pixels in the core
+    whole_px : (2,) width and height of all of it, with its shadow and whatever touches it [px]
+    darker : whether it is darker than the background in some colour. Only the empty place of
+        something that lay there through most of the film is not.
     """
 
     low_px: Floats
@@ -77,15 +73,22 @@ class Blob:
     darker: bool = True
 
 
-def sheet_region(camera: Camera, sheet: Sheet, margin_px: int = 12) -> tuple[slice, slice]:
-    """Rows and columns of the image that hold the visible ice and the people on it."""
+def sheet_region(
+    camera: Camera, sheet: Sheet, margin_px: int = tuning.KNOWN_LENS_MARGIN_PX
+) -> tuple[slice, slice]:
+    """Rows and columns of the picture that show the ice and the people on it.
+
+    Parameters
+    ----------
+    margin_px : pixels that are kept around
+    """
     x = np.linspace(-sheet.width / 2, sheet.width / 2, 9)
     y = np.linspace(-sheet.length / 2, sheet.length / 2, 61)
-    ground = np.array([(a, b) for a in x for b in y])
+    ice = np.array([(a, b) for a in x for b in y])
     points = np.concatenate(
-        [np.column_stack([ground, np.full(len(ground), z)]) for z in (0.0, PEOPLE_HEIGHT)]
+        [np.column_stack([ice, np.full(len(ice), z)]) for z in (0.0, tuning.PEOPLE_HEIGHT)]
     )
-    # Only points within the frame count: a lens polynomial means nothing far outside it.
+    # Only points within the frame count: far outside it a lens polynomial is meaningless.
     seen = points[camera.sees(points)]
     px = camera.project(seen) if len(seen) else np.array([[0.0, 0.0], camera.size])
     low = np.floor(px.min(axis=0) - margin_px).astype(int)
@@ -98,11 +101,12 @@ def sheet_region(camera: Camera, sheet: Sheet, margin_px: int = 12) -> tuple[sli
 
 
 def find_background(frames: Sequence[Image], region: tuple[slice, slice]) -> Background:
-    """The median of frames, refined by the mean of what agrees with it.
+    """The empty ice as the median of frames, refined by the mean of all pixels that agree with it.
 
     Parameters
     ----------
     frames : whole BGR frames, spread over the film
+    region : rows and columns of the part that is kept
     """
     parts = np.stack([frame[region] for frame in frames])
     middle = median_picture(parts)
@@ -129,17 +133,19 @@ def _strongest(difference: Image) -> Image:
 
 
 def median_picture(parts: NDArray[np.uint8]) -> Image:
-    """Pixel by pixel the median of pictures (n, rows, columns, 3); the upper one of two."""
+    """The median of pictures (n, rows, columns, 3) at every pixel; the upper of the middle two."""
     middle = np.empty(parts.shape[1:], dtype=np.uint8)
-    for row in range(0, parts.shape[1], STRIP_ROWS):
-        middle[row : row + STRIP_ROWS] = _middle(list(parts[:, row : row + STRIP_ROWS].copy()))
+    rows = 16  # a strip that stays in the processor's cache
+    for row in range(0, parts.shape[1], rows):
+        middle[row : row + rows] = _middle(list(parts[:, row : row + rows].copy()))
     return middle
 
 
 def _middle(parts: list[Image]) -> Image:
     """The median of pictures, which are overwritten.
 
-    Of just over half of them, the least and the greatest cannot be it; the next takes their place.
+    The least and the greatest of half the pictures and two more cannot be the median of all. They
+    are dropped, and the next picture joins, until one is left.
     """
     if len(parts) % 2 == 0:
         parts.append(np.full_like(parts[0], 255))
@@ -154,7 +160,7 @@ def _middle(parts: list[Image]) -> Image:
     pool, rest = parts[: len(parts) // 2 + 2], parts[len(parts) // 2 + 2 :]
     while len(pool) > 2:
         last = len(pool) - 1
-        for i in range(len(pool) // 2):  # the lesser half goes first, the greater half last
+        for i in range(len(pool) // 2):  # lesser values to the first half, greater ones to the last
             sort(i, last - i)
         for i in range(1, (last + 2) // 2):
             sort(0, i)
@@ -166,15 +172,19 @@ def _middle(parts: list[Image]) -> Image:
 
 
 def moving_blobs(frame: Image, background: Background, min_area_px: float = 6.0) -> list[Blob]:
-    """What differs from the background in a frame, labelled before anything is masked.
+    """The connected parts of a frame that differ from the background.
 
-    A person is thus one blob, on the ice and beside it; masking the sheet first would cut a foot
-    off that passes for a stone.
+    They are found before the sheet is cut out, so that a person who stands on its edge is one large
+    blob, and not a foot that might pass for a stone.
+
+    Parameters
+    ----------
+    min_area_px : smaller blobs are left out
     """
     cut = np.ascontiguousarray(frame[background.slices])
     flat = background.flat
     difference = _strongest(cv2.absdiff(cut, flat))
-    limit = max(MIN_CONTRAST, 5 * background.noise)
+    limit = max(tuning.MIN_CONTRAST, 5 * background.noise)
     mask = (cv2.blur(difference, (3, 3)) > limit).view(np.uint8)
     left, top, width, height = cv2.boundingRect(mask)
     if width == 0:
@@ -201,13 +211,13 @@ def _blob(
     flat: Image,
     origin: Floats,
 ) -> Blob:
-    """One blob, cut down to its solid core: what a soft shadow beside it adds is left out."""
+    """One blob with its solid core, without the soft shadow beside it."""
     left, top, width, height, _ = (int(value) for value in stat)
     box = slice(top, top + height), slice(left, left + width)
     own = labels[box] == label
-    if width * height <= LARGEST_CORE_PX:
+    if width * height <= tuning.MAX_CORE_BOX_PX:
         contrast = difference[box]
-        strong = own & (contrast >= CORE_SHARE * np.quantile(contrast[own], 0.95))
+        strong = own & (contrast >= tuning.CORE_CONTRAST_SHARE * np.quantile(contrast[own], 0.95))
         _, parts, part_stats, _ = cv2.connectedComponentsWithStats(
             strong.astype(np.uint8), connectivity=8
         )

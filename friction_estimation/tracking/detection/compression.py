@@ -1,8 +1,8 @@
-"""How much a film's compression has eaten: what hardly changed is copied from frame to frame.
+"""How much detail the compression of a film has lost.
 
-A sensor's noise differs in every frame. Where a codec has left next to nothing of it, it has left
-out small changes of a stone's picture as well: a slow stone then lags behind where it is, and its
-handle shows what it was.
+The noise of a camera differs in every frame. Where a codec copies most pixels from frame to frame,
+it has lost small changes in the picture of a stone as well: a slow stone then lags behind its true
+place, and its handle behind its true heading.
 """
 
 from __future__ import annotations
@@ -13,65 +13,57 @@ import numpy as np
 
 from curling_env.typing import Image
 from friction_estimation.film.frame import Frame
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background
 
-EVERY = 16
-"""One in so many frames is held beside the one before it."""
-PATCH_PX = 48
-PATCHES = ((0.5, 0.25), (0.5, 0.5), (0.5, 0.75), (0.25, 0.5), (0.75, 0.5))
-"""Where in the region of the sheet, as shares of its height and width."""
-LIT = (24, 240)
-"""Darker and brighter pixels may be alike for other reasons."""
-FINE = 0.95
-"""Up to this share of copied pixels nothing is lost that would be seen in a track."""
-LAG_PX = 0.5
-"""How far a stone's picture is off where all pixels are copied. Set on one throw, filmed by
-`friction_estimation.synthetic` from the gantry at 540 lines and encoded as H.264 and H.265 in
-seven qualities: off by 0.03 to 0.1 px up to a share of 0.95, by 0.14 px at 0.98, by 0.5 px at 1."""
 
-
-class Copying:
-    """Watches frames go by for what is only copied in them.
+class CompressionMonitor:
+    """Measures what share of the pixels on the ice is merely copied from frame to frame.
 
     Parameters
     ----------
-    background : whose region is looked at
+    background : its part of the picture is watched
     """
 
     def __init__(self, background: Background) -> None:
         rows, columns = background.slices
         self._patches = [
-            (_middle(rows, down), _middle(columns, across)) for down, across in PATCHES
+            (_patch(rows, down), _patch(columns, across))
+            for down, across in tuning.COMPRESSION_PATCHES
         ]
         self._shares: list[float] = []
 
-    def watched(self, frames: Iterable[tuple[float, Frame]]) -> Iterator[tuple[float, Frame]]:
-        """The same frames."""
+    def watch(self, frames: Iterable[tuple[float, Frame]]) -> Iterator[tuple[float, Frame]]:
+        """The same frames, some of which are compared as they pass."""
         before: list[Image] = []
+        every = tuning.COMPRESSION_INTERVAL
         for k, (t, frame) in enumerate(frames):
-            if k % EVERY >= EVERY - 2:
+            if k % every >= every - 2:
                 now = [np.asarray(frame[patch]) for patch in self._patches]
-                if k % EVERY == EVERY - 1 and before:
+                if k % every == every - 1 and before:
                     self._compare(before, now)
                 before = now
             yield t, frame
 
     def _compare(self, before: list[Image], now: list[Image]) -> None:
+        darkest, brightest = tuning.COMPRESSION_GREYS
         for one, other in zip(before, now, strict=True):
             green, after = one[..., 1], other[..., 1]
-            lit = (green > LIT[0]) & (green < LIT[1])
+            lit = (green > darkest) & (green < brightest)
             if np.count_nonzero(lit) > lit.size // 4:
                 self._shares.append(float(np.mean(green[lit] == after[lit])))
 
     @property
     def lag_px(self) -> float:
-        """Standard error of a stone's place that frames share for it [px]."""
+        """Error of a stone's place that compression causes, as a standard error [px]."""
         if not self._shares:
             return 0.0
         share = float(np.median(self._shares))
-        return LAG_PX * max(share - FINE, 0.0) ** 2 / (1 - FINE) ** 2
+        harmless = tuning.HARMLESS_COPIED_SHARE
+        return tuning.COPIED_LAG_PX * max(share - harmless, 0.0) ** 2 / (1 - harmless) ** 2
 
 
-def _middle(side: slice, share: float) -> slice:
-    first = int(side.start + share * (side.stop - side.start)) - PATCH_PX // 2
-    return slice(max(first, side.start), min(first + PATCH_PX, side.stop))
+def _patch(side: slice, share: float) -> slice:
+    """The rows or columns of a patch around a share of a side."""
+    first = int(side.start + share * (side.stop - side.start)) - tuning.COMPRESSION_PATCH_PX // 2
+    return slice(max(first, side.start), min(first + tuning.COMPRESSION_PATCH_PX, side.stop))

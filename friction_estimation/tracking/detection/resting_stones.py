@@ -1,8 +1,8 @@
-"""The other stones on the sheet while one is thrown: what they look like, where and when they lie.
+"""The other stones on the sheet: what they look like, and where and when they lie.
 
-What lies still is part of a film's background, where nothing that moves gives it away. Spots as
-large as stones are fitted with the look learnt from the thrown stone, over ice filled in from
-around them.
+A stone at rest is part of a film's background, where nothing that moves gives it away. So dark
+blobs as large as stones are fitted with the appearance that was learnt from the thrown stone, over
+ice that is filled in from around them.
 """
 
 # OpenCV's stubs widen the element type of every array that they return.
@@ -39,37 +39,22 @@ from friction_estimation.appearance.crops import (
 from friction_estimation.appearance.fit import PIXEL_CORRELATION
 from friction_estimation.appearance.learning import colours_of
 from friction_estimation.camera.camera import Camera
-from friction_estimation.tracking.detection.acquisition import RoughPath
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background, median_picture
-from friction_estimation.tracking.detection.blobs import BY_PLACE, spots_like_stones
-
-LEAST_VISIBLE = 0.6
-"""Share of a spot that must look like a stone."""
-EXPLAINED = 0.5
-"""A stone must leave at most this share of the misfit that bare ice leaves."""
-HEADINGS_TRIED = 24
-STILL = 0.04
-"""A stone is where it lay if it is found within this, and a pixel's play [m]."""
-PICTURES = 3
-"""Frames at each end of the film whose median shows what lay there."""
-LEAST_PRESENCE = 0.6
-"""Share of the frames in which a stone that lies must be made out; people stand before it."""
-CLEAR_FRONT = 12.0
-"""By how much the other end of a handle must fit worse, in squared standard errors."""
-HALO = 0.10
-"""How far beyond its edge a stone darkens the ice [m]."""
+from friction_estimation.tracking.detection.blobs import find_stone_candidates
+from friction_estimation.tracking.detection.thrown_stone import RoughPath
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Bystander:
+class RestingStone:
     """A stone that lay on the sheet when the film began, or when it ended.
 
     Parameters
     ----------
-    posed : its look and place
-    sigma : standard error of each coordinate, by noise alone [m]
-    heading : of its handle [rad]; NaN where its front cannot be told
-    seen : (n,) in which of the sparse frames it lay there
+    posed : its appearance and pose
+    sigma : standard error of each coordinate due to noise alone [m]
+    heading : heading of its handle [rad]; NaN where front and rear of the handle look alike
+    seen : (n,) in which of the sampled frames it lay there
     """
 
     posed: PosedStone
@@ -79,69 +64,84 @@ class Bystander:
 
     @property
     def xy(self) -> Floats:
-        """Its place, (2,) [m]."""
+        """Where it lies, (2,) [m]."""
         return self.posed.pose[:2]
 
     @property
     def last_seen(self) -> int:
-        """The last sparse frame in which it lay there."""
+        """Index of the last sampled frame in which it lay there."""
         return int(np.flatnonzero(self.seen)[-1])
 
     @property
     def stays(self) -> bool:
         """Whether it lay there from the beginning to the end."""
-        return bool(self.seen[:PICTURES].any() and self.seen[-PICTURES:].any())
+        return self._at_first and self._at_last
 
     @property
     def leaves(self) -> bool:
-        """Whether it lay there at first and not at the end."""
-        return bool(self.seen[:PICTURES].any() and not self.seen[-PICTURES:].any())
+        """Whether it lay there at the beginning and not at the end."""
+        return self._at_first and not self._at_last
+
+    @property
+    def _at_first(self) -> bool:
+        return bool(self.seen[: tuning.END_FRAMES].any())
+
+    @property
+    def _at_last(self) -> bool:
+        return bool(self.seen[-tuning.END_FRAMES :].any())
 
 
-def bystanders(
+def find_resting_stones(
     sample: Sequence[tuple[float, Image]],
     background: Background,
     camera: Camera,
-    look: Appearance,
+    appearance: Appearance,
     sheet: Sheet,
     rough: RoughPath,
-) -> list[Bystander]:
-    """The stones that lie on the sheet at the film's beginning or end.
+) -> list[RestingStone]:
+    """Find the stones that lie on the sheet at the beginning or the end of the film.
 
     Parameters
     ----------
-    sample : sparse frames and their times
-    look : of the thrown stone; others have its shape, and a handle's colour of their own
-    rough : the thrown stone's path; what lies only at its end is that stone
+    sample : sampled frames and their times
+    appearance : what the thrown stone looks like; others have the same shape, and may have another
+        colour of the handle
+    rough : the thrown stone's path; a stone that lies only at its end is the thrown one
 
     Returns
     -------
-    empty where nothing lies on the sheet but the thrown stone at its end
+    The stones; none where nothing lies on the sheet but the thrown stone at its end.
     """
     frames = [frame for _, frame in sample]
     cuts = [
-        [f[background.slices] for f in part] for part in (frames[:PICTURES], frames[-PICTURES:])
+        [f[background.slices] for f in part]
+        for part in (frames[: tuning.END_FRAMES], frames[-tuning.END_FRAMES :])
     ]
     pictures = [median_picture(np.stack(part)) for part in cuts]
     pictures.insert(1, np.clip(np.rint(background.image), 0, 255).astype(np.uint8))
-    spots = [
-        spots_like_stones(picture, background, camera, look.model, sheet) for picture in pictures
+    candidates = [
+        find_stone_candidates(picture, background, camera, appearance.model, sheet)
+        for picture in pictures
     ]
     empty = background.image.copy()
     places: list[Floats] = []
-    for picture, found in zip(pictures, spots, strict=True):
-        new = [xy for xy in found if all(np.linalg.norm(xy - k) > BY_PLACE for k in places)]
-        _fill_in(empty, picture, background.origin_px, camera, look.model, new)
-        fitted = (_fitted_place(xy, picture, empty, background, camera, look) for xy in new)
+    for picture, found in zip(pictures, candidates, strict=True):
+        new = [
+            xy for xy in found if all(np.linalg.norm(xy - k) > tuning.SAME_PLACE for k in places)
+        ]
+        _fill_in(empty, picture, background.origin_px, camera, appearance.model, new)
+        fitted = (_fitted_place(xy, picture, empty, background, camera, appearance) for xy in new)
         places += [xy for xy in fitted if xy is not None]
     end = rough.sightings[-1].xy
-    if all(np.linalg.norm(xy - end) < 2 * BY_PLACE for xy in places):
+    if all(np.linalg.norm(xy - end) < 2 * tuning.SAME_PLACE for xy in places):
         return []
     ice = channels_of(empty)
-    known: list[Bystander] = []
+    known: list[RestingStone] = []
     for xy in places:
-        one = _bystander(xy, frames, ice, background, camera, look)
-        if one is not None and all(np.linalg.norm(one.xy - k.xy) > BY_PLACE for k in known):
+        one = _resting_stone(xy, frames, ice, background, camera, appearance)
+        if one is not None and all(
+            np.linalg.norm(one.xy - k.xy) > tuning.SAME_PLACE for k in known
+        ):
             known.append(one)
     return known
 
@@ -153,11 +153,12 @@ def footprint(
     model: StoneModel,
     xy: Floats,
 ) -> NDArray[np.uint8]:
-    """Mask of the pixels that a stone, its handle, shadow or mirror image changes.
+    """Mask of the pixels that a stone, its handle, its shadow or its reflection may change.
 
     Parameters
     ----------
-    shape : rows and columns of the mask, which begins at pixel `origin`
+    shape : rows and columns of the mask
+    origin : column and row of its upper left pixel in a frame
     """
     around = np.linspace(0, 2 * np.pi, 36, endpoint=False)
     circle = np.column_stack([np.cos(around), np.sin(around)])
@@ -165,7 +166,7 @@ def footprint(
         np.column_stack([xy + radius * circle, np.full(36, z)])
         for z, radius in (
             (-0.7 * model.height, model.radius),
-            (0.0, model.radius + HALO),
+            (0.0, model.radius + tuning.SHADOW_WIDTH),
             (model.height + model.handle_rise + 0.02, model.radius),
         )
     ]
@@ -186,11 +187,11 @@ def _fill_in(
     model: StoneModel,
     places: Sequence[Floats],
 ) -> None:
-    """Put a picture's ice, without the stones at places, into `empty` around them."""
+    """Copy the ice of a picture into `empty` around places, without the stones there."""
     if not places:
         return
     masks = [footprint(empty.shape, origin, camera, model, xy) for xy in places]
-    all_of_them = np.maximum.reduce(masks)
+    all_masks = np.maximum.reduce(masks)
     for mask in masks:
         rows, columns = np.nonzero(mask)
         if len(rows) == 0:
@@ -201,7 +202,7 @@ def _fill_in(
         )
         empty[part] = cv2.inpaint(
             np.ascontiguousarray(picture[part]),
-            np.ascontiguousarray(all_of_them[part]),
+            np.ascontiguousarray(all_masks[part]),
             3.0,
             cv2.INPAINT_TELEA,
         )
@@ -213,10 +214,10 @@ def _fitted_place(
     empty: NDArray[np.float32],
     background: Background,
     camera: Camera,
-    look: Appearance,
+    appearance: Appearance,
 ) -> Floats | None:
-    """Where a stone's body explains a spot in a picture; None where none does."""
-    outline = look.model.outline_px(camera, xy) - np.array(background.origin_px)
+    """Where the body of a stone explains a dark blob in a picture; None where it does not."""
+    outline = appearance.model.outline_px(camera, xy) - np.array(background.origin_px)
     size = np.ptp(outline, axis=0).max() + 12
     low = np.maximum(np.floor(outline.min(axis=0) - size).astype(int), 0)
     high = np.ceil(outline.max(axis=0) + size).astype(int)
@@ -224,104 +225,101 @@ def _fitted_place(
     origin = (background.origin_px[0] + int(low[0]), background.origin_px[1] + int(low[1]))
     frame = np.zeros((camera.size[1], camera.size[0], 3), dtype=np.uint8)
     frame[background.slices] = picture
-    body = replace(look, has_handle=False)
+    body = replace(appearance, has_handle=False)
     fit = measure(frame, channels_of(empty[part]), origin, camera, body, np.array([*xy, 0.0]))
-    if fit is None or fit.visible < LEAST_VISIBLE:
+    if fit is None or fit.visible < tuning.MIN_RESTING_VISIBLE:
         return None
-    return fit.xy if np.linalg.norm(fit.xy - xy) < 2 * BY_PLACE else None
+    return fit.xy if np.linalg.norm(fit.xy - xy) < 2 * tuning.SAME_PLACE else None
 
 
-def _bystander(
+def _resting_stone(
     xy: Floats,
     frames: Sequence[Image],
     ice: Floats,
     background: Background,
     camera: Camera,
-    look: Appearance,
-) -> Bystander | None:
-    """The stone at a place, its own look, and when it lay there; None if there is none."""
+    appearance: Appearance,
+) -> RestingStone | None:
+    """The stone at a place, with its own appearance; None if there is none."""
     origin = background.origin_px
-    body = replace(look, has_handle=False)
+    body = replace(appearance, has_handle=False)
     start = np.array([*xy, 0.0])
-    play = STILL + 1.0 / np.linalg.norm(camera.px_per_metre(xy), -2)
+    tolerance = tuning.REST_TOLERANCE + 1.0 / np.linalg.norm(camera.px_per_metre(xy), -2)
     found: list[tuple[int, Floats]] = []
     for i, frame in enumerate(frames):
         fit = measure(frame, ice, origin, camera, body, start)
         if (
             fit is not None
-            and fit.visible >= LEAST_VISIBLE
+            and fit.visible >= tuning.MIN_RESTING_VISIBLE
             and fit.inside > 0.98
-            and np.linalg.norm(fit.xy - xy) < play
+            and np.linalg.norm(fit.xy - xy) < tolerance
         ):
             found.append((i, fit.xy))
     if not found:
         return None
     lying = [i for i, _ in found]
     start = np.array([*np.median([place for _, place in found], axis=0), 0.0])
-    if len(lying) < PICTURES:
-        return None
     span = lying[-1] - lying[0] + 1
-    if len(lying) < LEAST_PRESENCE * span:
+    if len(lying) < max(tuning.END_FRAMES, tuning.MIN_PRESENCE * span):
         return None
     chosen = lying[:: max(1, len(lying) // 9)]
     still = np.median([frames[i][background.slices] for i in chosen], axis=0)
     whole = np.zeros((camera.size[1], camera.size[0], 3), dtype=np.uint8)
     whole[background.slices] = np.clip(np.rint(still), 0, 255)
-    crops = crops_at([whole], [0.0], [start[:2]], ice, origin, camera, look.model)
+    crops = crops_at([whole], [0.0], [start[:2]], ice, origin, camera, appearance.model)
     if not crops:
         return None
     crop = crops[0]
     crop.pose = start
-    own = _own_look(crop, look)
+    own = _own_appearance(crop, appearance)
     fit = measure(whole, ice, origin, camera, own, crop.pose)
-    if fit is None or fit.visible < LEAST_VISIBLE:
+    if fit is None or fit.visible < tuning.MIN_RESTING_VISIBLE:
         return None
     pose = np.array([*fit.xy, fit.theta if own.has_handle else 0.0])
-    if _cost_at(crop, own, pose) > EXPLAINED * _cost_of_bare_ice(crop, own):
+    if _cost_at(crop, own, pose) > tuning.MAX_RESTING_MISFIT * _cost_of_bare_ice(crop, own):
         return None
     seen = np.zeros(len(frames), dtype=bool)
     seen[lying] = True
-    return Bystander(
+    return RestingStone(
         posed=PosedStone(look=own, pose=pose),
         sigma=float(np.sqrt(np.trace(fit.covariance[:2, :2]) / 2)),
-        heading=_heading_told(crop, own, pose),
+        heading=_heading_if_clear(crop, own, pose),
         seen=seen,
     )
 
 
-def _heading_told(crop: Crop, look: Appearance, pose: Floats) -> float:
-    """The heading if the handle's other end is clearly not the front, else NaN."""
+def _heading_if_clear(crop: Crop, appearance: Appearance, pose: Floats) -> float:
+    """The heading if the rear of the handle is clearly not its front, else NaN."""
     turned = pose + np.array([0.0, 0.0, np.pi])
-    against = _cost_at(crop, look, turned) - _cost_at(crop, look, pose)
-    told = look.has_handle and against / PIXEL_CORRELATION > CLEAR_FRONT
-    return float(pose[2]) if told else np.nan
+    against = _cost_at(crop, appearance, turned) - _cost_at(crop, appearance, pose)
+    clear = appearance.has_handle and against / PIXEL_CORRELATION > tuning.CLEAR_FRONT
+    return float(pose[2]) if clear else np.nan
 
 
-def _cost_at(crop: Crop, look: Appearance, pose: Floats) -> float:
-    """Robust misfit with the stone at a pose."""
+def _cost_at(crop: Crop, appearance: Appearance, pose: Floats) -> float:
+    """Robust misfit with a stone at a pose."""
     placed = replace(crop, pose=pose)
-    return misfit_of(placed, look, painted_planes(placed, look))
+    return misfit_of(placed, appearance, painted_planes(placed, appearance))
 
 
-def _cost_of_bare_ice(crop: Crop, look: Appearance) -> float:
+def _cost_of_bare_ice(crop: Crop, appearance: Appearance) -> float:
     far = np.array([crop.pose[0] + 100.0, crop.pose[1], 0.0])
-    return _cost_at(crop, look, far)
+    return _cost_at(crop, appearance, far)
 
 
-def _own_look(crop: Crop, look: Appearance) -> Appearance:
-    """The look of a stone of the same shape, with its own colours; turns `crop` to it."""
-    if not look.has_handle:
-        own = replace(look, colours=colours_of([crop], look))
-        return own
-    best, least = look, np.inf
+def _own_appearance(crop: Crop, appearance: Appearance) -> Appearance:
+    """The appearance of a stone of the same shape with its own colours; sets the crop's heading."""
+    if not appearance.has_handle:
+        return replace(appearance, colours=colours_of([crop], appearance))
+    best, least = appearance, np.inf
     pose = crop.pose
-    for heading in np.linspace(-np.pi, np.pi, HEADINGS_TRIED, endpoint=False):
+    for heading in np.linspace(-np.pi, np.pi, tuning.HEADINGS_TRIED, endpoint=False):
         trial = np.array([*crop.pose[:2], heading])
-        cover = coverage(replace(crop, pose=trial), look)
-        colours = look.colours.copy()
+        cover = coverage(replace(crop, pose=trial), appearance)
+        colours = appearance.colours.copy()
         for _ in range(2):
             residual = crop.pixels - composite(cover, crop.background, colours)
-            weight = robust_weights(residual, look.noise)
+            weight = robust_weights(residual, appearance.noise)
             for channel, blur in enumerate((0, 1, 1)):
                 share = cover[blur, :, 4]
                 total = float(np.sum(weight * share**2))
@@ -329,7 +327,7 @@ def _own_look(crop: Crop, look: Appearance) -> Appearance:
                     colours[4, channel] += float(
                         np.sum(weight * share * residual[:, channel]) / total
                     )
-        own = replace(look, colours=colours)
+        own = replace(appearance, colours=colours)
         cost = _cost_at(crop, own, trial)
         if cost < least:
             best, least, pose = own, cost, trial

@@ -1,4 +1,4 @@
-"""Stones that lie in a single picture, told from people by a picture of the empty ice."""
+"""Stones in a single picture, found with the help of a picture of the empty ice."""
 
 from __future__ import annotations
 
@@ -13,32 +13,23 @@ from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Image
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background, Blob, moving_blobs
 
-SMALLEST = 0.5
-"""Of a stone's picture, what must stand out in width and height: on dark paint only its handle."""
-LARGEST = 1.35
-"""Of the same, what may stand out, and with its shadow `LARGEST_WHOLE`."""
-LARGEST_WHOLE = 1.9
-LONGEST = 1.5
-"""A stone's picture is as long as it is wide, against how it should look there, up to this."""
-SOLID = 0.5
-"""Least share of its own box that a stone fills; a full disc fills 0.79."""
-RIM_PX = 2.0
-"""What blur and the threshold add to a stone's picture."""
 RED = (40, 40, 230)
+"""Colour of drawings, blue-green-red."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class RestingStone:
+class DetectedStone:
     """A stone found in a picture.
 
     Parameters
     ----------
     xy : (2,) its place on the ice [m]
     sigma : standard error of each coordinate [m]
-    px : (2,) the middle of its picture [px]
-    colour : (3,) of what stands out of the ice, blue-green-red: tells the teams apart
+    px : (2,) centre of what is seen of it [px]
+    colour : (3,) median colour of what is seen of it, blue-green-red; it tells the teams apart
     """
 
     xy: Floats
@@ -47,13 +38,13 @@ class RestingStone:
     colour: Floats
 
 
-def stones_in_still(
+def find_stones_in_image(
     picture: Image, empty: Image, camera: Camera, model: StoneModel, sheet: Sheet
-) -> list[RestingStone]:
-    """The stones on the ice in one picture, nearest to the away end first.
+) -> list[DetectedStone]:
+    """Find the stones on the ice in one picture, those nearest to the away end first.
 
-    What stands out of the empty ice is a stone if it is as large as one would be there, about as
-    long as wide, and filled. People are larger, or lie across the picture's edge, or have limbs.
+    A difference from the empty ice is a stone if it is as large as a stone would look there, about
+    as long as wide, and filled. People are larger, or have limbs.
 
     Parameters
     ----------
@@ -61,7 +52,7 @@ def stones_in_still(
 
     Raises
     ------
-    InputError : pictures of different sizes
+    InputError : a picture has another size than the scene's
     """
     for name, image in (("the picture", picture), ("the empty ice", empty)):
         size = (image.shape[1], image.shape[0])
@@ -86,7 +77,9 @@ def stones_in_still(
 
 def _as_stone(
     blob: Blob, picture: Image, camera: Camera, model: StoneModel, sheet: Sheet
-) -> RestingStone | None:
+) -> DetectedStone | None:
+    """The blob as a stone; None where its size or shape is another."""
+    rim = tuning.PICTURE_RIM_PX
     extent = blob.high_px - blob.low_px + 1
     middle = (blob.low_px + blob.high_px) / 2
     xy = camera.on_plane(middle[None], model.height / 2)[0]
@@ -97,23 +90,23 @@ def _as_stone(
     if len(outline) == 0:
         return None
     expected = np.ptp(outline, axis=0)
-    share = (extent - RIM_PX / 2) / expected
-    slim = max(share) / min(share)
+    share = (extent - rim / 2) / expected
+    stretch = max(share) / min(share)
     filled = blob.area_px / float(np.prod(extent))
     if (
-        (share < SMALLEST).any()
-        or (extent > LARGEST * expected + RIM_PX).any()
-        or (blob.whole_px > LARGEST_WHOLE * expected + RIM_PX).any()
-        or slim > LONGEST
-        or filled < SOLID
+        (share < tuning.MIN_PICTURE_SHARE).any()
+        or (extent > tuning.MAX_PICTURE_SHARE * expected + rim).any()
+        or (blob.whole_px > tuning.MAX_PICTURE_SHARE_WITH_SHADOW * expected + rim).any()
+        or stretch > tuning.MAX_PICTURE_STRETCH
+        or filled < tuning.MIN_PICTURE_FILL
     ):
         return None
     (u, v), (right, below) = blob.low_px.astype(int), blob.high_px.astype(int)
     inner = picture[v : below + 1, u : right + 1].reshape(-1, 3)
     metre_px = float(np.sqrt(abs(np.linalg.det(camera.px_per_metre(xy, model.height / 2)))))
-    # What is missing of the outline may all be missing on one side.
-    off_px = max(1.0, float(np.abs(expected + RIM_PX / 2 - extent).max()) / 2)
-    return RestingStone(
+    # All that is missing of the outline may be missing on one side.
+    off_px = max(1.0, float(np.abs(expected + rim / 2 - extent).max()) / 2)
+    return DetectedStone(
         xy=xy,
         sigma=float(off_px / metre_px / np.sqrt(2)),
         px=middle,
@@ -122,9 +115,9 @@ def _as_stone(
 
 
 def draw_stones(
-    picture: Image, stones: Sequence[RestingStone], camera: Camera, model: StoneModel
+    picture: Image, stones: Sequence[DetectedStone], camera: Camera, model: StoneModel
 ) -> Image:
-    """The picture, enlarged if it is small, with the outline of each stone and its place."""
+    """The picture with the outline and the place of each stone; small pictures are enlarged."""
     scale = max(1, round(1200 / max(camera.size)))
     size = (picture.shape[1] * scale, picture.shape[0] * scale)
     sketch = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_CUBIC), dtype=np.uint8)

@@ -1,8 +1,9 @@
-"""Where to look for the stone in the next frame: optical flow predicts, and gates what is found."""
+"""Where to look for a stone in the next frame, and whether what is found there can be right."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
@@ -11,38 +12,42 @@ from curling_env.typing import Floats
 from friction_estimation.appearance import Appearance, StoneFit
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.film_track import TrackingOptions
-from friction_estimation.tracking.optical_flow import LocalFlow
-from friction_estimation.tracking.path.heading import Turn
-
-MAX_HEADING_MISS = 0.7
-"""A heading further from where the spin leads [rad] is a misread handle, not a turn."""
-HEADING_GAIN = 0.35
-"""How far the expected heading gives way to each frame's; the spin by half its square."""
+from friction_estimation.tracking.path.heading import HeadingCurve
+from friction_estimation.tracking.path.optical_flow import LocalFlow
 
 
-class Led(Protocol):
-    """Says where a stone should be."""
+class ExpectedPath(Protocol):
+    """Roughly where a stone should be, whether it is seen or not."""
 
     def at(self, t: float) -> Floats:
         """Place at a time [s], (2,) [m]."""
         ...
 
 
-class Pilot:
-    """Says where to look next: by flow while the stone is seen, by the rough path else."""
+class Predictor:
+    """Predicts a stone's pose by optical flow while it is seen, and else by the expected path.
+
+    Parameters
+    ----------
+    path : where the stone should be
+    camera, appearance : of the stone that is followed
+    options : what may be accepted
+    heading : the heading over the whole film, where it is known
+    """
 
     def __init__(
         self,
         *,
-        rough: Led,
+        path: ExpectedPath,
         camera: Camera,
-        look: Appearance,
+        appearance: Appearance,
         options: TrackingOptions,
-        turn: Turn | None,
+        heading: HeadingCurve | None,
     ) -> None:
-        self._rough, self._camera, self._look = rough, camera, look
-        self._options, self._turn = options, turn
+        self._path, self._camera, self._appearance = path, camera, appearance
+        self._options, self._heading_curve = options, heading
         self._flow = LocalFlow(options.flow)
         self._frame: Frame | None = None
         self._last: StoneFit | None = None
@@ -51,47 +56,55 @@ class Pilot:
         self._headings = 0
 
     def predict(self, t: float, frame: Frame) -> Floats:
+        """The pose in the next frame, (3,): x, y [m] and heading [rad]."""
         before, self._frame = self._frame, frame
         theta = self._heading(t)
         if self._last is None or before is None:
-            return np.array([*self._rough.at(t), theta])
-        corners = self._look.model.extent_px(self._camera, self._last.xy)
+            return np.array([*self._path.at(t), theta])
+        corners = self._appearance.model.extent_px(self._camera, self._last.xy)
         shift = self._flow.shift(before, frame, corners)
         if shift is None:
-            return np.array([*self._rough.at(t), theta])
-        middle = self._look.model.height / 2
+            return np.array([*self._path.at(t), theta])
+        middle = self._appearance.model.height / 2
         here = self._camera.project([[*self._last.xy, middle]])
         there = self._camera.on_plane(here + shift, middle)[0]
         return np.array([*there, theta])
 
-    @property
-    def headings_to_try(self) -> Floats:
-        """Turns from the expected heading [rad] to begin a fit at; many until one is known."""
-        if not self._look.has_handle or self._turn is not None or self._headings:
-            return np.zeros(1)
-        return np.arange(8, dtype=np.float64) * (np.pi / 4)
+    def find(
+        self,
+        t: float,
+        start: Floats,
+        fit_at: Callable[[Floats], StoneFit | None],
+        allowed: Callable[[StoneFit], bool] = lambda fit: True,
+    ) -> StoneFit | None:
+        """The stone in a frame, measured from the predicted pose or else from the expected path.
 
-    def fallback(self, t: float) -> Floats:
-        return np.array([*self._rough.at(t), self._heading(t)])
+        Parameters
+        ----------
+        t : time of the frame [s]
+        start : (3,) predicted pose
+        fit_at : measures the stone in the frame from a pose to start with
+        allowed : what else a measurement must fulfil
+        """
+        turned = [fit_at(start + np.array([0.0, 0.0, turn])) for turn in self._turns_to_try]
+        fit = min(
+            (found for found in turned if found is not None),
+            key=lambda found: found.misfit / max(found.visible, 1e-3),
+            default=None,
+        )
+        if fit is not None and self._accepts(fit, start) and allowed(fit):
+            return fit
+        again = np.array([*self._path.at(t), self._heading(t)])
+        if np.linalg.norm(again[:2] - start[:2]) > tuning.MIN_RETRY_DISTANCE:
+            fit = fit_at(again)
+            if fit is not None and self._accepts(fit, again) and allowed(fit):
+                return fit
+        return None
 
-    def _heading(self, t: float) -> float:
-        if self._turn is not None:
-            return float(self._turn.at(t))
-        return self._theta + self._spin * (t - self._last_t)
-
-    def accepts(self, fit: StoneFit, start: Floats) -> bool:
-        if fit.visible < self._options.min_visible or fit.inside < self._options.min_inside:
-            return False
-        away = math.dist(fit.xy, start[:2])
-        if away <= self._options.gate:
-            return True
-        footprint = 2.0 / np.linalg.norm(self._camera.px_per_metre(fit.xy), -2)  # of two pixels [m]
-        return bool(away <= self._options.gate + footprint)
-
-    def note(self, t: float, fit: StoneFit | None) -> None:
-        """Remember a frame, and what its heading says of the next one's."""
+    def update(self, t: float, fit: StoneFit | None) -> None:
+        """Take in what was measured in a frame; None where the stone was not seen."""
         self._last = fit
-        if fit is None or not self._look.has_handle or not np.isfinite(fit.theta):
+        if fit is None or not self._appearance.has_handle or not np.isfinite(fit.theta):
             return
         dt = t - self._last_t
         expected = self._theta + self._spin * dt if self._headings else self._theta
@@ -99,8 +112,31 @@ class Pilot:
         if self._headings == 0:
             self._theta = fit.theta
         else:
-            gain = HEADING_GAIN if abs(miss) < MAX_HEADING_MISS else 0.0
+            gain = tuning.HEADING_GAIN if abs(miss) < tuning.MAX_HEADING_MISS else 0.0
             self._theta = expected + gain * miss
             self._spin += gain**2 / 2 * miss / max(dt, 1e-3)
         self._last_t = t
         self._headings += 1
+
+    @property
+    def _turns_to_try(self) -> Floats:
+        """Angles from the expected heading [rad] to start fits at: all round until one is known."""
+        known = self._heading_curve is not None or self._headings
+        if not self._appearance.has_handle or known:
+            return np.zeros(1)
+        return np.arange(8, dtype=np.float64) * (np.pi / 4)
+
+    def _heading(self, t: float) -> float:
+        if self._heading_curve is not None:
+            return float(self._heading_curve.at(t))
+        return self._theta + self._spin * (t - self._last_t)
+
+    def _accepts(self, fit: StoneFit, start: Floats) -> bool:
+        """Whether enough of the stone is seen, and near enough to where the fit was started."""
+        if fit.visible < self._options.min_visible or fit.inside < self._options.min_inside:
+            return False
+        away = math.dist(fit.xy, start[:2])
+        if away <= self._options.gate:
+            return True
+        two_pixels = 2.0 / np.linalg.norm(self._camera.px_per_metre(fit.xy), -2)  # [m]
+        return bool(away <= self._options.gate + two_pixels)

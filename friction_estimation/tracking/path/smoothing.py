@@ -141,7 +141,7 @@ def _filter(t, z, r, q, before, before_p, after, after_p):
 
 @compiled
 def _look_back(t, before, before_p, after, after_p, work):
-    """Turn filtered states into smoothed ones in place; `work` is (4, 3, 3)."""
+    """HeadingCurve filtered states into smoothed ones in place; `work` is (4, 3, 3)."""
     inverse, carried, gain, apart = work[0], work[1], work[2], work[3]
     for k in range(len(t) - 2, -1, -1):
         dt = t[k + 1] - t[k]

@@ -1,7 +1,7 @@
-"""What stays the same from frame to frame: how far camera and stone's shape may misplace a track.
+"""Systematic errors of a track: how far the camera and the stone's outline may misplace all of it.
 
-A smoother sees only noise. The pose found from the paint, the lens, and the outline learnt for the
-stone move every frame together, so they are carried over to the ice by their own covariances.
+A smoother sees only noise. Errors of the camera's pose, of the lens and of the outline that was
+learnt for the stone are the same in every frame, so they are propagated to the ice separately.
 """
 
 from __future__ import annotations
@@ -13,77 +13,58 @@ from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.markings_fit import CLICK_PX
 from friction_estimation.camera.refinement import RefinedCamera
-
-EDGE_SYSTEMATIC_PX = 0.068
-"""How far the outline learnt for a stone is off in the image, seen from above."""
-OBLIQUITY = 32.0
-"""Low views hardly tell a stone's foot from its far rim: the outline's error grows with the squared
-cotangent of the line of sight's elevation over this. Set on films that
-`friction_estimation.synthetic` rendered: from 7 to 9 m above the far end, of stones with four
-outlines, and from the gantry at 540 and 1080 lines."""
-OUTLINE = 0.0055
-"""How far the outline learnt for a stone is off along the ice where it is seen from one side [m];
-from straight above both its sides show, and nothing of it. What lamps and shadows do to a stone's
-sides passes for shape. Set on eight films that `friction_estimation.synthetic` rendered of ceiling
-cameras and gantries past which a stone slides, or short of which it stays: errors grow there with
-the slant of the view to 2 to 4 mm, and in two of them to 6 mm."""
-ONE_WAY = 0.7
-"""Most of what frames share lies along the line of sight, and one number stands for both
-coordinates: with so much of the larger one's square, 95 % of all coordinates lie in their intervals
-even where only one of the two is off."""
-HANDLE_PX = 0.25
-"""How far the handle learnt for a stone is off across its length. On three of the same films 93 to
-96 % of the headings lie within 1.96 standard errors; on the fourth no heading is found."""
-STEP = 1e-5
+from friction_estimation.tracking import tuning
 
 
-def camera_variance(landmarks: RefinedCamera, xy: Floats, z: float) -> Floats:
-    """Squared standard errors of both coordinates that pose and lens leave, (n, 2) [m²].
+def camera_variance(refined: RefinedCamera, xy: Floats, z: float) -> Floats:
+    """Variances of both coordinates due to the camera's pose and lens, (n, 2) [m²].
 
     Parameters
     ----------
-    landmarks : the camera, and how well the paint told it
+    refined : the camera, and how well the paint determines it
     xy : (n, 2) places [m]
     z : their height above the ice [m]
     """
-    px = landmarks.camera.project(np.column_stack([xy, np.full(len(xy), z)]))
-    count = len(landmarks.covariance)
+    px = refined.camera.project(np.column_stack([xy, np.full(len(xy), z)]))
+    count = len(refined.covariance)
     moved = np.zeros((len(xy), 2, count))
-    if landmarks.readings:
+    if refined.readings:
+        step = 1e-5
         for p in range(count):
-            moved[:, :, p] = (landmarks.moved(p, STEP).on_plane(px, z) - xy) / STEP
-    variance = np.einsum("nip,pq,niq->ni", moved, landmarks.covariance, moved)
-    if landmarks.farther is not None:
-        variance += (landmarks.farther.on_plane(px, z) - xy) ** 2
+            moved[:, :, p] = (refined.moved(p, step).on_plane(px, z) - xy) / step
+    variance = np.einsum("nip,pq,niq->ni", moved, refined.covariance, moved)
+    if refined.farther is not None:
+        variance += (refined.farther.on_plane(px, z) - xy) ** 2
     return variance
 
 
 def systematic_sigma(
-    landmarks: RefinedCamera, xy: Floats, height: float, lag_px: float = 0.0
+    refined: RefinedCamera, xy: Floats, height: float, lag_px: float = 0.0
 ) -> Floats:
-    """Standard error of each coordinate that is common to all frames, (n,) [m].
+    """Standard error of each coordinate that all frames share, (n,) [m].
 
     Parameters
     ----------
-    landmarks : the camera that measured
+    refined : the camera with which the film was measured
     xy : (n, 2) places on the ice [m]
     height : of the stone [m]
-    lag_px : how far the film's compression may have left its picture behind [px]
+    lag_px : error of its place that the compression of the film causes [px]
     """
-    camera, middle = landmarks.camera, height / 2
-    variance = camera_variance(landmarks, xy, middle)
+    camera, middle = refined.camera, height / 2
+    variance = camera_variance(refined, xy, middle)
     metre = _metres_per_px(camera, xy, middle)
     sight = xy - camera.position[:2]
     cotangent = np.linalg.norm(sight, axis=1) / (camera.position[2] - middle)
-    edge_px = EDGE_SYSTEMATIC_PX * np.hypot(1.0, cotangent**2 / OBLIQUITY)
-    # Without paint to check them, the clicked points are all there is.
-    loose_px = 0.0 if landmarks.readings else CLICK_PX / 2
+    edge_px = tuning.EDGE_ERROR_PX * np.hypot(1.0, cotangent**2 / tuning.LOW_VIEW_COT2)
+    # Without paint, the clicked points are all that the camera rests on.
+    loose_px = 0.0 if refined.readings else CLICK_PX / 2
     edge = (np.hypot(np.hypot(edge_px, loose_px), lag_px)[:, None] * metre) ** 2
     rise = camera.position[2] - middle
-    outline = OUTLINE**2 * sight**2 / (rise**2 + np.sum(sight**2, axis=1))[:, None]
-    seen_less = np.sum(outline, axis=1) > np.sum(edge, axis=1)
-    variance += np.where(seen_less[:, None], outline, edge)
-    return np.sqrt(np.maximum(variance.mean(axis=1), ONE_WAY * variance.max(axis=1)))
+    outline = tuning.OUTLINE_ERROR**2 * sight**2 / (rise**2 + np.sum(sight**2, axis=1))[:, None]
+    larger = np.sum(outline, axis=1) > np.sum(edge, axis=1)
+    variance += np.where(larger[:, None], outline, edge)
+    least = tuning.LARGER_COORDINATE_SHARE * variance.max(axis=1)
+    return np.sqrt(np.maximum(variance.mean(axis=1), least))
 
 
 def heading_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
@@ -92,16 +73,16 @@ def heading_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
     Parameters
     ----------
     xy : (n, 2) places on the ice [m]
-    model : whose handle shows the heading
+    model : the stone; the length of its handle counts
     """
     length = model.handle_front - model.handle_back
     z = model.height + model.handle_rise
-    squeezed = [np.linalg.norm(camera.px_per_metre(place, z), -2) for place in xy]
-    return HANDLE_PX / (length * np.array(squeezed, dtype=np.float64))
+    least_scale = [np.linalg.norm(camera.px_per_metre(place, z), -2) for place in xy]
+    return tuning.HANDLE_ERROR_PX / (length * np.array(least_scale, dtype=np.float64))
 
 
 def _metres_per_px(camera: Camera, xy: Floats, z: float) -> Floats:
-    """How far each coordinate moves per pixel along the image direction that moves it most."""
+    """The most that each coordinate can change per pixel in the picture, (n, 2) [m]."""
     found = np.empty((len(xy), 2))
     for i, place in enumerate(xy):
         found[i] = np.linalg.norm(np.linalg.inv(camera.px_per_metre(place, z)), axis=1)

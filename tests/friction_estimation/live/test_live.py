@@ -22,8 +22,8 @@ from curling_env.trajectory import Trajectory, read_tracks
 from friction_estimation.camera.scene import load_scene, save_scene
 from friction_estimation.film.frame import brightness_of
 from friction_estimation.film.video import Film, is_stream
-from friction_estimation.live import Recorder, Seen, Told, follow, open_feed
-from friction_estimation.live.motion import LOOK_EVERY, MEMORY, Motion
+from friction_estimation.live import IceSoFar, Recorder, TrackedClip, follow_stream, open_feed
+from friction_estimation.live.motion import LOOK_EVERY, MEMORY, MotionDetector
 from friction_estimation.live.recorder import LEAD_IN, LONGEST, QUIET
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, on_film, scene_of, write_film
 
@@ -35,7 +35,7 @@ WHOLE_EVERY = 12 / FPS
 def motion(scale=1):
     """What looks at pictures of these tests: a stone is as large as the moving square."""
     stones = np.full((30 * scale, 80 * scale), (2 / 10 / scale) ** 2)
-    return Motion(stones, (slice(0, 60 * scale), slice(0, 160 * scale)))
+    return MotionDetector(stones, (slice(0, 60 * scale), slice(0, 160 * scale)))
 
 
 def picture(at=None):
@@ -58,7 +58,7 @@ def recorded(tmp_path, frames):
     kept.mkdir()
     recorder = Recorder(feed=feed, motion=motion(), folder=kept)
     with closing(feed):
-        clips = [*map(recorder.take, feed.moments()), recorder.finish()]
+        clips = [*map(recorder.add, feed.frames()), recorder.finish()]
     return [clip for clip in clips if clip is not None]
 
 
@@ -126,10 +126,10 @@ def test_brightness_is_the_same_however_a_camera_stores_it(stored):
 def test_frames_that_never_came_are_counted(tmp_path):
     feed = fed(tmp_path, [*moving(3), *still(1)])
     recorder = Recorder(feed=feed, motion=motion(), folder=tmp_path)
-    for k, moment in enumerate(feed.moments()):
+    for k, moment in enumerate(feed.frames()):
         late = round(7 / FPS / moment.coded[0].unit) if k > 30 else 0
         coded = [replace(c, pts=c.pts + late, dts=c.dts + late) for c in moment.coded]
-        recorder.take(replace(moment, coded=tuple(coded)))
+        recorder.add(replace(moment, coded=tuple(coded)))
     clip = recorder.finish()
     assert clip is not None
     assert clip.missing == 7
@@ -178,7 +178,7 @@ def test_a_webcams_frames_are_coded_finely_and_keep_their_drivers_times(tmp_path
     feed = open_feed("0")
     assert (feed.size, feed.fps) == ((640, 240), FPS)
     recorder = Recorder(feed=feed, motion=motion(4), folder=tmp_path)
-    assert all(recorder.take(moment) is None for moment in feed.moments())
+    assert all(recorder.add(moment) is None for moment in feed.frames())
     clip = recorder.finish()
     assert clip is not None
     # The first two frames told what the camera is like.
@@ -196,7 +196,7 @@ def test_a_webcams_frames_are_coded_finely_and_keep_their_drivers_times(tmp_path
 
 def test_a_webcam_without_stamps_goes_by_arrival_and_one_without_pictures_is_one_line(webcam):
     webcam(still(1))
-    times = [moment.t for moment in open_feed("0").moments()]
+    times = [moment.t for moment in open_feed("0").frames()]
     assert len(times) == FPS - 2
     assert times[0] == 0.0
     assert np.all(np.diff(times) > 0)
@@ -218,9 +218,9 @@ def test_a_stone_that_creeps_at_the_far_end_is_seen_and_one_at_rest_is_not(speed
     renderer = FilmRenderer(spec)
     t = np.arange(0.0, 4.1, 0.1)
     path = Trajectory(t=t, xy=np.column_stack([np.full_like(t, 0.3), 16.0 + speed * t]))
-    watch = Motion.before(renderer.camera, scene_of(renderer.camera))
+    watch = MotionDetector.for_camera(renderer.camera, scene_of(renderer.camera))
     looks = [
-        watch.seen(k / spec.fps, np.ascontiguousarray(frame[..., 1]))
+        watch.detects(k / spec.fps, np.ascontiguousarray(frame[..., 1]))
         for k, frame in enumerate(renderer.frames(path, seed=3))
         if k < 20
     ]
@@ -326,8 +326,8 @@ class Interrupted:
         self.size, self.fps = feed.size, feed.fps
         self.add_to, self.close = feed.add_to, feed.close
 
-    def moments(self):
-        for moment in self._feed.moments():
+    def frames(self):
+        for moment in self._feed.frames():
             if moment.t > self._after:
                 raise KeyboardInterrupt
             yield moment
@@ -339,11 +339,11 @@ def test_what_was_recorded_before_an_interruption_is_tracked(tmp_path):
     scene = load_scene(tmp_path / "scene.json")
     amid = starts[1] + 0.7 * truths[1].t[-1]  # while the second stone slides
     feed = Interrupted(open_feed(f"file://{tmp_path}/sent.mp4"), after=amid)
-    news = list(follow(feed, scene, tmp_path))
-    seen = [k for k in news if isinstance(k, Seen)]
+    news = list(follow_stream(feed, scene, tmp_path))
+    seen = [k for k in news if isinstance(k, TrackedClip)]
     assert [len(k.tracks) for k in seen] == [1, 1]
     assert seen[1].clip.clock + seen[1].tracks[0].t[-1] == pytest.approx(amid, abs=0.3)
-    assert isinstance(news[-1], Told)
+    assert isinstance(news[-1], IceSoFar)
     assert "from 2 throws" in news[-1].words
 
 
@@ -356,6 +356,6 @@ def test_films_without_a_thrown_stone_are_told_of_and_left(tmp_path):
     one = [*[empty] * 40, *[empty, dark] * 20, *[empty] * int(FPS * (QUIET + MEMORY + 1))]
     feed = fed(tmp_path, one * 3)
     assert feed.fps == FPS
-    seen = list(follow(feed, scene_of(renderer.camera), tmp_path))
+    seen = list(follow_stream(feed, scene_of(renderer.camera), tmp_path))
     assert len(seen) == 3
     assert all(not k.tracks and "no thrown stone" in k.reason for k in seen)

@@ -35,8 +35,8 @@ def tracked_film(throw=0):
         spin=np.zeros(5),
         frame_count=9,
         camera=None,
-        look=None,
-        landmarks=SimpleNamespace(readings=0),
+        appearance=None,
+        refined=SimpleNamespace(readings=0),
     )
 
 

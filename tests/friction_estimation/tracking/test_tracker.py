@@ -16,7 +16,7 @@ from curling_env.trajectory import Trajectory, read_tracks
 from friction_estimation import tracking
 from friction_estimation.camera.scene import load_scene
 from friction_estimation.film.video import Film
-from friction_estimation.live import Seen, follow, open_feed
+from friction_estimation.live import TrackedClip, follow_stream, open_feed
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, scene_of, write_film
 from friction_estimation.tracking import load_tracker, track_film, track_films, tracker
 
@@ -107,8 +107,8 @@ def test_live_takes_a_strangers_tracker(club):
     write_film("sent.mp4", [*sliding[:1] * 60, *sliding, *sliding[-1:] * 140], 20.0)
     feed = open_feed(f"file://{club}/sent.mp4")
     scene = scene_of(renderer.camera)
-    news = list(follow(feed, scene, club, tracker=load_tracker("our_tracker:track")))
-    (seen,) = [one for one in news if isinstance(one, Seen)]
+    news = list(follow_stream(feed, scene, club, tracker=load_tracker("our_tracker:track")))
+    (seen,) = [one for one in news if isinstance(one, TrackedClip)]
     assert seen.reason == ""
     assert len(seen.tracks[0]) == Film.open(seen.clip.path).frame_count
 

@@ -15,7 +15,7 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene, load_scene, save_scene
 from friction_estimation.film.video import Film, film_writer
 from friction_estimation.tracking import track_film
-from friction_estimation.tracking.optical_flow import follow, lucas_kanade
+from friction_estimation.tracking.path.optical_flow import lucas_kanade, track_by_flow
 
 SIZE = (480, 270)
 FPS = 20.0
@@ -159,7 +159,7 @@ def test_a_film_without_a_stone_ends_the_command_in_one_line(tmp_path, capsys):
 def test_flow_alone_follows_the_stone_for_a_while(film):
     outline = StoneModel(radius=RADIUS, height=HEIGHT).outline_px(CAMERA, truth_at(0.0)[:2])
     frames = [frame for _, frame in Film.open(film).frames()][:10]
-    path = follow(frames, CAMERA, outline, HEIGHT, "pyramidal")
+    path = track_by_flow(frames, CAMERA, outline, HEIGHT, "pyramidal")
     assert len(path) == 10
     moved = path[-1] - path[0]
     assert moved == pytest.approx(truth_at(9 / FPS)[:2] - truth_at(0.0)[:2], abs=0.06)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background
-from friction_estimation.tracking.detection.compression import LAG_PX, Copying
+from friction_estimation.tracking.detection.compression import CompressionMonitor
 
 SIZE = (240, 480, 3)
 
@@ -14,10 +15,10 @@ SIZE = (240, 480, 3)
 def lag(frames):
     """What is said of frames after they have gone by, all of them."""
     region = Background(origin_px=(0, 0), image=np.zeros(SIZE, dtype=np.float32), noise=2.0)
-    copying = Copying(region)
-    passed = list(copying.watched([(k / 30, frame) for k, frame in enumerate(frames)]))
+    compression = CompressionMonitor(region)
+    passed = list(compression.watch([(k / 30, frame) for k, frame in enumerate(frames)]))
     assert [frame is one for (_, frame), one in zip(passed, frames, strict=True)]
-    return copying.lag_px
+    return compression.lag_px
 
 
 def filmed(rng, *, kept, base=150.0):
@@ -34,12 +35,12 @@ def test_noise_that_is_new_in_every_frame_tells_of_no_loss():
 
 
 def test_frames_that_are_copied_whole_tell_of_the_most():
-    assert lag(filmed(np.random.default_rng(2), kept=0.0)) == pytest.approx(LAG_PX)
+    assert lag(filmed(np.random.default_rng(2), kept=0.0)) == pytest.approx(tuning.COPIED_LAG_PX)
 
 
 def test_the_more_is_copied_the_more_is_lost():
     some, more = (lag(filmed(np.random.default_rng(3), kept=kept)) for kept in (0.03, 0.01))
-    assert 0.0 < some < more < LAG_PX
+    assert 0.0 < some < more < tuning.COPIED_LAG_PX
 
 
 def test_ice_that_is_white_as_can_be_tells_nothing():

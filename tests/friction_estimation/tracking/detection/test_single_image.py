@@ -14,7 +14,7 @@ from curling_env.sheet import HOG_LINE_WIDTH, HOG_LINE_Y, PAPER_SHEET, TEE_Y
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.scene import save_scene
 from friction_estimation.camera.single_photo import camera_from_photo
-from friction_estimation.tracking.detection.single_image import stones_in_still
+from friction_estimation.tracking.detection.single_image import find_stones_in_image
 
 MODEL = StoneModel(radius=0.145, height=0.1143)
 
@@ -27,7 +27,9 @@ def known(club_photo):
 
 
 def test_resting_stones_are_found_and_no_player_is(club_photo, known):
-    found = stones_in_still(club_photo.picture, club_photo.empty, known.camera, MODEL, PAPER_SHEET)
+    found = find_stones_in_image(
+        club_photo.picture, club_photo.empty, known.camera, MODEL, PAPER_SHEET
+    )
     places = np.array([stone.xy for stone in found])
     gaps = np.linalg.norm(places[:, None] - club_photo.stones[None], axis=2)
     assert (gaps.min(axis=1) < 0.05).all()  # whatever is found is a stone
@@ -38,7 +40,7 @@ def test_resting_stones_are_found_and_no_player_is(club_photo, known):
 def test_the_empty_ice_holds_no_stone(club_photo, known):
     rng = np.random.default_rng(5)
     again = np.clip(club_photo.empty + rng.normal(0, 2, club_photo.empty.shape), 0, 255)
-    found = stones_in_still(
+    found = find_stones_in_image(
         again.astype(np.uint8), club_photo.empty, known.camera, MODEL, PAPER_SHEET
     )
     assert found == []
@@ -46,7 +48,9 @@ def test_the_empty_ice_holds_no_stone(club_photo, known):
 
 def test_pictures_of_another_size_are_refused(club_photo, known):
     with pytest.raises(InputError, match=r"the empty ice has .* px, the scene is of"):
-        stones_in_still(club_photo.picture, club_photo.empty[:-4], known.camera, MODEL, PAPER_SHEET)
+        find_stones_in_image(
+            club_photo.picture, club_photo.empty[:-4], known.camera, MODEL, PAPER_SHEET
+        )
 
 
 def test_the_command_writes_stones_that_a_plan_can_read(club_photo, known, tmp_path, capsys):

@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_estimation.tracking.path.heading import Glimpses, Turn, heading_about, turn_through
+from friction_estimation.tracking.path.heading import (
+    HeadingCurve,
+    HeadingViews,
+    fit_heading_curve,
+    headings_near,
+)
 
 T = np.arange(0, 20, 1 / 15)
 SPEED = np.maximum(2.0 - 0.1 * T, 0.0)
@@ -15,63 +20,61 @@ HEADINGS = np.linspace(-np.pi, np.pi, 24, endpoint=False)
 
 def seen(rng, truth=TRUTH, *, line=3.0, front=1.5, noise=2.0, every=5):
     """Costs of all headings in single pictures: of the handle's line, of its front, and noise."""
-    glimpses = Glimpses()
+    views = HeadingViews()
     for t, theta in zip(T[::every], truth[::every], strict=True):
         off = HEADINGS - theta
         cost = line * (1 - np.cos(2 * off)) + front * (1 - np.cos(off))
         waves = rng.normal(0, noise / 2, (2, 4))
         phases = np.outer(np.arange(1, 5), HEADINGS)
-        glimpses.add(t, cost + waves[0] @ np.cos(phases) + waves[1] @ np.sin(phases))
-    return glimpses
+        views.add(t, cost + waves[0] @ np.cos(phases) + waves[1] @ np.sin(phases))
+    return views
 
 
 def miss(turn, truth=TRUTH):
-    """Off the truth, but for whole turns, where it is told, (n,) [rad]."""
-    told = turn.told(T)
-    off = (turn.at(T) - truth)[told]
+    """Off the truth, but for whole turns, where it is trusted, (n,) [rad]."""
+    trusted = turn.trusted(T)
+    off = (turn.at(T) - truth)[trusted]
     return off - 2 * np.pi * np.round(np.median(off) / (2 * np.pi))
 
 
 @pytest.mark.parametrize("direction", [1, -1])
 def test_pictures_of_which_none_tells_the_heading_tell_it_together(direction):
-    glimpses = seen(np.random.default_rng(1), direction * TRUTH, noise=3.0)
-    first = [HEADINGS[np.argmin(cost)] for cost in glimpses.cost]
+    views = seen(np.random.default_rng(1), direction * TRUTH, noise=3.0)
+    first = [HEADINGS[np.argmin(cost)] for cost in views.cost]
     wrong = np.abs(np.angle(np.exp(1j * (first - direction * TRUTH[::5])))) > 0.7
     assert wrong.mean() > 0.05
-    turn = turn_through(glimpses, T, SPEED)
-    assert turn.told(T).mean() > 0.95
+    turn = fit_heading_curve(views, T, SPEED)
+    assert turn.trusted(T).mean() > 0.95
     assert np.abs(miss(turn, direction * TRUTH)).max() < 0.4
 
 
 def test_a_spin_that_follows_no_power_of_the_speed_is_followed():
     truth = TRUTH + 1.2 * np.sin(T / 4)
-    turn = turn_through(seen(np.random.default_rng(2), truth), T, SPEED)
-    assert turn.told(T).mean() > 0.9
+    turn = fit_heading_curve(seen(np.random.default_rng(2), truth), T, SPEED)
+    assert turn.trusted(T).mean() > 0.9
     assert np.sqrt(np.mean(miss(turn, truth) ** 2)) < 0.2
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_when_both_ends_look_alike_there_is_no_heading(seed):
-    assert turn_through(seen(np.random.default_rng(seed), front=0.0), T, SPEED) is None
+    assert fit_heading_curve(seen(np.random.default_rng(seed), front=0.0), T, SPEED) is None
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_when_pictures_show_no_handle_there_is_no_heading(seed):
-    assert turn_through(seen(np.random.default_rng(seed), line=0, front=0), T, SPEED) is None
+    assert fit_heading_curve(seen(np.random.default_rng(seed), line=0, front=0), T, SPEED) is None
 
 
 def test_what_a_foot_beside_the_handle_pretends_is_not_told():
     """For five seconds all pictures show another heading, which does not turn."""
     rng = np.random.default_rng(4)
-    glimpses, foot = seen(rng), seen(rng, np.full(len(T), 2.0), noise=0.5)
-    hidden = [8 < t < 13 for t in glimpses.t]
-    glimpses.cost = [
-        f if h else c for c, f, h in zip(glimpses.cost, foot.cost, hidden, strict=True)
-    ]
-    turn = turn_through(glimpses, T, SPEED)
-    assert not turn.told(np.array([10.0, 10.5, 11.0])).all()
-    assert turn.told(T[(T < 6) | (T > 15)]).all()
-    sure = turn.told(T) & ((T < 7) | (T > 14))
+    views, foot = seen(rng), seen(rng, np.full(len(T), 2.0), noise=0.5)
+    hidden = [8 < t < 13 for t in views.t]
+    views.cost = [f if h else c for c, f, h in zip(views.cost, foot.cost, hidden, strict=True)]
+    turn = fit_heading_curve(views, T, SPEED)
+    assert not turn.trusted(np.array([10.0, 10.5, 11.0])).all()
+    assert turn.trusted(T[(T < 6) | (T > 15)]).all()
+    sure = turn.trusted(T) & ((T < 7) | (T > 14))
     off = np.angle(np.exp(1j * (turn.at(T) - TRUTH)[sure]))
     assert np.abs(off).max() < 0.5
 
@@ -79,10 +82,10 @@ def test_what_a_foot_beside_the_handle_pretends_is_not_told():
 def test_headings_about_a_turn_are_kept_and_others_left_out():
     rng = np.random.default_rng(6)
     moments = np.arange(0, 20, 1.5)
-    turn = Turn(moments, np.interp(moments, T, TRUTH))
+    turn = HeadingCurve(moments, np.interp(moments, T, TRUTH))
     theta = TRUTH + rng.normal(0, 0.1, len(T))
     theta[30:40] += np.pi
-    found = heading_about(turn, T, np.angle(np.exp(1j * theta)))
+    found = headings_near(turn, T, np.angle(np.exp(1j * theta)))
     assert np.isnan(found[30:40]).all()
     assert np.abs((found - TRUTH)[np.isfinite(found)]).max() < 0.7
     assert np.isfinite(found).sum() == len(T) - 10
@@ -91,8 +94,8 @@ def test_headings_about_a_turn_are_kept_and_others_left_out():
 def test_whole_turns_are_not_counted_across_a_long_gap():
     """It may have turned once more than it seems while it was hidden."""
     moments = np.r_[np.arange(0, 7, 1.0), np.arange(10.5, 20, 1.0)]
-    turn = Turn(moments, np.interp(moments, T, TRUTH) - 2 * np.pi * (moments > 8))
-    found = heading_about(turn, T, np.angle(np.exp(1j * TRUTH)))
+    turn = HeadingCurve(moments, np.interp(moments, T, TRUTH) - 2 * np.pi * (moments > 8))
+    found = headings_near(turn, T, np.angle(np.exp(1j * TRUTH)))
     known = np.isfinite(found)
     assert not known[T < 7].any()
     assert known[T > 10.5].mean() > 0.9
@@ -100,9 +103,9 @@ def test_whole_turns_are_not_counted_across_a_long_gap():
 
 def test_a_turn_knows_another_one():
     moments = np.arange(0, 20, 0.5)
-    right = Turn(moments, np.interp(moments, T, TRUTH))
-    assert not right.differs(Turn(moments, np.interp(moments, T, TRUTH) + 4 * np.pi))
-    assert right.differs(Turn(moments, np.interp(moments, T, TRUTH) + np.pi))
+    right = HeadingCurve(moments, np.interp(moments, T, TRUTH))
+    assert not right.differs(HeadingCurve(moments, np.interp(moments, T, TRUTH) + 4 * np.pi))
+    assert right.differs(HeadingCurve(moments, np.interp(moments, T, TRUTH) + np.pi))
     aside = np.interp(moments, T, TRUTH) + np.pi * (moments > 15)
-    assert right.differs(Turn(moments, aside))
-    assert not right.differs(Turn(moments, aside, moments < 14))
+    assert right.differs(HeadingCurve(moments, aside))
+    assert not right.differs(HeadingCurve(moments, aside, moments < 14))

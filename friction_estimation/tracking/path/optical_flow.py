@@ -1,7 +1,8 @@
-"""Lucas-Kanade optical flow, plain and pyramidal: predicts where the stone went, and gates.
+"""Lucas-Kanade optical flow, plain and pyramidal.
 
-On its own it drifts, because each frame's error is added to the last; so it predicts here and the
-fit of the stone measures. `follow` is the tracker as the paper had it, flow alone.
+Flow predicts where the stone is in the next frame, and the fit of the stone's picture measures it
+there: flow alone drifts, because the errors of all frames add up. `track_by_flow` is the tracker of
+the paper, which uses flow alone.
 """
 
 # OpenCV's stubs widen the element type of every array that they return.
@@ -12,7 +13,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Literal
 
 import cv2
 import numpy as np
@@ -21,37 +21,28 @@ from numpy.typing import NDArray
 from curling_env.typing import Floats, Image
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
+from friction_estimation.tracking import tuning
+from friction_estimation.tracking.film_track import FlowMethod
 
-Flow = Literal["plain", "pyramidal"]
+FLOW_METHODS: tuple[FlowMethod, ...] = ("plain", "pyramidal")
 
-FLOWS: tuple[Flow, ...] = ("plain", "pyramidal")
-PYRAMID_LEVELS = 3
-"""Halvings of the image in the pyramidal form: motions of up to some 40 px a frame."""
-WINDOW_PX = 9
-BACK_AND_FORTH_PX = 0.5
-"""A point must come back to within this of where it began when the flow is reversed."""
-AROUND_PX = 32
-"""Flow looks so far around a stone."""
-FEW_POINTS = 6
-SEEK_EVERY = 8
-"""New points are looked for where fewer are left, and every so many frames."""
-ELLIPSE = np.array([(np.cos(a), np.sin(a)) for a in np.linspace(0, 2 * np.pi, 20, endpoint=False)])
+_CIRCLE = np.array([(np.cos(a), np.sin(a)) for a in np.linspace(0, 2 * np.pi, 20, endpoint=False)])
 
 
 def lucas_kanade(
-    before: Image, after: Image, points_px: Floats, flow: Flow = "pyramidal"
+    before: Image, after: Image, points_px: Floats, method: FlowMethod = "pyramidal"
 ) -> tuple[Floats, NDArray[np.bool_]]:
-    """Where points of one grey image are in the next.
+    """Find where points of one grey picture are in the next.
 
     Parameters
     ----------
     before, after : (height, width) grey
     points_px : (n, 2)
-    flow : ``plain`` looks at one scale, ``pyramidal`` from coarse to fine
+    method : ``plain`` looks at one scale, ``pyramidal`` from coarse to fine
 
     Returns
     -------
-    (n, 2) places in `after`; (n,) whether a point was found and leads back to where it began
+    (n, 2) points in `after`; (n,) whether a point was found and leads back to its start
 
     Source
     ------
@@ -60,20 +51,20 @@ def lucas_kanade(
     if len(points_px) == 0:
         return np.empty((0, 2)), np.empty(0, dtype=bool)
     settings = {
-        "winSize": (WINDOW_PX, WINDOW_PX),
-        "maxLevel": PYRAMID_LEVELS if flow == "pyramidal" else 0,
+        "winSize": (tuning.FLOW_WINDOW_PX, tuning.FLOW_WINDOW_PX),
+        "maxLevel": tuning.FLOW_LEVELS if method == "pyramidal" else 0,
         "criteria": (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.01),
     }
     start = points_px.astype(np.float32).reshape(-1, 1, 2)
     there, found, _ = cv2.calcOpticalFlowPyrLK(before, after, start, None, **settings)
     back, returned, _ = cv2.calcOpticalFlowPyrLK(after, before, there, None, **settings)
     apart = np.linalg.norm((back - start).reshape(-1, 2), axis=1)
-    good = (found.ravel() == 1) & (returned.ravel() == 1) & (apart < BACK_AND_FORTH_PX)
+    good = (found.ravel() == 1) & (returned.ravel() == 1) & (apart < tuning.FLOW_RETURN_PX)
     return there.reshape(-1, 2).astype(np.float64), good
 
 
 def points_to_follow(grey: Image, outline_px: Floats, count: int = 12) -> Floats:
-    """Corners of the picture inside an outline that flow can hold on to, (n, 2) [px]."""
+    """Points inside an outline that flow can hold on to, (n, 2) [px]."""
     mask = np.zeros(grey.shape, dtype=np.uint8)
     cv2.fillConvexPoly(mask, np.round(outline_px).astype(np.int32), 255)
     found = cv2.goodFeaturesToTrack(grey, count, 0.02, 2, mask=mask, blockSize=3)
@@ -81,45 +72,41 @@ def points_to_follow(grey: Image, outline_px: Floats, count: int = 12) -> Floats
 
 
 class LocalFlow:
-    """The motion of what lies at one place of a film, from frame to frame.
+    """The motion of a small part of the picture, from frame to frame.
 
-    Points that were followed once are followed on; new ones are looked for now and then, and where
-    few are left.
-
-    Parameters
-    ----------
-    flow : Lucas-Kanade in one scale or in a pyramid
+    The same points are followed as long as they can be. New ones are looked for now and then, and
+    where few are left.
     """
 
-    def __init__(self, flow: Flow) -> None:
-        self._flow: Flow = flow
+    def __init__(self, method: FlowMethod) -> None:
+        self._method: FlowMethod = method
         self._points = np.empty((0, 2))
         self._age = 0
 
     def shift(self, before: Frame, after: Frame, corners_px: Floats) -> Floats | None:
-        """Motion of what is in a rectangle of one BGR frame to the next, (2,) [px].
+        """Motion of what a rectangle of one BGR frame shows to the next frame, (2,) [px].
 
-        The median over points; None where fewer than three can be followed. Only what is near the
-        rectangle is looked at.
+        It is the median over points; None where fewer than three points can be followed.
 
         Parameters
         ----------
-        corners_px : (2, 2) of the rectangle in `before`
+        corners_px : (2, 2) upper left and lower right corner of the rectangle in `before`
         """
         (u0, v0), (u1, v1) = corners_px.tolist()
-        left, top = max(math.floor(u0) - AROUND_PX, 0), max(math.floor(v0) - AROUND_PX, 0)
-        part = slice(top, math.ceil(v1) + AROUND_PX), slice(left, math.ceil(u1) + AROUND_PX)
+        margin = tuning.FLOW_MARGIN_PX
+        left, top = max(math.floor(u0) - margin, 0), max(math.floor(v0) - margin, 0)
+        part = slice(top, math.ceil(v1) + margin), slice(left, math.ceil(u1) + margin)
         if before[part].size == 0:
             return None
         first, second = _grey(before[part]), _grey(after[part])
         origin = np.array([left, top], dtype=np.float64)
         self._age += 1
-        if len(self._points) < FEW_POINTS or self._age > SEEK_EVERY:
+        if len(self._points) < tuning.MIN_FLOW_POINTS or self._age > tuning.FLOW_RENEWAL:
             half = (corners_px[1] - corners_px[0]) / 2
-            within = corners_px[0] + half - origin + half * ELLIPSE
+            within = corners_px[0] + half - origin + half * _CIRCLE
             self._points, self._age = points_to_follow(first, within) + origin, 0
         points = self._points - origin
-        there, good = lucas_kanade(first, second, points, self._flow)
+        there, good = lucas_kanade(first, second, points, self._method)
         self._points = there[good] + origin
         moved = np.sort((there - points)[good], axis=0)
         if len(moved) < 3:
@@ -131,10 +118,10 @@ def _grey(part: Image) -> Image:
     return cv2.cvtColor(np.ascontiguousarray(part), cv2.COLOR_BGR2GRAY)
 
 
-def follow(
-    frames: Iterable[Image], camera: Camera, start_px: Floats, height: float, flow: Flow
+def track_by_flow(
+    frames: Iterable[Image], camera: Camera, start_px: Floats, height: float, method: FlowMethod
 ) -> Floats:
-    """The paper's tracker: points on the stone followed by flow alone, and averaged.
+    """Follow points on the stone by flow alone, and average them, as the paper does.
 
     Parameters
     ----------
@@ -144,7 +131,7 @@ def follow(
 
     Returns
     -------
-    (n, 2) mean of the followed points on their plane [m], up to where all of them are lost
+    (n, 2) mean of the followed points on their plane [m], until all of them are lost
     """
     places: list[Floats] = []
     before: Image | None = None
@@ -154,7 +141,7 @@ def follow(
         if before is None:
             points = points_to_follow(grey, start_px)
         else:
-            there, good = lucas_kanade(before, grey, points, flow)
+            there, good = lucas_kanade(before, grey, points, method)
             points = there[good]
         if len(points) == 0:
             break

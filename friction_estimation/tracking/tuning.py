@@ -1,0 +1,234 @@
+"""The tuned numbers of tracking, in the order in which a film meets them.
+
+Unless a line says otherwise, they were set on films that `friction_estimation.synthetic` renders:
+cameras behind, beside and above the sheet, 540 to 1080 lines, with people and without.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+# --- frames looked at before the stone is followed ---------------------------------------------
+
+SAMPLE_FRAMES = 40
+"""Number of frames, spread over the film, in which the stone is first looked for."""
+BACKGROUND_FRAMES = 15
+"""Number of these frames whose median is the empty ice."""
+KNOWN_LENS_MARGIN_PX = 12
+"""Pixels kept around the sheet where the lens is known."""
+UNKNOWN_LENS_MARGIN_PX = 48
+"""Pixels kept around the sheet where the lens is unknown, so that the sheet may be misplaced."""
+PEOPLE_HEIGHT = 2.0
+"""Height up to which the surroundings of the sheet are kept, so that people are seen whole [m]."""
+
+# --- blobs in front of the empty ice ----------------------------------------------------------
+
+MIN_CONTRAST = 14.0
+"""Least difference from the empty ice that counts as a blob, of 255 grey levels."""
+CORE_CONTRAST_SHARE = 0.5
+"""Share of a blob's strongest contrast that its solid core has; shadows and reflections have less.
+"""
+MAX_CORE_BOX_PX = 40_000
+"""Area of a blob's box above which it is no stone, and its core is not looked for."""
+
+# --- which blob is the thrown stone -----------------------------------------------------------
+
+MAX_THROW_SPEED = 5.0
+"""No thrown stone is faster [m/s]; the hardest take-outs reach about 4."""
+MIN_TRAVEL = 0.5
+"""Something that moves less over the whole film is no thrown stone [m]."""
+MIN_SIGHTINGS = 4
+"""Sampled frames in which a stone must be seen to be one."""
+ENOUGH_SIGHTINGS = 12
+"""A stone seen in fewer sampled frames is looked for again in frames closer together."""
+CLOSE_SAMPLE_STEP = 0.12
+"""Time between those frames [s]."""
+HANDLE_RISE = 0.06
+"""Rough height of a handle above the body [m]."""
+MAX_SHADOW_GROWTH = 2.5
+"""A stone's shadow and reflection make its blob at most this many times as wide or high."""
+MAX_SIZE_RATIO = 2.2
+"""Factor by which a blob may be larger or smaller than a stone in its place would look."""
+BLOB_RIM_PX = 1.5
+"""What the threshold takes in of the blurred rim of a blob."""
+MISSED_FRAME_COST = 0.15
+"""What a frame without a sighting costs a path; a perfect sighting is worth 1."""
+MIN_LEARNING_LIKENESS = 0.3
+"""The appearance of the stone is learnt from sightings at least this much like a stone."""
+MAX_UNEXPLAINED = 0.2
+"""Share of the difference from the empty ice that the learnt appearance may leave unexplained.
+Stones leave 0.04 to 0.1; people who are taken for stones leave 0.3 to 0.5."""
+
+# --- focal length from the stone, where the paint leaves it open --------------------------------
+
+OPEN_FOCAL_SIGMA = 0.02
+"""Standard error of the log focal length above which the stone's picture is used."""
+CAMERA_HEIGHTS = (2.5, 25.0)
+"""Heights between which cameras above a rink hang [m]."""
+COARSE_HEIGHTS = 7
+"""Number of heights tried first, evenly spaced in their inverse."""
+FINE_HEIGHT_STEPS = (-0.5, -0.25, 0.25, 0.5)
+"""Heights tried next, as parts of a coarse step away from the best."""
+PARABOLA_STEPS = 1.1
+"""Coarse steps away from the best within which a parabola is fitted to the misfits."""
+PARABOLA_RISE = 0.25
+"""Share by which a misfit exceeds the least one where it weighs only a quarter in that fit."""
+MIN_LOG_HEIGHT_SIGMA = 0.02
+"""The logarithm of the height is never claimed to be known better."""
+FOCAL_CROP_STEP = 3
+"""Every so many pictures of the stone are used to compare heights."""
+
+# --- stones at rest ---------------------------------------------------------------------------
+
+CANDIDATE_SCALE_STEP = 1.5
+"""Factor between the sizes in which dark blobs are looked for."""
+CANDIDATE_REACH = 1.8
+"""Blobs up to this many stones wide stand out; wider ones are paint or people."""
+MIN_CANDIDATE_PX = 4.0
+"""Stones are looked for as if they were at least this wide [px]."""
+STRONG_CONTRAST_FACTOR = 2.5
+"""Factor on the threshold for the second search, for stones on dark paint."""
+MIN_OPENED_PX = 8.0
+"""Pictures of stones flatter than this may vanish when thin lines are removed [px]."""
+MIN_CANDIDATE_LIKENESS = 0.05
+"""Blobs less like a stone are no candidates."""
+SAME_PLACE = 0.2
+"""Candidates nearer to each other than this are one stone [m]."""
+MIN_RESTING_VISIBLE = 0.6
+"""Share of a candidate's picture that must look like a stone."""
+MAX_RESTING_MISFIT = 0.5
+"""Share of the misfit of bare ice that a stone may leave."""
+HEADINGS_TRIED = 24
+"""Headings at which the handle of a stone at rest is looked for."""
+REST_TOLERANCE = 0.04
+"""A stone is where it lay if it is found within this, and a pixel, of it [m]."""
+END_FRAMES = 3
+"""Sampled frames at each end of the film that show what lies there."""
+MIN_PRESENCE = 0.6
+"""Share of the frames in which a stone at rest must be found; people stand before it in others."""
+CLEAR_FRONT = 12.0
+"""Squared standard errors by which a handle turned end for end must fit worse."""
+SHADOW_WIDTH = 0.10
+"""Distance beyond its edge to which a stone darkens the ice [m]."""
+
+# --- where to look for a stone in the next frame ------------------------------------------------
+
+FLOW_LEVELS = 3
+"""Halvings of the picture in pyramidal optical flow: motions of up to some 40 px a frame."""
+FLOW_WINDOW_PX = 9
+"""Width of the window that optical flow compares."""
+FLOW_RETURN_PX = 0.5
+"""A point must come back to within this of its start when the flow is reversed."""
+FLOW_MARGIN_PX = 32
+"""Width of the surroundings of a stone in which flow looks."""
+MIN_FLOW_POINTS = 6
+"""Where fewer points are left, new ones are looked for."""
+FLOW_RENEWAL = 8
+"""Number of frames after which new points are looked for in any case."""
+MAX_HEADING_MISS = 0.7
+"""A heading further from its prediction is a misread handle [rad]."""
+HEADING_GAIN = 0.35
+"""Share by which the predicted heading follows a measured one; the spin, by half its square."""
+MIN_RETRY_DISTANCE = 0.02
+"""A second start for the fit must be at least this far from the first [m]."""
+
+# --- stones that hit each other ---------------------------------------------------------------
+
+RECENT_FITS = 8
+"""Number of latest measurements that extrapolate a stone's path."""
+HIDDEN_DECELERATION = 0.12
+"""Deceleration of a stone while it is hidden [m/s²]."""
+MIN_SEPARATION_RADII = 1.7
+"""Measurements of two stones nearer than this many radii are one stone measured twice."""
+MAX_HIT_GAP = 0.4
+"""Largest gap between two stones one of which has just hit the other [m]."""
+CONTACT_FITS = 8
+"""Number of measurements after a hit whose straight line is followed back to the contact."""
+MAX_CONTACT_DELAY = 0.4
+"""A contact lies at most this long before a stone is seen to have left its place [s]."""
+
+# --- heading ----------------------------------------------------------------------------------
+
+HEADING_VIEW_INTERVAL = 0.4
+"""Time between the pictures that are compared with all headings [s]."""
+MIN_HEADING_VIEWS = 5
+"""Least number of such pictures that show a heading."""
+SPINS_TRIED = np.linspace(-6.0, 6.0, 481)
+"""Spins at the beginning of the track that are tried [rad/s]."""
+SPIN_DECAY_POWERS = (0.0, 0.15, 0.3, 0.5, 0.8)
+"""Powers of the speed with which the spin may fall; real stones lie in between."""
+HEADING_WAVES = 6
+"""Number of waves per revolution that describe the picture of a two-ended handle."""
+MAX_VIEW_COST = 25.0
+"""The most that a single picture may count against a heading: it may show a sweeper's foot."""
+HEADING_DRIFT = 0.25
+"""How far the heading drifts from a steady law within a second [rad/√s]."""
+HEADING_MATCH = 0.7
+"""A heading further from the joint one than this is another heading [rad]."""
+HEADING_NEIGHBOURS = 1.5
+"""Pictures within this time of each other decide together whether the heading is right [s]."""
+INDEPENDENT_VIEW = np.pi / 4
+"""A handle that has turned by less repeats the same faults of its model [rad]."""
+MIN_INDEPENDENT_VIEWS = 3
+"""Least number of independent views that is assumed."""
+CLEAR_HEADING = 3.0
+"""Standard errors by which a heading must fit better than turned round, and than any other."""
+MAX_HEADING_GAP = 2.0
+"""Whole revolutions are not counted across a longer time without a heading [s]."""
+
+# --- the smoothed path and its uncertainty ----------------------------------------------------
+
+MIN_FITS = 5
+"""Number of frames in which a stone must be measured to have a track."""
+JERK_DENSITIES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
+"""Square roots of the jerk's spectral density among which a film chooses [m/s³/√Hz]; 0.003 is that
+of a stone left alone."""
+OUTLIER_SIGMAS = 4.0
+"""Measurements this many standard errors from what all others say are left out."""
+SMOOTHING_PASSES = 4
+"""How often jerk, noise and outliers are found in turn."""
+EDGE_ERROR_PX = 0.068
+"""Systematic error of a stone's outline in the picture, seen from above [px]."""
+LOW_VIEW_COT2 = 32.0
+"""Squared cotangent of the elevation at which that error is √2 times as large: low views hardly
+tell a stone's foot from its far rim. Set on cameras 7 to 9 m above the far end."""
+OUTLINE_ERROR = 0.0055
+"""Systematic error of a stone's outline along the ice where only one side of it is seen [m]. Set on
+eight films from ceiling cameras and gantries past which a stone slides, or short of which it
+stays."""
+LARGER_COORDINATE_SHARE = 0.7
+"""Share of the larger coordinate's variance that the common `sigma_xy` has at least, so that 95 %
+of all coordinates lie in their intervals even where only one of the two is off."""
+HANDLE_ERROR_PX = 0.25
+"""Systematic error of a handle's picture across its length [px]."""
+
+# --- what video compression leaves out --------------------------------------------------------
+
+COMPRESSION_INTERVAL = 16
+"""One in this many frames is compared with the one before it."""
+COMPRESSION_PATCH_PX = 48
+"""Width of the squares that are compared."""
+COMPRESSION_PATCHES = ((0.5, 0.25), (0.5, 0.5), (0.5, 0.75), (0.25, 0.5), (0.75, 0.5))
+"""Their centres, as shares of the height and width of the region around the sheet."""
+COMPRESSION_GREYS = (24, 240)
+"""Darker and brighter pixels may repeat for other reasons."""
+HARMLESS_COPIED_SHARE = 0.95
+"""Share of exactly repeated pixels up to which tracks do not suffer."""
+COPIED_LAG_PX = 0.5
+"""Error of a stone's place where all pixels repeat [px]; set on a throw that was encoded as H.264
+and H.265 in seven qualities."""
+
+# --- stones in a single picture ---------------------------------------------------------------
+
+MIN_PICTURE_SHARE = 0.5
+"""Share of a stone's width and height that must stand out; on dark paint that is its handle."""
+MAX_PICTURE_SHARE = 1.35
+"""Share of a stone's width and height that may stand out at most."""
+MAX_PICTURE_SHARE_WITH_SHADOW = 1.9
+"""The same, with its shadow."""
+MAX_PICTURE_STRETCH = 1.5
+"""Largest ratio of length and width, relative to what a stone in that place shows."""
+MIN_PICTURE_FILL = 0.5
+"""Least share of its own box that a stone fills; a full disc fills 0.79."""
+PICTURE_RIM_PX = 2.0
+"""What blur and the threshold add to a stone's picture."""
