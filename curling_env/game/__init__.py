@@ -1,10 +1,11 @@
-"""A game on ice: the rules joined with the physics, the ice that changes, and those who play.
+"""A game on ice: the rules joined with the physics, the ice that changes, and the players.
 
+- `simulator`: plays throws: execution error, sweeping, physics, ruling, wear
+- `state`: all that a game is at one moment, frozen, so that a search can branch from it
 - `ice_evolution`: how the ice changes during a game: wear along the paths, frost, unequal stones
 - `rng`: the random numbers of every throw
-- `state`: all that a game is at one moment, frozen, so that a search may branch from it
-- `simulator`: plays throws: execution error, sweeping, physics, ruling, wear
-- `players`: what a player sees, decides, and how players are found by name
+- `sweepers`: when a stone is swept if nobody else decides
+- `players`: what a player sees and decides, and how players are found by name
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Ice that changes while it is played on; every change can be switched off."""
+"""How the ice changes during a game; every change can be switched off."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ class IceEvolution:
 
     Parameters
     ----------
-    wear : relative change of μ where a stone's band ran, for each pass; negative runs keener. It is
-        `along_path` of the effect `pebble_wear`, beside what the ice itself has of that
-    frost : relative change of μ over the whole sheet in an hour; positive runs heavier
-    stone_spread : standard deviation of μ from stone to stone, relative
-    pace : seconds from one delivery to the next
+    wear : relative change of μ where a stone's running band passed, for each pass; negative makes
+        the ice keener. It is `along_path` of the effect `pebble_wear`, and adds to that of the ice
+    frost : relative change of μ of the whole sheet in an hour; positive makes the ice heavier
+    stone_spread : relative standard deviation of μ from stone to stone
+    pace : time from one delivery to the next [s]
 
     Raises
     ------
@@ -29,8 +29,9 @@ class IceEvolution:
 
     Source
     ------
-    Wear of 0.2–0.5 % a pass at worn spots and about 8 % over a game are priors, not measurements;
-    matched stones differ by 0.5–1 %. A game of 160 stones takes about two hours and three quarters.
+    Nobody measured these. That worn places lose 0.2–0.5 % a pass and about 8 % in a game, and that
+    matched stones differ by 0.5–1 %, is an assumption. A game of 160 stones takes about two hours
+    and three quarters.
     """
 
     wear: float = 0.0
@@ -44,22 +45,26 @@ class IceEvolution:
             if not abs(getattr(self, name)) <= limit:
                 raise InputError(f"{name} must lie within ±{limit:g}, got {getattr(self, name)}")
         if self.stone_spread < 0 or not 0 < self.pace < 3600:
-            raise InputError("stone_spread must be at least 0 and pace a time below an hour")
+            raise InputError(
+                "stone_spread must be at least 0, and pace must be above 0 and below 3600 s"
+            )
 
 
 NO_EVOLUTION = IceEvolution()
 """Ice that stays as it is, and stones that are all alike."""
 TYPICAL_EVOLUTION = IceEvolution(wear=-0.003, frost=0.02, stone_spread=0.0075)
-"""A game's usual changes: middles of the ranges known."""
+"""The changes of a usual game: the middles of the ranges above."""
 
 
 def ice_for_game(ice: Ice, evolution: IceEvolution, seed: int, *, sweeping: bool) -> Ice:
-    """The ice as a game finds it: it wears and frosts, has its own stones, and brooms if any.
+    """The ice of a game: with the effects of its evolution, and of sweeping if there is any.
 
     Parameters
     ----------
-    seed : of the game; it decides which stones are keen
-    sweeping : whether an ice that does not know sweeping is given its usual effect
+    ice : the ice as it is when the game begins
+    evolution : how it changes
+    seed : seed of the game; it decides the friction of each stone
+    sweeping : whether stones may be swept; ice without that effect is given the standard one
     """
     effects = list(ice.effects)
     if evolution.wear:

@@ -1,4 +1,4 @@
-"""Those who play: what they see, what they decide, and how they are found by name."""
+"""Players: what they see, what they decide, and how they are found by name."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PLAYER_GROUP = "curling.players"
 """The entry-point group of players: classes that can be made without arguments."""
 
 Sweep = tuple[float, float]
-"""Seconds after release at which sweeping begins and ends."""
+"""Times after release at which sweeping begins and ends [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,11 +33,12 @@ class PlayerView:
     Parameters
     ----------
     game : score, stones (delivery frame) and whose turn it is
-    team : the player's own
-    ice : as the player knows it, which need not be as it is
+    team : the player's team
+    ice : the ice as the player knows it, which may differ from the true ice
     direction : the end played to
-    skill : of the player's own hand
-    lot : numbers that make `seed`: of the game, the delivery and the team
+    skill : execution error of the player's team
+    entropy : seed of the game, number of the throw, and team: the player's random numbers follow
+        from them
     """
 
     game: Game
@@ -54,29 +55,29 @@ class PlayerView:
 
     @property
     def own_stones_left(self) -> int:
-        """Stones the team has still to deliver in this end."""
+        """Number of stones that the team has still to deliver in this end."""
         end = self.game.end
         return 0 if end is None else self.game.rules.stones - end.number_of_stone
 
     @property
     def seed(self) -> int:
-        """For a player that draws lots; another one before every delivery."""
+        """A seed for a player that decides at random; another one before every delivery."""
         return int(np.random.SeedSequence(self.entropy).generate_state(1)[0])
 
     def rng(self) -> np.random.Generator:
-        """Randomness of the player's own; the same before the same delivery."""
+        """A random generator for the player; the same before the same delivery."""
         return np.random.default_rng(self.entropy)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Call:
-    """What a player wants of a delivery.
+    """What a player calls for: a throw, and perhaps when it is swept.
 
     Parameters
     ----------
-    throw : as meant
-    sweep : when it is swept, or None to leave that to the sweepers
-    shot : in the sport's words, for the record
+    throw : the throw without execution error
+    sweep : when it is swept; None leaves that to the sweepers
+    shot : the shot in the sport's words, for the record
     """
 
     throw: Throw
@@ -85,49 +86,61 @@ class Call:
 
 
 class Player(ABC):
-    """Plays for a team. Keeps nothing between deliveries that a view does not tell."""
+    """Plays for a team.
+
+    A player decides from the view alone: what it keeps between deliveries may only save time.
+    """
 
     name: str = "player"
 
     @classmethod
     def with_option(cls, option: str) -> Player:
-        """The player as it is asked for by ``name:option``.
+        """The player that ``name:option`` stands for.
 
         Raises
         ------
-        InputError : an option that this player does not have
+        InputError : an option that this player does not take
         """
         raise InputError(f"the player {cls.name!r} takes no option, got {option!r}")
 
     @abstractmethod
     def call(self, view: PlayerView) -> Call:
-        """The delivery the player wants."""
+        """What the player calls for its team's next delivery."""
 
     def concedes(self, view: PlayerView) -> bool:
-        """Whether the player gives the game up, asked where the rules allow it."""
+        """Whether the player concedes the game; asked where the rules allow it."""
         return False
 
     def puts_back(self, view: PlayerView, ruling: Ruling) -> bool:
         """After the opponent's tick, whether the stones are put back rather than left.
 
-        Put back, unless the stones as they lie count for more.
+        They are put back, unless the stones as they lie count for more.
+
+        Parameters
+        ----------
+        view : the game before the opponent's delivery
+        ruling : the stones as they lie, and as they would lie if put back
         """
         lines = view.game.lines
 
-        def worth(stones: Any) -> int:
+        def points_for_us(stones: Any) -> int:
             team, points = count(lines, stones)
             return points if team is view.team else -points
 
-        return ruling.option is None or worth(ruling.option) >= worth(ruling.stones)
+        return ruling.option is None or points_for_us(ruling.option) >= points_for_us(ruling.stones)
 
     def power_play(self, view: PlayerView) -> Side | None:
-        """In mixed doubles, the side of a power play in the coming end, asked where it is free."""
+        """In mixed doubles, the side of a power play in the coming end; None for no power play.
+
+        Asked where the rules allow one.
+        """
         return None
 
     def throws_first(self, view: PlayerView) -> bool:
-        """In mixed doubles, whether the team gives the hammer away: asked of who decides on it.
+        """In mixed doubles, whether the team throws first in the coming end, without the hammer.
 
-        The other team's stone then lies in the house. Not asked where a power play was taken.
+        The deciding team is asked, unless it takes a power play. If it throws first, the other
+        team's placed stone lies in the house.
         """
         return False
 

@@ -1,17 +1,18 @@
-"""ThrowRng that belongs to a game and a throw: the same numbers whoever asks, in whatever order."""
+"""Random numbers of a throw: the same ones whoever asks for them, in whatever order."""
 
 from __future__ import annotations
 
 import numpy as np
 
 _WORD = 2**64 - 1
+"""Mask of the lowest 64 bits."""
 
 
 class ThrowRng:
-    """Randomness by a game's seed and the number of the throw.
+    """Random generators addressed by a game's seed and the number of the throw.
 
-    A counter-based generator, with the seed for its key and the throw in its counter: to set both
-    costs a fifth of making a generator, which took a third of an end among many.
+    A counter-based generator is set to the seed as its key and the throw in its counter, which is
+    several times faster than making a new generator.
     """
 
     def __init__(self) -> None:
@@ -20,10 +21,10 @@ class ThrowRng:
         self._state = self._bits.state
 
     def at(self, seed: int, throw: int) -> np.random.Generator:
-        """The randomness of a throw, from its beginning; good until the next one is asked for."""
+        """The generator of a throw, from its first number; valid until the next call."""
         state = self._state["state"]
         state["key"][:] = seed & _WORD, (seed >> 64) & _WORD
-        # The lowest word counts the numbers that were drawn.
+        # The lowest word of the counter counts the numbers that were drawn.
         state["counter"][:] = 0, throw, 0, 0
         self._bits.state = self._state
         return self._rng

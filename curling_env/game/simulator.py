@@ -1,4 +1,4 @@
-"""A simulator: throws are played on it under the rules, on ice that changes."""
+"""Simulates games: throws are played under the rules, on ice that changes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from curling_env.game.ice_evolution import NO_EVOLUTION, IceEvolution, ice_for_g
 from curling_env.game.players import Call, Player, PlayerView, Sweep
 from curling_env.game.rng import ThrowRng
 from curling_env.game.rules.delivery import Result, Ruling
-from curling_env.game.rules.game import End, Game, always, begin_end, deliver, new_game
+from curling_env.game.rules.game import End, Game, begin_end, deliver, new_game
 from curling_env.game.rules.lines import Lines
 from curling_env.game.rules.placement import Side
 from curling_env.game.rules.rulesets import RuleSet, rule_set
@@ -25,8 +25,8 @@ from curling_env.sheet import TEE_Y, Direction
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Skill, Throw, skill_named
 from curling_env.typing import Floats
 
-SLOWEST = 1e-3
-"""A throw is never slower, however badly it slips [m/s]."""
+MIN_SPEED = 1e-3
+"""No throw is slower than this, however large its execution error [m/s]."""
 _GONE = (Status.OUT_SIDE, Status.OUT_BACK)
 
 
@@ -37,19 +37,19 @@ def direction_of(end: int) -> Direction:
 
 @dataclass(frozen=True, kw_only=True)
 class PlayedShot:
-    """A delivery and all it led to.
+    """A delivery and what followed.
 
     Parameters
     ----------
-    end, number : of the end in the game, and of the stone in the end, from 0
-    team : that delivered
+    end, number : number of the end in the game, and of the delivery in the end, from 0
+    team : the team that delivered
     stone : identifier of the stone
-    call : what was wanted
-    thrown : what left the hand
-    sweep : when it was swept; equal times where it was not
+    call : what the player called for
+    thrown : the throw as it left the hand, with its execution error
+    sweep : when the stone was swept; equal times if it was not
     direction : the end played to
-    outcome : of the physics, sheet frame
-    ruling : of the rules, delivery frame
+    outcome : what the physics made of it, sheet frame
+    ruling : what the rules made of it, delivery frame
     put_back : after a tick, whether the stones were put back
     """
 
@@ -67,26 +67,26 @@ class PlayedShot:
 
     @property
     def stones_after(self) -> Stones:
-        """The position it left, delivery frame."""
+        """The stones on the sheet afterwards, delivery frame."""
         option = self.ruling.option
         return option if self.put_back and option is not None else self.ruling.stones
 
 
 class GameSimulator:
-    """Plays a game's throws; holds no game itself.
+    """Plays the throws of games; holds no game itself.
 
     Parameters
     ----------
-    ice : as it is when the game begins: an `Ice`, a file or a preset
-    known_ice : as the players know it; None: as it is when the game begins
+    ice : the ice when a game begins: an `Ice`, a file or a preset
+    known_ice : the ice as the players know it; by default the ice when a game begins
     rules : a set of rules or its name
-    skills : of home and away, or of both
-    ice_evolution : how the ice changes
-    sweeping : whether stones may be swept; an ice without that effect is given the usual one
+    skills : execution errors of the home and the away team, or one for both
+    ice_evolution : how the ice changes during a game
+    sweeping : whether stones may be swept; ice without that effect is given the standard one
 
     Raises
     ------
-    InputError : an ice, rules or a skill that do not exist
+    InputError : an unknown ice, set of rules or skill
     """
 
     def __init__(
@@ -107,36 +107,38 @@ class GameSimulator:
         self.ice_evolution = ice_evolution
         self.sweeping = sweeping
         self.lines = Lines(width=self.ice.sheet.width, stone_radius=self.ice.stone.radius)
-        self._at_first = ice_for_game(self.ice, self.ice_evolution, 0, sweeping=sweeping)
-        self.ice_wears = wear_along_path(self._at_first) != 0.0
-        """Whether stones wear the ice where they run."""
+        self._initial_ice = ice_for_game(self.ice, self.ice_evolution, 0, sweeping=sweeping)
+        self.ice_wears = wear_along_path(self._initial_ice) != 0.0
+        """Whether stones change the ice along their paths."""
         self._rng = ThrowRng()
         self._engine: tuple[int, Engine] | None = None
 
-    # --- a game's course ------------------------------------------------------------------------
+    # --- the course of a game -------------------------------------------------------------------
 
     def new_game(self, seed: int, *, last_stone: Team = Team.AWAY) -> GameState:
-        """A game before its first end."""
+        """A game before its first end; `last_stone` has the hammer in it."""
         return GameState(game=new_game(self.rules, self.lines, last_stone=last_stone), seed=seed)
 
     def begin_end(
         self, state: GameState, *, power_play: Side | None = None, throw_first: bool = False
     ) -> GameState:
-        """The same game with its next end begun, on the choices of the team that decides.
+        """The game with its next end begun.
 
         Parameters
         ----------
-        power_play, throw_first : mixed doubles only; see `curling_env.game.rules.game.begin_end`
+        state : between two ends
+        power_play, throw_first : decisions in mixed doubles; see
+            `curling_env.game.rules.game.begin_end`
 
         Raises
         ------
-        InputError : a choice that these rules do not give
+        InputError : a decision that these rules do not allow
         """
         game = begin_end(state.game, power_play=power_play, throw_first=throw_first)
         return replace(state, game=game)
 
     def begin_end_as(self, state: GameState, decider: Player) -> GameState:
-        """The same game with its next end begun as a player wants it who may decide on it."""
+        """The game with its next end begun as the deciding team's player wants it."""
         game, side, first = state.game, None, False
         view = self.view(state, game.last_stone)
         if game.may_power_play:
@@ -146,7 +148,7 @@ class GameSimulator:
         return self.begin_end(state, power_play=side, throw_first=first)
 
     def view(self, state: GameState, team: Team | None = None) -> PlayerView:
-        """What a team sees; without one, the team to throw."""
+        """What a team sees; by default the team to throw."""
         end = state.game.end
         if team is None:
             team = state.game.last_stone if end is None else end.to_throw
@@ -172,10 +174,14 @@ class GameSimulator:
 
         Parameters
         ----------
-        state : with an end in play
-        call : of the team to throw
-        opponent : decides after a tick; without one, the stones are put back
-        paths : whether the shot keeps the stones' paths, 30 samples a second
+        state : a game with an end in play
+        call : what the team to throw calls for
+        opponent : the player who decides after a tick; without one the stones are put back
+        paths : whether the stones' paths are kept, 30 samples a second
+
+        Returns
+        -------
+        the game after the delivery, and the delivery
 
         Raises
         ------
@@ -197,17 +203,18 @@ class GameSimulator:
             throw=state.throws,
         )
         result = _result(end, outcome, direction)
-        chosen = [False]
+        are_put_back = False
 
         def put_back(ruling: Ruling) -> bool:
-            seen = self.view(state, team.other)
-            chosen[0] = always(ruling) if opponent is None else opponent.puts_back(seen, ruling)
-            return chosen[0]
+            nonlocal are_put_back
+            view = self.view(state, team.other)
+            are_put_back = opponent is None or opponent.puts_back(view, ruling)
+            return are_put_back
 
         game, ruling = deliver(state.game, result, put_back=put_back)
         wear = state.wear
         if self.ice_wears:
-            added = wear_of(self._at_first, [path.xy for path in outcome.trajectories])
+            added = wear_of(self._initial_ice, [path.xy for path in outcome.trajectories])
             wear = added if wear is None else wear + added
         after = self.after(state, game, wear)
         return after, PlayedShot(
@@ -221,11 +228,11 @@ class GameSimulator:
             direction=direction,
             outcome=outcome,
             ruling=ruling,
-            put_back=chosen[0],
+            put_back=are_put_back,
         )
 
     def after(self, state: GameState, game: Game, wear: Floats | None = None) -> GameState:
-        """The state one delivery later."""
+        """The state after one more delivery."""
         return GameState(
             game=game,
             seed=state.seed,
@@ -234,22 +241,22 @@ class GameSimulator:
             wear=wear,
         )
 
-    # --- the hand, the brooms, the ice ------------------------------------------------------------
+    # --- execution error, sweeping, ice -----------------------------------------------------------
 
     def with_execution_error(self, meant: Throw, skill: Skill, state: GameState) -> Throw:
-        """What leaves the hand when a throw is meant: the state decides by how much it slips."""
+        """The throw as it leaves the hand; its error follows from the state's seed and throw."""
         if skill.is_exact:
             return meant
         speed, angle, spin = skill.error(self._rng.at(state.seed, state.throws))
         return Throw(
-            speed=min(max(meant.speed + speed, SLOWEST), MAX_SPEED),
+            speed=min(max(meant.speed + speed, MIN_SPEED), MAX_SPEED),
             angle=meant.angle + angle,
             spin=min(max(meant.spin + spin, -MAX_SPIN), MAX_SPIN),
             x=meant.x,
         )
 
     def sweep_interval(self, call: Call, thrown: Throw, direction: Direction) -> Sweep:
-        """When a delivery is swept: as called, else as the sweepers judge; equal times for not."""
+        """When a delivery is swept: as called, else as the sweepers judge; equal times if never."""
         if not self.sweeping:
             return (0.0, 0.0)
         if call.sweep is not None:
@@ -257,7 +264,7 @@ class GameSimulator:
         return sweep_for(self.known_ice, call.throw, thrown, direction)
 
     def current_ice(self, state: GameState) -> Ice:
-        """The ice as it is at this moment of a game."""
+        """The ice at this moment of a game."""
         ice = ice_for_game(self.ice, self.ice_evolution, state.seed, sweeping=self.sweeping)
         return worn(ice, state.wear)
 
@@ -272,7 +279,7 @@ class GameSimulator:
 
 
 def state_on_sheet(lying: RestingStone, direction: Direction) -> StoneState:
-    """A resting stone, from the delivery to the sheet frame."""
+    """A resting stone in the sheet frame."""
     return StoneState(x=direction * lying.x, y=direction * (lying.y + TEE_Y), stone=lying.stone)
 
 
@@ -282,27 +289,27 @@ def result_of_places(
     unmoved: Sequence[bool],
     struck: bool,
 ) -> Result:
-    """What the rules need of where stones came to rest.
+    """What the rules need to know of a delivery, from where the stones came to rest.
 
     Parameters
     ----------
-    end : before the delivery
-    places : of its stones and of the delivered one, delivery frame [m]; None or NaN for one that
-        left play
-    unmoved : for each stone of the end, whether nothing touched it: it lies exactly where it did
+    end : the end before the delivery
+    places : (x, y) of its stones, then of the delivered one, delivery frame [m]; None or NaN for
+        a stone that left play
+    unmoved : for each stone of the end, whether nothing touched it; it then keeps its exact place
     struck : whether the delivered stone touched another
     """
     after: list[RestingStone | None] = []
-    for before, place, still in zip(end.stones, places, unmoved, strict=False):
-        if still:
+    for before, place, is_unmoved in zip(end.stones, places, unmoved, strict=False):
+        if is_unmoved:
             after.append(before)
         else:
-            after.append(_lying(before.team, before.number, place))
-    after.append(_lying(end.to_throw, end.number_of_stone, places[-1]))
+            after.append(_resting_stone(before.team, before.number, place))
+    after.append(_resting_stone(end.to_throw, end.number_of_stone, places[-1]))
     return Result(tuple(after), struck)
 
 
-def _lying(team: Team, number: int, place: Sequence[float] | None) -> RestingStone | None:
+def _resting_stone(team: Team, number: int, place: Sequence[float] | None) -> RestingStone | None:
     if place is None or place[0] != place[0]:
         return None
     return RestingStone(team, number, place[0], place[1])

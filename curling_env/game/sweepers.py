@@ -7,39 +7,46 @@ from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
 
-FIRST_LOOK = 4.0
-"""Seconds after release before which sweepers cannot tell that a stone is light [s]: a choice."""
+# Choices, not measurements.
+SWEEP_START = 4.0
+"""Time after release from which sweepers can tell that a stone is light, and sweep [s]."""
+WORTH_SWEEPING = 0.15
+"""Smallest shortfall for which they sweep [m]."""
 BISECTIONS = 6
-"""Halvings of the sweep's length; the last is a fraction of a second."""
-LIGHT = 0.15
-"""Shortfall from which on it is worth sweeping [m]."""
+"""Number of times the range of the sweep's end is halved, to a fraction of a second."""
 
 
 def sweep_for(ice: Ice, meant: Throw, thrown: Throw, direction: Direction) -> tuple[float, float]:
-    """When to sweep a stone, so that it carries as far as it was meant to.
+    """When to sweep a stone, so that it goes as far as it was meant to.
 
-    Both throws are thought through on the ice as the sweepers know it; other stones are not.
+    Both throws are simulated on the ice as the sweepers know it, without other stones.
+
+    Parameters
+    ----------
+    ice : the ice as the sweepers know it
+    meant : the throw that was called
+    thrown : the throw as it left the hand
+    direction : the end played to
 
     Returns
     -------
-    seconds after release at which sweeping begins and ends; equal for a stone that is not light
+    times after release at which sweeping begins and ends [s]; equal for a stone that is not light
     """
     if ice.effect("sweeping") is None:
         ice = ice.with_effect(ActiveEffect(name="sweeping"))
 
-    def carries(throw: Throw, until: float) -> tuple[float, float]:
-        end = slide(ice, throw.release(direction, sweep=(FIRST_LOOK, max(until, FIRST_LOOK))))
+    def distance_and_time(throw: Throw, until: float) -> tuple[float, float]:
+        end = slide(ice, throw.release(direction, sweep=(SWEEP_START, max(until, SWEEP_START))))
         return direction * end.y, end.time
 
-    aim, _ = carries(meant, 0.0)
-    alone, time = carries(thrown, 0.0)
-    if aim - alone < LIGHT:
-        return (0.0, 0.0)
+    wanted, _ = distance_and_time(meant, 0.0)
+    unswept, time = distance_and_time(thrown, 0.0)
     longest = 1.2 * time
-    if longest <= FIRST_LOOK:
+    if wanted - unswept < WORTH_SWEEPING or longest <= SWEEP_START:
         return (0.0, 0.0)
-    low, high = FIRST_LOOK, longest
+    low, high = SWEEP_START, longest
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
-        low, high = (middle, high) if carries(thrown, middle)[0] < aim else (low, middle)
-    return (FIRST_LOOK, high)
+        too_short = distance_and_time(thrown, middle)[0] < wanted
+        low, high = (middle, high) if too_short else (low, middle)
+    return (SWEEP_START, high)

@@ -1,17 +1,16 @@
-"""The rules of curling: pure functions over small frozen states; no physics, no ice.
+"""The rules of curling: pure functions over small frozen states, without physics or ice.
 
 Everything is in the delivery frame: origin at the playing tee, +y along the direction of play. So a
-rule reads the same in every end, and the near hog line, where stones are thrown from, plays no
-part here.
+rule reads the same in every end. The near hog line, where stones are thrown from, plays no part.
 
 - `lines`: what a stone touches: house, hog line, side and back lines, the free guard zone
-- `stones`: teams and the stones that lie on the sheet
-- `rulesets`: the named, dated sets of rules and where they differ
-- `placement`: the stones of mixed doubles that lie there before an end begins
-- `free_guard_zone`: which stones may not yet be put out of play, or be ticked aside
+- `teams`: the two teams, and their stones that lie on the sheet
+- `rulesets`: the named, dated sets of rules
+- `placement`: in mixed doubles, the stones placed before an end begins
+- `free_guard_zone`: which stones may not yet be put out of play or ticked aside
 - `delivery`: the ruling on a delivered stone
 - `scoring`: measuring, counting, and who has the hammer next
-- `game`: an end and a game, from the first stone to the handshake
+- `game`: an end and a game, from the first stone to the last
 """
 
 from __future__ import annotations

@@ -23,16 +23,16 @@ class Fault(StrEnum):
     NO_TICK = "no_tick"
     """It moved an opposition guard off the centre line too early: the opponent chooses."""
     EARLY_TAKEOUT = "early_takeout"
-    """It put a stone out before that is allowed in mixed doubles: removed, all stones put back."""
+    """It put a stone out too early in mixed doubles: removed, and all stones put back."""
 
 
 class Result(NamedTuple):
-    """What a delivery did, as physics or a pair of eyes saw it.
+    """What a delivery did, as physics or an umpire saw it.
 
     Parameters
     ----------
-    after : the stones of before in their order, then the delivered one, where each came to rest;
-        None for one that touched a side line or went wholly past the back line
+    after : where the stones that lay on the sheet came to rest, in their order, then the delivered
+        stone; None for one that touched a side line or went wholly past the back line
     struck : whether the delivered stone touched a stone in play
     """
 
@@ -46,9 +46,9 @@ class Ruling:
 
     Parameters
     ----------
-    stones : that lie on the sheet
-    fault : of the delivered stone, or None
-    option : the position which the opponent may choose instead: with `Fault.NO_TICK`, all stones
+    stones : stones on the sheet
+    fault : fault of the delivered stone, or None
+    option : the position that the opponent may choose instead: with `Fault.NO_TICK`, all stones
         put back and the delivered one removed
     """
 
@@ -64,19 +64,21 @@ def rule_on(
 
     Parameters
     ----------
-    before : stones on the sheet before it
-    team : that delivered
-    delivered : stones of the end delivered before this one
-    result : what it did
+    rules : the rules played by
+    lines : lines of the sheet
+    before : stones on the sheet before the delivery
+    team : the team that delivered
+    delivered : number of stones delivered in the end before this one
+    result : what the delivered stone did
 
     Raises
     ------
-    InputError : a result that is not of these stones
+    InputError : a result that does not fit these stones
     """
     after = result.after
     if len(after) != len(before) + 1:
         raise InputError(
-            f"a result tells of {len(before)} stones and the one delivered, got {len(after)}"
+            f"expected the places of {len(before)} stones and the delivered one, got {len(after)}"
         )
     thrown = after[-1]
     fault = None

@@ -14,16 +14,19 @@ from curling_env.game.rules.rulesets import RuleSet
 from curling_env.game.rules.teams import RestingStone, Stones, Team
 
 After = Sequence[RestingStone | None]
-"""The stones of before, in their order, where they came to rest; None for one that left play."""
+"""Where the stones that lay on the sheet came to rest, in order; None for one that left play."""
 
 
 def guards(rules: RuleSet, lines: Lines, stones: Stones, team: Team, delivered: int) -> Stones:
-    """Stones that the next stone, thrown by `team`, may not put out of play.
+    """Stones that the next stone, delivered by `team`, may not put out of play.
 
     Parameters
     ----------
-    stones : on the sheet before the delivery
-    delivered : stones of this end already delivered
+    rules : the rules played by
+    lines : lines of the sheet
+    stones : stones on the sheet before the delivery
+    team : the team to deliver
+    delivered : number of stones delivered in this end before
     """
     if delivered < rules.no_takeout_until:
         return stones

@@ -1,4 +1,4 @@
-"""An end and a game, from the first stone to the handshake: frozen states, pure functions."""
+"""An end and a game, from the first stone to the last: frozen states and pure functions."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from curling_env.errors import InputError
-from curling_env.game.rules.delivery import Fault, Result, Ruling, rule_on
+from curling_env.game.rules.delivery import Result, Ruling, rule_on
 from curling_env.game.rules.lines import Lines
 from curling_env.game.rules.placement import GuardPlace, Side, placed_stones
 from curling_env.game.rules.rulesets import RuleSet
@@ -20,10 +20,10 @@ class End:
 
     Parameters
     ----------
-    number : 0 for the first of the game
+    number : number of the end, from 0
     hammer : the team that delivers last
-    stones : on the sheet
-    delivered : stones delivered so far by both teams
+    stones : stones on the sheet
+    delivered : number of stones delivered so far by both teams
     power_play : the side of a power play in this end, or None
     """
 
@@ -35,12 +35,12 @@ class End:
 
     @property
     def to_throw(self) -> Team:
-        """Whose delivery is next."""
+        """The team that delivers next."""
         return self.hammer if self.delivered % 2 else self.hammer.other
 
     @property
     def number_of_stone(self) -> int:
-        """Which of its stones, from 0, that team delivers next."""
+        """Number, from 0, of the stone which that team delivers next."""
         return self.delivered // 2
 
 
@@ -50,12 +50,14 @@ class Game:
 
     Parameters
     ----------
-    rules, lines : it is played by
-    end : in play, or None between ends and after the last
+    rules : the rules played by
+    lines : lines of the sheet
+    end : the end in play; None between ends and after the last
     line_score : points of home and away in each complete end
-    hammers : who had the hammer in each of them
-    last_stone : who has the hammer, or the decision on the placement, in the next end
-    power_plays : teams that had theirs
+    hammers : the team that had the hammer in each complete end
+    last_stone : the team with the hammer in the next end (mixed doubles: with the decision on the
+        placement)
+    power_plays : teams that had their power play
     conceded : the team that conceded, or None
     """
 
@@ -79,7 +81,7 @@ class Game:
 
     @property
     def ends_left(self) -> int:
-        """Scheduled ends not yet complete, the one in play among them."""
+        """Number of scheduled ends not yet complete, including the one in play."""
         return max(self.rules.ends - len(self.line_score), 0)
 
     @property
@@ -108,7 +110,7 @@ class Game:
 
     @property
     def winner(self) -> Team | None:
-        """Who won; None while it is undecided, and for a tie."""
+        """The team that won; None while the game is undecided, and for a tie."""
         if self.conceded is not None:
             return self.conceded.other
         if not self.is_over or self.lead(Team.HOME) == 0:
@@ -121,7 +123,10 @@ def new_game(rules: RuleSet, lines: Lines | None = None, *, last_stone: Team = T
 
     Parameters
     ----------
-    last_stone : who has the hammer (mixed doubles: the decision on the placement) in the first end
+    rules : the rules to play by
+    lines : lines of the sheet; by default of a sheet by World Curling's rules
+    last_stone : the team with the hammer in the first end (mixed doubles: with the decision on the
+        placement)
     """
     return Game(rules=rules, lines=lines or Lines(), last_stone=last_stone)
 
@@ -137,13 +142,14 @@ def begin_end(
 
     Parameters
     ----------
+    game : a game between two ends
     power_play : mixed doubles: the side on which the deciding team has its power play, or None
     throw_first : mixed doubles: whether the deciding team takes the guard and throws first
-    guard : mixed doubles: the mark of the guard
+    guard : mixed doubles: the place of the guard
 
     Raises
     ------
-    InputError : the game is over, an end is in play, or a choice that these rules do not give
+    InputError : the game is over, an end is in play, or a decision that these rules do not allow
     """
     rules = game.rules
     if game.is_over or game.end is not None:
@@ -169,36 +175,32 @@ def begin_end(
     return replace(game, end=end, power_plays=had)
 
 
-def always(_ruling: Ruling) -> bool:
-    """After a tick, have the stones put back whatever happened."""
-    return True
-
-
 def deliver(
-    game: Game, result: Result, *, put_back: Callable[[Ruling], bool] = always
+    game: Game, result: Result, *, put_back: Callable[[Ruling], bool] | None = None
 ) -> tuple[Game, Ruling]:
     """Play one delivery.
 
     Parameters
     ----------
-    game : with an end in play
+    game : a game with an end in play
     result : what the delivered stone did
-    put_back : the opponent's choice after a tick: whether the stones are put back or left
+    put_back : the opponent's choice after a tick: whether the stones are put back or left; by
+        default they are put back
 
     Returns
     -------
-    the game after it, between ends if this was the last stone of one, and the ruling
+    the game after the delivery, between ends if this was the last stone of one; and the ruling
 
     Raises
     ------
-    InputError : no end is in play, or a result of other stones
+    InputError : no end is in play, or a result that does not fit its stones
     """
     end = game.end
     if end is None:
         raise InputError("no end is in play")
     ruling = rule_on(game.rules, game.lines, end.stones, end.to_throw, end.delivered, result)
     stones = ruling.stones
-    if ruling.fault is Fault.NO_TICK and ruling.option is not None and put_back(ruling):
+    if ruling.option is not None and (put_back is None or put_back(ruling)):
         stones = ruling.option
     after = End(
         number=end.number,
@@ -223,9 +225,9 @@ def deliver(
 
 
 def _is_decided(game: Game, end: End) -> bool:
-    """Whether, in the last end or an extra one, a team can no longer catch up.
+    """Whether, in the last end or an extra end, a team can no longer catch up.
 
-    Play stops then, and the end counts as it lies.
+    Play stops then, and the stones count as they lie.
     """
     if not game.rules.stops_when_decided or end.number < game.rules.ends - 1:
         return False
@@ -239,13 +241,13 @@ def _is_decided(game: Game, end: End) -> bool:
 
 
 def stones_left(rules: RuleSet, end: End, team: Team) -> int:
-    """Stones a team has still to deliver in an end."""
+    """Number of stones that a team has still to deliver in an end."""
     first = team is end.hammer.other
     return rules.stones - (end.delivered + first) // 2
 
 
 def may_concede(game: Game, team: Team) -> bool:
-    """Whether a team may concede now: after enough complete ends, and at its turn or between ends.
+    """Whether a team may concede: after enough complete ends, at its turn or between ends.
 
     Source
     ------
@@ -258,7 +260,7 @@ def may_concede(game: Game, team: Team) -> bool:
 
 
 def concede(game: Game, team: Team) -> Game:
-    """End the game: its opponent has won. The score of the end in play does not count.
+    """The game won by the opponent of a team that concedes; the end in play does not count.
 
     Raises
     ------

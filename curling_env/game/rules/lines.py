@@ -1,4 +1,4 @@
-"""What a stone touches: the lines, the house and the free guard zone, delivery frame.
+"""What a stone touches: lines, house and free guard zone, in the delivery frame.
 
 Every line is taken at the edge that the rule book names: the hog line at its inner edge, 6.401 m
 from the tee; the back line at its outer edge, 1.829 m from it; a side line at the edge of the ice.
@@ -12,21 +12,21 @@ from curling_env.errors import InputError
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, HOUSE_RADIUS, LINE_WIDTH, TEE_Y
 
 HOG_LINE = HOG_LINE_Y - TEE_Y
-"""Inner edge of the far hog line, -6.401 m."""
+"""Inner edge of the far hog line: -6.401 m."""
 BACK_LINE = BACK_LINE_Y - TEE_Y
-"""Outer edge of the back line, 1.829 m."""
+"""Outer edge of the back line: 1.829 m."""
 CENTRE_LINE_HALF = LINE_WIDTH / 2
 """Half the width of the centre line [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Lines:
-    """A sheet's width and a stone's radius: all that tells whether a stone touches a line.
+    """Decides whether a stone touches a line, from the sheet's width and the stone's radius.
 
     Parameters
     ----------
-    width : between the side lines [m]
-    stone_radius : [m]
+    width : distance between the side lines [m]
+    stone_radius : radius of a stone [m]
 
     Raises
     ------
@@ -44,7 +44,7 @@ class Lines:
 
     @property
     def reach(self) -> float:
-        """Distance of its centre from the tee at which a stone just touches the house [m]."""
+        """Distance of a stone's centre from the tee at which it just touches the house [m]."""
         return HOUSE_RADIUS + self.stone_radius
 
     def touches_side_line(self, x: float) -> bool:
@@ -52,15 +52,15 @@ class Lines:
         return abs(x) >= self.width / 2 - self.stone_radius
 
     def past_back_line(self, y: float) -> bool:
-        """Whether a stone lies wholly past the back line; one that bites it does not."""
+        """Whether a stone with its centre at y lies wholly past the back line."""
         return y - self.stone_radius > BACK_LINE
 
     def past_hog_line(self, y: float) -> bool:
-        """Whether a stone lies wholly past the inner edge of the far hog line."""
+        """Whether a stone with its centre at y lies wholly past the far hog line's inner edge."""
         return y - self.stone_radius > HOG_LINE
 
     def on_sheet(self, x: float, y: float) -> bool:
-        """Whether side and back lines leave a stone in play; the hog line is another matter."""
+        """Whether a stone is clear of the side lines and not past the back line."""
         return not self.touches_side_line(x) and not self.past_back_line(y)
 
     def in_house(self, x: float, y: float) -> bool:
@@ -74,7 +74,7 @@ class Lines:
     def in_free_guard_zone(self, x: float, y: float) -> bool:
         """Whether a stone in play counts as a guard: before the tee line and not in the house.
 
-        A stone on or before the hog line counts too: it can only be in play there because it
-        struck another. A stone that bites the tee line is not before it.
+        A stone on or before the hog line counts too: it is in play there only because it struck
+        another. A stone that touches the tee line is not before it.
         """
         return y + self.stone_radius < 0 and not self.in_house(x, y)

@@ -14,14 +14,14 @@ from curling_env.game.rules.teams import RestingStone, Stones, Team
 from curling_env.sheet import HOUSE_RADIUS, RING_RADII
 
 Side = Literal["left", "right"]
-"""As the thrower sees it."""
+"""The side of the sheet, as the thrower sees it."""
 GuardPlace = Literal["middle", "near_house", "near_hog_line"]
-"""Where the guard lies: one of three marks, chosen for a competition by how much the ice curls."""
+"""Where the guard lies: one of three places, chosen for a competition by how much the ice curls."""
 
 _MIDWAY = (HOG_LINE - HOUSE_RADIUS) / 2
-"""Midway between the hog line and the front edge of the house [m]."""
-_MARKS = {"middle": 0.0, "near_house": 0.915, "near_hog_line": -0.915}
-"""The marks stand three feet from each other [m]."""
+"""Distance along play of the middle place, midway between hog line and house [m]."""
+_GUARD_PLACES = {"middle": 0.0, "near_house": 0.915, "near_hog_line": -0.915}
+"""Distance of each place from the middle one: three feet [m]."""
 
 
 def placed_stones(
@@ -32,25 +32,26 @@ def placed_stones(
     power_play: Side | None = None,
     guard: GuardPlace = "middle",
 ) -> Stones:
-    """The guard of the team that throws first and the stone in the house of the other.
+    """The guard of the team that throws first, and the other team's stone in the house.
 
     Parameters
     ----------
-    rules : with placed stones
-    lines : for the stone's radius
-    hammer : the team whose stone lies in the house
-    power_play : the side to which both lie, or None
+    rules : a set of rules with placed stones
+    lines : lines of the sheet, for the stone's radius
+    hammer : the team with the hammer, whose stone lies in the house
+    power_play : the side on which both lie, or None
+    guard : the place of the guard
 
     Returns
     -------
-    the guard, centred on its mark; the stone in the house, with its back edge on the back of the
-    4-foot ring, or, in a power play, before the tee line and touching it, centred on the edge of
-    the 8-foot ring
+    The guard, centred on its place, and the stone in the house. The latter has its back edge on
+    the back of the 4-foot ring; in a power play it touches the tee line from before, centred on
+    the edge of the 8-foot ring.
     """
     x = {"left": -RING_RADII[1], "right": RING_RADII[1], None: 0.0}[power_play]
     y = RING_RADII[2] - lines.stone_radius if power_play is None else -lines.stone_radius
     number = rules.stones
     return (
-        RestingStone(hammer.other, number, x, _MIDWAY + _MARKS[guard]),
+        RestingStone(hammer.other, number, x, _MIDWAY + _GUARD_PLACES[guard]),
         RestingStone(hammer, number, x, y),
     )

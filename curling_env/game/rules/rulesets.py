@@ -1,6 +1,6 @@
-"""Sets of rules by name and year, so that results say which curling was played.
+"""Sets of rules by name and year, so that a result says by which rules it was played.
 
-Simulators differ, and so do years. A table of the differences is in docs/rules.md.
+docs/rules.md has a table of the differences.
 
 Source
 ------
@@ -20,30 +20,31 @@ from curling_env.game.rules.teams import STONES_PER_TEAM
 
 @dataclass(frozen=True, kw_only=True)
 class RuleSet:
-    """One way to play.
+    """A set of rules.
 
     Parameters
     ----------
-    name : by which it is asked for, with the year of the rules
-    title : for people
-    ends : of a game before extra ends
+    name : short name, with the year of the rules
+    title : name for people
+    ends : number of ends of a game, without extra ends
     throwers : which player (0 is the first) delivers each of a team's stones in an end
     placed_stones : whether each team has a stone on the sheet before an end begins
-    free_guard_until : stones of an end during whose delivery opposition guards are protected
-    no_tick : whether an opposition guard on the centre line may not be moved off it meanwhile
-    no_takeout_until : stones of an end during whose delivery no stone at all may be put out
+    free_guard_until : opposition guards are protected while so many first stones are delivered
+    no_tick : whether, meanwhile, no opposition guard may be moved off the centre line
+    no_takeout_until : no stone at all may be put out while so many first stones are delivered
     hog_line_exception : whether a stone that struck another may lie on or before the hog line
-    blank_keeps_hammer : whether a blank end leaves the hammer, or in mixed doubles the decision
-        on the placement, where it was
+    blank_keeps_hammer : whether the hammer (in mixed doubles the decision on the placement)
+        stays with its team after a blank end
     power_play : whether each team may once a game have its placed stones to the side
-    max_extra_ends : after which a tied game ends without a winner; None for no limit
-    ends_before_concession : complete ends before a team may concede
+    max_extra_ends : number of extra ends after which a tied game ends without a winner; None for
+        no limit
+    ends_before_concession : number of complete ends before a team may concede
     stops_when_decided : whether the last end stops once one team cannot catch up
-    measure : differences of distance below this cannot be measured [m]; such stones lie equally far
+    measure : distances from the tee that differ by less than this count as equal [m]
 
     Raises
     ------
-    InputError : numbers that make no game
+    InputError : numbers with which no game can be played
     """
 
     name: str
@@ -76,12 +77,12 @@ class RuleSet:
 
     @property
     def stones(self) -> int:
-        """Stones each team delivers in an end."""
+        """Number of stones that each team delivers in an end."""
         return len(self.throwers)
 
     @property
     def deliveries(self) -> int:
-        """Stones delivered in an end by both teams."""
+        """Number of stones that both teams deliver in an end."""
         return 2 * len(self.throwers)
 
     @property
@@ -125,7 +126,7 @@ def rule_set(name: str | RuleSet, **changes: Any) -> RuleSet:
 
     Raises
     ------
-    InputError : a name that is not in `RULE_SETS`, or a change that makes no game
+    InputError : an unknown name, or a change with which no game can be played
     """
     if isinstance(name, RuleSet):
         return replace(name, **changes) if changes else name

@@ -1,4 +1,4 @@
-"""The two teams, and the stones that lie on the sheet."""
+"""The two teams, and their stones that lie on the sheet."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from enum import IntEnum
 from typing import NamedTuple
 
 STONES_PER_TEAM = 8
-"""Handles of one colour on a sheet: a stone's number runs from 0 to 7."""
+"""Number of stones of one colour on a sheet; they are numbered from 0 to 7."""
 
 
 class Team(IntEnum):
-    """Who plays; named as on a scoreboard."""
+    """A team, named as on a scoreboard."""
 
     HOME = 0
     AWAY = 1
@@ -34,8 +34,8 @@ class RestingStone(NamedTuple):
 
     Parameters
     ----------
-    team : whose it is
-    number : 0 to 7 within its team, in order of delivery; a placed stone has the number after them
+    team : the team it belongs to
+    number : 0 to 7 within its team, in order of delivery; a placed stone has the next number
     x, y : its centre, delivery frame [m]
     """
 
@@ -51,9 +51,9 @@ class RestingStone(NamedTuple):
 
     @property
     def distance(self) -> float:
-        """From the tee to its centre [m]."""
+        """Distance of its centre from the tee [m]."""
         return (self.x * self.x + self.y * self.y) ** 0.5
 
 
 Stones = tuple[RestingStone, ...]
-"""The stones on a sheet, in the order in which they came there."""
+"""Stones on a sheet, in the order in which they came there."""
