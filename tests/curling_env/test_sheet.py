@@ -13,12 +13,16 @@ from curling_env.sheet import (
     HACK_Y,
     HOG_LINE_Y,
     HOG_TO_TEE,
+    HOUSE_RADIUS,
     PAPER_SHEET,
+    PAPER_STONE,
     RING_RADII,
+    RULE_BOOK_STONE,
     TEE_Y,
     WORLD_CURLING_SHEET,
     Direction,
     Sheet,
+    Stone,
     tee,
     to_delivery,
     to_sheet,
@@ -36,6 +40,7 @@ def test_the_lines_are_the_rule_books():
     assert pytest.approx(1.829) == BACK_LINE_Y - TEE_Y
     assert pytest.approx(1.829) == HACK_Y - BACK_LINE_Y
     assert RING_RADII == (1.829, 1.219, 0.610, 0.152)
+    assert RING_RADII[0] == HOUSE_RADIUS
 
 
 def test_the_papers_sheet_has_89_rows_of_9_cells():
@@ -113,3 +118,55 @@ def test_the_playing_tee_is_the_origin_and_play_runs_along_y():
 def test_sheets_that_cannot_be_are_refused(lengths):
     with pytest.raises(InputError):
         Sheet(**lengths)
+
+
+def test_a_sheet_may_just_hold_both_houses_and_be_one_cell_wide():
+    smallest = Sheet(length=2 * BACK_LINE_Y, width=2 * HOUSE_RADIUS, cell_size=2 * HOUSE_RADIUS)
+    assert smallest.shape == (11, 1)
+    with pytest.raises(InputError, match="both houses"):
+        Sheet(length=2 * BACK_LINE_Y - 1e-6)
+    with pytest.raises(InputError, match="both houses"):
+        Sheet(width=2 * HOUSE_RADIUS - 1e-6)
+
+
+def test_the_stones_are_the_rule_books_and_the_papers():
+    stone = RULE_BOOK_STONE
+    assert 2 * np.pi * stone.radius <= 0.914
+    assert (stone.mass, stone.height, stone.band_radius) == (19.1, 0.1143, 0.0625)
+    assert stone.inertia == pytest.approx(0.5 * stone.mass * stone.radius**2, rel=1e-3)
+    assert (stone.restitution, stone.stone_friction) == (0.85, 0.2)
+    assert stone.spin_coupling == pytest.approx(19.1 * 0.0625**2 / 0.2008)
+    assert (PAPER_STONE.mass, 2 * PAPER_STONE.radius, PAPER_STONE.height) == (19.96, 0.21, 0.15)
+    assert PAPER_STONE.inertia == pytest.approx(0.5 * 19.96 * 0.105**2)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        {"band_radius": 0.0},
+        {"band_radius": 0.145},
+        {"restitution": 0.0},
+        {"restitution": 1.0},
+        {"stone_friction": 0.0},
+    ],
+)
+def test_a_stone_may_have_the_values_at_the_edge(value):
+    assert Stone(**value) == Stone(**value)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        *({name: x} for name in ("mass", "radius", "height", "inertia") for x in (0, -1, np.inf)),
+        {"band_radius": -1e-9},
+        {"band_radius": 0.146},
+        {"restitution": -1e-9},
+        {"restitution": 1.01},
+        {"stone_friction": -1e-9},
+        {"stone_friction": float("inf")},
+        {"stone_friction": float("nan")},
+    ],
+)
+def test_stones_that_cannot_be_are_refused(value):
+    with pytest.raises(InputError, match=next(iter(value))):
+        Stone(**value)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import stat
 import subprocess
 import sys
@@ -16,7 +17,9 @@ from hypothesis import strategies as st
 
 from curling_env.errors import InputError, OutputError
 from curling_env.storage import (
+    MAX_INTEGER,
     atomic_path,
+    file_digest,
     format_json,
     make_directory,
     read_json,
@@ -136,6 +139,30 @@ def test_a_link_is_followed(tmp_path: Path) -> None:
     assert (tmp_path / "real.txt").read_text() == "new"
 
 
+@pytest.mark.skipif(not Path("/dev/stdout").exists(), reason="this system has no /dev/stdout")
+def test_what_stands_for_a_stream_is_added_to_and_never_replaced(tmp_path: Path) -> None:
+    program = "from curling_env.storage import write_text; write_text('/dev/stdout', 'new')"
+    with (tmp_path / "log").open("w") as log:
+        log.write("old, ")
+        log.flush()
+        subprocess.run([sys.executable, "-c", program], stdout=log, check=True)
+    assert (tmp_path / "log").read_text() == "old, new"
+
+
+def test_a_refusal_inside_the_block_is_passed_on(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="too small"), atomic_path(tmp_path / "a.mp4"):
+        raise OutputError("the picture is too small")
+    assert names(tmp_path) == []
+
+
+def test_a_directory_is_made_with_its_parents_once(tmp_path: Path) -> None:
+    made = make_directory(tmp_path / "a" / "b")
+    assert made == tmp_path / "a" / "b"
+    (made / "file").touch()
+    assert make_directory(str(made)) == made
+    assert names(made) == ["file"]
+
+
 # --- JSON
 
 plain = st.recursive(
@@ -158,6 +185,23 @@ def test_numpy_becomes_plain_and_rows_stay_on_a_line(tmp_path: Path) -> None:
     text = (tmp_path / "a.json").read_text()
     assert text.count("[0.0, 0.0, 0.0]") == 2
     assert read_json(tmp_path / "a.json") == {"mu": [[0.0] * 3] * 2, "n": 3, "file": "a"}
+
+
+def test_json_is_laid_out_for_people() -> None:
+    document = {"rows": [[1, 2], [3.5, None]], "none": {}, 7: [], "name": {"ä": (True, "b")}}
+    assert format_json(document).splitlines() == [
+        "{",
+        '  "rows": [',
+        "    [1, 2],",
+        "    [3.5, null]",
+        "  ],",
+        '  "none": {},',
+        '  "7": [],',
+        '  "name": {',
+        '    "\\u00e4": [true, "b"]',
+        "  }",
+        "}",
+    ]
 
 
 def test_json_has_no_word_for_nan(tmp_path: Path) -> None:
@@ -193,6 +237,14 @@ def test_reading_what_is_not_there(tmp_path: Path) -> None:
         read_text(tmp_path)
 
 
+def test_a_digest_is_short_and_goes_by_content_alone(tmp_path: Path) -> None:
+    for name, text in (("a", "ice"), ("b", "ice"), ("c", "Ice")):
+        (tmp_path / name).write_text(text)
+    a, b, c = (file_digest(tmp_path / name) for name in "abc")
+    assert a == b != c
+    assert len(a) == 16
+
+
 # --- tables
 
 
@@ -222,6 +274,45 @@ def test_blanks_bytes_and_spare_columns(tmp_path: Path) -> None:
     assert table.numbers("t").tolist() == [0.5, 0.1]
     assert np.array_equal(table.numbers("swept"), [np.nan, 1], equal_nan=True)
     assert table.where(1, "t") == "row 4, column t"  # the empty line counts, as in an editor
+
+
+def test_cells_can_be_had_as_text_and_blank_ones_where_the_caller_allows_them(
+    tmp_path: Path,
+) -> None:
+    table = read_table(table_of(tmp_path, "throw,t\n 1 ,\n2,nan\n"), required=["throw", "t"])
+    assert list(table.text("throw")) == ["1", "2"]
+    assert table.where(1) == "row 3"
+    assert np.isnan(table.numbers("t", blank=True)).all()
+    with pytest.raises(InputError, match="row 2, column t: expected a number, found an empty cell"):
+        table.numbers("t")
+    optional = read_table(table_of(tmp_path, "throw,t\n1,\n"), required=["throw"], optional=["t"])
+    with pytest.raises(InputError, match="found an empty cell"):
+        optional.numbers("t", blank=False)
+    with pytest.raises(InputError, match="found an empty cell"):
+        optional.integers("t")
+
+
+def test_a_long_cell_is_cut_in_the_message(tmp_path: Path) -> None:
+    for cell, shown in (("x" * 40, "x" * 40), ("x" * 41, "x" * 37 + "...")):
+        table = read_table(table_of(tmp_path, f"t\n{cell}\n"), required=["t"])
+        with pytest.raises(InputError, match=f"found '{re.escape(shown)}'$"):
+            table.numbers("t")
+
+
+def test_identifiers_are_exact_up_to_the_largest_whole_number_of_a_float(tmp_path: Path) -> None:
+    path = table_of(tmp_path, f"throw\n{MAX_INTEGER}\n-{MAX_INTEGER}\n")
+    assert read_table(path, required=["throw"]).integers("throw").tolist() == [2**53, -(2**53)]
+    with pytest.raises(InputError, match="expected a whole number, found '9007199254740994'"):
+        read_table(table_of(tmp_path, "throw\n9007199254740994\n"), required=["throw"]).integers(
+            "throw"
+        )
+
+
+def test_the_same_table_as_parquet(tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    write_table(tmp_path / "a.parquet", {"a": [None, 2.5], "b": np.array([True, False])})
+    assert parquet.read_table(tmp_path / "a.parquet").to_pydict() == {"a": [None, 2.5], "b": [1, 0]}
+    assert names(tmp_path) == ["a.parquet"]
 
 
 def test_none_and_booleans_are_written(tmp_path: Path) -> None:
@@ -256,6 +347,7 @@ def test_what_is_no_whole_number_is_found(tmp_path: Path, cell: str) -> None:
     ("text", "complaint"),
     [
         ("", "is empty"),
+        (",,\n1,2,3\n", "is empty"),
         ("throw,t,x\n0,0,0\n", "row 1: missing column y; the header names throw, t, x"),
         ("t,x\n0,0\n", "missing columns throw, y"),
         ("throw,t,x,y,t\n0,0,0,0,0\n", "column t is given twice"),
