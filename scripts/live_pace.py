@@ -1,8 +1,8 @@
-"""Does live tracking keep up? A camera of 1080p50 is played at its own pace, and followed.
+"""Does live tracking keep up with a camera of 1080 lines and 50 frames a second?
 
-Draws seen from behind the sheet are rendered, and then sent over the network as a camera sends
-them, in H.264, while they are recorded and tracked on what is left of this machine. Told are how
-long after a throw's end its track and the ice were known, how far off the track is, and how far the
+Draws seen from behind the sheet are rendered and then sent over the network at their own pace, in
+H.264, as a camera sends them. They are recorded and tracked meanwhile. The script prints how long
+after the end of a throw its track and the ice were known, how far off the track is, and how far the
 recording lagged behind the camera.
 
 python scripts/live_pace.py
@@ -31,12 +31,16 @@ from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 from friction_estimation.camera.scene import load_scene
 from friction_estimation.live import Feed, LiveFrame, TrackedClip, follow_stream, open_feed
-from friction_estimation.live.motion import MEMORY
-from friction_estimation.live.recorder import QUIET
+from friction_estimation.live.tuning import COMPARED_AFTER, QUIET_SECONDS
 from friction_estimation.synthetic import FilmSpec, on_film, render_films
 
 SPEC = FilmSpec(
-    camera="end", size=(1920, 1080), fps=50.0, people=False, lead_in=2.0, tail=QUIET + MEMORY + 1.0
+    camera="end",
+    size=(1920, 1080),
+    fps=50.0,
+    people=False,
+    lead_in=2.0,
+    tail=QUIET_SECONDS + COMPARED_AFTER + 1.0,
 )
 WEIGHTS = (2.15, 2.2, 2.18)
 """Speeds of the draws at the hog line [m/s]; no throw is in the picture for longer."""

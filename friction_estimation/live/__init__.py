@@ -1,10 +1,10 @@
-"""A camera that is filming now: each throw is recorded as a film of its own, and then tracked.
+"""Tracking from a camera that is filming now: each throw is recorded as a film and then tracked.
 
-A throw's path is known best when all of it has been seen, and the ice gives half a minute until
-the next. So nothing is tracked in a hurry: while one throw is recorded, the one before goes
-through the same `track_film` as any film, in a process beside, and what the ice is like by now is
-estimated there too. A throw begins when something moves on the ice and ends when all has been still
-for some seconds; films without a stone that slides are told of and kept.
+The path of a throw is known best when all of it has been seen, and on the ice there is half a
+minute until the next one. So nothing is tracked in a hurry: while one throw is recorded, the throw
+before it is tracked in another process, as any film is, and the ice is estimated there from all
+throws so far. A recording begins when something moves on the ice and ends when all has been still
+for some seconds. Films without a thrown stone are reported and kept.
 """
 
 from friction_estimation.live.feed import Feed, LiveFrame, Packet, open_feed

@@ -1,8 +1,8 @@
-"""What a camera or a stream sends: frames to look at, and the same frames coded, to be kept.
+"""What a camera or a stream sends: frames to look at, and the same frames encoded, for the film.
 
-A stream's own packets are kept as they came: coding them anew would cost time and blur what is to
-be measured (on 1080p from above the sheet, positions then err by 3.2 instead of 1.9 mm). A camera
-that sends plain frames is coded at the finest step that MPEG-4 has, which positions do not feel.
+The packets of a stream are kept as they came: encoding them again would cost time and blur what is
+to be measured. The frames of a camera are encoded at the finest step of MPEG-4, which does not
+affect the measured positions.
 """
 
 from __future__ import annotations
@@ -26,36 +26,33 @@ from curling_env.errors import InputError
 from curling_env.typing import Image
 from friction_estimation.film.frame import brightness_of
 from friction_estimation.film.video import DEFAULT_FPS, timestamp_of
+from friction_estimation.live import tuning
 
-PATIENCE = (10.0, 10.0)
-"""So long a stream may take to open, and then to send something [s]."""
-CLOCKLESS = ("mpjpeg", "mjpeg")
-"""Formats of streams that carry no times: their pictures are stamped when they arrive."""
-WAITING = 50
-"""Frames of a camera that may wait to be coded; beyond these the camera drops its own."""
-FINEST = {"qmin": "2", "qmax": "2", "g": "50"}
-"""MPEG-4 at its finest step, with a whole picture every 50."""
-CAMERA_CLOCK = Fraction(1, 65535)
-"""Finest unit of time that MPEG-4 knows [s]."""
+CLOCKLESS_FORMATS = ("mpjpeg", "mjpeg")
+"""Formats of streams without times: their pictures are stamped when they arrive."""
+FINEST_MPEG4 = {"qmin": "2", "qmax": "2", "g": "50"}
+"""MPEG-4 at its finest step, with a key frame every 50 frames."""
+MPEG4_TICK = Fraction(1, 65535)
+"""Finest unit of time in MPEG-4 [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Packet:
-    """A piece of a coded stream: one frame, most often as changes to others.
+    """A piece of an encoded stream: one frame, usually as changes to others.
 
     Parameters
     ----------
-    data : as it came
-    pts, dts : when its frame is shown, and decoded, since the first frame, in units
-    unit : of these times [s]
-    whole : whether it stands for itself, so that a film can begin with it
+    data : the bytes as they came
+    pts, dts : when its frame is shown, and decoded, since the first frame, in units of `unit`
+    unit : unit of these times [s]
+    key : whether it is a key frame, with which a film can begin
     """
 
     data: bytes
     pts: int
     dts: int
     unit: Fraction
-    whole: bool
+    key: bool
 
     @property
     def t(self) -> float:
@@ -65,47 +62,51 @@ class Packet:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LiveFrame:
-    """One frame as it came.
+    """One frame of a feed.
 
     Parameters
     ----------
-    t : when it was taken, since the first one [s]
+    t : when it was taken, since the first frame [s]
     grey : its brightness, (height, width)
-    coded : what came since the last one of the coded stream, as it is stored
+    packets : all packets that came since the frame before it
     """
 
     t: float
     grey: Image
-    coded: tuple[Packet, ...]
+    packets: tuple[Packet, ...]
 
 
 class Feed(Protocol):
-    """A source of frames that is open.
+    """An open source of frames.
 
     Attributes
     ----------
     size : width and height [px]
-    fps : nominal frames per second
+    fps : nominal number of frames per second
     """
 
     size: tuple[int, int]
     fps: float
 
     def frames(self) -> Generator[LiveFrame]:
-        """Frames as they come, until the source ends."""
+        """The frames as they come, until the source ends."""
         ...
 
     def add_to(self, film: Any) -> Any:
-        """A stream of a film (`av.open(..., "w")`) that takes this source's packets."""
+        """Add a stream for this source's packets to a film that PyAV has opened for writing."""
         ...
 
     def close(self) -> None:
-        """Let the source go; nothing can be added to a film after that."""
+        """Close the source; nothing can be added to a film after that."""
         ...
 
 
 def open_feed(source: str) -> Feed:
-    """Open a camera, by its number, or a stream, by its address.
+    """Open a camera or a stream.
+
+    Parameters
+    ----------
+    source : number of a camera on this computer, or address of a stream
 
     Raises
     ------
@@ -115,12 +116,12 @@ def open_feed(source: str) -> Feed:
 
 
 class Stream:
-    """A stream by its address: rtsp, http, udp, ..."""
+    """A stream at an address: rtsp, http, udp, ..."""
 
     def __init__(self, address: str) -> None:
         self._address = address
         self._film: Any = self._open({})
-        if self._film.format.name in CLOCKLESS:
+        if self._film.format.name in CLOCKLESS_FORMATS:
             self._film.close()
             self._film = self._open({"use_wallclock_as_timestamps": "1"})
         self._video = self._film.streams.video[0]
@@ -131,7 +132,9 @@ class Stream:
     def _open(self, options: dict[str, str]) -> Any:
         try:
             film = av.open(
-                self._address, timeout=PATIENCE, options={"rtsp_transport": "tcp", **options}
+                self._address,
+                timeout=(tuning.OPEN_TIMEOUT, tuning.READ_TIMEOUT),
+                options={"rtsp_transport": "tcp", **options},
             )
         except FFmpegError as error:
             raise InputError(
@@ -145,25 +148,25 @@ class Stream:
     def frames(self) -> Generator[LiveFrame]:
         begin: int | None = None
         last = -np.inf
-        held: list[Packet] = []
-        with suppress(FFmpegError):  # It broke off; what came until then stands.
+        unseen: list[Packet] = []
+        with suppress(FFmpegError):  # The stream broke off; what came until then is kept.
             for packet in self._film.demux(self._video):
                 shown = timestamp_of(packet)
                 if packet.dts is not None and shown is not None:
                     if begin is None and packet.is_keyframe:
                         begin = shown
                     if begin is None:
-                        continue  # Changes to a picture that was never seen.
-                    held.append(_coded(packet, shown, begin))
+                        continue  # changes to a picture that was never seen
+                    unseen.append(_coded(packet, shown, begin))
                 for frame in _decoded(packet):
-                    moment = timestamp_of(frame)
-                    if begin is None or moment is None:
+                    shown = timestamp_of(frame)
+                    if begin is None or shown is None:
                         continue
-                    t = float((moment - begin) * packet.time_base)
+                    t = float((shown - begin) * packet.time_base)
                     if t > last:
                         last = t
-                        yield LiveFrame(t=t, grey=brightness_of(frame), coded=tuple(held))
-                        held.clear()
+                        yield LiveFrame(t=t, grey=brightness_of(frame), packets=tuple(unseen))
+                        unseen.clear()
 
     def add_to(self, film: Any) -> Any:
         return film.add_stream_from_template(self._video)
@@ -178,7 +181,7 @@ def _coded(packet: Any, shown: int, begin: int) -> Packet:
         pts=shown - begin,
         dts=packet.dts - begin,
         unit=packet.time_base,
-        whole=packet.is_keyframe,
+        key=packet.is_keyframe,
     )
 
 
@@ -186,13 +189,18 @@ def _decoded(packet: Any) -> list[Any]:
     try:
         return list(packet.decode())
     except FFmpegError:
-        return []  # Damaged on its way.
+        return []  # damaged on its way
 
 
 class Webcam:
-    """A camera of this computer by its number; its frames are stamped by its driver if that does.
+    """A camera of this computer.
 
-    They are taken by a thread of its own, so that coding one delays the stamp of none.
+    Its frames have the times that its driver gives them, or else those of their arrival. A thread
+    of its own takes them, so that encoding one frame does not delay the time of the next.
+
+    Parameters
+    ----------
+    number : 0 is the first camera
     """
 
     def __init__(self, number: int) -> None:
@@ -206,11 +214,11 @@ class Webcam:
         (first, frame), (second, _) = ((k[1], k[2]) for k in seen if k is not None)
         self._stamped = second > first > 0
         self.size = (frame.shape[1], frame.shape[0])
-        said = self._capture.get(cv2.CAP_PROP_FPS)
-        self.fps = float(said) if np.isfinite(said) and 1 <= said <= 1000 else DEFAULT_FPS
+        fps = self._capture.get(cv2.CAP_PROP_FPS)
+        self.fps = float(fps) if np.isfinite(fps) and 1 <= fps <= 1000 else DEFAULT_FPS
 
     def _take(self) -> tuple[float, float, Image] | None:
-        """When a frame arrived, when its driver says that it was taken [s], and the frame, BGR."""
+        """When a frame arrived, when its driver says it was taken [s], and the frame; or None."""
         ok, frame = self._capture.read()
         if not ok:
             return None
@@ -218,7 +226,7 @@ class Webcam:
         return time.monotonic(), stamp, np.asarray(frame, dtype=np.uint8)
 
     def frames(self) -> Generator[LiveFrame]:
-        waiting: Queue[tuple[float, float, Image] | None] = Queue(WAITING)
+        waiting: Queue[tuple[float, float, Image] | None] = Queue(tuning.MAX_QUEUED_FRAMES)
         ended = Event()
 
         def take_all() -> None:
@@ -239,19 +247,19 @@ class Webcam:
                 arrived, stamp, picture = taken
                 t = stamp if self._stamped else arrived
                 begin = t if begin is None else begin
-                tick = max(tick + 1, round((t - begin) / CAMERA_CLOCK))
+                tick = max(tick + 1, round((t - begin) / MPEG4_TICK))
                 planes = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2YUV_I420), dtype=np.uint8)
                 frame = av.VideoFrame.from_ndarray(planes, format="yuv420p")
-                frame.pts, frame.time_base = tick, CAMERA_CLOCK
+                frame.pts, frame.time_base = tick, MPEG4_TICK
                 packets = coder.encode(frame)
                 yield LiveFrame(
-                    t=float(tick * CAMERA_CLOCK),
+                    t=float(tick * MPEG4_TICK),
                     grey=planes[: self.size[1]],
-                    coded=tuple(_coded(packet, packet.pts, 0) for packet in packets),
+                    packets=tuple(_coded(packet, packet.pts, 0) for packet in packets),
                 )
         finally:
             ended.set()
-            with suppress(Empty):  # It may stand before a full queue.
+            with suppress(Empty):  # so that the thread does not wait before a full queue
                 waiting.get_nowait()
             thread.join()
 
@@ -264,7 +272,7 @@ class Webcam:
         self._capture.release()
 
     def _set(self, coder: Any) -> None:
-        """The same for the coder and for every film, whose head must tell how it was coded."""
+        """Set the encoder; every film needs the same settings, because its header tells them."""
         coder.width, coder.height = self.size
-        coder.pix_fmt, coder.time_base, coder.framerate = "yuv420p", CAMERA_CLOCK, round(self.fps)
-        coder.bit_rate, coder.options = 80_000_000, FINEST
+        coder.pix_fmt, coder.time_base, coder.framerate = "yuv420p", MPEG4_TICK, round(self.fps)
+        coder.bit_rate, coder.options = 80_000_000, FINEST_MPEG4

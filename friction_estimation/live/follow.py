@@ -1,4 +1,4 @@
-"""A stream followed throw by throw: recorded here, tracked and read in a process beside."""
+"""A stream followed throw by throw: recorded in this process, tracked in another one."""
 
 from __future__ import annotations
 
@@ -25,9 +25,6 @@ from friction_estimation.reports.estimate_page import Still, write_report
 from friction_estimation.tracking import Tracker, track_film, track_films
 from friction_estimation.tracking.overlay import draw_stills
 
-RELOADED = 10.0
-"""A page of ice that is still being measured is loaded again after this time [s]."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class TrackedClip:
@@ -36,8 +33,8 @@ class TrackedClip:
     Parameters
     ----------
     clip : the film
-    tracks : of the stone that was thrown in it, and of those that it met; none where none was
-    reason : why there is none
+    tracks : the thrown stone's track, then those of other stones; empty where none was thrown
+    reason : why there are no tracks
     """
 
     clip: Clip
@@ -47,12 +44,12 @@ class TrackedClip:
 
 @dataclass(frozen=True, kw_only=True)
 class IceSoFar:
-    """What all throws so far say of the ice.
+    """What all throws so far say about the ice.
 
     Parameters
     ----------
-    throws : how many that were
-    words : a phrase
+    throws : their number
+    words : the friction in a phrase, or why it is not known yet
     """
 
     throws: int
@@ -66,161 +63,167 @@ def follow_stream(
     *,
     throws: int | None = None,
     report: Path | None = None,
+    reload_seconds: float = 10.0,
     tracker: Tracker = track_film,
     on_frame: Callable[[int], object] = lambda waiting: None,
 ) -> Iterator[TrackedClip | IceSoFar]:
-    """Measurements and track a stream, throw by throw, until it ends or enough was seen.
+    """Record and track a stream, throw by throw, until it ends or enough throws were seen.
 
     A keyboard interrupt ends the recording; what was recorded until then is still tracked.
 
     Parameters
     ----------
-    feed : see `open_feed`; closed at the end
-    scene : of the camera
-    folder : keeps the films
-    throws : how many to wait for; None: as long as the stream lasts
-    report : a folder that exists, for the page of the ice so far; None: one number for the ice,
-        and no page
-    tracker : finds the stones in each film; it must be importable by another process
-    on_frame : told after every frame how many films wait to be tracked
+    feed : the open source, see `open_feed`; it is closed at the end
+    scene : where the camera sees the sheet
+    folder : where the films are kept
+    throws : number of throws to wait for; None waits as long as the stream lasts
+    report : an existing folder for a page that shows the ice so far; with None there is no page,
+        and only one number is estimated for the ice
+    reload_seconds : time after which a browser loads that page again [s]
+    tracker : finds the stones in each film; another process must be able to import it
+    on_frame : called after every frame with the number of films that wait to be tracked
 
     Yields
     ------
-    every film that ended, in order, as soon as it is tracked, and what its throw adds to the ice
+    Every film that ended, in order, as soon as it is tracked, and what is known of the ice then
 
     Raises
     ------
-    InputError : points that do not fit the picture
+    InputError : points of the scene that do not fit the picture
     """
     motion = MotionDetector.for_camera(camera_from_scene(scene, feed.size), scene)
     recorder = Recorder(feed=feed, motion=motion, folder=folder)
-    # A fresh process: one that was forked would share the camera.
+    # A fresh process, because a forked one would share the camera.
     context = get_context("spawn")
-    with ProcessPoolExecutor(1, mp_context=context, initializer=_leave_interrupts) as beside:
-        work = _Work(beside, scene, report, tracker)
+    with ProcessPoolExecutor(1, mp_context=context, initializer=_ignore_interrupts) as process:
+        analysis = _Analysis(process, scene, report, reload_seconds, tracker)
         with closing(feed):
-            with closing(feed.frames()) as moments, suppress(KeyboardInterrupt):
-                for moment in moments:
-                    work.track(recorder.add(moment))
-                    yield from work.done()
-                    if throws is not None and work.throws >= throws:
+            with closing(feed.frames()) as frames, suppress(KeyboardInterrupt):
+                for frame in frames:
+                    analysis.submit(recorder.add(frame))
+                    yield from analysis.finished()
+                    if throws is not None and analysis.throws >= throws:
                         break
-                    on_frame(work.waiting)
-            if throws is None or work.throws < throws:
-                work.track(recorder.finish())
-        yield from work.rest()
+                    on_frame(analysis.waiting)
+            if throws is None or analysis.throws < throws:
+                analysis.submit(recorder.finish())
+        yield from analysis.remaining()
 
 
 @dataclass(frozen=True, kw_only=True)
-class _TrackedFilm:
-    """A film that was tracked."""
+class _Result:
+    """What tracking a film gave: tracks, and pictures for the page."""
 
     tracks: tuple[Trajectory, ...]
     stills: tuple[Still, ...]
 
 
-class _Work:
-    """What is done beside the recording, one thing after the other."""
+class _Analysis:
+    """Films that are tracked, and the ice that is estimated, one after the other in a process."""
 
     def __init__(
-        self, beside: ProcessPoolExecutor, scene: Scene, report: Path | None, tracker: Tracker
+        self,
+        process: ProcessPoolExecutor,
+        scene: Scene,
+        report: Path | None,
+        reload_seconds: float,
+        tracker: Tracker,
     ) -> None:
-        self._beside, self._scene, self._report = beside, scene, report
-        self._tracker = tracker
-        self._films: deque[tuple[Clip, Future[_TrackedFilm]]] = deque()
+        self._process, self._scene, self._report = process, scene, report
+        self._reload_seconds, self._tracker = reload_seconds, tracker
+        self._films: deque[tuple[Clip, Future[_Result]]] = deque()
         self._tracks: list[Trajectory] = []
         self._stills: tuple[Still, ...] = ()
-        self._telling: Future[IceSoFar] | None = None
-        self._asked = 0
+        self._estimate: Future[IceSoFar] | None = None
+        self._throws_estimated = 0
         self.throws = 0
 
     @property
     def waiting(self) -> int:
-        """How many films have not been tracked."""
+        """The number of films that are not tracked yet."""
         return len(self._films)
 
-    def track(self, clip: Clip | None) -> None:
+    def submit(self, clip: Clip | None) -> None:
+        """Have a film tracked, if there is one."""
         if clip is not None:
-            pending = self._beside.submit(
-                _track, clip.path, self._scene, self._tracker, self._report is not None
+            with_stills = self._report is not None
+            pending = self._process.submit(
+                _track, clip.path, self._scene, self._tracker, with_stills
             )
             self._films.append((clip, pending))
 
-    def done(self) -> Iterator[TrackedClip | IceSoFar]:
-        """What has been finished since."""
+    def finished(self) -> Iterator[TrackedClip | IceSoFar]:
+        """What has been finished since the last call."""
         while self._films and self._films[0][1].done():
-            yield self._seen()
-        if self._telling is not None and self._telling.done():
-            yield self._telling.result()
-            self._telling = None
-        if self._telling is None and self._asked < self.throws:
-            self._telling = self._ask(RELOADED)
+            yield self._next_clip()
+        if self._estimate is not None and self._estimate.done():
+            yield self._estimate.result()
+            self._estimate = None
+        if self._estimate is None and self._throws_estimated < self.throws:
+            self._estimate = self._estimate_ice(self._reload_seconds)
 
-    def rest(self) -> Iterator[TrackedClip | IceSoFar]:
-        """All that is still to be finished; then the page is as it stays."""
+    def remaining(self) -> Iterator[TrackedClip | IceSoFar]:
+        """Wait for all that is not finished; the page is then written without reloading itself."""
         while self._films:
-            yield self._seen()
-        if self._telling is not None:
-            yield self._telling.result()
-        news = self._asked < self.throws
+            yield self._next_clip()
+        if self._estimate is not None:
+            yield self._estimate.result()
+        news = self._throws_estimated < self.throws
         if news or (self.throws and self._report is not None):
-            told = self._ask(None).result()
+            ice = self._estimate_ice(None).result()
             if news:
-                yield told
+                yield ice
 
-    def _seen(self) -> TrackedClip:
+    def _next_clip(self) -> TrackedClip:
         clip, pending = self._films.popleft()
         try:
-            watched = pending.result()
+            result = pending.result()
         except CurlingError as error:
             return TrackedClip(clip=clip, reason=str(error))
         tracks = tuple(
-            replace(track, throw=self.throws, clock=round(clip.clock, 3))
-            for track in watched.tracks
+            replace(track, throw=self.throws, clock=round(clip.clock, 3)) for track in result.tracks
         )
         self.throws += 1
         self._tracks += tracks
-        self._stills = watched.stills
+        self._stills = result.stills
         return TrackedClip(clip=clip, tracks=tracks)
 
-    def _ask(self, reload: float | None) -> Future[IceSoFar]:
-        self._asked = self.throws
-        return self._beside.submit(
-            _estimate, self.throws, self._tracks, self._stills, self._report, reload
+    def _estimate_ice(self, reload_seconds: float | None) -> Future[IceSoFar]:
+        self._throws_estimated = self.throws
+        return self._process.submit(
+            _estimate, self.throws, self._tracks, self._stills, self._report, reload_seconds
         )
 
 
-def _leave_interrupts() -> None:
+def _ignore_interrupts() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _track(path: Path, scene: Scene, tracker: Tracker, with_stills: bool) -> _TrackedFilm:
+def _track(path: Path, scene: Scene, tracker: Tracker, with_stills: bool) -> _Result:
     cv2.setNumThreads(1)
     (tracked,) = track_films([path], scene, tracker=tracker)
     found = tracked.found if with_stills else None
     shown = [] if found is None else draw_stills(path, scene, found)
-    return _TrackedFilm(
-        tracks=tracked.tracks,
-        stills=tuple(Still.of(path.name, t, image) for t, image in shown),
+    return _Result(
+        tracks=tracked.tracks, stills=tuple(Still.of(path.name, t, image) for t, image in shown)
     )
 
 
 def _estimate(
     throws: int,
     tracks: Sequence[Trajectory],
-    shown: Sequence[Still],
+    stills: Sequence[Still],
     report: Path | None,
-    reload: float | None,
+    reload_seconds: float | None,
 ) -> IceSoFar:
     try:
         found = estimate_ice(tracks, uniform=report is None)
     except CurlingError as error:
         too_short = isinstance(error, TrackTooShortError)
-        return IceSoFar(
-            throws=throws, words="too short to tell of the ice" if too_short else str(error)
-        )
+        words = "the throws so far are too short to show it" if too_short else str(error)
+        return IceSoFar(throws=throws, words=words)
     if report is not None:
-        write_report(found, report, shown, reload=reload)
+        write_report(found, report, stills, reload=reload_seconds)
     low, high = found.interval
     return IceSoFar(
         throws=throws,

@@ -1,4 +1,4 @@
-"""Whether something moves on the ice, judged by how large a stone would be there."""
+"""Whether something moves on the ice, judged by how large a stone would look there."""
 
 # OpenCV's stubs widen the element type of every array that they return.
 # pyright: reportArgumentType=false, reportCallIssue=false
@@ -13,50 +13,36 @@ import numpy as np
 from curling_env.typing import Floats, Image
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
+from friction_estimation.live import tuning
 from friction_estimation.tracking.detection.background import sheet_region
-
-THINNED_PX = 2
-"""Brightness is averaged over squares of so many pixels."""
-CONTRAST = 12.0
-"""Least change of brightness (of 255) that counts, beyond what all of the ice shares."""
-SURE = 6.0
-"""A change must be so many times the camera's noise, too."""
-MOVING_SHARE = 0.2
-"""Of a stone's picture, what must change."""
-FEWEST = 3
-"""Squares that must change, however small a stone is there."""
-LOOK_EVERY = 0.1
-"""Time between two looks [s]."""
-MEMORY = 2.0
-"""A look is compared with the one so long before [s]: far from the camera a stone on its last
-metre has then moved by a pixel."""
 
 
 class MotionDetector:
-    """Looks at a camera's frames for what moves on the sheet.
+    """Looks for something that moves on the sheet, in the brightness of a camera's frames.
 
     Parameters
     ----------
-    stones : (rows, columns) how much of a stone's picture each square of the region is; 0 beside
-        the sheet
-    region : rows and columns of a frame, whole squares
+    stones : (rows, columns) share of a stone's picture that each square of the picture covers; 0
+        beside the sheet
+    region : rows and columns of a frame that these squares fill
     """
 
     def __init__(self, stones: Floats, region: tuple[slice, slice]) -> None:
         self._region, self._shape, self._on_sheet = region, stones.shape, stones > 0
         self._stones = stones[self._on_sheet]
         self._looks: deque[tuple[float, Image]] = deque()
-        self._looked = -np.inf
+        self._last_look = -np.inf
 
     @classmethod
     def for_camera(cls, camera: Camera, scene: Scene) -> MotionDetector:
-        """What a camera at a scene has in front of it."""
+        """The detector for a camera that sees a sheet."""
+        square_px = tuning.SQUARE_PX
         rows, columns = (
-            slice(side.start, side.stop - (side.stop - side.start) % THINNED_PX)
+            slice(side.start, side.stop - (side.stop - side.start) % square_px)
             for side in sheet_region(camera, scene.sheet)
         )
         v, u = (
-            np.arange(side.start, side.stop, THINNED_PX) + (THINNED_PX - 1) / 2
+            np.arange(side.start, side.stop, square_px) + (square_px - 1) / 2
             for side in (rows, columns)
         )
         px = np.stack(np.meshgrid(u, v), axis=-1)
@@ -69,18 +55,26 @@ class MotionDetector:
         return cls(np.where(on_sheet, square / stone, 0.0), (rows, columns))
 
     def detects(self, t: float, grey: Image) -> bool:
-        """Whether something has moved before t [s]; grey: brightness, (height, width)."""
-        if t - self._looked < LOOK_EVERY:
+        """Whether something has moved shortly before a time.
+
+        Parameters
+        ----------
+        t : time of the frame [s]
+        grey : its brightness, (height, width)
+        """
+        if t - self._last_look < tuning.LOOK_INTERVAL:
             return False
-        self._looked = t
+        self._last_look = t
         rows, columns = self._shape
         now = cv2.resize(grey[self._region], (columns, rows), interpolation=cv2.INTER_AREA)
         now = np.asarray(now, dtype=np.int16)
         self._looks.append((t, now))
-        while len(self._looks) > 1 and self._looks[1][0] <= t - MEMORY:
+        while len(self._looks) > 1 and self._looks[1][0] <= t - tuning.COMPARED_AFTER:
             self._looks.popleft()
         change = (now - self._looks[0][1])[self._on_sheet]
         change = np.abs(change - int(np.median(change)))
-        changed = change > max(CONTRAST, SURE * 1.48 * float(np.median(change)))
+        noise = 1.48 * float(np.median(change))
+        changed = change > max(tuning.MIN_CHANGE, tuning.CHANGE_SIGMAS * noise)
         moved = float(self._stones[changed].sum())
-        return moved > MOVING_SHARE and int(np.count_nonzero(changed)) >= FEWEST
+        enough = int(np.count_nonzero(changed)) >= tuning.MIN_CHANGED_SQUARES
+        return moved > tuning.MOVING_STONE_SHARE and enough

@@ -1,4 +1,4 @@
-"""Cuts a stream into films, one from quiet to quiet."""
+"""Cuts a stream into films, from when something moves on the ice until all has been still."""
 
 from __future__ import annotations
 
@@ -10,15 +10,9 @@ import av
 import numpy as np
 
 from curling_env.storage import atomic_path
+from friction_estimation.live import tuning
 from friction_estimation.live.feed import Feed, LiveFrame, Packet
 from friction_estimation.live.motion import MotionDetector
-
-QUIET = 3.0
-"""So long must all be still before a throw counts as over [s]."""
-LEAD_IN = 2.0
-"""Of the quiet before a throw its film keeps this, and more back to a whole picture [s]."""
-LONGEST = 120.0
-"""A film is ended after this time even when the ice is never quiet [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,8 +23,8 @@ class Clip:
     ----------
     path : of the film
     clock : when its first frame was taken, since the stream began [s]
-    frames : how many it has
-    missing : how many more there should be, as the times of these tell
+    frames : number of its frames
+    missing : number of frames that never came, according to the times of the others
     """
 
     path: Path
@@ -41,13 +35,14 @@ class Clip:
 
 @dataclass(eq=False, kw_only=True)
 class Recorder:
-    """Keeps what comes until a throw is over, and writes it as a film then.
+    """Keeps the packets of a stream until a throw is over, and then writes them as a film.
 
     Parameters
     ----------
-    feed : whose moments it is given
-    motion : on the ice in front of it
-    folder : for the films
+    feed : the source of the frames that are added
+    motion : detects what moves on the ice in them
+    folder : where the films go
+    count : number of films so far
     """
 
     feed: Feed
@@ -55,56 +50,57 @@ class Recorder:
     folder: Path
     count: int = 0
     _kept: list[Packet] = field(default_factory=list)
-    _moved: float = -np.inf
+    _last_motion: float = -np.inf
 
-    def add(self, moment: LiveFrame) -> Clip | None:
-        """Keep one moment; the film that ends with it, if one does."""
-        if self.motion.detects(moment.t, moment.grey):
-            self._moved = moment.t
-        self._kept += moment.coded
-        if self._moved == -np.inf:
-            self._forget_until(moment.t - LEAD_IN)
+    def add(self, frame: LiveFrame) -> Clip | None:
+        """Take in the next frame; the film that ends with it, if one does."""
+        if self.motion.detects(frame.t, frame.grey):
+            self._last_motion = frame.t
+        self._kept += frame.packets
+        if self._last_motion == -np.inf:
+            self._forget_before(frame.t - tuning.LEAD_IN_SECONDS)
             return None
-        quiet, long = moment.t - self._moved, moment.t - self._kept[0].t
-        return self.finish() if quiet > QUIET or long > LONGEST else None
+        quiet = frame.t - self._last_motion > tuning.QUIET_SECONDS
+        long = frame.t - self._kept[0].t > tuning.MAX_FILM_SECONDS
+        return self.finish() if quiet or long else None
 
     def finish(self) -> Clip | None:
         """End the film that is being recorded; None where nothing has moved in it."""
-        if self._moved == -np.inf:
+        if self._last_motion == -np.inf:
             return None
         first = self._kept[0]
-        # What a whole picture precedes may show before it, as changes to one that is not there.
-        pieces = [piece for piece in self._kept if piece.pts >= first.pts]
+        # A packet after the key frame may hold a frame shown before it, which cannot be decoded.
+        packets = [packet for packet in self._kept if packet.pts >= first.pts]
         path = self.folder / f"throw-{self.count:03d}.mp4"
         with atomic_path(path) as draft:
-            _write(draft, self.feed, pieces)
+            _write(draft, self.feed, packets)
         self.count += 1
-        steps = np.diff(np.sort([piece.t for piece in pieces]))
+        steps = np.diff(np.sort([packet.t for packet in packets]))
         usual = float(np.median(steps)) if steps.size else 1.0
-        # The next film may begin with the end of this one, where there is a whole picture.
-        self._forget_until(np.inf)
-        self._moved = -np.inf
+        # The next film may begin within the end of this one, at its last key frame.
+        self._forget_before(np.inf)
+        self._last_motion = -np.inf
         return Clip(
             path=path,
             clock=first.t,
-            frames=len(pieces),
+            frames=len(packets),
             missing=int(np.sum(np.maximum(np.rint(steps / usual) - 1, 0))),
         )
 
-    def _forget_until(self, t: float) -> None:
-        """Let go what a film that begins at a time [s] does not need."""
-        whole = [k for k, piece in enumerate(self._kept) if piece.whole and piece.t <= t]
-        del self._kept[: whole[-1] if whole else 0]
+    def _forget_before(self, t: float) -> None:
+        """Drop the packets that a film beginning at a time [s] does not need."""
+        keys = [k for k, packet in enumerate(self._kept) if packet.key and packet.t <= t]
+        del self._kept[: keys[-1] if keys else 0]
 
 
-def _write(path: Path, feed: Feed, pieces: Sequence[Packet]) -> None:
-    """A film of what came, with its own times from the first piece on."""
-    begin = pieces[0].pts
+def _write(path: Path, feed: Feed, packets: Sequence[Packet]) -> None:
+    """Write packets as a film whose time begins with the first one."""
+    begin = packets[0].pts
     with av.open(str(path), "w", format="mp4") as film:
         stream = feed.add_to(film)
-        for piece in pieces:
-            packet = av.Packet(piece.data)
-            packet.pts, packet.dts = piece.pts - begin, piece.dts - begin
-            packet.time_base, packet.is_keyframe = piece.unit, piece.whole
-            packet.stream = stream
-            film.mux(packet)
+        for packet in packets:
+            out = av.Packet(packet.data)
+            out.pts, out.dts = packet.pts - begin, packet.dts - begin
+            out.time_base, out.is_keyframe = packet.unit, packet.key
+            out.stream = stream
+            film.mux(out)

@@ -1,7 +1,8 @@
-"""Joining the frames: a Kalman filter forward, Rauch-Tung-Striebel backward, outliers left out.
+"""A smoother for one coordinate: a Kalman filter forward, Rauch-Tung-Striebel backward.
 
-The stone's acceleration is taken to wander slowly. How slowly, and how noisy the measurements are,
-the film itself tells: both are chosen for the greatest likelihood of what was measured.
+The acceleration is assumed to change slowly, as a random walk. How fast it changes, and how noisy
+the measurements are, is estimated from the film itself by maximum likelihood. Outliers are left
+out.
 """
 
 from __future__ import annotations
@@ -10,16 +11,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.physics.compiled import compiled
-from curling_env.typing import Floats
-
-JERKS = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
-"""Candidate square roots of the jerk's spectral density [m/s³/√Hz]; 0.003: a stone left alone."""
-OUTLIER_AT = 4.0
-"""Measurements this many standard deviations from what all others say are left out."""
-ROUNDS = 4
+from curling_env.typing import Flags, Floats
+from friction_estimation.tracking import tuning
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -30,54 +25,54 @@ class Smoothed:
     ----------
     value, rate, change : (n,) the coordinate, its first and its second derivative
     sigma : (n,) standard error of `value`
-    used : (n,) whether the measurement agreed with the others
-    scale : by how much the given standard errors had to be stretched to be true
+    used : (n,) whether the measurement was used; outliers are not
+    scale : factor by which the given standard errors had to be multiplied
     """
 
     value: Floats
     rate: Floats
     change: Floats
     sigma: Floats
-    used: NDArray[np.bool_]
+    used: Flags
     scale: float
 
 
 def smooth(t: Floats, measured: Floats, sigma: Floats) -> Smoothed:
-    """One coordinate through all frames, forward and backward.
+    """Smooth one coordinate over all frames.
 
     Parameters
     ----------
-    t : (n,) increasing [s]
-    measured : (n,) NaN where nothing was measured
-    sigma : (n,) standard error of each measurement, right up to a common factor
+    t : (n,) increasing times [s]
+    measured : (n,) the coordinate, NaN where it was not measured
+    sigma : (n,) standard error of each measurement, up to a common factor
     """
     used = np.isfinite(measured) & np.isfinite(sigma) & (sigma > 0)
-    scale, jerk, fit = 1.0, JERKS[2], 1.0
+    scale, jerk, fit = 1.0, tuning.JERK_DENSITIES[2], 1.0
     value = rate = change = variance = np.full(len(t), np.nan)
     states = _States(t, np.nan_to_num(measured))
-    for _ in range(ROUNDS):
+    for _ in range(tuning.SMOOTHING_PASSES):
         best = -np.inf
-        for candidate in JERKS:
+        for candidate in tuning.JERK_DENSITIES:
             noise = np.where(used, (scale * sigma) ** 2, np.inf)
             likelihood, count, chi2 = states.filtered(noise, candidate**2)
             if likelihood > best:
                 best, jerk, fit = likelihood, candidate, chi2 / max(count, 1)
         noise = np.where(used, (scale * sigma) ** 2, np.inf)
         value, rate, change, variance = states.smoothed(noise, jerk**2)
-        left = measured - value
+        residual = measured - value
         spread = np.sqrt(
             np.maximum((scale * sigma) ** 2 - variance * used, 0.2 * (scale * sigma) ** 2)
         )
-        standard = np.abs(left) / spread
+        standard = np.abs(residual) / spread
         seen = np.isfinite(standard)
         robust = 1.4826 * float(np.median(standard[seen & used])) if (seen & used).any() else 1.0
         scale *= float(np.clip(0.5 * (robust + np.sqrt(max(fit, 1e-6))), 0.2, 5.0))
-        used = seen & (standard < OUTLIER_AT * max(robust, 0.3))
+        used = seen & (standard < tuning.OUTLIER_SIGMAS * max(robust, 0.3))
     return Smoothed(
         value=value,
         rate=rate,
         change=change,
-        sigma=np.sqrt(np.maximum(variance, 0.0)),  # rounding, where a stone lies still
+        sigma=np.sqrt(np.maximum(variance, 0.0)),  # rounding may make it negative at rest
         used=used,
         scale=scale,
     )
@@ -85,7 +80,7 @@ def smooth(t: Floats, measured: Floats, sigma: Floats) -> Smoothed:
 
 @compiled
 def _predict(dt, q, state, p, ahead, ahead_p):
-    """Fill a state and its covariance a time `dt` later; the third derivative is white noise."""
+    """Predict a state and its covariance a time `dt` later; the third derivative is white noise."""
     ahead[0] = state[0] + dt * state[1] + 0.5 * dt * dt * state[2]
     ahead[1] = state[1] + dt * state[2]
     ahead[2] = state[2]
@@ -110,7 +105,7 @@ def _predict(dt, q, state, p, ahead, ahead_p):
 
 @compiled
 def _filter(t, z, r, q, before, before_p, after, after_p):
-    """Fill predicted and filtered states; return log-likelihood, count and normalised squares."""
+    """Predict and filter all states; log-likelihood, count and sum of normalised squares."""
     likelihood, count, squares = 0.0, 0, 0.0
     for k in range(len(t)):
         if k == 0:
@@ -127,7 +122,7 @@ def _filter(t, z, r, q, before, before_p, after, after_p):
         miss = z[k] - before[k, 0] if seen else 0.0
         share = 1.0 / s if seen else 0.0
         if seen:
-            if count >= 6:  # the first few only find the start
+            if count >= 6:  # the first ones only determine the state
                 likelihood -= 0.5 * (math.log(s) + miss * miss / s)
                 squares += miss * miss / s
             count += 1
@@ -140,13 +135,13 @@ def _filter(t, z, r, q, before, before_p, after, after_p):
 
 
 @compiled
-def _look_back(t, before, before_p, after, after_p, work):
-    """HeadingCurve filtered states into smoothed ones in place; `work` is (4, 3, 3)."""
+def _smooth_back(t, before, before_p, after, after_p, work):
+    """Turn filtered states into smoothed ones, in place; `work` is (4, 3, 3)."""
     inverse, carried, gain, apart = work[0], work[1], work[2], work[3]
     for k in range(len(t) - 2, -1, -1):
         dt = t[k + 1] - t[k]
         p = before_p[k + 1]
-        for i in range(3):  # by cofactors
+        for i in range(3):  # the inverse by cofactors
             a, b = (i + 1) % 3, (i + 2) % 3
             for j in range(3):
                 c, d = (j + 1) % 3, (j + 2) % 3
@@ -184,7 +179,7 @@ class _States:
         self._before_p, self._after_p = np.empty((2, len(t), 3, 3))
 
     def filtered(self, r: Floats, q: float) -> tuple[float, int, float]:
-        """Log-likelihood of what was measured, how many measurements, their normalised squares."""
+        """Log-likelihood of the measurements, their number, and the sum of normalised squares."""
         return _filter(
             self._t, self._z, r, q, self._before, self._before_p, self._after, self._after_p
         )
@@ -193,6 +188,6 @@ class _States:
         """The coordinate, its two derivatives and its variance, each (n,)."""
         self.filtered(r, q)
         work = np.empty((4, 3, 3))
-        _look_back(self._t, self._before, self._before_p, self._after, self._after_p, work)
+        _smooth_back(self._t, self._before, self._before_p, self._after, self._after_p, work)
         value, rate, change = self._after.T.copy()
         return value, rate, change, self._after_p[:, 0, 0].copy()

@@ -23,13 +23,21 @@ from friction_estimation.camera.scene import load_scene, save_scene
 from friction_estimation.film.frame import brightness_of
 from friction_estimation.film.video import Film, is_stream
 from friction_estimation.live import IceSoFar, Recorder, TrackedClip, follow_stream, open_feed
-from friction_estimation.live.motion import LOOK_EVERY, MEMORY, MotionDetector
-from friction_estimation.live.recorder import LEAD_IN, LONGEST, QUIET
+from friction_estimation.live.motion import MotionDetector
+from friction_estimation.live.tuning import (
+    COMPARED_AFTER,
+    LEAD_IN_SECONDS,
+    LOOK_INTERVAL,
+    MAX_FILM_SECONDS,
+    QUIET_SECONDS,
+)
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, on_film, scene_of, write_film
 
 FPS = 20.0
 WHOLE_EVERY = 12 / FPS
 """Time between whole pictures of a film that is written here [s]."""
+SURELY_OVER = QUIET_SECONDS + COMPARED_AFTER + 1
+"""After so long without motion a film has ended [s]."""
 
 
 def motion(scale=1):
@@ -87,7 +95,13 @@ def test_numbers_and_addresses_are_streams_and_files_are_not(source, stream):
 
 
 def test_every_motion_between_two_quiets_is_one_film(tmp_path):
-    frames = [*still(6), *moving(3), *still(QUIET + MEMORY + 1), *moving(2), *still(1)]
+    frames = [
+        *still(6),
+        *moving(3),
+        *still(QUIET_SECONDS + COMPARED_AFTER + 1),
+        *moving(2),
+        *still(1),
+    ]
     clips = recorded(tmp_path, frames)
     assert [clip.path.name for clip in clips] == ["throw-000.mp4", "throw-001.mp4"]
     assert sorted((tmp_path / "kept").iterdir()) == [clip.path for clip in clips]
@@ -96,8 +110,9 @@ def test_every_motion_between_two_quiets_is_one_film(tmp_path):
     assert clips[0].missing == 0
     # What is kept of the quiet before is no less than was wanted, and of that after no more than
     # it takes to be sure of it.
-    assert 6.0 - LEAD_IN - WHOLE_EVERY <= clips[0].clock <= 6.0 - LEAD_IN
-    assert 9 < clips[0].clock + first.frame_count / FPS - QUIET <= 9 + MEMORY + 2 * LOOK_EVERY
+    assert 6.0 - LEAD_IN_SECONDS - WHOLE_EVERY <= clips[0].clock <= 6.0 - LEAD_IN_SECONDS
+    end_of_motion = clips[0].clock + first.frame_count / FPS - QUIET_SECONDS
+    assert 9 < end_of_motion <= 9 + COMPARED_AFTER + 2 * LOOK_INTERVAL
 
 
 def test_a_film_holds_the_very_pictures_that_were_sent(tmp_path):
@@ -127,9 +142,9 @@ def test_frames_that_never_came_are_counted(tmp_path):
     feed = fed(tmp_path, [*moving(3), *still(1)])
     recorder = Recorder(feed=feed, motion=motion(), folder=tmp_path)
     for k, moment in enumerate(feed.frames()):
-        late = round(7 / FPS / moment.coded[0].unit) if k > 30 else 0
-        coded = [replace(c, pts=c.pts + late, dts=c.dts + late) for c in moment.coded]
-        recorder.add(replace(moment, coded=tuple(coded)))
+        late = round(7 / FPS / moment.packets[0].unit) if k > 30 else 0
+        packets = [replace(c, pts=c.pts + late, dts=c.dts + late) for c in moment.packets]
+        recorder.add(replace(moment, packets=tuple(packets)))
     clip = recorder.finish()
     assert clip is not None
     assert clip.missing == 7
@@ -229,7 +244,7 @@ def test_a_stone_that_creeps_at_the_far_end_is_seen_and_one_at_rest_is_not(speed
 
 
 def test_a_film_ends_even_where_the_ice_is_never_quiet(tmp_path):
-    clips = recorded(tmp_path, moving(LONGEST + 5))
+    clips = recorded(tmp_path, moving(MAX_FILM_SECONDS + 5))
     assert len(clips) == 2
 
 
@@ -267,7 +282,7 @@ def session(tmp_path):
         starts.append(len(frames) / FPS)
         shown = list(renderer.frames(path, seed=i))
         truths.append(on_film(path, spec))
-        frames += [*shown, *[shown[-1]] * int((QUIET + MEMORY + 1) * FPS)]
+        frames += [*shown, *[shown[-1]] * int(SURELY_OVER * FPS)]
     write_film(tmp_path / "sent.mp4", frames, FPS)
     save_scene(scene_of(renderer.camera), tmp_path / "scene.json")
     return truths, starts
@@ -353,7 +368,11 @@ def test_films_without_a_thrown_stone_are_told_of_and_left(tmp_path):
     empty = np.asarray(renderer.still, dtype=np.uint8)
     dark = empty.copy()
     dark[80:110, 100:200] = 0
-    one = [*[empty] * 40, *[empty, dark] * 20, *[empty] * int(FPS * (QUIET + MEMORY + 1))]
+    one = [
+        *[empty] * 40,
+        *[empty, dark] * 20,
+        *[empty] * int(FPS * SURELY_OVER),
+    ]
     feed = fed(tmp_path, one * 3)
     assert feed.fps == FPS
     seen = list(follow_stream(feed, scene_of(renderer.camera), tmp_path))
