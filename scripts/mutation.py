@@ -29,7 +29,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, fields, replace
@@ -140,7 +140,9 @@ class Tree:
         return replace(mutant, verdict=verdict, killed_by=by, seconds=seconds)
 
 
-def record_all(root: Path, trees: Trees, out: Path, workers: int) -> Touched:
+def record_all(
+    root: Path, trees: Trees, out: Path, workers: int, tests: Sequence[str] = ("tests",)
+) -> Touched:
     """Which tests touch which lines, recorded anew where a source or a test file changed."""
     out.mkdir(parents=True, exist_ok=True)
     digest = hashlib.sha256()
@@ -160,7 +162,7 @@ def record_all(root: Path, trees: Trees, out: Path, workers: int) -> Touched:
                 tree.run([*command, "--sources", *sources], 4 * RECORDING_LIMIT)
         return json.loads(kept.read_text()) if kept.exists() else None
 
-    files = sorted((root / "tests").rglob("test_*.py"))
+    files = sorted({file for folder in tests for file in (root / folder).rglob("test_*.py")})
     with ThreadPoolExecutor(workers) as pool:
         for recorded in tqdm(pool.map(one, files), "tests recorded", len(files), unit="file"):
             if recorded:
@@ -225,6 +227,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--areas", nargs="+", choices=AREAS, default=list(AREAS))
     parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--tests", nargs="+", default=["tests"], help="folders of the tests run")
     parser.add_argument("--again", action="store_true", help="only those that survived before")
     parser.add_argument("-o", "--out", type=Path, default=Path("runs/mutants"))
     parser.add_argument("--record", help=argparse.SUPPRESS)
@@ -237,7 +240,7 @@ def main() -> None:
     table = out / "mutants.csv"
     mutants = read_table(table) if args.again else draw(root, args.n, args.seed, args.areas)
     trees = Trees(root, out, args.workers)
-    touched = record_all(root, trees, out / "recorded", args.workers)
+    touched = record_all(root, trees, out / "recorded", args.workers, args.tests)
 
     def judged(mutant: Mutant) -> Mutant:
         if args.again and mutant.verdict != "survived":
