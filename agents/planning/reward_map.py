@@ -16,7 +16,6 @@ from scipy.ndimage import gaussian_filter, maximum_filter
 from agents.planning.objective import Objective
 from agents.planning.rollouts import (
     ANGLE,
-    EVERYWHERE,
     OFFSET,
     SPEED,
     SPIN,
@@ -34,6 +33,7 @@ from agents.planning.tuning import (
     PEAKS_PER_HANDLE,
 )
 from curling_env.ice import Ice
+from curling_env.physics.one_stone.slide import NO_BOUNDS
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, to_delivery
 from curling_env.throw import MAX_SPEED, Skill
 from curling_env.typing import Floats
@@ -97,7 +97,7 @@ def reward_peaks(
 
 def _drift(ice: Ice, objective: Objective, throws: Floats, length: float) -> Floats:
     """Where straight throws cross the target's height or rest, to the right of the centre [m]."""
-    bounds = EVERYWHERE.copy()
+    bounds = NO_BOUNDS.copy()
     bounds[3 if objective.direction > 0 else 2] = objective.direction * (length - HOG_LINE_Y)
     xy = roll_out(ice, throws, objective.direction, bounds=bounds).xy
     return np.nan_to_num(objective.direction * xy[:, 0])

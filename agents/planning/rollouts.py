@@ -11,13 +11,11 @@ from numpy.typing import NDArray
 from curling_env.ice import Ice
 from curling_env.physics.batch import RELEASE_DTYPE, play_batch, throw_batch
 from curling_env.physics.engine import is_hogged
-from curling_env.physics.one_stone.slide import NO_OBSTACLES, SlideEnd, play_bounds
+from curling_env.physics.one_stone.slide import NO_BOUNDS, NO_OBSTACLES, SlideEnd, play_bounds
 from curling_env.sheet import HOG_LINE_Y, Direction
 from curling_env.throw import velocity_of
 from curling_env.typing import Flags, Floats
 
-EVERYWHERE = np.array([-np.inf, np.inf, -np.inf, np.inf])
-"""Bounds that end no slide; beyond the edge of the ice the outermost cells continue."""
 SPEED, ANGLE, SPIN, OFFSET, SWEEP, SWEEP_END = range(6)
 """Columns of a table of throws (n, 6); a table (n, 4) has no sweeping."""
 
@@ -71,7 +69,7 @@ def roll_out(
     throws: Floats,
     direction: Direction,
     *,
-    bounds: Floats = EVERYWHERE,
+    bounds: Floats = NO_BOUNDS,
     stones: Floats = NO_OBSTACLES,
 ) -> Rollouts:
     """Throw n stones on an ice, each into the same position.
@@ -97,11 +95,11 @@ def roll_out(
         )
     before = np.broadcast_to(stones, (len(throws), *stones.shape))
     after = play_batch(ice, before, releases, bounds=bounds)
-    struck = after.meetings > 0
+    struck = after.collisions > 0
     gone = np.isnan(after.xy[:, -1, 0])
     end = np.where(struck, SlideEnd.CONTACT, np.where(gone, SlideEnd.LEFT_BOUNDS, SlideEnd.REST))
     xy = after.last[:, -1].copy()
-    endless = after.meetings < 0
+    endless = after.collisions < 0
     xy[endless], end[endless] = np.nan, SlideEnd.NEVER_STOPS
     return Rollouts(
         xy=xy,

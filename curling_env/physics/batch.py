@@ -16,23 +16,32 @@ from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.compiled import compiled
+from curling_env.physics.compiled import compiled, inlined
 from curling_env.physics.effects.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.law import Law, compile_law
 from curling_env.physics.many_stones.events import (
     GONE,
-    MAX_MEETINGS,
     MOVING,
     REST,
-    Hands,
-    Table,
-    hands_of,
-    new_table,
+    CollisionLaw,
+    PlayWorkspace,
+    collision_law,
+    new_play_workspace,
     play,
 )
-from curling_env.physics.one_stone.integrate import MAX_TIME, SlideEnd, glide
-from curling_env.physics.one_stone.slide import NO_OBSTACLES, edge_bounds
-from curling_env.physics.one_stone.step import QUICK, Work, new_work
+from curling_env.physics.many_stones.tuning import MAX_COLLISIONS
+from curling_env.physics.one_stone.integrate import (
+    NO_OBSTACLES,
+    Delivery,
+    Limits,
+    Sampling,
+    SlideEnd,
+    integrate,
+)
+from curling_env.physics.one_stone.slide import edge_bounds
+from curling_env.physics.one_stone.step import Workspace, new_workspace
+from curling_env.physics.one_stone.tuning import MAX_TIME, QUICK_TOLERANCE
+from curling_env.physics.state import State
 from curling_env.throw import Release
 from curling_env.typing import Floats
 
@@ -83,14 +92,14 @@ class Positions:
         none [m]
     theta : (n, k + 1) headings [rad]
     time : (n,) until all rest [s]
-    meetings : (n,) collisions; -1 where the stones would not come to rest
+    collisions : (n,) collisions; -1 where the stones would not come to rest
     """
 
     xy: Floats
     last: Floats
     theta: Floats
     time: Floats
-    meetings: NDArray[np.int32]
+    collisions: NDArray[np.int32]
 
 
 def release_table(releases: Sequence[Release]) -> NDArray[Any]:
@@ -119,55 +128,46 @@ def _as_rows(releases: NDArray[Any] | Sequence[Release]) -> Floats:
     return rows
 
 
+@inlined
+def _release(row: Any, state: Any) -> None:
+    """Copy the state of a release to a stone."""
+    state[State.X] = row[_X]
+    state[State.Y] = row[_Y]
+    state[State.VX] = row[_VX]
+    state[State.VY] = row[_VY]
+    state[State.THETA] = row[_THETA]
+    state[State.OMEGA] = row[_OMEGA]
+
+
 @compiled
 def _slide_all(
     law: Law,
     rows: Any,
-    bounds: Any,
-    dt: float,
+    limits: Limits,
+    sampling: Sampling,
+    rests: Any,
     paths: Any,
-    x: Any,
-    y: Any,
-    theta: Any,
-    time: Any,
-    end: Any,
     motion: Any,
-    work: Work,
-    samples: Any,
-    no_obstacles: Any,
+    work: Workspace,
 ) -> None:
+    """Slide a stone for each row; fill in `rests`, arrays x, y, theta, time and end, and paths."""
+    x, y, theta, time, end = rests
     for i in range(rows.shape[0]):
-        release = rows[i]
+        row = rows[i]
         state = work.states[2]
-        state[0] = release[_X]
-        state[1] = release[_Y]
-        state[2] = release[_THETA]
-        state[3] = release[_VX]
-        state[4] = release[_VY]
-        state[5] = release[_OMEGA]
-        motion[STONE] = release[_STONE]
-        motion[ORDER] = release[_ORDER]
-        end[i], time[i], count, _ = glide(
-            law,
-            motion,
-            release[_CLOCK],
-            release[_SWEEP],
-            release[_SWEEP_END],
-            bounds,
-            no_obstacles,
-            0.0,
-            dt,
-            samples,
-            work.knots[:0],
-            0.0,
-            work,
+        _release(row, state)
+        motion[STONE] = row[_STONE]
+        motion[ORDER] = row[_ORDER]
+        delivery = Delivery(row[_CLOCK], row[_SWEEP], row[_SWEEP_END])
+        end[i], time[i], count, _ = integrate(
+            law, motion, delivery, limits, sampling, work.nodes[:0], 0.0, work
         )
-        x[i] = state[0]
-        y[i] = state[1]
-        theta[i] = state[2]
+        x[i] = state[State.X]
+        y[i] = state[State.Y]
+        theta[i] = state[State.THETA]
         for k in range(paths.shape[1]):
             for c in range(3):
-                paths[i, k, c] = samples[k, 1 + c] if k < count else np.nan
+                paths[i, k, c] = sampling.rows[k, 1 + c] if k < count else np.nan
 
 
 def throw_batch(
@@ -178,7 +178,7 @@ def throw_batch(
     bounds: Floats | None = None,
     fps: float | None = None,
     longest: float = 40.0,
-    tolerance: float = QUICK,
+    tolerance: float = QUICK_TOLERANCE,
     workers: int = 1,
 ) -> Rests:
     """Slide very many lone stones.
@@ -222,13 +222,12 @@ def throw_batch(
             _slide_all(
                 law,
                 rows[part],
-                limits,
-                1.0 / fps if fps else 1.0,
-                *mine,
+                Limits(limits, NO_OBSTACLES, 0.0),
+                Sampling(1.0 / fps if fps else 1.0, np.empty((kept, 4))),
+                tuple(mine[1:]),
+                mine[0],
                 np.zeros(MOTION_SIZE),
-                new_work(tolerance),
-                np.empty((kept, 4)),
-                NO_OBSTACLES,
+                new_workspace(tolerance),
             )
             if not isinstance(part, slice):
                 for whole, some in zip(filled, mine, strict=True):
@@ -258,60 +257,44 @@ def _share(work: Callable[[slice], None], n: int, workers: int) -> None:
 @compiled
 def _play_all(
     law: Law,
-    hands: Hands,
+    collision: CollisionLaw,
     rows: Any,
     before: Any,
     identity: Any,
     bounds: Any,
-    table: Table,
-    after: Any,
-    last: Any,
-    theta: Any,
-    time: Any,
-    meetings: Any,
+    position: PlayWorkspace,
+    results: Any,
 ) -> None:
+    """Play each row; fill in `results`, arrays after, last, theta, time and collisions."""
+    after, last, theta, time, collisions = results
     k = before.shape[1]
     for i in range(rows.shape[0]):
-        release = rows[i]
+        row = rows[i]
         for s in range(k):
             present = before[i, s, 0] == before[i, s, 0]
-            table.status[s] = REST if present else GONE
+            position.status[s] = REST if present else GONE
             for c in range(6):
-                table.stones[s, c] = 0.0
+                position.stones[s, c] = 0.0
             if present:
-                table.stones[s, 0] = before[i, s, 0]
-                table.stones[s, 1] = before[i, s, 1]
-        thrown = table.stones[k]
-        thrown[0] = release[_X]
-        thrown[1] = release[_Y]
-        thrown[2] = release[_THETA]
-        thrown[3] = release[_VX]
-        thrown[4] = release[_VY]
-        thrown[5] = release[_OMEGA]
-        table.status[k] = MOVING
-        identity[k] = release[_STONE]
-        table.motion[ORDER] = release[_ORDER]
-        t, met = play(
-            law,
-            hands,
-            table,
-            k + 1,
-            identity,
-            release[_CLOCK],
-            release[_SWEEP],
-            release[_SWEEP_END],
-            bounds,
-        )
+                position.stones[s, State.X] = before[i, s, 0]
+                position.stones[s, State.Y] = before[i, s, 1]
+        _release(row, position.stones[k])
+        position.status[k] = MOVING
+        identity[k] = row[_STONE]
+        position.motion[ORDER] = row[_ORDER]
+        delivery = Delivery(row[_CLOCK], row[_SWEEP], row[_SWEEP_END])
+        t, count = play(law, collision, position, k + 1, identity, delivery, bounds)
         time[i] = t
-        meetings[i] = -1 if met > MAX_MEETINGS else met
+        collisions[i] = -1 if count > MAX_COLLISIONS else count
         for s in range(k + 1):
-            here = table.status[s] != GONE
+            here = position.status[s] != GONE
             was_there = s == k or before[i, s, 0] == before[i, s, 0]
-            last[i, s, 0] = table.stones[s, 0] if was_there else np.nan
-            last[i, s, 1] = table.stones[s, 1] if was_there else np.nan
-            after[i, s, 0] = table.stones[s, 0] if here else np.nan
-            after[i, s, 1] = table.stones[s, 1] if here else np.nan
-            theta[i, s] = table.stones[s, 2] if here else np.nan
+            x, y = position.stones[s, State.X], position.stones[s, State.Y]
+            last[i, s, 0] = x if was_there else np.nan
+            last[i, s, 1] = y if was_there else np.nan
+            after[i, s, 0] = x if here else np.nan
+            after[i, s, 1] = y if here else np.nan
+            theta[i, s] = position.stones[s, State.THETA] if here else np.nan
 
 
 def play_batch(
@@ -321,7 +304,7 @@ def play_batch(
     *,
     identity: Sequence[int] | None = None,
     bounds: Floats | None = None,
-    tolerance: float = QUICK,
+    tolerance: float = QUICK_TOLERANCE,
     workers: int = 1,
 ) -> Positions:
     """Throw a stone into each of many positions.
@@ -349,32 +332,28 @@ def play_batch(
     if k + 1 > MOST_STONES:
         raise InputError(f"a position holds at most {MOST_STONES} stones, got {k} and the thrown")
     _refuse_overlaps(stones, ice.stone.radius)
-    law, hands = compile_law(ice), hands_of(ice)
+    law, collision = compile_law(ice), collision_law(ice)
     names = np.zeros(k + 1)
     if identity is not None:
         names[:k] = identity
     limits = edge_bounds(ice) if bounds is None else bounds
     after, last, theta = (np.empty((n, k + 1, *pair)) for pair in ((2,), (2,), ()))
-    time, meetings = np.empty(n), np.empty(n, dtype=np.int32)
+    time, collisions = np.empty(n), np.empty(n, dtype=np.int32)
 
     def play_some(part: slice) -> None:
         _play_all(
             law,
-            hands,
+            collision,
             rows[part],
             stones[part],
             names.copy(),
             limits,
-            new_table(ice, k + 1, tolerance),
-            after[part],
-            last[part],
-            theta[part],
-            time[part],
-            meetings[part],
+            new_play_workspace(ice, k + 1, tolerance),
+            (after[part], last[part], theta[part], time[part], collisions[part]),
         )
 
     _share(play_some, n, workers)
-    return Positions(xy=after, last=last, theta=theta, time=time, meetings=meetings)
+    return Positions(xy=after, last=last, theta=theta, time=time, collisions=collisions)
 
 
 def _refuse_overlaps(stones: Floats, radius: float) -> None:

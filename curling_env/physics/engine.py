@@ -1,13 +1,11 @@
 """Stones that slide and collide: the compiled law carries them, pymunk resolves their contacts.
 
-Until the delivered stone reaches another it slides by the same kernel as a lone stone (`slide`);
-from then on all that move do so as if alone, in common steps (`together`). Contacts are found on
-those paths, where they happen, so none has a time step to be wrong by. When two stones touch, a
-pymunk space is made of those that touch, steps for a picosecond, and hands back their velocities:
-pymunk's solver knows restitution and friction between stones, and several contacts at once, and
-never moves anything. Its traps are avoided rather than corrected: elasticities and frictions of two
-shapes multiply, so each stone has √e and √μ; semi-implicit steps, which shorten a draw by 18 mm at
-60 Hz, never act on the ice.
+Until the delivered stone reaches another it slides by the same kernel as a lone stone (`slide`).
+From then on all moving stones slide in common steps (`slide_together`). Contacts are found on those
+paths, so that no time step limits how exactly they stand. When stones touch, a pymunk space is made
+of them, steps for a picosecond, and hands back their velocities. Its solver knows restitution and
+friction between stones, and several contacts at once; it never moves anything. Because pymunk
+multiplies the elasticities and frictions of two shapes, each stone has √e and √μ.
 """
 
 # pymunk's stubs leave vectors partly untyped; this is the one file that talks to it.
@@ -31,28 +29,40 @@ from curling_env.ice import Ice
 from curling_env.physics.effects.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.law import compile_law
 from curling_env.physics.many_stones.common_steps import (
-    CREEP,
-    MAX_TIME,
     Pause,
     Phase,
-    scratch,
+    Stones,
+    new_joint_workspace,
     slide_together,
 )
-from curling_env.physics.one_stone.slide import SlideEnd, play_bounds, slide_kernel
-from curling_env.physics.one_stone.step import EXACT, new_work
+from curling_env.physics.many_stones.tuning import CREEP
+from curling_env.physics.one_stone.integrate import NO_OBSTACLES, Limits, Sampling
+from curling_env.physics.one_stone.slide import (
+    SlideEnd,
+    delivery_of,
+    play_bounds,
+    slide_kernel,
+    state_of,
+)
+from curling_env.physics.one_stone.step import new_workspace
+from curling_env.physics.one_stone.tuning import FINE_TOLERANCE, MAX_TIME
+from curling_env.physics.state import State
 from curling_env.sheet import HOG_LINE_Y, Direction, Stone
 from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 
-TOUCHING = 1e-6
+SAME_INSTANT = 1e-6
 """Gap within which stones that close on each other collide in the same instant [m]."""
 OVERLAP_ALLOWED = 1e-3
-"""How far stones on the sheet may overlap as given [m]: positions written to a millimetre."""
-INSTANT = 1e-12
-"""Time pymunk steps for a contact [s]; the stones it may not move do not go anywhere."""
+"""How far stones on the sheet may overlap as given [m]: positions are written to a millimetre."""
+CONTACT_TIME = 1e-12
+"""Time that pymunk steps for a contact [s], in which no stone goes anywhere."""
 MAX_CONTACTS = 2000
 """Contacts after which a throw is given up; a crowded take-out has some tens."""
+
+_MOTION = [State.VX, State.VY, State.OMEGA]
+_PLACE = [State.X, State.Y, State.THETA]
 
 
 class Status(StrEnum):
@@ -178,10 +188,10 @@ class Engine:
     InputError : an effect that is not in the catalogue, or parameters its card does not allow
     """
 
-    def __init__(self, ice: Ice, *, tolerance: float = EXACT) -> None:
+    def __init__(self, ice: Ice, *, tolerance: float = FINE_TOLERANCE) -> None:
         self.ice = ice
         self.law = compile_law(ice)
-        self._work = new_work(tolerance)
+        self._work = new_workspace(tolerance)
         self._bounds = {direction: play_bounds(ice, direction) for direction in Direction}
 
     def play(
@@ -208,14 +218,12 @@ class Engine:
         direction, radius = release.direction, self.ice.stone.radius
         bounds = self._bounds[direction]
         n = len(stones) + 1
-        states = np.empty((n, 6))
+        states = np.array([state_of(stone) for stone in (*stones, release)])
         motion = np.zeros((n, MOTION_SIZE))
-        for i, stone in enumerate((*stones, release)):
-            states[i] = stone.x, stone.y, stone.vx, stone.vy, stone.theta, stone.omega
-            motion[i, STONE] = stone.stone
+        motion[:, STONE] = [stone.stone for stone in (*stones, release)]
         motion[:, ORDER] = release.order
         self._check(states, bounds)
-        moves = (states[:, [2, 3, 5]] != 0).any(axis=1)
+        moves = (states[:, _MOTION] != 0).any(axis=1)
         phases = np.where(moves, Phase.MOVING, Phase.RESTING)
         phases[-1] = Phase.MOVING
         ends = np.zeros(n)
@@ -224,25 +232,19 @@ class Engine:
         samples = np.empty((int(MAX_TIME / dt) + 1 if fps else 0, n, 3))
         contacts: list[Contact] = []
         time, frame = 0.0, 0
+        sliding = Stones(states, phases, ends, motion)
         if not moves[:-1].any():
-            time, frame = self._approach(states, phases, ends, motion, bounds, release, dt, samples)
-        work = scratch(n)
+            time, frame = self._slide_alone(sliding, bounds, release, Sampling(dt, samples))
+        limits = Limits(bounds, NO_OBSTACLES, 2 * radius)
+        work = new_joint_workspace(n)
         while True:
             pause, time, i, j, frame = slide_together(
                 self.law,
                 time,
-                states,
-                phases,
-                ends,
-                motion,
-                n - 1,
-                release.clock,
-                release.sweep_start,
-                release.sweep_end,
-                bounds,
-                2 * radius,
-                dt,
-                samples,
+                sliding,
+                delivery_of(release),
+                limits,
+                Sampling(dt, samples),
                 frame,
                 work,
             )
@@ -252,11 +254,13 @@ class Engine:
             speed = _closing(states, int(i), int(j))
             contacts.append(Contact(time=time, first=int(i), second=int(j), speed=speed))
             resolve_contact(states, touching, self.ice.stone)
-            moved = [k for k in touching if (states[k, [2, 3, 5]] != 0).any()]
+            moved = [k for k in touching if (states[k, _MOTION] != 0).any()]
             phases[moved] = Phase.MOVING
             starts[moved] = np.minimum(starts[moved], time)
         if pause != Pause.REST:
-            fastest = float(np.hypot(states[:, 2], states[:, 3])[phases == Phase.MOVING].max())
+            fastest = float(
+                np.hypot(states[:, State.VX], states[:, State.VY])[phases == Phase.MOVING].max()
+            )
             raise InputError(
                 f"a stone never stops on this ice: still {fastest:.3g} m/s after {time:.0f} s; "
                 "check its friction and slope"
@@ -291,48 +295,37 @@ class Engine:
             trajectories=trajectories,
         )
 
-    def _approach(
-        self,
-        states: Floats,
-        phases: NDArray[np.int64],
-        ends: Floats,
-        motion: Floats,
-        bounds: Floats,
-        release: Release,
-        dt: float,
-        samples: Floats,
+    def _slide_alone(
+        self, stones: Stones, bounds: Floats, release: Release, sampling: Sampling
     ) -> tuple[float, int]:
-        """Slide the delivered stone alone, until it has ended or reached another.
+        """Slide the delivered stone until it has ended or reached another; all others rest.
 
         Returns
         -------
-        time since release [s] and the number of samples filled
+        time since release [s] and the number of samples filled in
         """
+        states, samples = stones.states, sampling.rows
         path = np.empty((len(samples), 4))
+        others = states[:-1, [State.X, State.Y]].copy()
         end, time, count = slide_kernel(
             self.law,
             states[-1],
-            motion[-1],
-            release.clock,
-            release.sweep_start,
-            release.sweep_end,
-            bounds,
-            states[:-1, :2].copy(),
-            2 * self.ice.stone.radius,
-            dt,
-            path,
+            stones.motion[-1],
+            delivery_of(release),
+            Limits(bounds, others, 2 * self.ice.stone.radius),
+            Sampling(sampling.dt, path),
             self._work,
         )
         if len(samples):
-            samples[:count] = states[:, [0, 1, 4]]
+            samples[:count] = states[:, _PLACE]
             samples[:count, -1] = path[:count, 1:]
         if end in (SlideEnd.REST, SlideEnd.LEFT_BOUNDS):
-            phases[-1] = Phase.RESTING if end == SlideEnd.REST else Phase.GONE
-            ends[-1] = time
+            stones.phases[-1] = Phase.RESTING if end == SlideEnd.REST else Phase.GONE
+            stones.ends[-1] = time
         return float(time), int(count)
 
     def _check(self, states: Floats, bounds: Floats) -> None:
-        x, y = states[:, 0], states[:, 1]
+        x, y = states[:, State.X], states[:, State.Y]
         outside = (x < bounds[0]) | (x > bounds[1]) | (y < bounds[2]) | (y > bounds[3])
         if outside.any():
             k = int(np.argmax(outside))
@@ -353,7 +346,7 @@ class Engine:
 
 def _closing(states: Floats, i: int, j: int) -> float:
     """Speed at which two stones near each other [m/s]."""
-    x, y, vx, vy = (states[j, :4] - states[i, :4]).tolist()
+    x, y, vx, vy, *_ = (states[j] - states[i]).tolist()
     return -(x * vx + y * vy) / hypot(x, y)
 
 
@@ -365,7 +358,7 @@ def _touching(states: Floats, phases: NDArray[np.int64], i: int, j: int, reach: 
             continue
         for other in (i, j):
             gap = hypot(*(states[k, :2] - states[other, :2]).tolist()) - reach
-            if gap < TOUCHING and _closing(states, k, other) > CREEP:
+            if gap < SAME_INSTANT and _closing(states, k, other) > CREEP:
                 together.append(k)
                 break
     return together
@@ -382,15 +375,15 @@ def resolve_contact(states: Floats, touching: list[int], stone: Stone) -> None:
         body.position, body.velocity = (x, y), (vx, vy)
         body.angle, body.angular_velocity = theta, omega
         # A little larger than the stone, so that pymunk sees a contact where rounding left a gap.
-        shape = pymunk.Circle(body, stone.radius + TOUCHING)
+        shape = pymunk.Circle(body, stone.radius + SAME_INSTANT)
         shape.elasticity = stone.restitution**0.5
         shape.friction = stone.stone_friction**0.5
         space.add(body, shape)
         bodies.append(body)
-    space.step(INSTANT)
+    space.step(CONTACT_TIME)
     for k, body in zip(touching, bodies, strict=True):
-        states[k, 2:4] = body.velocity
-        states[k, 5] = body.angular_velocity
+        states[k, [State.VX, State.VY]] = body.velocity
+        states[k, State.OMEGA] = body.angular_velocity
 
 
 def _status(state: StoneState, phase: int, bounds: Floats) -> Status:

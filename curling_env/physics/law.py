@@ -20,8 +20,8 @@ within 7e-5 of the elliptic integrals where the rim is nearly as fast as the cen
 everywhere else, with 8 to 32 contacts.
 
 The law is linear in the friction of the map: acceleration = μ(x, y)·P + Q, where P and Q change
-smoothly along a path whatever the map looks like. `feel` gives P and Q; engines may therefore
-follow every cell of a map without asking the effects again.
+smoothly along a path whatever the map looks like. `law_terms` gives P and Q, so that engines can
+follow every cell of a map without evaluating the effects again.
 """
 
 from __future__ import annotations
@@ -30,11 +30,10 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.compiled import call_kernel, compiled, inlined
+from curling_env.physics.compiled import call_kernel, compiled, inlined, quick_log
 from curling_env.physics.effects import catalogue
 from curling_env.physics.effects.motion import (
     ALONG,
@@ -65,13 +64,13 @@ from curling_env.physics.effects.motion import (
     X,
     Y,
 )
-from curling_env.physics.powers import quick_log
+from curling_env.typing import Floats, Integers
 
-SLOWEST = 1e-9
-"""Speeds below this are treated as this in directions and logarithms [m/s]."""
+MIN_SPEED = 1e-9
+"""Directions and logarithms take lower speeds for this one [m/s]."""
 
 
-def _front_half(pairs: int, crowding: float) -> NDArray[np.float64]:
+def _front_half(pairs: int, crowding: float) -> Floats:
     """Contacts ahead of the centre: sine and cosine of φ and weight, (pairs, 3).
 
     φ = π/2 + u − crowding·sin u: equal steps of u crowd the points where φ = π/2, the place of a
@@ -104,14 +103,14 @@ class Law(NamedTuple):
     cell : distance of its lines [m]
     band_radius : of the running band [m]
     turning : g·mr/I, so that the torque of friction turns the stone by turning·Σ… [1/s²]
-    kernels : addresses of the effects' kernels, per contact first, then friction, then motion
-    offsets : where each kernel's parameters begin in theta
+    kernels : addresses of the effects' kernels: those per contact, then friction, then motion
+    offsets : where the parameters of each kernel begin in theta
     theta : parameters of all effects
-    per_contact : how many kernels act per contact
+    per_contact : number of kernels that act per contact
     x_breaks, y_breaks : sorted coordinates at which an effect is not smooth [m]
     """
 
-    mu: NDArray[np.float64]
+    mu: Floats
     patterned: bool
     bilinear: bool
     origin_x: float
@@ -119,12 +118,12 @@ class Law(NamedTuple):
     cell: float
     band_radius: float
     turning: float
-    kernels: NDArray[np.int64]
-    offsets: NDArray[np.int64]
-    theta: NDArray[np.float64]
+    kernels: Integers
+    offsets: Integers
+    theta: Floats
     per_contact: int
-    x_breaks: NDArray[np.float64]
-    y_breaks: NDArray[np.float64]
+    x_breaks: Floats
+    y_breaks: Floats
 
 
 def compile_law(ice: Ice) -> Law:
@@ -174,7 +173,7 @@ def compile_law(ice: Ice) -> Law:
 def patch_of(law: Law, i: int, j: int) -> Any:
     """Friction between line i and i + 1 across rows, j and j + 1 across columns.
 
-    Beyond the map the nearest cell's friction holds.
+    Beyond the map the friction of the nearest cell holds.
 
     Returns
     -------
@@ -208,7 +207,7 @@ def mu_of_map(law: Law, x: float, y: float) -> float:
 
 
 @inlined
-def _ask_contacts(law: Law, contacts: int, motion: Any, push: Any) -> None:
+def _contact_factors(law: Law, contacts: int, motion: Any, push: Any) -> None:
     """Factors on μ of contacts whose slips stand in `motion`."""
     for q in range(contacts):
         push[CONTACT_FRICTION + q] = 1.0
@@ -238,7 +237,7 @@ def running_band(law: Law, speed: float, spin: float, motion: Any, push: Any) ->
     rim = law.band_radius * math.fabs(spin)
     # A point contact is a band of one place, which slips as the centre does.
     front = _POINT
-    if rim >= SLOWEST:
+    if rim >= MIN_SPEED:
         ratio = min(rim, speed) / max(rim, speed)
         front = _EIGHT  # fewer would fill no vector register
         if ratio > 0.85:
@@ -252,8 +251,8 @@ def running_band(law: Law, speed: float, spin: float, motion: Any, push: Any) ->
     for q in range(n):
         along = speed - rim * front[q, 0]
         across = rim * front[q, 1]
-        motion[SLIP + q] = max(math.sqrt(along * along + across * across), SLOWEST)
-    _ask_contacts(law, n, motion, push)
+        motion[SLIP + q] = max(math.sqrt(along * along + across * across), MIN_SPEED)
+    _contact_factors(law, n, motion, push)
     drag = 0.0
     torque = 0.0
     for q in range(n):
@@ -264,7 +263,7 @@ def running_band(law: Law, speed: float, spin: float, motion: Any, push: Any) ->
 
 
 @inlined
-def feel(
+def law_terms(
     law: Law,
     motion: Any,
     push: Any,
@@ -273,26 +272,26 @@ def feel(
     vx: float,
     vy: float,
     spin: float,
-    parts: Any,
+    terms: Any,
 ) -> None:
-    """The law at one state, apart from the map: acceleration = μ·P + Q.
+    """The law at one state, apart from the map: P and Q of acceleration = μ·P + Q.
 
     Parameters
     ----------
     law : the ice
-    motion : (MOTION_SIZE,) work array; HEADING, T, CLOCK, ORDER, STONE and SWEPT are set by the
-        caller, the rest here
-    push : (PUSH_SIZE,) work array
+    motion : (MOTION_SIZE,) work array; the caller sets HEADING, T, CLOCK, ORDER, STONE and SWEPT,
+        this function the rest
+    push : (PUSH_SIZE,) work array for the effects' output
     x, y, vx, vy, spin : state in the sheet frame [m, m/s, rad/s]
-    parts : (6,) filled with P along x, y and of the spin, then Q likewise [m/s², rad/s²]
+    terms : (6,) filled in: P along x, along y and of the spin, then Q likewise [m/s², rad/s²]
     """
     speed = math.sqrt(vx * vx + vy * vy)
-    travel_x = vx / max(speed, SLOWEST)
-    travel_y = vy / max(speed, SLOWEST)
+    travel_x = vx / max(speed, MIN_SPEED)
+    travel_y = vy / max(speed, MIN_SPEED)
     motion[X] = x
     motion[Y] = y
     motion[SPEED] = speed
-    motion[LOG_SPEED] = quick_log(max(speed, SLOWEST))
+    motion[LOG_SPEED] = quick_log(max(speed, MIN_SPEED))
     motion[TRAVEL_X] = travel_x
     motion[TRAVEL_Y] = travel_y
     motion[SPIN] = spin
@@ -308,12 +307,12 @@ def feel(
         call_kernel(law.kernels[k], motion, law.theta, law.offsets[k], push)
     brake = -GRAVITY * push[FRICTION] * drag
     left = push[LEFT] * push[BEND]
-    parts[0] = brake * travel_x
-    parts[1] = brake * travel_y
-    parts[2] = law.turning * push[FRICTION] * torque
-    parts[3] = push[ALONG] * travel_x - left * travel_y + push[PUSH_X]
-    parts[4] = push[ALONG] * travel_y + left * travel_x + push[PUSH_Y]
-    parts[5] = push[TURN]
+    terms[0] = brake * travel_x
+    terms[1] = brake * travel_y
+    terms[2] = law.turning * push[FRICTION] * torque
+    terms[3] = push[ALONG] * travel_x - left * travel_y + push[PUSH_X]
+    terms[4] = push[ALONG] * travel_y + left * travel_x + push[PUSH_Y]
+    terms[5] = push[TURN]
 
 
 @inlined
@@ -321,35 +320,35 @@ def accelerate(
     law: Law,
     motion: Any,
     push: Any,
-    parts: Any,
+    terms: Any,
     x: float,
     y: float,
     vx: float,
     vy: float,
     spin: float,
 ) -> Any:
-    """Acceleration of a stone under the law; parameters as of `feel`.
+    """Acceleration of a stone under the law; parameters as in `law_terms`.
 
     Returns
     -------
     ax, ay : [m/s²], sheet frame
     turn : angular acceleration [rad/s²]
     """
-    feel(law, motion, push, x, y, vx, vy, spin, parts)
+    law_terms(law, motion, push, x, y, vx, vy, spin, terms)
     mu = mu_of_map(law, x, y)
-    return mu * parts[0] + parts[3], mu * parts[1] + parts[4], mu * parts[2] + parts[5]
+    return mu * terms[0] + terms[3], mu * terms[1] + terms[4], mu * terms[2] + terms[5]
 
 
 @compiled
-def _force(law: Law, motion: Any, push: Any, parts: Any, states: Any, out: Any) -> None:
+def _force(law: Law, motion: Any, push: Any, terms: Any, states: Any, out: Any) -> None:
     for i in range(states.shape[0]):
         x, y, vx, vy, spin = states[i]
-        out[i, 0], out[i, 1], out[i, 2] = accelerate(law, motion, push, parts, x, y, vx, vy, spin)
+        out[i, 0], out[i, 1], out[i, 2] = accelerate(law, motion, push, terms, x, y, vx, vy, spin)
 
 
 def acceleration(
     ice: Ice,
-    states: NDArray[np.float64],
+    states: Floats,
     *,
     heading: float = 0.0,
     t: float = 0.0,
@@ -357,7 +356,7 @@ def acceleration(
     order: int = 0,
     stone: int = 0,
     swept: bool = False,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Acceleration under the law for given states: to look at the law, plot it or test it.
 
     Parameters

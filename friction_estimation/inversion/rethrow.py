@@ -15,7 +15,7 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.one_stone.slide import Slide, slide
+from curling_env.physics.one_stone.slide import NO_BOUNDS, Slide, slide
 from curling_env.physics.wear import wear_along_path, wear_of, worn
 from curling_env.storage import write_table
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Release
@@ -31,8 +31,6 @@ RELEASE_WINDOW = 2.5
 known to about a millimetre a second, which moves a draw by 2 cm."""
 _SAMPLES_PER_S = 60.0
 """Samples of a predicted path [1/s]; straight lines between them err by 2 µm."""
-NO_BOUNDS = np.array([-100.0, 100.0, -100.0, 100.0])
-"""Bounds that no stone reaches [m]: a prediction ends at rest, on the sheet or beyond."""
 _ARRIVED = 0.05
 """Distance to its place of rest at which a stone has arrived [m]."""
 _FIT_ROUNDS = 4

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
-from scipy.optimize import brentq
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics.one_stone.aim import Aim
+from curling_env.physics.one_stone.slide import NO_BOUNDS, slide
 from curling_env.physics.wear import wear_along_path, wear_of, worn
-from curling_env.sheet import TEE_Y, Direction
+from curling_env.sheet import Direction
 from curling_env.throw import Throw
 from curling_env.typing import Floats
 from friction_estimation.discovery.discover import Discovery
@@ -20,9 +17,6 @@ from friction_estimation.discovery.model.model import Model
 
 SPIN = 1.5
 """Of the draw, counter-clockwise [rad/s]: two and a half turns on the way."""
-SPEEDS = (0.3, 6.0)
-FAR = np.array([-50.0, 50.0, -60.0, 60.0])
-"""Bounds that no draw reaches [m]: a rest beyond the sheet is a rest all the same."""
 NOTABLE = 0.05
 """Shift of a rest that is worth a word [m]."""
 
@@ -82,13 +76,15 @@ def draw_shift(found: Discovery) -> DrawShift | None:
         release = throw.release(
             Direction.AWAY, stone=int(session.stones[-1]), clock=clock, order=order
         )
-        run = slide(ice, release, bounds=FAR, fps=20.0).trajectory
+        run = slide(ice, release, bounds=NO_BOUNDS, fps=20.0).trajectory
         assert run is not None  # a rate was given
         return run.xy
 
+    aim = Aim(before, clock=clock, order=order, stone=int(session.stones[-1]))
+    speed = aim.draw_weight(SPIN)
+    if speed is None:
+        return None
     try:
-        root: Any = brentq(lambda v: path(before, v)[-1, 1] - TEE_Y, *SPEEDS, xtol=1e-4)
-        speed = float(root)
         return DrawShift(speed=speed, before=path(before, speed), after=path(after, speed))
-    except (InputError, ValueError):
-        return None  # ice on which no stone stops, or none comes as far
+    except InputError:
+        return None  # ice on which the stone never stops

@@ -13,7 +13,9 @@ from scipy.ndimage import median_filter
 
 from curling_env.ice import FrictionMap, Ice
 from curling_env.physics.effects.motion import GRAVITY
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics.one_stone.aim import Aim
+from curling_env.physics.one_stone.slide import NO_BOUNDS, slide
+from curling_env.physics.one_stone.tuning import FINE_TOLERANCE
 from curling_env.render.figures import (
     FAINT,
     INK,
@@ -32,7 +34,7 @@ from curling_env.render.figures import (
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.throw import Throw
 from friction_estimation.inversion import Estimate, estimate_ice
-from friction_estimation.inversion.rethrow import NO_BOUNDS, Comparison
+from friction_estimation.inversion.rethrow import Comparison
 from friction_estimation.inversion.throw.camera_bias import CameraBias
 from friction_estimation.tracks.smoothing import smooth_motion
 
@@ -81,19 +83,13 @@ def draw_weight(ice: Ice, mu: float) -> tuple[float, float, float] | None:
         effects=ice.effects,
         friction=FrictionMap.uniform(mu, ice.sheet),
     )
-    low, high = 0.2, 6.0
-    if slide(even, Throw(speed=high).release(), bounds=NO_BOUNDS).y < TEE_Y:
+    speed = Aim(even, tolerance=FINE_TOLERANCE).draw_weight()
+    if speed is None:
         return None
-    for _ in range(30):
-        middle = 0.5 * (low + high)
-        if slide(even, Throw(speed=middle).release(), bounds=NO_BOUNDS).y < TEE_Y:
-            low = middle
-        else:
-            high = middle
-    path = slide(even, Throw(speed=high).release(), bounds=NO_BOUNDS, fps=60.0).trajectory
+    path = slide(even, Throw(speed=speed).release(), bounds=NO_BOUNDS, fps=60.0).trajectory
     assert path is not None
     hog_to_hog = float(np.interp(HOG_LINE_Y, path.xy[:, 1], path.t))
-    return high, path.duration, hog_to_hog
+    return speed, path.duration, hog_to_hog
 
 
 def worth_of_a_per_cent(ice: Ice, mu: float) -> tuple[float, float] | None:

@@ -13,6 +13,7 @@ from agents.playing.players.aiming import SPIN
 from curling_env.ice import Ice
 from curling_env.physics.batch import RELEASE_DTYPE, throw_batch
 from curling_env.physics.one_stone.aim import START_Y, Aim
+from curling_env.physics.one_stone.slide import NO_BOUNDS
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import MAX_SPEED, velocity_of
 from curling_env.typing import Floats
@@ -96,7 +97,7 @@ class Atlas:
         speed, angle = (
             grid.ravel() for grid in np.meshgrid(self._speeds, self._angles, indexing="ij")
         )
-        rests = throw_batch(self.ice, self._releases(speed, angle, spin), bounds=_EVERYWHERE)
+        rests = throw_batch(self.ice, self._releases(speed, angle, spin), bounds=NO_BOUNDS)
         d = int(self.direction)
         x, y = d * rests.x, d * rests.y - TEE_Y - START_Y
         shape = (DRAWS, LINES)
@@ -108,7 +109,7 @@ class Atlas:
         run = throw_batch(
             self.ice,
             self._releases(speed, self._angles, spin),
-            bounds=_EVERYWHERE,
+            bounds=NO_BOUNDS,
             fps=20.0,
         )
         assert run.paths is not None
@@ -153,6 +154,3 @@ class Atlas:
         return (1 - u) * ((1 - v) * table[i, j] + v * table[i, j + 1]) + u * (
             (1 - v) * table[i + 1, j] + v * table[i + 1, j + 1]
         )
-
-
-_EVERYWHERE = np.array([-np.inf, np.inf, -np.inf, np.inf])

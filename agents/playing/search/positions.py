@@ -81,7 +81,7 @@ class Sheet:
         run = play_batch(self.ice, places, releases, bounds=play_bounds(self.ice, self.direction))
         there = d * run.xy - [0.0, TEE_Y]
         # A throw that would not come to rest is no throw: nothing has happened.
-        lost = run.meetings < 0
+        lost = run.collisions < 0
         there[lost, :-1], there[lost, -1] = before[lost][:, present], np.nan
         after = np.full_like(before, np.nan)
         after[:, present] = there[:, :-1]
@@ -89,7 +89,7 @@ class Sheet:
         still = np.abs(after - before) < 1e-9
         after[still] = before[still]
         after[:, self.slot(delivered)] = there[:, -1]
-        return after, run.meetings > 0
+        return after, run.collisions > 0
 
     def rule(self, before: Floats, delivered: int, after: Floats, struck: Flags) -> Floats:
         """The positions that stand, (n, 16, 2), by the rules of `curling_env.game.rules`."""

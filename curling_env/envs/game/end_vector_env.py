@@ -184,11 +184,11 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         places = np.array(lie).reshape(len(calls), len(names), 2)
         releases = _released(np.array(thrown))
         after = play_batch(self._ice, places, releases, identity=names, bounds=self._bounds)
-        if (after.meetings < 0).any():
+        if (after.collisions < 0).any():
             raise InputError("a stone never stops on this ice; check its friction and slope")
         xy = (after.xy - np.array([0.0, TEE_Y])).tolist()
         still = (after.xy[:, : len(names)] == places).all(axis=2).tolist()
-        met = after.meetings.tolist()
+        met = after.collisions.tolist()
         parts: dict[int, GameRewardParts] = {}
         for row, i in enumerate(calls):
             state = states[i]

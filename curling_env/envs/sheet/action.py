@@ -9,12 +9,11 @@ from numpy.typing import ArrayLike
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.one_stone.slide import SlideEnd, slide
+from curling_env.physics.one_stone.slide import NO_BOUNDS, SlideEnd, slide
 from curling_env.sheet import HACK_Y, HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Throw
 from curling_env.typing import Floats, Singles
 
-EVERYWHERE = np.array([-np.inf, np.inf, -np.inf, np.inf])
 """Bounds that end no slide."""
 
 MAX_HIT_WEIGHT = 1.6
@@ -116,7 +115,7 @@ def weight_to(ice: Ice, y: float, direction: Direction = Direction.AWAY) -> floa
 
     # A slide ends where a stone passes y, so that a fast throw on ice where it would never stop
     # does no harm.
-    bounds = EVERYWHERE.copy()
+    bounds = NO_BOUNDS.copy()
     bounds[3 if direction > 0 else 2] = direction * y
     if stops_short(high - 1e-9):
         return MAX_SPEED

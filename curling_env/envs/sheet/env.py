@@ -27,7 +27,7 @@ from curling_env.envs.sheet.tasks import Task, task_named
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.physics.engine import Engine, StoneState
-from curling_env.physics.one_stone.step import QUICK
+from curling_env.physics.one_stone.tuning import QUICK_TOLERANCE
 from curling_env.sheet import Direction, to_delivery, to_sheet
 from curling_env.throw import Throw
 from curling_env.typing import Floats, Image, Singles
@@ -104,7 +104,7 @@ class CurlingSheetEnv(gymnasium.Env[Singles, Singles]):
         if self.task.has_target_stone and throws > 1:
             raise InputError(f"the task {self.task.name} has one throw an episode, got {throws}")
         self.render_mode = render_mode
-        self.engine = Engine(self.ice, tolerance=QUICK)  # as CurlingSheetVectorEnv
+        self.engine = Engine(self.ice, tolerance=QUICK_TOLERANCE)  # as CurlingSheetVectorEnv
         self.throws, self._fps = throws, fps
         self._options: dict[str, Any] = {
             "target": target,

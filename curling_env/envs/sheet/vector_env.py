@@ -312,10 +312,10 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
                 identity=self._identifiers[:k],
                 bounds=bounds,
             )
-            if (after.meetings < 0).any():
+            if (after.collisions < 0).any():
                 raise InputError("a stone never stops on this ice; check its friction and slope")
             xy[mine], last[mine] = after.xy, after.last[:, -1]
-            struck[mine], time[mine] = after.meetings > 0, after.time
+            struck[mine], time[mine] = after.collisions > 0, after.time
         return _Played(xy, last, struck, time, {})
 
     def _play_each(self, rows: Indices, throws: Floats, k: int) -> _Played:

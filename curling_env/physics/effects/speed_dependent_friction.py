@@ -3,10 +3,9 @@
 from math import log
 from typing import Any
 
-from curling_env.physics.compiled import effect_kernel
+from curling_env.physics.compiled import effect_kernel, quick_exp, quick_log
 from curling_env.physics.effects.card import EffectCard, Parameter
 from curling_env.physics.effects.motion import CONTACT_FRICTION, CONTACTS, LOG_SLIP, SLIP
-from curling_env.physics.powers import quick_exp, quick_log
 
 SLOWEST_SLIP = 0.01
 """Slip below which friction no longer rises [m/s]; nobody has measured slower contacts."""

@@ -3,10 +3,9 @@
 from math import fabs, log
 from typing import Any
 
-from curling_env.physics.compiled import effect_kernel
+from curling_env.physics.compiled import effect_kernel, quick_exp
 from curling_env.physics.effects.card import EffectCard, Parameter
 from curling_env.physics.effects.motion import LOG_SPEED, SPEED, SPIN, TURN, spin_sign
-from curling_env.physics.powers import quick_exp
 
 REFERENCE_SPIN = 1.5
 """Spin at which `rate` is quoted [rad/s]."""

@@ -1,8 +1,8 @@
 """Several stones sliding at once, each as if alone, until two of them touch.
 
-Runge–Kutta steps taken in common by every moving stone. Contact is found on the paths
-between the ends of a step, where it happens, so that resting stones cost one comparison a step and
-a hit stands to a nanometre. What a contact does is not decided here: see `engine`.
+All moving stones take Runge–Kutta steps in common. Contact is found on the paths between the ends
+of a step, so that a hit stands to a nanometre and a resting stone costs one comparison per step.
+What a contact does is decided in `engine`.
 """
 
 from __future__ import annotations
@@ -14,58 +14,59 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from curling_env.physics.compiled import compiled, inlined
-from curling_env.physics.effects.motion import PUSH_SIZE, SWEPT
+from curling_env.physics.effects.motion import SWEPT
 from curling_env.physics.law import Law
 from curling_env.physics.many_stones.runge_kutta import (
+    StageWorkspace,
     between,
     derivative,
+    new_stage_workspace,
     runge_kutta,
     step_length,
 )
-from curling_env.typing import Floats
-
-REST_SPEED = 2e-3
-"""Speed of centre and band below which the rest is uniform deceleration [m/s]: 20 µm on ice."""
-MAX_STEPS = 20_000
-"""Steps after which stones that never stop are given up: ice that drives them."""
-MAX_TIME = 180.0
-"""Seconds after which stones that never stop are given up [s]."""
-
-
-CREEP = 1e-3
-"""Closing speed below which stones that only just touch are left alone [m/s].
-
-Friction may press two touching stones together, and restitution would then have them bounce ever
-faster and lower. Below this speed they overlap instead.
-"""
-CREEP_OVERLAP = 1e-5
-"""Overlap up to which stones may creep closer at CREEP [m]."""
-OVERLAPPING_CREEP = 5e-5
-"""Closing speed below which stones that overlap by more are left alone [m/s].
-
-Curl can steer a slow stone into one it slides along, for seconds and always slower than CREEP.
-"""
-
-PIECES = 8
-"""Parts of a step in which the distance of two stones is taken to have at most one minimum."""
+from curling_env.physics.many_stones.tuning import (
+    CREEP,
+    CREEP_OVERLAP,
+    MAX_STEPS,
+    OVERLAPPING_CREEP,
+    PIECES_OF_A_STEP,
+    REST_SPEED,
+)
+from curling_env.physics.one_stone.integrate import Delivery, Limits, Sampling
+from curling_env.physics.one_stone.tuning import MAX_TIME
+from curling_env.physics.state import State
+from curling_env.typing import Floats, Integers
 
 
-class Scratch(NamedTuple):
-    """The arrays `slide_together` works in for n stones; none outlives it.
+class Stones(NamedTuple):
+    """All stones of a throw, the delivered one last.
 
     Parameters
     ----------
-    push : (PUSH_SIZE,) what effects write
-    parts : (6,) of the law
-    stages : (6, 6) of a Runge–Kutta step
+    states : (n, 6) as in `State`
+    phases : (n,) `Phase` of each
+    ends : (n,) time at which each came to rest or left [s]
+    motion : (n, MOTION_SIZE) with ORDER and STONE set
+    """
+
+    states: Floats
+    phases: Integers
+    ends: Floats
+    motion: Floats
+
+
+class JointWorkspace(NamedTuple):
+    """The arrays in which n stones slide together.
+
+    Parameters
+    ----------
+    stages : of a Runge–Kutta step
     before : (n, 6) states at the beginning of a step
     a0, a1 : (n, 3) accelerations at its beginning and end
     p, q : (6,) states in between
     """
 
-    push: Floats
-    parts: Floats
-    stages: Floats
+    stages: StageWorkspace
     before: Floats
     a0: Floats
     a1: Floats
@@ -73,18 +74,33 @@ class Scratch(NamedTuple):
     q: Floats
 
 
-def scratch(n: int) -> Scratch:
+def new_joint_workspace(n: int) -> JointWorkspace:
     """Work arrays for n stones."""
-    return Scratch(
-        push=np.empty(PUSH_SIZE),
-        parts=np.empty(6),
-        stages=np.empty((6, 6)),
+    return JointWorkspace(
+        stages=new_stage_workspace(),
         before=np.empty((n, 6)),
         a0=np.zeros((n, 3)),
         a1=np.zeros((n, 3)),
         p=np.empty(6),
         q=np.empty(6),
     )
+
+
+class Segment(NamedTuple):
+    """The path of one stone during a step.
+
+    Parameters
+    ----------
+    begin, end : (6,) states
+    a0, a1 : (3,) accelerations then
+    moves : whether it moves; a stone that rests stays at `begin`
+    """
+
+    begin: Floats
+    a0: Floats
+    end: Floats
+    a1: Floats
+    moves: bool
 
 
 class Pause(IntEnum):
@@ -104,20 +120,22 @@ class Phase(IntEnum):
 
 
 @inlined
-def _at(s0: Any, a0: Any, s1: Any, a1: Any, moves: bool, h: float, u: float, out: Any) -> None:
-    if moves:
-        between(s0, a0, s1, a1, h, u, out)
+def _at(segment: Segment, h: float, u: float, out: Any) -> None:
+    """State of a stone at the fraction u of a step of length h."""
+    if segment.moves:
+        between(segment.begin, segment.a0, segment.end, segment.a1, h, u, out)
     else:
         for k in range(6):
-            out[k] = s0[k]
+            out[k] = segment.begin[k]
 
 
 @inlined
 def _approach(p: Any, q: Any, reach: float) -> Any:
     """Gap between two stones [m] and the speed at which it closes [m/s]."""
-    x, y = q[0] - p[0], q[1] - p[1]
+    x, y = q[State.X] - p[State.X], q[State.Y] - p[State.Y]
+    vx, vy = q[State.VX] - p[State.VX], q[State.VY] - p[State.VY]
     distance = sqrt(x * x + y * y)
-    closing = -(x * (q[2] - p[2]) + y * (q[3] - p[3])) / max(distance, 1e-9)
+    closing = -(x * vx + y * vy) / max(distance, 1e-9)
     return distance - reach, closing
 
 
@@ -129,28 +147,26 @@ def _collides(gap: float, closing: float) -> bool:
 
 @compiled
 def first_touch(
-    p0: Any, pa: Any, p1: Any, pb: Any, p_moves: bool,
-    q0: Any, qa: Any, q1: Any, qb: Any, q_moves: bool,
-    h: float, reach: float, p: Any, q: Any,
-) -> float:  # fmt: skip
+    first: Segment, second: Segment, h: float, reach: float, work: JointWorkspace
+) -> float:
     """Fraction of a step at which two stones first touch while closing, or 2 if they do not.
 
     Parameters
     ----------
-    p0, pa, p1, pb, p_moves : one stone's states (6,) and accelerations (3,) at both ends
-    q0, qa, q1, qb, q_moves : the other's
+    first, second : their paths
     h : length of the step [s]
     reach : distance between centres in contact [m]
-    p, q : (6,) work arrays
+    work : work arrays
     """
+    p, q = work.p, work.q
     low = 0.0
-    gap, closing = _approach(p0, q0, reach)
+    gap, closing = _approach(first.begin, second.begin, reach)
     if gap < 0.0 and _collides(gap, closing):
         return 0.0
-    for k in range(1, PIECES + 1):
-        high = k / PIECES
-        _at(p0, pa, p1, pb, p_moves, h, high, p)
-        _at(q0, qa, q1, qb, q_moves, h, high, q)
+    for k in range(1, PIECES_OF_A_STEP + 1):
+        high = k / PIECES_OF_A_STEP
+        _at(first, h, high, p)
+        _at(second, h, high, q)
         next_gap, next_closing = _approach(p, q, reach)
         inside = high
         inside_gap = next_gap
@@ -159,8 +175,8 @@ def first_touch(
             a, b = low, high
             for _ in range(40):
                 inside = 0.5 * (a + b)
-                _at(p0, pa, p1, pb, p_moves, h, inside, p)
-                _at(q0, qa, q1, qb, q_moves, h, inside, q)
+                _at(first, h, inside, p)
+                _at(second, h, inside, q)
                 inside_gap, rate = _approach(p, q, reach)
                 if inside_gap < 0.0:
                     break
@@ -176,14 +192,14 @@ def first_touch(
                 a, b = low, inside
                 for _ in range(50):
                     middle = 0.5 * (a + b)
-                    _at(p0, pa, p1, pb, p_moves, h, middle, p)
-                    _at(q0, qa, q1, qb, q_moves, h, middle, q)
+                    _at(first, h, middle, p)
+                    _at(second, h, middle, q)
                     if _approach(p, q, reach)[0] < 0.0:
                         b = middle
                     else:
                         a = middle
-                _at(p0, pa, p1, pb, p_moves, h, b, p)
-                _at(q0, qa, q1, qb, q_moves, h, b, q)
+                _at(first, h, b, p)
+                _at(second, h, b, q)
                 if _approach(p, q, reach)[1] > CREEP:
                     return b
         low, gap, closing = high, next_gap, next_closing
@@ -193,20 +209,21 @@ def first_touch(
 @inlined
 def _room(s: Any, bounds: Any) -> float:
     """How far inside the bounds a stone is [m]; negative once past one."""
-    return min(min(s[0] - bounds[0], bounds[1] - s[0]), min(s[1] - bounds[2], bounds[3] - s[1]))
+    x, y = s[State.X], s[State.Y]
+    return min(min(x - bounds[0], bounds[1] - x), min(y - bounds[2], bounds[3] - y))
 
 
 @compiled
-def _first_exit(s0: Any, a0: Any, s1: Any, a1: Any, h: float, bounds: Any, p: Any) -> float:
+def _first_exit(segment: Segment, h: float, bounds: Any, p: Any) -> float:
     """Fraction of a step at which a stone leaves the bounds, or 2 if it does not."""
     low = 0.0
-    for k in range(1, PIECES + 1):
-        high = k / PIECES
-        between(s0, a0, s1, a1, h, high, p)
+    for k in range(1, PIECES_OF_A_STEP + 1):
+        high = k / PIECES_OF_A_STEP
+        _at(segment, h, high, p)
         if _room(p, bounds) < 0.0:
             for _ in range(40):
                 middle = 0.5 * (low + high)
-                between(s0, a0, s1, a1, h, middle, p)
+                _at(segment, h, middle, p)
                 if _room(p, bounds) < 0.0:
                     high = middle
                 else:
@@ -216,59 +233,111 @@ def _first_exit(s0: Any, a0: Any, s1: Any, a1: Any, h: float, bounds: Any, p: An
     return 2.0
 
 
+@inlined
+def _greater_speed(s0: Any, s1: Any) -> float:
+    """A bound on the speed within a step, from its ends [m/s]."""
+    vx, vy = s0[State.VX], s0[State.VY]
+    before = sqrt(vx * vx + vy * vy)
+    vx, vy = s1[State.VX], s1[State.VY]
+    after = sqrt(vx * vx + vy * vy)
+    return 1.05 * max(before, after) + 1e-3
+
+
+@inlined
+def _segment(stones: Stones, work: JointWorkspace, i: int) -> Segment:
+    """The path of stone i during the step just taken."""
+    moves = stones.phases[i] == Phase.MOVING
+    return Segment(work.before[i], work.a0[i], stones.states[i], work.a1[i], moves)
+
+
+@inlined
+def _stop_uniformly(s: Any, a: Any, speed: float) -> float:
+    """Bring a slow stone to rest where uniform deceleration does; returns the time it takes [s]."""
+    tail = speed / max(sqrt(a[0] * a[0] + a[1] * a[1]), 1e-6)
+    s[State.X] += 0.5 * tail * s[State.VX]
+    s[State.Y] += 0.5 * tail * s[State.VY]
+    s[State.THETA] += 0.5 * tail * s[State.OMEGA]
+    s[State.VX] = s[State.VY] = s[State.OMEGA] = 0.0
+    return tail
+
+
+@compiled
+def _first_event(stones: Stones, limits: Limits, h: float, work: JointWorkspace) -> Any:
+    """The first contact or exit during a step of length h.
+
+    Returns
+    -------
+    fraction : of the step at which it happens, or 2 if nothing does
+    first, second : the stones in contact, or -1
+    leaver : the stone that leaves the bounds, or -1
+    """
+    states, phases, before = stones.states, stones.phases, work.before
+    n = states.shape[0]
+    fraction, first, second, leaver = 2.0, -1, -1, -1
+    for i in range(n):
+        if phases[i] != Phase.MOVING:
+            continue
+        # In a step no stone goes further than its greater speed times h. Where there is more room
+        # than that, nothing happens.
+        travel = h * _greater_speed(before[i], states[i])
+        if _room(before[i], limits.bounds) < travel:
+            u = _first_exit(_segment(stones, work, i), h, limits.bounds, work.p)
+            if u < fraction:
+                fraction, first, second, leaver = u, -1, -1, i
+        for j in range(n):
+            j_moves = phases[j] == Phase.MOVING
+            if phases[j] == Phase.GONE or j == i or (j_moves and j < i):
+                continue
+            nearest = travel + (h * _greater_speed(before[j], states[j]) if j_moves else 0.0)
+            if _approach(before[i], before[j], limits.reach)[0] > nearest:
+                continue
+            pair = _segment(stones, work, i), _segment(stones, work, j)
+            u = first_touch(pair[0], pair[1], h, limits.reach, work)
+            if u < fraction:
+                fraction, first, second, leaver = u, i, j, -1
+    return fraction, first, second, leaver
+
+
 @compiled
 def slide_together(
     law: Law,
     t: float,
-    states: Any,
-    phases: Any,
-    ends: Any,
-    motion: Any,
-    delivered: int,
-    clock: float,
-    sweep_start: float,
-    sweep_end: float,
-    bounds: Any,
-    reach: float,
-    dt: float,
-    samples: Any,
+    stones: Stones,
+    delivery: Delivery,
+    limits: Limits,
+    sampling: Sampling,
     frame: int,
-    scratch: Scratch,
+    work: JointWorkspace,
 ) -> Any:
     """Slide stones until none moves or two touch.
 
     Parameters
     ----------
     law : the ice
-    t : seconds since release at which this begins [s]
-    states : (n, 6) x, y, vx, vy, theta, omega in the sheet frame; become the final states
-    phases : (n,) `Phase` of each stone; updated as they rest or leave
-    ends : (n,) time at which a stone came to rest or left [s]; updated
-    motion : (n, MOTION_SIZE) with ORDER and STONE set
-    delivered : index of the stone that was thrown, the only one that is swept
-    clock : session time of the release [s]
-    sweep_start, sweep_end : seconds after release [s]
-    bounds : (4,) x_min, x_max, y_min, y_max of a centre in play [m]
-    reach : distance between centres in contact [m]
-    dt : sample interval [s]
-    samples : (m, n, 3) filled with x, y, theta of every stone at k·dt; m = 0 for none
-    frame : samples filled before
-    scratch : work arrays
+    t : time since release at which this begins [s]
+    stones : become what they are at the end; the last one is the delivered one, which alone is
+        swept
+    delivery : clock and sweep
+    limits : bounds of a centre in play, and distance of centres in contact
+    sampling : rows (m, n, 3) filled in with x, y, theta of every stone at k·dt; m = 0 for none
+    frame : number of samples filled in before
+    work : work arrays
 
     Returns
     -------
-    pause : a Pause
+    pause : a `Pause`
     t : time of the pause [s]
     first, second : the stones in contact, or -1
-    frame : samples filled
+    frame : number of samples filled in
     """
+    states, phases, motion = stones.states, stones.phases, stones.motion
+    before, a0, a = work.before, work.a0, work.a1
     n = states.shape[0]
-    push, parts, stages, before, a0, a, p, q = scratch
     fresh = True
     for _ in range(MAX_STEPS):
-        swept = 1.0 if sweep_start <= t + 1e-9 < sweep_end else 0.0
-        if swept != motion[delivered, SWEPT]:
-            motion[delivered, SWEPT] = swept
+        swept = 1.0 if delivery.sweep_start <= t + 1e-9 < delivery.sweep_end else 0.0
+        if swept != motion[n - 1, SWEPT]:
+            motion[n - 1, SWEPT] = swept
             fresh = True
         moving = 0
         h = np.inf
@@ -277,19 +346,14 @@ def slide_together(
                 continue
             s = states[i]
             if fresh:
-                derivative(law, motion[i], push, parts, clock, t, s, a[i])
-            speed = sqrt(s[2] * s[2] + s[3] * s[3])
-            if max(speed, fabs(s[5]) * law.band_radius) < REST_SPEED:
-                tail = speed / max(sqrt(a[i, 0] * a[i, 0] + a[i, 1] * a[i, 1]), 1e-6)
-                s[0] += 0.5 * tail * s[2]
-                s[1] += 0.5 * tail * s[3]
-                s[4] += 0.5 * tail * s[5]
-                s[2] = s[3] = s[5] = 0.0
+                derivative(law, motion[i], work.stages, delivery.clock, t, s, a[i])
+            speed = sqrt(s[State.VX] * s[State.VX] + s[State.VY] * s[State.VY])
+            if max(speed, fabs(s[State.OMEGA]) * law.band_radius) < REST_SPEED:
+                stones.ends[i] = t + _stop_uniformly(s, a[i], speed)
                 phases[i] = Phase.RESTING
-                ends[i] = t + tail
                 continue
             moving += 1
-            h = min(h, step_length(law, s, a[i], t, sweep_start, sweep_end))
+            h = min(h, step_length(law, s, a[i], t, delivery))
         if moving == 0:
             return Pause.REST, t, -1, -1, frame
         if t > MAX_TIME:
@@ -300,43 +364,19 @@ def slide_together(
             if phases[i] == Phase.MOVING:
                 for k in range(3):
                     a0[i, k] = a[i, k]
-                runge_kutta(law, motion[i], push, parts, clock, t, states[i], a[i], h, stages)
-                derivative(law, motion[i], push, parts, clock, t + h, states[i], a[i])
-        fraction, first, second, leaver = 2.0, -1, -1, -1
-        for i in range(n):
-            if phases[i] != Phase.MOVING:
-                continue
-            # No stone goes further in a step than its greater speed times h; where there is more
-            # room than that, nothing happens.
-            travel = h * _greater_speed(before[i], states[i])
-            if _room(before[i], bounds) < travel:
-                u = _first_exit(before[i], a0[i], states[i], a[i], h, bounds, p)
-                if u < fraction:
-                    fraction, first, second, leaver = u, -1, -1, i
-            for j in range(n):
-                j_moves = phases[j] == Phase.MOVING
-                if phases[j] == Phase.GONE or j == i or (j_moves and j < i):
-                    continue
-                nearest = travel + (h * _greater_speed(before[j], states[j]) if j_moves else 0.0)
-                if _approach(before[i], before[j], reach)[0] > nearest:
-                    continue
-                u = first_touch(
-                    before[i], a0[i], states[i], a[i], True,
-                    before[j], a0[j], states[j], a[j], j_moves,
-                    h, reach, p, q,
-                )  # fmt: skip
-                if u < fraction:
-                    fraction, first, second, leaver = u, i, j, -1
+                clock = delivery.clock
+                runge_kutta(law, motion[i], work.stages, clock, t, states[i], a[i], h)
+                derivative(law, motion[i], work.stages, clock, t + h, states[i], a[i])
+        fraction, first, second, leaver = _first_event(stones, limits, h, work)
         whole = fraction > 1.0
         share = 1.0 if whole else fraction
-        while frame < samples.shape[0] and frame * dt <= t + share * h:
+        while frame < sampling.rows.shape[0] and frame * sampling.dt <= t + share * h:
             for i in range(n):
-                moves = phases[i] == Phase.MOVING
-                u = min(max((frame * dt - t) / h, 0.0), 1.0)
-                _at(before[i], a0[i], states[i], a[i], moves, h, u, p)
-                samples[frame, i, 0] = p[0]
-                samples[frame, i, 1] = p[1]
-                samples[frame, i, 2] = p[4]
+                u = min(max((frame * sampling.dt - t) / h, 0.0), 1.0)
+                _at(_segment(stones, work, i), h, u, work.p)
+                sampling.rows[frame, i, 0] = work.p[State.X]
+                sampling.rows[frame, i, 1] = work.p[State.Y]
+                sampling.rows[frame, i, 2] = work.p[State.THETA]
             frame += 1
         t += share * h
         fresh = not whole
@@ -344,20 +384,12 @@ def slide_together(
             continue
         for i in range(n):
             if phases[i] == Phase.MOVING:
-                between(before[i], a0[i], states[i], a[i], h, share, p)
+                _at(_segment(stones, work, i), h, share, work.p)
                 for k in range(6):
-                    states[i, k] = p[k]
+                    states[i, k] = work.p[k]
         if leaver >= 0:
             phases[leaver] = Phase.GONE
-            ends[leaver] = t
+            stones.ends[leaver] = t
         else:
             return Pause.CONTACT, t, first, second, frame
     return Pause.NEVER_STOPS, t, -1, -1, frame
-
-
-@inlined
-def _greater_speed(s0: Any, s1: Any) -> float:
-    """A bound on the speed within a step, from its ends [m/s]."""
-    before = sqrt(s0[2] * s0[2] + s0[3] * s0[3])
-    after = sqrt(s1[2] * s1[2] + s1[3] * s1[3])
-    return 1.05 * max(before, after) + 1e-3

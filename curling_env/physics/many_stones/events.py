@@ -1,13 +1,16 @@
 """A throw among other stones, from event to event.
 
 Every moving stone slides as if alone until it rests, leaves the bounds or meets a resting stone;
-the first time at which two moving stones meet is found on their paths. The earliest meeting is
+the first time at which two moving stones meet is found on their paths. The earliest collision is
 resolved by an impulse, and from there the moving stones slide on. So a resting stone costs nothing
 until something comes near it, and no time step limits how exactly a hit stands.
 
-The impulse is that of two equal disks: restitution along the line of centres, Coulomb friction at
-the rims, which carries spin over.
+The impulse is that of two equal disks: restitution along the line of centres, and Coulomb friction
+at the rims, which passes spin on.
 """
+
+# Work arrays come untyped through compiled code: what is read from them is unknown, not wrong.
+# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
 
 from __future__ import annotations
 
@@ -15,33 +18,41 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.ice import Ice
 from curling_env.physics.compiled import compiled, inlined
 from curling_env.physics.effects.motion import MOTION_SIZE, STONE
 from curling_env.physics.law import Law
-from curling_env.physics.one_stone.integrate import SlideEnd, glide
-from curling_env.physics.one_stone.step import KNOT_SIZE, QUICK, Work, new_work
+from curling_env.physics.many_stones.tuning import (
+    CONTACT_GAP,
+    MAX_COLLISIONS,
+    MIN_PARTING_SPEED,
+)
+from curling_env.physics.one_stone.integrate import (
+    Delivery,
+    Limits,
+    Sampling,
+    SlideEnd,
+    integrate,
+)
+from curling_env.physics.one_stone.step import Workspace, new_workspace
+from curling_env.physics.one_stone.tuning import QUICK_TOLERANCE
+from curling_env.physics.state import NODE_SIZE, Node, State
+from curling_env.typing import Floats, Integers
 
-MEETING = 1e-6
-"""Stones whose rims are this close can touch [m]."""
-LEAST_BOUNCE = 1e-3
-"""Stones that met part at least this fast [m/s], so that none is carried along for ever."""
-MAX_MEETINGS = 500
-"""Meetings after which a throw is given up."""
 REST, MOVING, GONE = 0, 1, 2
+"""What a stone is doing."""
 
 
-class Hands(NamedTuple):
-    """What a collision needs to know of the stones.
+class CollisionLaw(NamedTuple):
+    """The numbers that a collision of two stones depends on.
 
     Parameters
     ----------
-    reach : distance of two centres that touch [m]
+    reach : distance between two centres in contact [m]
     restitution : 0 to 1
-    friction : between two rims
-    rim_mass : m·R²/I: how much lighter a rim is to push than the centre
+    friction : Coulomb friction between two rims
+    rim_mass : m·R²/I, how many times lighter a rim is to push than the centre
     """
 
     reach: float
@@ -50,53 +61,54 @@ class Hands(NamedTuple):
     rim_mass: float
 
 
-class Table(NamedTuple):
-    """The arrays a position is played in; none outlives it.
+class PlayWorkspace(NamedTuple):
+    """The arrays in which one throw among n stones is played.
 
     Parameters
     ----------
-    stones : (n, 6) x, y, theta, vx, vy, spin
+    stones : (n, 6) states
     status : (n,) REST, MOVING or GONE
     resting : (n, 2) centres of the stones at rest
-    paths : (n, knots, KNOT_SIZE) ways of the moving stones
-    lengths, ends : (n,) knots of each way and how it ends
+    paths : (n, nodes, NODE_SIZE) of the moving stones
+    lengths : (n,) number of nodes of each path
+    ends : (n,) `SlideEnd` of each path
     motion : (MOTION_SIZE,)
-    samples : (0, 4)
+    sampling : without samples
     work : of one slide
     """
 
-    stones: NDArray[np.float64]
-    status: NDArray[np.int64]
-    resting: NDArray[np.float64]
-    paths: NDArray[np.float64]
-    lengths: NDArray[np.int64]
-    ends: NDArray[np.int64]
-    motion: NDArray[np.float64]
-    samples: NDArray[np.float64]
-    work: Work
+    stones: Floats
+    status: Integers
+    resting: Floats
+    paths: Floats
+    lengths: Integers
+    ends: Integers
+    motion: Floats
+    sampling: Sampling
+    work: Workspace
 
 
-def new_table(ice: Ice, stones: int, tolerance: float = QUICK) -> Table:
-    """What one thread plays positions of so many stones with; tolerance of a lone slide [m]."""
+def new_play_workspace(ice: Ice, stones: int, tolerance: float = QUICK_TOLERANCE) -> PlayWorkspace:
+    """The arrays for one thread; the rest of a lone stone is right within the tolerance [m]."""
     rows, columns = ice.friction.mu.shape
-    knots = 512 + 4 * (rows + columns)
-    return Table(
+    nodes = 512 + 4 * (rows + columns)
+    return PlayWorkspace(
         stones=np.zeros((stones, 6)),
         status=np.zeros(stones, dtype=np.int64),
         resting=np.zeros((stones, 2)),
-        paths=np.zeros((stones, knots, KNOT_SIZE)),
+        paths=np.zeros((stones, nodes, NODE_SIZE)),
         lengths=np.zeros(stones, dtype=np.int64),
         ends=np.zeros(stones, dtype=np.int64),
         motion=np.zeros(MOTION_SIZE),
-        samples=np.zeros((0, 4)),
-        work=new_work(tolerance),
+        sampling=Sampling(1.0, np.zeros((0, 4))),
+        work=new_workspace(tolerance),
     )
 
 
-def hands_of(ice: Ice) -> Hands:
+def collision_law(ice: Ice) -> CollisionLaw:
     """How the stones of an ice collide."""
     stone = ice.stone
-    return Hands(
+    return CollisionLaw(
         reach=2 * stone.radius,
         restitution=stone.restitution,
         friction=stone.stone_friction,
@@ -105,49 +117,53 @@ def hands_of(ice: Ice) -> Hands:
 
 
 @inlined
-def collide(hands: Hands, a: Any, b: Any) -> bool:
+def collide(law: CollisionLaw, a: Any, b: Any) -> bool:
     """Exchange impulses between two stones that touch; False if they are not approaching.
 
     Impulses are per mass: p along the line of centres, from a to b, and f along the rims.
     """
-    nx = b[0] - a[0]
-    ny = b[1] - a[1]
+    nx = b[State.X] - a[State.X]
+    ny = b[State.Y] - a[State.Y]
     distance = math.sqrt(nx * nx + ny * ny)
     if distance == 0.0:
         return False
     nx /= distance
     ny /= distance
-    approach = (a[3] - b[3]) * nx + (a[4] - b[4]) * ny
+    vx = a[State.VX] - b[State.VX]
+    vy = a[State.VY] - b[State.VY]
+    approach = vx * nx + vy * ny
     if approach <= 0.0:
         return False
-    radius = 0.5 * hands.reach
-    slip = (a[4] - b[4]) * nx - (a[3] - b[3]) * ny + radius * (a[5] + b[5])
-    p = 0.5 * (approach + max(hands.restitution * approach, LEAST_BOUNCE))
-    stick = slip / (2.0 + 2.0 * hands.rim_mass)
-    f = min(max(stick, -hands.friction * p), hands.friction * p)
-    a[3] -= p * nx - f * ny
-    a[4] -= p * ny + f * nx
-    b[3] += p * nx - f * ny
-    b[4] += p * ny + f * nx
-    turn = f * hands.rim_mass / radius
-    a[5] -= turn
-    b[5] -= turn
+    radius = 0.5 * law.reach
+    slip = vy * nx - vx * ny + radius * (a[State.OMEGA] + b[State.OMEGA])
+    p = 0.5 * (approach + max(law.restitution * approach, MIN_PARTING_SPEED))
+    stick = slip / (2.0 + 2.0 * law.rim_mass)
+    f = min(max(stick, -law.friction * p), law.friction * p)
+    a[State.VX] -= p * nx - f * ny
+    a[State.VY] -= p * ny + f * nx
+    b[State.VX] += p * nx - f * ny
+    b[State.VY] += p * ny + f * nx
+    turn = f * law.rim_mass / radius
+    a[State.OMEGA] -= turn
+    b[State.OMEGA] -= turn
     return True
 
 
 @inlined
 def _place(path: Any, length: int, k: int, t: float) -> Any:
-    """Knot before time t, position and velocity then; at rest at its last place after the end."""
-    while k < length - 2 and path[k + 1, 0] <= t:
+    """Node before time t, position and velocity then; at rest at its last place after the end."""
+    while k < length - 2 and path[k + 1, Node.T] <= t:
         k += 1
-    if k >= length - 1 or t >= path[length - 1, 0]:
-        return k, path[length - 1, 1], path[length - 1, 2], 0.0, 0.0
-    h = path[k + 1, 0] - path[k, 0]
-    tau = t - path[k, 0]
-    # Between knots friction hardly changes: a cubic through places and velocities.
+    last = path[length - 1]
+    if k >= length - 1 or t >= last[Node.T]:
+        return k, last[Node.X], last[Node.Y], 0.0, 0.0
+    a, b = path[k], path[k + 1]
+    h = b[Node.T] - a[Node.T]
+    tau = t - a[Node.T]
+    # Between nodes friction hardly changes: a cubic through places and velocities.
     u = tau / h
-    x, vx = _cubic(path[k, 1], path[k, 4], path[k + 1, 1], path[k + 1, 4], h, u)
-    y, vy = _cubic(path[k, 2], path[k, 5], path[k + 1, 2], path[k + 1, 5], h, u)
+    x, vx = _cubic(a[Node.X], a[Node.VX], b[Node.X], b[Node.VX], h, u)
+    y, vy = _cubic(a[Node.Y], a[Node.VY], b[Node.Y], b[Node.VY], h, u)
     return k, x, y, vx, vy
 
 
@@ -161,16 +177,22 @@ def _cubic(p0: float, v0: float, p1: float, v1: float, h: float, u: float) -> An
 
 
 @inlined
-def _meeting(table: Table, a: int, b: int, reach: float, start: float, until: float) -> float:
-    """When two moving stones first touch while approaching, infinite if not before `until` [s]."""
-    first, second = table.paths[a], table.paths[b]
-    n, m = table.lengths[a], table.lengths[b]
+def _meeting_time(position: PlayWorkspace, a: int, b: int, reach: float, within: Any) -> float:
+    """When two moving stones first touch while approaching, infinite if they do not [s].
+
+    Parameters
+    ----------
+    within : the times between which to look [s]
+    """
+    start, until = within
+    first, second = position.paths[a], position.paths[b]
+    n, m = position.lengths[a], position.lengths[b]
     t = start
-    if table.ends[a] == SlideEnd.LEFT_BOUNDS:
-        until = min(until, first[n - 1, 0])
-    if table.ends[b] == SlideEnd.LEFT_BOUNDS:
-        until = min(until, second[m - 1, 0])
-    until = min(until, max(first[n - 1, 0], second[m - 1, 0]))
+    if position.ends[a] == SlideEnd.LEFT_BOUNDS:
+        until = min(until, first[n - 1, Node.T])
+    if position.ends[b] == SlideEnd.LEFT_BOUNDS:
+        until = min(until, second[m - 1, Node.T])
+    until = min(until, max(first[n - 1, Node.T], second[m - 1, Node.T]))
     j = k = 0
     while t < until:
         j, ax, ay, avx, avy = _place(first, n, j, t)
@@ -181,10 +203,10 @@ def _meeting(table: Table, a: int, b: int, reach: float, start: float, until: fl
         dvy = bvy - avy
         gap = math.sqrt(dx * dx + dy * dy) - reach
         closing = -(dx * dvx + dy * dvy)
-        if gap < MEETING:
+        if gap < CONTACT_GAP:
             if closing > 0.0:
                 return t
-            gap = MEETING
+            gap = CONTACT_GAP
         # Friction only slows them; over a fifth of a second it changes little.
         speeds = math.sqrt(avx * avx + avy * avy) + math.sqrt(bvx * bvx + bvy * bvy)
         relative = math.sqrt(dvx * dvx + dvy * dvy)
@@ -193,142 +215,144 @@ def _meeting(table: Table, a: int, b: int, reach: float, start: float, until: fl
 
 
 @inlined
-def _advance(table: Table, s: int, t: float) -> None:
-    """Take a moving stone to time t on its way."""
-    path, n, stone = table.paths[s], table.lengths[s], table.stones[s]
-    last = path[n - 1, 0]
-    if t >= last:
+def _advance(position: PlayWorkspace, s: int, t: float) -> None:
+    """Take a moving stone to time t on its path."""
+    path, n, stone = position.paths[s], position.lengths[s], position.stones[s]
+    if t >= path[n - 1, Node.T]:
         for c in range(6):
-            stone[c] = path[n - 1, 1 + c]
-        if table.ends[s] == SlideEnd.REST:
-            table.status[s] = REST
-        elif table.ends[s] == SlideEnd.LEFT_BOUNDS:
-            table.status[s] = GONE
+            stone[c] = path[n - 1, Node.X + c]
+        if position.ends[s] == SlideEnd.REST:
+            position.status[s] = REST
+        elif position.ends[s] == SlideEnd.LEFT_BOUNDS:
+            position.status[s] = GONE
         return
     k, x, y, vx, vy = _place(path, n, 0, t)
-    h = path[k + 1, 0] - path[k, 0]
-    u = (t - path[k, 0]) / h
-    stone[2], stone[5] = _cubic(path[k, 3], path[k, 6], path[k + 1, 3], path[k + 1, 6], h, u)
-    stone[0] = x
-    stone[1] = y
-    stone[3] = vx
-    stone[4] = vy
+    a, b = path[k], path[k + 1]
+    h = b[Node.T] - a[Node.T]
+    u = (t - a[Node.T]) / h
+    stone[State.THETA], stone[State.OMEGA] = _cubic(
+        a[Node.THETA], a[Node.OMEGA], b[Node.THETA], b[Node.OMEGA], h, u
+    )
+    stone[State.X] = x
+    stone[State.Y] = y
+    stone[State.VX] = vx
+    stone[State.VY] = vy
+
+
+@inlined
+def _collide_all(collision: CollisionLaw, position: PlayWorkspace, count: int) -> int:
+    """Let stones that touch pass impulses on until none approaches another.
+
+    Returns the number of collisions.
+    """
+    collisions = 0
+    near = collision.reach + 3.0 * CONTACT_GAP
+    stones, status = position.stones, position.status
+    for _ in range(MAX_COLLISIONS):
+        passed = False
+        for a in range(count):
+            for b in range(a + 1, count):
+                if status[a] == GONE or status[b] == GONE:
+                    continue
+                if status[a] == REST and status[b] == REST:
+                    continue
+                dx = stones[b, State.X] - stones[a, State.X]
+                dy = stones[b, State.Y] - stones[a, State.Y]
+                if dx * dx + dy * dy > near * near:
+                    continue
+                if collide(collision, stones[a], stones[b]):
+                    status[a] = MOVING
+                    status[b] = MOVING
+                    collisions += 1
+                    passed = True
+        if not passed:
+            break
+    return collisions
 
 
 @compiled
 def play(
     law: Law,
-    hands: Hands,
-    table: Table,
+    collision: CollisionLaw,
+    position: PlayWorkspace,
     count: int,
     identity: Any,
-    clock: float,
-    sweep_start: float,
-    sweep_end: float,
+    delivery: Delivery,
     bounds: Any,
 ) -> Any:
     """Let a throw among other stones run until all are at rest.
 
     Parameters
     ----------
-    law, hands : the ice and its stones
-    table : stones[:count] and status[:count] given, MOVING for the thrown stone, which is the last;
-        motion with ORDER set; they become the final ones
-    count : of stones
-    identity : (count,) identifiers of the stones, for effects that ask
-    clock : session time of the release [s]
-    sweep_start, sweep_end : of the thrown stone, seconds after release [s]
+    law, collision : the ice and its stones
+    position : stones[:count] and status[:count] are given, the thrown stone last and MOVING, and
+        motion with ORDER set; stones and status become the final ones
+    count : number of stones
+    identity : (count,) identifiers of the stones, for effects that depend on them
+    delivery : clock, and sweep of the thrown stone
     bounds : (4,) x_min, x_max, y_min, y_max of centres [m]; a stone beyond is out of play
 
     Returns
     -------
     time : until the last stone rests [s]
-    meetings : collisions; MAX_MEETINGS + 1 if they never ended or a stone never stops
+    collisions : their number; MAX_COLLISIONS + 1 if they never ended or a stone never stops
     """
     t = 0.0
-    meetings = 0
+    collisions = 0
     thrown = count - 1
     while True:
         resting = 0
         moving = 0
         for s in range(count):
-            if table.status[s] == REST:
-                table.resting[resting, 0] = table.stones[s, 0]
-                table.resting[resting, 1] = table.stones[s, 1]
+            if position.status[s] == REST:
+                position.resting[resting, 0] = position.stones[s, State.X]
+                position.resting[resting, 1] = position.stones[s, State.Y]
                 resting += 1
-            elif table.status[s] == MOVING:
+            elif position.status[s] == MOVING:
                 moving += 1
         if moving == 0:
-            return t, meetings
-        obstacles = table.resting[:resting]
+            return t, collisions
+        limits = Limits(bounds, position.resting[:resting], collision.reach)
         until = np.inf
         latest = t
         for s in range(count):
-            if table.status[s] != MOVING:
+            if position.status[s] != MOVING:
                 continue
             for c in range(6):
-                table.work.states[2, c] = table.stones[s, c]
-            table.motion[STONE] = identity[s]
-            # Alone, it need not leave a trace.
-            path = table.paths[s] if moving > 1 else table.paths[s, :0]
-            end, at, _, length = glide(
-                law,
-                table.motion,
-                clock,
-                sweep_start if s == thrown else 0.0,
-                sweep_end if s == thrown else 0.0,
-                bounds,
-                obstacles,
-                hands.reach,
-                1.0,
-                table.samples,
-                path,
-                t,
-                table.work,
+                position.work.states[2, c] = position.stones[s, c]
+            position.motion[STONE] = identity[s]
+            sweep_start = delivery.sweep_start if s == thrown else 0.0
+            sweep_end = delivery.sweep_end if s == thrown else 0.0
+            own = Delivery(delivery.clock, sweep_start, sweep_end)
+            # Where only one stone moves, its path is not needed.
+            path = position.paths[s] if moving > 1 else position.paths[s, :0]
+            end, at, _, length = integrate(
+                law, position.motion, own, limits, position.sampling, path, t, position.work
             )
-            if end == SlideEnd.NEVER_STOPS or length > table.paths.shape[1]:
-                return at, MAX_MEETINGS + 1
+            if end == SlideEnd.NEVER_STOPS or length > position.paths.shape[1]:
+                return at, MAX_COLLISIONS + 1
             if length == 0:
-                table.paths[s, 0, 0] = at
+                position.paths[s, 0, Node.T] = at
                 for c in range(6):
-                    table.paths[s, 0, 1 + c] = table.work.states[2, c]
+                    position.paths[s, 0, Node.X + c] = position.work.states[2, c]
                 length = 1
-            table.ends[s] = end
-            table.lengths[s] = length
+            position.ends[s] = end
+            position.lengths[s] = length
             latest = max(latest, at)
             if end == SlideEnd.CONTACT:
                 until = min(until, at)
         if moving > 1:
             for a in range(count):
                 for b in range(a + 1, count):
-                    if table.status[a] == MOVING and table.status[b] == MOVING:
-                        until = min(until, _meeting(table, a, b, hands.reach, t, until))
+                    if position.status[a] == MOVING and position.status[b] == MOVING:
+                        met = _meeting_time(position, a, b, collision.reach, (t, until))
+                        until = min(until, met)
         t = min(until, latest)
         for s in range(count):
-            if table.status[s] == MOVING:
-                _advance(table, s, t)
+            if position.status[s] == MOVING:
+                _advance(position, s, t)
         if until == np.inf:
             continue
-        # Stones that touch in a cluster pass the impulse on until none approaches another.
-        for _ in range(MAX_MEETINGS):
-            passed = False
-            for a in range(count):
-                for b in range(a + 1, count):
-                    if table.status[a] == GONE or table.status[b] == GONE:
-                        continue
-                    if table.status[a] == REST and table.status[b] == REST:
-                        continue
-                    dx = table.stones[b, 0] - table.stones[a, 0]
-                    dy = table.stones[b, 1] - table.stones[a, 1]
-                    near = hands.reach + 3.0 * MEETING
-                    if dx * dx + dy * dy > near * near:
-                        continue
-                    if collide(hands, table.stones[a], table.stones[b]):
-                        table.status[a] = MOVING
-                        table.status[b] = MOVING
-                        meetings += 1
-                        passed = True
-            if not passed:
-                break
-        if meetings > MAX_MEETINGS:
-            return t, meetings
+        collisions += _collide_all(collision, position, count)
+        if collisions > MAX_COLLISIONS:
+            return t, collisions

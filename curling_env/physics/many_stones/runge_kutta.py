@@ -1,33 +1,58 @@
 """Classical Runge–Kutta steps under the law, and the path between their ends.
 
-The engine's own way of integrating, independent of `stride`: fourth order, steps that end wherever
-the law is not smooth (lines of the map, edges of patches, the beginning and end of a sweep), and a
-quintic through both ends' states and accelerations between them.
+This is how stones slide that move at the same time. It is independent of `one_stone.step`: fourth
+order, with steps that end wherever the law is not smooth (lines of the map, edges of patches, the
+beginning and end of a sweep), and a quintic between them through both ends' states and
+accelerations.
 """
 
 from __future__ import annotations
 
 from math import fabs, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from curling_env.physics.compiled import compiled, inlined
-from curling_env.physics.effects.motion import CLOCK, HEADING, T
+from curling_env.physics.effects.motion import CLOCK, HEADING, PUSH_SIZE, T
 from curling_env.physics.law import Law, accelerate
+from curling_env.physics.many_stones.tuning import (
+    JUMP_MARGIN,
+    MAX_SPEED_LOSS,
+    MAX_STEP,
+    SKIPPED_LINE,
+)
+from curling_env.physics.one_stone.integrate import Delivery
 from curling_env.physics.one_stone.step import quintic
+from curling_env.physics.state import State
+from curling_env.typing import Floats
 
-LONGEST_STEP = 0.5
-"""Longest step [s]."""
-SPEED_SHARE = 0.2
-"""Part of its speed that a stone may lose in one step."""
-NEAR_BEND = 2e-3
-"""A line across which friction bends is stepped over from this close [m]: 1e-8 m of error."""
-NEAR_JUMP = 1e-5
-"""Steps end this far before a place where friction jumps, and hop over it [m].
 
-A stage beyond it would feel for a whole step what lies there: at 2 m/s millimetres at rest.
-"""
+class StageWorkspace(NamedTuple):
+    """The arrays in which one stone takes a Runge–Kutta step.
+
+    Parameters
+    ----------
+    push : (PUSH_SIZE,) the effects' output
+    terms : (6,) of the law
+    states : (3, 6) at the second to fourth stage
+    accelerations : (3, 3) there
+    """
+
+    push: Floats
+    terms: Floats
+    states: Floats
+    accelerations: Floats
+
+
+def new_stage_workspace() -> StageWorkspace:
+    """Work arrays for `runge_kutta`."""
+    return StageWorkspace(
+        push=np.empty(PUSH_SIZE),
+        terms=np.empty(6),
+        states=np.empty((3, 6)),
+        accelerations=np.empty((3, 3)),
+    )
 
 
 @inlined
@@ -58,7 +83,7 @@ def _next_line(law: Law, origin: float, position: float, velocity: float) -> flo
     place = (position - origin) / law.cell
     share = place - np.floor(place)
     ahead = (1.0 - share if velocity > 0.0 else share) * law.cell
-    return ahead + law.cell if law.bilinear and ahead <= NEAR_BEND else ahead
+    return ahead + law.cell if law.bilinear and ahead <= SKIPPED_LINE else ahead
 
 
 @inlined
@@ -67,94 +92,116 @@ def _time_short_of(distance: float, velocity: float, acceleration: float) -> flo
 
     The further off, the less certain the time: so short of it at first, then closer.
     """
-    if distance < NEAR_JUMP:
-        return 2.0 * NEAR_JUMP / max(fabs(velocity), 1e-3)
-    short = 0.97 * distance if distance > 1e-3 else distance - 0.5 * NEAR_JUMP
+    if distance < JUMP_MARGIN:
+        return 2.0 * JUMP_MARGIN / max(fabs(velocity), 1e-3)
+    short = 0.97 * distance if distance > 1e-3 else distance - 0.5 * JUMP_MARGIN
     return _time_to(short, velocity, acceleration)
 
 
 @inlined
-def step_length(law: Law, s: Any, a: Any, t: float, sweep_start: float, sweep_end: float) -> float:
-    """How far to step from state s with acceleration a [s]."""
-    speed = max(sqrt(s[2] * s[2] + s[3] * s[3]), fabs(s[5]) * law.band_radius)
+def step_length(law: Law, s: Any, a: Any, t: float, delivery: Delivery) -> float:
+    """Length of the step to take from state s (6,) with acceleration a (3,) at time t [s]."""
+    vx, vy = s[State.VX], s[State.VY]
+    speed = max(sqrt(vx * vx + vy * vy), fabs(s[State.OMEGA]) * law.band_radius)
     rate = max(sqrt(a[0] * a[0] + a[1] * a[1]), fabs(a[2]) * law.band_radius)
-    h = min(LONGEST_STEP, SPEED_SHARE * speed / max(rate, 1e-9))
+    h = min(MAX_STEP, MAX_SPEED_LOSS * speed / max(rate, 1e-9))
     for axis in range(2):
         breaks = law.x_breaks if axis == 0 else law.y_breaks
         origin = law.origin_x if axis == 0 else law.origin_y
-        h = min(h, _time_short_of(_next_break(breaks, s[axis], s[axis + 2]), s[axis + 2], a[axis]))
+        v = s[State.VX + axis]
+        h = min(h, _time_short_of(_next_break(breaks, s[axis], v), v, a[axis]))
         if law.patterned:
-            ahead = _next_line(law, origin, s[axis], s[axis + 2])
+            ahead = _next_line(law, origin, s[axis], v)
             if law.bilinear:
-                h = min(h, _time_to(ahead, s[axis + 2], a[axis]))
-            elif s[axis + 2] != 0.0:
-                h = min(h, _time_short_of(ahead, s[axis + 2], a[axis]))
-    if t < sweep_start - 1e-9:
-        h = min(h, sweep_start - t)
-    elif t < sweep_end - 1e-9:
-        h = min(h, sweep_end - t)
+                h = min(h, _time_to(ahead, v, a[axis]))
+            elif v != 0.0:
+                h = min(h, _time_short_of(ahead, v, a[axis]))
+    if t < delivery.sweep_start - 1e-9:
+        h = min(h, delivery.sweep_start - t)
+    elif t < delivery.sweep_end - 1e-9:
+        h = min(h, delivery.sweep_end - t)
     return h
 
 
 @compiled
 def derivative(
-    law: Law, motion: Any, push: Any, parts: Any, base_clock: float, t: float, s: Any, a: Any
+    law: Law, motion: Any, work: StageWorkspace, clock: float, t: float, s: Any, a: Any
 ) -> None:
-    """Acceleration a (3,) of state s (x, y, vx, vy, theta, omega) at time t."""
+    """Fill in the acceleration a (3,) of state s (6,) at time t.
+
+    Parameters
+    ----------
+    law : the ice
+    motion : (MOTION_SIZE,) with ORDER, STONE and SWEPT set
+    work : work arrays
+    clock : session time of the release [s]
+    """
     motion[T] = t
-    motion[CLOCK] = base_clock + t
-    motion[HEADING] = s[4]
-    a[0], a[1], a[2] = accelerate(law, motion, push, parts, s[0], s[1], s[2], s[3], s[5])
+    motion[CLOCK] = clock + t
+    motion[HEADING] = s[State.THETA]
+    x, y, vx, vy = s[State.X], s[State.Y], s[State.VX], s[State.VY]
+    a[0], a[1], a[2] = accelerate(law, motion, work.push, work.terms, x, y, vx, vy, s[State.OMEGA])
 
 
 @inlined
 def _offset(s: Any, velocity: Any, a: Any, h: float, out: Any) -> None:
-    """Out = s advanced by h along a stage's velocities and accelerations."""
-    out[0] = s[0] + h * velocity[2]
-    out[1] = s[1] + h * velocity[3]
-    out[4] = s[4] + h * velocity[5]
-    out[2] = s[2] + h * a[0]
-    out[3] = s[3] + h * a[1]
-    out[5] = s[5] + h * a[2]
+    """Out = s advanced by h along the velocities and accelerations of a stage."""
+    out[State.X] = s[State.X] + h * velocity[State.VX]
+    out[State.Y] = s[State.Y] + h * velocity[State.VY]
+    out[State.THETA] = s[State.THETA] + h * velocity[State.OMEGA]
+    out[State.VX] = s[State.VX] + h * a[0]
+    out[State.VY] = s[State.VY] + h * a[1]
+    out[State.OMEGA] = s[State.OMEGA] + h * a[2]
+
+
+@inlined
+def _add(s: Any, place: int, sixth: float, r1: float, r2: float, r3: float, r4: float) -> None:
+    """Add to one quantity of s what its rates at the four stages come to."""
+    s[place] += sixth * (r1 + 2.0 * r2 + 2.0 * r3 + r4)
 
 
 @compiled
 def runge_kutta(
     law: Law,
     motion: Any,
-    push: Any,
-    parts: Any,
+    work: StageWorkspace,
     clock: float,
     t: float,
     s: Any,
     a: Any,
     h: float,
-    stages: Any,
 ) -> None:
-    """One step: s becomes the state at t + h; a must be its acceleration at t.
+    """One step: s (6,) becomes the state at t + h; a (3,) must be its acceleration at t.
 
-    `stages` is (6, 6): three stages' states in rows 0–2 and accelerations in rows 3–5.
+    The other parameters are those of `derivative`.
     """
-    s2, s3, s4 = stages[0], stages[1], stages[2]
-    a2, a3, a4 = stages[3], stages[4], stages[5]
+    s2, s3, s4 = work.states[0], work.states[1], work.states[2]
+    a2, a3, a4 = work.accelerations[0], work.accelerations[1], work.accelerations[2]
     _offset(s, s, a, 0.5 * h, s2)
-    derivative(law, motion, push, parts, clock, t + 0.5 * h, s2, a2)
+    derivative(law, motion, work, clock, t + 0.5 * h, s2, a2)
     _offset(s, s2, a2, 0.5 * h, s3)
-    derivative(law, motion, push, parts, clock, t + 0.5 * h, s3, a3)
+    derivative(law, motion, work, clock, t + 0.5 * h, s3, a3)
     _offset(s, s3, a3, h, s4)
-    derivative(law, motion, push, parts, clock, t + h, s4, a4)
+    derivative(law, motion, work, clock, t + h, s4, a4)
     sixth = h / 6.0
-    s[0] += sixth * (s[2] + 2.0 * s2[2] + 2.0 * s3[2] + s4[2])
-    s[1] += sixth * (s[3] + 2.0 * s2[3] + 2.0 * s3[3] + s4[3])
-    s[4] += sixth * (s[5] + 2.0 * s2[5] + 2.0 * s3[5] + s4[5])
-    s[2] += sixth * (a[0] + 2.0 * a2[0] + 2.0 * a3[0] + a4[0])
-    s[3] += sixth * (a[1] + 2.0 * a2[1] + 2.0 * a3[1] + a4[1])
-    s[5] += sixth * (a[2] + 2.0 * a2[2] + 2.0 * a3[2] + a4[2])
+    vx, vy, omega = State.VX, State.VY, State.OMEGA
+    _add(s, State.X, sixth, s[vx], s2[vx], s3[vx], s4[vx])
+    _add(s, State.Y, sixth, s[vy], s2[vy], s3[vy], s4[vy])
+    _add(s, State.THETA, sixth, s[omega], s2[omega], s3[omega], s4[omega])
+    _add(s, vx, sixth, a[0], a2[0], a3[0], a4[0])
+    _add(s, vy, sixth, a[1], a2[1], a3[1], a4[1])
+    _add(s, omega, sixth, a[2], a2[2], a3[2], a4[2])
 
 
 @inlined
 def between(s0: Any, a0: Any, s1: Any, a1: Any, h: float, u: float, out: Any) -> None:
-    """State at the fraction u of a step of length h from s0 to s1."""
-    out[0], out[2] = quintic(s0[0], s0[2], a0[0], s1[0], s1[2], a1[0], h, u)
-    out[1], out[3] = quintic(s0[1], s0[3], a0[1], s1[1], s1[3], a1[1], h, u)
-    out[4], out[5] = quintic(s0[4], s0[5], a0[2], s1[4], s1[5], a1[2], h, u)
+    """State at the fraction u of a step of length h from s0 (6,) to s1, accelerations a0 to a1."""
+    out[State.X], out[State.VX] = quintic(
+        (s0[State.X], s0[State.VX], a0[0]), (s1[State.X], s1[State.VX], a1[0]), h, u
+    )
+    out[State.Y], out[State.VY] = quintic(
+        (s0[State.Y], s0[State.VY], a0[1]), (s1[State.Y], s1[State.VY], a1[1]), h, u
+    )
+    out[State.THETA], out[State.OMEGA] = quintic(
+        (s0[State.THETA], s0[State.OMEGA], a0[2]), (s1[State.THETA], s1[State.OMEGA], a1[2]), h, u
+    )

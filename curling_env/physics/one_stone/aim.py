@@ -1,8 +1,7 @@
 """Aiming: the throw that comes to rest at a point of the empty sheet, or runs over it.
 
-A table of straight throws tells how far a weight carries and how much it curls on its way; a few
-corrections with its slopes then land within a millimetre. Some ten slides for the table, three to
-five for each throw.
+A table of straight throws tells how far each speed carries and how much the stone curls on its way.
+A few corrections with the slopes of that table then land within a millimetre.
 """
 
 from __future__ import annotations
@@ -12,23 +11,31 @@ from math import asin, cos, hypot, sin
 import numpy as np
 
 from curling_env.ice import Ice
-from curling_env.physics.effects.motion import MOTION_SIZE
+from curling_env.physics.effects.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.law import compile_law
-from curling_env.physics.one_stone.slide import NO_OBSTACLES, SlideEnd, new_work, slide_kernel
+from curling_env.physics.one_stone.integrate import Delivery, Limits, Sampling
+from curling_env.physics.one_stone.slide import (
+    NO_BOUNDS,
+    NO_OBSTACLES,
+    SlideEnd,
+    slide_kernel,
+)
+from curling_env.physics.one_stone.step import new_workspace
+from curling_env.physics.one_stone.tuning import (
+    MAX_AIM_ANGLE,
+    MAX_CORRECTIONS,
+    ON_TARGET,
+    QUICK_TOLERANCE,
+)
+from curling_env.physics.state import State
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import MAX_SPEED, Throw
 from curling_env.typing import Floats
 
-ON_TARGET = 1e-3
-"""Distance from the target that is near enough [m]."""
-CORRECTIONS = 12
-WIDEST = 0.3
-"""Largest angle to which a line is corrected [rad]."""
-
-_NO_SAMPLES = np.empty((0, 4))
-_EVERYWHERE = np.array([-np.inf, np.inf, -np.inf, np.inf])
 START_Y = -HOG_LINE_Y - TEE_Y
 """Where a stone is released, delivery frame [m]."""
+
+_NO_SAMPLES = Sampling(1.0, np.empty((0, 4)))
 
 
 class Aim:
@@ -36,24 +43,38 @@ class Aim:
 
     Parameters
     ----------
-    ice : as the thrower knows it
+    ice : the ice that the thrower believes in
     direction : the end played to
+    clock, order, stone : of the throws in their session, for effects that depend on them
+    tolerance : how far a rest may be off on the roughest ice [m]
 
     Raises
     ------
     InputError : an effect that is not in the catalogue, or parameters its card does not allow
     """
 
-    def __init__(self, ice: Ice, direction: Direction = Direction.AWAY) -> None:
+    def __init__(
+        self,
+        ice: Ice,
+        direction: Direction = Direction.AWAY,
+        *,
+        clock: float = 0.0,
+        order: int = 0,
+        stone: int = 0,
+        tolerance: float = QUICK_TOLERANCE,
+    ) -> None:
         self.ice = ice
         self.direction = direction
         self._law = compile_law(ice)
-        self._work = new_work()
+        self._delivery = Delivery(clock, 0.0, 0.0)
+        self._motion = np.zeros(MOTION_SIZE)
+        self._motion[[ORDER, STONE]] = order, stone
+        self._work = new_workspace(tolerance)
         self._tables: dict[float, Floats] = {}
 
     def rest(self, throw: Throw) -> tuple[float, float] | None:
         """Where a throw comes to rest, delivery frame [m]; None if it never stops."""
-        end, x, y = self._slide(throw.speed, throw.angle, throw.spin, throw.x, _EVERYWHERE)
+        end, x, y = self._slide(throw.speed, throw.angle, throw.spin, throw.x, NO_BOUNDS)
         return None if end == SlideEnd.NEVER_STOPS else (x, y)
 
     def draw(self, x: float, y: float, spin: float) -> Throw | None:
@@ -64,34 +85,53 @@ class Aim:
             return None
         speed = float(np.interp(distance, table[:, 1], table[:, 0]))
         curl = float(np.interp(distance, table[:, 1], table[:, 2]))
-        angle = -asin(max(min((x - curl) / distance, WIDEST), -WIDEST))
+        angle = -asin(max(min((x - curl) / distance, MAX_AIM_ANGLE), -MAX_AIM_ANGLE))
         slope = float(np.interp(distance, table[:, 1], table[:, 3]))
-        for _ in range(CORRECTIONS):
-            end, rest_x, rest_y = self._slide(speed, angle, spin, 0.0, _EVERYWHERE)
+        for _ in range(MAX_CORRECTIONS):
+            end, rest_x, rest_y = self._slide(speed, angle, spin, 0.0, NO_BOUNDS)
             if end == SlideEnd.NEVER_STOPS:
                 return None
             if hypot(rest_x - x, rest_y - y) < ON_TARGET:
                 return Throw(speed=speed, angle=angle, spin=spin)
             speed += (y - rest_y) / slope
             angle += (rest_x - x) / distance
-            if not (0 < speed <= MAX_SPEED and abs(angle) < WIDEST):
+            if not (0 < speed <= MAX_SPEED and abs(angle) < MAX_AIM_ANGLE):
+                return None
+        return None
+
+    def draw_weight(self, spin: float = 0.0, *, y: float = 0.0) -> float | None:
+        """Speed at which a throw straight ahead comes to rest level with y, or None [m/s]."""
+        table = self._table(spin)
+        distance = y - START_Y
+        if not table[0, 1] < distance < table[-1, 1]:
+            return None
+        speed = float(np.interp(distance, table[:, 1], table[:, 0]))
+        slope = float(np.interp(distance, table[:, 1], table[:, 3]))
+        for _ in range(MAX_CORRECTIONS):
+            end, _, rest_y = self._slide(speed, 0.0, spin, 0.0, NO_BOUNDS)
+            if end == SlideEnd.NEVER_STOPS:
+                return None
+            if abs(rest_y - y) < 0.1 * ON_TARGET:
+                return speed
+            speed += (y - rest_y) / slope
+            if not 0 < speed <= MAX_SPEED:
                 return None
         return None
 
     def through(self, x: float, y: float, speed: float, spin: float) -> Throw | None:
         """The throw of this weight that runs over (x, y), or None if it does not get there."""
         distance = y - START_Y
-        bounds = _EVERYWHERE.copy()
+        bounds = NO_BOUNDS.copy()
         bounds[3 if self.direction > 0 else 2] = self.direction * (y + TEE_Y)
-        angle = -asin(max(min(x / distance, WIDEST), -WIDEST))
-        for _ in range(CORRECTIONS):
+        angle = -asin(max(min(x / distance, MAX_AIM_ANGLE), -MAX_AIM_ANGLE))
+        for _ in range(MAX_CORRECTIONS):
             end, at_x, _ = self._slide(speed, angle, spin, 0.0, bounds)
             if end != SlideEnd.LEFT_BOUNDS:
                 return None
             if abs(at_x - x) < ON_TARGET:
                 return Throw(speed=speed, angle=angle, spin=spin)
             angle += (at_x - x) / distance
-            if not abs(angle) < WIDEST:
+            if not abs(angle) < MAX_AIM_ANGLE:
                 return None
         return None
 
@@ -103,7 +143,7 @@ class Aim:
         stones : (k, 2) centres, delivery frame [m]
         until : [m]
         """
-        bounds = _EVERYWHERE.copy()
+        bounds = NO_BOUNDS.copy()
         bounds[3 if self.direction > 0 else 2] = self.direction * (until + TEE_Y)
         on_sheet = self.direction * (stones + np.array([0.0, TEE_Y]))
         end, _, _ = self._slide(
@@ -117,7 +157,7 @@ class Aim:
             rows: list[tuple[float, float, float]] = []
             speed = 0.05
             while speed < MAX_SPEED:
-                end, x, y = self._slide(speed, 0.0, spin, 0.0, _EVERYWHERE)
+                end, x, y = self._slide(speed, 0.0, spin, 0.0, NO_BOUNDS)
                 if end == SlideEnd.NEVER_STOPS or (rows and y - START_Y <= rows[-1][1]):
                     break
                 rows.append((speed, y - START_Y, x))
@@ -146,15 +186,10 @@ class Aim:
         end, _, _ = slide_kernel(
             self._law,
             state,
-            np.zeros(MOTION_SIZE),
-            0.0,
-            0.0,
-            0.0,
-            bounds,
-            obstacles,
-            2 * self.ice.stone.radius,
-            1.0,
+            self._motion,
+            self._delivery,
+            Limits(bounds, obstacles, 2 * self.ice.stone.radius),
             _NO_SAMPLES,
             self._work,
         )
-        return int(end), d * float(state[0]), d * float(state[1]) - TEE_Y
+        return int(end), d * float(state[State.X]), d * float(state[State.Y]) - TEE_Y

@@ -1,49 +1,92 @@
-"""The way of one stone, stride by stride, until something ends it.
+"""The path of one stone, step by step, until something ends it.
 
-A draw is some twenty strides (see `stride`). A stride ends where an effect is not smooth (the
-edge of a patch, the beginning and end of a sweep), and near a bound or an obstacle its path is
-followed from knot to knot. The last few mm/s are one parabola.
+A draw takes about twenty steps (see `take_step`). A step ends where an effect is not smooth, at the
+edge of a patch or when a sweep begins or ends. Near a bound or an obstacle its path is followed
+from node to node. The last few mm/s are one parabola.
 """
+
+# Work arrays come untyped through compiled code: what is read from them is unknown, not wrong.
+# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
 
 from __future__ import annotations
 
 import math
 from enum import IntEnum
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from curling_env.physics.compiled import compiled, inlined
 from curling_env.physics.effects.motion import GRAVITY, SWEPT
-from curling_env.physics.law import SLOWEST, Law, mu_of_map
+from curling_env.physics.law import MIN_SPEED, Law, mu_of_map
 from curling_env.physics.one_stone.step import (
-    KNOT_SIZE,
-    MOST_KNOTS,
-    Work,
-    between_knots,
-    march,
-    remember,
-    stride,
+    Workspace,
+    between_nodes,
+    follow_map,
+    store_curves,
+    take_step,
 )
+from curling_env.physics.one_stone.tuning import (
+    CONTACT_GAP,
+    EDGE_MARGIN,
+    MAX_NODES,
+    MAX_STEP,
+    MAX_STEPS,
+    MAX_TIME,
+    MIN_STEP,
+    REPEAT_ABOVE,
+    SECOND_STEP,
+    SHORTEN_ABOVE,
+)
+from curling_env.physics.state import NODE_SIZE, Node, State
+from curling_env.typing import Floats
 
-LONGEST_STRIDE = 8.0
-"""Longest stride [s]."""
-CLOSE = 2.0
-"""Prediction error above which the law is asked again, over the one aimed at."""
-GROWTH = 1.5
-"""A second stride over the first, which predicted nothing."""
-FAR = 15.0
-"""Prediction error above which a shorter stride is taken, over the one aimed at."""
-EDGE = 2e-6
-"""Strides end this far before the edge of an effect, and hop over it [m]."""
-TOUCHING = 1e-7
-"""A gap below this is a contact [m]."""
-SHORTEST_STRIDE = 1e-4
-"""A stride this short is taken as it is [s]."""
-MAX_STRIDES = 20_000
-"""Strides after which a stone that never stops is given up: ice that drives it."""
-MAX_TIME = 180.0
-"""Seconds after which a stone that never stops is given up [s]."""
+NO_BOUNDS = np.array([-np.inf, np.inf, -np.inf, np.inf])
+"""Bounds of a slide that ends only where the stone rests. Copy them before changing one."""
+NO_OBSTACLES = np.empty((0, 2))
+"""The obstacles of a slide on an empty sheet."""
+
+
+class Delivery(NamedTuple):
+    """What belongs to a throw besides its state.
+
+    Parameters
+    ----------
+    clock : session time of the release [s]
+    sweep_start, sweep_end : interval in which the delivered stone is swept, after release [s]
+    """
+
+    clock: float
+    sweep_start: float
+    sweep_end: float
+
+
+class Limits(NamedTuple):
+    """What ends a slide before the stone rests.
+
+    Parameters
+    ----------
+    bounds : (4,) x_min, x_max, y_min, y_max of the centre [m]
+    obstacles : (k, 2) centres of resting stones [m]
+    reach : distance between two centres in contact [m]
+    """
+
+    bounds: Floats
+    obstacles: Floats
+    reach: float
+
+
+class Sampling(NamedTuple):
+    """The samples of a path that are asked for.
+
+    Parameters
+    ----------
+    dt : time between samples [s]
+    rows : (m, 4), filled in with t, x, y, theta at 0, dt, 2·dt and so on; m = 0 for none
+    """
+
+    dt: float
+    rows: Floats
 
 
 class SlideEnd(IntEnum):
@@ -68,14 +111,14 @@ def _ahead(breaks: Any, position: float, velocity: float) -> float:
 
 @inlined
 def _crosses(breaks: Any, axis: int, states: Any, h: float) -> bool:
-    """Whether a stride crosses a break, there and back included."""
+    """Whether a step crosses a break, there and back included."""
     if breaks.shape[0] == 0:
         return False
     low = min(states[0, axis], min(states[1, axis], states[2, axis]))
     high = max(states[0, axis], max(states[1, axis], states[2, axis]))
     for half in range(2):
-        before = states[half, axis + 3]
-        after = states[half + 1, axis + 3]
+        before = states[half, State.VX + axis]
+        after = states[half + 1, State.VX + axis]
         if before * after < 0.0:
             turn = states[half, axis] + 0.25 * h * before * before / (before - after)
             low = min(low, turn)
@@ -95,44 +138,46 @@ def _time_short_of(distance: float, velocity: float, acceleration: float) -> flo
     speed = math.fabs(velocity)
     if distance == np.inf or speed == 0.0:
         return np.inf
-    if distance < EDGE:
+    if distance < EDGE_MARGIN:
         return 0.0
-    distance = 0.97 * distance if distance > 1e-3 else distance - 0.5 * EDGE
+    distance = 0.97 * distance if distance > 1e-3 else distance - 0.5 * EDGE_MARGIN
     root = speed * speed + 2.0 * (acceleration if velocity > 0.0 else -acceleration) * distance
     return 2.0 * distance / (speed + math.sqrt(root)) if root > 0.0 else np.inf
 
 
 @inlined
 def _way_to_rest(speed: float, rate: float, tail: float) -> float:
-    """Way that is left, over the speed [s]: a parabola that begins at this rate and rests in time.
+    """Way to rest over the speed [s], along a parabola that begins at this rate and rests in time.
 
     Parameters
     ----------
     speed, rate : of the centre or of the band, and how fast it falls [m/s, m/s²]
     tail : time to rest [s]
     """
-    return tail * (2.0 / 3.0 - rate * tail / (6.0 * max(speed, SLOWEST)))
+    return tail * (2.0 / 3.0 - rate * tail / (6.0 * max(speed, MIN_SPEED)))
 
 
 @inlined
 def _room(s: Any, bounds: Any) -> float:
     """How far inside its bounds a state is [m]; negative outside."""
-    return min(min(s[0] - bounds[0], bounds[1] - s[0]), min(s[1] - bounds[2], bounds[3] - s[1]))
+    x, y = s[State.X], s[State.Y]
+    return min(min(x - bounds[0], bounds[1] - x), min(y - bounds[2], bounds[3] - y))
 
 
 @inlined
-def _gap(s: Any, bounds: Any, obstacles: Any, reach: float) -> Any:
-    """Distance to go to the nearest bound or obstacle that is being approached [m].
+def _gap(s: Any, limits: Limits) -> Any:
+    """Distance to the nearest bound or obstacle that the stone approaches [m].
 
     Returns the distance, and whether it is to an obstacle.
     """
-    room = _room(s, bounds)
+    room = _room(s, limits.bounds)
     contact = False
+    obstacles = limits.obstacles
     for k in range(obstacles.shape[0]):
-        dx = s[0] - obstacles[k, 0]
-        dy = s[1] - obstacles[k, 1]
-        if dx * s[3] + dy * s[4] < 0.0:
-            gap = math.sqrt(dx * dx + dy * dy) - reach
+        dx = s[State.X] - obstacles[k, 0]
+        dy = s[State.Y] - obstacles[k, 1]
+        if dx * s[State.VX] + dy * s[State.VY] < 0.0:
+            gap = math.sqrt(dx * dx + dy * dy) - limits.reach
             if gap < room:
                 room = gap
                 contact = True
@@ -140,15 +185,16 @@ def _gap(s: Any, bounds: Any, obstacles: Any, reach: float) -> Any:
 
 
 @inlined
-def _may_touch(states: Any, bulge: float, bounds: Any, obstacles: Any, reach: float) -> bool:
-    """Whether a stride may cross a bound or come within reach of an obstacle.
+def _may_touch(states: Any, bulge: float, limits: Limits) -> bool:
+    """Whether a step may cross a bound or come within reach of an obstacle.
 
     Its path lies within `bulge` of the straight lines between beginning, middle and end.
     """
-    if _room(states[1], bounds) < bulge or _room(states[2], bounds) < bulge:
+    if _room(states[1], limits.bounds) < bulge or _room(states[2], limits.bounds) < bulge:
         return True
+    obstacles = limits.obstacles
     if obstacles.shape[0] > 0:
-        far = reach + bulge
+        far = limits.reach + bulge
         x0 = min(states[0, 0], min(states[1, 0], states[2, 0])) - far
         x1 = max(states[0, 0], max(states[1, 0], states[2, 0])) + far
         y0 = min(states[0, 1], min(states[1, 1], states[2, 1])) - far
@@ -160,252 +206,263 @@ def _may_touch(states: Any, bulge: float, bounds: Any, obstacles: Any, reach: fl
 
 
 @inlined
-def _first_touch(work: Work, n: int, bounds: Any, obstacles: Any, reach: float) -> Any:
-    """Where a stride's path first crosses a bound or comes within reach of an obstacle.
+def _first_touch(work: Workspace, n: int, limits: Limits) -> Any:
+    """Where the path of a step first crosses a bound or comes within reach of an obstacle.
 
     From each place the stone goes on by no more than the distance it has left, so that nothing
     is passed however slightly it would be touched.
 
     Returns
     -------
-    knot, tau : a time tau after that knot, or -1 if nothing is touched; the state is in probe
+    node, tau : a time tau after that node, or -1 if nothing is touched; the state is in probe
     contact : whether it is an obstacle
     """
-    knots, probe = work.knots, work.probe
+    nodes, probe = work.nodes, work.probe
     for k in range(n - 1):
-        length = knots[k + 1, 0] - knots[k, 0]
+        length = nodes[k + 1, Node.T] - nodes[k, Node.T]
         if length <= 0.0:
             continue
         fastest = max(
-            math.fabs(knots[k, 4]) + math.fabs(knots[k, 5]),
-            math.fabs(knots[k + 1, 4]) + math.fabs(knots[k + 1, 5]),
+            math.fabs(nodes[k, Node.VX]) + math.fabs(nodes[k, Node.VY]),
+            math.fabs(nodes[k + 1, Node.VX]) + math.fabs(nodes[k + 1, Node.VY]),
         )
         tau = 0.0
         while tau < length:
-            between_knots(knots, k, tau, probe)
-            gap, contact = _gap(probe, bounds, obstacles, reach)
-            if gap < TOUCHING:
+            between_nodes(nodes, k, tau, probe)
+            gap, contact = _gap(probe, limits)
+            if gap < CONTACT_GAP:
                 return k, tau, contact
-            tau += max(gap, TOUCHING) / max(fastest, 1e-6)
+            tau += max(gap, CONTACT_GAP) / max(fastest, 1e-6)
     return -1, 0.0, False
 
 
 @inlined
-def _sample(
-    knots: Any, n: int, t: float, until: float, dt: float, samples: Any, count: int, probe: Any
-) -> int:
-    """Fill samples from a stride that began at t; returns how many there are then."""
+def _sample(work: Workspace, n: int, times: Any, sampling: Sampling, count: int) -> int:
+    """Fill in samples from the n nodes of a step; returns the number of samples then.
+
+    Parameters
+    ----------
+    times : time at which the step began, and time after that up to which to sample [s]
+    """
+    nodes, probe, samples = work.nodes, work.probe, sampling.rows
+    t, until = times
     for k in range(n - 1):
-        length = knots[k + 1, 0] - knots[k, 0]
+        length = nodes[k + 1, Node.T] - nodes[k, Node.T]
         while count < samples.shape[0] and length > 0.0:
-            tau = count * dt - t
-            if tau > until or tau > knots[k + 1, 0]:
+            tau = count * sampling.dt - t
+            if tau > until or tau > nodes[k + 1, Node.T]:
                 break
-            between_knots(knots, k, tau - knots[k, 0], probe)
-            samples[count, 0] = count * dt
-            samples[count, 1] = probe[0]
-            samples[count, 2] = probe[1]
-            samples[count, 3] = probe[2]
+            between_nodes(nodes, k, tau - nodes[k, Node.T], probe)
+            samples[count, 0] = count * sampling.dt
+            samples[count, 1] = probe[State.X]
+            samples[count, 2] = probe[State.Y]
+            samples[count, 3] = probe[State.THETA]
             count += 1
     return count
 
 
 @inlined
-def _append(path: Any, m: int, knots: Any, k: int, t: float) -> int:
-    """Copy a knot to the path; returns how many it has then."""
+def _append(path: Any, m: int, nodes: Any, k: int, t: float) -> int:
+    """Copy a node of the step that began at t to the path; returns the path's length then."""
     if path.shape[0] == 0:
         return 0
     if m < path.shape[0]:
-        path[m, 0] = t + knots[k, 0]
-        for c in range(1, KNOT_SIZE):
-            path[m, c] = knots[k, c]
+        path[m, Node.T] = t + nodes[k, Node.T]
+        for c in range(1, NODE_SIZE):
+            path[m, c] = nodes[k, c]
     return m + 1
 
 
 @inlined
-def _append_state(path: Any, m: int, state: Any, t: float, ax: float, ay: float, at: float) -> int:
-    """Add a state to the path; returns how many knots it has then."""
+def _append_state(path: Any, m: int, state: Any, t: float, acceleration: Any) -> int:
+    """Add a state to the path; returns the path's length then."""
     if path.shape[0] == 0:
         return 0
     if m < path.shape[0]:
-        path[m, 0] = t
+        path[m, Node.T] = t
         for c in range(6):
-            path[m, 1 + c] = state[c]
-        path[m, 7] = ax
-        path[m, 8] = ay
-        path[m, 9] = at
+            path[m, Node.X + c] = state[c]
+        path[m, Node.AX], path[m, Node.AY], path[m, Node.ALPHA] = acceleration
     return m + 1
 
 
 @compiled
-def glide(
+def integrate(
     law: Law,
     motion: Any,
-    clock: float,
-    sweep_start: float,
-    sweep_end: float,
-    bounds: Any,
-    obstacles: Any,
-    reach: float,
-    dt: float,
-    samples: Any,
+    delivery: Delivery,
+    limits: Limits,
+    sampling: Sampling,
     path: Any,
     start: float,
-    work: Work,
+    work: Workspace,
 ) -> Any:
     """Slide a stone on from the state in work.states[2], which becomes the final one.
 
     Parameters
     ----------
-    start : time since release at which it is in that state [s]
-    path : (m, KNOT_SIZE) filled with the knots of the way, at times since release; m = 0 for none
-    law, motion, clock, sweep_start, sweep_end, bounds, obstacles, reach, dt, samples, work : as of
-        `slide_kernel`
+    law : the ice
+    motion : (MOTION_SIZE,) with ORDER and STONE set
+    delivery : clock and sweep
+    limits : what ends the slide before the stone rests
+    sampling : samples to fill in
+    path : (m, NODE_SIZE) filled in with the nodes of the path, at times since release; m = 0 for
+        none
+    start : time since release at which the stone is in that state [s]
+    work : work arrays
 
     Returns
     -------
-    end, t, count : as of `slide_kernel`
-    length : knots of the path; more than m if it had no room for them
+    end : a `SlideEnd`
+    t : time of the end [s]
+    count : number of samples filled in
+    length : number of nodes of the path; more than m if it had no room for them
     """
-    states, parts, pace = work.states, work.parts, work.pace
+    states, terms, control = work.states, work.terms, work.control
+    x_breaks, y_breaks = law.x_breaks, law.y_breaks
     now = states[2]
     t = start
     count = 0
     length = 0
-    gap, contact = _gap(now, bounds, obstacles, reach)
+    gap, contact = _gap(now, limits)
     if gap < 0.0:
         return (SlideEnd.CONTACT if contact else SlideEnd.LEFT_BOUNDS), t, count, length
-    watched = samples.shape[0] > 0 or path.shape[0] > 0
-    motion[SWEPT] = 1.0 if sweep_start <= t < sweep_end else 0.0
+    watched = sampling.rows.shape[0] > 0 or path.shape[0] > 0
+    motion[SWEPT] = 1.0 if delivery.sweep_start <= t < delivery.sweep_end else 0.0
     fresh = True
-    share = pace.first_share
+    share = control.first_share
     before = 1.0
     end = SlideEnd.NEVER_STOPS
-    for _ in range(MAX_STRIDES):
-        speed = math.sqrt(now[3] * now[3] + now[4] * now[4])
-        rim = law.band_radius * math.fabs(now[5])
+    for _ in range(MAX_STEPS):
+        vx, vy, spin = now[State.VX], now[State.VY], now[State.OMEGA]
+        speed = math.sqrt(vx * vx + vy * vy)
+        rim = law.band_radius * math.fabs(spin)
         ax = ay = at = 0.0
         mu = work.moments[4]
         if fresh:
             # P and Q are not known yet: the map's friction alone tells the scale of time.
-            rate = GRAVITY * mu_of_map(law, now[0], now[1])
+            rate = GRAVITY * mu_of_map(law, now[State.X], now[State.Y])
             turn = rate
         else:
-            ax = mu * parts[2, 0] + parts[2, 3]
-            ay = mu * parts[2, 1] + parts[2, 4]
-            at = mu * parts[2, 2] + parts[2, 5]
+            ax = mu * terms[2, 0] + terms[2, 3]
+            ay = mu * terms[2, 1] + terms[2, 4]
+            at = mu * terms[2, 2] + terms[2, 5]
             rate = math.sqrt(ax * ax + ay * ay)
             turn = law.band_radius * math.fabs(at)
-        if max(speed, rim) < pace.rest_speed:
+        if max(speed, rim) < control.rest_speed:
             # Centre and band come to rest together.
-            both = max(math.sqrt(speed * speed + rim * rim), SLOWEST)
+            both = max(math.sqrt(speed * speed + rim * rim), MIN_SPEED)
             tail = both / max((speed * rate + rim * turn) / both, 1e-6)
             way = _way_to_rest(speed, rate, tail)
             turning = _way_to_rest(rim, turn, tail)
-            while count < samples.shape[0] and count * dt <= t + tail:
-                u = count * dt - t
+            while count < sampling.rows.shape[0] and count * sampling.dt <= t + tail:
+                u = count * sampling.dt - t
                 fade = u * (1.0 - 0.5 * u / tail) if tail > 0.0 else 0.0
-                samples[count, 0] = count * dt
-                samples[count, 1] = now[0] + way * now[3]
-                samples[count, 2] = now[1] + way * now[4]
-                samples[count, 3] = now[2] + fade * now[5]
+                sampling.rows[count, 0] = count * sampling.dt
+                sampling.rows[count, 1] = now[State.X] + way * vx
+                sampling.rows[count, 2] = now[State.Y] + way * vy
+                sampling.rows[count, 3] = now[State.THETA] + fade * spin
                 count += 1
-            now[0] += way * now[3]
-            now[1] += way * now[4]
-            now[2] += turning * now[5]
-            now[3] = now[4] = now[5] = 0.0
+            now[State.X] += way * vx
+            now[State.Y] += way * vy
+            now[State.THETA] += turning * spin
+            now[State.VX] = now[State.VY] = now[State.OMEGA] = 0.0
             t += tail
-            length = _append_state(path, length, now, t, 0.0, 0.0, 0.0)
+            length = _append_state(path, length, now, t, (0.0, 0.0, 0.0))
             end = SlideEnd.REST
             break
         if t > MAX_TIME:
             break
         time_left = max(speed, rim) / max(rate, turn, 1e-6)
-        h = min(share * time_left, LONGEST_STRIDE)
+        h = min(share * time_left, MAX_STEP)
         if law.patterned:
-            h = min(h, MOST_KNOTS / 8.0 * law.cell / max(speed, 1e-6))
-        if law.x_breaks.shape[0] > 0 or law.y_breaks.shape[0] > 0:
-            x_ahead = _ahead(law.x_breaks, now[0], now[3])
-            y_ahead = _ahead(law.y_breaks, now[1], now[4])
-            until = min(_time_short_of(x_ahead, now[3], ax), _time_short_of(y_ahead, now[4], ay))
+            h = min(h, MAX_NODES / 8.0 * law.cell / max(speed, 1e-6))
+        if x_breaks.shape[0] > 0 or y_breaks.shape[0] > 0:
+            x_ahead = _ahead(x_breaks, now[State.X], vx)
+            y_ahead = _ahead(y_breaks, now[State.Y], vy)
+            until = min(_time_short_of(x_ahead, vx, ax), _time_short_of(y_ahead, vy, ay))
             if until == 0.0:
                 # At the edge of an effect: hop over it, and begin afresh beyond.
-                hop = 2.0 * EDGE / max(math.fabs(now[3] if x_ahead < EDGE else now[4]), 1e-3)
-                now[0] += hop * (now[3] + 0.5 * hop * ax)
-                now[1] += hop * (now[4] + 0.5 * hop * ay)
-                now[2] += hop * (now[5] + 0.5 * hop * at)
-                now[3] += hop * ax
-                now[4] += hop * ay
-                now[5] += hop * at
+                across = math.fabs(vx if x_ahead < EDGE_MARGIN else vy)
+                hop = 2.0 * EDGE_MARGIN / max(across, 1e-3)
+                now[State.X] += hop * (vx + 0.5 * hop * ax)
+                now[State.Y] += hop * (vy + 0.5 * hop * ay)
+                now[State.THETA] += hop * (spin + 0.5 * hop * at)
+                now[State.VX] += hop * ax
+                now[State.VY] += hop * ay
+                now[State.OMEGA] += hop * at
                 t += hop
                 fresh = True
-                share = pace.first_share
+                share = control.first_share
                 continue
             h = min(h, until)
         switch = np.inf
-        if t < sweep_start:
-            switch = sweep_start
-        elif t < sweep_end:
-            switch = sweep_end
+        if t < delivery.sweep_start:
+            switch = delivery.sweep_start
+        elif t < delivery.sweep_end:
+            switch = delivery.sweep_end
         h = min(h, switch - t)
         for k in range(6):
             states[0, k] = now[k]
         ratio = 0.0 if fresh else h / before
-        aim = pace.aim + pace.aim_share * speed * time_left
-        first, last = stride(law, motion, work, t, clock, h, ratio, time_left, CLOSE * aim)
-        if h > SHORTEST_STRIDE and (
-            _crosses(law.x_breaks, 0, states, h) or _crosses(law.y_breaks, 1, states, h)
-        ):
+        target = control.target_error + control.relative_error * speed * time_left
+        accepted = REPEAT_ABOVE * target
+        times = (t, delivery.clock, h)
+        first, last = take_step(law, motion, work, times, ratio, time_left, accepted)
+        if h > MIN_STEP and (_crosses(x_breaks, 0, states, h) or _crosses(y_breaks, 1, states, h)):
             for k in range(6):
                 now[k] = states[0, k]
-                parts[2, k] = parts[0, k]
+                terms[2, k] = terms[0, k]
             work.moments[4] = mu
             share = 0.5 * h / time_left
             continue
-        if (last > CLOSE * aim or (first > FAR * aim and not fresh)) and h > SHORTEST_STRIDE:
+        missed = last > accepted or (first > SHORTEN_ABOVE * target and not fresh)
+        if missed and h > MIN_STEP:
             for k in range(6):
                 now[k] = states[0, k]
-                parts[2, k] = parts[0, k]
+                terms[2, k] = terms[0, k]
             work.moments[4] = mu
-            shorter = 0.3 if fresh else max(0.3, 0.8 * math.sqrt(math.sqrt(aim / first)))
+            shorter = 0.3 if fresh else max(0.3, 0.8 * math.sqrt(math.sqrt(target / first)))
             share = shorter * h / time_left
             continue
-        if watched or _may_touch(states, rate * h * h / 16.0 + 2e-3, bounds, obstacles, reach):
+        if watched or _may_touch(states, rate * h * h / 16.0 + 2e-3, limits):
+            nodes = work.nodes
             for k in range(6):
-                work.again[0, k] = states[0, k]
-            n = march(law, work.curves, work.towards, h, work.again, work.probe, work.knots)
-            at_knot, tau, contact = _first_touch(work, n, bounds, obstacles, reach)
-            until = h if at_knot < 0 else work.knots[at_knot, 0] + tau
-            for k in range(n if at_knot < 0 else at_knot + 1):
+                work.retraced[0, k] = states[0, k]
+            n = follow_map(law, work.curves, work.direction, h, work.retraced, work.probe, nodes)
+            at_node, tau, contact = _first_touch(work, n, limits)
+            until = h if at_node < 0 else nodes[at_node, Node.T] + tau
+            for k in range(n if at_node < 0 else at_node + 1):
                 if k > 0 or length == 0:
-                    length = _append(path, length, work.knots, k, t)
-            if at_knot >= 0:
+                    length = _append(path, length, nodes, k, t)
+            if at_node >= 0:
                 for k in range(6):
                     now[k] = work.probe[k]
-            count = _sample(work.knots, n, t, until, dt, samples, count, work.probe)
-            if at_knot >= 0:
+            count = _sample(work, n, (t, until), sampling, count)
+            if at_node >= 0:
                 t += until
-                for c in range(3):
-                    u = tau / (work.knots[at_knot + 1, 0] - work.knots[at_knot, 0])
-                    rise = work.knots[at_knot + 1, 7 + c] - work.knots[at_knot, 7 + c]
-                    work.probe[c] = work.knots[at_knot, 7 + c] + u * rise
                 if tau > 0.0:
-                    length = _append_state(
-                        path, length, now, t, work.probe[0], work.probe[1], work.probe[2]
+                    a, b = nodes[at_node], nodes[at_node + 1]
+                    u = tau / (b[Node.T] - a[Node.T])
+                    there = (
+                        a[Node.AX] + u * (b[Node.AX] - a[Node.AX]),
+                        a[Node.AY] + u * (b[Node.AY] - a[Node.AY]),
+                        a[Node.ALPHA] + u * (b[Node.ALPHA] - a[Node.ALPHA]),
                     )
+                    length = _append_state(path, length, now, t, there)
                 end = SlideEnd.CONTACT if contact else SlideEnd.LEFT_BOUNDS
                 break
-        # The error of a prediction grows with the fourth power of the stride.
-        factor = GROWTH if fresh else math.sqrt(math.sqrt(aim / max(first, 1e-2 * aim)))
-        share = min(pace.longest_share, h / time_left * min(max(factor, 0.3), 2.5))
-        remember(work)
+        # The error of a prediction grows with the fourth power of the step.
+        factor = SECOND_STEP if fresh else math.sqrt(math.sqrt(target / max(first, 1e-2 * target)))
+        share = min(control.longest_share, h / time_left * min(max(factor, 0.3), 2.5))
+        store_curves(work)
         before = h
         fresh = False
         if h == switch - t:
             t = switch
-            motion[SWEPT] = 1.0 if sweep_start <= t < sweep_end else 0.0
+            motion[SWEPT] = 1.0 if delivery.sweep_start <= t < delivery.sweep_end else 0.0
             fresh = True
-            share = pace.first_share
+            share = control.first_share
         else:
             t += h
     return end, t, count, length

@@ -6,28 +6,41 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.compiled import compiled
 from curling_env.physics.effects.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.law import Law, compile_law
-from curling_env.physics.one_stone.integrate import MAX_TIME, SlideEnd, glide
-from curling_env.physics.one_stone.step import EXACT, Work, new_work
+from curling_env.physics.one_stone.integrate import (
+    NO_BOUNDS,
+    NO_OBSTACLES,
+    Delivery,
+    Limits,
+    Sampling,
+    SlideEnd,
+    integrate,
+)
+from curling_env.physics.one_stone.step import Workspace, new_workspace
+from curling_env.physics.one_stone.tuning import FINE_TOLERANCE, MAX_TIME
+from curling_env.physics.state import State
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, Direction
 from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
+from curling_env.typing import Floats
 
 __all__ = [
+    "NO_BOUNDS",
     "NO_OBSTACLES",
     "Slide",
     "SlideEnd",
+    "delivery_of",
     "edge_bounds",
-    "new_work",
+    "motion_of",
     "play_bounds",
     "slide",
     "slide_kernel",
+    "state_of",
 ]
 
 
@@ -36,70 +49,28 @@ def slide_kernel(
     law: Law,
     s: Any,
     motion: Any,
-    clock: float,
-    sweep_start: float,
-    sweep_end: float,
-    bounds: Any,
-    obstacles: Any,
-    reach: float,
-    dt: float,
-    samples: Any,
-    work: Work,
+    delivery: Delivery,
+    limits: Limits,
+    sampling: Sampling,
+    work: Workspace,
 ) -> Any:
     """Slide a stone from state s until it rests, leaves the bounds or comes within reach.
 
     Parameters
     ----------
-    law : the ice
-    s : (6,) x, y, vx, vy, theta, omega in the sheet frame; becomes the final state
-    motion : (MOTION_SIZE,) with ORDER and STONE set
-    clock : session time of the release [s]
-    sweep_start, sweep_end : seconds after release [s]
-    bounds : (4,) x_min, x_max, y_min, y_max of the centre [m]
-    obstacles : (k, 2) centres of resting stones [m]
-    reach : distance between centres that ends the slide [m]
-    dt : sample interval [s]
-    samples : (m, 4) filled with t, x, y, theta at 0, dt, 2 dt …; m = 0 for none
-    work : of `new_work`
+    s : (6,) becomes the final state
+    law, motion, delivery, limits, sampling, work : as in `integrate`
 
     Returns
     -------
-    end : a SlideEnd
-    t : time of the end [s]
-    count : samples filled
+    end, t, count : as in `integrate`
     """
-    state = work.states[2]
-    state[0] = s[0]
-    state[1] = s[1]
-    state[2] = s[4]
-    state[3] = s[2]
-    state[4] = s[3]
-    state[5] = s[5]
-    end, t, count, _ = glide(
-        law,
-        motion,
-        clock,
-        sweep_start,
-        sweep_end,
-        bounds,
-        obstacles,
-        reach,
-        dt,
-        samples,
-        work.knots[:0],
-        0.0,
-        work,
-    )
-    s[0] = state[0]
-    s[1] = state[1]
-    s[2] = state[3]
-    s[3] = state[4]
-    s[4] = state[2]
-    s[5] = state[5]
+    for k in range(6):
+        work.states[2, k] = s[k]
+    end, t, count, _ = integrate(law, motion, delivery, limits, sampling, work.nodes[:0], 0.0, work)
+    for k in range(6):
+        s[k] = work.states[2, k]
     return end, t, count
-
-
-NO_OBSTACLES = np.empty((0, 2))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,14 +96,14 @@ class Slide:
     trajectory: Trajectory | None = field(default=None, repr=False)
 
 
-def edge_bounds(ice: Ice) -> NDArray[np.float64]:
+def edge_bounds(ice: Ice) -> Floats:
     """Bounds of a stone's centre while the whole stone is on the ice, (4,) [m]."""
     x = ice.sheet.width / 2 - ice.stone.radius
     y = ice.sheet.length / 2 - ice.stone.radius
     return np.array([-x, x, -y, y])
 
 
-def play_bounds(ice: Ice, direction: Direction) -> NDArray[np.float64]:
+def play_bounds(ice: Ice, direction: Direction) -> Floats:
     """Bounds of a stone's centre while it is in play or on its way there, (4,) [m].
 
     It touches neither side line and is not wholly past the back line it is played to.
@@ -143,14 +114,31 @@ def play_bounds(ice: Ice, direction: Direction) -> NDArray[np.float64]:
     return np.array([-x, x, -start, back] if direction > 0 else [-x, x, -back, start])
 
 
+def state_of(stone: Any) -> Floats:
+    """The state (6,) of a `Release`, or of anything else with the same fields."""
+    return np.array([stone.x, stone.y, stone.vx, stone.vy, stone.theta, stone.omega])
+
+
+def motion_of(release: Release) -> Floats:
+    """What effects read of a release besides its state, (MOTION_SIZE,)."""
+    motion = np.zeros(MOTION_SIZE)
+    motion[[ORDER, STONE]] = release.order, release.stone
+    return motion
+
+
+def delivery_of(release: Release) -> Delivery:
+    """Clock and sweep of a release."""
+    return Delivery(release.clock, release.sweep_start, release.sweep_end)
+
+
 def slide(
     ice: Ice,
     release: Release,
     *,
-    bounds: NDArray[np.float64] | None = None,
+    bounds: Floats | None = None,
     fps: float | None = None,
     throw: int = 0,
-    tolerance: float = EXACT,
+    tolerance: float = FINE_TOLERANCE,
 ) -> Slide:
     """Path of a lone stone on an ice from its release.
 
@@ -167,40 +155,32 @@ def slide(
     ------
     InputError : a stone that starts outside the bounds, or ice on which it never stops
     """
-    law = compile_law(ice)
     bounds = edge_bounds(ice) if bounds is None else bounds
-    state = np.array([release.x, release.y, release.vx, release.vy, release.theta, release.omega])
-    motion = np.zeros(MOTION_SIZE)
-    motion[ORDER] = release.order
-    motion[STONE] = release.stone
+    state = state_of(release)
     dt = 1.0 / fps if fps else 1.0
     samples = np.empty((int(MAX_TIME / dt) + 1 if fps else 0, 4))
     end, time, count = slide_kernel(
-        law,
+        compile_law(ice),
         state,
-        motion,
-        release.clock,
-        release.sweep_start,
-        release.sweep_end,
-        bounds,
-        NO_OBSTACLES,
-        0.0,
-        dt,
-        samples,
-        new_work(tolerance),
+        motion_of(release),
+        delivery_of(release),
+        Limits(bounds, NO_OBSTACLES, 0.0),
+        Sampling(dt, samples),
+        new_workspace(tolerance),
     )
     if time == 0.0 and end == SlideEnd.LEFT_BOUNDS:
         raise InputError(f"the stone starts off the ice, at ({release.x:g}, {release.y:g}) m")
     if end == SlideEnd.NEVER_STOPS:
+        speed = np.hypot(state[State.VX], state[State.VY])
         raise InputError(
-            f"the stone never stops on this ice: still {np.hypot(state[2], state[3]):.3g} m/s "
-            f"after {time:.0f} s; check its friction and slope"
+            f"the stone never stops on this ice: still {speed:.3g} m/s after {time:.0f} s; "
+            "check its friction and slope"
         )
     trajectory = None
     if fps:
         rows = samples[:count]
         if count == 0 or time > rows[-1, 0] + 1e-9:
-            rows = np.vstack([rows, [time, state[0], state[1], state[4]]])
+            rows = np.vstack([rows, [time, *state[[State.X, State.Y, State.THETA]]]])
         swept = (rows[:, 0] >= release.sweep_start) & (rows[:, 0] < release.sweep_end)
         trajectory = Trajectory(
             t=rows[:, 0].copy(),
@@ -211,7 +191,7 @@ def slide(
             stone=release.stone,
             clock=release.clock,
         )
-    x, y, vx, vy, theta, omega = (float(value) for value in state)
+    x, y, vx, vy, theta, omega = state.tolist()
     return Slide(
         end=SlideEnd(end),
         x=x,

@@ -6,6 +6,7 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
+from curling_env.physics.effects.motion import GRAVITY
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.candidates import FORMS, UNDECIDABLE, Term, forms
 from friction_estimation.discovery.model.model import Model
@@ -67,6 +68,6 @@ def _first_friction(session: Session) -> float:
         t = session.times[rows]
         moved = np.hypot(*(session.xy[rows] - session.xy[rows][0]).T)
         if len(t) > 20:
-            found.append(-2.0 * float(np.polyfit(t, moved, 2)[0]) / 9.80665)
+            found.append(-2.0 * float(np.polyfit(t, moved, 2)[0]) / GRAVITY)
     mu = float(np.median(found)) if found else USUAL_FRICTION
     return float(np.clip(mu, 1e-3, 0.1))

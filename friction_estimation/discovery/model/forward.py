@@ -23,7 +23,9 @@ from curling_env.physics.effects.motion import (
     SWEPT,
     T,
 )
-from curling_env.physics.law import feel, mu_of_map
+from curling_env.physics.law import law_terms, mu_of_map
+from curling_env.physics.one_stone.step import quintic
+from curling_env.physics.state import State
 
 LONGEST_STEP = 0.5
 """Longest step on ice whose law is smooth [s]."""
@@ -102,20 +104,21 @@ def _derivative(
     s: Any,
     d: Any,
 ):
-    """Rate d of change of the state s (x, y, vx, vy, theta, omega) at time t."""
+    """Rate d (6,) of change of the state s (6,) at time t."""
+    x, y, vx, vy, spin = s[State.X], s[State.Y], s[State.VX], s[State.VY], s[State.OMEGA]
     motion[T] = t
     motion[CLOCK] = clock + t
-    motion[HEADING] = s[4]
-    feel(law, motion, push, s[0], s[1], s[2], s[3], s[5], parts)
-    mu = mu_of_map(law, s[0], s[1])
+    motion[HEADING] = s[State.THETA]
+    law_terms(law, motion, push, x, y, vx, vy, spin, parts)
+    mu = mu_of_map(law, x, y)
     if wear.along_path != 0.0:
-        mu *= _worn(wear, throw, s[0], s[1])
-    d[0] = s[2]
-    d[1] = s[3]
-    d[4] = s[5]
-    d[2] = mu * parts[0] + parts[3]
-    d[3] = mu * parts[1] + parts[4]
-    d[5] = mu * parts[2] + parts[5]
+        mu *= _worn(wear, throw, x, y)
+    d[State.X] = vx
+    d[State.Y] = vy
+    d[State.THETA] = spin
+    d[State.VX] = mu * parts[0] + parts[3]
+    d[State.VY] = mu * parts[1] + parts[4]
+    d[State.OMEGA] = mu * parts[2] + parts[5]
 
 
 @inlined
@@ -151,17 +154,11 @@ def _time_to_break(breaks: Any, position: float, velocity: float) -> float:
 @inlined
 def _between(s0: Any, d0: Any, s1: Any, d1: Any, h: float, u: float, out: Any) -> None:
     """State at the fraction u of a step: quintics through both ends' motion."""
-    for p in (0, 1, 4):
-        v = p + 2 if p < 2 else 5
-        v0, a0, v1, a1 = s0[v], d0[v], s1[v], d1[v]
-        d = s1[p] - s0[p] - h * (v0 + 0.5 * h * a0)
-        e = h * (v1 - v0 - h * a0)
-        f = h * h * (a1 - a0)
-        c3 = 10.0 * d - 4.0 * e + 0.5 * f
-        c4 = -15.0 * d + 7.0 * e - f
-        c5 = 6.0 * d - 3.0 * e + 0.5 * f
-        out[p] = s0[p] + u * (h * v0 + u * (0.5 * h * h * a0 + u * (c3 + u * (c4 + u * c5))))
-        out[v] = v0 + u * (h * a0 + u * (3.0 * c3 + u * (4.0 * c4 + u * 5.0 * c5)) / h)
+    for p in range(3):
+        position, rate = (State.THETA, State.OMEGA) if p == 2 else (p, State.VX + p)
+        begin = s0[position], s0[rate], d0[rate]
+        end = s1[position], s1[rate], d1[rate]
+        out[position], out[rate] = quintic(begin, end, h, u)
 
 
 @compiled
@@ -201,31 +198,33 @@ def _slide_at(
     for _ in range(MAX_STEPS):
         if row >= n:
             return
-        speed = sqrt(s[2] * s[2] + s[3] * s[3])
-        fastest = max(speed, fabs(s[5]) * law.band_radius)
-        rate = sqrt(d[2] * d[2] + d[3] * d[3])
+        vx, vy, spin = s[State.VX], s[State.VY], s[State.OMEGA]
+        ax, ay, turn = d[State.VX], d[State.VY], d[State.OMEGA]
+        speed = sqrt(vx * vx + vy * vy)
+        fastest = max(speed, fabs(spin) * law.band_radius)
+        rate = sqrt(ax * ax + ay * ay)
         if fastest < REST_SPEED:
             tail = speed / max(rate, 1e-6)
             while row < n:
                 u = min(times[row] - t, tail)
                 left = 1.0 - u / tail if tail > 0.0 else 0.0
                 fade = u * (0.5 + 0.5 * left)
-                for p in (0, 1, 4):
-                    v = p + 2 if p < 2 else 5
-                    out[row, p] = s[p] + fade * s[v]
-                    out[row, v] = s[v] * left
+                for p in range(3):
+                    position, velocity = (State.THETA, State.OMEGA) if p == 2 else (p, State.VX + p)
+                    out[row, position] = s[position] + fade * s[velocity]
+                    out[row, velocity] = s[velocity] * left
                 row += 1
             return
         if switch < switches.shape[0] and switches[switch] <= t + 1e-9:
             motion[SWEPT] = 1.0 - motion[SWEPT]
             _derivative(law, wear, throw, motion, push, parts, clock, t, s, d)
             switch += 1
-        h = SPEED_SHARE * fastest / max(rate, fabs(d[5]) * law.band_radius, 1e-9)
+        h = SPEED_SHARE * fastest / max(rate, fabs(turn) * law.band_radius, 1e-9)
         h = min(longest, h)
         if switch < switches.shape[0]:
             h = min(h, switches[switch] - t)
-        h = min(h, _time_to_break(law.x_breaks, s[0], s[2]))
-        h = max(min(h, _time_to_break(law.y_breaks, s[1], s[3])), 1e-6)
+        h = min(h, _time_to_break(law.x_breaks, s[State.X], vx))
+        h = max(min(h, _time_to_break(law.y_breaks, s[State.Y], vy)), 1e-6)
         _copy(s, before)
         _copy(d, d0)
         for j in range(6):

@@ -28,7 +28,7 @@ from curling_env.physics.effects.motion import (
     SWEPT,
     T,
 )
-from curling_env.physics.law import Law, compile_law, feel, mu_of_map
+from curling_env.physics.law import Law, compile_law, law_terms, mu_of_map
 from curling_env.typing import Floats, Indices
 from friction_estimation.inversion.throw.path import PATH_STEP, StonePath
 
@@ -260,7 +260,7 @@ def _along(
     ty = heading[i, 1] + u * (heading[i + 1, 1] - heading[i, 1])
     speed = max(v, 1e-6)
     omega = spin[0] * (speed / spin[2]) ** spin[1]
-    feel(law, motion, push, x, y, speed * tx, speed * ty, omega, work)
+    law_terms(law, motion, push, x, y, speed * tx, speed * ty, omega, work)
     work[6] = mu_of_map(law, x, y)
     work[7] = work[0] * tx + work[1] * ty
     work[8] = work[3] * tx + work[4] * ty

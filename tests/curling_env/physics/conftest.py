@@ -1,8 +1,8 @@
 """What the engines are measured against, and ices and throws drawn to do it on.
 
 `slide_finely` integrates the public law plainly: fourth-order steps of a tenth of a millisecond,
-each cut in two where it crosses a line of the map or the edge of an effect. Nothing of strides,
-parabolas or tails. Halving the step moves its rests by a few micrometres.
+each cut in two where it crosses a line of the map or the edge of an effect. It shares no steps,
+parabolas or tails with the engines. Halving the step moves its rests by a few micrometres.
 """
 
 from __future__ import annotations
@@ -30,6 +30,8 @@ from curling_env.physics.effects.motion import (
     T,
 )
 from curling_env.physics.law import Law, accelerate, compile_law
+from curling_env.physics.one_stone.slide import state_of
+from curling_env.physics.state import State
 from curling_env.throw import Release, Throw
 
 STEP = 1e-4
@@ -54,11 +56,15 @@ def _rates(
 ) -> None:
     motion[T] = t
     motion[CLOCK] = clock + t
-    motion[HEADING] = s[2]
-    d[0] = s[3]
-    d[1] = s[4]
-    d[2] = s[5]
-    d[3], d[4], d[5] = accelerate(law, motion, push, parts, s[0], s[1], s[3], s[4], s[5])
+    x, y, vx, vy, spin = s[State.X], s[State.Y], s[State.VX], s[State.VY], s[State.OMEGA]
+    motion[HEADING] = s[State.THETA]
+    d[State.X] = vx
+    d[State.Y] = vy
+    d[State.THETA] = spin
+    ax, ay, turn = accelerate(law, motion, push, parts, x, y, vx, vy, spin)
+    d[State.VX] = ax
+    d[State.VY] = ay
+    d[State.OMEGA] = turn
 
 
 @compiled
@@ -74,7 +80,7 @@ def _step(
     work: Any,
     out: Any,
 ) -> None:
-    """Classical Runge–Kutta from state s (x, y, theta, vx, vy, spin) to out."""
+    """Classical Runge–Kutta from state s (6,) to out."""
     middle = work[4]
     for stage in range(4):
         ahead = 0.0 if stage == 0 else (h if stage == 3 else 0.5 * h)
@@ -135,7 +141,8 @@ def _slide(
         if u < 1.0:
             step *= u * (1.0 + 1e-7)
             _step(law, motion, push, parts, clock, t, step, s, work, after)
-        if sqrt(s[3] * s[3] + s[4] * s[4]) < AT_REST and law.band_radius * fabs(s[5]) < AT_REST:
+        speed = sqrt(s[State.VX] * s[State.VX] + s[State.VY] * s[State.VY])
+        if speed < AT_REST and law.band_radius * fabs(s[State.OMEGA]) < AT_REST:
             return t, True
         for k in range(6):
             s[k] = after[k]
@@ -149,7 +156,7 @@ def _slide_finely(ice: Ice, release: Release, bounds: NDArray[np.float64]) -> Re
     """Where a lone stone comes to rest, or leaves the bounds."""
     motion = np.zeros(MOTION_SIZE)
     motion[ORDER], motion[STONE] = release.order, release.stone
-    state = np.array([release.x, release.y, release.theta, release.vx, release.vy, release.omega])
+    state = state_of(release)
     time, rests = _slide(
         compile_law(ice),
         motion,
@@ -163,7 +170,8 @@ def _slide_finely(ice: Ice, release: Release, bounds: NDArray[np.float64]) -> Re
         state,
         np.zeros((6, 6)),
     )
-    return Rest(*(float(value) for value in state[:3]), float(time), bool(rests))
+    place = state[[State.X, State.Y, State.THETA]].tolist()
+    return Rest(*place, float(time), bool(rests))
 
 
 def _draw_ice(rng: np.random.Generator) -> Ice:

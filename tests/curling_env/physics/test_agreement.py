@@ -1,8 +1,8 @@
 """One law, two engines: a batch of positions against the engine whose contacts are pymunk's.
 
-The engine takes Runge–Kutta steps, follows contacts on quintics and lets pymunk resolve them; the
-batch takes strides, follows contacts on cubics and resolves them by its own impulse. They share the
-law and nothing else, once a second stone moves.
+The engine takes Runge–Kutta steps, follows contacts on quintics and lets pymunk resolve them. The
+batch takes steps of another kind, follows contacts on cubics and resolves them by its own impulse.
+Once a second stone moves, they share the law and nothing else.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from curling_env.ice import Ice
 from curling_env.physics.batch import Positions, play_batch
 from curling_env.physics.engine import Engine, Outcome, Status, StoneState
 from curling_env.physics.one_stone.slide import play_bounds, slide
-from curling_env.physics.one_stone.step import EXACT
+from curling_env.physics.one_stone.tuning import FINE_TOLERANCE
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.throw import Release, Throw
 
@@ -27,7 +27,7 @@ ELSEWHERE = StoneState(x=1.9, y=-19.0, vx=-1e-3)
 
 def in_batch(ice: Ice, stones: np.ndarray, release: Release) -> Positions:
     bounds = play_bounds(ice, Direction.AWAY)
-    return play_batch(ice, stones[None], [release], bounds=bounds, tolerance=EXACT)
+    return play_batch(ice, stones[None], [release], bounds=bounds, tolerance=FINE_TOLERANCE)
 
 
 def in_engine(ice: Ice, stones: np.ndarray, release: Release) -> Outcome:
@@ -70,7 +70,7 @@ def test_one_collision_agrees_to_a_millimetre(seed, draw_ice) -> None:
     ice = draw_ice(rng)
     stones, release = hit(rng, ice)
     batch, engine = in_batch(ice, stones, release), in_engine(ice, stones, release)
-    assert batch.meetings[0] == 1
+    assert batch.collisions[0] == 1
     off = np.hypot(*(batch.last[0] - ends(engine)).T).max()
     # A thin hit magnifies what the paths are off by: by how much, a nudge of 1 µm tells.
     nudged = in_batch(ice, stones + np.array([1e-6, 0.0]), release)

@@ -14,8 +14,10 @@ from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
 from curling_env.physics.effects.motion import MOTION_SIZE
 from curling_env.physics.engine import Engine, Status, StoneState, resolve_contact
 from curling_env.physics.law import compile_law
+from curling_env.physics.one_stone.integrate import Delivery, Limits, Sampling
 from curling_env.physics.one_stone.slide import SlideEnd, play_bounds, slide, slide_kernel
-from curling_env.physics.one_stone.step import EXACT, new_work
+from curling_env.physics.one_stone.step import new_workspace
+from curling_env.physics.one_stone.tuning import FINE_TOLERANCE
 from curling_env.sheet import (
     BACK_LINE_Y,
     HOG_LINE_Y,
@@ -116,9 +118,14 @@ def test_a_hit_rolls_out_where_the_textbook_impulse_sends_it(ice, offset):
     here = np.array([[target.x, target.y]])
     bounds = play_bounds(ice, Direction.AWAY)
     end, _, _ = slide_kernel(
-        compile_law(ice), state, np.zeros(MOTION_SIZE), 0.0, 0.0, 0.0, bounds, here, 2 * R, 1.0,
-        np.empty((0, 4)), new_work(EXACT),
-    )  # fmt: skip
+        compile_law(ice),
+        state,
+        np.zeros(MOTION_SIZE),
+        Delivery(0.0, 0.0, 0.0),
+        Limits(bounds, here, 2 * R),
+        Sampling(1.0, np.empty((0, 4))),
+        new_workspace(FINE_TOLERANCE),
+    )
     assert end == SlideEnd.CONTACT
     struck = np.array([target.x, target.y, 0, 0, target.theta, 0])
     after = impulse(state, struck, ice.stone)

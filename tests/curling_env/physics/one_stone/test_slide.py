@@ -13,7 +13,7 @@ from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, Ice, load_ice
 from curling_env.physics.effects.speed_dependent_friction import SLOWEST_SLIP
 from curling_env.physics.one_stone.slide import SlideEnd, edge_bounds, play_bounds, slide
-from curling_env.physics.one_stone.step import EXACT, QUICK
+from curling_env.physics.one_stone.tuning import FINE_TOLERANCE, QUICK_TOLERANCE
 from curling_env.sheet import HOG_LINE_Y, Direction
 from curling_env.throw import Release, Throw
 
@@ -64,7 +64,7 @@ def test_rest_on_rough_ice_is_that_of_plain_small_steps(
     ice, release = draw_ice(rng), draw_release(rng)
     expected = slide_finely(ice, release, FAR)
     assert expected.rests
-    for tolerance in (EXACT, QUICK):
+    for tolerance in (FINE_TOLERANCE, QUICK_TOLERANCE):
         path = slide(ice, release, bounds=FAR, tolerance=tolerance)
         assert np.hypot(path.x - expected.x, path.y - expected.y) < tolerance
         assert path.time == pytest.approx(expected.time, abs=0.02)
@@ -88,7 +88,7 @@ def test_samples_lie_on_the_path_and_do_not_change_it() -> None:
     assert np.diff(track.t[:-1]) == pytest.approx(1 / 60, abs=1e-9)
     assert track.xy[-1] == pytest.approx([path.x, path.y], abs=1e-12)
     jerk = np.diff(track.xy[:-1], n=3, axis=0)
-    assert np.abs(jerk).max() < 1e-4  # no jumps where strides meet
+    assert np.abs(jerk).max() < 1e-4  # no jumps where steps meet
 
 
 @given(st.floats(0.05, 3.0), st.floats(-4, 4), st.floats(-0.03, 0.03))

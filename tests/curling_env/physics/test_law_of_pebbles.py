@@ -1,20 +1,64 @@
-"""The paper's sum over pebbles, and the compiled law as its limit."""
+"""The paper's equations 5-8 as written, friction summed over pebbles, and the law as their limit.
+
+Corrected against the printed paper: f is the load of one contact, mg/J; both components carry the
+minus sign; γ takes the quadrant of the slip; and the torque sums r × F over the contacts.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from curling_env.ice import ActiveEffect, Ice
+from curling_env.physics.effects.motion import GRAVITY
 from curling_env.physics.effects.speed_dependent_friction import SLOWEST_SLIP
 from curling_env.physics.law import acceleration
-from curling_env.physics.pebbles import friction_of_pebbles
 from curling_env.sheet import RULE_BOOK_STONE as STONE
+from curling_env.sheet import Stone
+from curling_env.typing import Floats
 
 MU = 0.0085
-WEIGHT = STONE.mass * 9.80665
+WEIGHT = STONE.mass * GRAVITY
 STATES = [((0.3, 2.0), 1.5), ((-0.02, 0.05), -1.5), ((0.0, 0.03), 3.0), ((0.5, -0.1), 0.0)]
 STATE = pytest.mark.parametrize(("velocity", "spin"), STATES)
+
+
+def friction_of_pebbles(
+    stone: Stone,
+    velocity: tuple[float, float],
+    spin: float,
+    friction: Callable[[Floats], Floats],
+    pebbles: int,
+) -> tuple[Floats, float]:
+    """Force and torque of friction on a stone that stands on J pebbles, evenly round its band.
+
+    Parameters
+    ----------
+    stone : its mass and the radius of its running band count
+    velocity : of the centre, sheet frame [m/s]
+    spin : counter-clockwise positive [rad/s]
+    friction : coefficient of friction at each slip, (J,) [m/s] -> (J,)
+    pebbles : J
+
+    Returns
+    -------
+    force : (2,) sheet frame [N]
+    torque : counter-clockwise about the centre [N m]
+
+    Source
+    ------
+    The paper's equations 5 (slip of a contact), 6 (torque), 7 and 8 (force).
+    """
+    phi = 2 * np.pi * (np.arange(pebbles) + 0.5) / pebbles
+    x, y = stone.band_radius * np.cos(phi), stone.band_radius * np.sin(phi)
+    slip_x, slip_y = velocity[0] - spin * y, velocity[1] + spin * x
+    gamma = np.arctan2(slip_x, slip_y)
+    load = stone.mass * GRAVITY / pebbles
+    grip = friction(np.hypot(slip_x, slip_y)) * load
+    force_x, force_y = -grip * np.sin(gamma), -grip * np.cos(gamma)
+    return np.array([force_x.sum(), force_y.sum()]), float((x * force_y - y * force_x).sum())
 
 
 def error(

@@ -1,0 +1,40 @@
+"""Numbers that were tuned for stones that move at the same time."""
+
+from __future__ import annotations
+
+# --- common steps ------------------------------------------------------------------------------
+MAX_STEP = 0.5
+"""Longest Runge–Kutta step [s]."""
+MAX_SPEED_LOSS = 0.2
+"""Share of its speed that a stone may lose in one step."""
+SKIPPED_LINE = 2e-3
+"""Distance to a line of a bilinear map, where friction bends, below which a step may cross it [m].
+The error is 1e-8 m."""
+JUMP_MARGIN = 1e-5
+"""Distance before a place where friction jumps at which steps end, to hop over it [m]. A stage
+beyond it would apply for a whole step what holds there: at 2 m/s, millimetres at rest."""
+REST_SPEED = 2e-3
+"""Speed of centre and band below which a stone stops uniformly [m/s]; it goes 20 µm more."""
+CREEP = 1e-3
+"""Closing speed below which stones that only just touch are left alone [m/s].
+
+Friction may press two touching stones together, and restitution would then have them bounce ever
+faster and lower. Below this speed they overlap instead."""
+CREEP_OVERLAP = 1e-5
+"""Overlap up to which stones may creep closer at CREEP [m]."""
+OVERLAPPING_CREEP = 5e-5
+"""Closing speed below which stones that overlap by more are left alone [m/s].
+
+Curl can steer a slow stone into one it slides along, for seconds and always slower than CREEP."""
+PIECES_OF_A_STEP = 8
+"""Parts of a step in which the distance of two stones is taken to have at most one minimum."""
+MAX_STEPS = 20_000
+"""Steps after which stones are given up that never stop because the ice drives them."""
+
+# --- from event to event -----------------------------------------------------------------------
+CONTACT_GAP = 1e-6
+"""Gap below which two stones touch [m]."""
+MIN_PARTING_SPEED = 1e-3
+"""Least speed at which stones part after a collision [m/s], so that none is carried along."""
+MAX_COLLISIONS = 500
+"""Collisions after which a throw is given up."""
