@@ -1,4 +1,4 @@
-"""Pictures of the sheet from above: one renderer for windows, films and documents."""
+"""Pictures of the sheet: from above for windows and films, and figures for reports."""
 
 from curling_env.render.playback import drawn_stones, playback_frames, scene_at
 from curling_env.render.renderer import BLUE, RED, YELLOW, DrawnScene, DrawnStone, SheetRenderer

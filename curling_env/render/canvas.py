@@ -1,28 +1,27 @@
-"""Drawing in metres: a rectangle of a picture through which part of the sheet is seen.
+"""Drawing in metres into a rectangle of a picture that shows part of the sheet.
 
-The sheet lies on its side, play runs to the right: a point (x, y) of the delivery frame is drawn y
-metres along and x metres down.
+The sheet lies on its side and play runs to the right: a point (x, y) of the delivery frame is drawn
+y metres to the right and x metres down.
 """
 
-# OpenCV's stubs leave images untyped; drawing talks to it here and in text.py only.
+# OpenCV's stubs leave images untyped.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
 # pyright: reportUnknownArgumentType=false
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from curling_env.typing import Image
+from curling_env.typing import Floats, Image
 
 Colour = tuple[int, int, int]
 
 _BITS = 5
-"""Binary places of a pixel in which OpenCV is given coordinates."""
+"""Number of binary places of a pixel in the coordinates that OpenCV is given."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,10 +30,10 @@ class Canvas:
 
     Parameters
     ----------
-    image : (height, width, 3) RGB, a view into the whole picture; drawn on in place
-    left_y : delivery-frame y at its left edge [m]
-    top_x : delivery-frame x at its upper edge [m]
-    scale : pixels a metre
+    image : (height, width, 3) RGB, a view into the whole picture; it is drawn on in place
+    left_y : y at its left edge, delivery frame [m]
+    top_x : x at its upper edge, delivery frame [m]
+    scale : pixels per metre
     """
 
     image: Image
@@ -42,18 +41,14 @@ class Canvas:
     top_x: float
     scale: float
 
-    def on(self, picture: Image) -> Canvas:
-        """The same view of another picture of the same size, given this view's image from it."""
-        return Canvas(image=picture, left_y=self.left_y, top_x=self.top_x, scale=self.scale)
-
-    def pixels(self, xy: ArrayLike) -> NDArray[np.float64]:
+    def pixels(self, xy: ArrayLike) -> Floats:
         """Pixel coordinates (..., 2) of points in the delivery frame [m]."""
         points = np.asarray(xy, dtype=np.float64)
         along = (points[..., 1] - self.left_y) * self.scale
         down = (points[..., 0] - self.top_x) * self.scale
         return np.stack([along, down], axis=-1) - 0.5
 
-    def points(self) -> NDArray[np.float64]:
+    def points(self) -> Floats:
         """The point of the delivery frame under every pixel, (height, width, 2) [m]."""
         height, width = self.image.shape[:2]
         y = self.left_y + (np.arange(width) + 0.5) / self.scale
@@ -72,7 +67,7 @@ class Canvas:
         self._circle(centre, radius * self.scale, colour, width_px)
 
     def dot(self, centre: ArrayLike, radius_px: float, colour: Colour) -> None:
-        """A filled circle whose size does not follow the scale."""
+        """A filled circle; radius in pixels."""
         self._circle(centre, radius_px, colour, cv2.FILLED)
 
     def _circle(self, centre: ArrayLike, radius_px: float, colour: Colour, width: int) -> None:
@@ -98,17 +93,11 @@ class Canvas:
         self.image[v0:v1, u0:u1] = colour
 
 
-def tint(image: Image, colours: NDArray[np.float64]) -> None:
-    """Multiply an image by colours (height, width, 3) in 0–1, as dye in the ice would."""
+def tint(image: Image, colours: Floats) -> None:
+    """Multiply an image in place by colours (height, width, 3) in 0–1, as dye in ice does."""
     image[:] = np.round(image * colours).astype(np.uint8)
 
 
 def blank(width: int, height: int, colour: Colour) -> Image:
     """A picture of one colour."""
     return np.full((height, width, 3), colour, dtype=np.uint8)
-
-
-def shade(image: Image, mask: Any, colour: Colour) -> None:
-    """Lay a colour over an image with opacity mask (height, width) in 0–1."""
-    weight = mask[..., None]
-    image[:] = np.round(image * (1 - weight) + weight * np.array(colour)).astype(np.uint8)

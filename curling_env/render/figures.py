@@ -1,9 +1,9 @@
-"""The sheet as a curler knows it, drawn with Matplotlib for reports; nothing here needs a display.
+"""The sheet drawn with Matplotlib for reports; no display is needed.
 
-Films and windows, which need many pictures a second, are drawn by `curling_env.render`.
+Films and windows need many pictures a second: they are drawn by `renderer`.
 """
 
-# Matplotlib ships partial types: what comes out of it is unknown, not wrong.
+# Matplotlib's types are incomplete.
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
 # pyright: reportUnknownVariableType=false, reportMissingTypeStubs=false
 
@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Circle, Ellipse
 from numpy.typing import ArrayLike
+from scipy.ndimage import map_coordinates
 
 from curling_env.sheet import (
     BACK_LINE_Y,
@@ -36,10 +37,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Projection = Callable[[ArrayLike], Floats]
-"""Turns points (..., 2) of the sheet frame into places of the drawing."""
+"""Turns points (..., 2) of the sheet frame into points of the drawing."""
 
 RING_COLOURS = ("#7fa8d6", "#ffffff", "#e58a86", "#ffffff")
-"""12-, 8- and 4-foot ring and button, pale enough for paths and stones to stand out."""
+"""12-, 8- and 4-foot ring and button, pale so that paths and stones stand out."""
 HOG_COLOUR = "#c8433f"
 ICE_COLOUR = "#f4f8fb"
 PATH_COLOUR = "#123a63"
@@ -54,13 +55,13 @@ TRACK_COLOURS = ("#123a63", "#b5541c", "#2b7a4b", "#7a3b8f", "#a38414", "#137f8f
 
 
 def lengthwise(xy: ArrayLike) -> Floats:
-    """The whole sheet lying down: home end on the left, seen from above and not mirrored."""
+    """The whole sheet on its side, seen from above: the home end is on the left."""
     points = np.asarray(xy, dtype=np.float64)
     return np.stack([points[..., 1], -points[..., 0]], axis=-1)
 
 
 def from_the_thrower(direction: Direction) -> Projection:
-    """The end played to as the thrower sees it, the tee at the origin and play going up."""
+    """The end played to as the thrower sees it: the tee is the origin and play goes up."""
 
     def view(xy: ArrayLike) -> Floats:
         return to_delivery(xy, direction)
@@ -71,7 +72,7 @@ def from_the_thrower(direction: Direction) -> Projection:
 def draw_sheet(
     ax: Axes, sheet: Sheet, view: Projection = lengthwise, *, rings: float = 1.0
 ) -> None:
-    """Ice, lines and both houses; `rings` is their opacity, low over a friction map."""
+    """Draw ice, lines and both houses; `rings` is the opacity of the rings, low over a map."""
     x, y = sheet.width / 2, sheet.length / 2
     edge = view([(-x, -y), (x, -y), (x, y), (-x, y)])
     ax.fill(*edge.T, facecolor=ICE_COLOUR if rings == 1.0 else "none", edgecolor=FAINT, lw=1)
@@ -79,10 +80,10 @@ def draw_sheet(
         tee = view((0.0, end * TEE_Y))
         for radius, colour in zip(RING_RADII, RING_COLOURS, strict=True):
             face = colour if rings == 1.0 else "none"
+            centre = (tee[0], tee[1])
             ax.add_patch(
-                Circle((tee[0], tee[1]), radius, facecolor=face, edgecolor=FAINT, lw=0.6,
-                       alpha=rings)
-            )  # fmt: skip
+                Circle(centre, radius, facecolor=face, edgecolor=FAINT, lw=0.6, alpha=rings)
+            )
         for place, colour, width in (
             (TEE_Y, FAINT, 0.7),
             (BACK_LINE_Y, FAINT, 0.7),
@@ -96,7 +97,7 @@ def draw_sheet(
 
 
 def show_lengthwise(ax: Axes, sheet: Sheet) -> None:
-    """Limits and ticks of a lengthwise drawing, in sheet coordinates."""
+    """Set limits and ticks of a lengthwise drawing."""
     ax.set_xlim(-sheet.length / 2 - 0.2, sheet.length / 2 + 0.2)
     ax.set_ylim(-sheet.width / 2 - 0.1, sheet.width / 2 + 0.1)
     ax.set_xticks([-TEE_Y, -HOG_LINE_Y, 0, HOG_LINE_Y, TEE_Y])
@@ -106,7 +107,7 @@ def show_lengthwise(ax: Axes, sheet: Sheet) -> None:
 
 
 def show_house(ax: Axes, sheet: Sheet, *, short: float = 4.0, past: float = 2.6) -> None:
-    """Limits of the house seen by the thrower, from `short` of the tee to `past` it [m]."""
+    """Set limits to the house seen by the thrower, from `short` of the tee to `past` it [m]."""
     ax.set_xlim(-sheet.width / 2 - 0.05, sheet.width / 2 + 0.05)
     ax.set_ylim(-short, past)
     ax.set_xticks([-2, -1, 0, 1, 2])
@@ -125,15 +126,13 @@ def draw_map(
     smooth: bool = True,
     **style: Any,
 ) -> Any:
-    """A value per cell, (rows, columns), as a heat layer; returns it for a colour bar."""
+    """Draw values (rows, columns) of the cells as a heat map; returns it for a colour bar."""
     rows, columns = sheet.shape
     x = -sheet.width / 2 + np.arange(columns + 1) * sheet.cell_size
     y = -sheet.length / 2 + np.arange(rows + 1) * sheet.cell_size
-    if smooth:  # as the force law reads it: bilinear between the cells' centres
+    if smooth:  # bilinear between the centres of cells, as in the force law
         ice_x, ice_y = np.linspace(x[0], x[-1], 46), np.linspace(y[0], y[-1], 446)
         fine_x, fine_y = np.meshgrid((ice_x[1:] + ice_x[:-1]) / 2, (ice_y[1:] + ice_y[:-1]) / 2)
-        from scipy.ndimage import map_coordinates
-
         row = (fine_y - sheet.y_centres[0]) / sheet.cell_size
         column = (fine_x - sheet.x_centres[0]) / sheet.cell_size
         values = map_coordinates(values, [row, column], order=1, mode="nearest")
@@ -155,7 +154,7 @@ def draw_stone(
     zorder: float = 6,
     **style: Any,
 ) -> None:
-    """A stone from above in its true size: granite and a coloured handle, or only its outline."""
+    """Draw a stone from above in its true size, with a coloured handle, or only its outline."""
     x, y = view(xy)
     granite = "#9aa0a6" if filled else "none"
     edge = "#3c4248" if filled else colour
@@ -170,7 +169,7 @@ def draw_stone(
 
 
 def draw_target(ax: Axes, xy: ArrayLike, view: Projection, **style: Any) -> None:
-    """A cross where the stone is wanted."""
+    """Draw a cross at the target."""
     x, y = view(xy)
     ax.plot([x], [y], marker="+", ms=13, mew=2.2, color=TARGET_COLOUR, ls="", zorder=9, **style)
 
@@ -178,7 +177,7 @@ def draw_target(ax: Axes, xy: ArrayLike, view: Projection, **style: Any) -> None
 def draw_landing_ellipse(
     ax: Axes, points: Floats, share: float, view: Projection, **style: Any
 ) -> None:
-    """The ellipse that holds a share of Gaussian ends (n, 2)."""
+    """Draw the ellipse that holds a share of normally distributed points (n, 2)."""
     seen = view(points)
     if len(seen) < 3:
         return
@@ -198,13 +197,13 @@ def draw_landing_ellipse(
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """An empty figure [inches] in the reports' style."""
+    """An empty figure in the style of the reports; width and height in inches."""
     layout = ConstrainedLayoutEngine(w_pad=0.08, h_pad=0.08)
     return Figure(figsize=(width, height), layout=layout, facecolor="white")
 
 
 def plain_axes(ax: Axes) -> None:
-    """Light axes: no box, a faint grid."""
+    """Give axes no box and a faint grid."""
     for side in ("top", "right"):
         ax.spines[side].set_visible(False)
     for side in ("left", "bottom"):
@@ -215,6 +214,6 @@ def plain_axes(ax: Axes) -> None:
 
 
 def save_figure(figure: Figure, path: Path) -> None:
-    """Write a figure, complete or not at all."""
+    """Write a figure to a file, completely or not at all."""
     with atomic_path(path) as draft:
         figure.savefig(draft, dpi=150)

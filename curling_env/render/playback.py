@@ -1,4 +1,4 @@
-"""A throw shown as it happens."""
+"""A throw shown as it happens: the scene at one moment, and the frames of a film."""
 
 from __future__ import annotations
 
@@ -8,19 +8,20 @@ from dataclasses import replace
 import numpy as np
 
 from curling_env.physics.engine import Outcome, StoneState
-from curling_env.render.canvas import Colour, Image
+from curling_env.render.canvas import Colour
 from curling_env.render.renderer import DrawnScene, DrawnStone, SheetRenderer
+from curling_env.typing import Floats, Image
 
 LINGER = 0.5
-"""Seconds for which a stone that left play is still seen [s]."""
-REST = 0.6
-"""Seconds of playing time for which the end of a throw is held [s]."""
+"""Time for which a stone that left play is still shown [s]."""
+HOLD = 0.6
+"""Time for which the end of a throw is held, in the time of the film [s]."""
 
 
 def drawn_stones(
     stones: Sequence[StoneState], colour_of: Callable[[int], Colour]
 ) -> list[DrawnStone]:
-    """Resting stones as they are drawn; `colour_of` gives the handle of a stone's identifier."""
+    """Resting stones as they are drawn; `colour_of` gives a handle's colour by identifier."""
     return [DrawnStone(x=s.x, y=s.y, theta=s.theta, colour=colour_of(s.stone)) for s in stones]
 
 
@@ -36,12 +37,13 @@ def scene_at(
     Parameters
     ----------
     scene : title, facts and target
-    before : the stones that lay on the sheet
-    outcome : of the throw, with trajectories
-    t : seconds since release
+    before : the stones that lay on the sheet before the throw
+    outcome : outcome of the throw, with trajectories
+    t : time since release [s]
+    colour_of : colour of a stone's handle, by the stone's identifier
     """
     stones: list[DrawnStone] = []
-    paths: list[tuple[np.ndarray, Colour]] = []
+    paths: list[tuple[Floats, Colour]] = []
     moved = dict(zip(outcome.moved, outcome.trajectories, strict=True))
     for k, final in enumerate(outcome.stones):
         colour = colour_of(final.stone)
@@ -59,7 +61,7 @@ def scene_at(
 
 
 def playback_frames(
-    picture: SheetRenderer,
+    renderer: SheetRenderer,
     scene: DrawnScene,
     before: Sequence[StoneState],
     outcome: Outcome,
@@ -72,11 +74,15 @@ def playback_frames(
 
     Parameters
     ----------
-    picture : of the ice, seen along the throw
-    fps : frames a second of playing time
-    speed : times as fast as it happened
+    renderer : draws the ice, seen along the throw
+    scene : title, facts and target
+    before : the stones that lay on the sheet before the throw
+    outcome : outcome of the throw, with trajectories
+    colour_of : colour of a stone's handle, by the stone's identifier
+    fps : frames per second of the film
+    speed : how many times faster than it happened the throw is shown
     """
-    frames = int(np.ceil((outcome.time / speed + REST) * fps))
+    frames = int(np.ceil((outcome.time / speed + HOLD) * fps))
     for k in range(frames + 1):
         t = min(k * speed / fps, outcome.time + LINGER + 1e-6)
-        yield picture.draw(scene_at(scene, before, outcome, t, colour_of))
+        yield renderer.draw(scene_at(scene, before, outcome, t, colour_of))

@@ -1,4 +1,4 @@
-"""The sheet from above as a broadcast shows it: all of it, and the house played to up close."""
+"""The sheet from above as a broadcast shows it: the whole sheet, and the house in close-up."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from curling_env.ice import Ice
-from curling_env.render.canvas import Canvas, Colour, Image, blank, tint
+from curling_env.render.canvas import Canvas, Colour, blank, tint
 from curling_env.render.text import write
 from curling_env.sheet import (
     BACK_LINE_Y,
@@ -22,7 +23,7 @@ from curling_env.sheet import (
     to_delivery,
     to_sheet,
 )
-from curling_env.typing import Floats
+from curling_env.typing import Floats, Image
 
 RED: Colour = (206, 38, 50)
 YELLOW: Colour = (244, 190, 32)
@@ -43,16 +44,16 @@ _BRIGHT: Colour = (236, 241, 246)
 _AIM: Colour = (10, 110, 72)
 
 _KEEN = np.array([0.35, 0.78, 0.76])
-"""Colour that the keenest ice is multiplied by: teal."""
+"""Teal: the picture of the keenest ice is multiplied by this colour."""
 _HEAVY = np.array([1.0, 0.70, 0.30])
-"""Colour that the heaviest ice is multiplied by: amber."""
-_LEAST_VARIATION = 0.02
-"""Relative variation of friction below which the colours do not reach their full depth."""
+"""Amber: the picture of the heaviest ice is multiplied by this colour."""
+_FULL_COLOUR = 0.02
+"""Smallest relative difference from the median friction that is shown in full colour."""
 
 _WIDTH, _HEIGHT, _MARGIN = 1280, 720, 24
 _STRIP_TOP, _PANEL_WIDTH = 76, 268
 _HOUSE_FROM, _HOUSE_TO = HOG_LINE_Y - TEE_Y - 0.55, BACK_LINE_Y - TEE_Y + 0.95
-"""What the close view shows along the sheet, delivery frame [m]."""
+"""Range of y that the close-up shows, delivery frame [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +64,7 @@ class DrawnStone:
     ----------
     x, y : centre, sheet frame [m]
     theta : heading of the handle [rad]
-    colour : of the handle
+    colour : colour of the handle
     """
 
     x: float
@@ -74,15 +75,15 @@ class DrawnStone:
 
 @dataclass(frozen=True, kw_only=True)
 class DrawnScene:
-    """What lies on the sheet, and what is said about it.
+    """What lies on the sheet, and the text beside it.
 
     Parameters
     ----------
-    stones : in the order they are drawn
-    paths : (n, 2) each, sheet frame [m], with the colour of their stone
+    stones : the stones, in the order in which they are drawn
+    paths : paths (n, 2), sheet frame [m], each with the colour of its stone
     target : (2,) sheet frame [m], or None
     title : the headline
-    facts : lines of the panel, label and value
+    facts : labels and values of the panel
     """
 
     stones: Sequence[DrawnStone] = ()
@@ -95,12 +96,11 @@ class DrawnScene:
 class SheetRenderer:
     """Draws scenes on one ice, seen along one direction of play.
 
-    The empty sheet with its friction is painted once; a scene costs a copy of it and what lies on
-    it, a few milliseconds.
+    The empty sheet with its friction is painted once and copied for every scene.
 
     Parameters
     ----------
-    ice : whose map is laid under the lines as colour: teal where it is keen, amber where heavy
+    ice : its friction is shown as colour under the lines: teal where keen, amber where heavy
     direction : the end played to, on the right of the picture
     """
 
@@ -137,10 +137,19 @@ class SheetRenderer:
         self._write_panel(picture, scene)
         return picture
 
+    def close_up_pixel(self, xy: ArrayLike) -> Floats:
+        """Column and row (..., 2) in a picture where the close-up shows points [pixels].
+
+        Parameters
+        ----------
+        xy : (..., 2) points in the delivery frame [m]
+        """
+        return np.array([_MARGIN, _house_top(self._strip)]) + self._house.pixels(xy)
+
     # --- the sheet -----------------------------------------------------------------------------
 
     def _views(self, picture: Image) -> tuple[Canvas, Canvas]:
-        """The whole sheet and the house played to, as parts of a picture."""
+        """The parts of a picture that show the whole sheet and the house played to."""
         sheet = self.ice.sheet
         scale = (_WIDTH - 2 * _MARGIN) / sheet.length
         height = round(sheet.width * scale)
@@ -195,22 +204,22 @@ class SheetRenderer:
         return 1 - np.clip(depth, 0, 1)[..., None] * (1 - colour)
 
     def _range(self) -> tuple[float, float, float]:
-        """Friction of the deepest teal, of no colour and of the deepest amber."""
+        """Friction shown in full teal, without colour and in full amber."""
         mu = self.ice.friction.mu
         middle = float(np.median(mu))
-        spread = max(float(np.abs(mu - middle).max()), _LEAST_VARIATION * middle)
+        spread = max(float(np.abs(mu - middle).max()), _FULL_COLOUR * middle)
         return middle - spread, middle, middle + spread
 
     def _paint_labels(self) -> None:
-        """The names of the lines under the close view's upper edge, and the friction's scale."""
+        """Names of the lines above the close-up, and the colour scale of the friction."""
         picture, house = self._empty, self._house
-        left, top = _MARGIN, _house_top(self._strip)
+        top = _house_top(self._strip)
         for name, y in (
             ("hog line", HOG_LINE_Y - TEE_Y),
             ("tee line", 0.0),
             ("back line", BACK_LINE_Y - TEE_Y),
         ):
-            u = left + float(house.pixels((0.0, y))[0])
+            u = float(self.close_up_pixel((0.0, y))[0])
             write(picture, name, (u, top - 21), size=13, colour=_FAINT, align=0.5)
         u, v = _WIDTH - _MARGIN - _PANEL_WIDTH, top
         picture[v : v + house.image.shape[0], u : _WIDTH - _MARGIN] = _PANEL
@@ -246,7 +255,7 @@ class SheetRenderer:
         view.disc(centre, 0.93 * radius, _GRANITE)
         view.disc(centre, 0.72 * radius, _GRANITE_LIGHT)
         view.disc(centre, 0.60 * radius, stone.colour)
-        # In this frame the heading is drawn from the direction of play, as the spin is counted.
+        # A heading of 0 points along play, and counter-clockwise is positive.
         heading = np.array([-np.sin(stone.theta), np.cos(stone.theta)])
         across = np.array([heading[1], -heading[0]])
         grip = [

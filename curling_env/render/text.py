@@ -1,4 +1,4 @@
-"""Words in pictures, set in a real typeface."""
+"""Text in pictures."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from curling_env.render.canvas import Colour, Image
+from curling_env.render.canvas import Colour
+from curling_env.typing import Image, Singles
 
 
 @lru_cache(maxsize=16)
@@ -23,8 +23,8 @@ def _font(size: int, bold: bool) -> Any:
 
 
 @lru_cache(maxsize=512)
-def _mask(text: str, size: int, bold: bool) -> NDArray[np.float32]:
-    """Opacity of the text, (height, width) in 0–1."""
+def _mask(text: str, size: int, bold: bool) -> Singles:
+    """Opacity of a text's pixels, (height, width) in 0–1."""
     from PIL import Image as Picture
     from PIL import ImageDraw
 
@@ -46,12 +46,18 @@ def write(
     bold: bool = False,
     align: float = 0.0,
 ) -> None:
-    """Write one line into a picture.
+    """Write one line of text into a picture.
 
     Parameters
     ----------
-    at : pixel of the line's left end (align 0), middle (0.5) or right end (1), and of its top
-    size : of the type, in pixels
+    image : the picture, drawn on in place
+    text : the line; nothing is written for an empty one
+    at : column of the line's left end (align 0), middle (0.5) or right end (1), and row of its top
+        [pixels]
+    size : height of the type [pixels]
+    colour : colour of the text
+    bold : whether the type is bold
+    align : which point of the line is at the column
     """
     if not text:
         return

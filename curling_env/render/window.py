@@ -1,4 +1,4 @@
-"""A window that shows pictures, for watching; needs the extra `viewer`."""
+"""A window that shows pictures; needs the extra `viewer`."""
 
 # pygame's stubs leave parts untyped.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from curling_env.render.canvas import Image
+from curling_env.typing import Image
 
 
 class PictureWindow:
@@ -18,12 +18,12 @@ class PictureWindow:
     Parameters
     ----------
     size : width and height [pixels]
-    title : of the window
-    fps : pictures a second
+    title : title of the window
+    fps : pictures per second
 
     Raises
     ------
-    ModuleNotFoundError : pygame is not installed; the text says how to get it
+    ModuleNotFoundError : pygame is not installed; the message says how to install it
     """
 
     def __init__(self, size: tuple[int, int], title: str, fps: float) -> None:
@@ -43,7 +43,7 @@ class PictureWindow:
         self.is_open = True
 
     def show(self, image: Image) -> None:
-        """Show a picture, and wait until the next is due; nothing once the window is closed."""
+        """Show a picture and wait until the next is due; do nothing once the window is closed."""
         if not self.is_open:
             return
         pygame = self._pygame

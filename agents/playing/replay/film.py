@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from curling_env.envs.game.rendering import FAULTS, colour_of
+from curling_env.envs.game.rendering import FAULT_TEXT, colour_of
 from curling_env.errors import InputError
 from curling_env.game.rules.delivery import Fault
 from curling_env.ice import Ice
@@ -230,7 +230,7 @@ def _after(lines: Sequence[dict[str, Any]], line: dict[str, Any]) -> DrawnScene:
     scene = _scene(lines, line)
     title = scene.title
     if line["fault"] is not None:
-        title += f"   ·   {FAULTS[Fault(line['fault'])]}"
+        title += f"   ·   {FAULT_TEXT[Fault(line['fault'])]}"
     if "score_of_end" in line:
         home, away = line["score_of_end"]
         points = "blank end" if home == away else f"{'home' if home else 'away'} {home or away}"

@@ -1,4 +1,4 @@
-"""Between an agent's numbers in [-1, 1] and a call: the throw, and perhaps the brooms."""
+"""How actions, numbers in [-1, 1], stand for calls: throws, sweeping, decisions."""
 
 from __future__ import annotations
 
@@ -7,34 +7,35 @@ from typing import Any, Literal
 
 import numpy as np
 from gymnasium import spaces
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from curling_env.envs.sheet.action import ThrowRange
 from curling_env.errors import InputError
 from curling_env.game.players import Call, Player, PlayerView
 from curling_env.game.rules.delivery import Ruling
 from curling_env.game.rules.placement import Side
+from curling_env.typing import Floats, Singles
 
 Sweeping = Literal["none", "scripted", "action"]
 Choices = Literal["rule", "action"]
 LONGEST_SWEEP = 30.0
-"""A draw takes less than this from release to rest [s]."""
-CONCEDES = 0.9
-"""Above this the fourth order gives the game up: hands that try everything seldom do."""
+"""Latest begin and longest length of sweeping in an action [s]; a draw takes less."""
+CONCEDE_ABOVE = 0.9
+"""A decision number above this concedes the game: random actions seldom do."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TeamDecisions:
-    """What a team wants until its next delivery.
+    """A team's decisions, which hold until its next delivery.
 
     Parameters
     ----------
     put_back : after a tick by the opponent, whether the stones are put back rather than left
     power_play : in mixed doubles, the side of a power play if an end begins in which the team
-        decides and may have one; None for none
+        decides and may have one; None for no power play
     throw_first : in mixed doubles, whether the team gives the hammer away if an end begins in which
         it decides and has no power play
-    concede : whether it gives the game up instead of this delivery, where the rules allow that
+    concede : whether the team concedes instead of delivering, where the rules allow it
     """
 
     put_back: bool = True
@@ -44,36 +45,36 @@ class TeamDecisions:
 
 
 class FollowsDecisions(Player):
-    """A team that chooses as it was ordered; its throws are others' business."""
+    """A player that follows given decisions; it is not asked for throws."""
 
     def __init__(self, decisions: TeamDecisions) -> None:
         self._decisions = decisions
 
     def call(self, view: PlayerView) -> Call:
-        raise AssertionError("a team under decisions is not asked for its throws")
+        raise AssertionError("a player that follows decisions is not asked for throws")
 
     def puts_back(self, view: PlayerView, ruling: Ruling) -> bool:
-        """As ordered."""
+        """As decided."""
         return self._decisions.put_back
 
     def power_play(self, view: PlayerView) -> Side | None:
-        """As ordered."""
+        """As decided."""
         return self._decisions.power_play
 
     def throws_first(self, view: PlayerView) -> bool:
-        """As ordered."""
+        """As decided."""
         return self._decisions.throw_first
 
 
 class GameAction:
-    """Makes calls from actions.
+    """Converts between actions and calls.
 
     Parameters
     ----------
-    throws : to choose from
+    throws : the throws to choose from
     sweeping : ``none``, ``scripted`` (sweepers decide) or ``action``: two further numbers of an
-        action are when sweeping begins, from release to 30 s after it, and how long it lasts,
-        -1 being not at all
+        action say when sweeping begins, from release to 30 s after it, and how long it lasts,
+        from not at all to 30 s
     choices : ``rule`` or ``action``: the last four numbers of an action are decisions that hold
         until the team's next action: after a tick the stones are put back (0 and above) or left;
         a power play to the left (below -1/3), none, or to the right (above 1/3); the hammer is
@@ -81,21 +82,21 @@ class GameAction:
 
     Raises
     ------
-    InputError : another sweeping, other choices
+    InputError : another value of sweeping or choices
     """
 
     def __init__(self, throws: ThrowRange, sweeping: Sweeping, choices: Choices = "rule") -> None:
         if sweeping not in ("none", "scripted", "action"):
-            raise InputError(f"sweeping is 'none', 'scripted' or 'action', got {sweeping!r}")
+            raise InputError(f"sweeping must be 'none', 'scripted' or 'action', got {sweeping!r}")
         if choices not in ("rule", "action"):
-            raise InputError(f"choices are by 'rule' or 'action', got {choices!r}")
+            raise InputError(f"choices must be 'rule' or 'action', got {choices!r}")
         self.throws = throws
         self.choices: Choices = choices
         self.sweeping = sweeping
         self.size = 3 + 2 * (sweeping == "action") + 4 * (choices == "action")
 
     @property
-    def space(self) -> spaces.Space[NDArray[np.float32]]:
+    def space(self) -> spaces.Space[Singles]:
         """The space of the actions."""
         box: Any = spaces.Box(-1.0, 1.0, (self.size,), np.float32)
         return box
@@ -105,7 +106,7 @@ class GameAction:
 
         Raises
         ------
-        InputError : not as many finite numbers as there should be
+        InputError : not the right number of finite numbers
         """
         numbers = self._numbers(action)
         throw = self.throws.throw_of(numbers[:3])
@@ -115,11 +116,11 @@ class GameAction:
         return Call(throw=throw, sweep=(begin, begin + length))
 
     def decisions_of(self, action: ArrayLike) -> TeamDecisions | None:
-        """The decisions an action gives; None where choices are not part of it.
+        """The decisions in an action; None where they are not part of it.
 
         Raises
         ------
-        InputError : not as many finite numbers as there should be
+        InputError : not the right number of finite numbers
         """
         if self.choices == "rule":
             return None
@@ -131,10 +132,10 @@ class GameAction:
             put_back=put_back >= 0,
             power_play=power_play,
             throw_first=first > 0,
-            concede=concede > CONCEDES,
+            concede=concede > CONCEDE_ABOVE,
         )
 
-    def _numbers(self, action: ArrayLike) -> NDArray[np.float64]:
+    def _numbers(self, action: ArrayLike) -> Floats:
         numbers = np.asarray(action, dtype=np.float64)
         if numbers.shape != (self.size,) or not np.isfinite(numbers).all():
             raise InputError(
@@ -142,17 +143,17 @@ class GameAction:
             )
         return numbers
 
-    def action_of(self, call: Call, decisions: TeamDecisions | None = None) -> NDArray[np.float32]:
-        """The action that means a call, and decisions; clipped where it is out of range."""
+    def action_of(self, call: Call, decisions: TeamDecisions | None = None) -> Singles:
+        """The action that means a call and decisions; clipped where it is out of range."""
         parts = [self.throws.action_of(call.throw)]
         if self.sweeping == "action":
             begin, end = call.sweep or (0.0, 0.0)
             sweep = np.array([begin, end - begin]) / LONGEST_SWEEP * 2 - 1
             parts.append(np.clip(sweep, -1, 1).astype(np.float32))
         if self.choices == "action":
-            wanted = decisions or TeamDecisions()
-            side = {"left": -1.0, "right": 1.0, None: 0.0}[wanted.power_play]
-            said = (wanted.put_back, wanted.throw_first, wanted.concede)
-            put_back, first, concede = (1.0 if yes else -1.0 for yes in said)
+            chosen = decisions or TeamDecisions()
+            side = {"left": -1.0, "right": 1.0, None: 0.0}[chosen.power_play]
+            flags = (chosen.put_back, chosen.throw_first, chosen.concede)
+            put_back, first, concede = (1.0 if yes else -1.0 for yes in flags)
             parts.append(np.array([put_back, side, first, concede], dtype=np.float32))
         return np.concatenate(parts)

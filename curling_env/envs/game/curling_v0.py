@@ -1,20 +1,19 @@
 """The two-team game in PettingZoo's turn-based form: ``curling_env.curling_v0.env()``.
 
-Agents are ``home`` and ``away``; each step is one delivery. ``parallel_env`` gives the same game as
-a parallel environment, in which only the team to throw acts.
+The agents are ``home`` and ``away``; each step is one delivery. ``parallel_env`` makes the same
+game as a parallel environment, in which only the action of the team to throw counts.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import gymnasium
-import numpy as np
 from gymnasium import spaces
 from gymnasium.utils import seeding
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pettingzoo import AECEnv  # pyright: ignore[reportMissingTypeStubs]
 from pettingzoo.utils import wrappers  # pyright: ignore[reportMissingTypeStubs]
 from pettingzoo.utils.conversions import (  # pyright: ignore[reportMissingTypeStubs]
@@ -29,6 +28,7 @@ from curling_env.envs.game.action import (
     TeamDecisions,
 )
 from curling_env.envs.game.observation import GameObservation, ObservationKind
+from curling_env.envs.game.rendering import GameRenderer
 from curling_env.envs.game.reward import GameRewardWeights, concession_parts, reward_parts
 from curling_env.envs.sheet.action import throw_range_for
 from curling_env.errors import InputError
@@ -38,9 +38,7 @@ from curling_env.game.simulator import direction_of
 from curling_env.ice import Ice
 from curling_env.sheet import Direction
 from curling_env.throw import Skill
-
-if TYPE_CHECKING:
-    from curling_env.envs.game.rendering import GameRenderer
+from curling_env.typing import Image, Singles
 
 RENDER_MODES = ("rgb_array", "human")
 
@@ -55,7 +53,7 @@ def parallel_env(*, max_cycles: int | None = None, **settings: Any) -> ParallelG
 
     Parameters
     ----------
-    max_cycles : deliveries after which the game is broken off; None: it is played to its end
+    max_cycles : number of deliveries after which the game is truncated; None for no limit
     settings : as for `raw_env`
     """
     return ParallelGame(raw_env(max_throws=max_cycles, **settings))
@@ -64,8 +62,8 @@ def parallel_env(*, max_cycles: int | None = None, **settings: Any) -> ParallelG
 class TurnBasedGame(wrappers.OrderEnforcingWrapper[str, Any, Any]):
     """The game, with the order of calls checked."""
 
-    def state(self) -> NDArray[np.float32]:
-        """All that is seen of the game as one array in `state_space`, whoever throws.
+    def state(self) -> Singles:
+        """All observations of the game as one array in `state_space`, whoever throws.
 
         ``unwrapped.state`` is the game itself, to keep and to go on from.
         """
@@ -77,8 +75,8 @@ class TurnBasedGame(wrappers.OrderEnforcingWrapper[str, Any, Any]):
 class ParallelGame(turn_based_aec_to_parallel_wrapper[str, Any, Any]):
     """The game with the actions of both teams at every step."""
 
-    def state(self) -> NDArray[np.float32]:
-        """All that is seen of the game as one array in `state_space`, whoever throws."""
+    def state(self) -> Singles:
+        """All observations of the game as one array in `state_space`, whoever throws."""
         game = self.unwrapped
         assert isinstance(game, raw_env)
         return game.as_array()
@@ -90,32 +88,32 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
     Parameters
     ----------
     ice : the ice played on: an `Ice`, a file or a preset
-    known_ice : the ice both teams know; the ice played on by default
+    known_ice : the ice as both teams know it; the ice played on by default
     rules : a set of rules or its name
-    ends : of the game; as the rules say by default
-    skill : of both hands, or of home's and away's: their execution errors
-    ice_evolution : how the ice changes
+    ends : number of ends; by default as the rules say
+    skill : execution error of both teams, or of the home and the away team
+    ice_evolution : how the ice changes during the game
     sweeping : "none", "scripted" (sweepers decide) or "action" (part of the action)
-    choices : by "rule" (stones are put back after a tick, no power plays, who decides keeps the
-        hammer, nobody concedes) or part of the "action": decisions that hold until a team's next
-        delivery
+    choices : by "rule" (stones are put back after a tick, there are no power plays, the deciding
+        team keeps the hammer, nobody concedes) or part of the "action": decisions that hold until
+        a team's next delivery
     observation : "flat", "dict" or "planes"
-    weights : of the parts of the reward; by default points of an end, at its last stone
-    max_cycles : deliveries of each team after which the game is broken off, or None
-    max_throws : deliveries of both teams after which it is, or None
+    weights : weights of the parts of the reward; by default the points of an end, at its last
+        stone
+    max_cycles : number of deliveries of each team after which the game is truncated, or None
+    max_throws : number of deliveries of both teams after which the game is truncated, or None
     render_mode : "rgb_array", "human" (a window; needs the extra `viewer`) or None
 
     Raises
     ------
-    InputError : any of these that makes no sense
+    InputError : an option that makes no sense
 
     Notes
     -----
-    ``reset(options=…)`` takes `last_stone`, "home" or "away" (by lot without it), and `power_play`,
-    "left" or "right", and `throw_first`, for the first end of mixed doubles; or `state`, a
-    `GameState` to go on from.
-    Other options are ignored, as PettingZoo wants it. ``state`` may be kept and put back at any
-    moment.
+    ``reset(options=…)`` takes `last_stone`, "home" or "away" (random without it), and
+    `power_play`, "left" or "right", and `throw_first`, for the first end of mixed doubles; or
+    `state`, a `GameState` to go on from. Other options are ignored, as PettingZoo asks.
+    ``state`` may be kept and put back at any moment.
     """
 
     metadata: ClassVar[dict[str, Any]] = {  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -160,21 +158,23 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         self.action = GameAction(
             throw_range_for(self.simulator.known_ice, Direction.AWAY, hits=True), sweeping, choices
         )
-        self.view = GameObservation(observation, self.simulator.known_ice, self.simulator.lines)
-        self._all = GameObservation("flat", self.simulator.known_ice, self.simulator.lines)
-        self.state_space = self._all.space
+        self.observation = GameObservation(
+            observation, self.simulator.known_ice, self.simulator.lines
+        )
+        self._flat = GameObservation("flat", self.simulator.known_ice, self.simulator.lines)
+        self.state_space = self._flat.space
         self.weights = weights or GameRewardWeights()
         self.render_mode = render_mode
         self.possible_agents = [team.label for team in Team]
         self.agents: list[str] = []
         limits = [limit for limit in (max_throws, 2 * max_cycles if max_cycles else None) if limit]
         self._max_throws = min(limits, default=None)
-        self._spaces = {label: self.view.space for label in self.possible_agents}
+        self._spaces = {label: self.observation.space for label in self.possible_agents}
         self._actions = {label: self.action.space for label in self.possible_agents}
         self._state: GameState | None = None
         self._thrown = 0
         self._last: PlayedShot | None = None
-        self._viewer: GameRenderer | None = None
+        self._renderer = GameRenderer(self.simulator.known_ice, "curling_v0")
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """The space of a team's observations; the same object at every call."""
@@ -186,10 +186,10 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
 
     @property
     def state(self) -> GameState:  # pyright: ignore[reportIncompatibleMethodOverride]
-        """The game as it is; setting it goes on from there. Frozen: keeping it is enough.
+        """The game at this moment, frozen; set it to go on from another.
 
-        PettingZoo's method of this name, everything as one array, is that of the environments that
-        `env` and `parallel_env` make; here it is `as_array`.
+        PettingZoo's own method of this name belongs to the environments that `env` and
+        `parallel_env` make; here the array is `as_array`.
 
         Raises
         ------
@@ -203,9 +203,9 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
     def state(self, state: GameState) -> None:  # pyright: ignore[reportIncompatibleMethodOverride]
         self._go_on_from(state)
 
-    def as_array(self) -> NDArray[np.float32]:
-        """All that is seen of the game, in `state_space`: home's flat observation."""
-        return self._all.observe(self.state.game, Team.HOME, self._end_played_to())
+    def as_array(self) -> Singles:
+        """All observations of the game, in `state_space`: the home team's flat observation."""
+        return self._flat.observe(self.state.game, Team.HOME, self._end_played_to())
 
     def _go_on_from(self, state: GameState) -> None:
         if state.game.rules != self.simulator.rules:
@@ -219,7 +219,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         """The call an action means."""
         return self.action.call_of(action)
 
-    def action_of(self, call: Call) -> NDArray[np.float32]:
+    def action_of(self, call: Call) -> Singles:
         """The action that means a call; clipped where it is out of range."""
         return self.action.action_of(call)
 
@@ -233,7 +233,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
             return
         label = options.get("last_stone") or self.possible_agents[int(self._rng.integers(2))]
         if label not in self.possible_agents:
-            raise InputError(f"last_stone is 'home' or 'away', got {label!r}")
+            raise InputError(f"last_stone must be 'home' or 'away', got {label!r}")
         new = self.simulator.new_game(
             int(self._rng.integers(2**31)), last_stone=Team(self.possible_agents.index(label))
         )
@@ -246,13 +246,13 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         self._begin()
 
     def _begin(self) -> None:
-        """PettingZoo's books at the beginning, or where a state was put back."""
+        """Set PettingZoo's attributes at the beginning, or where a state was put back."""
         over = self.state.game.is_over
         self._shown = self.state
         self._thrown = 0
         self._decisions = [TeamDecisions(), TeamDecisions()]
         if self.render_mode == "human":
-            self._screen().show_position(self.state)
+            self._renderer.show_position(self.state)
         self.agents = list(self.possible_agents)
         self.rewards = dict.fromkeys(self.agents, 0.0)
         self._cumulative_rewards = dict.fromkeys(self.agents, 0.0)
@@ -283,7 +283,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         after, shot = self.simulator.play(before, call, opponent=chooser, paths=paths)
         self._shown = after
         if self.render_mode == "human":
-            self._screen().show(before, after, shot)
+            self._renderer.show(before, after, shot)
         self._thrown += 1
         self._cumulative_rewards[agent] = 0.0
         for label in self.agents:
@@ -297,14 +297,14 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
                 after, FollowsDecisions(self._decisions[after.game.last_stone])
             )
         self._state, self._last = after, shot
-        broken_off = self._max_throws is not None and self._thrown >= self._max_throws and not over
+        truncated = self._max_throws is not None and self._thrown >= self._max_throws and not over
         self.terminations = dict.fromkeys(self.agents, over)
-        self.truncations = dict.fromkeys(self.agents, broken_off)
+        self.truncations = dict.fromkeys(self.agents, truncated)
         self.agent_selection = self._to_act() if not over else shot.team.other.label
         self._accumulate_rewards()
 
     def _concede(self, team: Team) -> None:
-        """The game ends as it stands: the other team has won."""
+        """End the game: the other team has won."""
         self._state = replace(self.state, game=concede(self.state.game, team))
         self._cumulative_rewards[team.label] = 0.0
         for label in self.agents:
@@ -319,13 +319,13 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         """What a team sees."""
         state = self.state
         team = Team(self.possible_agents.index(agent))
-        return self.view.observe(state.game, team, self._end_played_to())
+        return self.observation.observe(state.game, team, self._end_played_to())
 
     def _end_played_to(self) -> Direction:
         game = self.state.game
         return direction_of(len(game.line_score) - 1 if game.end is None else game.end.number)
 
-    def render(self) -> NDArray[np.uint8] | None:
+    def render(self) -> Image | None:
         """The sheet from above as an RGB picture, with the paths of the last delivery on it."""
         if self.render_mode is None:
             gymnasium.logger.warn(
@@ -333,17 +333,8 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
             )
         if self.render_mode != "rgb_array":
             return None
-        return self._screen().picture(self._shown, self._last)
-
-    def _screen(self) -> GameRenderer:
-        if self._viewer is None:
-            from curling_env.envs.game.rendering import GameRenderer
-
-            self._viewer = GameRenderer(self.simulator.known_ice, "curling_v0")
-        return self._viewer
+        return self._renderer.picture(self._shown, self._last)
 
     def close(self) -> None:
         """Close the window, if there is one."""
-        if self._viewer is not None:
-            self._viewer.close()
-            self._viewer = None
+        self._renderer.close()

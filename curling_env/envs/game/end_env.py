@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import gymnasium
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from curling_env.envs.game.action import (
     Choices,
@@ -17,6 +16,7 @@ from curling_env.envs.game.action import (
     TeamDecisions,
 )
 from curling_env.envs.game.observation import GameObservation, ObservationKind
+from curling_env.envs.game.rendering import GameRenderer
 from curling_env.envs.game.reward import GameRewardParts, GameRewardWeights, reward_parts
 from curling_env.envs.sheet.action import throw_range_for
 from curling_env.errors import InputError
@@ -36,9 +36,7 @@ from curling_env.game.simulator import direction_of
 from curling_env.ice import Ice
 from curling_env.sheet import Direction
 from curling_env.throw import Skill
-
-if TYPE_CHECKING:
-    from curling_env.envs.game.rendering import GameRenderer
+from curling_env.typing import Image, Singles
 
 Hammer = Literal["own", "opponent", "random"]
 AGENT = Team.HOME
@@ -46,29 +44,29 @@ AGENT = Team.HOME
 RENDER_MODES = ("rgb_array", "human")
 
 
-class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
+class CurlingEndEnv(gymnasium.Env[Any, Singles]):
     """Play an end against an opponent.
 
     Parameters
     ----------
     ice : the ice played on: an `Ice`, a file or a preset
-    known_ice : the ice both teams know; the ice played on by default
-    opponent : name of a player, or a `Player`
-    hammer : "own", "opponent" or "random": who delivers last
+    known_ice : the ice as both teams know it; the ice played on by default
+    opponent : name of a player, ``module:Class``, or a `Player`
+    hammer : who delivers last: "own", "opponent" or "random"
     rules : a set of rules or its name
-    skill : of the agent's hand: its execution error; "none" for none
-    opponent_skill : of the opponent's; the agent's by default
-    ice_evolution : how the ice changes
+    skill : execution error of the agent; "none" for none
+    opponent_skill : execution error of the opponent; by default the agent's
+    ice_evolution : how the ice changes during the end
     sweeping : "none", "scripted" (sweepers decide) or "action" (part of the action)
-    choices : after an opponent's tick, stones are put back or left by "rule" (whichever counts for
-        more) or as the agent's last "action" says
+    choices : whether after an opponent's tick the stones are put back or left by "rule" (whichever
+        counts for more), or as the agent's last "action" says
     observation : "flat", "dict" or "planes"
-    weights : of the parts of the reward
+    weights : weights of the parts of the reward
     render_mode : "rgb_array", "human" (a window; needs the extra `viewer`) or None
 
     Raises
     ------
-    InputError : any of these that makes no sense
+    InputError : an option that makes no sense
 
     Notes
     -----
@@ -76,10 +74,10 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
     "right", for an end in which the agent decides; or `state`, a `GameState` to go on from.
 
     ``state`` may be kept and put back at any moment: it is frozen, so a search branches from it
-    without copying. With the same state and action the same things happen, execution error
-    included; ``dataclasses.replace(state, seed=…)`` has other luck.
+    without copying. The same state and action always have the same outcome, including the
+    execution error; ``dataclasses.replace(state, seed=…)`` has other execution errors.
 
-    ``step`` leaves in `info`: `shots` (the agent's delivery and what the opponent answered),
+    ``step`` leaves in `info`: `shots` (the agent's delivery and the opponent's answer),
     `reward_parts`, and after the last stone `score` (own, opponent's).
     """
 
@@ -128,15 +126,15 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         self.render_mode = render_mode
         self.action_space = self.action.space
         self.observation_space = self.observation.space
-        self._hammer: Hammer = _checked(hammer)
+        self._hammer: Hammer = _checked_hammer(hammer)
         self._state: GameState | None = None
         self._shots: tuple[PlayedShot, ...] = ()
         self._decisions: TeamDecisions | None = None
-        self._viewer: GameRenderer | None = None
+        self._renderer = GameRenderer(self.simulator.known_ice, "CurlingEnd-v0")
 
     @property
     def state(self) -> GameState:
-        """The end as it is; setting it goes on from there, with the agent to throw.
+        """The end at this moment. Set it to go on from another, in which the agent is to throw.
 
         Raises
         ------
@@ -157,21 +155,21 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
 
     @property
     def chooser(self) -> Player:
-        """Who chooses for the agent after the opponent's tick."""
+        """The player that decides for the agent after the opponent's tick."""
         return self.opponent if self._decisions is None else FollowsDecisions(self._decisions)
 
     def call_of(self, action: ArrayLike) -> Call:
         """The call an action means."""
         return self.action.call_of(action)
 
-    def action_of(self, call: Call) -> NDArray[np.float32]:
+    def action_of(self, call: Call) -> Singles:
         """The action that means a call; clipped where it is out of range."""
         return self.action.action_of(call)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """Begin an end; the opponent delivers if the agent has the hammer."""
+        """Begin an end; the opponent delivers first if the agent has the hammer."""
         super().reset(seed=seed)
         options = options or {}
         unknown = sorted(options.keys() - {"hammer", "power_play", "state"})
@@ -186,19 +184,22 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         self._shots, self._decisions = (), None
         self._answer()
         if self.render_mode == "human":
-            self._screen().show_position(self.state)
+            self._renderer.show_position(self.state)
         return self._observe(), {"shots": self._shots}
 
     def new_state(self, hammer: Hammer | None = None, power_play: Side | None = None) -> GameState:
-        """An end before its first stone, with luck of this environment's own randomness.
+        """An end before its first stone, with a seed from the environment's random generator.
 
-        The opponent decides on its own power play; `power_play` is the agent's.
+        Parameters
+        ----------
+        hammer : who delivers last; by default as the environment was made
+        power_play : the agent's power play; the opponent decides on its own
 
         Raises
         ------
-        InputError : a power play that these rules do not give
+        InputError : a power play that these rules do not allow
         """
-        chosen = self._hammer if hammer is None else _checked(hammer)
+        chosen = self._hammer if hammer is None else _checked_hammer(hammer)
         own = chosen == "own" or (chosen == "random" and self.np_random.random() < 0.5)
         state = self.simulator.new_game(
             int(self.np_random.integers(2**31)), last_stone=AGENT if own else AGENT.other
@@ -209,7 +210,7 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
             power_play = self.opponent.power_play(view) if free else None
         return self.simulator.begin_end(state, power_play=power_play)
 
-    def step(self, action: NDArray[np.float32]) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Singles) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Deliver a stone, and let the opponent answer."""
         if self.state.game.end is None:
             raise InputError("the end is over; call reset()")
@@ -223,7 +224,7 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
             info["score"] = state.game.line_score[-1]
         return self._observe(), self.weights.total(parts), over, False, info
 
-    def render(self) -> NDArray[np.uint8] | None:  # pyright: ignore[reportIncompatibleMethodOverride]
+    def render(self) -> Image | None:  # pyright: ignore[reportIncompatibleMethodOverride]
         """The sheet from above as an RGB picture, with the paths of the last delivery on it."""
         if self.render_mode is None:
             gymnasium.logger.warn(
@@ -231,13 +232,11 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
             )
         if self.render_mode != "rgb_array":
             return None
-        return self._screen().picture(self.state, self._shots[-1] if self._shots else None)
+        return self._renderer.picture(self.state, self._shots[-1] if self._shots else None)
 
     def close(self) -> None:
         """Close the window, if there is one."""
-        if self._viewer is not None:
-            self._viewer.close()
-            self._viewer = None
+        self._renderer.close()
 
     # --- the parts ------------------------------------------------------------------------------
 
@@ -250,7 +249,7 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         self._state, shot = self.simulator.play(before, call, opponent=chooser, paths=paths)
         self._shots = (*self._shots, shot)
         if self.render_mode == "human":
-            self._screen().show(before, self._state, shot)
+            self._renderer.show(before, self._state, shot)
         return reward_parts(before.game, self._state.game, shot.team, shot.ruling, AGENT)
 
     def _answer(self) -> GameRewardParts:
@@ -262,18 +261,11 @@ class CurlingEndEnv(gymnasium.Env[Any, NDArray[np.float32]]):
                 return parts
             parts = parts + self._play(self.opponent.call(self.simulator.view(self.state)))
 
-    def _screen(self) -> GameRenderer:
-        if self._viewer is None:
-            from curling_env.envs.game.rendering import GameRenderer
-
-            self._viewer = GameRenderer(self.simulator.known_ice, "CurlingEnd-v0")
-        return self._viewer
-
     def _observe(self) -> Any:
         return self.observation.observe(self.state.game, AGENT, direction_of(0))
 
 
-def _checked(hammer: Any) -> Hammer:
+def _checked_hammer(hammer: Any) -> Hammer:
     if hammer not in ("own", "opponent", "random"):
-        raise InputError(f"hammer is 'own', 'opponent' or 'random', got {hammer!r}")
+        raise InputError(f"hammer must be 'own', 'opponent' or 'random', got {hammer!r}")
     return hammer

@@ -1,4 +1,4 @@
-"""Many ends of `CurlingEnd-v0` at once: their throws go through the physics together."""
+"""Many ends of `CurlingEnd-v0` at once, whose throws are simulated together."""
 
 # Gymnasium leaves the spaces of a VectorEnv partly untyped.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
@@ -32,21 +32,21 @@ DIRECTION = direction_of(0)
 
 
 class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
-    """Play an end against an opponent, in many ends side by side.
+    """Many ends of `CurlingEnd-v0` at once.
 
-    The same ends as `CurlingEndEnv` plays with the same seeds, in less time: all throws of a step
-    go to the batch engine in two calls. Where paths wear the ice, or every game has its own set of
-    stones, no two ends share an ice and they are played one after another, as `CurlingEndEnv` plays
-    them and as slowly. An end that is over begins anew at the next step.
+    With the same seeds, ends are those of `CurlingEndEnv`, in less time: the throws of a step are
+    simulated together. Where stones wear the ice, or every game has its own set of stones, no two
+    ends share an ice; they are then played one after another, as slowly as by `CurlingEndEnv`.
+    An end that is over begins anew at the next step.
 
     Parameters
     ----------
-    num_envs : ends side by side
+    num_envs : number of ends
     settings : as for `CurlingEndEnv`, without a `render_mode`
 
     Raises
     ------
-    InputError : settings that make no sense, or that only one end at a time can be played with
+    InputError : a setting that makes no sense, or that only a single end can have
     """
 
     metadata: ClassVar[dict[str, Any]] = {  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -57,7 +57,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         if num_envs < 1:
             raise InputError(f"num_envs must be at least 1, got {num_envs}")
         if settings.get("render_mode") is not None:
-            raise InputError("many ends at once have no render_mode; make one environment for it")
+            raise InputError("many ends at once have no render_mode; use a single environment")
         self.single = CurlingEndEnv(**settings)
         self.num_envs = num_envs
         self.single_observation_space = self.single.observation_space
@@ -67,20 +67,30 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         self._bounds = play_bounds(self.single.simulator.ice, DIRECTION)
         simulator = self.single.simulator
         evolution = simulator.ice_evolution
-        self._apart = bool(simulator.ice_wears or evolution.stone_spread)
+        self._one_by_one = bool(simulator.ice_wears or evolution.stone_spread)
         self._ice = ice_for_game(simulator.ice, evolution, 0, sweeping=simulator.sweeping)
         self._states: list[GameState] = []
         self._decisions: list[TeamDecisions | None] = [None] * num_envs
 
     @property
     def states(self) -> tuple[GameState, ...]:
-        """The ends as they are."""
+        """The ends at this moment."""
         return tuple(self._states)
 
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """Begin all ends; a seed s gives s, s + 1, …"""
+        """Begin all ends.
+
+        Parameters
+        ----------
+        seed : one for each end, or the first of consecutive seeds
+        options : `hammer` and `power_play`, as for `CurlingEndEnv`
+
+        Raises
+        ------
+        InputError : an unknown option, or a power play that these rules do not allow
+        """
         if isinstance(seed, list):
             seeds = seed
         else:
@@ -151,15 +161,15 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         """Play one delivery in each of some ends."""
         if not calls:
             return {}
-        if self._apart:
+        if self._one_by_one:
             return {i: self._play_alone(i, call) for i, call in calls.items()}
         simulator, states = self.single.simulator, self._states
-        # A stone keeps its column, so that identifiers go by columns, the same in every end. One
-        # team is to throw in all of them, so that its last stone lies in none: fifteen are enough.
+        # A stone keeps its column, so that its identifier follows from the column in every end.
+        # The same team throws in all ends, and its last stone lies in none: fifteen are enough.
         lying = [end.stones for i in calls if (end := states[i].game.end) is not None]
         names = sorted({stone.stone for stones in lying for stone in stones})
         column = {name: k for k, name in enumerate(names)}
-        # Lists, and arrays made of them at once: an array of one row costs more than its numbers.
+        # Lists are turned into arrays once: many small arrays would cost more time.
         absent = (np.nan, np.nan)
         lie: list[list[tuple[float, float]]] = []
         thrown: list[tuple[float, ...]] = []
@@ -182,7 +192,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
                 (throw.x, throw.speed, throw.angle, throw.spin, number, clock, throws, begin, until)
             )
         places = np.array(lie).reshape(len(calls), len(names), 2)
-        releases = _released(np.array(thrown))
+        releases = _releases(np.array(thrown))
         after = play_batch(self._ice, places, releases, identity=names, bounds=self._bounds)
         if (after.collisions < 0).any():
             raise InputError("a stone never stops on this ice; check its friction and slope")
@@ -204,19 +214,19 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         return parts
 
     def _play_alone(self, i: int, call: Call) -> GameRewardParts:
-        """Play one delivery in one end, on the ice as it is there."""
+        """Play one delivery in one end, on the ice of that end."""
         single, before = self.single, self._states[i]
         self._states[i], shot = single.simulator.play(before, call, opponent=self._chooser(i))
         return reward_parts(before.game, self._states[i].game, shot.team, shot.ruling, AGENT)
 
     def _chooser(self, i: int) -> Player:
-        """Who chooses for the team that is not to throw, as `CurlingEndEnv` has it."""
+        """The player that decides for the team that is not to throw, as in `CurlingEndEnv`."""
         end, decisions = self._states[i].game.end, self._decisions[i]
         ours = end is not None and end.to_throw is AGENT
         return self.single.opponent if ours or decisions is None else FollowsDecisions(decisions)
 
     def _put_back(self, i: int, team: Team) -> Callable[[Ruling], bool]:
-        """The choice after a tick by a team."""
+        """The decision after a tick by a team."""
         simulator, state, chooser = self.single.simulator, self._states[i], self._chooser(i)
         return lambda ruling: chooser.puts_back(simulator.view(state, team.other), ruling)
 
@@ -230,12 +240,13 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         return {name: np.stack([one[name] for one in seen]) for name in names}
 
 
-def _released(throws: NDArray[np.float64]) -> NDArray[Any]:
+def _releases(throws: NDArray[np.float64]) -> NDArray[Any]:
     """Releases at the hog line, of RELEASE_DTYPE.
 
     Parameters
     ----------
-    throws : (n, 9) offset, speed, angle, spin, stone, clock, order, and when swept, one a row
+    throws : (n, 9) rows of offset, speed, angle, spin, stone, clock, order, begin and end of
+        sweeping
     """
     x, speed, angle, spin, stone, clock, order, begin, until = throws.T
     vx, vy = velocity_of(speed, angle, DIRECTION)

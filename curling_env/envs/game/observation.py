@@ -1,8 +1,8 @@
 """What a team sees before it delivers: a flat vector, a dictionary, or planes seen from above.
 
-Everything is in the delivery frame, from the side of the team that looks: its own stones first, the
-hammer and the lead its own. What is learnt towards one end, or as one team, serves as the other.
-Of the ice a team sees what it knows of it, which need not be the truth.
+Everything is in the delivery frame and from the point of view of the observing team: its own stones
+come first, and hammer and lead are its own. So what is learnt towards one end, or as one team,
+serves towards the other end and as the other team. The ice is shown as the team knows it.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from typing import Any, Literal
 
 import numpy as np
 from gymnasium import spaces
-from numpy.typing import NDArray
 
 from curling_env.envs.sheet.observation import (
     BANDS,
@@ -26,9 +25,9 @@ from curling_env.game.rules.lines import BACK_LINE, HOG_LINE, Lines
 from curling_env.game.rules.teams import STONES_PER_TEAM, Team
 from curling_env.ice import Ice
 from curling_env.sheet import RING_RADII, Direction, to_sheet
+from curling_env.typing import Singles
 
 ObservationKind = Literal["flat", "dict", "planes"]
-Floats = NDArray[np.float32]
 
 CONTEXT = (
     "stones delivered",
@@ -39,41 +38,41 @@ CONTEXT = (
     "extra end",
     "guards protected",
 )
-"""What is known besides stones and ice; each within ±1."""
+"""The numbers besides those of stones and ice, each within ±1."""
 LEAD_SCALE = 8.0
-"""A lead that counts as 1 [points]."""
+"""The lead that counts as 1 [points]."""
 SLOTS = 2 * STONES_PER_TEAM
 PLANES = ("own stones", "their stones", "house", "friction", *CONTEXT)
-CELL = 0.1
-"""Side of a plane's cell [m]: a stone covers about seven of them."""
-AHEAD, BEYOND = HOG_LINE - 0.2, BACK_LINE + 0.2
-"""Stretch of the sheet that the planes show, along play from the tee [m]."""
+PLANE_CELL = 0.1
+"""Side of a cell of a plane [m]; a stone covers about seven cells."""
+PLANE_Y = (HOG_LINE - 0.2, BACK_LINE + 0.2)
+"""Range of y that the planes show, delivery frame [m]."""
 
 
 class GameObservation:
-    """Makes observations of one kind.
+    """Makes the observations of a game.
 
     Parameters
     ----------
     kind : ``flat`` (a vector), ``dict`` (context, ice and stones apart) or ``planes`` (from above)
-    ice : as the team knows it
-    lines : of the sheet
+    ice : the ice as the team knows it
+    lines : lines of the sheet
 
     Raises
     ------
-    InputError : another kind
+    InputError : an unknown kind
     """
 
     def __init__(self, kind: ObservationKind, ice: Ice, lines: Lines) -> None:
         if kind not in ("flat", "dict", "planes"):
-            raise InputError(f"an observation is 'flat', 'dict' or 'planes', got {kind!r}")
+            raise InputError(f"observation must be 'flat', 'dict' or 'planes', got {kind!r}")
         self.kind = kind
         self.lines = lines
         self._known = {d: ice_features(ice, d) for d in Direction}
         self._known_size = len(self._known[Direction.AWAY])
         if kind == "planes":
-            x = np.arange(-lines.width / 2 + CELL / 2, lines.width / 2, CELL)
-            y = np.arange(AHEAD + CELL / 2, BEYOND, CELL)[::-1]
+            x = np.arange(-lines.width / 2 + PLANE_CELL / 2, lines.width / 2, PLANE_CELL)
+            y = np.arange(PLANE_Y[0] + PLANE_CELL / 2, PLANE_Y[1], PLANE_CELL)[::-1]
             self._x, self._y = np.meshgrid(x, y)
             self._fixed = {d: self._fixed_planes(ice, d) for d in Direction}
 
@@ -117,7 +116,8 @@ class GameObservation:
 
         Parameters
         ----------
-        game : in play, between ends or over
+        game : a game in play, between ends or over
+        team : the team that observes
         direction : the end played to
         """
         context = _context(game, team)
@@ -128,8 +128,8 @@ class GameObservation:
             return {"context": context, "ice": self._known[direction].copy(), "stones": stones}
         return np.concatenate([context, self._known[direction], stones.ravel()])
 
-    def _stones(self, game: Game, team: Team) -> Floats:
-        """(16, 3) whether a stone is there, x and y; own stones first, by number."""
+    def _stones(self, game: Game, team: Team) -> Singles:
+        """Presence, x and y of every stone, (16, 3); own stones first, by number."""
         out = np.zeros((SLOTS, 3), dtype=np.float32)
         half = self.lines.width / 2
         for whose, number, x, y in () if game.end is None else game.end.stones:
@@ -137,7 +137,7 @@ class GameObservation:
             out[slot] = 1.0, x / half, max(y / LENGTH_SCALE, -1.0)
         return out
 
-    def _planes(self, game: Game, team: Team, direction: Direction, context: Floats) -> Floats:
+    def _planes(self, game: Game, team: Team, direction: Direction, context: Singles) -> Singles:
         out = np.empty((len(PLANES), *self._x.shape), dtype=np.float32)
         out[:2] = 0.0
         out[2:4] = self._fixed[direction]
@@ -148,8 +148,8 @@ class GameObservation:
             out[0 if whose is team else 1][covered] = 1.0
         return out
 
-    def _fixed_planes(self, ice: Ice, direction: Direction) -> Floats:
-        """The house as steps of its rings, and friction relative to its mean here."""
+    def _fixed_planes(self, ice: Ice, direction: Direction) -> Singles:
+        """The share of the rings that hold each point, and friction relative to its mean here."""
         distance = np.hypot(self._x, self._y)
         house = np.mean([distance <= radius for radius in RING_RADII], axis=0)
         points = to_sheet(np.stack([self._x, self._y], axis=-1), direction)
@@ -158,7 +158,7 @@ class GameObservation:
         return np.stack([house, relative]).astype(np.float32)
 
 
-def _context(game: Game, team: Team) -> Floats:
+def _context(game: Game, team: Team) -> Singles:
     """The numbers named in `CONTEXT`."""
     end, rules = game.end, game.rules
     delivered = rules.deliveries if end is None else end.delivered

@@ -1,11 +1,8 @@
-"""A game as it is shown: one picture a delivery, or the delivery as it happens in a window."""
+"""How a game is shown: a picture of each delivery, or the delivery as it happens in a window."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.game import GameState, PlayedShot
 from curling_env.game.rules import Game, count
@@ -15,15 +12,14 @@ from curling_env.game.simulator import direction_of, state_on_sheet
 from curling_env.ice import Ice
 from curling_env.render import RED, YELLOW, DrawnScene, SheetRenderer, drawn_stones, playback_frames
 from curling_env.render.canvas import Colour
+from curling_env.render.window import PictureWindow
 from curling_env.sheet import Direction
-
-if TYPE_CHECKING:
-    from curling_env.render.window import PictureWindow
+from curling_env.typing import Floats, Image
 
 WINDOW_FPS = 30.0
-WINDOW_SPEED = 4.0
-"""Times as fast as it happened that a window shows a delivery."""
-FAULTS = {
+PLAYBACK_SPEED = 4.0
+"""How many times faster than it happened a window shows a delivery."""
+FAULT_TEXT = {
     Fault.HOG_LINE: "hogged",
     Fault.FREE_GUARD_ZONE: "free guard zone: put back",
     Fault.NO_TICK: "ticked too early",
@@ -32,18 +28,18 @@ FAULTS = {
 
 
 def colour_of(stone: int) -> Colour:
-    """The handle of a stone: red for the home team, yellow for the away team."""
+    """Colour of a stone's handle: red for the home team, yellow for the away team."""
     return RED if stone < STONES_PER_TEAM else YELLOW
 
 
 def score_text(game: Game) -> str:
-    """``home 3 : 2 away``."""
+    """The score as text: ``home 3 : 2 away``."""
     home, away = game.score
     return f"home {home} : {away} away"
 
 
 def facts_of(game: Game, shot: PlayedShot | None) -> list[tuple[str, str]]:
-    """What the panel says: label and value."""
+    """Labels and values of the panel."""
     facts = [("Red, home", str(game.score[0])), ("Yellow, away", str(game.score[1]))]
     end = game.end
     if end is not None:
@@ -67,17 +63,17 @@ def facts_of(game: Game, shot: PlayedShot | None) -> list[tuple[str, str]]:
 
 
 def scene_of(game: Game, direction: Direction, shot: PlayedShot | None) -> DrawnScene:
-    """The position as it stands, with the paths of the last delivery on it.
+    """The stones on the sheet, with the paths of the last delivery.
 
-    Between ends it is the one that the last delivery left.
+    Between ends they lie as the last delivery left them.
     """
     number = max(len(game.line_score) - 1, 0) if game.end is None else game.end.number
     title = f"End {number + 1}   {score_text(game)}"
     lying: Stones = () if game.end is None else game.end.stones
-    paths: list[tuple[NDArray[np.float64], Colour]] = []
+    paths: list[tuple[Floats, Colour]] = []
     if shot is not None and shot.end == number:
         if shot.ruling.fault is not None:
-            title += f"   ·   {FAULTS[shot.ruling.fault]}"
+            title += f"   ·   {FAULT_TEXT[shot.ruling.fault]}"
         if game.end is None:
             lying = shot.stones_after
         paths = [(path.xy, colour_of(path.stone)) for path in shot.outcome.trajectories]
@@ -94,8 +90,8 @@ class GameRenderer:
 
     Parameters
     ----------
-    ice : under the lines
-    title : of the window
+    ice : the ice under the lines
+    title : title of the window
     """
 
     def __init__(self, ice: Ice, title: str) -> None:
@@ -103,13 +99,13 @@ class GameRenderer:
         self._pictures: dict[Direction, SheetRenderer] = {}
         self._window: PictureWindow | None = None
 
-    def picture(self, state: GameState, shot: PlayedShot | None) -> NDArray[np.uint8]:
+    def picture(self, state: GameState, shot: PlayedShot | None) -> Image:
         """The game after a delivery, (720, 1280, 3) RGB."""
         direction = _direction(state, shot)
         return self._picture(direction).draw(scene_of(state.game, direction, shot))
 
     def show(self, before: GameState, after: GameState, shot: PlayedShot) -> None:
-        """In the window: a delivery as it happens, then the position as it stands."""
+        """In the window: a delivery as it happened, then the stones as they lie."""
         window = self._open()
         end = before.game.end
         lying = [] if end is None else [state_on_sheet(s, shot.direction) for s in end.stones]
@@ -124,7 +120,7 @@ class GameRenderer:
             shot.outcome,
             colour_of,
             fps=WINDOW_FPS,
-            speed=WINDOW_SPEED,
+            speed=PLAYBACK_SPEED,
         )
         for frame in frames:
             if not window.is_open:
@@ -133,7 +129,7 @@ class GameRenderer:
         window.show(self.picture(after, shot))
 
     def show_position(self, state: GameState) -> None:
-        """In the window: the position as it stands."""
+        """In the window: the stones as they lie."""
         self._open().show(self.picture(state, None))
 
     def close(self) -> None:
@@ -149,8 +145,6 @@ class GameRenderer:
 
     def _open(self) -> PictureWindow:
         if self._window is None:
-            from curling_env.render.window import PictureWindow
-
             self._window = PictureWindow(SheetRenderer.size, self._title, WINDOW_FPS)
         return self._window
 

@@ -12,13 +12,13 @@ from curling_env.game.rules.teams import Team
 
 @dataclass(frozen=True, kw_only=True)
 class GameRewardParts:
-    """What happened to a team since its last delivery, before weighting.
+    """What a team earned since its last delivery, before weighting.
 
     Parameters
     ----------
-    points : scored less conceded in an end that was finished
+    points : points scored less points conceded in an end that was completed
     win : 1 for a game won, -1 for one lost
-    fault : -1 for a delivery of its own that broke a rule
+    fault : -1 for a delivery of the team that broke a rule
     """
 
     points: float = 0.0
@@ -57,25 +57,26 @@ class GameRewardWeights:
                 raise InputError(f"the weight of {part.name} must be finite, got {value}")
 
     def total(self, parts: GameRewardParts) -> float:
-        """The reward."""
+        """The reward: the weighted sum of the parts."""
         return sum(getattr(self, part.name) * getattr(parts, part.name) for part in fields(self))
 
 
 def concession_parts(conceded: Team, team: Team) -> GameRewardParts:
-    """What it was to a team that one conceded."""
+    """What a concession is worth to a team."""
     return GameRewardParts(win=-1.0 if conceded is team else 1.0)
 
 
 def reward_parts(
     before: Game, after: Game, thrower: Team, ruling: Ruling, team: Team
 ) -> GameRewardParts:
-    """What one delivery was to a team.
+    """What one delivery is worth to a team.
 
     Parameters
     ----------
-    before, after : the game on either side of it
-    thrower, ruling : of the delivery
-    team : whose reward it is
+    before, after : the game before and after the delivery
+    thrower : the team that delivered
+    ruling : what the rules made of the delivery
+    team : the team that is rewarded
     """
     points = win = 0.0
     if len(after.line_score) > len(before.line_score):

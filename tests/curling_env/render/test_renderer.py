@@ -22,19 +22,10 @@ from curling_env.sheet import PAPER_SHEET, TEE_Y, WORLD_CURLING_SHEET, Direction
 from curling_env.throw import Throw
 
 
-def house_pixel(picture: SheetRenderer, x: float, y: float) -> tuple[int, int]:
-    """Row and column of a point (delivery frame) in the close view."""
-    _, house = picture._views(np.zeros((720, 1280, 3), np.uint8))
-    base = (
-        house.image.__array_interface__["data"][0] - house.image.base.__array_interface__["data"][0]
-    )
-    top, left = divmod(base, 1280 * 3)
-    u, v = house.pixels((x, y))
-    return top + round(v), left // 3 + round(u)
-
-
-def at(image, picture, x, y):
-    return image[house_pixel(picture, x, y)].astype(int)
+def at(image, renderer, x, y):
+    """Colour of a point (delivery frame) in the close-up."""
+    column, row = np.round(renderer.close_up_pixel((x, y))).astype(int)
+    return image[row, column].astype(int)
 
 
 def near(colour, wanted, by=30):
@@ -52,37 +43,37 @@ def uneven():
 
 
 def test_rings_and_lines_are_painted_where_the_rule_book_puts_them():
-    picture = SheetRenderer(load_ice("standard"))
-    image = picture.draw(DrawnScene())
-    blue = at(image, picture, 1.5, 0.3)
-    white = at(image, picture, 0.9, 0.3)
-    red = at(image, picture, 0.4, 0.3)
+    renderer = SheetRenderer(load_ice("standard"))
+    image = renderer.draw(DrawnScene())
+    blue = at(image, renderer, 1.5, 0.3)
+    white = at(image, renderer, 0.9, 0.3)
+    red = at(image, renderer, 0.4, 0.3)
     assert blue[2] > blue[0] + 60
     assert white.min() > 230
     assert red[0] > red[2] + 60
-    hog = at(image, picture, 1.5, -6.401 + 0.05)  # painted on the house's side of its edge
-    beyond = at(image, picture, 1.5, -6.401 - 0.05)
+    hog = at(image, renderer, 1.5, -6.401 + 0.05)  # painted on the house's side of its edge
+    beyond = at(image, renderer, 1.5, -6.401 - 0.05)
     assert hog[0] > hog[1] + 60
     assert beyond.min() > 230
 
 
 def test_a_stone_is_drawn_with_its_colour_and_its_handle_turns():
-    picture = SheetRenderer(load_ice("standard"))
+    renderer = SheetRenderer(load_ice("standard"))
     stone = DrawnStone(x=-1.0, y=TEE_Y - 3.0, colour=YELLOW)
-    image = picture.draw(DrawnScene(stones=[stone]))
-    turned = picture.draw(DrawnScene(stones=[replace(stone, theta=np.pi / 2)]))
-    assert near(at(image, picture, -1.0 + 0.06, -3.0), YELLOW)
-    assert not near(at(turned, picture, -1.0 + 0.06, -3.0), YELLOW)
+    image = renderer.draw(DrawnScene(stones=[stone]))
+    turned = renderer.draw(DrawnScene(stones=[replace(stone, theta=np.pi / 2)]))
+    assert near(at(image, renderer, -1.0 + 0.06, -3.0), YELLOW)
+    assert not near(at(turned, renderer, -1.0 + 0.06, -3.0), YELLOW)
     # Heading 0 points along the play, to the right; a quarter turn to the left points up.
-    assert not near(at(image, picture, -1.0, -3.0 + 0.06), YELLOW)
-    assert near(at(turned, picture, -1.0, -3.0 + 0.06), YELLOW)
+    assert not near(at(image, renderer, -1.0, -3.0 + 0.06), YELLOW)
+    assert near(at(turned, renderer, -1.0, -3.0 + 0.06), YELLOW)
 
 
 def test_the_friction_is_a_layer_of_colour():
-    picture = SheetRenderer(uneven())
-    image = picture.draw(DrawnScene())
-    keen = at(image, picture, -1.6, -4.0)
-    heavy = at(image, picture, 1.6, -4.0)
+    renderer = SheetRenderer(uneven())
+    image = renderer.draw(DrawnScene())
+    keen = at(image, renderer, -1.6, -4.0)
+    heavy = at(image, renderer, 1.6, -4.0)
     assert keen[1] > keen[0] + 40
     assert heavy[0] > heavy[2] + 40
     plain = SheetRenderer(load_ice("standard"))
@@ -103,12 +94,12 @@ def test_both_directions_of_play_run_to_the_right():
 
 
 def test_a_picture_does_not_change_the_next():
-    picture = SheetRenderer(uneven())
-    empty = picture.draw(DrawnScene())
-    picture.draw(
+    renderer = SheetRenderer(uneven())
+    empty = renderer.draw(DrawnScene())
+    renderer.draw(
         DrawnScene(stones=[DrawnStone(x=0, y=17)], title="Draw", facts=[("Speed", "2 m/s")])
     )
-    np.testing.assert_array_equal(picture.draw(DrawnScene()), empty)
+    np.testing.assert_array_equal(renderer.draw(DrawnScene()), empty)
 
 
 @pytest.mark.parametrize("sheet", [PAPER_SHEET, WORLD_CURLING_SHEET])

@@ -52,7 +52,7 @@ def test_parallel_api():
 
 def test_render(monkeypatch):
     pytest.importorskip("pygame")
-    monkeypatch.setattr("curling_env.envs.game.rendering.WINDOW_SPEED", 200.0)
+    monkeypatch.setattr("curling_env.envs.game.rendering.PLAYBACK_SPEED", 200.0)
     render_test(lambda render_mode=None: curling_v0.env(ends=1, render_mode=render_mode))
 
 
