@@ -269,6 +269,7 @@ def test_blanks_bytes_and_spare_columns(tmp_path: Path) -> None:
     path = table_of(tmp_path, "\ufeffthrow, t ,note,swept\n1, 0.5 ,a;b,\n\n2,1e-1,,1\n")
     table = read_table(path, required=["throw", "t"], optional=["swept", "clock"])
     assert len(table) == 2
+    assert "throw" in table
     assert "note" not in table
     assert "clock" not in table
     assert table.numbers("t").tolist() == [0.5, 0.1]
