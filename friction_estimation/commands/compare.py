@@ -18,14 +18,14 @@ def compare(
         typer.Option("-o", "--output", metavar="DIR", help="Also write tables and a picture here."),
     ] = None,
     window: Annotated[
-        float, typer.Option(help="Seconds of each throw from which its release is taken.", min=0.3)
+        float, typer.Option(help="Seconds of each throw to which its release is fitted.", min=0.3)
     ] = 2.5,
 ) -> None:
-    """Throw every measured throw again on an ice: predicted and measured path and rest.
+    """Throw every measured throw again on an ice, and compare prediction and measurement.
 
-    The release of each throw is taken from its first seconds. Where it goes from there is
-    predicted with the ice and held against what was measured: how far the paths lie apart at
-    equal times (path_rms_m), and how far the places of rest (rest_error_m). too_long_m and
+    The release of each throw is taken from its first seconds. Its further path is predicted with
+    the ice and compared with the measured one: the distance of the two paths at equal times
+    (path_rms_m), and the distance of the two places of rest (rest_error_m). too_long_m and
     too_far_left_m say in which direction the prediction is off, as the thrower sees it.
 
     With -o, DIR receives throws.csv (a row per throw), paths.csv (both paths, frame by frame)
@@ -42,7 +42,7 @@ def compare(
 
     comparison = compare_tracks(read_tracks(tracks), load_ice(ice), window=window)
     if output is not None:
-        from friction_estimation.reports.estimate_figures import save_comparison
+        from friction_estimation.reports.rethrow_figures import save_comparison
 
         folder = make_directory(output)
         write_comparison(comparison, folder)

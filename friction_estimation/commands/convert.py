@@ -14,7 +14,7 @@ from friction_estimation.tracks.importers import Along
 
 
 class Unit(StrEnum):
-    """Units of length of other programs."""
+    """Units of length in other programs."""
 
     m = "m"
     cm = "cm"
@@ -44,19 +44,22 @@ def convert(
         ),
     ] = "middle",
     along: Annotated[
-        Along, typer.Option(help="Its axis that points from the home end to the away end.")
+        Along,
+        typer.Option(
+            help="The other program's axis that points from the home end to the away end."
+        ),
     ] = Along.x,
 ) -> None:
     """Read what other programs tracked, or write tables that other programs read.
 
-    Kinovea ("Trajectories to CSV", or its text for gnuplot) and Tracker ("Export data file") are
-    told apart by their first rows. Every tracked point becomes a throw of its own, in the order
-    of the file. Set up the other program's axes on the ice, scale them with something of known
-    length, and say here where they lie: --origin and --along. Its second axis must point to the
-    left of its first, as in both programs.
+    Files of Kinovea ("Trajectories to CSV", or its text for gnuplot) and of Tracker ("Export data
+    file") are recognised by their first rows. Every tracked point becomes a throw of its own, in
+    the order of the file. In the other program, place the axes on the ice and scale them with
+    something of known length; say here where they lie (--origin) and how they point (--along). The
+    second axis must point to the left of the first, as it does in both programs.
 
-    An output that ends in .parquet is written as Parquet, any other as CSV. An ice file becomes
-    the table of its cells: row, column, x, y, mu, sigma, observed.
+    An output that ends in .parquet is written as Parquet, any other as CSV. An ice file becomes the
+    table of its cells: row, column, x, y, mu, sigma, observed.
 
     \b
     Example:
@@ -87,8 +90,11 @@ def convert(
             origin=places[origin] if origin in places else _place(origin),
             along=along,
         )
-        outside = [k.name for k, track in zip(series, tracks, strict=True)
-                   if not PAPER_SHEET.contains(track.xy).any()]  # fmt: skip
+        outside = [
+            k.name
+            for k, track in zip(series, tracks, strict=True)
+            if not PAPER_SHEET.contains(track.xy).any()
+        ]
         if outside:
             raise InputError(
                 f"{outside[0]!r} lies nowhere on the sheet with this --unit, --origin and --along",

@@ -211,9 +211,16 @@ def smoothing_time(residuals: Sequence[Residuals]) -> float:
 
 @compiled
 def _whiten(
-    t: Any, columns: Any, white: float, slow: float, time: float, keep: Any, gate: bool,
-    mean: Any, out: Any,
-) -> None:  # fmt: skip
+    t: Any,
+    columns: Any,
+    white: float,
+    slow: float,
+    time: float,
+    keep: Any,
+    gate: bool,
+    mean: Any,
+    out: Any,
+) -> None:
     """Innovations of the first column, and of the other columns with the gains of the first."""
     n, k = columns.shape
     variance = slow

@@ -1,7 +1,7 @@
-"""Every measured throw thrown again on an estimated ice: the paper's last step.
+"""Every measured throw thrown again on an estimated ice, as the last step of the paper does.
 
-The release is fitted to the first seconds of the free slide only. What comes after, down to where
-the stone rests, is then a prediction, held against what was measured.
+The release is fitted to the first seconds of the free slide only. All that follows, to where the
+stone rests, is a prediction and is compared with what was measured.
 """
 
 from __future__ import annotations
@@ -42,16 +42,16 @@ class Rethrow:
 
     Parameters
     ----------
-    throw, stone : of the track
-    release : fitted to the first seconds
-    t : (n,) since the release [s]
-    measured, predicted : (n, 2) paths, sheet frame [m]
-    tested : (n,) rows after the release window: the prediction's test
-    rest : where the stone was measured at rest, (2,); None if the track ends before
-    predicted_rest : where the prediction rests, (2,)
-    rest_time : measured from the release to the last 5 cm before rest [s], which noise does not
-        blur as it does the very end; None if the track ends before
-    predicted_time : predicted likewise [s]
+    throw, stone : numbers of the throw and of its stone in the tracks
+    release : release fitted to the first seconds
+    t : (n,) time since the release [s]
+    measured, predicted : (n, 2) paths in the sheet frame [m]
+    tested : (n,) rows after the release window, which test the prediction
+    rest : (2,) measured place of rest [m]; None if the track ends before
+    predicted_rest : (2,) predicted place of rest [m]
+    rest_time : time from the release until the stone was 5 cm from its rest [s], which noise blurs
+        less than the very end; None if the track ends before
+    predicted_time : the same time as predicted [s]
     """
 
     throw: int
@@ -68,31 +68,33 @@ class Rethrow:
 
     @property
     def path_rms(self) -> float:
-        """Root mean square distance of the two paths at equal times, after the window [m]."""
+        """Root-mean-square distance of the paths at equal times, after the release window [m]."""
         apart = (self.predicted - self.measured)[self.tested]
         return float(np.sqrt((apart**2).sum(axis=1).mean())) if len(apart) else float("nan")
 
     @property
     def rest_error(self) -> float | None:
-        """Distance of the predicted from the measured place of rest [m]."""
+        """Distance between predicted and measured place of rest [m]."""
         return None if self.rest is None else float(np.hypot(*(self.predicted_rest - self.rest)))
 
     @property
     def too_long(self) -> float | None:
-        """How far the prediction runs on beyond the measured rest, along the play [m]."""
+        """Distance by which the prediction runs beyond the measured rest, along the play [m]."""
         if self.rest is None:
             return None
         return float(self.release.direction * (self.predicted_rest - self.rest)[1])
 
     @property
     def too_far_left(self) -> float | None:
-        """How far left of the measured rest the prediction ends, seen by the thrower [m]."""
+        """Distance by which the prediction ends left of the measured rest, as the thrower sees it
+        [m].
+        """
         if self.rest is None:
             return None
         return float(-self.release.direction * (self.predicted_rest - self.rest)[0])
 
     def summary(self) -> dict[str, Any]:
-        """In numbers, for JSON and CSV."""
+        """The throw in numbers, for JSON and CSV."""
         rest = (None, None) if self.rest is None else (float(self.rest[0]), float(self.rest[1]))
         return {
             "throw": self.throw,
@@ -118,9 +120,9 @@ class Comparison:
 
     Parameters
     ----------
-    rethrows : in order of play
-    skipped : why other throws were not thrown again
-    window : seconds to which releases were fitted [s]
+    rethrows : throws in order of play
+    skipped : reasons why other throws were not thrown again
+    window : stretch of each free slide to which its release was fitted [s]
     """
 
     rethrows: tuple[Rethrow, ...]
@@ -128,7 +130,7 @@ class Comparison:
     window: float
 
     def summary(self) -> dict[str, Any]:
-        """In numbers, for JSON: totals, then each throw."""
+        """Totals and each throw in numbers, for JSON."""
         errors = [k.rest_error for k in self.rethrows if k.rest_error is not None]
         longs = [k.too_long for k in self.rethrows if k.too_long is not None]
         lefts = [k.too_far_left for k in self.rethrows if k.too_far_left is not None]
@@ -161,13 +163,13 @@ def compare_tracks(
 
     Parameters
     ----------
-    tracks : of one session, in order of play
-    ice : on which they are thrown again
-    window : seconds of each free slide to which its release is fitted [s]
+    tracks : tracks of one session, in order of play
+    ice : ice on which they are thrown again
+    window : stretch of each free slide to which its release is fitted [s]
 
     Raises
     ------
-    TrackTooShortError : no throw with a free slide
+    TrackTooShortError : no throw has a free slide
     InputError : a window that is not positive, or ice on which a stone never stops
     """
     if not window > 0:
@@ -183,7 +185,15 @@ def compare_tracks(
 
 
 def rethrow(part: FreeSlide, ice: Ice, order: int, window: float = RELEASE_WINDOW) -> Rethrow:
-    """One throw thrown again; see `compare_tracks`."""
+    """Throw one measured throw again.
+
+    Parameters
+    ----------
+    part : free slide of the throw
+    ice : ice on which it is thrown again
+    order : number of throws played before
+    window : stretch of the free slide to which the release is fitted [s]
+    """
     t = part.t - part.t[0]
     early = t <= max(window, t[min(len(t), 12) - 1])
     release = _fit_release(part, t, early, ice, order)
@@ -212,7 +222,7 @@ def rethrow(part: FreeSlide, ice: Ice, order: int, window: float = RELEASE_WINDO
 
 
 def write_comparison(comparison: Comparison, folder: Path) -> None:
-    """`throws.csv` with a row per throw, and `paths.csv` with both paths of every throw."""
+    """Write `throws.csv` with a row per throw, and `paths.csv` with both paths of every throw."""
     rows = [rethrow.summary() for rethrow in comparison.rethrows]
     write_table(
         folder / "throws.csv",
@@ -279,13 +289,13 @@ def _throw(ice: Ice, release: Release) -> Slide:
 
 
 def _path_at(path: Slide, t: Floats) -> Floats:
-    """Positions at times, (n, 2); where it rests after its end."""
+    """Positions at times, (n, 2) [m]; after its end, the place of rest."""
     trajectory = path.trajectory
     assert trajectory is not None
     return np.column_stack([np.interp(t, trajectory.t, trajectory.xy[:, k]) for k in range(2)])
 
 
 def _arrival(t: Floats, xy: Floats, rest: Floats) -> float:
-    """First time within `_ARRIVED` of a place of rest [s]."""
+    """First time at which a path is within 5 cm of its place of rest [s]."""
     near = np.hypot(*(xy - rest).T) <= _ARRIVED
     return float(t[np.argmax(near)]) if near.any() else float(t[-1])

@@ -14,25 +14,20 @@ from numpy.typing import ArrayLike, NDArray
 from curling_env.ice import write_cells
 from curling_env.storage import write_json, write_table
 from friction_estimation.inversion import Estimate
-from friction_estimation.reports.estimate_figures import (
-    draw_weight,
-    papers_way,
-    per_cent,
-    worth_of_a_per_cent,
-    write_pictures,
-)
+from friction_estimation.reports.draw_weight import draw_weight, worth_of_a_per_cent
+from friction_estimation.reports.estimate_figures import paper_estimate, per_cent, write_pictures
 from friction_estimation.reports.html import facts, picture, table, write_page
 
 
 @dataclass(frozen=True, kw_only=True)
 class Still:
-    """A frame of a film with what was tracked drawn into it.
+    """A frame of a film with the tracked stone drawn into it.
 
     Parameters
     ----------
     film : name of the file
     t : time since its first frame [s]
-    jpeg : the picture
+    jpeg : the picture as JPEG
     """
 
     film: str
@@ -48,15 +43,15 @@ class Still:
 
 
 CAPTIONS = {
-    "map.png": "The ice as a curler reads it: blue keen, red heavy. Below, how well each place is "
-    "known, and the paths that told. Pale: no stone ran there.",
-    "profile.png": "Friction along the sheet with its uncertainty. The dots are the older way, "
-    "differentiating the track and averaging in each cell.",
+    "map.png": "The ice as a curler reads it: blue is keen, red is heavy, and pale where no stone "
+    "ran. Below: how well each place is known, and the measured paths.",
+    "profile.png": "Friction along the sheet with its uncertainty. The dots are the paper's "
+    "method: differentiate the track and average in each cell.",
     "motion.png": "Speed over time, and deceleration over distance, smoothed over two seconds.",
-    "camera.png": "Along the sheet, the same for every throw; the map is free of it. The band "
+    "camera.png": "The same displacement for every throw; the map is corrected for it. The band "
     "holds it with 95 % probability.",
     "residuals.png": "What the fit does not explain. It should look like noise around zero, and "
-    "neighbouring frames should soon be unlike.",
+    "its correlation should fall off within a few frames.",
 }
 TITLES = {
     "map.png": "Where it is keen and where heavy",
@@ -70,15 +65,15 @@ TITLES = {
 def write_report(
     found: Estimate, folder: Path, stills: Sequence[Still] = (), *, reload: float | None = None
 ) -> list[str]:
-    """All pictures and tables of an estimate, and the page that shows them, `report.html`.
+    """All figures and tables of an estimate, and the page that shows them, `report.html`.
 
     Parameters
     ----------
     found : the estimate
-    folder : exists
+    folder : existing folder to write to
     stills : frames of the films, where there are films
-    reload : the browser is to load the page again after this time [s], while more is measured;
-        None: the page stays as it is
+    reload : time after which the browser loads the page again, while more is measured [s]; None for
+        a page that stays as it is
 
     Returns
     -------
@@ -100,39 +95,39 @@ def _write_page(
     reload: float | None,
 ) -> None:
     sections = [f"<h1>{escape(headline(found))}</h1>{facts(_facts(found))}{_remarks(found)}"]
-    sections += [
-        f"<h2>{TITLES[name]}</h2>"
-        + picture((folder / name).read_bytes(), TITLES[name], caption=CAPTIONS[name])
-        for name in pictures
-        if name == "map.png" and not found.uniform
-    ]
+    if "map.png" in pictures and not found.uniform:
+        sections.append(_picture_section(folder, "map.png"))
     if stills:
         shown = "".join(
-            picture(still.jpeg, f"{still.film} at {still.t:.1f} s", kind="jpeg",
-                    caption=f"{still.film}, {still.t:.1f} s")
+            picture(
+                still.jpeg,
+                f"{still.film} at {still.t:.1f} s",
+                kind="jpeg",
+                caption=f"{still.film}, {still.t:.1f} s",
+            )
             for still in stills
-        )  # fmt: skip
+        )
         sections.append(
-            "<h2>What was seen</h2><p class=faint>The outline is where the stone was found, the "
+            "<h2>What was seen</h2><p class=faint>The outline shows where the stone was found, the "
             f"line its path.</p><div class=stills>{shown}</div>"
         )
-    sections += [
-        f"<h2>{TITLES[name]}</h2>"
-        + picture((folder / name).read_bytes(), TITLES[name], caption=CAPTIONS[name])
-        for name in pictures
-        if name != "map.png"
-    ]
+    sections += [_picture_section(folder, name) for name in pictures if name != "map.png"]
     if found.method == "trajectory":
-        sections.append(f"<h2>The older way beside it</h2>{_beside(found)}")
+        sections.append(f"<h2>The paper's method beside it</h2>{_beside(found)}")
     sections.append(f"<h2>The throws</h2>{_throws(found)}")
     write_page(folder / "report.html", "Friction of the ice", sections, reload=reload)
 
 
-def row_table(found: Estimate) -> dict[str, ArrayLike]:
-    """Every row of every track, and what became of it; columns for `write_table`.
+def _picture_section(folder: Path, name: str) -> str:
+    content = (folder / name).read_bytes()
+    return f"<h2>{TITLES[name]}</h2>{picture(content, TITLES[name], caption=CAPTIONS[name])}"
 
-    `use` is ``used``, ``before`` the free slide or ``after`` it, ``wild`` (a jump from its
-    neighbours) or ``unlike`` all that the fit expects; `left_m` is what the fit leaves of it.
+
+def row_table(found: Estimate) -> dict[str, ArrayLike]:
+    """Every row of every track, and what became of it: columns for `write_table`.
+
+    `use` is ``used``, ``before`` or ``after`` the free slide, ``wild`` (a jump from its neighbours)
+    or ``unlike`` all that the fit expects. `left_m` is the residual of the fit [m].
     """
     columns: dict[str, list[NDArray[Any]]] = {
         name: [] for name in ("throw", "t", "x", "y", "use", "left_m")
@@ -192,28 +187,28 @@ def _facts(found: Estimate) -> list[tuple[str, str]]:
         pairs.append((f"{1000 * found.noise.total:.1f} mm", "noise of a measured position"))
     search = found.bias_search
     if search is not None and search.outcome == "found":
-        pairs.append((f"{1000 * search.bias.size:.1f} mm", "ripple of the camera, taken off"))
+        pairs.append((f"{1000 * search.bias.size:.1f} mm", "bias of the camera, corrected"))
     return pairs
 
 
 def _remarks(found: Estimate) -> str:
-    said = ""
+    remarks = ""
     search = found.bias_search
     if search is not None and search.outcome != "found":
-        said = f"<p class=faint>{escape(search.words.capitalize())}.</p>"
+        remarks = f"<p class=faint>{escape(search.words.capitalize())}.</p>"
     if found.skipped:
         items = "".join(f"<li>{escape(reason)}</li>" for reason in found.skipped)
-        said += f"<p class=faint>Left out:</p><ul class=faint>{items}</ul>"
-    return said
+        remarks += f"<p class=faint>Left out:</p><ul class=faint>{items}</ul>"
+    return remarks
 
 
 def _beside(found: Estimate) -> str:
-    """The joint fit and the paper's own way, in numbers."""
-    plain = papers_way(found)
+    """The joint fit and the paper's method, in numbers."""
+    plain = paper_estimate(found)
     rows: list[list[str]] = []
     ways = (
         ("joint fit of all throws", found),
-        ("differentiated and averaged, the paper's way", plain),
+        ("differentiated and averaged, the paper's method", plain),
     )
     for name, way in ways:
         low, high = way.interval
@@ -223,7 +218,7 @@ def _beside(found: Estimate) -> str:
         rows.append([name, f"{way.mu:.5f}", f"{low:.5f} to {high:.5f}", varies])
     head = ["", "μ", "95 % interval", "cells differ by"]
     return table(head, rows, numeric={1, 2, 3}) + (
-        "<p class=faint>Where cells of the older way differ by more, that is noise of its "
+        "<p class=faint>Where cells of the paper's method differ by more, that is the noise of its "
         "derivatives.</p>"
         if not found.uniform
         else ""
@@ -246,6 +241,13 @@ def _throws(found: Estimate) -> str:
                 str(entry["wild_rows"]),
             ]
         )
-    head = ["throw", "speed at release [m/s]", "seconds measured", "seen to rest",
-            "own friction [%]", "left over [mm]", "wild rows"]  # fmt: skip
+    head = [
+        "throw",
+        "speed at release [m/s]",
+        "seconds measured",
+        "seen to rest",
+        "own friction [%]",
+        "left over [mm]",
+        "wild rows",
+    ]
     return table(head, rows, numeric={0, 1, 2, 4, 5, 6})

@@ -1,4 +1,6 @@
-"""Pages that stand alone: style, tables and pictures in one HTML file, nothing from elsewhere."""
+"""Pages that stand alone: style, tables and pictures in one HTML file, with nothing loaded from
+elsewhere.
+"""
 
 from __future__ import annotations
 
@@ -43,9 +45,10 @@ def write_page(
 
     Parameters
     ----------
-    title : plain text, for the browser's tab
-    sections : HTML, each shown as a card
-    reload : the browser is to load the page again after this time [s]; None: it is not
+    path : file to write
+    title : plain text for the browser's tab
+    sections : HTML of each section; every one is shown as a card
+    reload : time after which the browser loads the page again [s]; None for never
     """
     again = "" if reload is None else f"<meta http-equiv=refresh content={reload:g}>"
     cards = "".join(f"<section>{section}</section>" for section in sections)
@@ -63,8 +66,8 @@ def picture(content: bytes | Figure, alt: str, *, kind: str = "png", caption: st
 
     Parameters
     ----------
-    content : of a picture file, or a figure to draw
-    alt : what it shows, plain text, for who cannot see it
+    content : bytes of a picture file, or a figure to draw
+    alt : plain text that says what it shows, for those who cannot see it
     kind : png or jpeg
     caption : plain text
     """
@@ -84,7 +87,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], numeric: Collectio
     Parameters
     ----------
     head, rows : HTML of the cells
-    numeric : columns whose cells stand to the right
+    numeric : numbers of the columns that are aligned to the right
     """
 
     def cells(row: Sequence[str], tag: str) -> str:
@@ -98,6 +101,6 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], numeric: Collectio
 
 
 def facts(pairs: Sequence[tuple[str, str]]) -> str:
-    """Numbers to be read at a glance, each with what it is; plain text in, HTML out."""
+    """Numbers to read at a glance, each with what it is: plain text in, HTML out."""
     items = "".join(f"<div><b>{escape(value)}</b>{escape(what)}</div>" for value, what in pairs)
     return f"<div class=facts>{items}</div>"

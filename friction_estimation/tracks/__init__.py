@@ -1,1 +1,1 @@
-"""Measured paths: kinematics, other programs' files, several cameras. A track knows no film."""
+"""Measured paths: free slides, wrong rows, several cameras, tables of other programs."""

@@ -1,9 +1,10 @@
-"""Tracks that other programs exported: Kinovea's and Tracker's tables, placed on the sheet.
+"""Tracks that other programs exported, Kinovea and Tracker, placed on the sheet.
 
 Kinovea writes a CSV with one column of times and two for every tracked point (`name/0/X`,
-`name/0/Y`, all quoted, decimals in the user's own manner) or a text for gnuplot with one section a
-trajectory. Tracker (Open Source Physics) writes a line with the names of the masses and one that
-begins with `t`, with tabs, commas or semicolons, and `#multi:` before several masses.
+`name/0/Y`, all quoted, decimals in the user's own style), or a text for gnuplot with one section
+for each trajectory. Tracker (Open Source Physics) writes a line with the names of the masses and
+one that begins with `t`, separated by tabs, commas or semicolons, and `#multi:` before several
+masses.
 """
 
 from __future__ import annotations
@@ -22,13 +23,13 @@ from curling_env.storage import read_text
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 
-SLOWEST_FILM_STEP = 0.3
-"""Times that step by more than this are milliseconds: no film shows three frames a second."""
-MIN_ROWS = 3
+_MAX_FRAME_TIME = 0.3
+"""Times that step by more than this are milliseconds: no film has only three frames a second."""
+_MIN_ROWS = 3
 
 
 class Along(StrEnum):
-    """Which of the other program's axes points from the home end to the away end."""
+    """The other program's axis that points from the home end to the away end."""
 
     x = "x"
     y = "y"
@@ -42,7 +43,7 @@ TO_SHEET: dict[Along, Floats] = {
     Along.x: np.array([[0.0, -1.0], [1.0, 0.0]]),
     Along.minus_x: np.array([[0.0, 1.0], [-1.0, 0.0]]),
 }
-"""Rotations from the program's axes, of which the second is to the left of the first, to ours."""
+"""Rotations from the axes of the program, whose second points to the left of the first."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -51,9 +52,9 @@ class Series:
 
     Parameters
     ----------
-    name : that the user gave it there
-    t : (n,) [s]
-    xy : (n, 2) in the program's own axes and unit of length
+    name : name that the user gave it there
+    t : (n,) times [s]
+    xy : (n, 2) positions in the program's own axes and unit of length
     """
 
     name: str
@@ -62,12 +63,16 @@ class Series:
 
 
 def read_export(path: str | Path) -> list[Series]:
-    """Every tracked point of a file that Kinovea or Tracker exported, in the file's order.
+    """Every tracked point of a file that Kinovea or Tracker exported, in the order of the file.
+
+    Parameters
+    ----------
+    path : the exported file
 
     Raises
     ------
-    InputError : neither of the two, no number where one belongs, times that do not increase, or a
-        point with fewer than three places
+    InputError : a file of neither program, no number where one belongs, times that do not increase,
+        or a point with fewer than three positions
     """
     lines = read_text(path).lstrip("\ufeff").splitlines()
     filled = [(i + 1, line) for i, line in enumerate(lines) if line.strip()]
@@ -92,8 +97,8 @@ def on_sheet(
 
     Parameters
     ----------
-    series : see `read_export`
-    metres : that one of the program's units of length is [m]
+    series : tracked points
+    metres : length of the program's unit [m]
     origin : where the program's axes cross, sheet frame [m]
     along : the program's axis that points from the home end to the away end
     """
@@ -107,7 +112,7 @@ def on_sheet(
 # --- the formats -------------------------------------------------------------------------------
 
 Lines = Sequence[tuple[int, str]]
-"""Row numbers as an editor shows them, and the rows that are not empty."""
+"""Row numbers as an editor shows them, with the rows that are not empty."""
 
 
 def _kinovea_text(lines: Lines, path: str | Path) -> list[Series]:
@@ -118,7 +123,9 @@ def _kinovea_text(lines: Lines, path: str | Path) -> list[Series]:
         elif sections:
             sections[-1][1].append((row, line.split()))
         else:
-            raise InputError("expected `# name` before its places", source=path, where=f"row {row}")
+            raise InputError(
+                "expected `# name` before its positions", source=path, where=f"row {row}"
+            )
     return [_series(name, cells, (0, 1, 2), None, path) for name, cells in sections]
 
 
@@ -176,9 +183,8 @@ def _series(
     seconds: float | None,
     path: str | Path,
 ) -> Series:
-    """The rows in which a point has a place; elsewhere it was not seen."""
+    """The rows in which a point has a position; in others it was not seen."""
     values: list[tuple[float, float, float]] = []
-    places: list[int] = []
     for row, cells in rows:
         wanted = [cells[i] if i < len(cells) else "" for i in columns]
         if not wanted[1] and not wanted[2]:
@@ -191,19 +197,18 @@ def _series(
                 where=f"row {row}",
             )
         values.append((t, x, y))
-        places.append(row)
-    if len(values) < MIN_ROWS:
+    if len(values) < _MIN_ROWS:
         raise InputError(
-            f"{name!r} has {len(values)} places; a track needs {MIN_ROWS} or more", source=path
+            f"{name!r} has {len(values)} positions; a track needs {_MIN_ROWS} or more", source=path
         )
     table = np.array(values)
     if seconds is None:
-        seconds = 1e-3 if float(np.median(np.diff(table[:, 0]))) > SLOWEST_FILM_STEP else 1.0
+        seconds = 1e-3 if float(np.median(np.diff(table[:, 0]))) > _MAX_FRAME_TIME else 1.0
     return Series(name=name, t=seconds * table[:, 0], xy=table[:, 1:])
 
 
 def _seconds_in(header: str) -> float | None:
-    """What a unit of a column of times is [s]; None where the header does not say."""
+    """The unit of a column of times in seconds; None where the header does not say."""
     unit = re.search(r"[(\[]\s*(ms|s)\s*[)\]]", header.lower())
     return None if unit is None else {"ms": 1e-3, "s": 1.0}[unit[1]]
 

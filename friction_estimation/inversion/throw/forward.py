@@ -168,9 +168,19 @@ class LawOnMap:
         spin = np.array([inputs.spin, inputs.spin_power, spin_speed, inputs.heading, inputs.clock])
         path = inputs.path
         _integrate(
-            law, motion, np.empty(PUSH_SIZE), np.empty(9), path.points, path.heading,
-            path.origin, spin, sweeps, start, max(speed, 0.0), out,
-        )  # fmt: skip
+            law,
+            motion,
+            np.empty(PUSH_SIZE),
+            np.empty(9),
+            path.points,
+            path.heading,
+            path.origin,
+            spin,
+            sweeps,
+            start,
+            max(speed, 0.0),
+            out,
+        )
         return PathMotion(
             t=np.arange(n, dtype=np.float64) * TIME_STEP,
             distance=out[:, 0],
@@ -246,9 +256,17 @@ def sensitivities(
 
 @compiled
 def _along(
-    law: Law, motion: Any, push: Any, work: Any, points: Any, heading: Any, origin: float,
-    spin: Any, s: float, v: float,
-) -> None:  # fmt: skip
+    law: Law,
+    motion: Any,
+    push: Any,
+    work: Any,
+    points: Any,
+    heading: Any,
+    origin: float,
+    spin: Any,
+    s: float,
+    v: float,
+) -> None:
     """The law along the path: work[6] = μ, work[7] = P, work[8] = Q of acceleration = μ·P + Q."""
     place = (s - origin) / PATH_STEP
     place = min(max(place, 0.0), points.shape[0] - 1.001)
@@ -278,9 +296,19 @@ def _set_time(motion: Any, t: float, clock: float, sweeps: Any) -> None:
 
 @compiled
 def _integrate(
-    law: Law, motion: Any, push: Any, work: Any, points: Any, heading: Any, origin: float,
-    spin: Any, sweeps: Any, start: float, v: float, out: Any,
-) -> None:  # fmt: skip
+    law: Law,
+    motion: Any,
+    push: Any,
+    work: Any,
+    points: Any,
+    heading: Any,
+    origin: float,
+    spin: Any,
+    sweeps: Any,
+    start: float,
+    v: float,
+    out: Any,
+) -> None:
     """Fill out (n, 6): distance, speed, acceleration, friction, ∂a/∂s, ∂a/∂v at each instant."""
     s = start
     turned = spin[3]
@@ -329,9 +357,15 @@ def _integrate(
 
 @compiled
 def _linear_response(
-    speed: Any, friction: Any, by_distance: Any, by_speed: Any, cells: Any, shares: Any,
-    work: Any, out: Any,
-) -> None:  # fmt: skip
+    speed: Any,
+    friction: Any,
+    by_distance: Any,
+    by_speed: Any,
+    cells: Any,
+    shares: Any,
+    work: Any,
+    out: Any,
+) -> None:
     """Fill out (n, 2 + m): δs for a unit of start, of speed and of ln μ of each cell."""
     n, columns = out.shape
     ds, dv, now, then = work[0], work[1], work[2], work[3]

@@ -12,7 +12,7 @@ from curling_env.ice import Ice
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.storage import read_table
 from friction_estimation.inversion import estimate_ice
-from friction_estimation.reports.estimate_figures import draw_weight, worth_of_a_per_cent
+from friction_estimation.reports.draw_weight import draw_weight, worth_of_a_per_cent
 from friction_estimation.reports.estimate_page import Still, headline, write_report
 
 
@@ -53,7 +53,7 @@ def test_the_page_opens_alone_with_all_its_pictures(found, page, tmp_path):
     captions = page.locator("figcaption").all_inner_texts()
     assert "<end>.mp4, 9.5 s" in captions
     assert page.locator("table").last.locator("tr").count() == 1 + len(found.slides)
-    assert "the paper's way" in page.locator("table").first.inner_text()
+    assert "the paper's method" in page.locator("table").first.inner_text()
     assert "further for a draw" in page.inner_text(".facts")
     # Nothing lies beside the screen, at a desk or on a telephone.
     for width in (1280, 390):

@@ -105,7 +105,7 @@ def test_axes_are_turned_never_mirrored(tmp_path, along, expected):
         (tracker("\t").replace(f"{X[3]:.6E}", "soon"), "row 6: expected a number, found 'soon'"),
         (kinovea_table().replace('"80.00000"', '"0:00:08"'), "in seconds or milliseconds"),
         (kinovea_table().replace('"120.00000"', '"20.00000"'), "row 5: time must increase"),
-        ("mass A\nt\tx\ty\n0\t1\t1\n", "'mass A' has 1 places"),
+        ("mass A\nt\tx\ty\n0\t1\t1\n", "'mass A' has 1 positions"),
     ],
 )
 def test_what_is_neither_is_refused_with_its_place(tmp_path, text, words):

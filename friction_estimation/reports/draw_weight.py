@@ -1,0 +1,73 @@
+"""What a friction means to a curler: the draw to the tee on even ice."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from curling_env.ice import FrictionMap, Ice
+from curling_env.physics.one_stone.aim import Aim
+from curling_env.physics.one_stone.slide import NO_BOUNDS, slide
+from curling_env.physics.one_stone.tuning import FINE_TOLERANCE
+from curling_env.sheet import HOG_LINE_Y, TEE_Y
+from curling_env.throw import Throw
+
+
+class DrawWeight(NamedTuple):
+    """A draw to the tee.
+
+    Parameters
+    ----------
+    speed : speed at the hog line [m/s]
+    seconds : time from the hog line to rest [s]
+    hog_to_hog : time from hog line to hog line [s]
+    """
+
+    speed: float
+    seconds: float
+    hog_to_hog: float
+
+
+def draw_weight(ice: Ice, mu: float) -> DrawWeight | None:
+    """What a draw to the tee takes on even ice.
+
+    Parameters
+    ----------
+    ice : sheet, stone and effects
+    mu : friction of the even ice
+
+    Returns
+    -------
+    None where no throw comes to rest at the tee
+    """
+    even = replace(ice, friction=FrictionMap.uniform(mu, ice.sheet))
+    speed = Aim(even, tolerance=FINE_TOLERANCE).draw_weight()
+    if speed is None:
+        return None
+    path = slide(even, Throw(speed=speed).release(), bounds=NO_BOUNDS, fps=60.0).trajectory
+    assert path is not None
+    hog_to_hog = float(np.interp(HOG_LINE_Y, path.xy[:, 1], path.t))
+    return DrawWeight(speed=speed, seconds=path.duration, hog_to_hog=hog_to_hog)
+
+
+def worth_of_a_per_cent(ice: Ice, mu: float) -> tuple[float, float] | None:
+    """What one per cent less friction does to a draw to the tee.
+
+    Parameters
+    ----------
+    ice : sheet, stone and effects
+    mu : friction of the even ice
+
+    Returns
+    -------
+    how much further the same throw runs [m], and by how much the time from hog line to hog line of
+    the throw that then draws to the tee is longer [s]; None where no draw comes to rest there
+    """
+    usual, keener = draw_weight(ice, mu), draw_weight(ice, 0.99 * mu)
+    if usual is None or keener is None:
+        return None
+    even = replace(ice, friction=FrictionMap.uniform(0.99 * mu, ice.sheet))
+    rest = slide(even, Throw(speed=usual.speed).release(), bounds=NO_BOUNDS)
+    return rest.y - TEE_Y, keener.hog_to_hog - usual.hog_to_hog

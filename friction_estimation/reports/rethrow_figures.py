@@ -1,0 +1,132 @@
+"""The figure of measured throws beside their predictions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.lines import Line2D
+from scipy.ndimage import median_filter
+
+from curling_env.ice import Ice
+from curling_env.render.figures import (
+    FAINT,
+    INK,
+    TRACK_COLOURS,
+    draw_sheet,
+    draw_stone,
+    lengthwise,
+    new_figure,
+    plain_axes,
+    save_figure,
+    show_lengthwise,
+)
+from friction_estimation.inversion.rethrow import Comparison
+
+
+def save_comparison(comparison: Comparison, ice: Ice, path: Path) -> None:
+    """Measured and predicted paths on the sheet, the misses at rest, and the distance between the
+    paths.
+    """
+    figure = new_figure(13, 7.2)
+    grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 1.9), width_ratios=(1, 1.25))
+    top = figure.add_subplot(grid[0, :])
+    draw_sheet(top, ice.sheet)
+    show_lengthwise(top, ice.sheet)
+    colours = {
+        k.throw: TRACK_COLOURS[i % len(TRACK_COLOURS)] for i, k in enumerate(comparison.rethrows)
+    }
+    for k in comparison.rethrows:
+        colour = colours[k.throw]
+        top.plot(*lengthwise(k.measured).T, color=colour, lw=1.4, alpha=0.75)
+        top.plot(*lengthwise(k.predicted).T, color=colour, lw=1.0, ls=(0, (4, 3)))
+        if k.rest is not None:
+            draw_stone(top, ice.stone.radius, k.rest, colour=colour)
+            draw_stone(top, ice.stone.radius, k.predicted_rest, colour=colour, filled=False)
+    top.set_xlim(-ice.sheet.length / 2 - 0.3, ice.sheet.length / 2 + 0.3)
+    top.legend(
+        handles=[
+            Line2D([], [], color=INK, lw=1.4, label="measured, rest as a stone"),
+            Line2D([], [], color=INK, lw=1.0, ls=(0, (4, 3)), label="predicted, rest as a ring"),
+        ],
+        frameon=False,
+        fontsize=8,
+        ncols=2,
+        loc="upper left",
+        bbox_to_anchor=(0.0, 1.22),
+    )
+    _draw_misses(figure.add_subplot(grid[1, 0]), comparison, ice.stone.radius, colours)
+    _draw_parting(figure.add_subplot(grid[1, 1]), comparison, colours)
+    totals = comparison.summary()
+    words = f"paths {_centimetres(totals['path_rms_m'])} apart (rms)"
+    if totals["rested"]:
+        words += f", rest {_centimetres(totals['rest_error_m'])} apart (rms)"
+    figure.suptitle(
+        f"{len(comparison.rethrows)} throws thrown again: {words}", fontsize=13, color=INK
+    )
+    save_figure(figure, path)
+
+
+def _draw_misses(ax: Any, comparison: Comparison, radius: float, colours: dict[int, str]) -> None:
+    """Predicted place of rest about the measured one, as the thrower sees it."""
+    from matplotlib.patches import Circle
+
+    misses = [
+        (k.throw, -k.too_far_left, k.too_long)
+        for k in comparison.rethrows
+        if k.too_far_left is not None and k.too_long is not None
+    ]
+    plain_axes(ax)
+    ax.set_title("where the prediction rests; grey: the measured stone", fontsize=10, color=INK)
+    if not misses:
+        ax.text(
+            0.5, 0.5, "no throw was seen to rest", transform=ax.transAxes, ha="center", color=FAINT
+        )
+        return
+    reach = max(1.25 * max(abs(v) for _, *both in misses for v in both), 1.3 * radius)
+    ax.add_patch(Circle((0, 0), radius, facecolor="#e8ebee", edgecolor=FAINT, lw=1))
+    ax.axhline(0, color=FAINT, lw=0.6)
+    ax.axvline(0, color=FAINT, lw=0.6)
+    for throw, right, long in misses:
+        ax.plot(right, long, "o", color=colours[throw], ms=7)
+        ax.annotate(
+            str(throw),
+            (right, long),
+            xytext=(6, 4),
+            textcoords="offset points",
+            fontsize=7,
+            color=INK,
+        )
+    ax.set_xlim(-reach, reach)
+    ax.set_ylim(-reach, reach)
+    ax.set_aspect("equal", adjustable="box")
+    ax.set_xlabel("left ← metres → right", fontsize=9, color=INK)
+    ax.set_ylabel("short ← metres → long", fontsize=9, color=INK)
+
+
+def _draw_parting(ax: Any, comparison: Comparison, colours: dict[int, str]) -> None:
+    """Distance along the play between predicted and measured path, over the distance travelled."""
+    for k in comparison.rethrows:
+        ahead = k.release.direction * (k.predicted - k.measured)[:, 1]
+        # A median over 21 frames leaves the trend and quiets single frames.
+        ahead = median_filter(ahead, size=min(21, len(ahead)), mode="nearest")
+        run = np.hypot(*(k.predicted - k.predicted[0]).T)
+        whole = slice(10, -10) if len(run) > 60 else slice(None)  # medians cut short at the ends
+        ax.plot(run[whole], 100 * ahead[whole], color=colours[k.throw], lw=1, alpha=0.8)
+        outside = np.flatnonzero(k.tested)
+        if outside.size:
+            ax.plot(run[outside[0]], 100 * ahead[outside[0]], "|", color=INK, ms=9)
+    ax.axhline(0, color=INK, lw=0.8)
+    plain_axes(ax)
+    ax.set_title(
+        "prediction ahead of the stone; the bar ends the part it was fitted to",
+        fontsize=10,
+        color=INK,
+    )
+    ax.set_xlabel("distance since release [m]", fontsize=9, color=INK)
+    ax.set_ylabel("behind ← cm → ahead", fontsize=9, color=INK)
+
+
+def _centimetres(metres: float | None) -> str:
+    return "–" if metres is None else f"{100 * metres:.1f} cm"
