@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -10,15 +9,11 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError
-from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice, save_ice
+from curling_env.ice import ActiveEffect, Ice
 from curling_env.sheet import PAPER_SHEET
 from curling_env.throw import Release
-from curling_env.trajectory import Trajectory, write_tracks
+from curling_env.trajectory import Trajectory
 from friction_estimation.inversion import cell_bound, estimate_ice, uniform_bound
-from friction_estimation.inversion.noise import Noise, estimate_noise
-from friction_estimation.inversion.throw.fitted import initialise_throw
-from friction_estimation.inversion.throw.forward import LawOnMap, sensitivities
-from friction_estimation.tracks.free_slide import free_slide
 
 HOG = 10.9725
 
@@ -139,43 +134,6 @@ def test_noise_that_lasts_is_seen_and_makes_sigma_honest(sliding, rng):
     assert np.sqrt(np.mean(np.square(normed))) < 1.7
 
 
-def test_noise_is_found_again(rng):
-    t = np.arange(0, 25, 1 / 30)
-    fade = np.exp(-1 / 30 / 0.2)
-    residuals = []
-    for _ in range(6):
-        slow = np.zeros(len(t))
-        for i in range(1, len(t)):
-            slow[i] = fade * slow[i - 1] + rng.normal(0, 0.004 * np.sqrt(1 - fade**2))
-        residuals.append((t, slow + rng.normal(0, 0.003, len(t)), np.ones(len(t))))
-    found = estimate_noise(residuals)
-    assert found.white == pytest.approx(0.003, rel=0.15)
-    assert found.slow == pytest.approx(0.004, rel=0.15)
-    assert found.time == pytest.approx(0.2, rel=0.35)
-    whitened = found.whiten(t, residuals[0][1][:, None], residuals[0][2], np.ones(len(t), bool))
-    assert whitened.std() == pytest.approx(1.0, abs=0.1)
-
-
-def test_smoothed_track_is_not_taken_for_a_better_one(sliding, rng):
-    """A tracker's smoother leaves only slow errors; their size must still be in sigma."""
-    normed = []
-    for _ in range(6):
-        tracks = []
-        for rough in sliding.measured_throws(
-            sliding.uniform(0.009), sliding.varied_starts(rng, 2), rng, noise=0.01
-        ):
-            weights = np.hanning(17)[:, None] / np.hanning(17).sum()
-            size = len(rough) - 16
-            xy = sum(weights[i] * rough.xy[i : i + size] for i in range(17))
-            tracks.append(
-                Trajectory(t=rough.t[8:-8], xy=xy, theta=rough.theta[8:-8], throw=rough.throw)
-            )
-        found = estimate_ice(tracks, uniform=True)
-        assert found.noise.spacing > 0.1
-        normed.append((found.mu - 0.009) / found.sigma)
-    assert np.sqrt(np.mean(np.square(normed))) < 2.0
-
-
 def test_even_ice_is_found_even_on_film(sliding, as_filmed):
     """A smoother leaves waves that last for seconds, as those do that uneven ice makes."""
     left, inside = [], []
@@ -207,51 +165,6 @@ def test_rows_that_are_said_to_err_more_count_less(sliding, rng):
             errors.setdefault(name, []).append(estimate_ice(measured, uniform=True).mu / 0.009 - 1)
     spread = {name: np.sqrt(np.mean(np.square(e))) for name, e in errors.items()}
     assert spread["said"] < 0.85 * spread["seen"]
-
-
-def test_white_noise_is_not_taken_for_slow(rng):
-    t = np.arange(0, 25, 1 / 30)
-    found = estimate_noise([(t, rng.normal(0, 0.005, len(t)), np.ones(len(t))) for _ in range(5)])
-    assert found.slow == 0.0
-    assert isinstance(found, Noise)
-
-
-# --- the ride --------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("interpolation", ["bilinear", "cell"])
-def test_sensitivities_are_the_derivatives_of_the_motion(sliding, rng, interpolation):
-    tracks = sliding.measured_throws(
-        sliding.uniform(0.009), sliding.varied_starts(rng, 2), rng, curl=0.006
-    )
-    effects = (
-        ActiveEffect(name="speed_dependent_friction", parameters={"exponent": 0.2}),
-        ActiveEffect(name="slope", parameters={"x": 1e-4, "y": 2e-4}),
-    )
-    mu = np.full(PAPER_SHEET.shape, 0.009)
-    friction = FrictionMap(mu=mu, sigma=0 * mu, observed=mu > 0, interpolation=interpolation)
-    law = LawOnMap.of(Ice(friction=friction, effects=effects))
-    throw = initialise_throw(free_slide(tracks[0]), 0)
-    field = rng.normal(0, 0.05, mu.size)
-    law = law.with_field(np.log(0.009), field)
-    motion = law.integrate(throw.inputs, throw.start, throw.speed)
-    cells, weights = law.cell_weights(throw.inputs.path.at(motion.distance))
-    shares = weights * law.mu.ravel()[cells]
-    shares /= shares.sum(axis=1, keepdims=True)
-    crossed, release, by_cell = sensitivities(motion, cells, shares)
-    moving = motion.speed > 0.3
-    change = rng.normal(0, 1e-3, len(crossed))
-    other = field.copy()
-    other[crossed] += change
-    changed = law.with_field(np.log(0.009), other)
-    moved = changed.integrate(throw.inputs, throw.start, throw.speed)
-    bent = moved.distance - motion.distance
-    # Constant cells that differ by 5 % make the path itself jump; Gauss-Newton needs no more.
-    tolerance = 0.03 if interpolation == "bilinear" else 0.25
-    assert np.abs(bent - by_cell @ change)[moving].max() < tolerance * np.abs(bent).max()
-    faster = law.integrate(throw.inputs, throw.start, throw.speed + 1e-3)
-    expected = (faster.distance - motion.distance) / 1e-3
-    assert np.allclose(expected[moving], release[moving, 1], rtol=tolerance, atol=0.05)
 
 
 # --- the map ---------------------------------------------------------------------------------
@@ -323,7 +236,7 @@ def test_cells_never_crossed_are_marked_and_less_known(mapped):
     )
 
 
-def test_the_papers_way_is_there_and_worse(mapped):
+def test_the_papers_method_is_there_and_worse(mapped):
     case = mapped[0]
     paper = estimate_ice(case.tracks, method="paper").ice.friction
     joint = case.found.ice.friction
@@ -357,75 +270,3 @@ def test_half_turn_of_the_sheet_turns_the_map(mapped):
 def test_unknown_method_is_refused(mapped):
     with pytest.raises(InputError, match="method must be one of"):
         estimate_ice(mapped[0].tracks, method="guess")  # type: ignore[arg-type]
-
-
-# --- the command -----------------------------------------------------------------------------
-
-
-@pytest.fixture
-def tracks_file(sliding, rng, tmp_path):
-    path = tmp_path / "tracks.csv"
-    starts = sliding.varied_starts(rng, 4)
-    write_tracks(path, sliding.measured_throws(sliding.uniform(0.0085), starts, rng, rest=0.5))
-    return path
-
-
-def test_command_prints_one_number_and_writes_an_ice(curling, tracks_file, tmp_path):
-    result = curling("estimate", tracks_file, "-o", tmp_path / "ice.json", "--uniform")
-    assert result.status == 0, result.err
-    numbers = result.json()
-    assert numbers["low"] < 0.0085 < numbers["high"]
-    assert numbers["low"] < numbers["mu"] < numbers["high"]
-    assert numbers["throws"] == 4
-    ice = load_ice(tmp_path / "ice.json")
-    assert ice.friction.is_uniform
-    assert ice.friction.mu[0, 0] == pytest.approx(numbers["mu"])
-
-
-@pytest.mark.parametrize("method", ["trajectory", "paper"])
-def test_command_writes_map_and_report(curling, tracks_file, tmp_path, method):
-    ice = tmp_path / "ice.json"
-    report = tmp_path / "report"
-    result = curling("estimate", tracks_file, "-o", ice, "--method", method, "--report", report)
-    assert result.status == 0, result.err
-    assert result.json()["map"]["observed_cells"] == int(load_ice(ice).friction.observed.sum())
-    for name in ("map.png", "motion.png"):
-        assert (report / name).stat().st_size > 10_000
-    assert json.loads((report / "estimate.json").read_text())["method"] == method
-    assert len((report / "cells.csv").read_text().splitlines()) == 1 + 9 * 89
-
-
-def test_command_keeps_the_starts_sheet_and_effects(curling, tracks_file, tmp_path):
-    law = ActiveEffect(name="curl", parameters={"strength": 0.0082, "speed_exponent": 0.2})
-    save_ice(Ice.uniform(0.01, effects=(law,)), tmp_path / "start.json")
-    out = tmp_path / "ice.json"
-    result = curling(
-        "estimate", tracks_file, "-o", out, "--uniform", "--start", tmp_path / "start.json"
-    )
-    assert result.status == 0, result.err
-    assert load_ice(out).effects[0].name == "curl"
-
-
-@pytest.mark.parametrize(
-    ("rows", "says"),
-    [
-        ("throw,t,x,theta\n0,0,0,\n", "y"),
-        ("throw,t,x,y,theta\n0,0,0,nan,\n", "row 2"),
-        ("throw,t,x,y,theta\n0,0.1,0,0,\n0,0.0,0,1,\n", "row 3"),
-        ("throw,t,x,y,theta\n", "no rows"),
-        ("throw,t,x,y,theta\n0,0.0,0,0,\n0,0.1,0,0.2,\n", "throw 0"),
-    ],
-)
-def test_bad_tracks_give_one_line_and_no_file(curling, tmp_path, rows, says):
-    path = tmp_path / "tracks.csv"
-    path.write_text(rows)
-    result = curling("estimate", path, "-o", tmp_path / "ice.json")
-    assert says in result.complaint
-    assert not (tmp_path / "ice.json").exists()
-
-
-def test_film_without_scene_and_two_tables_are_refused(curling, tracks_file, tmp_path):
-    out = tmp_path / "ice.json"
-    assert "--scene" in curling("estimate", tmp_path / "a.mp4", "-o", out).complaint
-    assert "one tracks file" in curling("estimate", tracks_file, tracks_file, "-o", out).complaint
-    assert not out.exists()
