@@ -28,7 +28,7 @@ from friction_estimation.discovery.data.session import open_session
 from friction_estimation.discovery.discover import Discovery, discover
 from friction_estimation.discovery.evidence.hold_out import forecast, noise_floor
 from friction_estimation.discovery.report import document
-from friction_estimation.discovery.search.score_test import CLEARLY
+from friction_estimation.discovery.tuning import CLEARLY_SEEN
 
 COMPARED = {
     "speed_dependent_friction": ("exponent",),
@@ -171,7 +171,7 @@ def visibility(report: dict[str, Any], hidden: dict[str, dict[str, float]]) -> f
         smallest = dict(report["smallest_detectable"].get("pebble_wear[along_path]", {}))
     for effect in report["effects"]:
         if name_and_form(effect) == name:
-            smallest = {p: CLEARLY * v["stderr"] for p, v in effect["parameters"].items()}
+            smallest = {p: CLEARLY_SEEN * v["stderr"] for p, v in effect["parameters"].items()}
     ratios = [
         abs(true[p] - NEUTRAL.get(name, 0.0)) / smallest[p]
         for p in COMPARED.get(name, ())

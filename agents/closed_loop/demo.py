@@ -27,7 +27,7 @@ from curling_env.throw import write_releases
 from curling_env.trajectory import Trajectory, write_tracks
 from curling_env.typing import Floats, Progress, no_progress, part_of_progress, with_progress
 from friction_estimation.discovery.discover import discover
-from friction_estimation.discovery.report import baseline_ice, improved_ice, write_files
+from friction_estimation.discovery.report import write_files
 from friction_estimation.inversion import estimate_ice
 from friction_estimation.reports.discovery_page import write_report_page
 
@@ -173,8 +173,8 @@ def find_missing_effect(
     found = discover(list(tracks), estimate_ice(list(tracks), start=start).ice, seed=seed)
     report = write_files(found, folder)
     write_report_page(found, report, folder / "report.html")
-    draw = _compare(truth, target, improved_ice(found), baseline_ice(found))
-    return draw, [proof.label for proof in found.proofs]
+    draw = _compare(truth, target, found.improved_ice(), found.baseline_ice())
+    return draw, [effect.label for effect in found.effects]
 
 
 def _compare(truth: Ice, target: Floats, ice: Ice, other: Ice) -> ComparedDraw:

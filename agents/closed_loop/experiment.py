@@ -20,7 +20,7 @@ from curling_env.sheet import TEE_Y
 from curling_env.throw import Skill, skill_named
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats, Progress, no_progress, part_of_progress
-from friction_estimation.discovery.joint import WholeIce, understand_ice
+from friction_estimation.discovery.joint import JointEstimate, estimate_jointly
 from friction_estimation.discovery.report import sentence
 from friction_estimation.inversion import estimate_ice
 
@@ -62,7 +62,7 @@ class ClosedLoopResult:
     tracks: list[Trajectory]
     track_errors: Floats
     ices: dict[str, Ice]
-    joint: WholeIce
+    joint: JointEstimate
     requests: list[Request]
     plans: dict[str, list[Plan]]
     exact: dict[str, list[ExecutedThrows]]
@@ -199,7 +199,7 @@ def run_experiment(
     progress("estimating the map", 0.05)
     uniform = estimate_ice(tracks, uniform=True).ice
     mapped = estimate_ice(tracks).ice
-    joint = understand_ice(tracks, seed=seed, tell=part_of_progress(progress, 0.1, 0.5))
+    joint = estimate_jointly(tracks, seed=seed, progress=part_of_progress(progress, 0.1, 0.5))
     truth = hidden.truth()
     ices: dict[str, Ice] = dict(zip(KNOWLEDGE, (uniform, mapped, joint.ice, truth), strict=True))
     requests = _requests(request_rng, draws, guards, takeouts)

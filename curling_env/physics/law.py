@@ -85,11 +85,6 @@ _POINT = np.array([[0.0, 0.0, 1.0]])
 _EIGHT = _front_half(4, 0.4)
 _SIXTEEN, _MOST = _front_half(8, 0.7), _front_half(16, 1.0)
 
-MEASUREMENT_EFFECTS = frozenset(
-    {"tracking_offset", "lens_distortion", "frame_rate_error", "scale_error", "unknown"}
-)
-"""Names an ice file may carry that change what a camera reports, not how a stone slides."""
-
 
 class Law(NamedTuple):
     """An ice as the compiled kernels read it.
@@ -138,11 +133,11 @@ def compile_law(ice: Ice) -> Law:
     x_breaks: list[float] = []
     y_breaks: list[float] = []
     for effect in ice.effects:
-        if effect.name in MEASUREMENT_EFFECTS:
-            continue
         card = cards.get(effect.name)
         if card is None:
             raise InputError(f"unknown effect {effect.name!r}; known are {', '.join(cards)}")
+        if not card.is_physical:
+            continue
         groups[card.acts].append((card.kernel.address, card.theta(effect.parameters)))
         x_breaks += card.x_breaks(effect.parameters)
         y_breaks += card.y_breaks(effect.parameters)

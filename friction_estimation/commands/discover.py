@@ -7,7 +7,13 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import OutputDirectory, SeedOption, print_json, say
+from curling_env.commands.cli import (
+    OutputDirectory,
+    SeedOption,
+    print_json,
+    progress_bar,
+    say,
+)
 
 
 def discover(
@@ -65,18 +71,20 @@ def discover(
         curling discover tracks.csv --ice runs/discover/ice.json -o runs/again
         curling discover tracks.csv --known-length 21.31,21.945 --clock 20.1,24.3 -o runs/checked
     """
-    from tqdm import tqdm
-
     from curling_env.ice import load_ice
     from curling_env.storage import make_directory
     from curling_env.trajectory import read_tracks
     from friction_estimation.camera.scene import load_scene
-    from friction_estimation.discovery.data.references import Quantity, calibrate, read_reference
+    from friction_estimation.discovery.data.references import (
+        QuantityError,
+        calibrate,
+        read_reference,
+    )
     from friction_estimation.discovery.discover import discover as find
     from friction_estimation.discovery.report import write_files
     from friction_estimation.reports.discovery_page import write_report_page
 
-    given: dict[Quantity, list[str]] = {
+    given: dict[QuantityError, list[str]] = {
         "scale_error": known_length or [],
         "frame_rate_error": clock or [],
     }
@@ -89,19 +97,13 @@ def discover(
     view = load_scene(scene) if scene is not None else None
     base = load_ice(ice) if ice is not None else None
     folder = make_directory(output)
-    with tqdm(total=100, desc="discover", leave=False, delay=0.5, bar_format=BAR) as bar:
-
-        def show(what: str, share: float) -> None:
-            bar.set_description(what, refresh=False)
-            bar.update(max(0, round(100 * share) - bar.n))
-
-        found = find(measured, base, scene=view, references=references, seed=seed, progress=show)
+    with progress_bar() as progress:
+        found = find(
+            measured, base, scene=view, references=references, seed=seed, progress=progress
+        )
     report = write_files(found, folder)
     write_report_page(found, report, folder / "report.html")
     for reason in found.session.left_out:
         say(f"left out: {reason}")
     say(f"{folder}: report.html, report.json, baseline.json, ice.json")
     print_json({key: report[key] for key in ("verdict", "effects", "gap")})
-
-
-BAR = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}"

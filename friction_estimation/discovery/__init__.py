@@ -1,8 +1,7 @@
-"""Where measurement and model disagree, and what is missing: the discovery of effects.
+"""Discovery of effects: where measurement and model disagree, and what the model lacks.
 
-Noise is learnt first (`noise`), the baseline is refitted to the same throws (`baseline`, `fit`),
-beside what a film's camera does to all of them (`misplacement`); all candidates are screened
-(`candidates`, `screening`, `patches`), added one by one (`selection`), proved throw by throw
-(`proof`) and accepted on throws that nothing was fitted to (`acceptance`).
-What no candidate explains is described by what it follows (`unknown`).
+The noise of the tracks is learnt and the baseline is fitted to the same throws (`model`), beside
+the systematic errors of the camera. Candidates are scored, fitted and chosen one by one (`search`),
+then tested throw by throw and on throws that nothing was fitted to (`evidence`). A discrepancy that
+no candidate explains is described by the variables that it follows.
 """

@@ -1,4 +1,4 @@
-"""Discovery from tracks to a verdict: what is missing, what it explains, what stays open."""
+"""Discovery from tracks to findings: what is missing, what it explains, and what stays open."""
 
 from __future__ import annotations
 
@@ -7,40 +7,38 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from curling_env.ice import Ice
+from curling_env.ice import ActiveEffect, Ice
 from curling_env.trajectory import Trajectory
+from curling_env.typing import Indices, Progress, no_progress, part_of_progress
 from friction_estimation.camera.scene import Scene
 from friction_estimation.discovery.data.references import Calibration, calibrations_of, corrected
-from friction_estimation.discovery.data.session import ENOUGH_THROWS, Session, open_session
+from friction_estimation.discovery.data.session import Session, open_session
 from friction_estimation.discovery.evidence.confounding import Alternative, alternatives
-from friction_estimation.discovery.evidence.events import SURPRISING, odd_throws
+from friction_estimation.discovery.evidence.events import exceptional_throws
 from friction_estimation.discovery.evidence.hold_out import (
-    Gap,
+    ForecastGap,
     choose_held_out,
     forecast,
     noise_floor,
 )
+from friction_estimation.discovery.evidence.intervals import standard_errors
 from friction_estimation.discovery.evidence.residual_term import NAME, try_table
 from friction_estimation.discovery.evidence.significance import (
-    STRUCTURE,
-    Proof,
-    between_throws,
+    EffectEvidence,
+    add_effects_between_throws,
     friction_structure,
-    prove,
+    weigh_evidence,
 )
-from friction_estimation.discovery.evidence.unknown import Follows, what_it_follows
+from friction_estimation.discovery.evidence.unknown import Dependence, find_dependences
 from friction_estimation.discovery.model.baseline import base_model
-from friction_estimation.discovery.model.candidates import candidates, pushes_of
-from friction_estimation.discovery.model.fit import Fit, fit
+from friction_estimation.discovery.model.candidates import candidates, card_of
+from friction_estimation.discovery.model.fit import SessionFit, fit
 from friction_estimation.discovery.search.residuals import Misfit
-from friction_estimation.discovery.search.score_test import holm, screen
+from friction_estimation.discovery.search.score_test import holm, score_candidates
 from friction_estimation.discovery.search.selection import (
-    RULED_OUT,
-    Progress,
     Selection,
-    Step,
+    SelectionRound,
     closure,
     falls_short,
     fit_with_noise,
@@ -49,71 +47,75 @@ from friction_estimation.discovery.search.selection import (
     prune,
     refit,
     select,
-    silent,
+)
+from friction_estimation.discovery.tuning import (
+    LARGEST_P,
+    LARGEST_P_BETWEEN_THROWS,
+    LEAST_CLOSURE,
+    LEAST_CLOSURE_BESIDE_UNKNOWN,
+    LEAST_THROWS,
+    RULED_OUT,
+    SURPRISING_THROW,
 )
 
-BY_CHANCE = 0.05
-"""Corrected probability below which an effect is proved."""
-CLOSES = 0.9
-"""Part of the misfit that named effects must close, noise allowed for."""
-CLOSES_BESIDE_UNKNOWN = 0.97
-"""Part that they must close where something is left that follows nothing known: a proxy closes up
-to 0.97."""
+Structure = tuple[str, float]
+"""The circumstance that the throws' own frictions follow most, and the p that it is chance."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Discovery:
-    """What was found.
+    """The findings of a discovery.
 
     Parameters
     ----------
-    session : all throws that slide freely, less those of `events`
+    session : all throws that slide freely, without those of `events`
     selection : how the effects were chosen, on the training throws
     named : fit of the training throws with the effects that are named
-    base : baseline on the same throws with the same noise
-    final_base, final : both fitted to all throws, for the files
-    proofs : of the named effects
+    base : fit of the baseline to the same throws with the same noise
+    final_base, final : fits of baseline and improved model to all throws, for the files
+    effects : evidence for the named effects
     unproved : labels that were selected but not proved: proxies of something else
-    follows : variables of what is unknown; empty where nothing is
+    dependences : variables that the unknown follows; empty where nothing is unknown
     unknown : whether something is missing that no effect explains
-    structure : what the throws' frictions still follow, and the p that it is chance
+    structure : circumstance that the throws' own frictions still follow, and p that it is chance
     events : numbers of throws in which something happened once
-    held_out : indices into `session`
-    gaps : forecast gap before, after and at the noise floor; empty without held-out throws
+    held_out : indices of the held-out throws in `session`
+    gaps : forecast gaps ``before``, ``after`` and at the ``noise_floor``; empty without held-out
+        throws
     before, after : slow misfit of the training throws
-    alternatives : by label, what the data cannot rule out in place of a named effect
-    trial_closures : by label, what each candidate of the first round closes by itself
-    residual_term : what of the unknown is in the improved ice as a fitted table; None if nothing
-    calibrations : of lengths and times, by references; the session's tracks are corrected by them
-    fits_worse_than_uniform : whether the ice given, refitted, fits worse than uniform friction
+    alternatives : for each label the effects that the data cannot rule out in its place
+    trial_closures : for each candidate of the first round the part of the misfit that it closes
+    residual_term : the table for the unknown that is in the improved ice; None without one
+    calibrations : factors of lengths and times by which the tracks were corrected
+    fits_worse_than_uniform : whether the given ice, fitted, fits worse than uniform friction
     """
 
     session: Session
     selection: Selection
-    named: Fit
-    base: Fit
-    final_base: Fit
-    final: Fit
-    proofs: list[Proof]
-    unproved: list[str]
-    unknown: bool
-    follows: list[Follows]
-    structure: tuple[str, float]
-    events: list[int]
-    held_out: NDArray[np.intp]
-    gaps: dict[str, Gap] = field(default_factory=dict)
+    named: SessionFit
+    base: SessionFit
+    final_base: SessionFit
+    final: SessionFit
+    effects: list[EffectEvidence] = field(default_factory=list[EffectEvidence])
+    unproved: list[str] = field(default_factory=list[str])
+    unknown: bool = False
+    dependences: list[Dependence] = field(default_factory=list[Dependence])
+    structure: Structure = ("", 1.0)
+    events: list[int] = field(default_factory=list[int])
+    held_out: Indices = field(default_factory=lambda: np.empty(0, dtype=np.intp))
+    gaps: dict[str, ForecastGap] = field(default_factory=dict[str, ForecastGap])
     before: Misfit
     after: Misfit
-    alternatives: dict[str, list[Alternative]] = field(default_factory=dict)
-    trial_closures: dict[str, float] = field(default_factory=dict)
+    alternatives: dict[str, list[Alternative]] = field(default_factory=dict[str, list[Alternative]])
+    trial_closures: dict[str, float] = field(default_factory=dict[str, float])
     residual_term: dict[str, Any] | None = None
     calibrations: tuple[Calibration, ...] = ()
     fits_worse_than_uniform: bool = False
 
     @property
     def enough(self) -> bool:
-        """Whether there are throws enough to name anything."""
-        return len(self.session) >= ENOUGH_THROWS
+        """Whether there are enough throws to name anything."""
+        return len(self.session) >= LEAST_THROWS
 
     @property
     def closure(self) -> float:
@@ -122,11 +124,25 @@ class Discovery:
 
     def runner_up(self, label: str) -> dict[str, Any] | None:
         """The next best candidate of the round in which an effect was chosen."""
-        for step in self.selection.steps:
-            if step.chosen == label and len(step.trials) > 1:
-                second = step.trials[1]
+        for round_ in self.selection.rounds:
+            if round_.chosen == label and len(round_.trials) > 1:
+                second = round_.trials[1]
                 return {"name": second.term.label, "gain": float(f"{second.gain:.6g}")}
         return None
+
+    def baseline_ice(self) -> Ice:
+        """The baseline as fitted to all throws."""
+        return self.final_base.model.improved_ice(standard_errors(self.final_base))
+
+    def improved_ice(self) -> Ice:
+        """The model with everything that was found, fitted to all throws."""
+        ice = self.final.model.improved_ice(standard_errors(self.final))
+        for calibration in self.calibrations:
+            if calibration.clearly_off:
+                ice = ice.with_effect(calibration.as_effect())
+        if self.unknown and self.residual_term is None:
+            ice = ice.with_effect(ActiveEffect(name="unknown"))
+        return ice
 
 
 def discover(
@@ -136,26 +152,26 @@ def discover(
     scene: Scene | None = None,
     references: Sequence[Calibration] = (),
     seed: int = 0,
-    progress: Progress = silent,
+    progress: Progress = no_progress,
 ) -> Discovery:
     """Find what a model of the ice lacks.
 
     Parameters
     ----------
     tracks : measured throws, in order of play
-    ice : the model; uniform Coulomb friction on a symmetric running band by default
-    scene : of the camera that filmed the tracks; the lens is then judged in its image
-    references : what known lengths and clocks say of the tracks' scale and frame rate
-    seed : of the held-out throws and of permutations
-    progress : told what is being done and which part of all is behind
+    ice : model of the ice; uniform Coulomb friction on a symmetric running band by default
+    scene : scene of the camera that filmed the tracks; a wrong lens is then sought in its image
+    references : calibrations of lengths and times by known ones; they replace those of the ice
+    seed : seed of the choice of held-out throws and of permutations
+    progress : progress
 
     Raises
     ------
     TrackTooShortError : no throw slides freely
     InputError : tracks that lie off the sheet, an ice with an effect that is not known
     """
-    decided = {c.name: c for c in (*calibrations_of(ice), *references)}
-    known = tuple(decided.values())
+    calibrations = {c.name: c for c in (*calibrations_of(ice), *references)}
+    known = tuple(calibrations.values())
     found = _discover(corrected(tracks, known), ice, scene, np.random.default_rng(seed), progress)
     return replace(
         found, calibrations=known, fits_worse_than_uniform=_is_other_ice(ice, found.final_base)
@@ -169,75 +185,45 @@ def _discover(
     rng: np.random.Generator,
     progress: Progress,
 ) -> Discovery:
-    """Find what a model lacks, with tracks whose lengths and times are taken as true."""
+    """Find what a model lacks, from tracks whose lengths and times are taken as true."""
     progress("reading tracks", 0.0)
     session = open_session(tracks, scene)
     progress("fitting the baseline", 0.05)
     start = base_model(ice, session)
     everything = fit_with_noise(start, session)
     session = everything.session
-    if len(session) < ENOUGH_THROWS:
+    if len(session) < LEAST_THROWS:
         return _too_few(everything)
     found = _search(everything, rng, progress)
-    odd = odd_throws(found.selection.best, session)
-    if len(odd) and len(session) - len(odd) >= ENOUGH_THROWS:
-        # What happened once must not poison the rest: the other throws are searched by themselves.
+    odd = exceptional_throws(found.selection.best, session)
+    if len(odd) and len(session) - len(odd) >= LEAST_THROWS:
+        # What happened once must not spoil the rest: the other throws are searched by themselves.
         rest = session.only(np.setdiff1d(np.arange(len(session)), odd))
         calm = _search(fit_with_noise(start, rest), rng, progress)
         alone = misfit_of(fit(calm.final.model, session.only(odd), calm.final.noise, shared=False))
-        if misfit_of(calm.final).white and (alone.surprise > SURPRISING).all():
+        if misfit_of(calm.final).white and (alone.surprise > SURPRISING_THROW).all():
             return replace(calm, events=session.throws[odd].tolist())
     return found
 
 
-def _is_other_ice(ice: Ice | None, base: Fit) -> bool:
-    """Whether a given ice, refitted to the throws, fits them worse than uniform friction."""
+def _is_other_ice(ice: Ice | None, base: SessionFit) -> bool:
+    """Whether a given ice, fitted to the throws, fits them worse than uniform friction does."""
     if ice is None or (ice.friction.is_uniform and not base.model.terms):
         return False
     uniform = fit(base_model(None, base.session), base.session, base.noise)
     return base.deviance > uniform.deviance + RULED_OUT
 
 
-def _follow(
-    named: Fit,
-    after: Misfit,
-    structure: tuple[str, float],
-    rng: np.random.Generator,
-    progress: Progress,
-) -> list[Follows]:
-    """What is unknown follows: within throws, and from throw to throw."""
-    progress("asking what it follows", 0.8)
-    follows = [] if after.white else what_it_follows(named, rng)
-    if structure[1] < STRUCTURE:
-        variable = structure[0].split()[0].replace("direction", "y")
-        if variable not in {f.variable for f in follows}:
-            own = Follows(variable=variable, share=0.0, p=structure[1], push="along")
-            follows.insert(0 if after.white else len(follows), own)
-    return follows
-
-
-def _doubtful(proofs: list[Proof], follows: list[Follows], closes: float, left: float) -> list[str]:
-    """Labels of effects that may be proxies of the unknown.
-
-    They push where it still pushes, or explain less than is left unexplained.
-    """
-    pushes = {f.push for f in follows}
-    if not follows and closes < CLOSES_BESIDE_UNKNOWN:
-        return [proof.label for proof in proofs]
-    return [
-        proof.label
-        for proof in proofs
-        if proof.gain < left or pushes & pushes_of(proof.label.partition("[")[0])
-    ]
-
-
-def _too_few(everything: Fit) -> Discovery:
+def _too_few(everything: SessionFit) -> Discovery:
+    """Findings of too few throws: nothing is tried, but what they could have shown is known."""
     misfit = misfit_of(everything)
-    # Nothing is tried, but what so few throws would have shown is told.
-    looks = screen(everything, candidates(everything.session, everything.model.terms))
-    step = Step(looks=looks, trials=[], chosen="")
+    scores = score_candidates(everything, candidates(everything.session, everything.model.terms))
     selection = Selection(
-        base=everything, best=everything, before=misfit, after=misfit, steps=[step]
+        base=everything,
+        best=everything,
+        before=misfit,
+        after=misfit,
+        rounds=[SelectionRound(scores=scores, trials=[], chosen="")],
     )
     return Discovery(
         session=everything.session,
@@ -246,49 +232,39 @@ def _too_few(everything: Fit) -> Discovery:
         base=everything,
         final_base=everything,
         final=everything,
-        proofs=[],
-        unproved=[],
-        unknown=False,
-        follows=[],
-        structure=("", 1.0),
-        events=[],
-        held_out=np.empty(0, dtype=np.intp),
         before=misfit,
         after=misfit,
     )
 
 
-def _search(everything: Fit, rng: np.random.Generator, progress: Progress) -> Discovery:
-    """Select, prove and accept on one session."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Named:
+    """The named effects of the training throws, and what they leave; as of `Discovery`."""
+
+    fit: SessionFit
+    effects: list[EffectEvidence]
+    unproved: list[str]
+    after: Misfit
+    structure: Structure
+    dependences: list[Dependence]
+    unknown: bool
+
+
+def _search(everything: SessionFit, rng: np.random.Generator, progress: Progress) -> Discovery:
+    """Select, test and accept effects on one session."""
     session = everything.session
     held_out = choose_held_out(session, rng)
     training = session.only(np.setdiff1d(np.arange(len(session)), held_out))
     unseen = session.only(held_out)
     base = fit_with_noise(everything.model, training, everything.noise)
-    selection = select(base, progress=lambda what, share: progress(what, 0.1 + 0.6 * share))
+    selection = select(
+        base,
+        progress=part_of_progress(progress, 0.1, 0.7),
+    )
     progress("testing throw by throw", 0.7)
-    selection = replace(selection, best=between_throws(selection.best, session, rng))
-    named, proofs, unproved = _proved(selection, unseen, session, rng)
-    base, after = selection.base, misfit_of(named)
-    structure = friction_structure(named, rng)
-    open_ = not after.white or structure[1] < STRUCTURE
-    closes = closure(selection.before, after)
-    follows = _follow(named, after, structure, rng, progress) if open_ else []
-    doubtful = _doubtful(proofs, follows, closes, after.excess) if open_ else []
-    if falls_short(selection.before, after, CLOSES):
-        doubtful = [proof.label for proof in proofs]
-    if doubtful:
-        # A proxy of what is unknown must not stand as a name: the rest is fitted without it.
-        unproved = doubtful + unproved
-        proofs = [proof for proof in proofs if proof.label not in doubtful]
-        model = replace(
-            named.model, terms=tuple(t for t in named.model.terms if t.label not in doubtful)
-        )
-        named, open_ = refit(named, model) if proofs else base, True
-        after, structure = misfit_of(named), friction_structure(named, rng)
-        # Without its proxies the unknown may be too large for a linear look: then what it
-        # follows beside them stands.
-        follows = _follow(named, after, structure, rng, progress) or follows
+    selection = replace(selection, best=add_effects_between_throws(selection.best, session, rng))
+    found = _name(selection, unseen, session, rng, progress)
+    base, named = selection.base, found.fit
     progress("forecasting throws held out", 0.9)
     gaps = {
         "before": forecast(base.model, unseen, named.noise),
@@ -297,9 +273,9 @@ def _search(everything: Fit, rng: np.random.Generator, progress: Progress) -> Di
     }
     closures = {
         trial.term.label: closure(selection.before, misfit_of(trial.fit))
-        for trial in (selection.steps[0].trials if selection.steps else [])
+        for trial in (selection.rounds[0].trials if selection.rounds else [])
     }
-    described = try_table(named, follows, unseen) if open_ else None
+    described = try_table(named, found.dependences, unseen) if found.unknown else None
     table: dict[str, Any] | None = None
     if described is not None:
         table = {
@@ -311,46 +287,125 @@ def _search(everything: Fit, rng: np.random.Generator, progress: Progress) -> Di
         gaps["noise_floor"] = noise_floor(named, unseen)
     progress("fitting all throws", 0.96)
     final = place_sides(fit_with_noise(named.model, session, named.noise))
-    final_base = refit(final, base.model)
-    others = {proof.label: alternatives(final, proof.label) for proof in proofs}
     return Discovery(
         session=session,
         selection=selection,
         named=named,
         base=base,
-        final_base=final_base,
+        final_base=refit(final, base.model),
         final=final,
-        proofs=proofs,
-        unproved=unproved,
-        unknown=open_,
-        follows=follows,
-        structure=structure,
-        events=[],
+        effects=found.effects,
+        unproved=found.unproved,
+        unknown=found.unknown,
+        dependences=found.dependences,
+        structure=found.structure,
         held_out=held_out,
         gaps=gaps,
         before=selection.before,
-        after=after,
-        alternatives=others,
+        after=found.after,
+        alternatives={e.label: alternatives(final, e.label) for e in found.effects},
         trial_closures=closures,
         residual_term=table,
     )
 
 
+def _name(
+    selection: Selection,
+    unseen: Session,
+    whole: Session,
+    rng: np.random.Generator,
+    progress: Progress,
+) -> _Named:
+    """The effects that may be named: proved throw by throw, and no proxies of something unknown."""
+    named, effects, unproved = _proved(selection, unseen, whole, rng)
+    after, structure = misfit_of(named), friction_structure(named, rng)
+    unknown = _is_open(after, structure)
+    dependences = _dependences(named, after, structure, rng, progress) if unknown else []
+    doubtful: list[str] = []
+    if unknown:
+        closes = closure(selection.before, after)
+        doubtful = _doubtful(effects, dependences, closes, after.excess)
+    if falls_short(selection.before, after, LEAST_CLOSURE):
+        doubtful = [effect.label for effect in effects]
+    if doubtful:
+        # A proxy of the unknown must not be named: the rest is fitted without it.
+        unproved = doubtful + unproved
+        effects = [effect for effect in effects if effect.label not in doubtful]
+        model = replace(
+            named.model, terms=tuple(t for t in named.model.terms if t.label not in doubtful)
+        )
+        named, unknown = refit(named, model) if effects else selection.base, True
+        after, structure = misfit_of(named), friction_structure(named, rng)
+        # Without its proxies the unknown may be too large for a linear response; then the
+        # variables that it follows beside them stand.
+        dependences = _dependences(named, after, structure, rng, progress) or dependences
+    return _Named(
+        fit=named,
+        effects=effects,
+        unproved=unproved,
+        after=after,
+        structure=structure,
+        dependences=dependences,
+        unknown=unknown,
+    )
+
+
+def _is_open(after: Misfit, structure: Structure) -> bool:
+    """Whether something is left, within throws or between them."""
+    return not after.white or structure[1] < LARGEST_P_BETWEEN_THROWS
+
+
+def _dependences(
+    named: SessionFit,
+    after: Misfit,
+    structure: Structure,
+    rng: np.random.Generator,
+    progress: Progress,
+) -> list[Dependence]:
+    """The variables that the unknown follows, within throws and between them."""
+    progress("asking what the unknown follows", 0.8)
+    found = [] if after.white else find_dependences(named, rng)
+    if structure[1] < LARGEST_P_BETWEEN_THROWS:
+        variable = structure[0].split()[0].replace("direction", "y")
+        if variable not in {f.variable for f in found}:
+            own = Dependence(variable=variable, share=0.0, p=structure[1], push="along")
+            found.insert(0 if after.white else len(found), own)
+    return found
+
+
+def _doubtful(
+    effects: list[EffectEvidence], dependences: list[Dependence], closes: float, excess: float
+) -> list[str]:
+    """Labels of effects that may be proxies of the unknown.
+
+    They push in the direction in which the unknown pushes, or explain less than is left.
+    """
+    if not dependences and closes < LEAST_CLOSURE_BESIDE_UNKNOWN:
+        return [effect.label for effect in effects]
+    pushes = {dependence.push for dependence in dependences}
+
+    def pushes_alike(label: str) -> bool:
+        card = card_of(label)
+        return card is not None and not pushes.isdisjoint(card.pushes)
+
+    return [e.label for e in effects if e.gain < excess or pushes_alike(e.label)]
+
+
 def _proved(
     selection: Selection, unseen: Session, whole: Session, rng: np.random.Generator
-) -> tuple[Fit, list[Proof], list[str]]:
-    """The model with only those effects that throws prove one by one."""
+) -> tuple[SessionFit, list[EffectEvidence], list[str]]:
+    """The fit with only those effects that throws prove one by one, and the labels of others."""
     fitted = selection.best
     own = {term.label for term in selection.base.model.terms}
     unproved: list[str] = []
     while True:
         labels = [t.label for t in fitted.model.terms if t.label not in own]
-        proofs = [prove(fitted, label, unseen, whole, rng) for label in labels]
-        corrected = holm([proof.p for proof in proofs])
-        proofs = [replace(p, corrected=c) for p, c in zip(proofs, corrected, strict=True)]
-        failed = [p for p in proofs if p.corrected > BY_CHANCE]
+        effects = [weigh_evidence(fitted, label, unseen, whole, rng) for label in labels]
+        p_values = holm([effect.p for effect in effects])
+        effects = [replace(e, corrected=p) for e, p in zip(effects, p_values, strict=True)]
+        failed = [e for e in effects if e.corrected > LARGEST_P]
         if not failed:
-            return fitted, proofs, unproved
-        worst = max(failed, key=lambda p: (p.p, -p.gain))
+            return fitted, effects, unproved
+        worst = max(failed, key=lambda e: (e.p, -e.gain))
         unproved.append(worst.label)
         fitted = prune(refit(fitted, fitted.model.without(worst.label)), own)

@@ -1,49 +1,39 @@
-"""The whole ice from one session: its map and its effects, told from each other.
+"""The map and the effects of one session's ice, estimated jointly.
 
 A map alone reads friction that falls with speed as ice that is heavy where stones are slow, and
-effects fitted on top of such a map look smaller than they are, or hide. So what acts along the
-travel is fitted together with the map (`inversion.refit`) and kept where the throws insist on it.
-Discovery then asks what that ice still lacks: what acts across the travel, what belongs to one
-stone, to a stretch of sheet, to the camera. Map and strengths are fitted once more with all of it.
+effects that are fitted on top of such a map look too small, or hide. So the effects that a map
+would absorb are fitted together with it, and kept where the throws clearly show them. Discovery
+then finds what that ice still lacks: effects across the travel, of one stone, of a stretch of the
+sheet, of the camera. At last the map and all strengths are fitted once more.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from curling_env.ice import ActiveEffect, Ice
-from curling_env.physics.effects import catalogue
+from curling_env.physics.effects import catalogue, mistaken_for
 from curling_env.trajectory import Trajectory
+from curling_env.typing import Progress, no_progress, part_of_progress
 from friction_estimation.discovery.discover import Discovery, discover
-from friction_estimation.discovery.report import improved_ice
 from friction_estimation.inversion import Estimate, estimate_ice
 
-Tell = Callable[[str, float], None]
-"""Called with what is being done and the part of it that is done, 0 to 1."""
-
-ALONG = {
-    "speed_dependent_friction": ("exponent",),
-    "slope": ("y",),
-    "air_drag": ("coefficient",),
-    "time_drift": ("rate",),
-}
-"""Effects that slow a stone along its way wherever it is, and the parameter that shows them."""
-INSISTS = 4.0
-"""Standard errors from nothing at which an effect stays: four candidates are looked at."""
+CLEARLY_SHOWN = 4.0
+"""Standard errors from zero at which an effect stays beside the map; there are four candidates."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class WholeIce:
-    """What a session told of its ice.
+class JointEstimate:
+    """The map and the effects of a session's ice.
 
     Parameters
     ----------
     ice : map and effects
-    along : effects kept in the first fit, their parameter over its standard error, by name
-    dropped : the same of those that were not
-    discovery : what the ice still lacked
-    estimate : the last fit
+    along : for each effect that was kept in the first fit, its parameter over its standard error
+    dropped : the same for those that were not kept
+    discovery : what the ice of the first fit lacked
+    estimate : last fit
     """
 
     ice: Ice
@@ -53,59 +43,60 @@ class WholeIce:
     estimate: Estimate
 
 
-def understand_ice(
+def estimate_jointly(
     tracks: Sequence[Trajectory],
     *,
     start: Ice | None = None,
     seed: int = 0,
-    tell: Tell = lambda what, part: None,
-) -> WholeIce:
-    """Map and effects of the ice of a session.
+    progress: Progress = no_progress,
+) -> JointEstimate:
+    """Estimate the map and the effects of a session's ice.
 
     Parameters
     ----------
-    tracks : of one session, in order of play
+    tracks : throws of one session, in order of play
     start : sheet and stone; uniform Coulomb friction on the paper's sheet by default
-    seed : of what discovery draws
-    tell : of the progress
+    seed : seed of discovery
+    progress : progress
 
     Raises
     ------
     TrackTooShortError : no throw slides freely
     """
     base = Ice.uniform(0.0082) if start is None else start
-    tell("map and effects along the travel", 0.0)
-    fitted, along, dropped = _along_the_travel(tracks, base)
-    tell("what it lacks", 0.4)
+    progress("map and effects along the travel", 0.0)
+    fitted, along, dropped = _with_effects_like_maps(tracks, base)
+    progress("what it lacks", 0.4)
     found = discover(
-        tracks, fitted.ice, seed=seed, progress=lambda what, part: tell(what, 0.4 + 0.5 * part)
+        tracks,
+        fitted.ice,
+        seed=seed,
+        progress=part_of_progress(progress, 0.4, 0.9),
     )
-    lacked = improved_ice(found)
-    kept = tuple(effect for effect in lacked.effects if effect.name in catalogue())
-    tell("map and effects", 0.9)
+    lacked = found.improved_ice()
+    cards = catalogue()
+    kept = tuple(e for e in lacked.effects if e.name in cards and cards[e.name].is_physical)
+    progress("map and effects", 0.9)
     last = _estimate(tracks, replace(lacked, effects=kept))
-    tell("map and effects", 1.0)
-    return WholeIce(ice=last.ice, along=along, dropped=dropped, discovery=found, estimate=last)
+    progress("map and effects", 1.0)
+    return JointEstimate(ice=last.ice, along=along, dropped=dropped, discovery=found, estimate=last)
 
 
-def _along_the_travel(
+def _with_effects_like_maps(
     tracks: Sequence[Trajectory], base: Ice
 ) -> tuple[Estimate, dict[str, float], dict[str, float]]:
-    """The map with those effects along the travel that the throws insist on."""
-    cards = catalogue()
+    """The map with those effects it would absorb that the throws clearly show."""
     candidates = [
-        ActiveEffect(
-            name=name, parameters={p.name: 0.0 for p in cards[name].parameters if p.neutral == 0.0}
-        )
-        for name in ALONG
-        if base.effect(name) is None
+        ActiveEffect(name=card.name, parameters=card.neutral)
+        for card in mistaken_for("map")
+        if base.effect(card.name) is None
     ]
     dropped: dict[str, float] = {}
     while True:
         fitted = _estimate(tracks, replace(base, effects=(*base.effects, *candidates)))
         shown = {effect.name: _shown(fitted.ice, effect.name) for effect in candidates}
         weak = min(shown, key=lambda name: abs(shown[name]), default=None)
-        if weak is None or abs(shown[weak]) >= INSISTS:
+        if weak is None or abs(shown[weak]) >= CLEARLY_SHOWN:
             return fitted, shown, dropped
         dropped[weak] = shown[weak]
         candidates = [effect for effect in candidates if effect.name != weak]
@@ -116,10 +107,12 @@ def _estimate(tracks: Sequence[Trajectory], start: Ice) -> Estimate:
 
 
 def _shown(ice: Ice, name: str) -> float:
-    """An effect's parameter in standard errors."""
+    """An effect's parameter in standard errors; the largest one if several were fitted."""
     effect = ice.effect(name)
     assert effect is not None  # it was put there
     sizes = [
-        effect.parameters[key] / effect.sigma[key] for key in ALONG[name] if effect.sigma.get(key)
+        effect.parameters[key] / effect.sigma[key]
+        for key in catalogue()[name].neutral
+        if effect.sigma.get(key)
     ]
     return max(sizes, key=abs, default=0.0)

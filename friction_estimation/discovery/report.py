@@ -1,4 +1,4 @@
-"""A discovery in words and numbers: the report's document and the two ice files."""
+"""A discovery in words and numbers: the report, and the two ice files."""
 
 from __future__ import annotations
 
@@ -8,41 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from curling_env.ice import ActiveEffect, Ice, save_ice
+from curling_env.ice import save_ice
 from curling_env.storage import write_json
-from friction_estimation.discovery.data.references import Calibration, as_effect
-from friction_estimation.discovery.data.session import ENOUGH_THROWS
+from friction_estimation.discovery.data.references import QUANTITIES, Calibration, QuantityError
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.evidence.intervals import standard_errors, with_sides
-from friction_estimation.discovery.model.candidates import UNDECIDABLE, Term, without_stone
-
-READABLE = {
-    "speed_dependent_friction": "friction that follows the sliding speed",
-    "curl": "curl",
-    "slope": "a slope of the ice",
-    "pebble_wear": "pebble that wears from throw to throw",
-    "pebble_wear[along_path]": "pebble that wears where stones have run",
-    "stone_bias": "a stone with a friction of its own",
-    "sweeping": "sweeping",
-    "friction_patch": "a patch of different ice",
-    "time_drift": "friction that drifts with time",
-    "spin_drag": "spin that fades faster than the band explains",
-    "air_drag": "air drag",
-    "tracking_offset": "a tracked point beside the stone's centre",
-    "lens_distortion": "lens distortion left in the tracks",
-    "scale_error": "lengths that are off by a factor",
-    "frame_rate_error": "times that are off by a factor",
-}
-
-SIGNS = {"pebble_wear[along_path]": "friction follows how often stones have run over the place"}
-"""Where an effect shows in another form than its card's."""
-
-OPEN = {"scale_error": "all lengths", "frame_rate_error": "all times"}
-CHECKS = {
-    "scale_error": "a known length (--known-length; hog line to hog line is 21.945 m, tee to tee "
-    "34.747 m)",
-    "frame_rate_error": "an interval by a clock (--clock)",
-}
+from friction_estimation.discovery.evidence.significance import EffectEvidence
+from friction_estimation.discovery.model.candidates import Term, card_of, effect_of, variant_of
+from friction_estimation.discovery.tuning import LEAST_THROWS
 
 NO_HEADING = "No heading was measured, so nothing can be said of curl and of spin."
 ONE_WAY = (
@@ -63,13 +36,17 @@ OTHER_ICE = (
 )
 
 
-def readable(name: str) -> str:
-    """A name in plain words."""
-    return READABLE.get(name, name.replace("_", " "))
+def readable(label: str) -> str:
+    """The effect of a label in plain words, without its stone."""
+    named = variant_of(label)
+    if named is not None:
+        return named.readable
+    card = card_of(label)
+    return card.words if card is not None else label.partition("[")[0].replace("_", " ")
 
 
 def number(value: float) -> float:
-    """Six significant digits: enough for any of these."""
+    """A value rounded to six significant digits."""
     return float(f"{value:.6g}")
 
 
@@ -77,7 +54,7 @@ def document(found: Discovery) -> dict[str, Any]:
     """The report, as `report.json` holds it."""
     effects = [_calibration(c) for c in found.calibrations if c.clearly_off and c.references]
     errors = with_sides(found.final, standard_errors(found.final))
-    effects += [_named(found, k, errors) for k in range(len(found.proofs))]
+    effects += [_named(found, effect, errors) for effect in found.effects]
     if found.unknown:
         effects.append(_unknown(found))
     if found.events:
@@ -116,22 +93,22 @@ def document(found: Discovery) -> dict[str, Any]:
             "heading_rad": number(float(noise.total[2])),
             "memory_s": number(max(noise.memory[:2]) if noise.remembers else 0.0),
         },
-        "candidates": league(found),
-        "smallest_detectable": smallest(found),
+        "candidates": ranked_candidates(found),
+        "smallest_detectable": smallest_detectable(found),
         "undecidable": _undecidable(found),
         "left_out": list(found.session.left_out),
     }
 
 
 def sentence(found: Discovery) -> str:
-    """The verdict."""
+    """The verdict, in a sentence or two."""
     if not found.enough:
         count = len(found.session)
         return (
             f"Nothing is named: {count} {'throw slides' if count == 1 else 'throws slide'} freely, "
-            f"and fewer than {ENOUGH_THROWS} cannot tell an effect from chance."
+            f"and fewer than {LEAST_THROWS} cannot tell an effect from chance."
         )
-    names = list(dict.fromkeys(readable(without_stone(p.label)) for p in found.proofs))
+    names = list(dict.fromkeys(readable(effect.label) for effect in found.effects))
     parts: list[str] = []
     if names:
         listed = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
@@ -143,13 +120,13 @@ def sentence(found: Discovery) -> str:
             f"{100 * before:.0f} cm (a perfect model: {100 * floor:.0f} cm)"
         )
     if found.unknown:
-        follows = [f.variable for f in found.follows]
-        what = f" that follows {', '.join(follows)}" if follows else ""
+        variables = [d.variable for d in found.dependences]
+        what = f" that follows {', '.join(variables)}" if variables else ""
         parts.append(f"{'something' if names else 'Something'} unknown{what} is missing")
     for c in found.calibrations:
         if c.clearly_off and c.references:
             off = f"{100 * abs(c.factor - 1):.1f} % too {'long' if c.factor > 1 else 'short'}"
-            parts.append(f"{OPEN[c.name]} in the tracks are {off}, by what was given")
+            parts.append(f"{QUANTITIES[c.name].plural} in the tracks are {off}, by what was given")
     if found.events:
         throws = ", ".join(str(throw) for throw in found.events)
         parts.append(f"something happened once in throw {throws}")
@@ -158,32 +135,32 @@ def sentence(found: Discovery) -> str:
 
 
 def blind_spots(found: Discovery) -> list[str]:
-    """What the session as it was played cannot show, in sentences."""
-    said: list[str] = []
+    """Sentences on what the session, as it was played, cannot show."""
+    sentences: list[str] = []
     states, turns = found.final.states, found.session.turns
     if len(np.unique(np.sign(states[:, 3]))) == 1:
-        said.append(ONE_WAY)
+        sentences.append(ONE_WAY)
     if not turns.any():
-        said.append(NO_HEADING)
+        sentences.append(NO_HEADING)
     elif len(np.unique(np.sign(states[turns, 5]))) == 1:
-        said.append(ONE_SPIN)
+        sentences.append(ONE_SPIN)
     lens = [t for t in found.final.model.terms if t.label == "lens_distortion"]
     if (
         lens
         and "k1" in lens[0].values
         and not any(c.name == "scale_error" for c in found.calibrations)
     ):
-        said.append(NO_SCENE)
+        sentences.append(NO_SCENE)
     if found.fits_worse_than_uniform:
-        said.append(OTHER_ICE)
-    return said
+        sentences.append(OTHER_ICE)
+    return sentences
 
 
 def _parameters(term: Term, sigma: Mapping[tuple[str, str], float]) -> dict[str, Any]:
     out: dict[str, Any] = {}
-    for p in term.form.parameters:
+    for p in term.card.parameters:
         if p.name not in term.free and p.default is not None:
-            continue  # left at its usual value: it says nothing of these data
+            continue  # at its default: these data say nothing of it
         error = sigma.get((term.label, p.name), 0.0)  # an identifier has none
         out[p.name] = {
             "value": number(term.values[p.name]),
@@ -193,29 +170,30 @@ def _parameters(term: Term, sigma: Mapping[tuple[str, str], float]) -> dict[str,
     return out
 
 
-def _named(found: Discovery, k: int, sigma: Mapping[tuple[str, str], float]) -> dict[str, Any]:
-    proof = found.proofs[k]
-    term = found.final.model.term(proof.label)
-    others = found.alternatives.get(proof.label, [])
-    clear = np.argsort(-proof.improvements)[:3]
+def _named(
+    found: Discovery, effect: EffectEvidence, sigma: Mapping[tuple[str, str], float]
+) -> dict[str, Any]:
+    term = found.final.model.term(effect.label)
+    others = found.alternatives.get(effect.label, [])
+    clear = np.argsort(-effect.improvements)[:3]
     numbers = np.sort(found.session.throws)[np.sort(clear)]
-    sign = SIGNS.get(proof.label, term.form.sign)
+    sign = (term.variant or term.card).evidence
     where = f"{sign}; clearest in throws {', '.join(str(n) for n in numbers)}"
     return {
         "name": term.name,
-        "kind": term.form.kind,
+        "kind": "physics" if term.card.is_physical else "measurement",
         "parameters": _parameters(term, sigma),
         "depends_on": [],
         "where": where,
         "evidence": {
-            "label": proof.label,
-            "gain": number(proof.gain),
-            "p": number(proof.p),
-            "p_holm": number(proof.corrected),
-            "throws_improved": int((proof.improvements > 0).sum()),
-            "throws": len(proof.improvements),
+            "label": effect.label,
+            "gain": number(effect.gain),
+            "p": number(effect.p),
+            "p_holm": number(effect.corrected),
+            "throws_improved": int((effect.improvements > 0).sum()),
+            "throws": len(effect.improvements),
             "closure": number(found.closure),
-            "runner_up": found.runner_up(proof.label),
+            "runner_up": found.runner_up(effect.label),
             "separating_throws": {a.name: a.throw for a in others},
         },
         "alternatives": [a.name for a in others],
@@ -223,7 +201,7 @@ def _named(found: Discovery, k: int, sigma: Mapping[tuple[str, str], float]) -> 
 
 
 def _calibration(found: Calibration) -> dict[str, Any]:
-    what = "length" if found.name == "scale_error" else "time"
+    what = QUANTITIES[found.name].singular
     return {
         "name": found.name,
         "kind": "measurement",
@@ -246,9 +224,9 @@ def _calibration(found: Calibration) -> dict[str, Any]:
 
 def _undecidable(found: Discovery) -> dict[str, Any]:
     decided = {c.name for c in found.calibrations}
-    open_ = [name for name in UNDECIDABLE if name not in decided]
-    what = [OPEN[name] for name in open_]
-    checks = [CHECKS[name] for name in open_]
+    open_: list[QuantityError] = [name for name in QUANTITIES if name not in decided]
+    what = [QUANTITIES[name].plural for name in open_]
+    checks = [QUANTITIES[name].check for name in open_]
     why = (
         f"throws alone cannot show that {' or '.join(what)} are off by a factor: friction absorbs "
         f"it. Give {' and '.join(checks)}."
@@ -263,15 +241,15 @@ def _unknown(found: Discovery) -> dict[str, Any]:
         "name": "unknown",
         "kind": "unknown",
         "parameters": {},
-        "depends_on": [f.variable for f in found.follows],
-        "where": "; ".join(f"a push {f.push} that follows {f.variable}" for f in found.follows)
+        "depends_on": [d.variable for d in found.dependences],
+        "where": "; ".join(f"a push {d.push} that follows {d.variable}" for d in found.dependences)
         or "no single variable stands out",
         "evidence": {
             "slow_misfit": number(found.after.ratio),
             "tolerated": found.after.tolerated,
-            "shares": {f.variable: number(f.share) for f in found.follows},
-            "p": {f.variable: number(f.p) for f in found.follows},
-            "proxies": list(dict.fromkeys(without_stone(label) for label in found.unproved)),
+            "shares": {d.variable: number(d.share) for d in found.dependences},
+            "p": {d.variable: number(d.p) for d in found.dependences},
+            "proxies": list(dict.fromkeys(effect_of(label) for label in found.unproved)),
             "residual_term": found.residual_term,
         },
         "alternatives": [],
@@ -291,11 +269,11 @@ def _event(found: Discovery) -> dict[str, Any]:
     }
 
 
-def league(found: Discovery) -> list[dict[str, Any]]:
-    """Candidates in the order of what they would gain over the baseline."""
-    if not found.selection.steps:
+def ranked_candidates(found: Discovery) -> list[dict[str, Any]]:
+    """Candidates in the order of their gain over the baseline."""
+    if not found.selection.rounds:
         return []
-    first = found.selection.steps[0]
+    first = found.selection.rounds[0]
     fitted = {trial.term.label: trial for trial in first.trials}
     rows = [
         {
@@ -309,46 +287,27 @@ def league(found: Discovery) -> list[dict[str, Any]]:
         for label, trial in fitted.items()
     ]
     rows += [
-        {"name": look.term.label, "gain": number(look.gain), "needed": None, "closure": None}
-        for look in first.looks
-        if look.term.label not in fitted
+        {"name": score.term.label, "gain": number(score.gain), "needed": None, "closure": None}
+        for score in first.scores
+        if score.term.label not in fitted
     ]
     return rows
 
 
-def smallest(found: Discovery) -> dict[str, dict[str, float]]:
-    """Smallest effect that these throws could have shown, by candidate and parameter."""
-    if not found.selection.steps:
+def smallest_detectable(found: Discovery) -> dict[str, dict[str, float]]:
+    """The smallest effect that these throws would have shown, by candidate and parameter."""
+    if not found.selection.rounds:
         return {}
-    looks = found.selection.steps[-1].looks
     return {
-        look.term.label: {name: number(value) for name, value in look.smallest.items()}
-        for look in looks
+        score.term.label: {name: number(value) for name, value in score.smallest.items()}
+        for score in found.selection.rounds[-1].scores
     }
 
 
-def baseline_ice(found: Discovery) -> Ice:
-    """The refitted baseline."""
-    fitted = found.final_base
-    return fitted.model.improved_ice(standard_errors(fitted))
-
-
-def improved_ice(found: Discovery) -> Ice:
-    """The model with what was found."""
-    fitted = found.final
-    ice = fitted.model.improved_ice(standard_errors(fitted))
-    for calibration in found.calibrations:
-        if calibration.clearly_off:
-            ice = ice.with_effect(as_effect(calibration))
-    if found.unknown and found.residual_term is None:
-        ice = ice.with_effect(ActiveEffect(name="unknown"))
-    return ice
-
-
 def write_files(found: Discovery, folder: Path) -> dict[str, Any]:
-    """report.json, baseline.json and ice.json; returns the report."""
+    """Write report.json, baseline.json and ice.json, and return the report."""
     report = document(found)
-    save_ice(baseline_ice(found), folder / "baseline.json")
-    save_ice(improved_ice(found), folder / "ice.json")
+    save_ice(found.baseline_ice(), folder / "baseline.json")
+    save_ice(found.improved_ice(), folder / "ice.json")
     write_json(folder / "report.json", report)
     return report

@@ -1,4 +1,4 @@
-"""What the difference means to a curler: one and the same draw on the model before and after."""
+"""The size of a discovery to a curler: one and the same draw on the ice before and after."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from curling_env.typing import Floats
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.model.model import Model
 
-SPIN = 1.5
-"""Of the draw, counter-clockwise [rad/s]: two and a half turns on the way."""
-NOTABLE = 0.05
-"""Shift of a rest that is worth a word [m]."""
+DRAW_SPIN = 1.5
+"""Spin of the draw, counter-clockwise [rad/s]: two and a half turns on the way."""
+NOTABLE_SHIFT = 0.05
+"""Shift of a rest below which it is not mentioned [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -27,8 +27,8 @@ class DrawShift:
 
     Parameters
     ----------
-    speed : at the hog line [m/s]
-    before, after : (n, 2) paths towards the away end, sheet frame [m]
+    speed : speed at the hog line [m/s]
+    before, after : (n, 2) paths towards the away end on the two ices, sheet frame [m]
     """
 
     speed: float
@@ -37,11 +37,12 @@ class DrawShift:
 
     @property
     def shift(self) -> Floats:
-        """(2,) to the right and further, as the thrower sees it [m]."""
+        """Shift of the rest to the right and beyond, as the thrower sees it, (2,) [m]."""
         return self.after[-1] - self.before[-1]
 
     @property
     def words(self) -> str:
+        """The shift in a sentence."""
         right, further = self.shift
         parts = [
             f"{abs(value):.1f} m {words[int(value > 0)]}"
@@ -49,7 +50,7 @@ class DrawShift:
                 (right, ("to the left", "to the right")),
                 (further, ("shorter", "further")),
             )
-            if abs(value) > NOTABLE
+            if abs(value) > NOTABLE_SHIFT
         ]
         where = " and ".join(parts) if parts else "in the same place"
         return (
@@ -60,19 +61,19 @@ class DrawShift:
 
 def draw_shift(found: Discovery) -> DrawShift | None:
     """A draw before and after; None where a model cannot lay one on the tee line."""
-    if not found.proofs and found.residual_term is None:
+    if not found.effects and found.residual_term is None:
         return None
     session = found.session
 
     def as_it_was_left(model: Model) -> Ice:
         ice = model.improved_ice({})
-        return worn(ice, wear_of(ice, session.lanes.paths)) if wear_along_path(ice) else ice
+        return worn(ice, wear_of(ice, session.wear_tracks.paths)) if wear_along_path(ice) else ice
 
     before, after = as_it_was_left(found.final_base.model), as_it_was_left(found.final.model)
     clock, order = float(session.clocks.max()) + 60.0, int(session.orders.max()) + 1
 
     def path(ice: Ice, speed: float) -> Floats:
-        throw = Throw(speed=speed, angle=0.0, spin=SPIN, x=0.0)
+        throw = Throw(speed=speed, angle=0.0, spin=DRAW_SPIN, x=0.0)
         release = throw.release(
             Direction.AWAY, stone=int(session.stones[-1]), clock=clock, order=order
         )
@@ -81,7 +82,7 @@ def draw_shift(found: Discovery) -> DrawShift | None:
         return run.xy
 
     aim = Aim(before, clock=clock, order=order, stone=int(session.stones[-1]))
-    speed = aim.draw_weight(SPIN)
+    speed = aim.draw_weight(DRAW_SPIN)
     if speed is None:
         return None
     try:

@@ -1,7 +1,8 @@
-"""Pictures of a discovery: the gap, the residuals with the effect drawn through, the forecasts."""
+"""Figures of a discovery: the gap, the residuals with the effect drawn in, the forecasts."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from curling_env.ice import Ice
+from curling_env.physics.effects.card import Push
 from curling_env.physics.law import acceleration
 from curling_env.physics.wear import worn
 from curling_env.render.figures import (
@@ -27,33 +29,20 @@ from curling_env.sheet import Direction
 from curling_env.typing import Floats
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.evidence.significance import own_frictions
-from friction_estimation.discovery.evidence.unknown import Follows
-from friction_estimation.discovery.model.fit import Fit
+from friction_estimation.discovery.evidence.unknown import Dependence
+from friction_estimation.discovery.model.candidates import card_of, variant_of
+from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.reports.discovery_draw import DrawShift
 from friction_estimation.tracks.smoothing import local_fit
 
 BEFORE, AFTER, FLOOR, MEASURED = "#c8433f", "#2b7a4b", "#8a97a6", "#22313f"
-WINDOW = 3.0
-"""Width of the windows from which residual accelerations are drawn [s]."""
-EVERY = 8
-"""Rows from one drawn acceleration to the next."""
-SHOWN_OVER = {
-    "speed_dependent_friction": "speed",
-    "air_drag": "speed",
-    "curl": "speed",
-    "spin_drag": "speed",
-    "friction_patch": "y",
-    "lens_distortion": "y",
-    "slope": "y",
-    "tracking_offset": "theta",
-    "pebble_wear": "order",
-    "pebble_wear[along_path]": "passes",
-    "time_drift": "clock",
-    "stone_bias": "stone",
-    "sweeping": "swept",
-}
-SIDEWAYS = ("left", "across the sheet")
+ACCELERATION_WINDOW = 3.0
+"""Width of the windows from which residual accelerations are taken [s]."""
+EVERY_NTH_ROW = 8
+"""Rows from one such window to the next."""
+COMPONENT = {"along": 0, "left": 1, "turn": 2, "along the sheet": 0, "across the sheet": 1}
+"""Which of the accelerations along the travel, to its left and of the rotation a push changes."""
 LABELS = {
     "speed": "speed [m/s]",
     "y": "along the sheet, y [m]",
@@ -70,7 +59,7 @@ LABELS = {
 
 
 def gap_picture(found: Discovery) -> Figure:
-    """The forecast gap before, after, and of a perfect model."""
+    """The forecast gap of the model before and after, and of a perfect model."""
     figure = new_figure(5.6, 2.5)
     ax = figure.subplots()
     plain_axes(ax)
@@ -148,28 +137,30 @@ def forecast_picture(found: Discovery) -> Figure:
 
 
 def residual_pictures(found: Discovery) -> list[tuple[str, Figure]]:
-    """For every named effect, and for each variable of what is unknown: before and after."""
-    wanted = [(proof.label, _shown_over(proof.label)) for proof in found.proofs]
-    wanted += [("unknown", f.variable) for f in found.follows if f.variable in LABELS]
+    """Residuals before and after, for every named effect and each variable of the unknown."""
+    wanted = [(effect.label, _shown_over(effect.label)) for effect in found.effects]
+    wanted += [("unknown", d.variable) for d in found.dependences if d.variable in LABELS]
     out: list[tuple[str, Figure]] = []
     before, after = found.final_base, found.final
     for label, variable in wanted:
-        if label in ("tracking_offset", "lens_distortion"):
+        card = card_of(label)
+        if card is not None and card.displacement is not None:
             out.append((label, _displacements(after, label, variable)))
         elif variable in ("order", "clock", "stone"):
             out.append((label, _between_throws(before, after, variable)))
         else:
-            out.append((label, _within_throws(before, after, label, variable, found.follows)))
+            out.append((label, _within_throws(before, after, label, variable, found.dependences)))
     return out
 
 
 def _shown_over(label: str) -> str:
     """The variable over which an effect is drawn."""
-    return SHOWN_OVER.get(label) or SHOWN_OVER.get(label.partition("[")[0], "speed")
+    shown = variant_of(label) or card_of(label)
+    return shown.shown_over if shown is not None else "speed"
 
 
-def _between_throws(before: Fit, after: Fit, variable: str) -> Figure:
-    """The throws' own frictions against what may move them."""
+def _between_throws(before: SessionFit, after: SessionFit, variable: str) -> Figure:
+    """The throws' own frictions over a variable that may change them."""
     figure = new_figure(8.6, 2.9)
     axes = figure.subplots(1, 2, sharey=True)
     session = before.session
@@ -195,21 +186,22 @@ def _between_throws(before: Fit, after: Fit, variable: str) -> Figure:
     return figure
 
 
-def _displacements(after: Fit, label: str, variable: str) -> Figure:
-    """Where the camera sees a stone, beside where it is."""
+def _displacements(after: SessionFit, label: str, variable: str) -> Figure:
+    """Reported less true position over a variable, along the axis on which it changes more."""
     term = after.model.term(label)
-    displacement = term.form.displacement
+    displacement = term.card.displacement
     assert displacement is not None
     path, session = after.predicted, after.session
     shift = displacement(path[:, :2], path[:, 4], term.values)
-    part = 0 if label == "tracking_offset" else 1
     value = _value(after, variable)
+    averages = [_averaged(value, shift[:, axis], session.owner)[1] for axis in range(2)]
+    part = int(np.argmax([np.ptp(average) for average in averages]))
     figure = new_figure(8.6, 2.9)
     axes = figure.subplots(1, 2, sharey=True)
-    left = after.residuals[:, :2]
+    residuals = after.residuals[:, :2]
     for ax, residual, colour, name in (
-        (axes[0], left + shift, BEFORE, "before"),
-        (axes[1], left, AFTER, "after"),
+        (axes[0], residuals + shift, BEFORE, "before"),
+        (axes[1], residuals, AFTER, "after"),
     ):
         plain_axes(ax)
         middle, mean, error = _averaged(value, residual[:, part], session.owner)
@@ -221,29 +213,34 @@ def _displacements(after: Fit, label: str, variable: str) -> Figure:
     axes[0].plot(middle, 1e3 * mean, color=INK, lw=1.6, label="the effect found")
     axes[0].legend(fontsize=8, frameon=False)
     side = ("across", "along")[part]
-    axes[0].set_ylabel(f"seen beside where it is,\n{side} the sheet [mm]", fontsize=9)
+    axes[0].set_ylabel(f"reported less true place,\n{side} the sheet [mm]", fontsize=9)
     return figure
 
 
 def _within_throws(
-    before: Fit, after: Fit, label: str, variable: str, follows: list[Follows]
+    before: SessionFit, after: SessionFit, label: str, variable: str, dependences: list[Dependence]
 ) -> Figure:
-    """Unexplained accelerations, averaged over the variable, and what the effect adds."""
+    """Unexplained accelerations over a variable, and the part that the effect adds."""
     session = after.session
-    window = 1.0 if variable == "theta" else WINDOW
+    window = 1.0 if variable == "theta" else ACCELERATION_WINDOW
     seen = _accelerations(after, session.observed, window)
     model = _accelerations(after, after.predicted[:, [0, 1, 4]], window)
-    # What is seen without this effect, all others in place.
+    # All other effects stay, so that the figure shows this one.
     lacking = before.model if label == "unknown" else after.model.without(label)
     base = _law_accelerations(lacking, after)
-    sign = _sideways_sign(after, label)
+    card = card_of(label)
+    pushes: Sequence[Push] = (
+        [d.push for d in dependences if d.variable == variable]
+        if card is None or label == "unknown"
+        else card.pushes
+    )
+    sign = _signs(after, pushes if label != "unknown" else [])
     effect = (model - base) * sign
     size = np.nanmean(np.abs(effect), axis=0)
-    part = int(label.startswith("curl") or (size[1] > size[0] and "friction" not in label))
-    if label == "spin_drag":
-        part = 2
     if label == "unknown":
-        part = int(any(f.variable == variable and f.push in SIDEWAYS for f in follows))
+        part = max((COMPONENT[push] % 2 for push in pushes), default=0)
+    else:
+        part = max((COMPONENT[push] for push in pushes), key=lambda k: size[k])
     value = _value(after, variable)
     figure = new_figure(8.6, 2.9)
     axes = figure.subplots(1, 2, sharey=True)
@@ -272,15 +269,15 @@ def _within_throws(
     return figure
 
 
-def _law_accelerations(model: Model, after: Fit) -> Floats:
-    """A model's accelerations on the paths: along the travel, to its left, turning, (rows, 3)."""
+def _law_accelerations(model: Model, after: SessionFit) -> Floats:
+    """Accelerations of a model on the paths of a fit, as of `_accelerations`, (rows, 3)."""
     ice = model.improved_ice({})
     session, path = after.session, after.predicted
     wear = model.wear(session)
     unworn = ice
     out = np.full((len(path), 3), np.nan)
     for i in range(len(session)):
-        rows = np.arange(session.starts[i], session.starts[i + 1], EVERY)
+        rows = np.arange(session.starts[i], session.starts[i + 1], EVERY_NTH_ROW)
         if wear.along_path != 0.0:
             ice = worn(unworn, wear.along_path * wear.passes[wear.before[i]])
         states = path[rows][:, [0, 1, 2, 3, 5]]
@@ -302,7 +299,7 @@ def _law_accelerations(model: Model, after: Fit) -> Floats:
 
 
 def _in_travel(vectors: Floats, velocity: Floats) -> Floats:
-    """Vectors (n, 2) of the sheet frame as parts along the travel and to its left."""
+    """Components of vectors (n, 2) of the sheet frame along the travel and to its left, (n, 2)."""
     travel = velocity / np.maximum(np.hypot(*velocity.T), 1e-6)[:, None]
     return np.column_stack(
         [
@@ -312,12 +309,13 @@ def _in_travel(vectors: Floats, velocity: Floats) -> Floats:
     )
 
 
-def _value(fitted: Fit, variable: str) -> Floats:
+def _value(fitted: SessionFit, variable: str) -> Floats:
+    """The variable at every row, (rows,)."""
     path, session = fitted.predicted, fitted.session
     if variable == "passes":
         sheet = fitted.model.wear_sheet
-        stones = session.lanes.before(session.orders)[session.owner]
-        return session.lanes.passes(sheet)[stones, *sheet.cell_of(path[:, :2])]
+        stones = session.wear_tracks.before(session.orders)[session.owner]
+        return session.wear_tracks.passes(sheet)[stones, *sheet.cell_of(path[:, :2])]
     return {
         "speed": np.hypot(path[:, 2], path[:, 3]),
         "y": path[:, 1],
@@ -329,21 +327,23 @@ def _value(fitted: Fit, variable: str) -> Floats:
     }[variable]
 
 
-def _sideways_sign(fitted: Fit, label: str) -> Floats:
-    """Signs by which pushes of different throws are laid over each other, (rows, 2)."""
+def _signs(fitted: SessionFit, pushes: Sequence[Push]) -> Floats:
+    """Signs of accelerations with which different throws show the same push, (rows, 3)."""
     sign = np.ones((len(fitted.predicted), 3))
     sign[:, 2] = -np.sign(fitted.predicted[:, 5])
-    if label.startswith("curl"):
+    if "left" in pushes:
         sign[:, 1] = np.sign(fitted.predicted[:, 5])
-    if label.startswith("slope"):
+    if {"along the sheet", "across the sheet"} & set(pushes):
         sign *= np.sign(fitted.predicted[:, 3])[:, None]
     return sign
 
 
-def _accelerations(fitted: Fit, paths: Floats, window: float) -> Floats:
-    """Accelerations of x, y, theta by local quadratics: along, to the left, turning, (rows, 3).
+def _accelerations(fitted: SessionFit, paths: Floats, window: float) -> Floats:
+    """Accelerations along the travel, to its left and of the rotation, by local quadratics.
 
-    Every eighth row; NaN elsewhere and near the ends.
+    Returns
+    -------
+    (rows, 3) [m/s², rad/s²]; NaN in most rows and near the ends of a throw
     """
     session, path = fitted.session, fitted.predicted
     out = np.full((len(path), 3), np.nan)
@@ -355,12 +355,12 @@ def _accelerations(fitted: Fit, paths: Floats, window: float) -> Floats:
         known = np.isfinite(paths[whole, 2])
         heading = np.interp(t, t[known], paths[whole, 2][known]) if known.sum() > 10 else 0.0 * t
         columns = (paths[whole, 0], paths[whole, 1], heading)
-        second = [local_fit(t, column, window)[0][2][::EVERY] for column in columns]
-        rows = np.arange(whole.start, whole.stop, EVERY)
+        second = [local_fit(t, column, window)[0][2][::EVERY_NTH_ROW] for column in columns]
+        rows = np.arange(whole.start, whole.stop, EVERY_NTH_ROW)
         parts = np.column_stack(
             [_in_travel(np.column_stack(second[:2]), path[rows, 2:4]), second[2]]
         )
-        u = t[::EVERY]
+        u = t[::EVERY_NTH_ROW]
         slow = np.hypot(path[rows, 2], path[rows, 3]) < 0.15
         parts[(u - t[0] < window / 2) | (t[-1] - u < window / 2) | slow] = np.nan
         out[rows] = parts
@@ -370,7 +370,12 @@ def _accelerations(fitted: Fit, paths: Floats, window: float) -> Floats:
 def _averaged(
     value: Floats, push: Floats, owner: Any, bins: int = 14
 ) -> tuple[Floats, Floats, Floats]:
-    """Means over bins of the variable, with errors from the spread between throws."""
+    """Means over bins of a variable, with errors from the spread between throws.
+
+    Returns
+    -------
+    mean variable, mean push and its standard error, of each bin
+    """
     seen = np.isfinite(push)
     value, push, owner = value[seen], push[seen], owner[seen]
     levels = np.unique(value)

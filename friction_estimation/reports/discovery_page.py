@@ -1,4 +1,4 @@
-"""A discovery as one page: pictures first, then the evidence."""
+"""The report of a discovery as one page: figures first, then the evidence."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from friction_estimation.discovery.discover import Discovery
-from friction_estimation.discovery.model.candidates import without_stone
 from friction_estimation.discovery.report import readable
 from friction_estimation.reports.discovery_draw import draw_shift
 from friction_estimation.reports.discovery_figures import (
@@ -25,8 +24,11 @@ def write_report_page(found: Discovery, report: dict[str, Any], path: Path) -> N
     if report["effects"]:
         parts.append(f"<h2>What is missing</h2>{_effects(report)}")
     for label, figure in residual_pictures(found):
-        name = readable(without_stone(label))
-        title = "What nothing known explains" if label == "unknown" else f"Where {name} shows"
+        title = (
+            "What nothing known explains"
+            if label == "unknown"
+            else f"Where {readable(label)} shows"
+        )
         parts.append(
             f"<h2>{escape(title)}</h2><p class=faint>Red: what the model as it was leaves "
             "unexplained, averaged over all throws. Green: what is left once the effect is in it. "
@@ -38,12 +40,12 @@ def write_report_page(found: Discovery, report: dict[str, Any], path: Path) -> N
             "<p class=faint>Forecast from their first four seconds.</p>"
             + picture(forecast_picture(found), "forecast and measured paths")
         )
-    parts += [_open_questions(report), _league(report), _smallest(report), _numbers(report)]
+    parts += [_open_questions(report), _candidates(report), _smallest(report), _numbers(report)]
     write_page(path, "Discovery", [part for part in parts if part])
 
 
 def _first_pictures(found: Discovery) -> str:
-    """How far off before and after, and what that does to a draw."""
+    """The forecast gap before and after, and the same draw before and after."""
     shown = ""
     if found.gaps:
         shown += picture(
@@ -62,8 +64,8 @@ def _first_pictures(found: Discovery) -> str:
 
 
 def _words(effect: dict[str, Any]) -> str:
-    """A reported effect in plain words, in the form it has."""
-    return readable(without_stone(effect["evidence"].get("label", effect["name"])))
+    """A reported effect in plain words."""
+    return readable(effect["evidence"].get("label", effect["name"]))
 
 
 def _unit(unit: str) -> str:
@@ -104,13 +106,13 @@ def _open_questions(report: dict[str, Any]) -> str:
     return f"<h2>What these throws cannot tell</h2><ul>{listed}</ul>"
 
 
-def _league(report: dict[str, Any]) -> str:
+def _candidates(report: dict[str, Any]) -> str:
     if not report["candidates"]:
         return ""
-    proofs = {e["evidence"].get("label", e["name"]): e["evidence"] for e in report["effects"]}
+    evidence = {e["evidence"].get("label", e["name"]): e["evidence"] for e in report["effects"]}
     rows: list[list[str]] = []
     for row in report["candidates"]:
-        p = proofs.get(row["name"], {}).get("p_holm")
+        p = evidence.get(row["name"], {}).get("p_holm")
         closes = row["closure"]
         rows.append(
             [

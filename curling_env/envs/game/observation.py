@@ -14,10 +14,10 @@ from gymnasium import spaces
 
 from curling_env.envs.sheet.observation import (
     BANDS,
-    KNOWN_PARAMETERS,
     LANES,
     LENGTH_SCALE,
     ice_features,
+    observed_parameters,
 )
 from curling_env.errors import InputError
 from curling_env.game.rules.game import Game
@@ -83,7 +83,7 @@ class GameObservation:
             *CONTEXT,
             "mean friction",
             *(f"friction of band {i + 1}, {lane}" for i in range(BANDS) for lane in LANES),
-            *(f"{effect}.{parameter}" for effect, parameter, _ in KNOWN_PARAMETERS),
+            *(f"{card.name}.{parameter.name}" for card, parameter, _ in observed_parameters()),
             *(
                 f"{whose} stone {k + 1} {what}"
                 for whose in ("own", "their")

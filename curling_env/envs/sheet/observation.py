@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from curling_env.ice import Ice
+from curling_env.physics.effects import EffectCard, Parameter, catalogue
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, HOG_TO_TEE, TEE_Y, Direction, to_sheet
 from curling_env.typing import Floats, Singles
 
@@ -28,19 +29,20 @@ MU_SCALE = 0.01
 VARIATION_SCALE = 0.2
 """Relative difference of a band's friction from the mean that counts as 1."""
 
-KNOWN_PARAMETERS = (
-    ("speed_dependent_friction", "exponent", 1.0),
-    ("curl", "strength", 0.02),
-    ("curl", "speed_exponent", 1.0),
-    ("air_drag", "coefficient", 2e-3),
-    ("spin_drag", "rate", 0.05),
-    ("slope", "x", 2e-3),
-    ("slope", "y", 2e-3),
-)
-"""Effect, parameter and the value that counts as 1; absent effects read 0.
 
-A slope is seen along the direction of play, so that it changes sign with it.
-"""
+def observed_parameters() -> list[tuple[EffectCard, Parameter, float]]:
+    """What an agent may be told of effects, as their cards say.
+
+    Returns
+    -------
+    card, parameter and the value that counts as 1; an effect that the ice does not have reads 0
+    """
+    cards = sorted(catalogue().values(), key=lambda card: card.observed_order)
+    return [
+        (card, card.parameter(name), scale)
+        for card in cards
+        for name, scale in card.observed.items()
+    ]
 
 
 def ice_features(ice: Ice, direction: Direction) -> Singles:
@@ -58,10 +60,11 @@ def ice_features(ice: Ice, direction: Direction) -> Singles:
     """
     mean, bands = _bands(ice, direction)
     effects: list[float] = []
-    for name, parameter, scale in KNOWN_PARAMETERS:
-        effect = ice.effect(name)
-        value = float(effect.parameters.get(parameter, 0.0)) if effect else 0.0
-        effects.append(value / scale * (direction if name == "slope" else 1))
+    for card, parameter, scale in observed_parameters():
+        effect = ice.effect(card.name)
+        value = float(effect.parameters.get(parameter.name, 0.0)) if effect else 0.0
+        # A vector of the sheet frame is seen along the direction of play.
+        effects.append(value / scale * (direction if parameter.axis else 1))
     numbers = [np.log(mean / MU_SCALE) / 2, *bands.ravel(), *effects]
     return np.clip(numbers, -1.0, 1.0).astype(np.float32)
 
@@ -99,7 +102,7 @@ class SheetObservation:
             "throws left",
             "mean friction",
             *(f"friction of band {i + 1}, {lane}" for i in range(BANDS) for lane in LANES),
-            *(f"{effect}.{parameter}" for effect, parameter, _ in KNOWN_PARAMETERS),
+            *(f"{card.name}.{parameter.name}" for card, parameter, _ in observed_parameters()),
             *(f"stone {k + 1} {what}" for k in range(self.slots) for what in ("team", "x", "y")),
         )
 

@@ -9,18 +9,29 @@ from __future__ import annotations
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
-from pkgutil import iter_modules
+from pkgutil import walk_packages
+from typing import Literal
 
 from curling_env.errors import InputError
-from curling_env.physics.effects.card import EffectCard, Parameter
+from curling_env.physics.effects.card import EffectCard, Parameter, Search, Variant
 
-__all__ = ["EffectCard", "Parameter", "catalogue", "register"]
+__all__ = [
+    "EffectCard",
+    "Parameter",
+    "Search",
+    "Variant",
+    "catalogue",
+    "mistaken_for",
+    "register",
+    "unregister",
+]
 
 
 @cache
 def _cards() -> dict[str, EffectCard]:
-    modules = (import_module(f"{__name__}.{module.name}") for module in iter_modules(__path__))
+    modules = [import_module(found.name) for found in walk_packages(__path__, f"{__name__}.")]
     cards = [module.CARD for module in modules if hasattr(module, "CARD")]
+    cards.sort(key=lambda card: card.name)
     cards += [point.load()() for point in entry_points(group="curling.effects")]
     return {card.name: card for card in cards}
 
@@ -30,8 +41,23 @@ def catalogue() -> dict[str, EffectCard]:
     return dict(_cards())
 
 
+def mistaken_for(what: Literal["map", "camera"]) -> list[EffectCard]:
+    """Effects that a fit without them would take for something else.
+
+    Parameters
+    ----------
+    what : a ``map`` of friction, or a systematic error of the ``camera``
+
+    Returns
+    -------
+    their cards, those that act on single contacts first, as in the force law
+    """
+    found = [card for card in _cards().values() if what in card.search.mistaken_for]
+    return sorted(found, key=lambda card: card.acts != "contact_friction")
+
+
 def register(card: EffectCard) -> EffectCard:
-    """Make an effect known to engines, ice files and discovery.
+    """Make an effect known to ice files, engines, discovery, figures and observations.
 
     Raises
     ------
@@ -42,3 +68,19 @@ def register(card: EffectCard) -> EffectCard:
         raise InputError(f"an effect named {card.name!r} is already registered")
     _cards()[card.name] = card
     return card
+
+
+def unregister(name: str) -> EffectCard:
+    """Take an effect out of the catalogue; `register` brings it back.
+
+    Returns
+    -------
+    its card
+
+    Raises
+    ------
+    InputError : no effect has that name
+    """
+    if name not in _cards():
+        raise InputError(f"no effect named {name!r} is registered")
+    return _cards().pop(name)

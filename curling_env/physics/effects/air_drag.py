@@ -3,7 +3,7 @@
 from typing import Any
 
 from curling_env.physics.compiled import effect_kernel
-from curling_env.physics.effects.card import EffectCard, Parameter
+from curling_env.physics.effects.card import EffectCard, Parameter, Search
 from curling_env.physics.effects.motion import ALONG, SPEED
 
 
@@ -15,6 +15,7 @@ def _kernel(motion: Any, theta: Any, push: Any) -> None:
 CARD = EffectCard(
     name="air_drag",
     title="Air drag",
+    readable="air drag",
     formula="dv/dt = −coefficient·v², coefficient = ρ·C_d·A/(2m)",
     parameters=(
         Parameter(
@@ -32,5 +33,8 @@ CARD = EffectCard(
     evidence="deceleration that grows with v²: needs take-out speeds beside draws",
     acts="motion",
     kernel=_kernel,
+    search=Search(mistaken_for=("map",)),
+    observed={"coefficient": 2e-3},
+    observed_order=2,
     dissipative=True,
 )

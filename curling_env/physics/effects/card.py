@@ -1,19 +1,39 @@
-"""An effect's card: what it is, what its parameters mean, and what evidence would show it."""
+"""An effect's card: everything that is known of an effect besides its compiled kernel.
+
+Ice files, engines, discovery, figures and observations read the card, so that an effect is complete
+in one file.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from curling_env.errors import InputError
+from curling_env.typing import Floats
 
-Acts = Literal["friction", "contact_friction", "motion"]
-Breaks = Callable[[Mapping[str, float]], tuple[float, ...]]
+Acts = Literal["friction", "contact_friction", "motion", "measurement", "nothing"]
+Scope = Literal["within throws", "between throws"]
+Push = Literal["along", "left", "turn", "along the sheet", "across the sheet"]
+Need = Literal["swept", "clocks", "headings", "several stones", "runs over the same ice"]
+Variable = Literal[
+    "speed", "x", "y", "t", "theta", "spin", "order", "clock", "stone", "swept", "passes"
+]
+Values = Mapping[str, float]
+
+Breaks = Callable[[Values], tuple[float, ...]]
+Displacement = Callable[[Floats, Floats, Values], Floats]
+"""Reported less true position (n, 2) [m], from true positions (n, 2), headings (n,), parameters."""
+Starts = Callable[[Values], Sequence[Values]]
 
 
-def _no_breaks(_: Mapping[str, float]) -> tuple[float, ...]:
+def _no_breaks(_: Values) -> tuple[float, ...]:
+    return ()
+
+
+def _no_starts(_: Values) -> Sequence[Values]:
     return ()
 
 
@@ -29,6 +49,12 @@ class Parameter:
     low, high : bounds outside which the effect is not valid
     default : used when an ice file leaves it out; None makes it compulsory
     neutral : value at which the effect does nothing, if this parameter alone can switch it off
+    held : whether it keeps the value of an ice file when that ice is fitted to throws, because it
+        says where the effect is or what it belongs to
+    axis : axis of the sheet frame, if the parameter is the component of a vector along it; seen
+        from the other end of the sheet it has the other sign
+    scales : push of other effects that the parameter multiplies; where nothing pushes so, it
+        cannot be measured
     """
 
     name: str
@@ -38,50 +64,191 @@ class Parameter:
     high: float = math.inf
     default: float | None = None
     neutral: float | None = None
+    held: bool = False
+    axis: Literal["x", "y"] | None = None
+    scales: Push | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Variant:
+    """Another way in which an effect acts, by a parameter of its own. Discovery tries it apart.
+
+    Parameters
+    ----------
+    parameter : the one that switches it on
+    readable : name in a sentence
+    evidence : what measured tracks would show it
+    scope, needs, shown_over : as of `EffectCard` and `Search`
+    """
+
+    parameter: str
+    readable: str
+    evidence: str
+    scope: Scope = "within throws"
+    needs: tuple[Need, ...] = ()
+    shown_over: Variable = "speed"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Search:
+    """How an effect is looked for in measured throws. The defaults serve most effects.
+
+    Parameters
+    ----------
+    needs : what a session must hold for the effect to be visible in it
+    first : parameters that are fitted first; by default those with a neutral value that are not
+        among `shape`
+    shape : parameters that shape the effect and are fitted once its strength is known; by default
+        those with a default value and without a neutral one
+    other_start : values from which the effect is fitted once more, shape included, where its usual
+        shape gains nothing
+    finer : values from which finer forms of the fitted effect begin, given its present ones; the
+        parameters that they name are fitted too, where that pays
+    variants : other ways in which the effect acts
+    stone : parameter that names the stone it belongs to; the effect is then tried for each stone
+    area : parameters with the least and greatest x and the least and greatest y of the rectangle in
+        which the effect acts; the rectangle is then searched for
+    mistaken_for : what takes the effect for its own if it is fitted without it: the ``map`` of
+        friction, or a systematic error of the ``camera``
+    """
+
+    needs: tuple[Need, ...] = ()
+    first: tuple[str, ...] | None = None
+    shape: tuple[str, ...] | None = None
+    other_start: Values | None = None
+    finer: Starts = _no_starts
+    variants: tuple[Variant, ...] = ()
+    stone: str | None = None
+    area: tuple[str, str, str, str] | None = None
+    mistaken_for: tuple[Literal["map", "camera"], ...] = ()
+
+    @property
+    def named(self) -> set[str]:
+        """All parameters that it names."""
+        return {
+            *(self.first or ()),
+            *(self.shape or ()),
+            *(self.other_start or ()),
+            *(variant.parameter for variant in self.variants),
+            *((self.stone,) if self.stone else ()),
+            *(self.area or ()),
+        }
 
 
 @dataclass(frozen=True, kw_only=True)
 class EffectCard:
-    """An effect of the ice, the stone or the air.
+    """An effect of the ice, the stone, the air or the measurement.
 
     Parameters
     ----------
     name : in ice files and reports
     title : for a person
+    readable : name in a sentence, such as "the model lacks friction that follows the speed"; the
+        name without underscores by default
     formula : as it would be written down
-    parameters : in the order the kernel reads theta
+    parameters : in the order in which the kernel reads theta
     source : where the form comes from
     validity : where it holds
     evidence : what measured tracks would show it
     acts : ``friction``, a factor on μ that is the same for every contact of the band;
         ``contact_friction``, a factor on μ that follows the slip of each contact;
-        ``motion``, an acceleration of its own or a factor on the others
-    kernel : compiled by `effect_kernel`; reads and writes the places of `effects.motion`
+        ``motion``, an acceleration of its own or a factor on the others;
+        ``measurement``, on what a camera reports and not on the stone;
+        ``nothing``, a remark in an ice file
     dissipative : whether it can only take energy out of the stone
+    kernel : compiled by `effect_kernel`, reads and writes the places of `effects.motion`; None for
+        effects that the stone does not feel
+    displacement : of an effect of the measurement, how far reported positions lie from true ones
     x_breaks, y_breaks : coordinates at which the effect is not smooth, given its parameters [m]
+    scope : ``within throws`` if a single throw can show it, ``between throws`` if it changes the
+        friction of whole throws
+    pushes : directions of the acceleration that it adds or takes away: along the travel, to its
+        left, of the rotation, or fixed in the sheet
+    search : how it is looked for in measured throws
+    shown_over : variable over which figures show it
+    observed : what an agent may be told of it: parameters, and of each the value that counts as 1
+    observed_order : place of these numbers among those of other effects; trained policies rely on
+        it, so that it never changes
     """
 
     name: str
     title: str
+    readable: str = ""
     formula: str
     parameters: tuple[Parameter, ...]
     source: str
     validity: str
     evidence: str
     acts: Acts
-    kernel: Any = field(repr=False)
     dissipative: bool
+    kernel: Any = field(default=None, repr=False)
+    displacement: Displacement | None = field(default=None, repr=False)
     x_breaks: Breaks = _no_breaks
     y_breaks: Breaks = _no_breaks
+    scope: Scope = "within throws"
+    pushes: tuple[Push, ...] = ("along",)
+    search: Search = field(default_factory=Search)
+    shown_over: Variable = "speed"
+    observed: Values = field(default_factory=dict[str, float])
+    observed_order: int = 1_000
 
-    def theta(self, given: Mapping[str, float]) -> list[float]:
+    def __post_init__(self) -> None:
+        unknown = sorted((self.search.named | self.observed.keys()) - self._names)
+        if unknown:
+            raise InputError(
+                f"the card of {self.name} speaks of {unknown[0]!r}, no parameter of it"
+            )
+        if self.is_physical != (self.kernel is not None):
+            raise InputError(
+                f"the card of {self.name}: acts={self.acts!r} "
+                f"{'wants a' if self.is_physical else 'takes no'} kernel"
+            )
+
+    @property
+    def _names(self) -> set[str]:
+        return {parameter.name for parameter in self.parameters}
+
+    @property
+    def is_physical(self) -> bool:
+        """Whether the stone feels it."""
+        return self.acts not in ("measurement", "nothing")
+
+    @property
+    def words(self) -> str:
+        """Its name in a sentence."""
+        return self.readable or self.name.replace("_", " ")
+
+    @property
+    def neutral(self) -> dict[str, float]:
+        """The parameters that can switch it off, at the values that do."""
+        return {p.name: p.neutral for p in self.parameters if p.neutral is not None}
+
+    @property
+    def shape(self) -> tuple[str, ...]:
+        """Parameters that shape it and are fitted once its strength is known."""
+        if self.search.shape is not None:
+            return self.search.shape
+        return tuple(p.name for p in self.parameters if p.neutral is None and p.default is not None)
+
+    @property
+    def first(self) -> tuple[str, ...]:
+        """Parameters that are fitted first."""
+        if self.search.first is not None:
+            return self.search.first
+        return tuple(name for name in self.neutral if name not in self.shape)
+
+    def parameter(self, name: str) -> Parameter:
+        """The parameter of that name."""
+        return next(p for p in self.parameters if p.name == name)
+
+    def theta(self, given: Values) -> list[float]:
         """The kernel's parameter vector from an ice file's parameters.
 
         Raises
         ------
         InputError : an unknown, missing or out-of-bounds parameter
         """
-        unknown = sorted(given.keys() - {parameter.name for parameter in self.parameters})
+        unknown = sorted(given.keys() - self._names)
         if unknown:
             names = ", ".join(parameter.name for parameter in self.parameters)
             raise InputError(f"effect {self.name} has no parameter {unknown[0]!r}; it has: {names}")

@@ -4,7 +4,7 @@ from math import fabs, log
 from typing import Any
 
 from curling_env.physics.compiled import effect_kernel, quick_exp
-from curling_env.physics.effects.card import EffectCard, Parameter
+from curling_env.physics.effects.card import EffectCard, Parameter, Search
 from curling_env.physics.effects.motion import LEFT, LOG_SPEED, SPIN, spin_sign
 
 REFERENCE_SPIN = 1.5
@@ -23,6 +23,7 @@ def _kernel(motion: Any, theta: Any, push: Any) -> None:
 CARD = EffectCard(
     name="curl",
     title="Curl",
+    readable="curl",
     formula="a_left = sign(ω)·strength·v^speed_exponent·(|ω|/1.5)^spin_exponent, v in m/s",
     parameters=(
         Parameter(
@@ -56,5 +57,9 @@ CARD = EffectCard(
     evidence="paths bend to opposite sides for opposite spins, in both directions of play",
     acts="motion",
     kernel=_kernel,
+    pushes=("left",),
+    search=Search(needs=("headings",), shape=("speed_exponent", "spin_exponent")),
+    observed={"strength": 0.02, "speed_exponent": 1.0},
+    observed_order=1,
     dissipative=False,
 )

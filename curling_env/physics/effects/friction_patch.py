@@ -1,11 +1,11 @@
 """An area whose friction differs from the map."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import tanh
 from typing import Any
 
 from curling_env.physics.compiled import effect_kernel
-from curling_env.physics.effects.card import EffectCard, Parameter
+from curling_env.physics.effects.card import EffectCard, Parameter, Search, Values
 from curling_env.physics.effects.motion import FRICTION, X, Y
 
 
@@ -23,16 +23,18 @@ def _kernel(motion: Any, theta: Any, push: Any) -> None:
 
 
 def _edge(name: str, meaning: str) -> Parameter:
-    return Parameter(name=name, unit="m", meaning=meaning, low=-25.0, high=25.0)
+    return Parameter(name=name, unit="m", meaning=meaning, low=-25.0, high=25.0, held=True)
 
 
-SOFT = tuple(0.75 * k for k in range(-6, 7))
-"""Where a soft side bends, in units of `edge`: tanh is straight enough in between."""
+SOFT_BREAKS = tuple(0.75 * k for k in range(-6, 7))
+"""Where a soft side counts as bent, in units of `edge`: tanh is straight enough in between."""
 
 
 def _breaks(given: Mapping[str, float], *sides: str) -> tuple[float, ...]:
     edge = given.get("edge", 0.0)
-    return tuple(given[side] + edge * u for side in sides for u in (SOFT if edge > 0.0 else (0.0,)))
+    return tuple(
+        given[side] + edge * u for side in sides for u in (SOFT_BREAKS if edge > 0.0 else (0.0,))
+    )
 
 
 def _x_breaks(given: Mapping[str, float]) -> tuple[float, ...]:
@@ -43,9 +45,16 @@ def _y_breaks(given: Mapping[str, float]) -> tuple[float, ...]:
     return _breaks(given, "y_min", "y_max")
 
 
+def _finer(given: Values) -> Sequence[Values]:
+    """Soft sides, all of them free."""
+    sides = {side: given[side] for side in ("x_min", "x_max", "y_min", "y_max")}
+    return tuple({"edge": edge, **sides} for edge in (0.5, 1.5))
+
+
 CARD = EffectCard(
     name="friction_patch",
     title="A patch of different ice",
+    readable="a patch of different ice",
     formula="μ → factor·μ within x_min ≤ x ≤ x_max, y_min ≤ y ≤ y_max; tanh sides if edge > 0",
     parameters=(
         _edge("x_min", "left edge, sheet frame"),
@@ -67,6 +76,7 @@ CARD = EffectCard(
             low=0.0,
             high=5.0,
             default=0.0,
+            held=True,
         ),
     ),
     source="a worn, wet or freshly pebbled area",
@@ -74,6 +84,10 @@ CARD = EffectCard(
     evidence="throws that cross the area change their deceleration at its edges, at any speed",
     acts="friction",
     kernel=_kernel,
+    search=Search(
+        area=("x_min", "x_max", "y_min", "y_max"), shape=("y_min", "y_max"), finer=_finer
+    ),
+    shown_over="y",
     dissipative=True,
     x_breaks=_x_breaks,
     y_breaks=_y_breaks,

@@ -4,7 +4,7 @@ from math import exp
 from typing import Any
 
 from curling_env.physics.compiled import effect_kernel
-from curling_env.physics.effects.card import EffectCard, Parameter
+from curling_env.physics.effects.card import EffectCard, Parameter, Search, Variant
 from curling_env.physics.effects.motion import FRICTION, ORDER
 
 
@@ -17,6 +17,7 @@ def _kernel(motion: Any, theta: Any, push: Any) -> None:
 CARD = EffectCard(
     name="pebble_wear",
     title="Pebble wear",
+    readable="pebble that wears from throw to throw",
     formula="μ → μ·exp(rate·throws played + along_path·share of the cell run over, summed)",
     parameters=(
         Parameter(
@@ -42,5 +43,19 @@ CARD = EffectCard(
     evidence="friction follows the number of throws rather than the clock",
     acts="friction",
     kernel=_kernel,
+    scope="between throws",
+    search=Search(
+        shape=(),
+        variants=(
+            Variant(
+                parameter="along_path",
+                readable="pebble that wears where stones have run",
+                evidence="friction follows how often stones have run over the place",
+                needs=("runs over the same ice",),
+                shown_over="passes",
+            ),
+        ),
+    ),
+    shown_over="order",
     dissipative=True,
 )

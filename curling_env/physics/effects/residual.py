@@ -64,6 +64,7 @@ def _knot(k: int) -> Parameter:
 CARD = EffectCard(
     name="residual",
     title="Unexplained friction",
+    readable="friction that no effect explains",
     formula="μ → μ·exp(f(variable)), f piecewise linear through seven values, constant beyond",
     parameters=(
         Parameter(

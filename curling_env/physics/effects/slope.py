@@ -1,9 +1,9 @@
 """Ice that is not level."""
 
-from typing import Any
+from typing import Any, Literal
 
 from curling_env.physics.compiled import effect_kernel
-from curling_env.physics.effects.card import EffectCard, Parameter
+from curling_env.physics.effects.card import EffectCard, Parameter, Search
 from curling_env.physics.effects.motion import GRAVITY, PUSH_X, PUSH_Y
 
 
@@ -13,7 +13,7 @@ def _kernel(motion: Any, theta: Any, push: Any) -> None:
     push[PUSH_Y] += GRAVITY * theta[1]
 
 
-def _gradient(axis: str, side: str) -> Parameter:
+def _gradient(axis: Literal["x", "y"], side: str) -> Parameter:
     return Parameter(
         name=axis,
         unit="m/m",
@@ -22,12 +22,14 @@ def _gradient(axis: str, side: str) -> Parameter:
         high=5e-3,
         default=0.0,
         neutral=0.0,
+        axis=axis,
     )
 
 
 CARD = EffectCard(
     name="slope",
     title="Slope of the ice",
+    readable="a slope of the ice",
     formula="a = g·(x, y): the gradient of the fall, fixed in the sheet frame",
     parameters=(_gradient("x", "+x"), _gradient("y", "the away end")),
     source="mechanics; 1 mm across the sheet moves a draw by 0.3 m",
@@ -35,5 +37,10 @@ CARD = EffectCard(
     evidence="a constant acceleration that keeps its world direction when the play turns round",
     acts="motion",
     kernel=_kernel,
+    pushes=("along the sheet", "across the sheet"),
+    search=Search(mistaken_for=("map", "camera")),
+    shown_over="y",
+    observed={"x": 2e-3, "y": 2e-3},
+    observed_order=4,
     dissipative=False,
 )

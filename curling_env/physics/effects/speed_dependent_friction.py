@@ -1,10 +1,11 @@
 """Friction that falls as the contact slides faster."""
 
+from collections.abc import Sequence
 from math import log
 from typing import Any
 
 from curling_env.physics.compiled import effect_kernel, quick_exp, quick_log
-from curling_env.physics.effects.card import EffectCard, Parameter
+from curling_env.physics.effects.card import EffectCard, Parameter, Search, Values
 from curling_env.physics.effects.motion import CONTACT_FRICTION, CONTACTS, LOG_SLIP, SLIP
 
 SLOWEST_SLIP = 0.01
@@ -26,9 +27,26 @@ def _kernel(motion: Any, theta: Any, push: Any) -> None:
             push[CONTACT_FRICTION + q] *= 1.0 - share + share * quick_exp(-exponent * log_slip)
 
 
+def _finer(given: Values) -> Sequence[Values]:
+    """Friction that falls in a straight line, and a power law with an offset.
+
+    Each begins with the slope that the fitted power law has at 1 m/s: from further off a fit would
+    lose its way.
+    """
+    n = given["exponent"]
+    starts = [{"exponent": -1.0, "share": min(max(-n, -0.19), 0.5), "speed_offset": 0.0}]
+    if n > 0.0:
+        starts += [
+            {"exponent": 1.0, "share": min(0.9, n * (1.0 + offset) ** 2), "speed_offset": offset}
+            for offset in (0.06, 0.9)
+        ]
+    return starts
+
+
 CARD = EffectCard(
     name="speed_dependent_friction",
     title="Friction follows the sliding speed",
+    readable="friction that follows the sliding speed",
     formula="μ(s) = μ·[1 − share + share·(s + speed_offset)^(−exponent)], s in m/s",
     parameters=(
         Parameter(
@@ -62,5 +80,8 @@ CARD = EffectCard(
     evidence="fast and slow throws over the same cells disagree on μ, in both directions alike",
     acts="contact_friction",
     kernel=_kernel,
+    search=Search(shape=(), finer=_finer, mistaken_for=("map", "camera")),
+    observed={"exponent": 1.0},
+    observed_order=0,
     dissipative=True,
 )

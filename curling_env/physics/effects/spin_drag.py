@@ -4,7 +4,7 @@ from math import fabs, log
 from typing import Any
 
 from curling_env.physics.compiled import effect_kernel, quick_exp
-from curling_env.physics.effects.card import EffectCard, Parameter
+from curling_env.physics.effects.card import EffectCard, Parameter, Search
 from curling_env.physics.effects.motion import LOG_SPEED, SPEED, SPIN, TURN, spin_sign
 
 REFERENCE_SPIN = 1.5
@@ -24,6 +24,7 @@ def _kernel(motion: Any, theta: Any, push: Any) -> None:
 CARD = EffectCard(
     name="spin_drag",
     title="Spin drag",
+    readable="spin that fades faster than the band explains",
     formula="dω/dt = −sign(ω)·rate·max(v, speed_floor)^(−speed_exponent)·(|ω|/1.5)^spin_exponent",
     parameters=(
         Parameter(
@@ -49,6 +50,7 @@ CARD = EffectCard(
             low=1e-4,
             high=1.0,
             default=0.05,
+            held=True,
         ),
         Parameter(
             name="spin_exponent",
@@ -65,5 +67,14 @@ CARD = EffectCard(
     evidence="the heading turns less than the band's own friction explains",
     acts="motion",
     kernel=_kernel,
+    pushes=("turn",),
+    search=Search(
+        needs=("headings",),
+        shape=("speed_exponent", "spin_exponent"),
+        # A rate that must not be negative can be held at zero by a wrong shape.
+        other_start={"rate": 0.01, "speed_exponent": 0.0, "spin_exponent": 1.0},
+    ),
+    observed={"rate": 0.05},
+    observed_order=3,
     dissipative=True,
 )

@@ -4,7 +4,7 @@ from math import fabs
 from typing import Any
 
 from curling_env.physics.compiled import effect_kernel
-from curling_env.physics.effects.card import EffectCard, Parameter
+from curling_env.physics.effects.card import EffectCard, Parameter, Search
 from curling_env.physics.effects.motion import FRICTION, STONE
 
 
@@ -17,9 +17,12 @@ def _kernel(motion: Any, theta: Any, push: Any) -> None:
 CARD = EffectCard(
     name="stone_bias",
     title="A stone of its own",
+    readable="a stone with a friction of its own",
     formula="μ → factor·μ for one stone; give the effect once for each such stone",
     parameters=(
-        Parameter(name="stone", unit="1", meaning="identifier of the stone", low=0.0, high=1e6),
+        Parameter(
+            name="stone", unit="1", meaning="identifier of the stone", low=0.0, high=1e6, held=True
+        ),
         Parameter(
             name="factor",
             unit="1",
@@ -34,5 +37,8 @@ CARD = EffectCard(
     evidence="every throw of one stone stops short, or runs long, by the same factor",
     acts="friction",
     kernel=_kernel,
+    scope="between throws",
+    search=Search(needs=("several stones",), stone="stone"),
+    shown_over="stone",
     dissipative=True,
 )

@@ -3,7 +3,7 @@
 from typing import Any
 
 from curling_env.physics.compiled import effect_kernel
-from curling_env.physics.effects.card import EffectCard, Parameter
+from curling_env.physics.effects.card import EffectCard, Parameter, Search
 from curling_env.physics.effects.motion import BEND, FRICTION, SWEPT
 
 
@@ -17,6 +17,7 @@ def _kernel(motion: Any, theta: Any, push: Any) -> None:
 CARD = EffectCard(
     name="sweeping",
     title="Sweeping",
+    readable="sweeping",
     formula="while swept: μ → friction_factor·μ and sideways push → curl_factor·push",
     parameters=(
         Parameter(
@@ -36,6 +37,7 @@ CARD = EffectCard(
             high=2.0,
             default=1.0,
             neutral=1.0,
+            scales="left",
         ),
     ),
     source="Marmo et al.: 5.84 m unswept against 6.40 m swept from 1 m/s, a factor of 0.912",
@@ -43,5 +45,7 @@ CARD = EffectCard(
     evidence="friction differs between swept and unswept stretches of the same ice",
     acts="friction",
     kernel=_kernel,
+    search=Search(needs=("swept",)),
+    shown_over="swept",
     dissipative=True,
 )

@@ -4,7 +4,7 @@ from math import exp
 from typing import Any
 
 from curling_env.physics.compiled import effect_kernel
-from curling_env.physics.effects.card import EffectCard, Parameter
+from curling_env.physics.effects.card import EffectCard, Parameter, Search
 from curling_env.physics.effects.motion import CLOCK, FRICTION
 
 
@@ -16,6 +16,7 @@ def _kernel(motion: Any, theta: Any, push: Any) -> None:
 CARD = EffectCard(
     name="time_drift",
     title="Friction drifts with time",
+    readable="friction that drifts with time",
     formula="μ → μ·exp(rate·clock)",
     parameters=(
         Parameter(
@@ -32,5 +33,8 @@ CARD = EffectCard(
     evidence="friction follows the session's clock rather than the number of throws",
     acts="friction",
     kernel=_kernel,
+    scope="between throws",
+    search=Search(needs=("clocks",), mistaken_for=("map",)),
+    shown_over="clock",
     dissipative=True,
 )

@@ -1,7 +1,8 @@
-"""Wild rows: measurements that do not lie where their neighbours say.
+"""Outliers: rows of a track that do not lie where their neighbours say.
 
-A tracker that jumps to a shadow for one frame is off by centimetres. Such rows are found in what is
-faster than any slide: the part of a series that neither slow cosines nor a running median follow.
+A tracker that jumps to a shadow for one frame is off by centimetres. Such rows are found in the
+part of a series that is faster than any slide, which neither slow cosines nor a running median
+follow.
 """
 
 from __future__ import annotations
@@ -13,22 +14,16 @@ from scipy.ndimage import median_filter
 
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
-
-SLOWEST_PERIOD = 2.0
-"""What swings slower than this may be physics [s]."""
-WILD = 4.5
-"""Robust standard deviations of the fast part beyond which a row is wild: one good row in
-150 000."""
-LEAST = (2e-4, 2e-4)
-"""Smallest noise assumed [m, rad]: simulated tracks are rounded, and none is perfect."""
-LEAST_RAW = (1e-3, 5e-3)
-"""The same for a track itself, of which slow cosines leave a little where it begins and ends."""
-FEWEST = 20
-"""Rows below which a series is left as it is."""
+from friction_estimation.discovery.tuning import (
+    LEAST_ROWS,
+    LEAST_TRACK_NOISE,
+    OUTLIER_DEVIATIONS,
+    SLOWEST_NOISE_PERIOD,
+)
 
 
-def slow_basis(t: Floats, period: float = SLOWEST_PERIOD) -> Floats:
-    """Cosines slower than a period and a parabola: what physics may look like, (n, K)."""
+def slow_basis(t: Floats, period: float = SLOWEST_NOISE_PERIOD) -> Floats:
+    """Cosines slower than a period, and a parabola: the shapes that physics may have, (n, K)."""
     span = max(float(t[-1] - t[0]), 1e-9)
     count = int(max(1, min(2 * span / period + 2, len(t) / 3)))
     phase = np.pi * (t - t[0]) / span
@@ -36,42 +31,47 @@ def slow_basis(t: Floats, period: float = SLOWEST_PERIOD) -> Floats:
 
 
 def robust_deviation(values: Floats) -> float:
-    """Standard deviation by the median of absolute values, of values around zero."""
+    """Standard deviation of values around zero, by the median of their absolute values."""
     return 1.4826 * float(np.median(np.abs(values)))
 
 
 def fast_series(t: Floats, values: Floats) -> Floats:
     """A series less its slow cosines and a running median over two thirds of a second.
 
-    The cosines are fitted twice, the second time without values far off, which would bend them.
+    The cosines are fitted twice, the second time without values that are far off and would bend
+    them.
 
     Parameters
     ----------
-    t, values : (n,), finite
+    t : (n,) times [s]
+    values : (n,) finite values
     """
     basis = slow_basis(t)
     near = np.ones(len(values), dtype=bool)
-    left = values
+    residual = values
     for _ in range(2):
         gram = basis[near].T @ basis[near] + 1e-8 * near.sum() * np.eye(basis.shape[1])
-        left = values - basis @ np.linalg.solve(gram, basis[near].T @ values[near])
-        near = np.abs(left) <= 4.0 * robust_deviation(left) + 1e-12
-    return left - median_filter(left, min(21, len(left) // 2 * 2 - 1))
+        residual = values - basis @ np.linalg.solve(gram, basis[near].T @ values[near])
+        near = np.abs(residual) <= 4.0 * robust_deviation(residual) + 1e-12
+    return residual - median_filter(residual, min(21, len(residual) // 2 * 2 - 1))
 
 
-def without_wild_rows(track: Trajectory) -> Trajectory:
-    """A track without rows whose position is wild, and without wild headings."""
-    if len(track) < FEWEST:
+def without_outliers(track: Trajectory) -> Trajectory:
+    """A track without the rows whose position is an outlier, and without outlying headings."""
+    if len(track) < LEAST_ROWS:
         return track
     keep = np.ones(len(track), dtype=bool)
     for axis in range(2):
         fast = fast_series(track.t, track.xy[:, axis])
-        keep &= np.abs(fast) <= WILD * max(robust_deviation(fast), LEAST_RAW[0])
+        keep &= np.abs(fast) <= OUTLIER_DEVIATIONS * max(
+            robust_deviation(fast), LEAST_TRACK_NOISE[0]
+        )
     theta = track.theta.copy()
     known = np.flatnonzero(np.isfinite(theta))
-    if len(known) >= FEWEST:
+    if len(known) >= LEAST_ROWS:
         fast = fast_series(track.t[known], theta[known])
-        theta[known[np.abs(fast) > WILD * max(robust_deviation(fast), LEAST_RAW[1])]] = np.nan
+        limit = OUTLIER_DEVIATIONS * max(robust_deviation(fast), LEAST_TRACK_NOISE[1])
+        theta[known[np.abs(fast) > limit]] = np.nan
     columns = {
         name: getattr(track, name)[keep]
         for name in ("sigma_xy", "sigma_theta")

@@ -1,4 +1,4 @@
-"""Known lengths and known times: what decides whether the tracks' scale and frame rate are right.
+"""Known lengths and known times, which decide whether the tracks' scale and frame rate are right.
 
 No set of throws can: with all lengths or all times off by a factor the same paths result on other
 ice (with x′ = λx and t′ = κt friction becomes μ·λ/κ², and every effect changes likewise). One
@@ -7,26 +7,50 @@ length on the ice, or one interval by a clock, settles it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, Ice
 from curling_env.trajectory import Trajectory
+from friction_estimation.discovery.tuning import CLEARLY_OFF, CLOCK_ERROR, LENGTH_ERROR
 
-Quantity = Literal["scale_error", "frame_rate_error"]
+QuantityError = Literal["scale_error", "frame_rate_error"]
 
-LENGTH_ERROR = 0.02
-"""Standard error of a length read off the tracks, if none is given [m]: a line's width."""
-CLOCK_ERROR = 0.2
-"""Standard error of an interval by a stopwatch, if none is given [s]."""
-CLEARLY_OFF = 3.0
-"""Standard errors by which a factor must differ from one to be named."""
-PLAUSIBLE = (0.5, 2.0)
-"""Factors outside this are a slip of the pen."""
+
+class Quantity(NamedTuple):
+    """A quantity of the tracks that throws alone cannot check.
+
+    Parameters
+    ----------
+    singular, plural : what it is called
+    option : option of `curling discover` that gives a reference for it
+    check : what a user may give, in words
+    usual_error : standard error of a reference whose own is not given [m or s]
+    """
+
+    singular: str
+    plural: str
+    option: str
+    check: str
+    usual_error: float
+
+
+QUANTITIES: Mapping[QuantityError, Quantity] = {
+    "scale_error": Quantity(
+        "length",
+        "all lengths",
+        "--known-length",
+        "a known length (--known-length; hog line to hog line is 21.945 m, tee to tee 34.747 m)",
+        LENGTH_ERROR,
+    ),
+    "frame_rate_error": Quantity(
+        "time", "all times", "--clock", "an interval by a clock (--clock)", CLOCK_ERROR
+    ),
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,9 +59,9 @@ class Reference:
 
     Parameters
     ----------
-    measured : as the tracks have it [m] or [s]
-    true : as it is
-    error : standard error of the measured one
+    measured : its size in the tracks [m] or [s]
+    true : its true size
+    error : standard error of the measured size
     """
 
     measured: float
@@ -47,48 +71,57 @@ class Reference:
 
 @dataclass(frozen=True, kw_only=True)
 class Calibration:
-    """What references say of all lengths, or of all times.
+    """The factor by which all lengths, or all times, of the tracks are off.
 
     Parameters
     ----------
-    name : of the effect
-    factor, stderr : measured over true
-    references : it rests on
+    name : effect of that name
+    factor, stderr : measured size over the true one
+    references : what the factor rests on
     """
 
-    name: Quantity
+    name: QuantityError
     factor: float
     stderr: float
     references: tuple[Reference, ...] = ()
 
     @property
     def clearly_off(self) -> bool:
+        """Whether the factor differs from one by more than its error allows."""
         return abs(self.factor - 1.0) > CLEARLY_OFF * self.stderr
 
+    def as_effect(self) -> ActiveEffect:
+        """The calibration as it stands in an ice file."""
+        return ActiveEffect(
+            name=self.name, parameters={"factor": self.factor}, sigma={"factor": self.stderr}
+        )
 
-def read_reference(text: str, quantity: Quantity) -> Reference:
+
+def read_reference(text: str, name: QuantityError) -> Reference:
     """A reference as it is typed: ``MEASURED,TRUE`` or ``MEASURED,TRUE,ERROR``.
 
     Raises
     ------
     InputError : not two or three positive numbers, or two that cannot be the same thing
     """
-    option = "--known-length" if quantity == "scale_error" else "--clock"
+    quantity = QUANTITIES[name]
     try:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:
         numbers = []
     if len(numbers) not in (2, 3) or not all(np.isfinite(n) and n > 0 for n in numbers):
-        raise InputError(f"{option} wants MEASURED,TRUE[,ERROR], positive numbers, got {text!r}")
-    ratio = numbers[0] / numbers[1]
-    if not PLAUSIBLE[0] < ratio < PLAUSIBLE[1]:
-        raise InputError(f"{option} {text}: {numbers[0]:g} cannot be {numbers[1]:g} mismeasured")
-    usual = LENGTH_ERROR if quantity == "scale_error" else CLOCK_ERROR
-    error = numbers[2] if len(numbers) == 3 else usual
+        raise InputError(
+            f"{quantity.option} wants MEASURED,TRUE[,ERROR], positive numbers, got {text!r}"
+        )
+    if not 0.5 < numbers[0] / numbers[1] < 2.0:
+        raise InputError(
+            f"{quantity.option} {text}: {numbers[0]:g} cannot be {numbers[1]:g} mismeasured"
+        )
+    error = numbers[2] if len(numbers) == 3 else quantity.usual_error
     return Reference(measured=numbers[0], true=numbers[1], error=error)
 
 
-def calibrate(name: Quantity, references: Sequence[Reference]) -> Calibration:
+def calibrate(name: QuantityError, references: Sequence[Reference]) -> Calibration:
     """The factor on which references agree, weighted by how well each is known.
 
     Raises
@@ -111,9 +144,9 @@ def calibrate(name: Quantity, references: Sequence[Reference]) -> Calibration:
 
 
 def calibrations_of(ice: Ice | None) -> tuple[Calibration, ...]:
-    """What an ice file says of the tracks' scale and frame rate."""
+    """The calibrations that an ice file holds."""
     found: list[Calibration] = []
-    for name in ("scale_error", "frame_rate_error"):
+    for name in QUANTITIES:
         effect = ice.effect(name) if ice is not None else None
         if effect is not None and "factor" in effect.parameters:
             sigma = effect.sigma.get("factor", 0.0)
@@ -128,12 +161,3 @@ def corrected(
     factors = {c.name: c.factor for c in calibrations}
     scale, rate = factors.get("scale_error", 1.0), factors.get("frame_rate_error", 1.0)
     return [replace(track, xy=track.xy / scale, t=track.t / rate) for track in tracks]
-
-
-def as_effect(calibration: Calibration) -> ActiveEffect:
-    """As it stands in an ice file."""
-    return ActiveEffect(
-        name=calibration.name,
-        parameters={"factor": calibration.factor},
-        sigma={"factor": calibration.stderr},
-    )

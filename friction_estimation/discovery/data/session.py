@@ -1,8 +1,8 @@
 """A session as discovery sees it: the free slides of all throws, laid out for the forward model.
 
-Tracks from films say how wrong they are, what all frames share included, and are smoothed. Where
-they are so smooth that neighbouring rows repeat each other, only rows far enough apart to differ
-are kept.
+Tracks from films are smoothed, and say how wrong they are, errors that all frames share included.
+Where they are so smooth that neighbouring rows repeat each other, only rows far enough apart to
+differ are kept.
 """
 
 from __future__ import annotations
@@ -12,44 +12,37 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.errors import InputError
+from curling_env.physics.effects import EffectCard
 from curling_env.sheet import HOG_LINE_Y
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Floats, Indices
+from curling_env.typing import Flags, Floats, Indices
 from friction_estimation.camera.scene import Scene
-from friction_estimation.discovery.data.form import Form
-from friction_estimation.discovery.data.measurement import MEASUREMENTS, measurements_through
+from friction_estimation.discovery.data.measurement import (
+    measurement_effects,
+    measurement_effects_through,
+)
 from friction_estimation.discovery.data.outliers import (
     fast_series,
     robust_deviation,
-    without_wild_rows,
+    without_outliers,
 )
-from friction_estimation.discovery.data.wear_tracks import Lanes
+from friction_estimation.discovery.data.wear_tracks import WearTracks
+from friction_estimation.discovery.tuning import (
+    HIGHEST_FRAME_RATE,
+    LEAST_HEADINGS,
+    LEAST_THROWS,
+    SMOOTHED_JITTER,
+    SMOOTHED_SPACING,
+    SURE_BEND,
+    USUAL_SPIN,
+)
 from friction_estimation.tracks.free_slide import FreeSlide, free_slides
 
-FULL_RATE = 40.0
-"""Frames a second that are kept of faster films [1/s]: a slide is smooth over 25 ms, its noise is
-not independent, and time is spent per row."""
-SMOOTHED = 0.3
-"""Jitter from row to row over the claimed standard error below which a track was smoothed: a film's
-has 0.01 to 0.13."""
-SMOOTHED_SPACING = 1.0 / 3.0
-"""Between the rows that are kept of a smoothed track [s]: those between tell nothing new."""
-
-ENOUGH_THROWS = 8
-"""Fewer throws than this name nothing (methods)."""
-FEWEST_HEADINGS = 10
-"""Rows with a heading, of those that are kept, from which a throw's spin is known."""
-CLEARLY_BENT = 5.0
-"""Standard errors from which paths are taken to bend with the turn."""
-USUAL_SPIN = 1.5
-"""Spin taken where no heading was measured [rad/s]; where none was in any throw its side cannot
-matter, for then curl is not a candidate."""
 FURTHEST_ACROSS, FURTHEST_ALONG = 2.6, 24.0
 """Where the middle of a track may lie [m]: a little beyond the ice of the widest sheet."""
-AT_LINE = 0.05
+AT_HOG_LINE = 0.05
 """A stone this close to the hog line counts as at it [m]: tracks begin with noise."""
 
 
@@ -59,31 +52,30 @@ class Session:
 
     Parameters
     ----------
-    throws : (k,) their numbers in the file
-    orders : (k,) throws already played before each
-    stones : (k,) identifiers
-    clocks : (k,) session time at which each release was [s]
+    throws : (k,) numbers of the throws in the file
+    orders : (k,) for each throw, how many were played before it
+    stones : (k,) identifiers of the stones
+    clocks : (k,) session time of each release [s]
     rests : (k,) whether the stone was seen to come to rest by itself
-    times : (rows,) since the release of the throw [s]
-    xy : (rows, 2) [m]
-    theta : (rows,) [rad]; NaN where unknown
-    swept : (rows,)
-    sigma : (rows, 2) relative noise of position and heading of the rows, mean 1
-    usual_spins : (k,) spin taken where no heading was seen [rad/s]
-    claimed : standard error of a coordinate that the tracks claim of themselves, median [m]; 0
-        where they claim none
-    smoothed : whether such tracks come smoothed
-    starts : (k+1,) first row of each throw
-    left_out : why other throws are not here
-    measurements : what the camera may have done to them
-    lanes : where stones ran, in all throws of the session: those not searched wear the ice as well
+    times : (rows,) time since the release of the throw [s]
+    xy : (rows, 2) positions, sheet frame [m]
+    theta : (rows,) headings [rad]; NaN where unknown
+    swept : (rows,) 1 where the stone was swept, else 0
+    sigma : (rows, 2) relative noise of position and heading of the rows, of mean 1
+    starts : (k+1,) first row of each throw, then the number of rows
+    usual_spins : (k,) spin taken where no heading was measured [rad/s]
+    claimed : median standard error of a coordinate by the tracks' own columns [m]; 0 without them
+    smoothed : whether the tracks come smoothed
+    left_out : for each throw that is not here, the reason
+    measurements : effects that the camera may have on the tracks
+    wear_tracks : where stones ran in all throws of the session; those not searched wear it too
     """
 
     throws: Indices
     orders: Indices
     stones: Indices
     clocks: Floats
-    rests: NDArray[np.bool_]
+    rests: Flags
     times: Floats
     xy: Floats
     theta: Floats
@@ -94,17 +86,17 @@ class Session:
     claimed: float = 0.0
     smoothed: bool = False
     left_out: tuple[str, ...] = ()
-    measurements: tuple[Form, ...] = MEASUREMENTS
-    lanes: Lanes = field(default_factory=Lanes)
+    measurements: tuple[EffectCard, ...] = field(default_factory=measurement_effects)
+    wear_tracks: WearTracks = field(default_factory=WearTracks)
 
     def __len__(self) -> int:
         return len(self.throws)
 
     @property
     def errs_slowly(self) -> bool:
-        """Whether the tracks may err by what lasts for seconds and by what belongs to a place.
+        """Whether the errors of the tracks may last for seconds and belong to places.
 
-        Only one that says how wrong it is can count in what all its frames share.
+        Only a track that says how wrong it is can count in the errors that all its frames share.
         """
         return self.claimed > 0.0
 
@@ -119,12 +111,19 @@ class Session:
 
     @cached_property
     def observed(self) -> Floats:
-        """Measured x, y, theta, (rows, 3)."""
+        """Measured x, y and heading, (rows, 3)."""
         return np.column_stack([self.xy, self.theta])
 
     @cached_property
     def sweeps(self) -> tuple[Floats, Indices, Floats]:
-        """Times at which sweeping switches, where each throw's begin, and whether swept first."""
+        """When sweeping begins and ends.
+
+        Returns
+        -------
+        switches : times at which it does [s]
+        firsts : (k+1,) where the switches of each throw begin
+        initially : (k,) whether the stone is swept at first, 0 or 1
+        """
         switches: list[float] = []
         firsts = [0]
         initially: list[float] = []
@@ -139,7 +138,7 @@ class Session:
 
     @cached_property
     def first_states(self) -> Floats:
-        """Release states by quadratics through the first two seconds, (k, 6)."""
+        """Release states x, y, vx, vy, theta, omega by quadratics through two seconds, (k, 6)."""
         states = np.zeros((len(self), 6))
         for i in range(len(self)):
             rows = self.rows(i)
@@ -155,35 +154,36 @@ class Session:
         return states
 
     @cached_property
-    def turns(self) -> NDArray[np.bool_]:
+    def turns(self) -> Flags:
         """Whether the heading of each throw was measured, (k,)."""
         known = np.isfinite(self.theta).astype(int)
-        return np.add.reduceat(known, self.starts[:-1]) > FEWEST_HEADINGS
+        return np.add.reduceat(known, self.starts[:-1]) > LEAST_HEADINGS
 
     def with_usual_spins(self) -> Session:
-        """The session with the spins that are taken where no heading was seen.
+        """The session with the spins that are taken where no heading was measured.
 
-        To the side to which its path bends, if the throws whose turn was seen clearly bend with it.
+        A stone is taken to turn to the side to which its path bends, if the throws whose rotation
+        was measured clearly bend with it.
         """
         bends, sides = np.zeros(len(self)), np.zeros(len(self))
         for i in range(len(self)):
             rows = self.rows(i)
             t, xy, theta = self.times[rows], self.xy[rows], self.theta[rows]
-            way = (xy[-1] - xy[0]) / max(float(np.hypot(*(xy[-1] - xy[0]))), 1e-9)
-            bends[i] = np.polyfit(t, xy @ np.array([-way[1], way[0]]), 2)[0]
+            travel = (xy[-1] - xy[0]) / max(float(np.hypot(*(xy[-1] - xy[0]))), 1e-9)
+            bends[i] = np.polyfit(t, xy @ np.array([-travel[1], travel[0]]), 2)[0]
             known = np.flatnonzero(np.isfinite(theta))
             sides[i] = np.sign(theta[known[-1]] - theta[known[0]]) if len(known) > 1 else 0.0
         with_turn = (bends * sides)[self.turns]
         spins = np.full(len(self), USUAL_SPIN)
         if len(with_turn) > 2:
             error = float(with_turn.std()) / np.sqrt(len(with_turn))
-            if abs(with_turn.mean()) > CLEARLY_BENT * error:
+            if abs(with_turn.mean()) > SURE_BEND * error:
                 spins = np.where(bends * with_turn.mean() < 0, -USUAL_SPIN, USUAL_SPIN)
         return replace(self, usual_spins=spins)
 
-    def without_rows(self, wild: NDArray[np.bool_]) -> Session:
-        """The session without some rows; the first of each throw stays, as does its release."""
-        keep = ~wild
+    def without_rows(self, dropped: Flags) -> Session:
+        """The session without some rows, among which is no first row of a throw."""
+        keep = ~dropped
         counts = np.add.reduceat(keep.astype(int), self.starts[:-1])
         return replace(
             self,
@@ -196,7 +196,7 @@ class Session:
         )
 
     def only(self, chosen: Sequence[int] | Indices) -> Session:
-        """The session of some of its throws, by index; they keep their order of play."""
+        """The session of the throws with these indices."""
         chosen = np.asarray(chosen, dtype=np.intp)
         rows = np.concatenate(
             [np.arange(self.rows(i).start, self.rows(i).stop) for i in chosen.tolist()]
@@ -224,14 +224,15 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
 
     Parameters
     ----------
-    scene : of the camera that saw them, where it is known
+    tracks : measured throws, in order of play
+    scene : scene of the camera that saw them, where it is known
 
     Raises
     ------
     InputError : no throw lies on the sheet
     TrackTooShortError : no throw slides freely
     """
-    cleaned = [without_wild_rows(track) for track in tracks]
+    cleaned = [without_outliers(track) for track in tracks]
     elsewhere = [_elsewhere(track) for track in cleaned]
     on_sheet = [track for track, reason in zip(cleaned, elsewhere, strict=True) if not reason]
     off_sheet = [reason for reason in elsewhere if reason]
@@ -270,28 +271,28 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
         smoothed=smoothed,
         starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
         left_out=(*off_sheet, *reasons, *blind),
-        measurements=MEASUREMENTS if scene is None else measurements_through(scene),
-        lanes=Lanes.of((order_of[track.throw], track.xy) for track in on_sheet),
+        measurements=measurement_effects() if scene is None else measurement_effects_through(scene),
+        wear_tracks=WearTracks.of((order_of[track.throw], track.xy) for track in on_sheet),
     ).with_usual_spins()
 
 
 def _with_heading(
     pairs: list[tuple[FreeSlide, Indices]],
 ) -> tuple[list[tuple[FreeSlide, Indices]], list[str]]:
-    """Slides whose heading was seen, if these are enough, and why the others are left out.
+    """Slides whose heading was measured, if these are enough, and why the others are left out.
 
-    Which way a stone turned says which way it curls. Beside throws that show a curl, one of which
-    this is not known would have to be wrong every other time.
+    The rotation of a stone says to which side it curls. Where it is unknown, a guess would be
+    wrong every other time.
     """
     seen = [pair for pair in pairs if _turns(*pair)]
-    if len(seen) < ENOUGH_THROWS:
+    if len(seen) < LEAST_THROWS:
         return pairs, []
     blind = [slide.track.throw for slide, rows in pairs if not _turns(slide, rows)]
     return seen, [f"throw {k}: no heading was seen, nor which way it turned" for k in blind]
 
 
 def _turns(slide: FreeSlide, rows: Indices) -> bool:
-    return bool(np.isfinite(slide.track.theta[rows]).sum() > FEWEST_HEADINGS)
+    return bool(np.isfinite(slide.track.theta[rows]).sum() > LEAST_HEADINGS)
 
 
 def _elsewhere(track: Trajectory) -> str:
@@ -316,31 +317,33 @@ def _relative(claims: Sequence[Floats]) -> Floats:
 
 
 def _are_smoothed(slides: Sequence[FreeSlide], claimed: float) -> bool:
-    """Whether tracks jitter so much less from row to row than they claim to err."""
+    """Whether tracks jitter far less from row to row than they claim to err."""
     jitter = [
         robust_deviation(fast_series(slide.track.t[slide.rows], slide.track.xy[slide.rows, axis]))
         for slide in slides
         for axis in range(2)
     ]
-    return float(np.median(jitter)) < SMOOTHED * claimed
+    return float(np.median(jitter)) < SMOOTHED_JITTER * claimed
 
 
 def _thinned(slide: FreeSlide, spacing: float) -> Indices:
-    """Rows of a slide at least `spacing` apart, and no more than are needed."""
+    """Rows of a slide at least `spacing` seconds apart, and no more than are needed."""
     rows = _from_hog_line(slide)
     t = slide.track.t[rows]
     step = (t[-1] - t[0]) / max(len(t) - 1, 1)
-    every = max(1, round(1.0 / max(step, 1e-9) / FULL_RATE), int(spacing / max(step, 1e-9) + 0.5))
+    every = max(
+        1, round(1.0 / max(step, 1e-9) / HIGHEST_FRAME_RATE), int(spacing / max(step, 1e-9) + 0.5)
+    )
     return rows[::every]
 
 
 def _from_hog_line(slide: FreeSlide) -> Indices:
-    """Rows of a slide, from the delivery hog line on at the latest.
+    """Rows of a slide, and those before it back to the delivery hog line.
 
     The rules want the stone released before that line. A push that seems to end later is something
-    else, such as a tracked point that winds about the centre, and is what is looked for here.
+    else, such as a tracked point that winds about the centre, and discovery must see it.
     """
     xy, rows = slide.track.xy, slide.rows
-    way = 1.0 if xy[rows[-1], 1] >= xy[rows[0], 1] else -1.0
-    beyond = np.flatnonzero(way * xy[: rows[0], 1] >= -HOG_LINE_Y - AT_LINE)
+    direction = 1.0 if xy[rows[-1], 1] >= xy[rows[0], 1] else -1.0
+    beyond = np.flatnonzero(direction * xy[: rows[0], 1] >= -HOG_LINE_Y - AT_HOG_LINE)
     return np.concatenate([beyond, rows]).astype(np.intp)

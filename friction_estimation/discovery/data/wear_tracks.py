@@ -1,7 +1,7 @@
-"""Where the stones of a session ran: what they may have worn, for those that came after them.
+"""Where the stones of a session ran, and so wore the ice for those that came after them.
 
 Every throw wears the ice, whether or not it is among those that are searched: a session keeps the
-lanes of all of them however it is split.
+wear tracks of all its throws however it is split.
 """
 
 from __future__ import annotations
@@ -11,67 +11,71 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.physics.wear import WORN_WIDTH, passes_over
 from curling_env.sheet import Sheet
-from curling_env.typing import Floats
+from curling_env.typing import Floats, Indices
 
-STRIDE = 0.2
-"""Distance of the points that a lane is kept by [m]: a measured stone at rest trembles, and must
-not wear the ice by that."""
-LONGEST = 60.0
-"""Longest lane [m], half as long again as the sheet: what goes further is no stone's path."""
+POINT_SPACING = 0.2
+"""Distance between the kept points of a path [m]. A measured stone at rest trembles, and must not
+wear the ice by that."""
+LONGEST_PATH = 60.0
+"""Longest path [m], half as long again as the sheet: no stone goes further."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Lanes:
+class WearTracks:
     """Where stones ran.
 
     Parameters
     ----------
-    orders : (p,) throws already played before each lane's
+    orders : (p,) for each path, how many throws had been played before it
     paths : (n, 2) each, sheet frame [m]
     """
 
-    orders: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, dtype=np.intp))
+    orders: Indices = field(default_factory=lambda: np.empty(0, dtype=np.intp))
     paths: tuple[Floats, ...] = ()
-    _worked_out: dict[Sheet, Floats] = field(default_factory=dict, repr=False)
+    _passes: dict[Sheet, Floats] = field(default_factory=dict, repr=False)
 
     @classmethod
-    def of(cls, measured: Iterable[tuple[int, Floats]]) -> Lanes:
-        """Lanes of measured throws, by order and positions (n, 2) [m]."""
-        kept = [(order, path) for order, xy in measured if (path := _lane(xy)) is not None]
+    def of(cls, measured: Iterable[tuple[int, Floats]]) -> WearTracks:
+        """The wear tracks of measured throws.
+
+        Parameters
+        ----------
+        measured : for each throw how many were played before it, and its positions (n, 2) [m]
+        """
+        kept = [(order, path) for order, xy in measured if (path := _path(xy)) is not None]
         kept.sort(key=lambda entry: entry[0])
         orders = np.array([order for order, _ in kept], dtype=np.intp)
         return cls(orders=orders, paths=tuple(path for _, path in kept))
 
-    def before(self, orders: NDArray[np.intp]) -> NDArray[np.intp]:
-        """How many of the lanes were there before each of some throws, (k,)."""
+    def before(self, orders: Indices) -> Indices:
+        """How many of the paths are older than each of some throws, (k,)."""
         return np.searchsorted(self.orders, orders, side="left")
 
     def passes(self, sheet: Sheet) -> Floats:
-        """Passes over each cell once so many lanes were there, (p + 1, rows, columns)."""
-        if sheet not in self._worked_out:
+        """Passes over each cell by the first 0, 1, ... p stones, (p + 1, rows, columns)."""
+        if sheet not in self._passes:
             each = [np.zeros(sheet.shape), *(passes_over(sheet, [path]) for path in self.paths)]
-            self._worked_out[sheet] = np.cumsum(each, axis=0)
-        return self._worked_out[sheet]
+            self._passes[sheet] = np.cumsum(each, axis=0)
+        return self._passes[sheet]
 
 
-def times_to_tell_lanes_apart(sheet: Sheet) -> int:
-    """Into how many a cell is divided, to be no wider than a lane; odd (`Ice.refined`)."""
+def wear_refinement(sheet: Sheet) -> int:
+    """Into how many parts a cell's side is divided to be no wider than a worn track; odd."""
     times = math.ceil(sheet.cell_size / WORN_WIDTH)
     return times + 1 - times % 2
 
 
-def _lane(xy: Floats) -> Floats | None:
-    """Points of a path, a stride from one to the next; None if it is no stone's path."""
+def _path(xy: Floats) -> Floats | None:
+    """Points of a path at even distances; None if no stone can have taken it."""
     if len(xy) == 0:
         return None
     kept = [xy[0]]
     for point in xy:
-        if np.hypot(*(point - kept[-1])) >= STRIDE:
+        if np.hypot(*(point - kept[-1])) >= POINT_SPACING:
             kept.append(point)
     path = np.array(kept)
     length = float(np.hypot(*np.diff(path, axis=0).T).sum())
-    return path if len(path) > 1 and length <= LONGEST else None
+    return path if len(path) > 1 and length <= LONGEST_PATH else None

@@ -1,4 +1,4 @@
-"""What the data cannot tell apart, and the throw that would."""
+"""Effects that the data cannot tell apart, and throws that would."""
 
 from __future__ import annotations
 
@@ -8,22 +8,19 @@ import numpy as np
 
 from curling_env.sheet import HOG_LINE_Y
 from curling_env.typing import Floats
-from friction_estimation.discovery.data.session import USUAL_SPIN, Session
-from friction_estimation.discovery.model.candidates import candidates, without_stone
-from friction_estimation.discovery.model.fit import Fit, fit
+from friction_estimation.discovery.data.session import Session
+from friction_estimation.discovery.model.candidates import candidates, effect_of
+from friction_estimation.discovery.model.fit import SessionFit, fit
 from friction_estimation.discovery.model.model import predict
-from friction_estimation.discovery.search.score_test import left_out_scores, screen
-from friction_estimation.discovery.search.selection import RULED_OUT, refit, try_term
+from friction_estimation.discovery.search.score_test import left_out_scores, score_candidates
+from friction_estimation.discovery.search.selection import refit, try_term
+from friction_estimation.discovery.tuning import RIVAL_GAIN, RULED_OUT, USUAL_SPIN
 
-NEARLY = 0.8
-"""Part of an effect's gain from which a candidate is fitted in its place."""
-SPEEDS = (1.3, 1.8, 2.4, 3.1)
-SPINS = (-2.2, -0.8, 0.8, 2.2)
+TRIAL_SPEEDS = (1.3, 1.8, 2.4, 3.1)
+TRIAL_SPINS = (-2.2, -0.8, 0.8, 2.2)
+"""Speeds [m/s] and spins [rad/s] of the throws among which the separating one is searched."""
 FURTHEST_LINE = 1.2
-"""How far from the middle of the sheet a throw begins at most [m]."""
-TIME = 25.0
-"""How long a throw is watched [s]."""
-FRAMES = 15.0
+"""How far from the middle of the sheet these begin at most [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -32,9 +29,9 @@ class Alternative:
 
     Parameters
     ----------
-    name : of the candidate
-    worse : by how much −2 ln likelihood is worse with it
-    throw : the throw that would separate the two, in words
+    name : effect of the candidate
+    worse : rise of −2 ln likelihood with it
+    throw : throw that would separate the two, in words
     strength : difference of −2 ln likelihood that this throw would bring
     """
 
@@ -44,49 +41,59 @@ class Alternative:
     strength: float
 
 
-def alternatives(fitted: Fit, label: str) -> list[Alternative]:
-    """Candidates that serve as well as a named effect."""
+def alternatives(fitted: SessionFit, label: str) -> list[Alternative]:
+    """Candidates that serve as well as a named effect.
+
+    Parameters
+    ----------
+    fitted : fit with the effect
+    label : label of its term
+    """
     without = refit(fitted, fitted.model.without(label))
     gain = without.deviance - fitted.deviance
-    own = without_stone(label)
-    looks = [
-        look
-        for look in screen(without, candidates(fitted.session, without.model.terms))
-        if without_stone(look.term.label) != own
-        and look.gain > min(NEARLY * gain, gain - RULED_OUT)
+    rivals = [
+        score
+        for score in score_candidates(without, candidates(fitted.session, without.model.terms))
+        if effect_of(score.term.label) != effect_of(label)
+        and score.gain > min(RIVAL_GAIN * gain, gain - RULED_OUT)
     ]
     found: list[Alternative] = []
-    for look in looks[:3]:
-        trial = try_term(without, look.term)
+    for rival in rivals[:3]:
+        trial = try_term(without, rival.term)
         worse = gain - trial.gain
         if worse < RULED_OUT and trial.gain > trial.needed:
             throw, strength = separating_throw(fitted, trial.fit)
             found.append(
                 Alternative(
-                    name=without_stone(look.term.label), worse=worse, throw=throw, strength=strength
+                    name=effect_of(rival.term.label), worse=worse, throw=throw, strength=strength
                 )
             )
     return found
 
 
-def separating_throw(one: Fit, other: Fit) -> tuple[str, float]:
-    """The throw, of a grid of them, whose path two models disagree on most.
+def separating_throw(one: SessionFit, other: SessionFit) -> tuple[str, float]:
+    """The throw of a grid on whose path two models disagree most.
 
-    The release is not known beforehand, and the throw's own friction is not either: what they can
-    mend does not count.
+    Release and friction of a throw are never known beforehand. Differences that another release or
+    another friction would remove do not count.
+
+    Returns
+    -------
+    the throw in words, and the difference of −2 ln likelihood that it would bring
     """
     session, states = _trial_throws(one)
     ideal = predict(one.model, session, states, np.zeros(len(session)))
     seen = replace(session, xy=ideal[:, :2], theta=ideal[:, 4])
-    mended = fit(other.model, seen, other.noise, states=states, shared=False)
-    scores = left_out_scores(mended, shared=False)
+    adapted = fit(other.model, seen, other.noise, states=states, shared=False)
+    scores = left_out_scores(adapted, shared=False)
     k = int(np.argmax(scores))
-    way = "towards the away end" if states[k, 3] > 0 else "towards the home end"
+    direction = "towards the away end" if states[k, 3] > 0 else "towards the home end"
     side = "counter-clockwise" if states[k, 5] > 0 else "clockwise"
     swept = "swept" if session.swept[session.rows(k)].any() else "unswept"
     words = (
-        f"{np.hypot(states[k, 2], states[k, 3]):.1f} m/s {way}, {abs(states[k, 5]):.1f} rad/s "
-        f"{side}, from x = {states[k, 0]:+.1f} m, stone {session.stones[k]}, {swept}"
+        f"{np.hypot(states[k, 2], states[k, 3]):.1f} m/s {direction}, "
+        f"{abs(states[k, 5]):.1f} rad/s {side}, from x = {states[k, 0]:+.1f} m, "
+        f"stone {session.stones[k]}, {swept}"
     )
     wait = session.clocks[k] - one.session.clocks.max()
     if wait > 600:
@@ -94,27 +101,27 @@ def separating_throw(one: Fit, other: Fit) -> tuple[str, float]:
     return words, float(scores[k])
 
 
-def _lines(fitted: Fit) -> tuple[float, float]:
-    """Where stones ran most and least so far, across the sheet between its hog lines [m]."""
-    sheet, lanes = fitted.model.wear_sheet, fitted.session.lanes
-    passes = lanes.passes(sheet)[-1]
+def _lines(fitted: SessionFit) -> tuple[float, float]:
+    """Where stones ran most and where they ran least, across the sheet [m]."""
+    sheet = fitted.model.wear_sheet
+    passes = fitted.session.wear_tracks.passes(sheet)[-1]
     x, between = sheet.x_centres, np.abs(sheet.y_centres) < HOG_LINE_Y
     reach = np.abs(x) <= FURTHEST_LINE
     often = passes[between].sum(axis=0)[reach]
     return float(x[reach][np.argmax(often)]), float(x[reach][np.argmin(often)])
 
 
-def _trial_throws(fitted: Fit) -> tuple[Session, Floats]:
+def _trial_throws(fitted: SessionFit) -> tuple[Session, Floats]:
     """Throws that could be played next, and their releases."""
     session = fitted.session
-    t = np.arange(0.0, TIME, 1.0 / FRAMES)
+    t = np.arange(0.0, 25.0, 1.0 / 15.0)
     stones = np.unique(session.stones)
     swept_too = (False, True) if session.swept.any() else (False,)
     grid = [
-        (way, speed, spin, swept, wait, line)
-        for way in (1.0, -1.0)
-        for speed in SPEEDS
-        for spin in SPINS
+        (direction, speed, spin, swept, wait, line)
+        for direction in (1.0, -1.0)
+        for speed in TRIAL_SPEEDS
+        for spin in TRIAL_SPINS
         for swept in swept_too
         for wait in (60.0, 3600.0)
         for line in _lines(fitted)
@@ -122,8 +129,8 @@ def _trial_throws(fitted: Fit) -> tuple[Session, Floats]:
     n = len(grid)
     states = np.array(
         [
-            [line, -way * HOG_LINE_Y, 0.0, way * speed, 0.0, spin]
-            for way, speed, spin, _, _, line in grid
+            [line, -direction * HOG_LINE_Y, 0.0, direction * speed, 0.0, spin]
+            for direction, speed, spin, _, _, line in grid
         ]
     )
     swept = np.concatenate(
@@ -142,5 +149,5 @@ def _trial_throws(fitted: Fit) -> tuple[Session, Floats]:
         swept=swept,
         sigma=np.ones((n * len(t), 2)),
         starts=np.arange(n + 1) * len(t),
-        lanes=session.lanes,
+        wear_tracks=session.wear_tracks,
     ), states

@@ -1,8 +1,8 @@
-"""Throws that nothing was fitted to: chosen before, touched once, and forecast.
+"""Held-out throws: nothing is fitted to them, and they are forecast.
 
-The forecast gap: the release is learnt from a throw's first seconds only, then the path and the
-rest are predicted. A perfect model misses too, for the first seconds are noisy and every throw's
-friction has a mind of its own: that is the noise floor.
+The forecast gap: the release is learnt from the first seconds of a throw only, then its path and
+its rest are predicted. A perfect model misses too, because the first seconds are noisy and the
+friction of every throw differs a little. This is the noise floor.
 """
 
 from __future__ import annotations
@@ -10,29 +10,28 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from curling_env.typing import Floats
+from curling_env.typing import Flags, Floats, Indices
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.model.fit import STATE_PRIOR, Fit, fit, gram_matrices
+from friction_estimation.discovery.model.fit import SessionFit, fit, gram_matrices
 from friction_estimation.discovery.model.model import Model, predict, sensitivities
-from friction_estimation.discovery.model.noise import Noise
-
-FIRST_SECONDS = 4.0
-"""Part of a throw that its forecast is made from [s]: a sweeper has called by then."""
-HELD_OUT_SHARE = 0.25
-"""Part of the throws that is held out."""
+from friction_estimation.discovery.model.noise import SessionNoise
+from friction_estimation.discovery.tuning import (
+    FORECAST_SECONDS,
+    HELD_OUT_SHARE,
+    RELEASE_SIGMA,
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Gap:
+class ForecastGap:
     """How far throws run from where they were forecast.
 
     Parameters
     ----------
-    path_rms : over all rows after the first seconds [m]
-    rest_error : root mean square at the last row seen, the rest where it rests [m]
-    per_throw : (k,) distance at the last row [m]
+    path_rms : root mean square distance over all rows after the first seconds [m]
+    rest_error : the same at the last row that was measured, at rest where the stone rests [m]
+    per_throw : (k,) distance at that row [m]
     predicted : (rows, 2) forecast positions
     """
 
@@ -42,16 +41,17 @@ class Gap:
     predicted: Floats
 
     def numbers(self) -> dict[str, float]:
+        """The gap as it stands in a report."""
         return {
             "path_rms_m": float(f"{self.path_rms:.4g}"),
             "rest_error_m": float(f"{self.rest_error:.4g}"),
         }
 
 
-def choose_held_out(session: Session, rng: np.random.Generator) -> NDArray[np.intp]:
-    """Indices of throws to hold out: spread over directions, spins and speeds.
+def choose_held_out(session: Session, rng: np.random.Generator) -> Indices:
+    """Indices of throws to hold out, spread over directions, spins, speeds and time.
 
-    Every stone and both swept and unswept throws stay among the others where possible.
+    Every stone stays among the others where that is possible.
     """
     n = len(session)
     count = max(2, round(HELD_OUT_SHARE * n)) if n >= 8 else 0
@@ -66,7 +66,7 @@ def choose_held_out(session: Session, rng: np.random.Generator) -> NDArray[np.in
             2 * session.orders / max(n - 1, 1) - 1,
         ]
     )
-    best: tuple[float, NDArray[np.intp]] | None = None
+    best: tuple[float, Indices] | None = None
     for _ in range(300 if count else 0):
         chosen = np.sort(rng.choice(n, count, replace=False))
         rest = np.setdiff1d(np.arange(n), chosen)
@@ -79,11 +79,11 @@ def choose_held_out(session: Session, rng: np.random.Generator) -> NDArray[np.in
     return best[1] if best else np.empty(0, dtype=np.intp)
 
 
-def forecast(model: Model, session: Session, noise: Noise) -> Gap:
+def forecast(model: Model, session: Session, noise: SessionNoise) -> ForecastGap:
     """Forecast every throw from its first seconds and compare with what was measured."""
-    early = session.times <= FIRST_SECONDS
+    early = session.times <= FORECAST_SECONDS
     short = session.without_rows(~early)
-    # The friction of the throw itself is not known in advance: its factor stays one.
+    # The friction of a single throw is not known in advance: its factor stays one.
     plain = replace(model, spread=0.0)
     states = fit(plain, short, noise, shared=False).states
     predicted = predict(model, session, states, np.zeros(len(session)))[:, :2]
@@ -91,10 +91,10 @@ def forecast(model: Model, session: Session, noise: Noise) -> Gap:
     return _gap(session, (miss**2).sum(axis=1), ~early, predicted)
 
 
-def noise_floor(fitted: Fit, session: Session) -> Gap:
-    """Forecast gap that a perfect model would have on these throws."""
+def noise_floor(fitted: SessionFit, session: Session) -> ForecastGap:
+    """The forecast gap that a perfect model would have on these throws."""
     model, noise = fitted.model, fitted.noise
-    early = session.times <= FIRST_SECONDS
+    early = session.times <= FORECAST_SECONDS
     whole = fit(model, session, noise, shared=False)
     predicted, columns = sensitivities(model, session, whole.states, whole.ln_factors)
     variance = np.empty(len(session.times))
@@ -106,7 +106,7 @@ def noise_floor(fitted: Fit, session: Session) -> Gap:
             [columns[rows][early[rows]][:, :, :6], session.observed[rows][early[rows]][:, :, None]],
             axis=2,
         )
-        gram = gram_matrices(short, noise, own)[0][:6, :6] + np.diag(1.0 / STATE_PRIOR**2)
+        gram = gram_matrices(short, noise, own)[0][:6, :6] + np.diag(1.0 / RELEASE_SIGMA**2)
         covariance = np.linalg.pinv(gram)
         reach = columns[rows][:, :2, :6]
         spread = (model.spread * columns[rows][:, :2, 6]) ** 2
@@ -118,10 +118,10 @@ def noise_floor(fitted: Fit, session: Session) -> Gap:
     return _gap(session, variance, ~early, predicted[:, :2])
 
 
-def _gap(session: Session, squared: Floats, late: NDArray[np.bool_], predicted: Floats) -> Gap:
+def _gap(session: Session, squared: Floats, late: Flags, predicted: Floats) -> ForecastGap:
     counted = late if late.any() else np.ones(len(late), dtype=bool)
     last = session.starts[1:] - 1
-    return Gap(
+    return ForecastGap(
         path_rms=float(np.sqrt(squared[counted].mean())),
         rest_error=float(np.sqrt(squared[last].mean())),
         per_throw=np.sqrt(squared[last]),

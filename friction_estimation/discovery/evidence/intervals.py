@@ -1,14 +1,14 @@
-"""How sure each parameter is: standard errors whose 95 % intervals hold the truth that often.
+"""Standard errors of the parameters, whose 95 % intervals hold the truth as often as they say.
 
-What a dozen throws say of the spread of their friction is little, and what is seen only between
-throws (the friction itself, wear, drift, a stone) is as unsure as that spread. So the spread is
-integrated over and not plugged in: for every spread the shared parameters are Gaussian, and what
-they are altogether is the mixture of those, weighted by the likelihood with the shared parameters
-integrated out (the restricted likelihood; a plain maximum is too small by as many throws as there
-are parameters). A standard error here is the half-width of the mixture's central 95 % over 1.96.
+A dozen throws say little of the spread of their frictions, and whatever shows only between throws
+(the friction itself, wear, drift, a stone) is as uncertain as that spread. The spread is therefore
+integrated over: for every spread the shared parameters are Gaussian, and their distribution is the
+mixture of these, weighted by the likelihood with the shared parameters integrated out (the
+restricted likelihood; a plain maximum would be too narrow). A standard error is the half-width of
+the central 95 % of the mixture over 1.96.
 
-The sides of a patch that run along the sheet are placed and not fitted (`selection`): what else
-fits as well is averaged over in the same way.
+The sides of a patch that run along the sheet are placed and not fitted (`place_sides`). Other
+places that fit as well are averaged over in the same way.
 """
 
 from __future__ import annotations
@@ -18,26 +18,23 @@ from scipy.stats import norm
 
 from curling_env.typing import Floats
 from friction_estimation.discovery.model.fit import (
-    Fit,
+    SessionFit,
     eliminate_factor,
     eliminate_states,
     prior_gram,
 )
-from friction_estimation.discovery.search.selection import SIDE_SHIFTS, refit, with_side
+from friction_estimation.discovery.search.selection import refit, sides_along, with_side
+from friction_estimation.discovery.tuning import INTEGRATED_SPREADS, SIDE_SHIFTS
 
-SPREADS = np.concatenate([[0.0], np.geomspace(1e-4, 0.3, 80)])
-"""Throw-to-throw spreads of ln μ that are integrated over, evenly likely beforehand (Gelman, Prior
-distributions for variance parameters, Bayesian Analysis 1 (2006): uniform on the deviation)."""
 CONFIDENCE = 0.95
-SIDES = ("x_min", "x_max")
 
 
-def standard_errors(fitted: Fit) -> dict[tuple[str, str], float]:
+def standard_errors(fitted: SessionFit) -> dict[tuple[str, str], float]:
     """Standard errors of the shared parameters, by (term, parameter)."""
     reduced = eliminate_states(fitted.grams)
     prior = prior_gram(fitted.model, reduced.shape[1] - 1)
     lone = fitted.model.spread <= 0.0 and len(fitted.session) < 4
-    spreads = np.array([0.0]) if lone else SPREADS
+    spreads = np.array([0.0]) if lone else INTEGRATED_SPREADS
 
     levels, steps, deviations = [], [], []
     for spread in spreads:
@@ -58,7 +55,7 @@ def standard_errors(fitted: Fit) -> dict[tuple[str, str], float]:
 
 
 def _widths(spreads: Floats) -> Floats:
-    """Part of the axis of spreads that each of them stands for."""
+    """The part of the axis of spreads that each spread stands for."""
     if len(spreads) == 1:
         return np.ones(1)
     middles = np.concatenate([[0.0], 0.5 * (spreads[1:] + spreads[:-1]), [spreads[-1]]])
@@ -66,12 +63,12 @@ def _widths(spreads: Floats) -> Floats:
 
 
 def _half_widths(weights: Floats, steps: Floats, deviations: Floats) -> Floats:
-    """Half-widths of mixtures' 95 % over 1.96, by bisection.
+    """Half-widths of the central 95 % of mixtures of Gaussians, over 1.96, by bisection.
 
     Parameters
     ----------
-    weights : (s,) of the Gaussians
-    steps, deviations : (s, P) their means, from the fitted values, and standard deviations
+    weights : (s,) weights of the Gaussians
+    steps, deviations : (s, P) means, from the fitted values, and standard deviations
     """
     deviations = np.clip(deviations, 1e-300, 1e9)
     high = 20.0 * np.sqrt(weights @ (deviations**2 + steps**2)) + 1e-300
@@ -84,26 +81,35 @@ def _half_widths(weights: Floats, steps: Floats, deviations: Floats) -> Floats:
     return high / norm.ppf(0.5 + 0.5 * CONFIDENCE)
 
 
-def with_sides(fitted: Fit, sigma: dict[tuple[str, str], float]) -> dict[tuple[str, str], float]:
-    """Standard errors that count in where a patch's sides may lie as well.
+def with_sides(
+    fitted: SessionFit, sigma: dict[tuple[str, str], float]
+) -> dict[tuple[str, str], float]:
+    """Standard errors that include the uncertainty of where the sides of patches lie.
 
     Parameters
     ----------
-    sigma : for the sides where they are; others are added for the sides themselves
+    fitted : fit, with or without a patch
+    sigma : standard errors for the sides where they are; those of the sides are added
     """
-    label = "friction_patch"
-    if label not in {term.label for term in fitted.model.terms}:
-        return sigma
+    for term in fitted.model.terms:
+        if term.card.search.area is not None:
+            sigma = _with_sides_of(fitted, term.label, sigma)
+    return sigma
+
+
+def _with_sides_of(
+    fitted: SessionFit, label: str, sigma: dict[tuple[str, str], float]
+) -> dict[tuple[str, str], float]:
     out = dict(sigma)
     own = [name for name in fitted.model.names if name[0] == label]
     variance = {name: sigma[name] ** 2 for name in own}
-    for side in SIDES:
+    term = fitted.model.term(label)
+    for side in sides_along(term):
         if (label, side) in sigma:
             continue  # it was fitted
-        place = fitted.model.term(label).values[side]
         tried: list[tuple[float, float, Floats]] = [(0.0, fitted.deviance, fitted.model.vector)]
         for shift in SIDE_SHIFTS:
-            model = with_side(fitted.model, side, place + shift)
+            model = with_side(fitted.model, label, side, term.values[side] + shift)
             if model is None:
                 continue
             other = refit(fitted, model, iterations=4)

@@ -1,7 +1,7 @@
-"""A table for what is unknown: fitted friction over the variable that it follows.
+"""A table for the unknown: fitted friction over the variable that the unknown follows.
 
-It describes, it does not explain. It is kept only if throws that it was not fitted to are forecast
-better with it.
+The table describes and explains nothing. It is kept only if it improves the forecast of throws that
+it was not fitted to.
 """
 
 from __future__ import annotations
@@ -9,31 +9,28 @@ from __future__ import annotations
 import numpy as np
 
 from curling_env.physics.effects import catalogue
-from friction_estimation.discovery.data.form import form_of
+from curling_env.physics.effects.residual import KNOTS, VARIABLES
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.evidence.hold_out import Gap, forecast
+from friction_estimation.discovery.evidence.hold_out import ForecastGap, forecast
 from friction_estimation.discovery.evidence.significance import score_unseen
-from friction_estimation.discovery.evidence.unknown import Follows
+from friction_estimation.discovery.evidence.unknown import Dependence
 from friction_estimation.discovery.model.candidates import Term
-from friction_estimation.discovery.model.fit import Fit
+from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.search.selection import refit
+from friction_estimation.discovery.tuning import TABLE_WORTH
 
 NAME = "residual"
-VARIABLES = ("speed", "x", "y", "spin", "clock", "order")
-"""What the effect's table may run over, in the order of its parameter `variable`."""
-FIXED_KNOT = "log_factor_3"
-"""The middle of the table stays one: the friction of the map is fitted beside it."""
-WORTH_KEEPING = 0.9
-"""Part of the forecast gap to which the table must bring it down."""
 
 
-def try_table(named: Fit, follows: list[Follows], unseen: Session) -> tuple[Fit, Gap] | None:
-    """The fit with a table over the first variable that serves throws not seen, if one does.
+def try_table(
+    named: SessionFit, dependences: list[Dependence], unseen: Session
+) -> tuple[SessionFit, ForecastGap] | None:
+    """The fit with a table over the first variable that improves the forecast, if one does.
 
     Parameters
     ----------
     named : fit of the training throws with the named effects
-    follows : variables of the unknown, the strongest first
+    dependences : variables that the unknown follows, the strongest first
     unseen : throws that nothing was fitted to
     """
     card = catalogue().get(NAME)
@@ -41,24 +38,25 @@ def try_table(named: Fit, follows: list[Follows], unseen: Session) -> tuple[Fit,
         return None
     plain = forecast(named.model, unseen, named.noise)
     score = score_unseen(named, unseen).sum()
-    for variable in [f.variable for f in follows if f.variable in VARIABLES]:
+    for variable in [d.variable for d in dependences if d.variable in VARIABLES]:
         low, high = _range(named, variable)
-        knots = [p.name for p in card.parameters if p.name.startswith("log_factor")]
+        knots = [f"log_factor_{k}" for k in range(KNOTS)]
         values = {"variable": float(VARIABLES.index(variable)), "low": low, "high": high}
         term = Term(
-            form=form_of(card),
+            card=card,
             values={**values, **dict.fromkeys(knots, 0.0)},
-            free=tuple(name for name in knots if name != FIXED_KNOT),
+            # The middle stays one, since the friction of the map is fitted beside the table.
+            free=tuple(name for k, name in enumerate(knots) if k != KNOTS // 2),
         )
         fitted = refit(named, named.model.with_terms(term))
         gap = forecast(fitted.model, unseen, fitted.noise)
-        better = gap.rest_error < WORTH_KEEPING * plain.rest_error
+        better = gap.rest_error < TABLE_WORTH * plain.rest_error
         if better and score_unseen(fitted, unseen).sum() < score:
             return fitted, gap
     return None
 
 
-def _range(fitted: Fit, variable: str) -> tuple[float, float]:
+def _range(fitted: SessionFit, variable: str) -> tuple[float, float]:
     """Least and largest value of a variable in the session."""
     session, path = fitted.session, fitted.predicted
     values = {

@@ -1,9 +1,9 @@
-"""Whether an effect is proved throw by throw, and whether what is left between throws is chance.
+"""Significance: whether throws prove an effect, and whether their own frictions differ by chance.
 
 Frames of a throw are not independent, throws are. Every throw is scored under a fit that has not
 seen it, with and without the effect; the signs of the differences are then flipped at random.
-An effect between throws (wear, drift, a stone) is tested by dealing the throws' own frictions out
-anew: chance must rarely do as well as the best of all such effects.
+An effect between throws (wear, drift, a stone) is tested by permuting the throws' own frictions:
+chance must rarely do as well as the best of all such effects.
 """
 
 from __future__ import annotations
@@ -16,30 +16,31 @@ from scipy.stats import t as student_t
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.candidates import Term, candidates
-from friction_estimation.discovery.model.fit import Fit, eliminate_states, fit
-from friction_estimation.discovery.search.score_test import left_out_scores, screen, sign_flip_p
-from friction_estimation.discovery.search.selection import WORTH_TRYING, refit, try_term
-
-PERMUTATIONS = 4000
-"""Deals of the throws' frictions: p down to 1/4000."""
-BETWEEN = 0.004
-"""p below which an effect between throws is taken up. There are few throws and many such effects,
-and a wrong name is worse than none."""
-STRUCTURE = 0.004
-"""p below which the throws' frictions follow something: they are not chance."""
+from friction_estimation.discovery.model.fit import SessionFit, eliminate_states, fit
+from friction_estimation.discovery.search.score_test import (
+    left_out_scores,
+    score_candidates,
+    sign_flip_p,
+)
+from friction_estimation.discovery.search.selection import refit, try_term
+from friction_estimation.discovery.tuning import (
+    LARGEST_P_BETWEEN_THROWS,
+    LEAST_LINEAR_GAIN,
+    PERMUTATIONS,
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Proof:
-    """What speaks for one effect of a model.
+class EffectEvidence:
+    """The evidence for one effect of a model.
 
     Parameters
     ----------
-    label : of the term
-    gain : loss of −2 ln likelihood without it
-    p : probability of as much by chance
-    corrected : the same with Holm's correction, once that is known
-    improvements : (k,) of the throws' scores, in order of play
+    label : label of its term
+    gain : rise of −2 ln likelihood without it
+    p : probability that chance gains as much
+    improvements : (k,) improvement of each throw's score, in order of play
+    corrected : p with Holm's correction, once that is known
     """
 
     label: str
@@ -49,29 +50,28 @@ class Proof:
     corrected: float = 1.0
 
 
-def score_unseen(fitted: Fit, session: Session) -> Floats:
-    """Deviance of throws that a fit has not seen: only their releases and factors are free."""
-    seen = fit(fitted.model, session, fitted.noise, shared=False)
-    scores = left_out_scores(seen, shared=False)
-    return scores
+def score_unseen(fitted: SessionFit, session: Session) -> Floats:
+    """Deviance of throws that a fit has not seen, (k,): only releases and factors are fitted."""
+    return left_out_scores(fit(fitted.model, session, fitted.noise, shared=False), shared=False)
 
 
-def prove(
-    fitted: Fit, label: str, held_out: Session, whole: Session, rng: np.random.Generator
-) -> Proof:
-    """Take an effect out again and see which throws miss it.
+def weigh_evidence(
+    fitted: SessionFit, label: str, held_out: Session, whole: Session, rng: np.random.Generator
+) -> EffectEvidence:
+    """Take an effect out again and see which throws fit worse without it.
 
     Parameters
     ----------
-    fitted : with the effect
-    label : of its term
-    held_out : throws that no fit has seen, which count as well
-    whole : all throws, for effects that are seen only between throws
+    fitted : fit with the effect
+    label : label of its term
+    held_out : throws that no fit has seen, which count too
+    whole : all throws, for effects between throws
+    rng : source of the permutations
     """
     model = fitted.model.without(label)
-    if model.misplacement and fitted.model.term(label).form.kind == "measurement":
-        # Errors of places would stand in for it in every throw; selection has weighed the two.
-        model = replace(model, misplacement=replace(model.misplacement, held=True))
+    if model.systematic_error and not fitted.model.term(label).card.is_physical:
+        # The systematic error would replace it in every throw; selection has weighed the two.
+        model = replace(model, systematic_error=replace(model.systematic_error, held=True))
     without = refit(fitted, model)
     improvements = left_out_scores(without) - left_out_scores(fitted)
     throws = fitted.session.throws
@@ -82,8 +82,8 @@ def prove(
     p = sign_flip_p(improvements, rng)
     if fitted.model.term(label).between_throws:
         p = _permutation_p(fit(without.model, whole, fitted.noise), rng)
-        p = p if p < BETWEEN else 1.0
-    return Proof(
+        p = p if p < LARGEST_P_BETWEEN_THROWS else 1.0
+    return EffectEvidence(
         label=label,
         gain=without.deviance - fitted.deviance,
         p=p,
@@ -91,43 +91,50 @@ def prove(
     )
 
 
-def between_throws(fitted: Fit, whole: Session, rng: np.random.Generator) -> Fit:
-    """Add effects that are seen only between throws, looking at all of them.
+def add_effects_between_throws(
+    fitted: SessionFit, whole: Session, rng: np.random.Generator
+) -> SessionFit:
+    """Add effects that show only between throws, as all throws show them.
 
     Such an effect shows once per throw, and the training throws alone are few. It is chosen and
-    proved on the throws' own frictions; its size still comes from the training throws.
+    tested on the frictions of all throws; its size still comes from the training throws.
+
+    Parameters
+    ----------
+    fitted : fit of the training throws
+    whole : all throws
+    rng : source of the permutations
     """
     while True:
         everything = fit(fitted.model, whole, fitted.noise)
         terms = [
             t
             for t in candidates(whole, fitted.model.terms)
-            if t.between_throws and _tells(fitted.session, t)
+            if t.between_throws and _can_size(fitted.session, t)
         ]
-        looks = [look for look in screen(everything, terms) if look.gain > WORTH_TRYING]
-        trials = [try_term(everything, look.term) for look in looks[:3]]
+        scores = [s for s in score_candidates(everything, terms) if s.gain > LEAST_LINEAR_GAIN]
+        trials = [try_term(everything, score.term) for score in scores[:3]]
         good = [t for t in trials if t.gain > t.needed]
-        if not good or _permutation_p(everything, rng) > BETWEEN:
+        if not good or _permutation_p(everything, rng) > LARGEST_P_BETWEEN_THROWS:
             return fitted
         best = max(good, key=lambda trial: trial.net)
         fitted = refit(fitted, fitted.model.with_terms(best.term))
 
 
-def _tells(session: Session, term: Term) -> bool:
-    """Whether the training throws can size the effect at all."""
-    stone = term.values.get("stone")
-    return stone is None or bool((session.stones == stone).any())
+def _can_size(session: Session, term: Term) -> bool:
+    """Whether the training throws can show the size of the effect."""
+    return term.stone is None or bool((session.stones == term.stone).any())
 
 
-def own_frictions(fitted: Fit) -> tuple[Floats, Floats]:
-    """Each throw's ln μ beyond the model's, and its standard error, from that throw alone."""
+def own_frictions(fitted: SessionFit) -> tuple[Floats, Floats]:
+    """For each throw its ln μ less that of the model, and the standard error, (k,) each."""
     reduced = eliminate_states(fitted.grams)
     h = np.maximum(reduced[:, 0, 0], 1e-12)
     return fitted.ln_factors + reduced[:, 0, -1] / h, 1.0 / np.sqrt(h)
 
 
 def throw_covariates(session: Session, states: Floats) -> dict[str, Floats]:
-    """What throws differ in, as standardised columns; names are those of `depends_on`."""
+    """Circumstances in which throws differ, by name, each as a standardised column (k,)."""
     speed = np.hypot(states[:, 2], states[:, 3])
     swept = np.add.reduceat(session.swept, session.starts[:-1]) / np.diff(session.starts)
     columns: dict[str, Floats] = {
@@ -147,17 +154,17 @@ def throw_covariates(session: Session, states: Floats) -> dict[str, Floats]:
 
 
 def _correlations(columns: Floats, values: Floats) -> Floats:
-    """|correlation| of columns (k, m) with values (..., k) → (..., m)."""
+    """|correlation| of columns (k, m) with values (..., k), (..., m)."""
     centred = values - values.mean(axis=-1, keepdims=True)
     size = np.sqrt((centred**2).sum(axis=-1, keepdims=True)) + 1e-12
     return np.abs(centred @ columns) / (size * np.sqrt(len(columns)))
 
 
-def _permutation_p(fitted: Fit, rng: np.random.Generator) -> float:
-    """Probability that chance lets the throws' frictions follow order, clock or a stone so.
+def _permutation_p(fitted: SessionFit, rng: np.random.Generator) -> float:
+    """Probability that by chance the throws' frictions follow order, clock or a stone so well.
 
-    By dealing the frictions out anew, or by Student's t with Bonferroni's correction where that
-    is smaller: two throws of sixteen can be dealt in 120 ways only, however far off they are.
+    By permutations, or by Student's t with Bonferroni's correction where that is smaller: there are
+    only 120 ways to choose two throws of sixteen, however far off these two are.
     """
     columns = throw_covariates(fitted.session, fitted.states)
     chosen = [v for k, v in columns.items() if k in ("order", "clock") or k.startswith("stone")]
@@ -170,15 +177,15 @@ def _permutation_p(fitted: Fit, rng: np.random.Generator) -> float:
 
 
 def _best_of(columns: Floats, values: Floats, rng: np.random.Generator) -> tuple[int, float]:
-    """Which column correlates most, and the probability that chance's best does as well."""
+    """The column that correlates most, and the probability that chance's best does as well."""
     found = _correlations(columns, values)
-    dealt = np.array([rng.permutation(values) for _ in range(PERMUTATIONS)])
-    chance = _correlations(columns, dealt).max(axis=1)
+    permuted = np.array([rng.permutation(values) for _ in range(PERMUTATIONS)])
+    chance = _correlations(columns, permuted).max(axis=1)
     return int(np.argmax(found)), float(((chance >= found.max()).sum() + 1) / (PERMUTATIONS + 1))
 
 
-def friction_structure(fitted: Fit, rng: np.random.Generator) -> tuple[str, float]:
-    """What the throws' left-over frictions follow most, and the p that it is chance."""
+def friction_structure(fitted: SessionFit, rng: np.random.Generator) -> tuple[str, float]:
+    """The circumstance that the throws' own frictions follow most, and p that it is chance."""
     if fitted.model.spread <= 0.0 or len(fitted.session) < 8:
         return "", 1.0
     columns = throw_covariates(fitted.session, fitted.states)

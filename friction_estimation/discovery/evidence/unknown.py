@@ -1,8 +1,8 @@
-"""What an unexplained discrepancy follows, when no candidate explains it.
+"""The variables that an unexplained discrepancy follows, when no candidate explains it.
 
-A push along the travel, to its left, fixed in the sheet, or a torque, each any smooth function of
-one variable, is added to the model by its linear response. The variable that helps most throws the
-fit has not seen is taken, then the next beside it.
+Pushes along the travel, to its left, of the rotation and fixed in the sheet, each a smooth function
+of one variable, are added to the model by their linear response. The variable that improves most
+the throws that the fit has not seen is taken, then the next one beside it.
 """
 
 from __future__ import annotations
@@ -10,11 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from curling_env.typing import Floats
+from curling_env.physics.effects.card import Push
+from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.model.fit import (
-    Fit,
+    SessionFit,
     eliminate_factor,
     eliminate_states,
     gram_matrices,
@@ -23,38 +23,38 @@ from friction_estimation.discovery.model.fit import (
 )
 from friction_estimation.discovery.model.model import sensitivities
 from friction_estimation.discovery.search.score_test import sign_flip_p
+from friction_estimation.discovery.tuning import (
+    FURTHER_VARIABLE_GAIN,
+    LARGEST_P,
+    LEAST_VARIABLE_GAIN,
+    MOST_VARIABLES,
+    PUSH_SCALES,
+    USUAL_PUSHES,
+)
 
-MOST_VARIABLES = 3
-WORTH = 0.1
-"""Part of the first variable's help that a further one must bring."""
-STILL_BY_CHANCE = 0.05
-LEAST_HELP = 12.0
-"""Fall of the left-out deviance that is not chance."""
-PUSHES = ("along", "left", "turn", "along the sheet", "across the sheet")
-USUAL = np.array([0.004, 0.004, 0.01, 0.004, 0.004])
-"""Usual size of the pushes [m/s², rad/s²]: their prior standard deviation, some % of friction."""
+PUSHES: tuple[Push, ...] = ("along", "left", "turn", "along the sheet", "across the sheet")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Follows:
+class Dependence:
     """A variable that the discrepancy follows.
 
     Parameters
     ----------
-    variable : as in `depends_on`
-    share : part of the deviance, of throws not seen, that it takes away beside those before it
-    p : sign-flip probability over throws
-    push : the push that does most
+    variable : name of the variable, as in the `depends_on` of a report
+    share : part of the deviance of throws not seen that it removes beside those before it
+    p : probability that chance does as well, by flipping the signs of throws
+    push : push by which it acts most
     """
 
     variable: str
     share: float
     p: float
-    push: str
+    push: Push
 
 
-def variables(fitted: Fit) -> dict[str, Floats]:
-    """Functions of each variable at every row, (rows, b), centred."""
+def variables(fitted: SessionFit) -> dict[str, Floats]:
+    """Centred functions of each variable at every row, (rows, b) each, by name."""
     session, path = fitted.session, fitted.predicted
     owner = session.owner
     speed = np.hypot(path[:, 2], path[:, 3])
@@ -90,11 +90,11 @@ def _tents(values: Floats, count: int) -> Floats:
     return np.maximum(1.0 - np.abs(place[:, None] - np.arange(count)), 0.0)
 
 
-def responses(fitted: Fit, functions: Floats) -> Floats:
+def responses(fitted: SessionFit, functions: Floats) -> Floats:
     """Change of x, y, theta for pushes that follow functions (rows, b), (rows, 3, 5 b).
 
-    A sideways push turns the travel at a rate a/v, and friction keeps along it: the sideways speed
-    is v ∫ a/v dt.
+    A sideways push turns the travel at the rate a/v, and friction acts along the new travel: the
+    sideways speed is v ∫ a/v dt.
     """
     session, path = fitted.session, fitted.predicted
     b = functions.shape[1]
@@ -110,9 +110,9 @@ def responses(fitted: Fit, functions: Floats) -> Floats:
         turned = np.cumsum(f / speed * steps, axis=0)
         left = np.cumsum(speed * turned * steps * moving, axis=0)
         spun = np.cumsum(np.cumsum(f * steps, axis=0) * steps * moving, axis=0)
-        way = 1.0 if travel[0, 1] >= 0 else -1.0
+        direction = 1.0 if travel[0, 1] >= 0 else -1.0
         for push, (sideways, size) in enumerate(
-            ((False, 1.0), (True, 1.0), (None, 1.0), (False, way), (True, way))
+            ((False, 1.0), (True, 1.0), (None, 1.0), (False, direction), (True, direction))
         ):
             columns = slice(push * b, (push + 1) * b)
             if sideways is None:
@@ -126,18 +126,19 @@ def responses(fitted: Fit, functions: Floats) -> Floats:
     return out
 
 
-SCALES = (0.1, 0.3, 1.0, 3.0)
-"""Sizes of the pushes, over the usual, that are tried: the best for throws not seen is taken."""
+def find_dependences(fitted: SessionFit, rng: np.random.Generator) -> list[Dependence]:
+    """The variables that the discrepancy follows, at most three, the strongest first.
 
+    Constant pushes follow nothing; they count as no variable and are always in the model.
 
-def what_it_follows(fitted: Fit, rng: np.random.Generator) -> list[Follows]:
-    """Variables that the discrepancy follows, the strongest first; at most three.
-
-    A push that follows nothing, a constant one, counts as no variable and is always beside them.
+    Parameters
+    ----------
+    fitted : fit that leaves the discrepancy
+    rng : source of the flipped signs
     """
     functions = {"": np.ones((len(fitted.predicted), 1)), **variables(fitted)}
     _, own = sensitivities(fitted.model, fitted.session, fitted.states, fitted.ln_factors)
-    columns, places = [own], dict[tuple[str, str], NDArray[np.intp]]()
+    columns, places = [own], dict[tuple[str, Push], Indices]()
     position = own.shape[2] - 7
     for name, f in functions.items():
         b = f.shape[1]
@@ -150,9 +151,9 @@ def what_it_follows(fitted: Fit, rng: np.random.Generator) -> list[Follows]:
     grams, _ = eliminate_factor(reduced, fitted.ln_factors, fitted.model.spread)
     own_places = np.arange(own.shape[2] - 7)
     plain = _scores(fitted, grams, own_places, np.empty(0))
-    chosen: list[tuple[str, str]] = [("", push) for push in PUSHES]
+    chosen: list[tuple[str, Push]] = [("", push) for push in PUSHES]
     present = _best_scores(fitted, grams, places, chosen)
-    found: list[Follows] = []
+    found: list[Dependence] = []
     first = 0.0
     while len({f.variable for f in found}) < MOST_VARIABLES:
         tried = {
@@ -162,55 +163,57 @@ def what_it_follows(fitted: Fit, rng: np.random.Generator) -> list[Follows]:
         }
         if not tried:
             break
-        # Logarithms: neither may one throw decide alone, nor may all count as equally mended.
+        # By logarithms no single throw decides, and those that gain more still count for more.
         best = min(tried, key=lambda pair: float(np.log1p(_excess(fitted, tried[pair])).sum()))
         improvements = present - tried[best]
         p = sign_flip_p(improvements, rng)
-        helped = float(improvements.sum())
-        first = first or helped
-        if p > STILL_BY_CHANCE or helped < max(WORTH * first, LEAST_HELP):
+        gain = float(improvements.sum())
+        first = first or gain
+        if p > LARGEST_P or gain < max(FURTHER_VARIABLE_GAIN * first, LEAST_VARIABLE_GAIN):
             break
-        share = helped / max(float(plain.sum() - _dof(fitted).sum()), helped)
-        found.append(Follows(variable=best[0], share=share, p=p, push=best[1]))
+        share = gain / max(float(plain.sum() - _dof(fitted).sum()), gain)
+        found.append(Dependence(variable=best[0], share=share, p=p, push=best[1]))
         chosen.append(best)
         present = tried[best]
     return found
 
 
-def _dof(fitted: Fit) -> Floats:
-    """Measured numbers of each throw: what noise alone would leave of its deviance, (k,)."""
+def _dof(fitted: SessionFit) -> Floats:
+    """Number of measured values of each throw: the deviance that noise alone would leave, (k,)."""
     values = np.isfinite(fitted.session.observed).sum(axis=1)
     return np.add.reduceat(values, fitted.session.starts[:-1]).astype(np.float64)
 
 
-def _excess(fitted: Fit, scores: Floats) -> Floats:
-    """Deviance of each throw beyond its noise, in standard deviations of that, (k,)."""
+def _excess(fitted: SessionFit, scores: Floats) -> Floats:
+    """Deviance of each throw beyond that of noise, in standard deviations, (k,)."""
     dof = _dof(fitted)
     return np.maximum(scores - dof, 0.0) / np.sqrt(2.0 * dof)
 
 
 def _best_scores(
-    fitted: Fit,
+    fitted: SessionFit,
     grams: Floats,
-    places: dict[tuple[str, str], NDArray[np.intp]],
-    chosen: list[tuple[str, str]],
+    places: dict[tuple[str, Push], Indices],
+    chosen: list[tuple[str, Push]],
 ) -> Floats:
-    """Left-out deviance per throw with the chosen pushes, at the size that serves best."""
+    """Left-out deviance per throw with the chosen pushes, at the best of their scales, (k,)."""
     own = np.arange(len(fitted.model.vector))
     kept = np.concatenate([own, *(places[pair] for pair in chosen)])
     sizes = np.concatenate(
-        [np.full(len(places[pair]), USUAL[PUSHES.index(pair[1])]) for pair in chosen]
+        [np.full(len(places[pair]), USUAL_PUSHES[PUSHES.index(pair[1])]) for pair in chosen]
     )
-    tried = [_scores(fitted, grams, kept, scale * sizes) for scale in SCALES]
+    tried = [_scores(fitted, grams, kept, scale * sizes) for scale in PUSH_SCALES]
     return min(tried, key=lambda scores: float(scores.sum()))
 
 
-def _scores(fitted: Fit, grams: Floats, kept: NDArray[np.intp], sizes: Floats) -> Floats:
+def _scores(fitted: SessionFit, grams: Floats, kept: Indices, sizes: Floats) -> Floats:
     """Left-out deviance per throw with some of the columns, (k,).
 
     Parameters
     ----------
-    kept : columns, the model's own first
+    fitted : fit of the model
+    grams : (k, m, m) Gram matrices of all columns
+    kept : columns that are used, those of the model first
     sizes : prior standard deviations of the others
     """
     columns = np.concatenate([kept, [grams.shape[1] - 1]])

@@ -2,62 +2,77 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
+from curling_env.physics.effects import EffectCard, catalogue
 from curling_env.physics.effects.motion import GRAVITY
+from curling_env.physics.wear import wear_along_path
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.model.candidates import FORMS, UNDECIDABLE, Term, forms
+from friction_estimation.discovery.model.candidates import Term, known_effects
 from friction_estimation.discovery.model.model import Model
-from friction_estimation.discovery.model.place_errors import misplacement_of
-
-USUAL_FRICTION = 0.009
-"""μ from which the fit of a plain baseline starts: that of a draw of 25 s."""
-PLACES = frozenset({"x_min", "x_max", "y_min", "y_max", "stone", "speed_floor", "centre_x", "edge"})
-"""Parameters of a base's effects that are kept as they are given."""
+from friction_estimation.discovery.model.systematic_error import systematic_error_of
+from friction_estimation.discovery.tuning import USUAL_FRICTION
 
 
 def base_model(ice: Ice | None, session: Session) -> Model:
-    """The base as a model whose parameters can be refitted.
+    """The baseline as a model whose parameters can be fitted.
 
     Parameters
     ----------
-    ice : None for uniform Coulomb friction; else its map is scaled and its effects are refitted
+    ice : ice whose map is scaled and whose effects are fitted anew; None for uniform Coulomb
+        friction
+    session : throws that the model will be fitted to
 
     Raises
     ------
-    InputError : an effect that is not known
+    InputError : an effect that is not known, or without a parameter that it needs
     """
     if ice is None:
         plain = Ice.uniform(_first_friction(session))
-        return Model(ice=plain, misplacement=misplacement_of(session))
-    known = forms(session.measurements)
+        return Model(ice=plain, systematic_error=systematic_error_of(session))
+    known = known_effects(session.measurements)
     terms: list[Term] = []
     for effect in ice.effects:
-        if effect.name == "unknown" or effect.name in UNDECIDABLE:
-            continue  # nothing to fit; the tracks have been corrected by the latter
-        form = known.get(effect.name)
-        if form is None:
+        card = known.get(effect.name)
+        if card is not None:
+            terms.append(_term(card, effect.parameters, set(effect.sigma)))
+        elif effect.name not in catalogue():
             raise InputError(f"unknown effect {effect.name!r}; known are {', '.join(known)}")
-        values = {p.name: effect.parameters.get(p.name, p.default) for p in form.parameters}
-        missing = [name for name, value in values.items() if value is None]
-        if missing:
-            raise InputError(f"effect {effect.name} needs its parameter {missing[0]!r}")
-        free = tuple(
-            p.name
-            for p in form.parameters
-            if p.name not in PLACES and (p.neutral is not None or p.name in effect.sigma)
-        )
-        if form.name in FORMS:
-            # The form it has is refitted; the others stay candidates.
-            free = tuple(n for n, value in values.items() if value or n in effect.sigma) or free
-        terms.append(
-            Term(form=form, values={k: float(v or 0.0) for k, v in values.items()}, free=free)
-        )
-    worn = any(term.values.get("along_path") for term in terms)
-    misplacement = misplacement_of(session)
-    return Model(ice=ice, terms=tuple(terms), misplacement=misplacement, own_cells_wear=worn)
+        # Others hold nothing to fit: remarks, and factors by which the tracks were corrected.
+    return Model(
+        ice=ice,
+        terms=tuple(terms),
+        systematic_error=systematic_error_of(session),
+        own_cells_wear=wear_along_path(ice) != 0.0,
+    )
+
+
+def _term(card: EffectCard, given: Mapping[str, float], uncertain: set[str]) -> Term:
+    """An effect of an ice file as a term.
+
+    Parameters
+    ----------
+    card : card of the effect
+    given : its parameters in the file
+    uncertain : parameters that have a standard error there
+    """
+    values = {p.name: given.get(p.name, p.default) for p in card.parameters}
+    missing = [name for name, value in values.items() if value is None]
+    if missing:
+        raise InputError(f"effect {card.name} needs its parameter {missing[0]!r}")
+    free = tuple(
+        p.name
+        for p in card.parameters
+        if not p.held and (p.neutral is not None or p.name in uncertain)
+    )
+    if card.search.variants:
+        # The variant that it has is fitted; the others stay candidates.
+        free = tuple(n for n, value in values.items() if value or n in uncertain) or free
+    return Term(card=card, values={k: float(v or 0.0) for k, v in values.items()}, free=free)
 
 
 def _first_friction(session: Session) -> float:

@@ -1,67 +1,67 @@
-"""Matching of trajectories: shared parameters, with every throw's release projected out.
+"""The fit of a model to a session: shared parameters, with every throw's release projected out.
 
-Gauss–Newton on whitened residuals. For each throw the release state is free and its friction
-deviates by a random ln factor of spread τ; both are eliminated, so that only the shared
-parameters remain. What is minimised is −2 ln of the likelihood with the random factors integrated
-out,
+Gauss–Newton steps on whitened residuals. For each throw the release state is free and the friction
+deviates by a random factor, whose logarithm has the spread τ. Both are eliminated, so that only the
+shared parameters remain. The fit minimises the deviance, −2 ln of the likelihood with the random
+factors integrated out,
 
     F = Σ_throws [ |whitened residual|² + ln(1 + τ² h) ] + prior,
 
-h being the information of a throw about its own friction. τ is found with the shared parameters:
+where h is the information of a throw about its own friction. τ is found with the shared parameters:
 the quadratic around the present point is profiled over a grid of τ, because F has more than one
-minimum (a spread of zero explains nothing, a free one swallows every effect between throws). The
-amplitude of a misplacement of places is found likewise, its coefficients integrated out.
+minimum (a spread of zero explains nothing, a free one absorbs every effect between throws). The
+amplitude of the systematic error is found likewise, with its coefficients integrated out.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.model import (
-    COUPLING_SIGMA,
     GLOBALS,
+    MEASURED,
     Model,
     predict,
     sensitivities,
 )
-from friction_estimation.discovery.model.noise import Noise, whiten_session
+from friction_estimation.discovery.model.noise import SessionNoise, whiten_session
+from friction_estimation.discovery.tuning import (
+    CONVERGED,
+    COUPLING_SIGMA,
+    LARGEST_LN_FACTOR,
+    RELEASE_SIGMA,
+    TRIED_SPREADS,
+    USUAL_SPIN_SIGMA,
+)
 
-SPREADS = np.concatenate([[0.0], np.geomspace(2e-4, 0.3, 30)])
-"""Throw-to-throw spreads of ln μ that are tried."""
-FURTHEST = 2.0
-"""Largest |ln factor| of a throw's friction that a fit may try: seven times heavier or keener."""
-ENOUGH = 0.05
-"""Fall of F below which a fit has arrived."""
-STATE_PRIOR = np.array([100.0, 100.0, 20.0, 20.0, 1e3, 50.0])
-"""Weak prior of the release [m, m/s, rad, rad/s]: keeps a throw without heading solvable."""
-
-SPIN_SIGMA = 0.6
-"""Prior standard deviation of |spin| where no heading was measured [rad/s]: one to three turns."""
 FROZEN = 1e14
 """Information that keeps a release state where it is."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Fit:
+class SessionFit:
     """A model fitted to a session.
 
     Parameters
     ----------
-    model, session, noise : what was fitted to what
+    model : fitted model
+    session : throws it was fitted to
+    noise : noise that was assumed
     states : (k, 6) release states
     ln_factors : (k,) deviation of ln μ of each throw
     predicted : (rows, 6) states at the measured times, as the camera sees them
     grams : (k, m, m) whitened Gram matrices of [6 states, ln factor, shared, residual]
-    deviance : F, −2 ln likelihood up to a constant of the data and noise
+    deviance : F, which is −2 ln likelihood up to a constant of the data and the noise
     """
 
     model: Model
     session: Session
-    noise: Noise
+    noise: SessionNoise
     states: Floats
     ln_factors: Floats
     predicted: Floats
@@ -71,11 +71,34 @@ class Fit:
     @property
     def residuals(self) -> Floats:
         """Measured less predicted x, y, theta, (rows, 3)."""
-        return self.session.observed - self.predicted[:, [0, 1, 4]]
+        return self.session.observed - self.predicted[:, MEASURED]
 
 
-def gram_matrices(session: Session, noise: Noise, columns: Floats) -> Floats:
-    """Whitened Gram matrices per throw, (k, m, m), of columns (rows, 3, m); the last measured."""
+class Point(NamedTuple):
+    """Where a fit has come.
+
+    Parameters
+    ----------
+    model, states, ln_factors : as of `SessionFit`
+    grams : Gram matrices there
+    deviance : F with releases and factors at their best
+    """
+
+    model: Model
+    states: Floats
+    ln_factors: Floats
+    grams: Floats
+    deviance: float
+
+
+def gram_matrices(session: Session, noise: SessionNoise, columns: Floats) -> Floats:
+    """Whitened Gram matrices of each throw, (k, m, m).
+
+    Parameters
+    ----------
+    session, noise : throws, and the noise that whitens
+    columns : (rows, 3, m) of x, y, theta; NaN in the last column where nothing was measured
+    """
     work = np.ascontiguousarray(columns).copy()
     m = work.shape[2]
     whiten_session(work, session.times, session.sigma, session.starts, noise.table(), np.empty(m))
@@ -87,8 +110,8 @@ def gram_matrices(session: Session, noise: Noise, columns: Floats) -> Floats:
 
 
 def eliminate_states(grams: Floats) -> Floats:
-    """Gram matrices (k, m-6, m-6) with the release states projected out."""
-    states = grams[:, :6, :6] + np.diag(1.0 / STATE_PRIOR**2)
+    """Gram matrices with the release states projected out, (k, m-6, m-6)."""
+    states = grams[:, :6, :6] + np.diag(1.0 / RELEASE_SIGMA**2)
     scale = 1.0 / np.sqrt(np.einsum("ijj->ij", states))
     scaled = states * scale[:, :, None] * scale[:, None, :] + 1e-13 * np.eye(6)
     cross = grams[:, :6, 6:] * scale[:, :, None]
@@ -96,12 +119,18 @@ def eliminate_states(grams: Floats) -> Floats:
 
 
 def eliminate_factor(reduced: Floats, ln_factors: Floats, spread: float) -> tuple[Floats, Floats]:
-    """Gram matrices (k, m-7, m-7) with the random factor integrated out, and ln(1 + τ²h).
+    """Gram matrices with the random factor integrated out.
 
     Parameters
     ----------
     reduced : (k, m-6, m-6) from `eliminate_states`; factor first, residual last
-    ln_factors : (k,) the factors around which the columns were computed
+    ln_factors : (k,) ln factors around which the columns were computed
+    spread : τ
+
+    Returns
+    -------
+    grams : (k, m-7, m-7)
+    log_terms : (k,) ln(1 + τ²h)
     """
     if spread <= 0.0:
         # Without a spread the factor is one: the residual is that without the present deviation.
@@ -121,14 +150,14 @@ def eliminate_factor(reduced: Floats, ln_factors: Floats, spread: float) -> tupl
 
 
 def prior_gram(model: Model, size: int) -> Floats:
-    """Gram matrix of the priors on shared parameters: that on the coupling, (size, size)."""
+    """Gram matrix of the priors on the shared parameters, (size, size)."""
     gram = np.zeros((size, size))
     at = GLOBALS.index("ln_coupling")
     gram[at, at] = COUPLING_SIGMA**-2
     gram[at, -1] = gram[-1, at] = -model.ln_coupling / COUPLING_SIGMA**2
     gram[-1, -1] = (model.ln_coupling / COUPLING_SIGMA) ** 2
-    if model.misplacement:
-        own, places = model.misplacement, np.arange(size)[model.misplaced]
+    if model.systematic_error:
+        own, places = model.systematic_error, np.arange(size)[model.systematic_slice]
         precision = own.deviations**-2
         gram[places, places] += precision
         gram[places, -1] = gram[-1, places] = -own.values * precision
@@ -136,40 +165,50 @@ def prior_gram(model: Model, size: int) -> Floats:
     return gram
 
 
-def width_cost(model: Model, total: Floats) -> float:
-    """What F pays for integrating over a misplacement's coefficients: ln |1 + their information|.
+def integration_cost(model: Model, total: Floats) -> float:
+    """The term that integrating over the coefficients of the systematic error adds to F.
+
+    It is ln |1 + information of the coefficients|.
 
     Parameters
     ----------
+    model : model with or without a systematic error
     total : Gram matrix of all throws, without priors
     """
-    if not model.misplacement:
+    if not model.systematic_error:
         return 0.0
-    sizes = model.misplacement.deviations
-    information = total[model.misplaced, model.misplaced] * sizes[:, None] * sizes
+    sizes, places = model.systematic_error.deviations, model.systematic_slice
+    information = total[places, places] * sizes[:, None] * sizes
     return float(np.linalg.slogdet(np.eye(len(sizes)) + information)[1])
 
 
 def profile_amplitude(model: Model, total: Floats) -> tuple[float, float]:
-    """The amplitude of the misplacement that minimises F, and that part of F.
+    """The amplitude of the systematic error that minimises F, and that part of F.
 
     Parameters
     ----------
+    model : model with a systematic error
     total : Gram matrix of all throws, without priors, of the shared parameters and the residual
     """
-    assert model.misplacement is not None
-    best = (model.misplacement.amplitude, np.inf)
-    for amplitude in model.misplacement.amplitudes:
-        other = replace(model, misplacement=replace(model.misplacement, amplitude=float(amplitude)))
+    error = model.systematic_error
+    assert error is not None
+    best = (error.amplitude, np.inf)
+    for amplitude in error.amplitudes:
+        other = replace(model, systematic_error=replace(error, amplitude=float(amplitude)))
         whole = total + prior_gram(other, len(total))
-        value = solve_shared(whole)[1] + width_cost(other, total)
+        value = solve_shared(whole)[1] + integration_cost(other, total)
         if value < best[1]:
             best = (float(amplitude), value)
     return best
 
 
 def solve_shared(total: Floats) -> tuple[Floats, float]:
-    """Step of the shared parameters that minimises the quadratic, and the quadratic's minimum."""
+    """Step of the shared parameters that minimises a quadratic, and its minimum.
+
+    Parameters
+    ----------
+    total : (P + 1, P + 1) Gram matrix of the shared parameters and the residual, priors included
+    """
     inner = total[:-1, :-1]
     scale = 1.0 / np.sqrt(np.maximum(np.diag(inner), 1e-300))
     scaled = inner * scale[:, None] * scale + 1e-10 * np.eye(len(inner))
@@ -178,7 +217,14 @@ def solve_shared(total: Floats) -> tuple[Floats, float]:
 
 
 def bounded_step(total: Floats, step: Floats, model: Model) -> Floats:
-    """The step within the parameters' bounds: who would leave stops there, the others adapt."""
+    """The step within the parameters' bounds: what would leave stops there, and the rest adapts.
+
+    Parameters
+    ----------
+    total : (P + 1, P + 1) Gram matrix, as of `solve_shared`
+    step : (P,) step that takes no notice of bounds
+    model : model that has the bounds
+    """
     vector = model.vector
     low, high = (bound - vector for bound in model.bounds)
     stopped = np.zeros(len(step), dtype=bool)
@@ -198,9 +244,15 @@ def bounded_step(total: Floats, step: Floats, model: Model) -> Floats:
 
 
 def profile_spread(
-    reduced: Floats, ln_factors: Floats, prior: Floats, spreads: Floats = SPREADS
+    reduced: Floats, ln_factors: Floats, prior: Floats, spreads: Floats = TRIED_SPREADS
 ) -> tuple[float, Floats, float]:
-    """The spread and step that minimise F of the linearised model together.
+    """The spread and the step that together minimise F of the linearised model.
+
+    Parameters
+    ----------
+    reduced, ln_factors : as of `eliminate_factor`
+    prior : Gram matrix of the priors
+    spreads : spreads that are tried; around the best of them a finer grid is tried too
 
     Returns
     -------
@@ -226,71 +278,83 @@ def profile_spread(
 
 
 def linearise(
-    model: Model, session: Session, noise: Noise, states: Floats, ln_factors: Floats
+    model: Model, session: Session, noise: SessionNoise, states: Floats, ln_factors: Floats
 ) -> tuple[Floats, Floats, Floats]:
-    """Prediction, Gram matrices and the Gram matrices without release states."""
+    """The model linearised at a point.
+
+    Returns
+    -------
+    predicted : (rows, 6) states
+    grams : (k, m, m) Gram matrices, as of `SessionFit`
+    reduced : (k, m-6, m-6) the same with the release states projected out
+    """
     predicted, columns = sensitivities(model, session, states, ln_factors)
-    residual = session.observed - predicted[:, [0, 1, 4]]
+    residual = session.observed - predicted[:, MEASURED]
     grams = gram_matrices(session, noise, np.concatenate([columns, residual[:, :, None]], axis=2))
-    # Without a heading only the last metres tell of the spin, which eases the band's drag.
+    # Without a heading only the last metres show the spin, which eases the drag of the band.
     blind = ~session.turns
     off = session.usual_spins[blind] - states[blind, 5]
     grams[blind, 4, 4] += FROZEN
-    grams[blind, 5, 5] += SPIN_SIGMA**-2
-    grams[blind, 5, -1] += off / SPIN_SIGMA**2
-    grams[blind, -1, 5] += off / SPIN_SIGMA**2
-    grams[blind, -1, -1] += (off / SPIN_SIGMA) ** 2
+    grams[blind, 5, 5] += USUAL_SPIN_SIGMA**-2
+    grams[blind, 5, -1] += off / USUAL_SPIN_SIGMA**2
+    grams[blind, -1, 5] += off / USUAL_SPIN_SIGMA**2
+    grams[blind, -1, -1] += (off / USUAL_SPIN_SIGMA) ** 2
     return predicted, grams, eliminate_states(grams)
 
 
 def fit(
     model: Model,
     session: Session,
-    noise: Noise,
+    noise: SessionNoise,
     *,
     states: Floats | None = None,
     ln_factors: Floats | None = None,
-    spreads: Floats = SPREADS,
+    spreads: Floats = TRIED_SPREADS,
     iterations: int = 12,
     shared: bool = True,
-) -> Fit:
+) -> SessionFit:
     """Fit the shared parameters of a model, the spread of its throws and their releases.
 
     Parameters
     ----------
-    states, ln_factors : where to begin; from the tracks by default
-    spreads : to choose from; one only keeps it fixed
+    model : model, at the values from which the fit begins
+    session : throws
+    noise : noise of the tracks
+    states, ln_factors : releases and ln factors from which the fit begins; from the tracks and 0 by
+        default
+    spreads : throw-to-throw spreads to choose from; a single one stays
+    iterations : most steps
     shared : whether the shared parameters are fitted; else only releases and factors are
     """
     states = session.first_states.copy() if states is None else states.copy()
     ln_factors = np.zeros(len(session)) if ln_factors is None else ln_factors.copy()
-    present: tuple[Model, Floats, Floats, Floats, Floats, float] | None = None
+    present: Point | None = None
     damping = 1.0
     for _ in range(iterations):
-        predicted, grams, reduced = linearise(model, session, noise, states, ln_factors)
+        _, grams, reduced = linearise(model, session, noise, states, ln_factors)
         prior = prior_gram(model, reduced.shape[1] - 1)
         here = _deviance(model, reduced, ln_factors, prior)
-        if present is not None and not here < present[5] + 1e-6:
+        if present is not None and not here < present.deviance + 1e-6:
             damping *= 0.3
             if damping < 0.02:
                 break
             last = present
         else:
-            arrived = present is not None and present[5] - here < ENOUGH and damping == 1.0
+            arrived = present is not None and present.deviance - here < CONVERGED and damping == 1.0
             damping = min(1.0, 3.0 * damping)
-            last = (model, states, ln_factors, predicted, grams, here)
+            last = Point(model, states, ln_factors, grams, here)
             present = last
             if arrived:
                 break
         model, states, ln_factors = _step(last, session, damping, spreads, shared)
     assert present is not None
-    # F is that of the best releases; those of the last point are still a step behind.
-    model, states, ln_factors, _, grams, here = present
+    # The deviance is that of the best releases; those of the last point are still a step behind.
+    model, states, ln_factors, grams, here = present
     _, new_states, new_factors = _step(present, session, 1.0, spreads, False)
     grams = _moved(grams, new_states - states, new_factors - ln_factors)
     states, ln_factors = new_states, new_factors
     predicted = predict(model, session, states, ln_factors)
-    return Fit(
+    return SessionFit(
         model=model,
         session=session,
         noise=noise,
@@ -303,7 +367,7 @@ def fit(
 
 
 def _moved(grams: Floats, state_step: Floats, factor_step: Floats) -> Floats:
-    """Gram matrices with the residual column of throws whose own parameters have moved."""
+    """Gram matrices with the residuals that remain after a step of releases and ln factors."""
     move = np.zeros((len(grams), grams.shape[1], 1))
     move[:, :6, 0], move[:, 6, 0] = -state_step, -factor_step
     out = grams.copy()
@@ -315,29 +379,27 @@ def _moved(grams: Floats, state_step: Floats, factor_step: Floats) -> Floats:
 
 
 def _deviance(model: Model, reduced: Floats, ln_factors: Floats, prior: Floats) -> float:
-    """F at the present parameters, with releases and factors at their best."""
+    """The deviance at the present parameters, with releases and factors at their best."""
     grams, log_terms = eliminate_factor(reduced, ln_factors, model.spread)
     deviance = float(grams[:, -1, -1].sum() + log_terms.sum() + prior[-1, -1])
-    return deviance + width_cost(model, grams.sum(axis=0))
+    return deviance + integration_cost(model, grams.sum(axis=0))
 
 
 def _step(
-    point: tuple[Model, Floats, Floats, Floats, Floats, float],
-    session: Session,
-    damping: float,
-    spreads: Floats,
-    shared: bool,
+    point: Point, session: Session, damping: float, spreads: Floats, shared: bool
 ) -> tuple[Model, Floats, Floats]:
-    model, states, ln_factors, _, grams, _ = point
+    """Model, releases and ln factors after a step from a point."""
+    model, states, ln_factors, grams, _ = point
     reduced = eliminate_states(grams)
     prior = prior_gram(model, reduced.shape[1] - 1)
     if shared:
         spread, step, _ = profile_spread(reduced, ln_factors, prior, spreads)
         bands, _ = eliminate_factor(reduced, ln_factors, spread)
         total = bands.sum(axis=0)
-        if model.misplacement:
+        if model.systematic_error:
             amplitude, _ = profile_amplitude(model, total)
-            model = replace(model, misplacement=replace(model.misplacement, amplitude=amplitude))
+            error = replace(model.systematic_error, amplitude=amplitude)
+            model = replace(model, systematic_error=error)
             prior = prior_gram(model, len(total))
             step, _ = solve_shared(total + prior)
         step = damping * bounded_step(total + prior, step, model)
@@ -345,19 +407,19 @@ def _step(
         spread, step = model.spread, np.zeros(len(model.vector))
     vector = model.vector
     moved = model.at(vector + step)
-    step = moved.vector - vector  # what the bounds let through
+    step = moved.vector - vector  # as far as the bounds allow
     h = reduced[:, 0, 0]
-    pull = reduced[:, 0, -1] - reduced[:, 0, 1:-1] @ step
+    right_side = reduced[:, 0, -1] - reduced[:, 0, 1:-1] @ step
     if spread > 0.0:
-        shift = (pull - ln_factors / spread**2) / (h + spread**-2)
+        shift = (right_side - ln_factors / spread**2) / (h + spread**-2)
     else:
         shift = -ln_factors
-    # A step far beyond what is linear must not leave what ice can be.
-    shift = np.clip(ln_factors + shift, -FURTHEST, FURTHEST) - ln_factors
+    # A step far beyond the linear range must not lead to friction that no ice has.
+    shift = np.clip(ln_factors + shift, -LARGEST_LN_FACTOR, LARGEST_LN_FACTOR) - ln_factors
     changes = np.concatenate(
         [shift[:, None], np.broadcast_to(step, (len(session), len(step)))], axis=1
     )
-    inner = grams[:, :6, :6] + np.diag(1.0 / STATE_PRIOR**2)
+    inner = grams[:, :6, :6] + np.diag(1.0 / RELEASE_SIGMA**2)
     scale = 1.0 / np.sqrt(np.einsum("ijj->ij", inner))
     right = grams[:, :6, -1] - np.einsum("ijk,ik->ij", grams[:, :6, 6:-1], changes)
     scaled = inner * scale[:, :, None] * scale[:, None, :] + 1e-13 * np.eye(6)

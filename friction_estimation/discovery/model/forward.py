@@ -1,9 +1,9 @@
-"""Predicted paths of all throws of a session at the very times at which they were measured.
+"""Predicted paths of all throws of a session at the times at which they were measured.
 
-The one force law, integrated by classical Runge–Kutta steps with quintics between them, at uneven
-times, with any number of sweeps and a friction factor per throw: what matching of trajectories asks
-for, some thousand times per session. Paths are good to some micrometres, and change smoothly with
-every parameter, so that finite differences can be trusted.
+The force law is integrated by classical Runge–Kutta steps, with quintics between them, at uneven
+times, with any number of sweeps and a friction factor per throw. A fit asks for this some thousand
+times per session. Paths are good to some micrometres and change smoothly with every parameter, so
+that finite differences can be trusted.
 """
 
 from __future__ import annotations
@@ -12,13 +12,14 @@ from math import exp, fabs, floor, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.physics.compiled import compiled, inlined
 from curling_env.physics.effects.motion import (
     CLOCK,
     HEADING,
+    MOTION_SIZE,
     ORDER,
+    PUSH_SIZE,
     STONE,
     SWEPT,
     T,
@@ -26,43 +27,88 @@ from curling_env.physics.effects.motion import (
 from curling_env.physics.law import law_terms, mu_of_map
 from curling_env.physics.one_stone.step import quintic
 from curling_env.physics.state import State
+from curling_env.typing import Floats, Indices
 
 LONGEST_STEP = 0.5
-"""Longest step on ice whose law is smooth [s]."""
+"""Longest step on uniform ice [s]."""
 PATTERNED_STEP = 0.15
-"""Longest step on a map: a few to a cell [s]."""
+"""Longest step on a map [s]: a few steps to a cell."""
 SPEED_SHARE = 0.2
 """Part of its speed that a stone may lose in one step."""
 REST_SPEED = 2e-3
-"""Speed of centre and band below which the rest is uniform deceleration [m/s]: 20 µm on ice."""
+"""Speed of centre and band below which the deceleration is taken as uniform [m/s]: the stone has
+20 µm to go."""
 PAST_BREAK = 1e-6
 """How far beyond a place where the law is not smooth a step ends [s]."""
-WORK_SHAPE = (9, 6)
-"""Of the array a slide works in."""
-MAX_STEPS = 5_000
+MOST_STEPS = 5_000
 """Steps after which a stone that never stops is left where it is."""
 
 
 class Wear(NamedTuple):
-    """What stones that ran before have worn along their paths, as the kernels read it.
+    """What earlier stones have worn along their paths, as the kernels read it.
 
     Parameters
     ----------
-    passes : (p + 1, rows, columns) over each cell once so many stones had run
-    before : (k,) how many had run before each throw
+    passes : (p + 1, rows, columns) passes over each cell by the first 0, 1, ... p stones
+    before : (k,) how many stones had run before each throw
     along_path : change of ln μ by one pass
     origin_x, origin_y : centre of the first cell [m]
     cell : side of the cells [m]
     bilinear : whether friction is interpolated between the cells' centres
     """
 
-    passes: NDArray[np.float64]
-    before: NDArray[np.intp]
+    passes: Floats
+    before: Indices
     along_path: float
     origin_x: float
     origin_y: float
     cell: float
     bilinear: bool
+
+
+class ThrowInputs(NamedTuple):
+    """What the throws of a session bring along, apart from what is fitted.
+
+    Parameters
+    ----------
+    orders, stones, clocks : (k,) throws played before, stone, and session time of the release [s]
+    swept_first : (k,) whether the stone is swept at first, 0 or 1
+    switches : times at which sweeping begins or ends [s]
+    switch_starts : (k+1,) where the switches of each throw begin
+    times : (rows,) measured times [s]
+    starts : (k+1,) where the times of each throw begin
+    """
+
+    orders: Indices
+    stones: Indices
+    clocks: Floats
+    swept_first: Floats
+    switches: Floats
+    switch_starts: Indices
+    times: Floats
+    starts: Indices
+
+
+class Workspace(NamedTuple):
+    """Arrays to work in, since compiled code allocates none.
+
+    Parameters
+    ----------
+    motion : (MOTION_SIZE,) what effects read
+    push : (PUSH_SIZE,) what they write
+    parts : (6,) the law's parts
+    states : (8, 6) states and their rates of change
+    """
+
+    motion: Floats
+    push: Floats
+    parts: Floats
+    states: Floats
+
+
+def new_workspace() -> Workspace:
+    """Arrays for `slide_session` to work in."""
+    return Workspace(np.zeros(MOTION_SIZE), np.zeros(PUSH_SIZE), np.zeros(6), np.zeros((8, 6)))
 
 
 @inlined
@@ -93,23 +139,15 @@ def _worn(wear: Any, throw: int, x: float, y: float) -> float:
 
 @inlined
 def _derivative(
-    law: Any,
-    wear: Any,
-    throw: int,
-    motion: Any,
-    push: Any,
-    parts: Any,
-    clock: float,
-    t: float,
-    s: Any,
-    d: Any,
-):
-    """Rate d (6,) of change of the state s (6,) at time t."""
+    law: Any, wear: Any, throw: int, clock: float, t: float, s: Any, d: Any, work: Any
+) -> None:
+    """Fill d (6,) with the rate of change of the state s (6,) at time t."""
+    motion, parts = work.motion, work.parts
     x, y, vx, vy, spin = s[State.X], s[State.Y], s[State.VX], s[State.VY], s[State.OMEGA]
     motion[T] = t
     motion[CLOCK] = clock + t
     motion[HEADING] = s[State.THETA]
-    law_terms(law, motion, push, x, y, vx, vy, spin, parts)
+    law_terms(law, motion, work.push, x, y, vx, vy, spin, parts)
     mu = mu_of_map(law, x, y)
     if wear.along_path != 0.0:
         mu *= _worn(wear, throw, x, y)
@@ -162,30 +200,14 @@ def _between(s0: Any, d0: Any, s1: Any, d1: Any, h: float, u: float, out: Any) -
 
 
 @compiled
-def _slide_at(
-    law: Any,
-    wear: Any,
-    throw: int,
-    s: Any,
-    motion: Any,
-    push: Any,
-    clock: float,
-    switches: Any,
-    times: Any,
-    out: Any,
-    work: Any,
-) -> None:
-    """Fill out (n, 6) with the states at `times` of a stone released with state s at t = 0."""
-    parts = work[8]
-    before, d, d0, middle, d2, d3, d4 = (
-        work[0],
-        work[1],
-        work[2],
-        work[3],
-        work[4],
-        work[5],
-        work[6],
-    )
+def _slide_at(law: Any, wear: Any, throws: Any, throw: int, s: Any, out: Any, work: Any) -> None:
+    """Fill out (n, 6) with the states at a throw's times, from the state s at its release."""
+    motion, states = work.motion, work.states
+    before, d, d0, middle = states[0], states[1], states[2], states[3]
+    d2, d3, d4 = states[4], states[5], states[6]
+    clock = throws.clocks[throw]
+    switches = throws.switches[throws.switch_starts[throw] : throws.switch_starts[throw + 1]]
+    times = throws.times[throws.starts[throw] : throws.starts[throw + 1]]
     n = times.shape[0]
     longest = PATTERNED_STEP if law.patterned or wear.along_path != 0.0 else LONGEST_STEP
     t = 0.0
@@ -194,8 +216,8 @@ def _slide_at(
     while row < n and times[row] <= 0.0:
         _copy(s, out[row])
         row += 1
-    _derivative(law, wear, throw, motion, push, parts, clock, t, s, d)
-    for _ in range(MAX_STEPS):
+    _derivative(law, wear, throw, clock, t, s, d, work)
+    for _ in range(MOST_STEPS):
         if row >= n:
             return
         vx, vy, spin = s[State.VX], s[State.VY], s[State.OMEGA]
@@ -207,17 +229,17 @@ def _slide_at(
             tail = speed / max(rate, 1e-6)
             while row < n:
                 u = min(times[row] - t, tail)
-                left = 1.0 - u / tail if tail > 0.0 else 0.0
-                fade = u * (0.5 + 0.5 * left)
+                remaining = 1.0 - u / tail if tail > 0.0 else 0.0
+                fade = u * (0.5 + 0.5 * remaining)
                 for p in range(3):
                     position, velocity = (State.THETA, State.OMEGA) if p == 2 else (p, State.VX + p)
                     out[row, position] = s[position] + fade * s[velocity]
-                    out[row, velocity] = s[velocity] * left
+                    out[row, velocity] = s[velocity] * remaining
                 row += 1
             return
         if switch < switches.shape[0] and switches[switch] <= t + 1e-9:
             motion[SWEPT] = 1.0 - motion[SWEPT]
-            _derivative(law, wear, throw, motion, push, parts, clock, t, s, d)
+            _derivative(law, wear, throw, clock, t, s, d, work)
             switch += 1
         h = SPEED_SHARE * fastest / max(rate, fabs(turn) * law.band_radius, 1e-9)
         h = min(longest, h)
@@ -229,16 +251,16 @@ def _slide_at(
         _copy(d, d0)
         for j in range(6):
             middle[j] = s[j] + 0.5 * h * d0[j]
-        _derivative(law, wear, throw, motion, push, parts, clock, t + 0.5 * h, middle, d2)
+        _derivative(law, wear, throw, clock, t + 0.5 * h, middle, d2, work)
         for j in range(6):
             middle[j] = s[j] + 0.5 * h * d2[j]
-        _derivative(law, wear, throw, motion, push, parts, clock, t + 0.5 * h, middle, d3)
+        _derivative(law, wear, throw, clock, t + 0.5 * h, middle, d3, work)
         for j in range(6):
             middle[j] = s[j] + h * d3[j]
-        _derivative(law, wear, throw, motion, push, parts, clock, t + h, middle, d4)
+        _derivative(law, wear, throw, clock, t + h, middle, d4, work)
         for j in range(6):
             s[j] += h / 6.0 * (d0[j] + 2.0 * d2[j] + 2.0 * d3[j] + d4[j])
-        _derivative(law, wear, throw, motion, push, parts, clock, t + h, s, d)
+        _derivative(law, wear, throw, clock, t + h, s, d, work)
         while row < n and times[row] <= t + h:
             _between(before, d0, s, d, h, (times[row] - t) / h, out[row])
             row += 1
@@ -250,57 +272,26 @@ def _slide_at(
 
 @compiled
 def slide_session(
-    law: Any,
-    mu: Any,
-    wear: Any,
-    factors: Any,
-    states: Any,
-    orders: Any,
-    stones: Any,
-    clocks: Any,
-    swept_first: Any,
-    switches: Any,
-    switch_starts: Any,
-    times: Any,
-    starts: Any,
-    out: Any,
-    motion: Any,
-    push: Any,
-    work: Any,
+    law: Any, mu: Any, wear: Any, factors: Any, states: Any, throws: Any, out: Any, work: Any
 ) -> None:
-    """States of every throw at its measured times.
+    """Fill `out` with the states of every throw at its measured times.
 
     Parameters
     ----------
-    law : the ice; its map is a place to work in
-    mu : (rows, columns) the map's friction
-    wear : along the paths of earlier stones
+    law : law of the ice; its map is overwritten with that of each throw
+    mu : (rows, columns) friction of the map
+    wear : wear along the paths of earlier stones
     factors : (k,) factor on the map's friction, per throw
-    states : (k, 6) at release
-    orders, stones, clocks, swept_first : (k,) what a throw brings along; swept_first is 0 or 1
-    switches, switch_starts : times at which sweeping begins or ends, of throw i from
-        switch_starts[i] to switch_starts[i+1] [s]
-    times, starts : measured times, of throw i from starts[i] to starts[i+1] [s]
-    out : (rows, 6) filled
-    motion, push, work : (MOTION_SIZE,), (PUSH_SIZE,) and WORK_SHAPE to work in
+    states : (k, 6) states at release: x, y, vx, vy, theta, omega
+    throws : `ThrowInputs`
+    out : (rows, 6) states at the measured times
+    work : `Workspace`
     """
-    s = work[7]
+    s = work.states[7]
     for i in range(states.shape[0]):
         _scale(mu, factors[i], law.mu)
         _copy(states[i], s)
-        motion[ORDER] = orders[i]
-        motion[STONE] = stones[i]
-        motion[SWEPT] = swept_first[i]
-        _slide_at(
-            law,
-            wear,
-            i,
-            s,
-            motion,
-            push,
-            clocks[i],
-            switches[switch_starts[i] : switch_starts[i + 1]],
-            times[starts[i] : starts[i + 1]],
-            out[starts[i] : starts[i + 1]],
-            work,
-        )
+        work.motion[ORDER] = throws.orders[i]
+        work.motion[STONE] = throws.stones[i]
+        work.motion[SWEPT] = throws.swept_first[i]
+        _slide_at(law, wear, throws, i, s, out[throws.starts[i] : throws.starts[i + 1]], work)

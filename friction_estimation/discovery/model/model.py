@@ -9,27 +9,31 @@ from functools import cached_property
 import numpy as np
 
 from curling_env.ice import Ice
-from curling_env.physics.effects.motion import MOTION_SIZE, PUSH_SIZE
 from curling_env.physics.law import Law, compile_law
+from curling_env.physics.wear import wear_along_path
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.data.wear_tracks import times_to_tell_lanes_apart
+from friction_estimation.discovery.data.wear_tracks import wear_refinement
 from friction_estimation.discovery.model.candidates import Term
-from friction_estimation.discovery.model.forward import WORK_SHAPE, Wear, slide_session
-from friction_estimation.discovery.model.place_errors import Misplacement
+from friction_estimation.discovery.model.forward import (
+    ThrowInputs,
+    Wear,
+    new_workspace,
+    slide_session,
+)
+from friction_estimation.discovery.model.systematic_error import SystematicError
+from friction_estimation.discovery.tuning import PATH_STEP
 
 GLOBALS = ("ln_mu", "ln_coupling")
-"""Shared parameters of every model: the friction of the whole map, and how friction turns a stone.
-The latter is m·r²/I, which nobody knows to better than ten per cent."""
-COUPLING_SIGMA = 0.15
-"""Prior standard deviation of ln_coupling: inertia ±10 %, radius of the band ±5 %."""
+"""Shared parameters of every model: logarithms of a factor on the friction of the whole map, and of
+one on m·r²/I, which says how friction turns a stone and is known to ten per cent at best."""
 STATE_STEPS = (1e-3, 1e-3, 2e-4, 2e-4, 2e-3, 1e-3)
 """Steps of finite differences in x, y, vx, vy, theta, omega."""
 NO_WEAR = Wear(np.zeros((1, 1, 1)), np.zeros(1, dtype=np.intp), 0.0, 0.0, 0.0, 1.0, True)
-"""Along the paths of earlier stones, where they wear nothing."""
-PATH_STEP = 3e-3
-"""How far a finite difference in a parameter should move a path [m]."""
+"""Wear along the paths of earlier stones, where they wear nothing."""
+MEASURED = [0, 1, 4]
+"""Columns of a prediction that are measured: x, y, theta."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -40,11 +44,12 @@ class Model:
     ----------
     ice : map, sheet and stone; its own effects are among the terms
     terms : effects of the ice and of the measurement
-    ln_mu, ln_coupling : see `GLOBALS`
+    ln_mu, ln_coupling : the shared parameters `GLOBALS`
     spread : standard deviation of ln μ from throw to throw
-    misplacement : errors of places that all throws share; None where tracks do not err so
-    own_cells_wear : whether wear along paths is remembered by the map's own cells, however wide,
-        and not by cells that tell one lane from the next
+    systematic_error : displacement of places that all throws share; None for tracks without
+    own_cells_wear : whether wear along paths is kept in the map's own cells, however wide, and not
+        in cells as narrow as a worn track
+    steps : steps of finite differences that were found, by (term, parameter)
     """
 
     ice: Ice
@@ -52,21 +57,21 @@ class Model:
     ln_mu: float = 0.0
     ln_coupling: float = 0.0
     spread: float = 0.0
-    misplacement: Misplacement | None = None
+    systematic_error: SystematicError | None = None
     own_cells_wear: bool = False
     steps: dict[tuple[str, str], float] = field(default_factory=dict, repr=False)
 
     @property
-    def misplaced(self) -> slice:
-        """Places of the misplacement's coefficients among the shared parameters."""
-        count = len(self.misplacement) if self.misplacement else 0
+    def systematic_slice(self) -> slice:
+        """Where the coefficients of the systematic error are among the shared parameters."""
+        count = len(self.systematic_error) if self.systematic_error else 0
         return slice(len(GLOBALS), len(GLOBALS) + count)
 
     @property
     def names(self) -> list[tuple[str, str]]:
-        """(term, parameter) of every shared parameter; that of what is no term is empty."""
-        own = self.misplaced
-        fields = [("", f"misplacement_{k}") for k in range(own.stop - own.start)]
+        """(term, parameter) of every shared parameter; the term is empty where there is none."""
+        own = self.systematic_slice
+        fields = [("", f"systematic_error_{k}") for k in range(own.stop - own.start)]
         return (
             [("", name) for name in GLOBALS]
             + fields
@@ -76,15 +81,16 @@ class Model:
     @property
     def vector(self) -> Floats:
         """Values of the shared parameters in the order of `names`."""
-        fields = self.misplacement.values.tolist() if self.misplacement else []
+        fields = self.systematic_error.values.tolist() if self.systematic_error else []
         values = [self.ln_mu, self.ln_coupling, *fields]
         return np.array(values + [term.values[n] for term in self.terms for n in term.free])
 
     @property
     def bounds(self) -> tuple[Floats, Floats]:
         """Least and largest values of the shared parameters."""
-        cards = [term.form.parameter(n) for term in self.terms for n in term.free]
-        wide = [np.inf] * (self.misplaced.stop - self.misplaced.start)
+        cards = [term.card.parameter(n) for term in self.terms for n in term.free]
+        own = self.systematic_slice
+        wide = [np.inf] * (own.stop - own.start)
         low = [-3.0, -1.0, *(-w for w in wide), *(p.low for p in cards)]
         high = [3.0, 1.0, *wide, *(p.high for p in cards)]
         return np.array(low), np.array(high)
@@ -92,7 +98,7 @@ class Model:
     def at(self, vector: Floats) -> Model:
         """The model with other shared parameters, kept within their bounds."""
         vector = np.clip(vector, *self.bounds)
-        position = self.misplaced.stop
+        position = self.systematic_slice.stop
         terms: list[Term] = []
         for term in self.terms:
             changed: dict[str, float] = {}
@@ -105,25 +111,31 @@ class Model:
             terms=tuple(terms),
             ln_mu=float(vector[0]),
             ln_coupling=float(vector[1]),
-            misplacement=self.misplacement.at(vector[self.misplaced])
-            if self.misplacement
-            else self.misplacement,
+            systematic_error=self.systematic_error.at(vector[self.systematic_slice])
+            if self.systematic_error
+            else self.systematic_error,
         )
 
     def with_terms(self, *terms: Term) -> Model:
+        """The model with more terms."""
         return replace(self, terms=(*self.terms, *terms))
 
     def without(self, label: str) -> Model:
+        """The model without one of its terms."""
         return replace(self, terms=tuple(t for t in self.terms if t.label != label))
 
     def term(self, label: str) -> Term:
+        """The term of that label."""
         return next(t for t in self.terms if t.label == label)
+
+    @property
+    def _ice_with_terms(self) -> Ice:
+        return replace(self.ice, effects=tuple(term.effect() for term in self.terms))
 
     @cached_property
     def law(self) -> Law:
         """The force law of the ice with the terms."""
-        effects = tuple(t.effect() for t in self.terms if t.form.kind == "physics")
-        law = compile_law(replace(self.ice, effects=effects))
+        law = compile_law(self._ice_with_terms)
         mu = law.mu[:1, :1] if self.ice.friction.is_uniform else law.mu
         return law._replace(
             mu=np.ascontiguousarray(mu) * np.exp(self.ln_mu),
@@ -131,25 +143,25 @@ class Model:
         )
 
     @property
-    def wear_refined(self) -> int:
-        """How often a cell of the map is divided to remember wear along paths."""
-        return 1 if self.own_cells_wear else times_to_tell_lanes_apart(self.ice.sheet)
+    def wear_refinement(self) -> int:
+        """Into how many parts a cell's side is divided to keep wear along paths."""
+        return 1 if self.own_cells_wear else wear_refinement(self.ice.sheet)
 
     @property
     def wear_sheet(self) -> Sheet:
-        """The sheet in the cells that remember wear along paths."""
+        """The sheet, divided into the cells that keep wear along paths."""
         sheet = self.ice.sheet
-        return replace(sheet, cell_size=sheet.cell_size / self.wear_refined)
+        return replace(sheet, cell_size=sheet.cell_size / self.wear_refinement)
 
     def wear(self, session: Session) -> Wear:
         """What the stones of a session wear along their paths."""
-        along_path = sum(t.values["along_path"] for t in self.terms if t.name == "pebble_wear")
+        along_path = wear_along_path(self._ice_with_terms)
         if along_path == 0.0:
             return NO_WEAR
         sheet = self.wear_sheet
         return Wear(
-            passes=session.lanes.passes(sheet),
-            before=session.lanes.before(session.orders),
+            passes=session.wear_tracks.passes(sheet),
+            before=session.wear_tracks.before(session.orders),
             along_path=along_path,
             origin_x=float(sheet.x_centres[0]),
             origin_y=float(sheet.y_centres[0]),
@@ -158,17 +170,17 @@ class Model:
         )
 
     def improved_ice(self, sigma: Mapping[tuple[str, str], float]) -> Ice:
-        """The ice as an ordinary ice file holds it.
+        """The ice as an ice file holds it.
 
-        Where stones wear lanes into it, its cells are narrow enough to remember them.
+        Where stones wear tracks into it, its cells are narrow enough to keep them.
 
         Parameters
         ----------
         sigma : standard errors by (term, parameter)
         """
         factor = float(np.exp(self.ln_mu))
-        worn = any(term.values.get("along_path") for term in self.terms)
-        ice = self.ice.refined(self.wear_refined) if worn else self.ice
+        worn = wear_along_path(self._ice_with_terms) != 0.0
+        ice = self.ice.refined(self.wear_refinement) if worn else self.ice
         friction = ice.friction
         own = np.hypot(friction.sigma, friction.mu * sigma.get(("", "ln_mu"), 0.0))
         stone = self.ice.stone
@@ -193,9 +205,11 @@ def predict(
 
     Parameters
     ----------
+    model : model of the ice and the camera
+    session : throws, of which only the circumstances are used
     states : (k, 6) release states x, y, vx, vy, theta, omega
     ln_factors : (k,) deviation of ln μ of each throw
-    camera : whether x and y are those a camera reports, with the measurement's effects
+    camera : whether x and y are those that the camera reports, or the true ones
 
     Returns
     -------
@@ -210,31 +224,27 @@ def predict(
         model.wear(session),
         np.exp(ln_factors),
         states,
-        session.orders,
-        session.stones,
-        session.clocks,
-        swept_first,
-        switches,
-        firsts,
-        session.times,
-        session.starts,
+        ThrowInputs(
+            orders=session.orders,
+            stones=session.stones,
+            clocks=session.clocks,
+            swept_first=swept_first,
+            switches=switches,
+            switch_starts=firsts,
+            times=session.times,
+            starts=session.starts,
+        ),
         out,
-        np.zeros(MOTION_SIZE),
-        np.zeros(PUSH_SIZE),
-        np.zeros(WORK_SHAPE),
+        new_workspace(),
     )
     if camera:
         true = out[:, :2].copy()
         for term in model.terms:
-            if term.form.displacement is not None:
-                out[:, :2] += term.form.displacement(true, out[:, 4], term.values)
-        if model.misplacement is not None:
-            out[:, :2] += model.misplacement.displacement(true, out[:, 4])
+            if term.card.displacement is not None:
+                out[:, :2] += term.card.displacement(true, out[:, 4], term.values)
+        if model.systematic_error is not None:
+            out[:, :2] += model.systematic_error.displacement(true, out[:, 4])
     return out
-
-
-MEASURED = [0, 1, 4]
-"""Columns of a prediction that are measured: x, y, theta."""
 
 
 def sensitivities(
@@ -242,11 +252,15 @@ def sensitivities(
 ) -> tuple[Floats, Floats]:
     """Prediction and its derivatives by finite differences.
 
+    Parameters
+    ----------
+    model, session, states, ln_factors : as of `predict`
+
     Returns
     -------
-    predicted : (rows, 6)
-    columns : (rows, 3, 7 + P) derivative of x, y, theta by the six release states, by ln μ of the
-        throw, and by the P shared parameters
+    predicted : (rows, 6) states
+    columns : (rows, 3, 7 + P) derivatives of x, y, theta by the six numbers of the release, by ln μ
+        of the throw, and by the P shared parameters
     """
     base = predict(model, session, states, ln_factors)
     measured = base[:, MEASURED]
@@ -262,10 +276,10 @@ def sensitivities(
         predict(model, session, states, ln_factors + step)[:, MEASURED] - measured
     ) / step
     columns[:, :, 7] = columns[:, :, 6]  # the map's friction acts as that of every throw
-    fields = model.misplaced
-    if model.misplacement:
+    fields = model.systematic_slice
+    if model.systematic_error:
         columns[:, 2, 7 + fields.start : 7 + fields.stop] = 0.0
-        columns[:, :2, 7 + fields.start : 7 + fields.stop] = model.misplacement.columns(
+        columns[:, :2, 7 + fields.start : 7 + fields.stop] = model.systematic_error.columns(
             base[:, :2], base[:, 4]
         )
     for j in (1, *range(fields.stop, len(vector))):
@@ -280,12 +294,12 @@ def sensitivities(
 def _step(
     model: Model, session: Session, states: Floats, ln_factors: Floats, measured: Floats, j: int
 ) -> float:
-    """A step of parameter j that moves the paths by some millimetres and stays in its bounds."""
+    """A step of parameter j that moves the paths by millimetres and stays within its bounds."""
     label, name = model.names[j]
     value = model.vector[j]
     if not label:
         return 0.01
-    p = model.term(label).form.parameter(name)
+    p = model.term(label).card.parameter(name)
     known = model.steps.get((label, name))
     if known is None:
         width = p.high - p.low if np.isfinite(p.high - p.low) else 1.0

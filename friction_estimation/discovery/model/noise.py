@@ -1,16 +1,15 @@
-"""Noise of a tracker: its size, its memory from frame to frame, and its wild rows.
+"""The noise of a session's tracks: its size, its memory from frame to frame, and its outliers.
 
-A row's error is white noise plus a part that fades over some tenths of a second (a tracker's
-smoother, compression, a ripple of the calibration): an Ornstein–Uhlenbeck process. Residuals are
-whitened by the Kalman filter of that process, which takes lost frames in its stride; what comes
-out is independent and of unit variance, so that one frame counts once.
+The error of a row is white noise plus a part that fades over some tenths of a second, an
+Ornstein–Uhlenbeck process: a tracker's smoother, compression, a ripple of the calibration.
+Residuals are whitened by the Kalman filter of that process, which bridges lost frames. The result
+is independent and of unit variance, so that every frame counts once.
 
-The size is learnt from what no slide can do: the residuals' part that no slow cosine follows.
-Slow residuals may be an effect the model lacks, and must not be mistaken for noise.
+The size is learnt from the part of the residuals that no slide can have, the part that no slow
+cosine follows. Slow residuals may be an effect that the model lacks, and must not pass for noise.
 
-Tracks from film err by what lasts for seconds (`Session.errs_slowly`). Of them only what is slower
-than `FILM_PERIOD` is kept from the noise, which may then remember for seconds; what is slower still
-belongs to places (`misplacement.py`).
+Errors of tracks from film last for seconds (`Session.errs_slowly`), and so may the memory of their
+noise. Errors slower than that belong to places (`systematic_error.py`).
 """
 
 from __future__ import annotations
@@ -20,42 +19,33 @@ from math import exp
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from curling_env.physics.compiled import compiled
-from curling_env.typing import Floats
-from friction_estimation.discovery.data.outliers import (
-    FEWEST,
-    LEAST,
-    WILD,
-    fast_series,
-    robust_deviation,
-    slow_basis,
-)
+from curling_env.typing import Flags, Floats, Indices
+from friction_estimation.discovery.data.outliers import fast_series, robust_deviation, slow_basis
 from friction_estimation.discovery.data.session import Session
-
-MEMORY_BOUNDS = (0.05, 0.7)
-"""Memory of the fading part [s]; a longer one could not be told from physics."""
-FILM_PERIOD = 6.0
-"""What swings slower than this may be physics, where tracks err slowly [s]: the winding of a stone
-about a point beside its centre is among what is faster, so that such an effect is first taken for
-noise, and found all the same because it winds in step in all throws."""
-SMOOTHED_PERIOD = 2.5
-"""What swings faster than this a smoother has flattened [s]."""
-FILM_MEMORY = (0.05, 2.0)
-"""Memory of the fading part of such tracks [s]."""
+from friction_estimation.discovery.tuning import (
+    FILM_MEMORY_BOUNDS,
+    LEAST_NOISE,
+    LEAST_ROWS,
+    MEMORY_BOUNDS,
+    NOISE_THROWS,
+    OUTLIER_DEVIATIONS,
+    SLOWEST_FILM_NOISE_PERIOD,
+    SMOOTHED_PERIOD,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Noise:
+class SessionNoise:
     """Noise of x, y and the heading.
 
     Parameters
     ----------
-    white : independent part, of x, y and the heading [m, m, rad]
-    fading : the part with a memory, likewise
-    memory : time in which it fades to 1/e [s]
+    white : standard deviations of the independent part of x, y and the heading [m, m, rad]
+    fading : the same of the part with a memory
+    memory : time in which that part fades to 1/e [s]
     """
 
     white: tuple[float, float, float]
@@ -69,16 +59,16 @@ class Noise:
 
     @property
     def position(self) -> float:
-        """Standard deviation of a coordinate, x and y taken together [m]."""
+        """Standard deviation of a coordinate, over x and y [m]."""
         return float(np.sqrt((self.total[:2] ** 2).mean()))
 
     @property
     def remembers(self) -> bool:
-        """Whether positions have a part that fades."""
+        """Whether the noise of positions has a memory."""
         return max(self.fading[:2]) > 0.0
 
     def table(self) -> Floats:
-        """(3, 3): white, fading, memory of x, y and theta, for the kernel."""
+        """Columns white, fading and memory; rows x, y and theta; (3, 3), for the kernel."""
         return np.ascontiguousarray(np.array([self.white, self.fading, self.memory]).T)
 
 
@@ -92,9 +82,9 @@ def _whiten(
     memory: float,
     state: Any,
 ) -> float:
-    """Innovations of every column (n, m) under the noise, in place; returns Σ log variance.
+    """Replace columns (n, m) by their innovations under the noise; returns Σ log variance.
 
-    Both parts of the noise are `sigma` times as large in a row.
+    In row i both parts of the noise are sigma[i] times as large.
     """
     n, m = columns.shape
     for j in range(m):
@@ -113,7 +103,7 @@ def _whiten(
             keep = exp(-(times[i] - last) / memory)
         started = True
         last = times[i]
-        # `prior` carries the filter's variance of the fading part from the row before.
+        # `prior` is the filter's variance of the fading part in the row before.
         predicted = keep * keep * prior + fading * fading * (1.0 - keep * keep)
         variance = predicted + white * white
         gain = predicted / variance
@@ -132,9 +122,16 @@ def _whiten(
 def whiten_session(
     columns: Any, times: Any, sigma: Any, starts: Any, table: Any, state: Any
 ) -> float:
-    """Whiten columns (rows, 3, m) of x, y, theta throw by throw, in place.
+    """Whiten columns of x, y, theta throw by throw, in place.
 
     Rows whose last column is NaN (no heading) become zero and are not counted.
+
+    Parameters
+    ----------
+    columns : (rows, 3, m)
+    times, sigma, starts : as of `Session`
+    table : (3, 3) from `SessionNoise.table`
+    state : (m,) to work in
 
     Returns
     -------
@@ -157,9 +154,9 @@ def whiten_session(
 
 
 def fast_cosines(t: Floats) -> Floats:
-    """Cosines faster than `SMOOTHED_PERIOD`, which a smoother flattens, (n, K).
+    """Cosines so fast that a smoother flattens them, (n, K).
 
-    They say nothing of what is slow, and would outvote it.
+    They say nothing of the slow part of the noise, and would outvote it.
     """
     span = max(float(t[-1] - t[0]), 1e-9)
     first = int(2 * span / SMOOTHED_PERIOD) + 1
@@ -167,51 +164,61 @@ def fast_cosines(t: Floats) -> Floats:
 
 
 def fast_part(session: Session, residuals: Floats) -> Floats:
-    """The part of residuals (rows, 3) that is faster than physics; NaN where not measured."""
+    """The part of residuals (rows, 3) that is faster than any slide; NaN where not measured."""
     out = np.full_like(residuals, np.nan)
     for i in range(len(session)):
         rows = session.rows(i)
         for channel in range(3):
             known = rows.start + np.flatnonzero(np.isfinite(residuals[rows, channel]))
-            if len(known) >= FEWEST:
+            if len(known) >= LEAST_ROWS:
                 out[known, channel] = fast_series(session.times[known], residuals[known, channel])
     return out
 
 
-def wild_rows(session: Session, residuals: Floats) -> NDArray[np.bool_]:
+def outlying_rows(session: Session, residuals: Floats) -> Flags:
     """Rows that do not lie where their neighbours say; never the first of a throw.
 
-    None of smoothed tracks: what was wild in them the smoother has left out or spread.
+    Smoothed tracks have none: a smoother has left its outliers out or spread them.
+
+    Parameters
+    ----------
+    session : throws
+    residuals : (rows, 3) measured less predicted x, y, theta
     """
     if session.smoothed:
         return np.zeros(len(residuals), dtype=bool)
     fast = fast_part(session, residuals)
-    wild = np.zeros(len(fast), dtype=bool)
+    outlying = np.zeros(len(fast), dtype=bool)
     for channel in range(3):
         values = fast[:, channel] / session.sigma[:, channel // 2]
         known = np.isfinite(values)
-        if known.sum() < 20:
+        if known.sum() < LEAST_ROWS:
             continue
         spread = robust_deviation(values[known])
-        wild |= known & (np.abs(values) > WILD * max(spread, LEAST[channel // 2]))
-    wild[session.starts[:-1]] = False
-    return wild
+        limit = OUTLIER_DEVIATIONS * max(spread, LEAST_NOISE[channel // 2])
+        outlying |= known & (np.abs(values) > limit)
+    outlying[session.starts[:-1]] = False
+    return outlying
 
 
 def estimate_noise(
-    session: Session, residuals: Floats, *, throws: int = 24, start: Noise | None = None
-) -> Noise:
-    """Noise by maximum likelihood of the residuals' fast part.
+    session: Session,
+    residuals: Floats,
+    *,
+    throws: int = NOISE_THROWS,
+    start: SessionNoise | None = None,
+) -> SessionNoise:
+    """The noise that makes the fast part of the residuals most likely.
 
-    Slow cosines of each throw are projected out, so that an effect the model lacks does not count
-    as noise. Raw tracks are taken to err alike in x and y; a film's do not, since a low camera sees
-    one of them foreshortened.
+    Slow cosines of each throw are projected out, so that an effect that the model lacks does not
+    count as noise. Raw tracks are taken to err alike in x and y. Those of a film are not, since a
+    low camera sees one of the two foreshortened.
 
     Parameters
     ----------
+    session : throws
     residuals : (rows, 3) measured less predicted x, y, theta
-    throws : how many throws are used at most, spread over the session; how strong the noise is
-        where it is slow follows from how it fades, and with eight throws that is good to 20 % only
+    throws : most throws that are used, spread over the session
     start : an earlier estimate, from which fewer steps are needed
     """
     chosen = np.unique(np.linspace(0, len(session) - 1, min(throws, len(session))).astype(int))
@@ -229,7 +236,7 @@ def estimate_noise(
     }
     each = [found[channels] for channels in together for _ in channels]
     white, fading, memory = (tuple(values) for values in zip(*each, strict=True))
-    return Noise(
+    return SessionNoise(
         white=white,  # pyright: ignore[reportArgumentType]
         fading=fading,  # pyright: ignore[reportArgumentType]
         memory=memory,  # pyright: ignore[reportArgumentType]
@@ -239,23 +246,24 @@ def estimate_noise(
 def _estimate_channel(
     session: Session,
     residuals: Floats,
-    chosen: NDArray[Any],
+    chosen: Indices,
     channels: tuple[int, ...],
     before: tuple[float, float, float] | None,
 ) -> tuple[float, float, float]:
-    least = LEAST[channels[0] // 2]
+    """White part, fading part and memory of some of the channels x, y, theta together."""
+    least = LEAST_NOISE[channels[0] // 2]
     slow = session.errs_slowly
-    bounds = FILM_MEMORY if slow else MEMORY_BOUNDS
+    bounds = FILM_MEMORY_BOUNDS if slow else MEMORY_BOUNDS
     parts: list[tuple[Floats, Floats, Floats]] = []
     for i in chosen:
         rows = session.rows(int(i))
         for channel in channels:
             values = residuals[rows, channel]
             known = np.isfinite(values)
-            if known.sum() < (FEWEST if session.smoothed else 2 * FEWEST):
+            if known.sum() < (LEAST_ROWS if session.smoothed else 2 * LEAST_ROWS):
                 continue
             t = session.times[rows][known]
-            basis = slow_basis(t, FILM_PERIOD) if slow else slow_basis(t)
+            basis = slow_basis(t, SLOWEST_FILM_NOISE_PERIOD) if slow else slow_basis(t)
             if session.smoothed:
                 basis = np.column_stack([basis, fast_cosines(t)])
             sigma = session.sigma[rows, channel // 2][known]
@@ -274,8 +282,8 @@ def _estimate_channel(
             log_variance = _whiten(work, t, sigma, white, fading, memory, np.empty(work.shape[1]))
             gram = work.T @ work
             inner = gram[:-1, :-1] + 1e-9 * np.trace(gram[:-1, :-1]) * np.eye(len(gram) - 1)
-            left = gram[-1, -1] - gram[-1, :-1] @ np.linalg.solve(inner, gram[:-1, -1])
-            total += log_variance + left + float(np.linalg.slogdet(inner)[1])
+            residual = gram[-1, -1] - gram[-1, :-1] @ np.linalg.solve(inner, gram[:-1, -1])
+            total += log_variance + residual + float(np.linalg.slogdet(inner)[1])
         outside = guess[2] - np.clip(guess[2], *np.log(bounds))
         return total + 1e3 * outside**2
 

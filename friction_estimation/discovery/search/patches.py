@@ -1,41 +1,58 @@
-"""The search for an area of other friction.
+"""The search for effects within a rectangle of the sheet, such as a patch of other friction.
 
-Around a fit, more friction over one cell pushes the rest of a path back: a column of sensitivities
-per cell, by integrating the deceleration twice. The gain of any rectangle is then a sum over its
-cells, and all rectangles are tried at once.
+Around a fit, more friction over one cell shortens the rest of a path. Integrating the deceleration
+twice gives a column of sensitivities per cell. The gain of any rectangle then follows from sums
+over its cells, so that all rectangles can be tried.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from curling_env.typing import Floats
-from friction_estimation.discovery.model.candidates import Term, forms
-from friction_estimation.discovery.model.fit import Fit, gram_matrices, prior_gram
+from curling_env.typing import Floats, Indices
+from friction_estimation.discovery.model.candidates import Term, known_effects
+from friction_estimation.discovery.model.fit import SessionFit, gram_matrices, prior_gram
 from friction_estimation.discovery.model.model import sensitivities
+from friction_estimation.discovery.tuning import LONGEST_PATCH, PATCH_CELL
 
-CELL_X = 0.25
-"""Width of the search's cells [m]: stones rarely run closer side by side."""
-CELL_Y = 1.0
-"""Length of the search's cells [m]."""
-SHORTEST = 1
-LONGEST = 16
-"""Length of the rectangles tried, in cells: a longer one is the sheet, not a patch."""
+Rectangle = tuple[float, float, float, float]
+"""Least and greatest x, least and greatest y [m]."""
 
 
-def find_patch(fitted: Fit) -> Term | None:
-    """The rectangle of other friction that would gain most, as a term at its neutral factor."""
-    form = forms().get("friction_patch")
-    if form is None:
-        return None
+def find_patches(fitted: SessionFit) -> list[Term]:
+    """Effects within the rectangle that promises most, as terms at their neutral values.
+
+    They are the effects of the catalogue whose card names an area, unless the model has them.
+    """
+    present = {term.name for term in fitted.model.terms}
+    cards = [
+        card
+        for card in known_effects(fitted.session.measurements).values()
+        if card.search.area is not None and card.name not in present
+    ]
+    rectangle = _find_rectangle(fitted) if cards else None
+    if rectangle is None:
+        return []
+    return [
+        Term(
+            card=card,
+            values={**dict(zip(card.search.area or (), rectangle, strict=True)), **card.neutral},
+            free=card.first,
+        )
+        for card in cards
+    ]
+
+
+def _find_rectangle(fitted: SessionFit) -> Rectangle | None:
+    """The rectangle whose friction, if it were free, would improve the fit most."""
     session, model = fitted.session, fitted.model
+    cell_x, cell_y = PATCH_CELL
     predicted, columns = sensitivities(model, session, fitted.states, fitted.ln_factors)
     x_low, y_low = predicted[:, 0].min(), predicted[:, 1].min()
-    nx = max(1, int(np.ceil((predicted[:, 0].max() - x_low) / CELL_X)))
-    ny = max(1, int(np.ceil((predicted[:, 1].max() - y_low) / CELL_Y)))
+    nx = max(1, int(np.ceil((predicted[:, 0].max() - x_low) / cell_x)))
+    ny = max(1, int(np.ceil((predicted[:, 1].max() - y_low) / cell_y)))
     size = nx * ny
-    information, pull = np.zeros((size, size)), np.zeros(size)
+    information, right_side = np.zeros((size, size)), np.zeros(size)
     shared = len(model.vector)
     prior = prior_gram(model, shared + 1)
     cross_all, inner_all, right_all = np.zeros((size, shared)), prior[:-1, :-1], prior[:-1, -1]
@@ -43,8 +60,8 @@ def find_patch(fitted: Fit) -> Term | None:
     for i in range(len(session)):
         rows = session.rows(i)
         path, t = predicted[rows], session.times[rows]
-        cell = np.clip(((path[:, 0] - x_low) / CELL_X).astype(int), 0, nx - 1) * ny
-        cell += np.clip(((path[:, 1] - y_low) / CELL_Y).astype(int), 0, ny - 1)
+        cell = np.clip(((path[:, 0] - x_low) / cell_x).astype(int), 0, nx - 1) * ny
+        cell += np.clip(((path[:, 1] - y_low) / cell_y).astype(int), 0, ny - 1)
         crossed, owner = np.unique(cell, return_inverse=True)
         response = _responses(path, t, owner, len(crossed), columns[rows, :, 6])
         stacked = np.concatenate([columns[rows], response, residual[rows][:, :, None]], axis=2)
@@ -57,40 +74,41 @@ def find_patch(fitted: Fit) -> Term | None:
         scale = 1.0 / np.sqrt(np.maximum(np.diag(own), 1e-300))
         own = own * scale[:, None] * scale + 1e-12 * np.eye(7)
         across = scale[:, None] * gram[:7, 7:]
-        left = gram[7:, 7:] - across.T @ np.linalg.solve(own, across)
+        reduced = gram[7:, 7:] - across.T @ np.linalg.solve(own, across)
         cells = slice(shared, -1)
-        information[np.ix_(crossed, crossed)] += left[cells, cells]
-        cross_all[crossed] += left[cells, :shared]
-        inner_all += left[:shared, :shared]
-        right_all += left[:shared, -1]
-        pull[crossed] += left[cells, -1]
+        information[np.ix_(crossed, crossed)] += reduced[cells, cells]
+        cross_all[crossed] += reduced[cells, :shared]
+        inner_all += reduced[:shared, :shared]
+        right_all += reduced[:shared, -1]
+        right_side[crossed] += reduced[cells, -1]
     scale = 1.0 / np.sqrt(np.maximum(np.diag(inner_all), 1e-300))
     scaled = inner_all * scale[:, None] * scale + 1e-10 * np.eye(shared)
     half = np.linalg.solve(scaled, scale[:, None] * cross_all.T)
     information -= (cross_all * scale) @ half
-    pull -= half.T @ (scale * right_all)
-    found = _best_rectangle(information.reshape(nx, ny, nx, ny), pull.reshape(nx, ny))
+    right_side -= half.T @ (scale * right_all)
+    found = _best_rectangle(information.reshape(nx, ny, nx, ny), right_side.reshape(nx, ny))
     if found is None:
         return None
     i0, i1, j0, j1 = found
-    values = {
-        "x_min": x_low + i0 * CELL_X - (0.5 if i0 == 0 else 0.0),
-        "x_max": x_low + i1 * CELL_X + (0.5 if i1 == nx else 0.0),
-        "y_min": y_low + j0 * CELL_Y,
-        "y_max": y_low + j1 * CELL_Y,
-        "factor": 1.0,
-    }
-    return Term(form=form, values={k: float(v) for k, v in values.items()}, free=("factor",))
+    # Beside the outermost stones a rectangle may go on: nothing tells.
+    return (
+        float(x_low + i0 * cell_x - (0.5 if i0 == 0 else 0.0)),
+        float(x_low + i1 * cell_x + (0.5 if i1 == nx else 0.0)),
+        float(y_low + j0 * cell_y),
+        float(y_low + j1 * cell_y),
+    )
 
 
-def _responses(
-    path: Floats, t: Floats, owner: NDArray[np.intp], count: int, unit: Floats
-) -> Floats:
-    """Columns (n, 3, count): paths' change for more friction in each cell.
+def _responses(path: Floats, t: Floats, owner: Indices, count: int, unit: Floats) -> Floats:
+    """Change of a path for more friction in each cell, (n, 3, count).
 
     Parameters
     ----------
-    unit : (n, 3) their change for more friction everywhere, which the columns sum up to
+    path : (n, 6) predicted states
+    t : (n,) times [s]
+    owner : (n,) number of the cell at each row
+    count : number of cells
+    unit : (n, 3) change for more friction everywhere, the sum of the columns
     """
     speed = np.maximum(np.hypot(path[:, 2], path[:, 3]), 1e-6)
     brake = -np.maximum(-np.gradient(speed, t), 0.0)
@@ -103,29 +121,29 @@ def _responses(
     travel = path[:, 2:4] / speed[:, None]
     out = np.zeros((len(t), 3, count))
     out[:, 0], out[:, 1] = travel[:, :1] * along, travel[:, 1:] * along
-    # The share of the whole response scales the heading's likewise.
+    # The heading is taken to respond in the same proportion as the path.
     whole = along.sum(axis=1, keepdims=True)
     out[:, 2] = unit[:, 2:] * along / np.where(np.abs(whole) > 1e-9, whole, 1.0)
     return out
 
 
-def _best_rectangle(information: Floats, pull: Floats) -> tuple[int, int, int, int] | None:
-    """First and past-last cell across and along of the rectangle that gains most."""
-    nx, ny = pull.shape
+def _best_rectangle(information: Floats, right_side: Floats) -> tuple[int, int, int, int] | None:
+    """First cell and cell after the last, across and along, of the rectangle that gains most."""
+    nx, ny = right_side.shape
     best, found = 0.0, None
     for i0 in range(nx):
         inner = np.zeros((ny, ny))
         right = np.zeros(ny)
         for i1 in range(i0 + 1, nx + 1):
             new = i1 - 1
-            right = right + pull[new]
+            right = right + right_side[new]
             cross = information[new, :, i0:new].sum(axis=1) if new > i0 else 0.0
             inner = inner + information[new, :, new] + cross + np.transpose(cross)
             sums = np.zeros((ny + 1, ny + 1))
             sums[1:, 1:] = inner.cumsum(axis=0).cumsum(axis=1)
             heads = np.concatenate([[0.0], right.cumsum()])
-            a, b = np.triu_indices(ny + 1, SHORTEST)
-            short = b - a <= LONGEST
+            a, b = np.triu_indices(ny + 1, 1)
+            short = b - a <= LONGEST_PATCH
             a, b = a[short], b[short]
             numerator = heads[b] - heads[a]
             denominator = sums[b, b] - sums[a, b] - sums[b, a] + sums[a, a]

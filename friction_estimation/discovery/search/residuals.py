@@ -1,47 +1,39 @@
-"""What a fit leaves: is it white, and if not, where is it."""
+"""The residuals of a fit: whether they are white, and if not, in which throws they are large."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from curling_env.typing import Floats
-from friction_estimation.discovery.data.outliers import SLOWEST_PERIOD
+from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.model.fit import Fit, gram_matrices
-
-TOLERATED = 1.15
-"""Slow residuals this much larger than the noise foretells are still called white: the noise's own
-spectrum is an estimate."""
-TOLERATED_FADING = 1.25
-"""The same for noise with a memory, most of which is slower than what it is learnt from. With 16
-throws and a memory of 0.3 s its slow part is found to 8 % (standard deviation, measured): three
-of those."""
-TOLERATED_SLOW = 2.0
-"""The same for tracks that err slowly, whose noise is learnt from what swings within seconds and
-carried on to what lasts for a throw."""
-SURE = 4.0
-"""Standard deviations of χ² beyond which residuals are not white."""
+from friction_estimation.discovery.model.fit import SessionFit, gram_matrices
+from friction_estimation.discovery.tuning import (
+    NOT_WHITE,
+    SLOWEST_NOISE_PERIOD,
+    WHITE_RATIO,
+    WHITE_RATIO_OF_FILM,
+    WHITE_RATIO_WITH_MEMORY,
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Misfit:
-    """Slow residuals of every throw against what noise alone would leave.
+    """Slow residuals of every throw beside those that noise alone would leave.
 
     Parameters
     ----------
-    chi2 : (k,) of slow cosines of x, y and heading, releases and friction projected out
-    dof : (k,) its expectation if nothing were missing
+    chi2 : (k,) χ² of the slow cosines of x, y and heading, with release and friction projected out
+    dof : (k,) expected χ² if nothing is missing
     tolerated : ratio of the two that still counts as white
-    doubt : factor by which the noise of a single throw may exceed what was found of all
+    throw_tolerance : factor by which χ² of a single throw may exceed its expectation
     """
 
     chi2: Floats
     dof: Floats
-    tolerated: float = TOLERATED
-    doubt: float = 1.0
+    tolerated: float = WHITE_RATIO
+    throw_tolerance: float = 1.0
 
     @property
     def excess(self) -> float:
@@ -50,16 +42,17 @@ class Misfit:
 
     @property
     def ratio(self) -> float:
+        """χ² over its expectation."""
         return float(self.chi2.sum() / max(self.dof.sum(), 1.0))
 
     @property
     def chance(self) -> float:
-        """Standard deviation of the excess if nothing were missing and the noise were known."""
+        """Standard deviation of the excess if nothing is missing and the noise is known."""
         return float(np.sqrt(2.0 * max(self.dof.sum(), 1.0)))
 
     @property
     def uncertainty(self) -> float:
-        """The same with the noise as well known as it is: to a third of what is tolerated."""
+        """The same with the noise as uncertain as it is: a third of what is tolerated."""
         return float(np.hypot(self.chance, (self.tolerated - 1.0) / 3.0 * self.dof.sum()))
 
     @property
@@ -69,32 +62,36 @@ class Misfit:
 
     @property
     def white(self) -> bool:
-        return self.ratio < self.tolerated or self.z < SURE
+        """Whether noise may have left them."""
+        return self.ratio < self.tolerated or self.z < NOT_WHITE
 
     @property
     def surprise(self) -> Floats:
         """Excess of each throw in standard deviations, (k,)."""
-        return (self.chi2 / self.doubt - self.dof) / np.sqrt(2.0 * np.maximum(self.dof, 1.0))
+        return (self.chi2 / self.throw_tolerance - self.dof) / np.sqrt(
+            2.0 * np.maximum(self.dof, 1.0)
+        )
 
-    def without(self, left_out: NDArray[np.intp]) -> Misfit:
+    def without(self, left_out: Indices) -> Misfit:
         """The misfit of the other throws."""
         keep = np.setdiff1d(np.arange(len(self.chi2)), left_out)
         return replace(self, chi2=self.chi2[keep], dof=self.dof[keep])
 
 
 def slow_columns(t: Floats) -> Floats:
-    """Slow cosines of a throw, (n, K): what an effect could look like, from the second on."""
+    """Slow cosines of a throw, without the constant: shapes that an effect may have, (n, K)."""
     span = max(float(t[-1] - t[0]), 1e-9)
-    count = max(2, min(int(2 * span / SLOWEST_PERIOD), len(t) // 6))
+    count = max(2, min(int(2 * span / SLOWEST_NOISE_PERIOD), len(t) // 6))
     return np.cos(np.pi * (t - t[0])[:, None] / span * np.arange(1, count + 1))
 
 
-def misfit(fitted: Fit, columns: Floats) -> Misfit:
+def misfit(fitted: SessionFit, columns: Floats) -> Misfit:
     """Slow misfit of a fit.
 
     Parameters
     ----------
-    columns : (rows, 3, 7 + P) sensitivities at the fit; the first seven are the throw's own
+    fitted : fit
+    columns : (rows, 3, 7 + P) sensitivities there; the first seven are those of single throws
     """
     session, noise = fitted.session, fitted.noise
     chi2, dof = np.zeros(len(session)), np.zeros(len(session))
@@ -114,20 +111,22 @@ def misfit(fitted: Fit, columns: Floats) -> Misfit:
         scale[-1] = 1.0
         gram = gram * scale[:, None] * scale
         own = gram[:7, :7] + 1e-10 * np.eye(7)
-        left = gram[7:, 7:] - gram[7:, :7] @ np.linalg.solve(own, gram[:7, 7:])
-        values, vectors = np.linalg.eigh(left[:-1, :-1])
+        reduced = gram[7:, 7:] - gram[7:, :7] @ np.linalg.solve(own, gram[:7, 7:])
+        values, vectors = np.linalg.eigh(reduced[:-1, :-1])
         seen = values > 1e-6 * values.max()
-        parts = (vectors[:, seen].T @ left[:-1, -1]) / np.sqrt(values[seen])
+        parts = (vectors[:, seen].T @ reduced[:-1, -1]) / np.sqrt(values[seen])
         chi2[i], dof[i] = float((parts**2).sum()), float(seen.sum())
-    tolerated = TOLERATED_FADING if noise.remembers else TOLERATED
+    tolerated = WHITE_RATIO_WITH_MEMORY if noise.remembers else WHITE_RATIO
     if session.errs_slowly:
-        tolerated = TOLERATED_SLOW
-    return Misfit(chi2=chi2, dof=dof, tolerated=tolerated, doubt=doubt_of(session))
+        tolerated = WHITE_RATIO_OF_FILM
+    return Misfit(
+        chi2=chi2, dof=dof, tolerated=tolerated, throw_tolerance=throw_tolerance_of(session)
+    )
 
 
-def doubt_of(session: Session) -> float:
-    """Factor by which χ² of a single throw may exceed what the noise of all foretells.
+def throw_tolerance_of(session: Session) -> float:
+    """Factor by which χ² of a single throw may exceed the one that the noise of all foretells.
 
-    One film is tracked better than the next: the look of its stone is learnt from itself.
+    Some films are tracked better than others: the look of a stone is learnt from its own film.
     """
-    return TOLERATED_SLOW if session.errs_slowly else 1.0
+    return WHITE_RATIO_OF_FILM if session.errs_slowly else 1.0

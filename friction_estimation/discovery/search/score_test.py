@@ -1,8 +1,8 @@
-"""A first look at all candidates at once, by what they would do to the paths.
+"""Score tests: all candidates at once, linearised around the present fit.
 
-Around the present fit every candidate is a column of sensitivities. With releases, friction and
-the model's own parameters projected out, the columns tell how much each would gain, how small an
-effect these data could have shown, and which candidates look alike.
+Every candidate is a few columns of sensitivities. With releases, friction and the model's own
+parameters projected out, they show how much each candidate would gain, how small an effect the data
+could have shown, and which candidates look alike.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.model.candidates import Term
 from friction_estimation.discovery.model.fit import (
-    Fit,
+    SessionFit,
     eliminate_factor,
     eliminate_states,
     linearise,
@@ -24,24 +24,22 @@ from friction_estimation.discovery.model.fit import (
     profile_spread,
     solve_shared,
 )
-
-LOOKS_ALIKE = 0.95
-"""|cosine| of projected sensitivities above which two candidates cannot be told apart."""
-HELD = 0.02
-"""Part of its information that a parameter keeps when the throw that told it is left out."""
-CLEARLY = 5.0
-"""Standard errors from which an effect would have been named."""
+from friction_estimation.discovery.tuning import (
+    ALIKE_COSINE,
+    CLEARLY_SEEN,
+    LEFT_OUT_INFORMATION,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Look:
-    """What the data say of one candidate around the present fit.
+class CandidateScore:
+    """The score of one candidate around the present fit.
 
     Parameters
     ----------
-    term : at its neutral values
-    gain : fall of −2 ln likelihood, if everything stayed linear
-    smallest : effect that these data would have shown clearly, by parameter
+    term : candidate at its neutral values
+    gain : fall of −2 ln likelihood if everything stays linear
+    smallest : for each parameter the smallest value that these data would have shown clearly
     alike : labels of candidates that look the same, with the cosine
     """
 
@@ -51,8 +49,8 @@ class Look:
     alike: dict[str, float]
 
 
-def screen(fitted: Fit, terms: Sequence[Term]) -> list[Look]:
-    """Look at candidates around a fit, the most promising first."""
+def score_candidates(fitted: SessionFit, terms: Sequence[Term]) -> list[CandidateScore]:
+    """The scores of candidates around a fit, the most promising first."""
     if not terms:
         return []
     model = fitted.model.with_terms(*terms)
@@ -68,26 +66,26 @@ def screen(fitted: Fit, terms: Sequence[Term]) -> list[Look]:
     grams, _ = eliminate_factor(reduced, fitted.ln_factors, fitted.model.spread)
     total = grams.sum(axis=0) + prior
     projected = _project(total, own)
-    looks: list[Look] = []
+    scores: list[CandidateScore] = []
     directions: list[Indices] = []
     for term, place in zip(terms, places, strict=True):
         gain = base - _least(reduced, fitted, prior, [*range(own), *place])
         inner = projected[np.ix_(np.array(place) - own, np.array(place) - own)]
         covariance = np.linalg.pinv(inner)
         sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-        smallest = {n: CLEARLY * float(s) for n, s in zip(term.free, sigma, strict=True)}
-        looks.append(Look(term=term, gain=float(gain), smallest=smallest, alike={}))
+        smallest = {n: CLEARLY_SEEN * float(s) for n, s in zip(term.free, sigma, strict=True)}
+        scores.append(CandidateScore(term=term, gain=float(gain), smallest=smallest, alike={}))
         directions.append(np.array(place, dtype=np.intp) - own)
-    for i, look in enumerate(looks):
-        for j, other in enumerate(looks):
-            if i != j and look.term.name != other.term.name:
+    for i, score in enumerate(scores):
+        for j, other in enumerate(scores):
+            if i != j and score.term.name != other.term.name:
                 cosine = _cosine(projected, directions[i], directions[j])
-                if cosine > LOOKS_ALIKE:
-                    look.alike[other.term.label] = cosine
-    return sorted(looks, key=lambda look: -look.gain)
+                if cosine > ALIKE_COSINE:
+                    score.alike[other.term.label] = cosine
+    return sorted(scores, key=lambda score: -score.gain)
 
 
-def _least(reduced: Floats, fitted: Fit, prior: Floats, kept: list[int]) -> float:
+def _least(reduced: Floats, fitted: SessionFit, prior: Floats, kept: list[int]) -> float:
     """F at its minimum over some of the shared parameters and the spread."""
     chosen = np.array([*kept, reduced.shape[1] - 2])
     columns = np.concatenate([[0], chosen + 1])
@@ -96,7 +94,7 @@ def _least(reduced: Floats, fitted: Fit, prior: Floats, kept: list[int]) -> floa
     spreads = np.array([0.0, 2e-4, *np.geomspace(5e-4, 0.3, 12), max(model.spread, 1e-4)])
     own = prior[np.ix_(chosen, chosen)]
     spread, _, least = profile_spread(part, fitted.ln_factors, own, spreads)
-    if not model.misplacement:
+    if not model.systematic_error:
         return least
     grams, log_terms = eliminate_factor(part, fitted.ln_factors, spread)
     total = grams.sum(axis=0)
@@ -104,7 +102,7 @@ def _least(reduced: Floats, fitted: Fit, prior: Floats, kept: list[int]) -> floa
 
 
 def _project(total: Floats, own: int) -> Floats:
-    """Information of the candidates' columns with the model's own projected out."""
+    """Information of the candidates' columns, with the model's own projected out."""
     inner = total[:own, :own]
     scale = 1.0 / np.sqrt(np.maximum(np.diag(inner), 1e-300))
     scaled = inner * scale[:, None] * scale + 1e-10 * np.eye(own)
@@ -113,7 +111,7 @@ def _project(total: Floats, own: int) -> Floats:
 
 
 def _cosine(projected: Floats, a: Indices, b: Indices) -> float:
-    """Largest cosine between two sets of columns (canonical correlation)."""
+    """Largest cosine between two sets of columns: their canonical correlation."""
     aa, bb = projected[np.ix_(a, a)], projected[np.ix_(b, b)]
     ab = projected[np.ix_(a, b)]
     if min(np.diag(aa).min(), np.diag(bb).min()) <= 0:
@@ -122,20 +120,21 @@ def _cosine(projected: Floats, a: Indices, b: Indices) -> float:
     return float(np.sqrt(np.clip(np.max(np.linalg.eigvals(product).real), 0.0, 1.0)))
 
 
-def left_out_scores(fitted: Fit, *, shared: bool = True) -> Floats:
+def left_out_scores(fitted: SessionFit, *, shared: bool = True) -> Floats:
     """Deviance of every throw under the fit to all the others, (k,).
 
-    Around a fit all is quadratic, so that leaving a throw out is a matter of subtracting it.
+    Around a fit everything is quadratic, so that a throw is left out by subtracting it.
 
     Parameters
     ----------
-    shared : whether the shared parameters learnt from these throws; else the fit is taken as it is
+    fitted : fit of all of them
+    shared : whether the shared parameters were fitted to these throws; else they stay as they are
     """
     reduced = eliminate_states(fitted.grams)
     grams, log_terms = eliminate_factor(reduced, fitted.ln_factors, fitted.model.spread)
     total = grams.sum(axis=0) + prior_gram(fitted.model, grams.shape[1])
-    # What only the throw left out could tell stays near its fitted value instead of running off.
-    held = HELD * np.diag(np.append(np.diag(total)[:-1], 0.0))
+    # A parameter of which only that throw told stays near its fitted value.
+    held = LEFT_OUT_INFORMATION * np.diag(np.append(np.diag(total)[:-1], 0.0))
     scores = np.empty(len(grams))
     for i, gram in enumerate(grams):
         step = solve_shared(total - gram + held)[0] if shared else np.zeros(len(gram) - 1)
@@ -145,11 +144,11 @@ def left_out_scores(fitted: Fit, *, shared: bool = True) -> Floats:
 
 
 def sign_flip_p(improvements: Floats, rng: np.random.Generator) -> float:
-    """Probability of so large a mean improvement if each throw's sign were chance."""
+    """Probability of so large a mean improvement if the sign of each throw is chance."""
     n = len(improvements)
     if n == 0 or improvements.sum() <= 0:
         return 1.0
-    # One throw that gains a thousand times more than the others must not decide alone.
+    # No single throw may decide, even if it gains a thousand times more than the others.
     capped = np.clip(improvements, -9.0, 9.0)
     if n <= 14:
         signs = 1.0 - 2.0 * ((np.arange(2**n)[:, None] >> np.arange(n)) & 1)
@@ -160,7 +159,7 @@ def sign_flip_p(improvements: Floats, rng: np.random.Generator) -> float:
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
-    """Holm's step-down correction, in the order given."""
+    """P values with Holm's step-down correction, in the order given."""
     order = np.argsort(p_values)
     corrected = np.empty(len(p_values))
     worst = 0.0

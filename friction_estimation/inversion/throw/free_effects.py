@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from curling_env.ice import ActiveEffect, Ice
-from curling_env.physics.effects import catalogue
+from curling_env.physics.effects import catalogue, mistaken_for
 from curling_env.physics.law import acceleration
 from curling_env.typing import Floats
 from friction_estimation.inversion.tuning import PARAMETER_PRIOR_SD, UNBOUNDED_RANGE
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
 PARAMETER_STEP = 1e-3
 """Step of the difference quotients, in prior standard deviations."""
-_LIKE_A_CAMERA_BIAS = {"speed_dependent_friction": {"exponent": 0.0}, "slope": {"x": 0.0, "y": 0.0}}
-"""Effects that bend all throws alike by speed or direction, as a bias of the camera does."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,7 +127,7 @@ def free_effects(ice: Ice, throws: Sequence[FittedThrow]) -> FreeEffects:
     candidates: list[FreeParameter] = []
     for index, effect in enumerate(ice.effects):
         card = cards.get(effect.name)
-        for p in card.parameters if card else ():
+        for p in card.parameters if card and card.is_physical else ():
             if p.neutral is None:
                 continue
             given = effect.parameters.get(p.name, p.default if p.default is not None else p.neutral)
@@ -157,9 +155,9 @@ def with_camera_like_effects(free: FreeEffects, throws: Sequence[FittedThrow]) -
     """The free effects together with those, also free, that resemble a bias of the camera."""
     given = {effect.name for effect in free.ice.effects}
     added = tuple(
-        ActiveEffect(name=name, parameters=dict(parameters))
-        for name, parameters in _LIKE_A_CAMERA_BIAS.items()
-        if name not in given
+        ActiveEffect(name=card.name, parameters=card.neutral)
+        for card in mistaken_for("camera")
+        if card.name not in given
     )
     own = len(free.ice.effects)
     ice = replace(free.ice, effects=(*free.ice.effects, *added))

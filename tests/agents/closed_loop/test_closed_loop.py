@@ -27,7 +27,7 @@ from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import TEE_Y
 from curling_env.throw import Throw
 from curling_env.typing import no_progress
-from friction_estimation.discovery.joint import understand_ice
+from friction_estimation.discovery.joint import estimate_jointly
 
 
 @pytest.mark.parametrize("effects", [True, False])
@@ -99,7 +99,7 @@ def test_map_and_effects_are_told_apart() -> None:
     hidden = draw_hidden_ice(np.random.default_rng(5))
     rng = np.random.default_rng(6)
     tracks = [noisy_track(hidden, r, k, rng) for k, r in enumerate(mixed_practice(10, rng))]
-    whole = understand_ice(tracks)
+    whole = estimate_jointly(tracks)
     assert "speed_dependent_friction" in whole.along
     assert {"air_drag", "time_drift"} <= whole.dropped.keys()  # there is neither
     found, curl = (whole.ice.effect(name) for name in ("speed_dependent_friction", "curl"))

@@ -15,7 +15,7 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, Ice, load_ice, save_ice
-from curling_env.physics.effects import EffectCard, catalogue, register
+from curling_env.physics.effects import EffectCard, catalogue, register, unregister
 from curling_env.physics.law import acceleration, compile_law
 from curling_env.physics.one_stone.slide import slide
 from curling_env.throw import Throw
@@ -23,8 +23,11 @@ from curling_env.throw import Throw
 NAMES = (
     *("speed_dependent_friction", "curl", "slope", "pebble_wear", "stone_bias", "sweeping"),
     *("friction_patch", "time_drift", "spin_drag", "air_drag", "residual"),
+    *("tracking_offset", "lens_distortion", "scale_error", "frame_rate_error", "unknown"),
 )
 CARDS = list(catalogue().values())
+PHYSICAL = [card for card in CARDS if card.is_physical]
+NOT_FELT = [card for card in CARDS if not card.is_physical]
 STATES = np.array(
     [
         [0.5, y, v * np.sin(a), v * np.cos(a), w]
@@ -74,7 +77,8 @@ class TestEveryCard:
         for text in (card.title, card.formula, card.source, card.validity, card.evidence):
             assert text
         names = [parameter.name for parameter in card.parameters]
-        assert len(set(names)) == len(names) > 0
+        assert len(set(names)) == len(names)
+        assert names or not card.is_physical
         for parameter in card.parameters:
             assert parameter.unit
             assert parameter.meaning
@@ -91,6 +95,40 @@ class TestEveryCard:
                 card.theta(given | {bound.name: bound.high + 1.0})
         with pytest.raises(InputError, match="no parameter"):
             card.theta(given | {"colour": 1.0})
+
+    def test_says_how_it_is_sought_and_shown(self, card: EffectCard) -> None:
+        assert set(card.first) <= set(card.neutral)
+        assert not set(card.first) & set(card.shape)
+        assert card.pushes
+        for variant in card.search.variants:
+            assert variant.parameter not in card.first
+            assert card.parameter(variant.parameter).default is not None
+        for start in card.search.finer(typical(card)):
+            assert set(start) <= {parameter.name for parameter in card.parameters}
+        if card.search.area is not None:
+            assert card.acts == "friction"
+            assert all(card.parameter(name).held for name in card.search.area)
+        if card.search.stone is not None:
+            assert card.parameter(card.search.stone).held
+        assert all(scale > 0 for scale in card.observed.values())
+
+
+@pytest.mark.parametrize("card", PHYSICAL, ids=lambda card: card.name)
+class TestEveryEffectThatAStoneFeels:
+    def test_pushes_where_it_says(self, card: EffectCard) -> None:
+        """Straight along, to the left of or across a path that is fixed in the sheet."""
+        for travel in (0.4, 2.9):
+            states = np.array([[0.5, 3.0, 2 * np.sin(travel), 2 * np.cos(travel), 1.5]])
+            plain = acceleration(Ice.uniform(0.009), states, **MOTION)[0]
+            change = acceleration(with_only(card, typical(card)), states, **MOTION)[0] - plain
+            along = change[:2] @ [np.sin(travel), np.cos(travel)]
+            left = change[:2] @ [-np.cos(travel), np.sin(travel)]
+            if not {"left", "along the sheet", "across the sheet"} & set(card.pushes):
+                assert left == pytest.approx(0.0, abs=1e-12)
+            if not {"along", "along the sheet", "across the sheet"} & set(card.pushes):
+                assert along == pytest.approx(0.0, abs=1e-12)
+            if card.acts == "motion" and "turn" not in card.pushes:
+                assert change[2] == pytest.approx(0.0, abs=1e-12)
 
     def test_is_finite_everywhere_also_at_rest(self, card: EffectCard) -> None:
         states = np.vstack([STATES, np.zeros((1, 5)), [[0, 0, 0, 0, 2.0]]])
@@ -160,6 +198,40 @@ def test_residual_is_the_table_it_was_given() -> None:
     assert -acceleration(ice, states)[:, 1] == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.parametrize("card", NOT_FELT, ids=lambda card: card.name)
+def test_what_a_stone_does_not_feel_stays_in_the_ice_file(card: EffectCard, tmp_path: Path) -> None:
+    plain, ice = Ice.uniform(0.009), with_only(card, typical(card))
+    assert (acceleration(ice, STATES, **MOTION) == acceleration(plain, STATES, **MOTION)).all()
+    save_ice(ice, tmp_path / "ice.json")
+    assert load_ice(tmp_path / "ice.json").effect(card.name) == ice.effect(card.name)
+    if card.displacement is not None:
+        xy, theta = STATES[:, :2], STATES[:, 4]
+        off = card.displacement(xy, theta, typical(card) | card.neutral)
+        assert off == pytest.approx(np.zeros_like(xy), abs=1e-15)
+        assert np.abs(card.displacement(xy, theta, typical(card))).max() > 1e-3
+
+
+def test_a_card_that_contradicts_itself_is_refused() -> None:
+    card = catalogue()["air_drag"]
+    with pytest.raises(InputError, match="speaks of 'speed', no parameter"):
+        replace(card, observed={"speed": 1.0})
+    with pytest.raises(InputError, match="wants a kernel"):
+        replace(card, kernel=None)
+    with pytest.raises(InputError, match="takes no kernel"):
+        replace(card, acts="measurement")
+
+
+def test_an_effect_can_be_taken_out_of_the_catalogue_and_put_back() -> None:
+    card = unregister("air_drag")
+    try:
+        assert "air_drag" not in catalogue()
+        with pytest.raises(InputError, match="no effect named 'air_drag'"):
+            unregister("air_drag")
+    finally:
+        assert register(card) is card
+    assert catalogue()["air_drag"] is card
+
+
 OUTSIDE = '''
 """A magnet under the ice: an effect that someone else wrote, in one file."""
 
@@ -214,9 +286,7 @@ def test_an_effect_from_outside_in_one_file(
         with pytest.raises(InputError, match="already registered"):
             register(replace(card, title="Another"))
     finally:
-        from curling_env.physics import effects
-
-        effects._cards().pop("eddy_brake")  # pyright: ignore[reportPrivateUsage]
+        unregister("eddy_brake")
         sys.modules.pop("eddy_brake")
     with pytest.raises(InputError, match="unknown effect 'eddy_brake'"):
         compile_law(ice)

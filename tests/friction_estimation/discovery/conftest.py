@@ -2,24 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from curling_env.ice import ActiveEffect, Ice
+from curling_env.physics.effects import register, unregister
 from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
-from friction_estimation.discovery.data.measurement import MEASUREMENTS
+from friction_estimation.discovery.data.measurement import measurement_effects
 
 MakeSession = Callable[..., list[Trajectory]]
 
 
 def effect(name: str, **parameters: float) -> ActiveEffect:
     return ActiveEffect(name=name, parameters=parameters)
+
+
+@contextmanager
+def _without_effects(*names: str) -> Generator[None]:
+    taken_out = [unregister(name) for name in names]
+    try:
+        yield
+    finally:
+        for card in taken_out:
+            register(card)
+
+
+@pytest.fixture
+def without_effects() -> Callable[..., AbstractContextManager[None]]:
+    """A context in which the catalogue lacks the effects of these names."""
+    return _without_effects
 
 
 @pytest.fixture
@@ -35,7 +53,7 @@ def make_session() -> MakeSession:
     ) -> list[Trajectory]:
         """Throws in both directions, with both spins, three stones, some of them swept."""
         rng = np.random.default_rng(seed)
-        camera = {form.name: form for form in MEASUREMENTS}
+        camera = {card.name: card for card in measurement_effects()}
         on_ice = tuple(e for e in effects if e.name not in camera)
         speeds = rng.permutation(np.linspace(1.3, 2.9, throws))
         tracks: list[Trajectory] = []
@@ -59,10 +77,10 @@ def make_session() -> MakeSession:
             xy, theta = path.xy.copy(), path.theta
             for e in effects:
                 if e.name in camera:
-                    form = camera[e.name]
-                    assert form.displacement is not None
-                    values = {p.name: p.default or 0.0 for p in form.parameters}
-                    xy += form.displacement(path.xy, theta, {**values, **e.parameters})
+                    card = camera[e.name]
+                    assert card.displacement is not None
+                    values = {p.name: p.default or 0.0 for p in card.parameters}
+                    xy += card.displacement(path.xy, theta, {**values, **e.parameters})
             tracks.append(
                 replace(
                     path,

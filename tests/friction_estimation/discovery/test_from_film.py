@@ -49,12 +49,12 @@ def test_what_lasts_for_seconds_is_learnt_as_noise(make_session, as_filmed):
 def test_raw_tracks_are_not_taken_for_a_films(make_session):
     session = open_session(make_session())
     assert not session.errs_slowly
-    assert base_model(None, session).misplacement is None
+    assert base_model(None, session).systematic_error is None
 
 
 def test_a_hidden_curl_is_named_alone_and_its_intervals_are_true(make_session, as_filmed):
     found = discover(as_filmed(make_session([CURL], sigma=0.0), 11))
-    assert [proof.label for proof in found.proofs] == ["curl"]
+    assert [effect.label for effect in found.effects] == ["curl"]
     assert not found.unknown
     sigma = standard_errors(found.final)["curl", "strength"]
     error = found.final.model.term("curl").values["strength"] - CURL.parameters["strength"]
@@ -74,7 +74,7 @@ def test_nothing_hidden_nothing_named(make_session, as_filmed):
 def test_a_wrong_lens_is_named_as_the_lens_in_tracks_from_film():
     scene = load_scene(FILMS / "wrong_lens.scene.json")
     found = discover(read_tracks(FILMS / "wrong_lens.csv"), scene=scene)
-    assert sorted(proof.label for proof in found.proofs) == ["curl", "lens_distortion"]
+    assert sorted(effect.label for effect in found.effects) == ["curl", "lens_distortion"]
     assert not found.unknown
     missing = 0.5 * named_camera("gantry", (1280, 720)).lens.distortion
     values = found.final.model.term("lens_distortion").values
@@ -85,5 +85,5 @@ def test_a_wrong_lens_is_named_as_the_lens_in_tracks_from_film():
 
 def test_without_a_scene_the_lens_of_a_camera_above_is_still_the_lens():
     found = discover(read_tracks(FILMS / "wrong_lens.csv"))
-    assert sorted(proof.label for proof in found.proofs) == ["curl", "lens_distortion"]
+    assert sorted(effect.label for effect in found.effects) == ["curl", "lens_distortion"]
     assert sentence(found).endswith(NO_SCENE)  # the curl is 5 % too strong: so is every length

@@ -9,7 +9,7 @@ import pytest
 
 from curling_env.errors import InputError
 from friction_estimation.camera.pose import camera_from_scene
-from friction_estimation.discovery.data.measurement import measurements_through
+from friction_estimation.discovery.data.measurement import measurement_effects_through
 from friction_estimation.discovery.data.references import (
     calibrate,
     calibrations_of,
@@ -17,7 +17,7 @@ from friction_estimation.discovery.data.references import (
     read_reference,
 )
 from friction_estimation.discovery.discover import discover
-from friction_estimation.discovery.report import document, improved_ice
+from friction_estimation.discovery.report import document
 from friction_estimation.synthetic.cameras import named_camera, scene_of
 
 from ..conftest import effect
@@ -43,7 +43,7 @@ def test_a_wrong_lens_is_named_as_the_lens(make_session, rng, name):
     true = make_session(throws=16, sigma=0.0)
     tracks, scene, missing = seen_through_a_wrong_lens(true, name, rng)
     found = discover(tracks, scene=scene)
-    assert [proof.label for proof in found.proofs] == ["lens_distortion"]
+    assert [effect.label for effect in found.effects] == ["lens_distortion"]
     assert not found.unknown
     values = found.final.model.term("lens_distortion").values
     assert abs(values["lens_k1"] / missing[0] - 1) < 0.1
@@ -53,27 +53,28 @@ def test_a_wrong_lens_is_named_as_the_lens(make_session, rng, name):
 def test_without_a_scene_a_gantrys_lens_is_still_the_lens(make_session, rng):
     tracks, _, _ = seen_through_a_wrong_lens(make_session(throws=16, sigma=0.0), "gantry", rng)
     found = discover(tracks)
-    assert [proof.label for proof in found.proofs] == ["lens_distortion"]
+    assert [effect.label for effect in found.effects] == ["lens_distortion"]
 
 
 def test_the_displacement_is_what_the_wrong_camera_reports():
     camera = named_camera("end", SIZE)
     scene = replace(scene_of(camera), distortion=0.5 * camera.lens.distortion)
-    form = measurements_through(scene)[1]
-    assert form.displacement is not None
+    cards = {card.name: card for card in measurement_effects_through(scene)}
+    displacement = cards["lens_distortion"].displacement
+    assert displacement is not None
     xy = np.array([[0.3, -8.0], [-1.0, 3.0], [1.2, 12.0]])
     half = dict(zip(("k1", "k2", "p1", "p2"), 0.5 * camera.lens.distortion[:4], strict=True))
-    shift = form.displacement(xy, np.zeros(3), {f"lens_{k}": v for k, v in half.items()})
+    shift = displacement(xy, np.zeros(3), {f"lens_{k}": v for k, v in half.items()})
     px = camera.project(np.column_stack([xy, np.zeros(3)]))
     assert np.abs(xy + shift - camera_from_scene(scene, SIZE).on_plane(px)).max() < 1e-4
-    none = form.displacement(xy, np.zeros(3), {f"lens_{k}": 0.0 for k in half})
+    none = displacement(xy, np.zeros(3), {f"lens_{k}": 0.0 for k in half})
     assert np.abs(none).max() < 1e-6
 
 
 def test_a_scene_that_does_not_say_how_large_its_image_is():
     scene = replace(scene_of(named_camera("gantry", SIZE)), camera_matrix=None)
     with pytest.raises(InputError, match="width and height"):
-        measurements_through(scene)
+        measurement_effects_through(scene)
 
 
 def test_scale_and_frame_rate_are_named_only_by_references(make_session):
@@ -91,7 +92,7 @@ def test_scale_and_frame_rate_are_named_only_by_references(make_session):
     assert abs(report["effects"][1]["parameters"]["factor"]["value"] - 1.2) < 0.02
     assert abs(report["baseline"]["mu"] / 0.009 - 1) < 0.02
     # On its own output the tracks are corrected again, and nothing more is found.
-    ice = improved_ice(found)
+    ice = found.improved_ice()
     assert {c.name for c in calibrations_of(ice)} == {"scale_error", "frame_rate_error"}
     again = document(discover(tracks, ice))
     assert again["effects"] == []

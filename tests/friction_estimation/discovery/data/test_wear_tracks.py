@@ -13,13 +13,13 @@ from curling_env.physics.wear import wear_along_path
 from curling_env.sheet import PAPER_SHEET, Direction
 from curling_env.throw import Throw
 from friction_estimation.discovery.data.session import open_session
-from friction_estimation.discovery.data.wear_tracks import LONGEST, Lanes, times_to_tell_lanes_apart
+from friction_estimation.discovery.data.wear_tracks import LONGEST_PATH, WearTracks, wear_refinement
 from friction_estimation.discovery.discover import discover
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import candidates
 from friction_estimation.discovery.model.fit import fit
-from friction_estimation.discovery.model.noise import Noise
-from friction_estimation.discovery.report import document, improved_ice
+from friction_estimation.discovery.model.noise import SessionNoise
+from friction_estimation.discovery.report import document
 
 ALONG = -0.012
 LABEL = "pebble_wear[along_path]"
@@ -57,29 +57,29 @@ def play(ice, rng, *, throws=12, sigma=0.004, scatter=0.003):
     return tracks
 
 
-def test_lanes_count_the_stones_before_and_no_trembling():
+def test_wear_tracks_count_the_stones_before_and_no_trembling():
     line = np.column_stack([np.zeros(60), np.linspace(-10.0, 10.0, 60)])
     trembling = line[-1] + 0.02 * np.random.default_rng(1).normal(size=(3000, 2))
-    lanes = Lanes.of([(2, line), (0, np.vstack([line, trembling]))])
+    tracks = WearTracks.of([(2, line), (0, np.vstack([line, trembling]))])
     sheet = replace(PAPER_SHEET, cell_size=0.1)
-    passes = lanes.passes(sheet)[lanes.before(np.array([0, 1, 2, 3]))]
+    passes = tracks.passes(sheet)[tracks.before(np.array([0, 1, 2, 3]))]
     under = sheet.cell_of([0.0, 0.0])
     assert passes[:, *under] == pytest.approx([0.0, 1.0, 1.0, 2.0], rel=0.1)
     area = passes.sum(axis=(1, 2)) * sheet.cell_size**2
     assert area == pytest.approx([0.0, 2.5, 2.5, 5.0], rel=0.03)
 
 
-def test_what_goes_further_than_a_stone_can_is_no_lane(rng):
+def test_what_goes_further_than_a_stone_can_leaves_no_wear_track(rng):
     rubbish = rng.uniform(-1.5, 1.5, (400, 2))
-    assert np.hypot(*np.diff(rubbish, axis=0).T).sum() > LONGEST
-    assert len(Lanes.of([(0, rubbish), (1, np.zeros((0, 2)))]).paths) == 0
+    assert np.hypot(*np.diff(rubbish, axis=0).T).sum() > LONGEST_PATH
+    assert len(WearTracks.of([(0, rubbish), (1, np.zeros((0, 2)))]).paths) == 0
 
 
 @pytest.mark.parametrize("cell_size", [0.1, 0.5])
 def test_the_forward_model_runs_on_the_ice_that_stones_have_left(rng, cell_size):
     ice = wearing(-0.03, cell_size)
     session = open_session(play(ice, rng, throws=6, sigma=0.0, scatter=0.0))
-    exact = Noise(white=(1e-3, 1e-3, 1e-2), fading=(0.0,) * 3, memory=(0.1,) * 3)
+    exact = SessionNoise(white=(1e-3, 1e-3, 1e-2), fading=(0.0, 0.0, 0.0), memory=(0.1, 0.1, 0.1))
     model = base_model(ice, session)
     worn = fit(model, session, exact, spreads=np.zeros(1), shared=False)
     untouched = model.without(model.terms[0].label)
@@ -97,7 +97,7 @@ def test_wear_along_paths_is_named_sized_and_kept(rng, cell_size):
     along = effect["parameters"]["along_path"]
     assert abs(along["value"] - ALONG) < max(3 * along["stderr"], 0.1 * abs(ALONG))
     assert "where stones have run" in document(found)["verdict"]
-    ice = improved_ice(found)
+    ice = found.improved_ice()
     assert wear_along_path(ice) == pytest.approx(along["value"], rel=1e-4)
     assert ice.sheet.cell_size == pytest.approx(cell_size)
     again = discover(tracks, ice)
@@ -114,14 +114,14 @@ def test_throws_held_out_wear_the_ice_all_the_same(rng):
     session = open_session(play(wearing(), rng))
     some = session.only([3, 7, 11])
     sheet = replace(PAPER_SHEET, cell_size=0.1)
-    whole = session.lanes.passes(sheet)[session.lanes.before(session.orders)]
-    kept = some.lanes.passes(sheet)[some.lanes.before(some.orders)]
+    whole = session.wear_tracks.passes(sheet)[session.wear_tracks.before(session.orders)]
+    kept = some.wear_tracks.passes(sheet)[some.wear_tracks.before(some.orders)]
     assert np.array_equal(kept, whole[[3, 7, 11]])
     thinned = session.without_rows(np.arange(len(session.times)) % 5 == 4)
-    assert thinned.lanes is session.lanes
+    assert thinned.wear_tracks is session.wear_tracks
 
 
-def test_both_forms_of_wear_are_candidates_until_one_is_in_the_model(rng):
+def test_both_kinds_of_wear_are_candidates_until_one_is_in_the_model(rng):
     session = open_session(play(wearing(0.0), rng, throws=3))
     labels = {term.label for term in candidates(session)}
     assert {"pebble_wear", LABEL} <= labels
@@ -130,10 +130,10 @@ def test_both_forms_of_wear_are_candidates_until_one_is_in_the_model(rng):
     assert "pebble_wear" in left
     assert LABEL not in left
     first = session.only([0])
-    alone = replace(first, lanes=replace(first.lanes, orders=first.orders))
+    alone = replace(first, wear_tracks=replace(first.wear_tracks, orders=first.orders))
     assert LABEL not in {term.label for term in candidates(alone)}
 
 
-def test_cells_narrow_enough_for_a_lane():
+def test_cells_are_narrow_enough_for_a_worn_track():
     for cell_size, times in ((0.5, 5), (0.25, 3), (0.125, 1), (0.1, 1), (0.3, 3)):
-        assert times_to_tell_lanes_apart(replace(PAPER_SHEET, cell_size=cell_size)) == times
+        assert wear_refinement(replace(PAPER_SHEET, cell_size=cell_size)) == times

@@ -2,9 +2,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from friction_estimation.discovery.data.outliers import without_wild_rows
+from friction_estimation.discovery.data.outliers import without_outliers
 from friction_estimation.discovery.data.session import open_session
-from friction_estimation.discovery.model.noise import Noise, estimate_noise, whiten_session
+from friction_estimation.discovery.model.noise import SessionNoise, estimate_noise, whiten_session
 
 
 def coloured(t, sigma, memory, rng):
@@ -41,7 +41,9 @@ def test_a_slow_misfit_is_not_taken_for_noise(make_session, rng):
 def test_whitened_noise_is_white_and_of_unit_size(make_session, rng):
     session = open_session(make_session())
     residual = residuals_of(session, 0.005, 0.3, rng)
-    noise = Noise(white=3 * (1e-6,), fading=3 * (0.005,), memory=3 * (0.3,))
+    noise = SessionNoise(
+        white=(1e-6, 1e-6, 1e-6), fading=(0.005, 0.005, 0.005), memory=(0.3, 0.3, 0.3)
+    )
     work = residual[:, :, None].copy()
     table = noise.table()
     whiten_session(work, session.times, session.sigma, session.starts, table, np.empty(1))
@@ -54,6 +56,6 @@ def test_rows_off_by_centimetres_leave_and_others_stay(make_session, rng):
     track = make_session()[3]
     wild = rng.choice(np.arange(5, len(track) - 5), 4, replace=False)
     track.xy[wild] += 0.05
-    cleaned = without_wild_rows(track)
+    cleaned = without_outliers(track)
     assert not np.isin(track.t[wild], cleaned.t).any()
     assert len(cleaned) > 0.97 * len(track)

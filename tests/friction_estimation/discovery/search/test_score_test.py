@@ -6,8 +6,8 @@ import pytest
 from friction_estimation.discovery.data.session import open_session
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import candidates
-from friction_estimation.discovery.search.patches import find_patch
-from friction_estimation.discovery.search.score_test import holm, screen, sign_flip_p
+from friction_estimation.discovery.search.patches import find_patches
+from friction_estimation.discovery.search.score_test import holm, score_candidates, sign_flip_p
 from friction_estimation.discovery.search.selection import fit_with_noise
 
 from ..conftest import effect
@@ -30,16 +30,15 @@ def test_holm():
 def test_the_hidden_effect_comes_first(make_session):
     session = open_session(make_session([effect("curl", strength=0.005)]))
     fitted = fit_with_noise(base_model(None, session), session)
-    looks = screen(fitted, candidates(fitted.session))
-    assert looks[0].term.name == "curl"
-    assert all(value > 0 for look in looks for value in look.smallest.values())
+    scores = score_candidates(fitted, candidates(fitted.session))
+    assert scores[0].term.name == "curl"
+    assert all(value > 0 for score in scores for value in score.smallest.values())
 
 
 def test_the_patch_is_found_where_it_is(make_session):
     patch = effect("friction_patch", x_min=-3.0, x_max=3.0, y_min=-4.0, y_max=0.0, factor=1.2)
     session = open_session(make_session([patch]))
     fitted = fit_with_noise(base_model(None, session), session)
-    found = find_patch(fitted)
-    assert found is not None
+    (found,) = find_patches(fitted)
     assert abs(found.values["y_min"] + 4.0) < 1.6
     assert abs(found.values["y_max"]) < 1.6

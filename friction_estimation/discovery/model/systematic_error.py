@@ -1,12 +1,12 @@
-"""Errors of measured places that all throws share: what a place does to a track, not the ice.
+"""Systematic errors of a camera: displacements of measured places that all throws share.
 
-What is left of a lens, a pose and a stone's outline displaces every stone that passes a place by
-the same millimetres, and no number of throws averages that away. The displacement is taken for a
-smooth field over the sheet, Gaussian, as wide as the throws themselves say: its coefficients are
-shared parameters with a prior, found beside those of the ice, and its amplitude is the likeliest.
-Beside it the look learnt for the stone may be off its centre, by as little.
+The rest of a lens, a pose and a stone's outline that no calibration removes displaces every stone
+that passes a place by the same millimetres, and no number of throws averages that away. The
+displacement is modelled as a smooth Gaussian field over the sheet. Its coefficients are shared
+parameters with a prior, found beside those of the ice; its amplitude is the most likely one.
+Beside it the point that is tracked may be off the stone's centre, by as little.
 An amplitude beyond that of a good calibration is not allowed: a lens that is wrong by centimetres
-is to be found, not to be swallowed.
+is to be found, not to be absorbed.
 """
 
 from __future__ import annotations
@@ -18,29 +18,24 @@ import numpy as np
 
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
-
-LENGTH = 7.0
-"""Over which the field changes along the sheet [m]: lenses, poses and outlines bend no faster."""
-SPACING = 4.5
-"""Between the nodes along the sheet that span the field [m]."""
-TIMES_CLAIMED = (0.5, 3.0)
-"""Least and largest amplitude over the standard error that the tracks claim. What is shared by all
-throws looks like ice in part, so that the throws alone never rule it out."""
-WIDEST = (2e-3, 8e-3)
-"""The same in metres at most. A tracker that notices that its lens is wrong claims decimetres."""
-STEPS = 6
-"""Amplitudes tried."""
+from friction_estimation.discovery.tuning import (
+    SYSTEMATIC_AMPLITUDES,
+    SYSTEMATIC_LENGTH,
+    SYSTEMATIC_LIMITS,
+    SYSTEMATIC_NODE_SPACING,
+    SYSTEMATIC_OVER_CLAIMED,
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Misplacement:
-    """A displacement of measured places: smooth along the sheet, linear across it; and one that
-    turns with the stone.
+class SystematicError:
+    """A displacement of measured places, smooth along the sheet and linear across it, and another
+    that turns with the stone.
 
     Parameters
     ----------
-    nodes : (n,) along the sheet [m]
-    amplitudes : that may be tried [m]
+    nodes : (n,) places along the sheet [m]
+    amplitudes : amplitudes that may be tried [m]
     amplitude : standard deviation of each coordinate on the centre line [m]
     values : (4 n + 2,) coefficients; the last two are ahead of the centre and to the left of the
         heading
@@ -54,7 +49,7 @@ class Misplacement:
     held: bool = False
 
     def __len__(self) -> int:
-        """Coefficients that a fit may change."""
+        """Number of coefficients that a fit may change."""
         return 0 if self.held else len(self.values)
 
     @cached_property
@@ -74,7 +69,7 @@ class Misplacement:
         return out
 
     def displacement(self, xy: Floats, theta: Floats) -> Floats:
-        """Displacements of places, (rows, 2) [m]."""
+        """Displacements of places (rows, 2) with headings (rows,), (rows, 2) [m]."""
         ahead, left = self.values[-2:]
         cosine, sine = np.cos(theta), np.sin(theta)
         turning = np.column_stack([ahead * cosine - left * sine, ahead * sine + left * cosine])
@@ -88,31 +83,31 @@ class Misplacement:
     def deviations(self) -> Floats:
         """Prior standard deviation of each coefficient, (4 n + 2,) [m].
 
-        That which turns with the stone stays at the least amplitude: more is a tracked point beside
-        the centre, and to be found.
+        For the two that turn with the stone it stays at the least amplitude: more is a tracked
+        point beside the centre, which is an effect and is to be found.
         """
         out = np.full(len(self.values), self.amplitude)
         out[-2:] = self.amplitudes[0]
         return out
 
-    def at(self, values: Floats) -> Misplacement:
-        """With other coefficients."""
+    def at(self, values: Floats) -> SystematicError:
+        """The same with other coefficients."""
         return replace(self, values=values)
 
 
 def _correlation(y: Floats, nodes: Floats) -> Floats:
-    return np.exp(-0.5 * ((y[:, None] - nodes) / LENGTH) ** 2)
+    return np.exp(-0.5 * ((y[:, None] - nodes) / SYSTEMATIC_LENGTH) ** 2)
 
 
-def misplacement_of(session: Session) -> Misplacement | None:
-    """A field that is still zero, over all places of a session; None where tracks do not err so."""
+def systematic_error_of(session: Session) -> SystematicError | None:
+    """A systematic error of zero over all places of a session; None for tracks without any."""
     if session.claimed <= 0.0:
         return None
     low, high = float(session.xy[:, 1].min()), float(session.xy[:, 1].max())
-    nodes = np.linspace(low, high, max(3, int(np.ceil((high - low) / SPACING)) + 1))
-    least, most = np.minimum(np.array(TIMES_CLAIMED) * session.claimed, WIDEST)
-    amplitudes = np.geomspace(least, most, STEPS)
-    return Misplacement(
+    nodes = np.linspace(low, high, max(3, int(np.ceil((high - low) / SYSTEMATIC_NODE_SPACING)) + 1))
+    least, most = np.minimum(np.array(SYSTEMATIC_OVER_CLAIMED) * session.claimed, SYSTEMATIC_LIMITS)
+    amplitudes = np.geomspace(least, most, SYSTEMATIC_AMPLITUDES)
+    return SystematicError(
         nodes=nodes,
         amplitudes=amplitudes,
         amplitude=float(amplitudes[0]),

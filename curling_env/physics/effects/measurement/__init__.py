@@ -1,0 +1,1 @@
+"""Entries of an ice file that the stone does not feel: errors of the measurement, and remarks."""

@@ -1,0 +1,25 @@
+"""All lengths in the tracks off by one factor."""
+
+from curling_env.physics.effects.card import EffectCard, Parameter
+
+CARD = EffectCard(
+    name="scale_error",
+    title="All lengths off by a factor",
+    readable="lengths that are off by a factor",
+    formula="reported x = factor·x",
+    parameters=(
+        Parameter(
+            name="factor",
+            unit="1",
+            meaning="measured length over the true one",
+            low=0.5,
+            high=2.0,
+            neutral=1.0,
+        ),
+    ),
+    source="dimensional analysis: with x′ = λx and t′ = κt, friction becomes μ·λ/κ²",
+    validity="one camera and one session",
+    evidence="a known length on the ice; throws alone cannot show it, because friction absorbs it",
+    acts="measurement",
+    dissipative=False,
+)

@@ -1,0 +1,188 @@
+"""The tuned numbers of discovery.
+
+They were tuned on sessions of `scripts/blind_benchmark.py` (seed 101; films: `--film`), whose
+generator shares no formula and no integrator with discovery. The results in docs/results.md come
+from other seeds.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+# --- outliers and noise ------------------------------------------------------------------------
+SLOWEST_NOISE_PERIOD = 2.0
+"""Whatever swings slower than this may be physics [s]."""
+OUTLIER_DEVIATIONS = 4.5
+"""Robust standard deviations of the fast part beyond which a row is an outlier: one good row in
+150 000."""
+LEAST_ROWS = 20
+"""Rows below which a series is left as it is."""
+LEAST_NOISE = (2e-4, 2e-4)
+"""Smallest noise of a coordinate and of the heading [m, rad]: simulated tracks are rounded, and no
+other is perfect."""
+LEAST_TRACK_NOISE = (1e-3, 5e-3)
+"""The same for a track before any fit: slow cosines leave a little where it begins and ends."""
+MEMORY_BOUNDS = (0.05, 0.7)
+"""Shortest and longest memory of the noise [s]: a longer one looks like physics."""
+FILM_MEMORY_BOUNDS = (0.05, 2.0)
+"""The same for tracks from film."""
+SLOWEST_FILM_NOISE_PERIOD = 6.0
+"""Whatever swings slower than this in a track from film may be physics [s]. A tracked point that
+winds about the stone's centre is faster; it is found even so, because it winds in step in all
+throws."""
+SMOOTHED_PERIOD = 2.5
+"""Whatever swings faster than this a smoother has flattened [s]."""
+SMOOTHED_JITTER = 0.3
+"""Jitter from row to row, over the standard error that a track claims, below which the track counts
+as smoothed. Tracks from film have 0.01 to 0.13."""
+SMOOTHED_SPACING = 1.0 / 3.0
+"""Time between the rows that are kept of a smoothed track [s]: those between say nothing new."""
+NOISE_THROWS = 24
+"""Throws from which the noise is learnt at most, spread over the session. With eight throws its
+slow part is good to 20 % only."""
+
+# --- sessions ----------------------------------------------------------------------------------
+LEAST_THROWS = 8
+"""Throws below which nothing is named."""
+HIGHEST_FRAME_RATE = 40.0
+"""Rows a second that are kept of faster films [1/s]: a slide is smooth over 25 ms."""
+LEAST_HEADINGS = 10
+"""Rows with a heading from which a throw's spin counts as measured."""
+SURE_BEND = 5.0
+"""Standard errors from which paths are taken to bend with the rotation."""
+USUAL_SPIN = 1.5
+"""Spin of a throw whose heading was never measured [rad/s]."""
+USUAL_SPIN_SIGMA = 0.6
+"""Prior standard deviation of that spin [rad/s]: one to three turns."""
+USUAL_FRICTION = 0.009
+"""μ from which a plain baseline is fitted: that of a draw of 25 s."""
+
+# --- references --------------------------------------------------------------------------------
+LENGTH_ERROR = 0.02
+"""Usual standard error of a length that is read off the tracks [m]: the width of a line."""
+CLOCK_ERROR = 0.2
+"""Usual standard error of an interval by a stopwatch [s]."""
+CLEARLY_OFF = 3.0
+"""Standard errors by which a calibration factor must differ from one to be named."""
+
+# --- systematic errors of the camera -----------------------------------------------------------
+SYSTEMATIC_LENGTH = 7.0
+"""Distance along the sheet over which they change [m]: no lens, pose or outline bends faster."""
+SYSTEMATIC_NODE_SPACING = 4.5
+"""Distance between the nodes along the sheet that span them [m]."""
+SYSTEMATIC_OVER_CLAIMED = (0.5, 3.0)
+"""Least and largest amplitude over the standard error that the tracks claim. Whatever all throws
+share looks like ice in part, so that the throws alone never rule it out."""
+SYSTEMATIC_LIMITS = (2e-3, 8e-3)
+"""Upper limits of the least and of the largest amplitude [m]. A tracker that notices that its lens
+is wrong claims decimetres."""
+SYSTEMATIC_AMPLITUDES = 6
+"""Number of amplitudes that are tried."""
+
+# --- fit ---------------------------------------------------------------------------------------
+TRIED_SPREADS = np.concatenate([[0.0], np.geomspace(2e-4, 0.3, 30)])
+"""Throw-to-throw spreads of ln μ that a fit tries."""
+INTEGRATED_SPREADS = np.concatenate([[0.0], np.geomspace(1e-4, 0.3, 80)])
+"""Throw-to-throw spreads of ln μ over which intervals integrate. All are equally likely beforehand
+(Gelman, Prior distributions for variance parameters, Bayesian Analysis 1 (2006))."""
+COUPLING_SIGMA = 0.15
+"""Prior standard deviation of ln(m·r²/I), which turns friction into torque: inertia ±10 %, radius
+of the band ±5 %."""
+RELEASE_SIGMA = np.array([100.0, 100.0, 20.0, 20.0, 1e3, 50.0])
+"""Weak prior standard deviations of a release [m, m/s, rad, rad/s], which keep a throw without
+heading solvable."""
+LARGEST_LN_FACTOR = 2.0
+"""Largest |ln factor| of a throw's friction that a fit may try: seven times heavier or keener."""
+CONVERGED = 0.05
+"""Fall of the deviance in a step below which a fit has converged."""
+PATH_STEP = 3e-3
+"""How far a finite difference in a parameter should move a path [m]."""
+
+# --- selection ---------------------------------------------------------------------------------
+LEAST_GAIN = 16.0
+"""Fall of −2 ln likelihood that an effect must bring. Chance brings as much once in three thousand
+sessions, even for effects between throws, of which a dozen throws tell."""
+GAIN_PER_PARAMETER = 4.0
+"""More of it for every parameter beyond the first."""
+LEAST_LINEAR_GAIN = 6.0
+"""Linear gain below which a candidate is not fitted."""
+MOST_TRIALS = 9
+"""Candidates that are fitted in a round. Generous: an effect whose usual shape is wrong looks poor
+until its shape is fitted."""
+MOST_BETWEEN_THROWS_TRIALS = 2
+"""Of these, effects between throws: where something else is missing they all look alike."""
+MOST_EFFECTS = 4
+"""Most effects that are named."""
+RULED_OUT = 12.0
+"""A candidate whose −2 ln likelihood is worse than the chosen one's by this is ruled out (a
+likelihood ratio of 400)."""
+ALIKE_COSINE = 0.95
+"""|cosine| of projected sensitivities above which two candidates look alike."""
+CLEARLY_SEEN = 5.0
+"""Standard errors from which an effect would have been named."""
+LEFT_OUT_INFORMATION = 0.02
+"""Part of its information that a parameter keeps when the throw that told it is left out."""
+
+# --- patches -----------------------------------------------------------------------------------
+PATCH_CELL = (0.25, 1.0)
+"""Width and length of the cells of the search for a patch [m]: stones rarely run closer than this
+side by side."""
+LONGEST_PATCH = 16
+"""Longest rectangle that is tried, in cells: a longer one is the sheet, not a patch."""
+SIDE_SHIFTS = (-0.8, -0.5, -0.3, -0.2, -0.12, -0.06, 0.06, 0.12, 0.2, 0.3, 0.5, 0.8)
+"""How far a side of a patch is moved from the search's grid to see whether it fits better [m]."""
+NARROWEST_PATCH = 0.15
+"""Narrowest patch [m]: a stone's running band."""
+
+# --- what is left ------------------------------------------------------------------------------
+WHITE_RATIO = 1.15
+"""Slow residuals over what the noise foretells, up to which they count as white: the noise's own
+spectrum is an estimate."""
+WHITE_RATIO_WITH_MEMORY = 1.25
+"""The same for noise with a memory, most of which is slower than the part it is learnt from: three
+standard deviations of what 16 throws show of a memory of 0.3 s."""
+WHITE_RATIO_OF_FILM = 2.0
+"""The same for tracks from film, whose noise is learnt within seconds and carried on to what lasts
+for a throw."""
+NOT_WHITE = 4.0
+"""Standard deviations of χ² beyond which residuals are not white."""
+
+# --- evidence ----------------------------------------------------------------------------------
+LARGEST_P = 0.05
+"""Corrected probability up to which an effect is proved."""
+LARGEST_P_BETWEEN_THROWS = 0.004
+"""p below which an effect between throws is taken up, and below which the throws' frictions follow
+something. There are few throws and many such effects, and a wrong name is worse than none."""
+PERMUTATIONS = 4000
+"""Permutations of the throws' frictions: p down to 1/4000."""
+LEAST_CLOSURE = 0.9
+"""Part of the misfit that named effects must close, noise allowed for."""
+LEAST_CLOSURE_BESIDE_UNKNOWN = 0.97
+"""The same where something unknown is left that follows no variable: a proxy closes up to 0.97."""
+SURPRISING_THROW = 6.0
+"""Standard deviations of χ² beyond which a throw differs from the model."""
+EVENT_SHARE = 0.7
+"""Part of all misfit that must go with the throws in which something may have happened once."""
+MOST_EVENTS = 0.15
+"""Largest part of the throws in which something may have happened once; more is no accident."""
+HELD_OUT_SHARE = 0.25
+"""Part of the throws that is held out."""
+FORECAST_SECONDS = 4.0
+"""First part of a throw, from which its forecast is made [s]: a sweeper has called by then."""
+RIVAL_GAIN = 0.8
+"""Part of an effect's gain from which a candidate is fitted in its place."""
+TABLE_WORTH = 0.9
+"""Part of the forecast gap to which a table for the unknown must reduce it."""
+
+# --- what the unknown follows ------------------------------------------------------------------
+MOST_VARIABLES = 3
+"""Most variables that are named."""
+FURTHER_VARIABLE_GAIN = 0.1
+"""Part of the first variable's gain that a further one must bring."""
+LEAST_VARIABLE_GAIN = 12.0
+"""Least fall of the left-out deviance that a variable must bring."""
+USUAL_PUSHES = np.array([0.004, 0.004, 0.01, 0.004, 0.004])
+"""Prior standard deviations of the pushes along, left, turn, along and across the sheet [m/s²,
+rad/s²]: some per cent of friction."""
+PUSH_SCALES = (0.1, 0.3, 1.0, 3.0)
+"""Multiples of these that are tried; the best for throws not seen is taken."""
