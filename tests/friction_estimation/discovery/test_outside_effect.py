@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from curling_env.envs.sheet.observation import Observation, knowledge
+from curling_env.envs.sheet.observation import Observation, ice_features
 from curling_env.ice import ActiveEffect, Ice
 from curling_env.physics.effects import unregister
 from curling_env.sheet import Direction
@@ -90,7 +90,7 @@ def test_an_agent_is_told_of_it(trough):
     before = Observation(slots=2, width=4.5).names
     place = before.index("trough.rate") - 3
     ice = Ice.uniform(0.009, effects=(ActiveEffect(name="trough", parameters={"rate": 0.002}),))
-    told = knowledge(ice, Direction.AWAY)
+    told = ice_features(ice, Direction.AWAY)
     assert told[place] == np.float32(0.5)
     # It comes after the effects of the project, whose places trained policies rely on.
     assert before[place + 2] == "slope.y"
