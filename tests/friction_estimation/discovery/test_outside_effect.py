@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from curling_env.envs.sheet.observation import Observation, ice_features
+from curling_env.envs.sheet.observation import SheetObservation, ice_features
 from curling_env.ice import ActiveEffect, Ice
 from curling_env.physics.effects import unregister
 from curling_env.sheet import Direction
@@ -87,7 +87,7 @@ def test_its_file_alone_makes_it_named_sized_and_drawn(make_session, trough, tmp
 
 
 def test_an_agent_is_told_of_it(trough):
-    before = Observation(slots=2, width=4.5).names
+    before = SheetObservation(slots=2, width=4.5).names
     place = before.index("trough.rate") - 3
     ice = Ice.uniform(0.009, effects=(ActiveEffect(name="trough", parameters={"rate": 0.002}),))
     told = ice_features(ice, Direction.AWAY)
@@ -98,7 +98,7 @@ def test_an_agent_is_told_of_it(trough):
 
 
 def test_what_is_known_of_the_projects_effects_keeps_its_places():
-    names = Observation(slots=1, width=4.5).names
+    names = SheetObservation(slots=1, width=4.5).names
     first = names.index("speed_dependent_friction.exponent")
     assert names[first : first + 8] == (
         "speed_dependent_friction.exponent",
