@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from curling_env.ice import Ice, load_ice
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
+from curling_env.throw import Throw
 from curling_env.typing import Floats
 
 REPEATS = 3
@@ -160,6 +161,7 @@ def measures() -> Iterator[Measure]:
     yield Measure(name="import_ms", value=import_time(), unit="ms")
     yield from _batch()
     yield from _environment()
+    yield _clones_of_a_state()
     yield from _pymunk_only()
 
 
@@ -231,6 +233,24 @@ def _steps(env: Any, n: int = 20) -> int:
         if ended or cut:
             env.reset()
     return n
+
+
+def _clones_of_a_state() -> Measure:
+    """How often a search can clone the state of an end."""
+    from copy import deepcopy
+
+    from curling_env.game import TYPICAL_EVOLUTION, Call, GameSimulator
+
+    simulator = GameSimulator(ice_evolution=TYPICAL_EVOLUTION)
+    begun = simulator.begin_end(simulator.new_game(0))
+    state, _ = simulator.play(begun, Call(throw=Throw(speed=2.0)))
+
+    def work() -> int:
+        for _ in range(2000):
+            deepcopy(state)
+        return 2000
+
+    return Measure(name="end_state_clones_per_s", value=rate(work), unit="clones/s")
 
 
 def _pymunk_only() -> Iterator[Measure]:
