@@ -189,7 +189,7 @@ def _missing_effect(ax: Axes, found: Findings) -> None:
     )
 
 
-def _view_of(found: Findings) -> figures.View:
+def _view_of(found: Findings) -> figures.Projection:
     return figures.from_the_thrower(found.plan.direction)
 
 

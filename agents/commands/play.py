@@ -79,7 +79,7 @@ def play(
         curling play --home greedy --away rulebased --ice ice.json --seed 7 --json
         curling play --home rulebased --away greedy --rules mixed_doubles_2024
     """
-    from agents.playing.match import Match, Played
+    from agents.playing.match import Match, PlayedGame
     from agents.playing.record import result_of, write_record
     from agents.playing.replay.film import write_film
     from agents.playing.replay.page import write_page
@@ -113,7 +113,7 @@ def play(
     )
     stones = chosen.ends * chosen.deliveries
     deliveries = tuple(progress(match, "playing", total=stones, unit="stone"))
-    played = Played(players=players, deliveries=deliveries, game=match.game)
+    played = PlayedGame(players=players, deliveries=deliveries, game=match.game)
     if output is not None:
         folder = make_directory(output)
         lines = write_record(folder / "game.jsonl", played, simulator, ice=ice, seed=seed)

@@ -1,4 +1,4 @@
-"""`curling tournament`: everybody against everybody."""
+"""`curling tournament`: many games between players, everybody against everybody."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from agents.commands.play import RulesOption, SkillOption, StillOption, SweepOption
-from curling_env.commands.cli import IceOption, SeedOption, print_json, progress
+from curling_env.commands.cli import IceOption, SeedOption, print_json, progress_bar
 
 
 def tournament(
@@ -19,9 +19,9 @@ def tournament(
             "files of models of `curling train`.",
         ),
     ],
-    games: Annotated[int, typer.Option(min=1, help="Between every two of them.")] = 20,
+    games: Annotated[int, typer.Option(min=1, help="Games between every two players.")] = 20,
     ends: Annotated[
-        int | None, typer.Option(min=1, help="Of a game; the rules' own number without it.")
+        int | None, typer.Option(min=1, help="Ends of a game; by default the number of the rules.")
     ] = 8,
     ice: IceOption = "standard",
     rules: RulesOption = "world_curling_2024",
@@ -32,19 +32,18 @@ def tournament(
         str,
         typer.Option(
             metavar="N|ray|ray://HOST:PORT",
-            help="Local processes, or a Ray cluster: the one at hand, or the one at an address.",
+            help="Local processes, the current Ray cluster, or the one at an address.",
         ),
     ] = "1",
-    as_json: Annotated[bool, typer.Option("--json", help="The table as JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the table as JSON.")] = False,
     seed: SeedOption = 0,
 ) -> None:
-    """Let players meet in many games: who wins how often, and how sure that is.
+    """Play many games between players: who wins how often, and how sure that is.
 
-    Every two play the same number of games, each as home and with the hammer equally often. The
-    table has the share of games won and an Elo rating, both with their 95 % interval: intervals
-    that overlap mean that more games are needed. Games are played side by side on as many workers
-    as there are, and the table is the same on any number of them, unless a player thinks by the
-    clock (search:0.2s).
+    Every two players play the same number of games, each as home and with the hammer equally often.
+    The table shows the share of games won and an Elo rating, both with their 95 % interval; where
+    intervals overlap, more games are needed. Games are played side by side on all workers, and the
+    table is the same on any number of them, unless a player thinks by the clock (search:0.2s).
 
     \b
     Examples:
@@ -66,14 +65,11 @@ def tournament(
         ice_evolution=NO_EVOLUTION if still else TYPICAL_EVOLUTION,
         sweeping=sweep,
     )
-    table = play_tournament(
-        simulator,
-        [player_from(name) for name in players],
-        games=games,
-        seed=seed,
-        through=lambda items, label: progress(items, label, unit="game"),
-        workers=workers,
-    )
+    opponents = [player_from(name) for name in players]
+    with progress_bar(unit="game") as progress:
+        table = play_tournament(
+            simulator, opponents, games=games, seed=seed, progress=progress, workers=workers
+        )
     if as_json:
         print_json(
             {

@@ -1,4 +1,4 @@
-"""`curling train`: an agent that learns to draw, measured beside the planner."""
+"""`curling train`: train an agent to draw, or a player of ends."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from curling_env.commands.cli import IceOption, OutputDirectory, print_json, progress, say
+from curling_env.commands.cli import IceOption, OutputDirectory, print_json, progress_bar, say
 from curling_env.errors import InputError
 
 
@@ -16,17 +16,18 @@ def train(
         str,
         typer.Option(
             metavar="NAME|FILE",
-            help="What is learnt and how: one of the project's configurations or a YAML file.",
+            help="What to learn and how: one of the project's configurations, or a YAML file.",
         ),
     ] = "house-one-ice",
     ice: IceOption = "standard",
     output: OutputDirectory = Path("runs/train"),
     steps: Annotated[
-        int | None, typer.Option(min=1, help="Throws to learn from, if not the configured.")
+        int | None,
+        typer.Option(min=1, help="Throws to learn from; by default as configured."),
     ] = None,
     skill: Annotated[
         str | None,
-        typer.Option(help="The hand: none, elite, champion, club, if not the configured."),
+        typer.Option(help="Skill: none, elite, champion or club; by default as configured."),
     ] = None,
     checkpoint_every: Annotated[
         int | None, typer.Option(min=0, help="Throws between checkpoints; 0 for none.")
@@ -35,42 +36,43 @@ def train(
         Path | None,
         typer.Option(
             metavar="CHECKPOINT.npz|DIR",
-            help="Go on from a checkpoint, or from the last one in a run's folder.",
+            help="Go on from a checkpoint, or from the last one in the folder of a run.",
         ),
     ] = None,
     workers: Annotated[
         str | None,
         typer.Option(
             metavar="rllib:N",
-            help="Learn with RLlib: N workers share the sheets, on the Ray cluster or here.",
+            help="Learn with RLlib on N workers, on the Ray cluster or on this machine.",
         ),
     ] = None,
-    targets: Annotated[int, typer.Option(min=1, help="Draws in the evaluation.")] = 50,
+    targets: Annotated[int, typer.Option(min=1, help="Number of draws in the evaluation.")] = 50,
     seed: Annotated[
-        int | None, typer.Option(min=0, help="Of all randomness, if not the configured.")
+        int | None,
+        typer.Option(min=0, help="Seed of all randomness; by default as configured."),
     ] = None,
 ) -> None:
     """Train an agent to draw.
 
-    The agent learns on CurlingSheet-v0 with stable-baselines3, its throws carried out with a
-    player's execution error. A configuration says the rest, in the manner of RL Zoo: algorithm,
-    throws, policy, environment, hyperparameters. With `ices` in it the agent learns on random ices
-    of which it is told the estimated map, and --ice is not used.
+    The agent learns on CurlingSheet-v0 with stable-baselines3, and a player's execution error is
+    added to its throws. A configuration in the style of RL Zoo says the rest: algorithm, number of
+    throws, policy, environment and hyperparameters. If it has `ices`, the agent learns on random
+    ices whose estimated maps it sees, and --ice is not used.
 
-    At the end it is judged beside the planner and beside the best possible throw, on draws it has
-    not learnt from, with the same errors. Leaves model.npz, checkpoints, logs (CSV, and TensorBoard
-    if installed) and evaluation.json in the folder; models hold numbers and text only, so loading
-    one never runs code.
+    At the end the agent is compared with the planner and with the best possible throw, on new draws
+    with the same errors. The folder then holds model.npz, checkpoints, logs (CSV, and TensorBoard
+    if installed) and evaluation.json. Models hold numbers and text only: loading one never runs
+    code.
 
-    A run that was killed ends as if it had not been, to the last bit, when it is resumed; a
-    checkpoint knows its settings.
+    A run that was stopped and is resumed ends like one that was not, to the last bit. A checkpoint
+    holds its settings.
 
-    With --workers rllib:N the same configuration (PPO's) is learnt with RLlib, on as many machines
-    as the Ray cluster at hand has. The model is of the same kind; such a run keeps no checkpoints.
+    With --workers rllib:N a PPO configuration is trained with RLlib, on all machines of the current
+    Ray cluster. The model is of the same kind; such a run writes no checkpoints.
 
-    The configuration ends-league trains a player of ends instead: generations meet themselves and
-    their past selves. What is in the folder already is taken up. Its model.npz plays games
-    (`curling tournament runs/ends/model.npz greedy`).
+    The configuration ends-league trains a player of ends instead, in generations that play
+    themselves and earlier generations. A league that was stopped goes on in the same folder. Its
+    model.npz plays games (`curling tournament runs/ends/model.npz greedy`).
 
     \b
     Examples:
@@ -80,66 +82,49 @@ def train(
         curling train --workers rllib:8 -o runs/cluster
         curling train --config ends-league -o runs/ends
     """
-    import sys
-
-    from tqdm import tqdm
-
     from agents.learning import evaluation, training
-    from agents.learning.configuration import configuration, read_configuration, with_settings
+    from agents.learning.configuration import load_settings, read_configuration, with_settings
     from curling_env.ice import load_ice
     from curling_env.storage import write_json
 
     rllib_workers = None if workers is None else _rllib_workers(workers)
     if rllib_workers and resume is not None:
-        raise InputError("a run with RLlib keeps no checkpoints; --resume is for one without")
+        raise InputError(
+            "a run with RLlib writes no checkpoints, so --resume cannot be used with it"
+        )
     if resume is None:
         document = read_configuration(config)
         if isinstance(document, dict) and document.get("algorithm") == "league":
             if rllib_workers:
-                raise InputError("a league is not trained with RLlib", source=config)
-            _play_league(config, document, output, seed)
+                raise InputError("a league cannot be trained with RLlib", source=config)
+            _train_league(config, document, output, seed)
             return
     checkpoint = resume
     if resume is not None:
         checkpoint = training.latest_checkpoint(resume) if resume.is_dir() else resume
         settings = training.settings_of_run(checkpoint)
     else:
-        settings = configuration(config)
+        settings = load_settings(config)
     settings = with_settings(
         settings, n_timesteps=steps, skill=skill, checkpoint_every=checkpoint_every, seed=seed
     )
     thrown_on = load_ice(ice)
     if not (rllib_workers or training.has_tensorboard()):
         say("tensorboard is not installed: logs are CSV only (pip install 'curling-sheet[train]')")
-    bar: Any = None  # begins with the first throw, so that bad input is refused without one
-
-    def tell(done: int, reward: float) -> None:
-        nonlocal bar
-        if bar is None:
-            bar = tqdm(
-                total=settings.n_timesteps, initial=done, unit="throw", desc="learning",
-                leave=False, mininterval=0.5, file=sys.stderr,
-            )  # fmt: skip
-            return
-        bar.set_postfix_str(f"reward {reward:.2f}", refresh=False)
-        bar.update(done - bar.n)
-
-    try:
+    with progress_bar(unit="throw") as progress:
         if rllib_workers:
             from agents.learning import rllib
 
-            thrower = rllib.train(output, settings, thrown_on, workers=rllib_workers, tell=tell)
+            policy = rllib.train(
+                settings, output, thrown_on, workers=rllib_workers, progress=progress
+            )
         else:
-            thrower = training.train(output, settings, thrown_on, resume=checkpoint, tell=tell)
-    finally:
-        if bar is not None:
-            bar.close()
+            policy = training.train(
+                settings, output, thrown_on, resume=checkpoint, progress=progress
+            )
     say(f"the agent: {output / 'model.npz'}")
-    cases = evaluation.cases_of(settings, thrown_on, targets)
-    result = evaluation.judge(
-        thrower, cases, seed=settings.seed,
-        through=lambda items, label: progress(items, label, unit="draw"),
-    )  # fmt: skip
+    with progress_bar(unit="draw") as progress:
+        result = evaluation.evaluate(policy, thrown_on, draws=targets, progress=progress)
     write_json(output / "evaluation.json", result)
     over = result["agent_over_best"]
     misses = ", ".join(
@@ -147,7 +132,7 @@ def train(
         for name, who in (("agent", "agent"), ("planner", "planner"), ("best possible", "best"))
     )
     say(
-        f"mean miss with skill {settings.skill}, draws {result['draws']}: {misses}; agent over "
+        f"mean miss with skill {settings.skill}, {result['draws']} draws: {misses}; agent over "
         f"best {over['ratio']:.2f} ({over['low']:.2f}-{over['high']:.2f})"
     )
     print_json(result)
@@ -160,16 +145,15 @@ def _rllib_workers(text: str) -> int:
     return int(count)
 
 
-def _play_league(config: str, document: dict[str, Any], output: Path, seed: int | None) -> None:
+def _train_league(config: str, document: dict[str, Any], output: Path, seed: int | None) -> None:
     """Train a player of ends."""
-    from agents.playing.league.run import league_from, run_league
+    from agents.playing.league.run import run_league
+    from agents.playing.league.settings import league_settings
 
     try:
-        settings = league_from(document, **({} if seed is None else {"seed": seed}))
+        settings = league_settings(document, **({} if seed is None else {"seed": seed}))
     except InputError as error:
         raise InputError(error.problem, source=config) from error
-    run_league(
-        output, settings,
-        through=lambda items, label: progress(items, label, unit="batch"), tell=say,
-    )  # fmt: skip
+    with progress_bar(unit="batch") as progress:
+        run_league(output, settings, progress=progress, report=say)
     say(f"the agent: {output / 'model.npz'}")

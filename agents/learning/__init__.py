@@ -1,1 +1,10 @@
-"""Learning to throw: random ices, training runs, and trained policies in use."""
+"""Learning to throw: policies trained on `CurlingSheet-v0`, and their evaluation.
+
+- `configuration`: the settings of a run, from a YAML file
+- `training`: training with stable-baselines3, with checkpoints; `rllib`: training on a Ray cluster
+- `policy`: a trained policy and its throws
+- `evaluation`: a policy beside the planner and the best possible throw
+- `random_ice`: domain randomisation of the ice; `vector_env`: environments for stable-baselines3
+- `normalisation`: the normaliser of observations
+- `model_file`: trained models as files of arrays and JSON
+"""

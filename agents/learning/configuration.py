@@ -1,7 +1,7 @@
-"""How a training run is described: a YAML file in the manner of RL Zoo, or the settings it makes.
+"""The settings of a training run, from a YAML file like those of RL Zoo.
 
-A file names the algorithm, the throws in all, the policy and the environment; every other key is a
-parameter of the algorithm in stable-baselines3. What nobody knows is refused by name.
+A file names the algorithm, the number of throws, the policy and the environment. Every other key is
+a parameter of the algorithm in stable-baselines3. Unknown keys are refused by name.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from agents.learning.random_ice import KNOWN, RandomIces
+from agents.learning.random_ice import KNOWLEDGE, RandomIces
 from curling_env.envs.sheet.action import ThrowRange
 from curling_env.envs.sheet.env import CurlingSheetEnv
 from curling_env.envs.sheet.reward import RewardWeights
@@ -26,14 +26,14 @@ from curling_env.throw import skill_named
 ALGORITHMS = ("sac", "td3", "ppo")
 POLICY_KWARGS = ("net_arch", "activation_fn", "log_std_init")
 ACTIVATIONS = ("tanh", "relu", "elu")
-_OURS = frozenset(
+_NOT_HYPERPARAMETERS = frozenset(
     {"self", "policy", "env", "policy_kwargs", "seed", "device", "verbose", "tensorboard_log"}
     | {"_init_setup_model", "rollout_buffer_class", "rollout_buffer_kwargs", "action_noise"}
     | {"replay_buffer_class", "replay_buffer_kwargs"}
 )
-"""Parameters of the algorithms that are not hyperparameters, or that no text can give."""
-_NOT_OURS = frozenset({"self", "ice", "known_ice", "fps", "render_mode"})
-"""Parameters of the environment that a configuration does not choose."""
+"""Parameters of the algorithms that are not hyperparameters, or that a file cannot give."""
+_NOT_CONFIGURABLE = frozenset({"self", "ice", "known_ice", "fps", "render_mode"})
+"""Parameters of the environment that a configuration cannot choose."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,29 +43,30 @@ class TrainingSettings:
     Parameters
     ----------
     algorithm : ``sac``, ``td3`` or ``ppo``
-    n_timesteps : throws in all
-    n_envs : sheets side by side
-    policy : of stable-baselines3; ``MlpPolicy``
+    n_timesteps : number of throws in all
+    n_envs : number of environments side by side
+    policy : policy of stable-baselines3; only ``MlpPolicy``
     policy_kwargs : `net_arch` (units of the hidden layers), `activation_fn` (tanh, relu or elu),
-        `log_std_init` (of PPO's first spread)
-    normalize : whether observations are centred and scaled by their spread over the ices and
-        targets of the task; what never changes there is then left out
+        `log_std_init` (logarithm of PPO's first standard deviation)
+    normalize : whether observations are normalised by their mean and standard deviation over the
+        ices and targets of the task; constant numbers are then left out
     env_kwargs : options of `CurlingSheet-v0`; `throw_range` and `weights` as mappings
-    skill : of the hand that carries out what the agent means
-    practice : of the hand while it learns, where that is another: a steadier one shows more clearly
-        what a throw was worth, and what is best for it is nearly best for all
-    ices : the ices it learns on, where it is not one
-    knows : of each of them: ``map`` (the estimated map), ``mean`` (its mean friction) or
-        ``nothing``
-    noise : spread of the actions that TD3 explores with
-    hyperparameters : of the algorithm; a number may be a schedule, ``lin_1e-3`` (falls to zero)
+    skill : player whose execution error is added to the throws
+    practice : the player during training, if another one. A steadier player shows more clearly what
+        a throw was worth, and the best throw for it is nearly the best for all
+    ices : distribution of the ices to learn on; None for a single ice
+    knows : what the agent knows of a random ice: ``map`` (the estimated map), ``mean`` (its mean
+        friction) or ``nothing``
+    noise : standard deviation of TD3's exploring actions
+    hyperparameters : parameters of the algorithm; a number may be a schedule: ``lin_1e-3`` falls to
+        zero
     checkpoint_every : throws between checkpoints; 0 for none
     eval_freq : throws between evaluations; 0 for none
-    seed : of all randomness
+    seed : seed of everything random
 
     Raises
     ------
-    InputError : a setting that makes no sense, or that nobody knows
+    InputError : a setting is unknown or makes no sense
     """
 
     algorithm: str = "sac"
@@ -88,9 +89,9 @@ class TrainingSettings:
     def __post_init__(self) -> None:
         _one_of("algorithm", self.algorithm, ALGORITHMS)
         _one_of("policy", self.policy, ("MlpPolicy",))
-        _one_of("knows", self.knows, KNOWN)
-        for hand in (self.skill, self.practice or self.skill):
-            skill_named(hand)
+        _one_of("knows", self.knows, KNOWLEDGE)
+        for skill in (self.skill, self.practice or self.skill):
+            skill_named(skill)
         for name, least in (
             ("n_timesteps", 1), ("n_envs", 1), ("seed", 0), ("checkpoint_every", 0),
             ("eval_freq", 0),
@@ -115,15 +116,15 @@ class TrainingSettings:
         self.environment()
 
     def environment(self) -> dict[str, Any]:
-        """`env_kwargs` as `CurlingSheetEnv` takes them."""
+        """`env_kwargs` in the types that `CurlingSheetEnv` takes."""
         options = dict(self.env_kwargs)
         for name, kind in (("throw_range", ThrowRange), ("weights", RewardWeights)):
             if name in options:
-                options[name] = _made(kind, name, options[name])
+                options[name] = _dataclass_from(kind, name, options[name])
         return options
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain numbers and text, as `settings_from` reads them."""
+        """Plain numbers and text that `settings_from` can read."""
         document = {**asdict(self), **self.hyperparameters}
         del document["hyperparameters"]
         if self.ices is None:
@@ -132,11 +133,12 @@ class TrainingSettings:
 
 
 def settings_from(document: Any, **others: Any) -> TrainingSettings:
-    """Settings from the mapping that a configuration file holds.
+    """Settings from the mapping in a configuration file.
 
     Parameters
     ----------
-    others : settings that count instead of the mapping's
+    document : content of the file
+    others : settings that replace those of the file
 
     Raises
     ------
@@ -148,7 +150,7 @@ def settings_from(document: Any, **others: Any) -> TrainingSettings:
     ours = {f.name for f in fields(TrainingSettings)} - {"hyperparameters"}
     ices = given.get("ices")
     if ices is not None and not isinstance(ices, RandomIces):
-        given["ices"] = _made(RandomIces, "ices", ices)
+        given["ices"] = _dataclass_from(RandomIces, "ices", ices)
     settings = {name: value for name, value in given.items() if name in ours}
     rest = {name: _number(value) for name, value in given.items() if name not in ours}
     for name in ("policy_kwargs", "env_kwargs"):
@@ -157,12 +159,17 @@ def settings_from(document: Any, **others: Any) -> TrainingSettings:
     return TrainingSettings(**settings, hyperparameters=rest)
 
 
-def configuration(name: str | Path, **others: Any) -> TrainingSettings:
+def load_settings(name: str | Path, **others: Any) -> TrainingSettings:
     """Settings from a configuration file, or from one of the project's by its name.
+
+    Parameters
+    ----------
+    name : file, or one of `configurations`
+    others : settings that replace those of the file
 
     Raises
     ------
-    InputError : no such file, or one that describes no training of throws
+    InputError : there is no such file, or it does not describe the training of a policy
     """
     document = read_configuration(name)
     try:
@@ -172,11 +179,11 @@ def configuration(name: str | Path, **others: Any) -> TrainingSettings:
 
 
 def read_configuration(name: str | Path) -> Any:
-    """What a configuration file holds, or one of the project's by its name.
+    """The content of a configuration file, or of one of the project's by its name.
 
     Raises
     ------
-    InputError : no such file, or not YAML
+    InputError : there is no such file, or it is not YAML
     """
     import yaml
 
@@ -206,12 +213,12 @@ def schedule_of(value: Any) -> float | Callable[[float], float] | Any:
 
     Raises
     ------
-    InputError : a schedule that is none
+    InputError : text that is not a schedule
     """
     if not isinstance(value, str) or "_" not in value:
         return value
     kind, _, start = value.partition("_")
-    if kind == "auto":  # SAC's own way to say how its entropy coefficient begins
+    if kind == "auto":  # SAC's own form of its entropy coefficient
         return value
     try:
         first = float(start)
@@ -223,7 +230,7 @@ def schedule_of(value: Any) -> float | Callable[[float], float] | Any:
 
 
 def with_settings(settings: TrainingSettings, **others: Any) -> TrainingSettings:
-    """The same settings with some others; those that are None stay as they are."""
+    """The settings with some replaced; replacements that are None are ignored."""
     return replace(settings, **{name: v for name, v in others.items() if v is not None})
 
 
@@ -234,11 +241,11 @@ def _hyperparameters_of(algorithm: str) -> list[str]:
     import stable_baselines3 as sb3
 
     parameters = inspect.signature(getattr(sb3, algorithm.upper())).parameters
-    return sorted(set(parameters) - _OURS)
+    return sorted(set(parameters) - _NOT_HYPERPARAMETERS)
 
 
 def _options_of_environment() -> list[str]:
-    return sorted(set(inspect.signature(CurlingSheetEnv).parameters) - _NOT_OURS)
+    return sorted(set(inspect.signature(CurlingSheetEnv).parameters) - _NOT_CONFIGURABLE)
 
 
 def _one_of(name: str, value: Any, choices: tuple[str, ...]) -> None:
@@ -252,8 +259,8 @@ def _known_keys(where: str, given: Mapping[str, Any], known: Any) -> None:
         raise InputError(f"unknown key {unknown[0]!r} in {where}; known are {', '.join(known)}")
 
 
-def _made(kind: type, name: str, given: Any) -> Any:
-    """A dataclass from a mapping; lists become tuples, as it holds them."""
+def _dataclass_from(kind: type, name: str, given: Any) -> Any:
+    """A dataclass from a mapping, in which lists become tuples."""
     if not isinstance(given, dict):
         raise InputError(f"{name} must be a mapping, got {given!r}")
     _known_keys(name, given, [f.name for f in fields(kind)])
@@ -265,7 +272,7 @@ def _made(kind: type, name: str, given: Any) -> Any:
 
 
 def _number(value: Any) -> Any:
-    """YAML reads 1e-3, which has no point, as text."""
+    """A number from text where it is one: YAML reads 1e-3, which has no point, as text."""
     if isinstance(value, str):
         try:
             return float(value)

@@ -1,9 +1,10 @@
-"""How well throws get where they were meant to: agents beside the planner, on the same targets."""
+"""How close throws come to their targets: a policy beside the planner, on the same draws."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -13,35 +14,34 @@ from scipy.optimize import minimize
 
 import curling_env  # noqa: F401  (registers the environments)
 from agents.learning.configuration import TrainingSettings
-from agents.learning.policy import Thrower
+from agents.learning.policy import TrainedPolicy
 from agents.planning import plan
 from agents.planning.rollouts import roll_out_in_play
 from agents.planning.target_search import direction_to
 from curling_env.envs.sheet.action import ThrowRange
 from curling_env.errors import InputError
-from curling_env.ice import Ice
+from curling_env.ice import Ice, load_ice
 from curling_env.physics.one_stone.slide import NO_OBSTACLES
 from curling_env.sheet import HOUSE_RADIUS, Direction, to_delivery, to_sheet
 from curling_env.throw import MAX_SPEED, Skill, Throw, skill_named
-from curling_env.typing import Floats
-
-Through = Callable[[Iterable[Any], str], Iterable[Any]]
-"""Passes items on and shows how far it is: (items, label) -> the same items."""
+from curling_env.typing import Floats, Progress, no_progress, with_progress
 
 TRIALS = 256
 """Throws with execution error at each target."""
-RESAMPLES = 1000
-"""Sets of draws that are drawn from those made, for an interval."""
+TRIALS_OF_ONE_DRAW = 16 * TRIALS
+"""The same where there is only one draw."""
+BOOTSTRAP_SAMPLES = 1000
+"""Resampled sets of draws for a confidence interval."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Misses:
-    """How far one who throws missed the same targets.
+    """Distances from n targets.
 
     Parameters
     ----------
     exact : (n,) distance from each target without execution error [m]
-    with_error : (n, trials) the same with it [m]
+    with_error : (n, trials) distances with execution error [m]
     """
 
     exact: Floats
@@ -62,10 +62,10 @@ def rest_in_env(ice: Ice, throw: Throw, target: ArrayLike) -> Floats:
 
     Parameters
     ----------
-    target : sheet frame [m]; its half of the sheet is the end played to
+    target : (2,) target, sheet frame [m]; the end played to is the half of the sheet it lies in
     """
     direction = direction_to(np.asarray(target))
-    # Actions are single precision: a range close around the throw keeps it to a micrometre.
+    # Actions have single precision; a narrow range around the throw keeps it to a micrometre.
     around = ThrowRange(
         speed=(0.9 * throw.speed, min(1.1 * throw.speed, MAX_SPEED)),
         angle=(throw.angle - 0.01, throw.angle + 0.01),
@@ -86,36 +86,28 @@ def rest_in_env(ice: Ice, throw: Throw, target: ArrayLike) -> Floats:
 
 
 def house_targets(n: int, rng: np.random.Generator) -> Floats:
-    """Targets spread evenly over the away house, (n, 2) sheet frame [m]."""
+    """Targets uniformly distributed over the away house, (n, 2) sheet frame [m]."""
     radius = HOUSE_RADIUS * np.sqrt(rng.random(n))
     angle = 2 * np.pi * rng.random(n)
-    return to_sheet(np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]),
-                    Direction.AWAY)  # fmt: skip
+    places = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
+    return to_sheet(places, Direction.AWAY)
 
 
-def planner_throws(
-    ice: Ice,
-    targets: Floats,
-    skill: str | Skill,
-    through: Through = lambda items, label: items,
-) -> Floats:
-    """What the planner throws at each target, (n, 4)."""
-    throws: list[tuple[float, ...]] = []
-    for target in through(targets, "planning"):
-        throw = plan(ice, target, skill=skill).best.throw
-        throws.append((throw.speed, throw.angle, throw.spin, throw.x))
-    return np.array(throws)
+def planner_throw(ice: Ice, target: Floats, skill: str | Skill) -> Floats:
+    """The planner's throw at a target, (4,) speed, angle, spin and offset."""
+    throw = plan(ice, target, skill=skill).best.throw
+    return np.array([throw.speed, throw.angle, throw.spin, throw.x])
 
 
 @dataclass(frozen=True, kw_only=True)
-class Case:
-    """A draw that is asked for.
+class EvaluationDraw:
+    """A draw of an evaluation.
 
     Parameters
     ----------
-    ice : thrown on
-    known : what is known of it
-    target : (2,) sheet frame [m]
+    ice : ice that is thrown on
+    known : the ice as it is known
+    target : (2,) target, sheet frame [m]
     """
 
     ice: Ice
@@ -123,17 +115,22 @@ class Case:
     target: Floats
 
 
-def cases_of(settings: TrainingSettings, ice: Ice, n: int) -> list[Case]:
-    """Draws like those that were learnt, but others: unseen ices, other targets.
+def evaluation_draws(settings: TrainingSettings, ice: Ice, n: int) -> list[EvaluationDraw]:
+    """New draws like those of the training, on unseen ices and at other targets.
 
     Parameters
     ----------
-    ice : where the settings have no random ices
-    n : how many; one, where neither the ice nor the target changes
+    settings : settings of the training
+    ice : ice to throw on, where the settings have no random ices
+    n : number of draws; one where neither the ice nor the target changes
+
+    Raises
+    ------
+    InputError : the policy does not learn draws on an empty sheet
     """
     options = settings.environment()
     if options.get("task", "draw") != "draw" or options.get("stones", ()):
-        raise InputError("only draws on an empty sheet are judged beside the planner")
+        raise InputError("only draws on an empty sheet can be compared with the planner")
     rng = np.random.default_rng((settings.seed, 1_000_003))
     target = options.get("target")
     if settings.ices is None and not isinstance(target, str):
@@ -142,24 +139,19 @@ def cases_of(settings: TrainingSettings, ice: Ice, n: int) -> list[Case]:
     if not isinstance(target, str):
         places[:] = to_sheet((0.0, 0.0) if target is None else target, Direction.AWAY)
     if settings.ices is None:
-        return [Case(ice=ice, known=ice, target=place) for place in places]
-    # The map is drawn whoever sees it, so that policies with and without meet the same ices.
-    return [_unseen(settings, rng, place) for place in places]
-
-
-def _unseen(settings: TrainingSettings, rng: np.random.Generator, target: Floats) -> Case:
-    assert settings.ices is not None
-    ice, known = settings.ices.draw(rng)
-    return Case(ice=ice, known=known, target=target)
+        return [EvaluationDraw(ice=ice, known=ice, target=place) for place in places]
+    # Everybody gets the map here, so that policies with and without it meet the same ices.
+    drawn = [(*settings.ices.draw(rng), place) for place in places]
+    return [EvaluationDraw(ice=true, known=known, target=place) for true, known, place in drawn]
 
 
 def best_throw(ice: Ice, target: Floats, skill: Skill, *, seed: int = 1) -> Floats:
-    """The throw with the least mean miss under a hand's errors, (4,).
+    """The throw with the smallest mean miss for a player, (4,).
 
-    The planner's throw, which rests at the target when nothing goes wrong, corrected for what does:
+    It begins with the planner's throw, which rests at the target without error, and corrects it:
     too much weight carries a stone farther than too little holds it back.
     """
-    throw = planner_throws(ice, target[None], skill)[0]
+    throw = planner_throw(ice, target, skill)
     if skill.is_exact:
         return throw
     errors = skill.errors(2 * TRIALS, np.random.default_rng(seed))
@@ -176,35 +168,66 @@ def best_throw(ice: Ice, target: Floats, skill: Skill, *, seed: int = 1) -> Floa
     return best
 
 
-def judge(
-    thrower: Thrower,
-    cases: Sequence[Case],
+def evaluate(
+    policy: TrainedPolicy | str | Path,
+    ice: str | Path | Ice = "standard",
     *,
-    seed: int = 0,
-    through: Through = lambda items, label: items,
+    draws: int = 50,
+    seed: int | None = None,
+    progress: Progress = no_progress,
 ) -> dict[str, Any]:
-    """A trained policy beside the planner on the same draws, with the same execution errors.
+    """Evaluate a trained policy beside the planner, on new draws with the same execution errors.
+
+    Parameters
+    ----------
+    policy : the policy, or the file of its model
+    ice : file, preset or ice to throw on, unless the policy learnt on random ices
+    draws : number of draws; one if neither the ice nor the target changes
+    seed : seed of the execution errors; by default that of the training
+    progress : called after each draw
 
     Returns
     -------
-    misses in metres of the agent, of the planner told of the same ice, and of the best possible
-    throw on the true ice; and mean misses with execution error over the best one's, with their
-    95 % interval (bootstrap over the draws, or over the errors where there is one draw)
+    see `compare_with_planner`
+
+    Raises
+    ------
+    InputError : no trained model, or one that did not learn draws on an empty sheet
     """
-    skill = skill_named(thrower.settings.skill)
+    trained = policy if isinstance(policy, TrainedPolicy) else TrainedPolicy.load(policy)
+    some = evaluation_draws(trained.settings, load_ice(ice), draws)
+    chosen = trained.settings.seed if seed is None else seed
+    return compare_with_planner(trained, some, seed=chosen, progress=progress)
+
+
+def compare_with_planner(
+    policy: TrainedPolicy,
+    draws: Sequence[EvaluationDraw],
+    *,
+    seed: int = 0,
+    progress: Progress = no_progress,
+) -> dict[str, Any]:
+    """Compare a trained policy with the planner on the same draws with the same execution errors.
+
+    Returns
+    -------
+    misses in metres of the agent, of the planner with the same knowledge of the ice, and of the
+    best possible throw on the true ice; and mean misses with execution error over the best one's,
+    with 95 % intervals (bootstrap over the draws, or over the errors where there is one draw)
+    """
+    skill = skill_named(policy.settings.skill)
     who: dict[str, list[Misses]] = {"agent": [], "planner": [], "best": []}
-    for k, case in enumerate(through(cases, "judging")):
+    trials = TRIALS if len(draws) > 1 else TRIALS_OF_ONE_DRAW
+    for k, draw in enumerate(with_progress(draws, "evaluating", progress)):
         throws = {
-            "agent": thrower.throws(case.known, case.target)[0],
-            "planner": planner_throws(case.known, case.target[None], skill)[0],
-            "best": best_throw(case.ice, case.target, skill),
+            "agent": policy.throws(draw.known, draw.target)[0],
+            "planner": planner_throw(draw.known, draw.target, skill),
+            "best": best_throw(draw.ice, draw.target, skill),
         }
-        trials = TRIALS if len(cases) > 1 else 16 * TRIALS
+        targets = draw.target[None]
         for name, throw in throws.items():
-            who[name].append(
-                misses(case.ice, throw[None], case.target[None], skill, seed=seed + k,
-                       trials=trials)
-            )  # fmt: skip
+            missed = misses(draw.ice, throw[None], targets, skill, seed=seed + k, trials=trials)
+            who[name].append(missed)
     all_of = {
         name: Misses(
             exact=np.concatenate([m.exact for m in made]),
@@ -213,7 +236,7 @@ def judge(
         for name, made in who.items()
     }
     return {
-        "draws": len(cases),
+        "draws": len(draws),
         "skill": skill.name,
         **{name: made.as_dict() for name, made in all_of.items()},
         "agent_over_best": _ratio(all_of["agent"], all_of["best"], seed),
@@ -222,12 +245,12 @@ def judge(
 
 
 def _ratio(one: Misses, other: Misses, seed: int) -> dict[str, float]:
-    """Mean miss over mean miss, and its interval."""
+    """One mean miss over the other, with its 95 % interval."""
     a, b = one.with_error, other.with_error
     pairs = (a[0], b[0]) if len(a) == 1 else (a.mean(axis=1), b.mean(axis=1))
     rng = np.random.default_rng(seed)
-    drawn = rng.integers(len(pairs[0]), size=(RESAMPLES, len(pairs[0])))
-    ratios = pairs[0][drawn].mean(axis=1) / pairs[1][drawn].mean(axis=1)
+    sampled = rng.integers(len(pairs[0]), size=(BOOTSTRAP_SAMPLES, len(pairs[0])))
+    ratios = pairs[0][sampled].mean(axis=1) / pairs[1][sampled].mean(axis=1)
     low, high = np.quantile(ratios, [0.025, 0.975])
     return {"ratio": float(a.mean() / b.mean()), "low": float(low), "high": float(high)}
 
@@ -235,9 +258,9 @@ def _ratio(one: Misses, other: Misses, seed: int) -> dict[str, float]:
 def misses(
     ice: Ice, throws: Floats, targets: Floats, skill: Skill, *, seed: int, trials: int = TRIALS
 ) -> Misses:
-    """How far throws end from their targets, with and without execution error.
+    """Distances of throws (n, 4) from their targets (n, 2), with and without execution error.
 
-    The same seed gives everyone the same errors. A stone that leaves play counts where it left.
+    The same seed gives the same errors. A stone that leaves play counts where it left.
     """
     errors = skill.errors(trials, np.random.default_rng(seed))
     exact: list[float] = []
@@ -252,7 +275,7 @@ def misses(
 
 
 def _distances(ice: Ice, throws: Floats, target: Floats) -> Floats:
-    """From a target to where throws (n, 4) ended; for a stone that left play, where it left."""
+    """Distance of each throw (n, 4) from a target; a stone that left play counts where it left."""
     throws[:, 0] = np.clip(throws[:, 0], 1e-3, MAX_SPEED)
     ends = roll_out_in_play(ice, throws, direction_to(target), NO_OBSTACLES).xy
     return np.hypot(*(ends - target).T)

@@ -1,8 +1,8 @@
-"""Trained models on disk: arrays and JSON in one file, nothing that could run.
+"""Trained models as files of arrays and one JSON document, which cannot run code.
 
-stable-baselines3's own zip holds pickled Python objects, which run code when they are loaded. Here
-a model is a NumPy archive: every weight is an array, and one of them holds a JSON document that
-says what belongs where. Loading reads numbers and text, whoever made the file.
+stable-baselines3's own zip files hold pickled Python objects, which run code when they are loaded.
+Here a model is a NumPy archive: every weight is an array, and one further array holds a JSON
+document with the structure. Loading reads numbers and text only, whoever made the file.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ _DOCUMENT = "document"
 
 
 def write_model(path: str | Path, document: Mapping[str, Any]) -> None:
-    """Write a nested document of dicts, lists, numbers, text, None and arrays.
+    """Write a nested document of dicts, lists, numbers, text, None, arrays and tensors.
 
-    Keys of dicts may be text or whole numbers (an optimiser numbers its parameters).
+    Keys of dicts may be text or whole numbers, because an optimiser numbers its parameters.
 
     Raises
     ------
-    TypeError : something that is neither
+    TypeError : the document holds anything else
     OutputError : the file cannot be written
     """
     arrays: dict[str, NDArray[Any]] = {}
@@ -42,11 +42,11 @@ def write_model(path: str | Path, document: Mapping[str, Any]) -> None:
 
 
 def read_model(path: str | Path) -> dict[str, Any]:
-    """The document of `write_model`, arrays as NumPy arrays.
+    """Read a document of `write_model`, with NumPy arrays.
 
     Raises
     ------
-    InputError : no such file, or not a model of this project
+    InputError : there is no such file, or it is not a model of this project
     """
     if not Path(path).is_file():
         raise InputError("no such file", source=path)

@@ -1,4 +1,4 @@
-"""A trained policy, and what it throws at a target on an ice it is told of."""
+"""A trained policy, and its throws at targets on a known ice."""
 
 from __future__ import annotations
 
@@ -19,39 +19,40 @@ from curling_env.envs.sheet.tasks import task_named
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.sheet import Direction, to_delivery
+from curling_env.throw import Throw
 from curling_env.typing import Floats
 
 
-class Policy(Protocol):
-    """Anything that turns an observation into an action: a stable-baselines3 policy or model."""
+class Actor(Protocol):
+    """Anything that turns an observation into an action, as stable-baselines3's policies do."""
 
     def predict(self, observation: Any, *, deterministic: bool = False) -> tuple[Any, Any]:
-        """The action, and a state that is not used."""
+        """The action, and a state that is not used here."""
         ...
 
 
 @dataclass(frozen=True, kw_only=True)
-class Thrower:
-    """Throws as a policy learnt to.
+class TrainedPolicy:
+    """A policy that has learnt to throw.
 
     Parameters
     ----------
-    policy : that was trained
-    settings : it was trained with
-    throw_range : that its actions choose from
+    actor : the network, which turns observations into actions
+    settings : settings of its training
+    throw_range : range of throws that its actions choose from
     """
 
-    policy: Policy
+    actor: Actor
     settings: TrainingSettings
     throw_range: ThrowRange
 
     @classmethod
-    def load(cls, path: str | Path) -> Thrower:
-        """A thrower from the file of its model; nothing in the file is executed.
+    def load(cls, path: str | Path) -> TrainedPolicy:
+        """Load the model file of a policy; nothing in the file is executed.
 
         Raises
         ------
-        InputError : no such file, or not a trained model of this project
+        InputError : there is no such file, or it is not a trained model of this project
         """
         document = read_model(path)
         try:
@@ -63,38 +64,43 @@ class Thrower:
                 problem or "is not a trained model of this project", source=path
             ) from error
         try:
-            policy = _policy_of(settings, int(document["observation_size"]))
-            policy.load_state_dict(tensors(document["policy"]))
+            actor = _untrained_actor(settings, int(document["observation_size"]))
+            actor.load_state_dict(tensors(document["policy"]))
         except (KeyError, TypeError, ValueError, RuntimeError) as error:
             raise InputError("holds weights that do not fit its settings", source=path) from error
-        policy.set_training_mode(False)
-        return cls(policy=policy, settings=settings, throw_range=throws)
+        actor.set_training_mode(False)
+        return cls(actor=actor, settings=settings, throw_range=throws)
 
     def throws(self, known: Ice, targets: ArrayLike) -> Floats:
-        """What it throws at each target, (n, 4) speed, angle, spin and offset at the hog line.
+        """The throw at each target, (n, 4) speed, angle, spin and offset at the hog line.
 
         Parameters
         ----------
         known : the ice as it is known
-        targets : (n, 2) sheet frame, all in one half of the sheet [m]
+        targets : (n, 2) targets in one half of the sheet, sheet frame [m]
         """
         targets = np.asarray(targets, dtype=np.float64).reshape(-1, 2)
         direction = direction_to(targets[0])
         if self.settings.ices is not None:
-            known = self.settings.ices.told(known, self.settings.knows)
+            known = self.settings.ices.as_known(known, self.settings.knows)
         options = {**self.settings.environment(), "throw_range": self.throw_range}
         env = CurlingSheetEnv(known, **{**options, "direction": direction})
         seen = [
             env.reset(options={"target": tuple(place)})[0]
             for place in to_delivery(targets, direction)
         ]
-        actions, _ = self.policy.predict(np.stack(seen), deterministic=True)
+        actions, _ = self.actor.predict(np.stack(seen), deterministic=True)
         numbers = self.throw_range.numbers_of(actions)
         return np.column_stack([numbers, np.zeros(len(numbers))])
 
+    def throw(self, known: Ice, target: ArrayLike) -> Throw:
+        """The throw at one target (2,), sheet frame [m]; see `throws`."""
+        speed, angle, spin, x = self.throws(known, target)[0].tolist()
+        return Throw(speed=speed, angle=angle, spin=spin, x=x)
+
 
 def throw_range_of(settings: TrainingSettings, ice: Ice) -> ThrowRange:
-    """The throws that actions choose from: as configured, else those worth offering on the ice."""
+    """Range of throws that actions choose from: as configured, or else suited to the ice."""
     options = settings.environment()
     if "throw_range" in options:
         return options["throw_range"]
@@ -110,12 +116,17 @@ _RESET_DEFAULTS: dict[str, Any] = {"target": None, "stones": (), "direction": "a
 
 
 def policy_kwargs_of(
-    settings: TrainingSettings, centre: Any = None, spread: Any = None
+    settings: TrainingSettings, mean: Any = None, deviation: Any = None
 ) -> dict[str, Any]:
-    """`policy_kwargs` as stable-baselines3 takes them."""
+    """`policy_kwargs` as stable-baselines3 takes them.
+
+    Parameters
+    ----------
+    mean, deviation : mean and standard deviation of the observations, for the normaliser
+    """
     from torch import nn
 
-    from agents.learning.normalisation import Standardised
+    from agents.learning.normalisation import ObservationNormaliser
 
     kinds = {"tanh": nn.Tanh, "relu": nn.ReLU, "elu": nn.ELU}
     given = dict(settings.policy_kwargs)
@@ -124,12 +135,12 @@ def policy_kwargs_of(
     if "activation_fn" in given:
         given["activation_fn"] = kinds[given["activation_fn"]]
     if settings.normalize:
-        given["features_extractor_class"] = Standardised
-        given["features_extractor_kwargs"] = {"centre": centre, "spread": spread}
+        given["features_extractor_class"] = ObservationNormaliser
+        given["features_extractor_kwargs"] = {"mean": mean, "deviation": deviation}
     return given
 
 
-def _policy_of(settings: TrainingSettings, size: int) -> Any:
+def _untrained_actor(settings: TrainingSettings, size: int) -> Any:
     from gymnasium import spaces
     from stable_baselines3.ppo.policies import MlpPolicy as PpoPolicy
     from stable_baselines3.sac.policies import MlpPolicy as SacPolicy
@@ -146,7 +157,7 @@ def _policy_of(settings: TrainingSettings, size: int) -> Any:
 
 
 def tensors(value: Any) -> Any:
-    """Arrays of a nested document as tensors."""
+    """A nested document with tensors in place of arrays."""
     import torch
 
     if isinstance(value, np.ndarray):

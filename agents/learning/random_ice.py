@@ -1,8 +1,8 @@
-"""Ices to learn on: no two alike, and each known only by an estimate of its map.
+"""Domain randomisation: random ices to learn on, each known only by an estimate of its map.
 
-What differs from ice to ice, and by how much, is a choice that a configuration states. As they
-stand, the numbers are those of sheets at one event: draw times from hog line to tee within about
-0.8 s of each other, heavy and keen areas of a few per cent, and a map estimated from films.
+A configuration says what differs from ice to ice, and by how much. The defaults are like the sheets
+of one event: draw times from hog line to tee within about 0.8 s of each other, heavy and keen areas
+of a few per cent, and a map estimated from films.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
 from curling_env.typing import Floats
 
-KNOWN = ("map", "mean", "nothing")
-"""What an agent may be told of an ice: its estimated map, the map's mean alone, or neither."""
+KNOWLEDGE = ("map", "mean", "nothing")
+"""What an agent may know of an ice: its estimated map, only the mean of that map, or nothing."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,17 +26,17 @@ class RandomIces:
 
     Parameters
     ----------
-    base : an ice file or a preset
-    level : spread of the mean friction from ice to ice, of ln μ; 0.06 is 0.75 s of draw time
-    areas : spread of heavy and keen areas about the mean, of ln μ
-    length, breadth : over which areas are alike, along and across the sheet [m]
-    curl : spread of the strength of curl, of its logarithm
-    error : spread of the errors of the estimated map, of ln μ
-    error_length : over which these are alike, both ways [m]
+    base : ice file or preset
+    level : standard deviation of the mean of ln μ from ice to ice; 0.06 is 0.75 s of draw time
+    areas : standard deviation of ln μ within an ice: heavy and keen areas
+    length, breadth : correlation lengths of the areas along and across the sheet [m]
+    curl : standard deviation of the logarithm of the strength of curl
+    error : standard deviation of the error of the estimated map, in ln μ
+    error_length : correlation length of that error [m]
 
     Raises
     ------
-    InputError : a spread that is negative, or a length that is not positive
+    InputError : a standard deviation is negative or 1 or more, or a length is not positive
     """
 
     base: str = "standard"
@@ -59,15 +59,16 @@ class RandomIces:
                 raise InputError(f"{name} must be positive, got {value!r}")
 
     def draw(self, rng: np.random.Generator, knows: str = "map") -> tuple[Ice, Ice]:
-        """An ice, and what is known of it.
+        """Draw an ice and what is known of it.
 
         Parameters
         ----------
-        knows : one of `KNOWN`
+        rng : source of the randomness
+        knows : what the agent knows, one of `KNOWLEDGE`
 
         Returns
         -------
-        the ice thrown on, and the one that the agent is told of
+        the ice that is thrown on, and the ice as the agent knows it
         """
         base = load_ice(self.base)
         rows, columns = base.sheet.y_centres, base.sheet.x_centres
@@ -82,10 +83,10 @@ class RandomIces:
         mu = base.friction.mu * np.exp(level + areas)
         ice = replace(base, effects=effects, friction=_friction(mu, 0.0))
         estimate = replace(ice, friction=_friction(mu * np.exp(error), self.error))
-        return ice, self.told(estimate, knows)
+        return ice, self.as_known(estimate, knows)
 
-    def told(self, estimate: Ice, knows: str) -> Ice:
-        """What is left of an estimated ice for an agent that knows one of `KNOWN`."""
+    def as_known(self, estimate: Ice, knows: str) -> Ice:
+        """An estimated ice as it is for an agent that knows one of `KNOWLEDGE`."""
         if knows == "nothing":
             return load_ice(self.base)
         if knows == "map":
@@ -106,14 +107,14 @@ def _scaled(effect: ActiveEffect, parameter: str, factor: float) -> ActiveEffect
 def _smooth(
     rng: np.random.Generator, rows: Floats, columns: Floats, along: float, across: float
 ) -> Floats:
-    """A Gaussian field of spread 1 whose correlation falls as exp(-d²/2) in these lengths."""
-    left, right = _root(tuple(rows), along), _root(tuple(columns), across)
+    """A Gaussian field of variance 1 with the correlation exp(-d²/2), d in these lengths."""
+    left, right = _correlation_root(tuple(rows), along), _correlation_root(tuple(columns), across)
     return left @ rng.standard_normal((left.shape[1], right.shape[1])) @ right.T
 
 
 @lru_cache(maxsize=16)
-def _root(places: tuple[float, ...], length: float) -> Floats:
-    """A matrix whose product with its transpose is the correlation of places."""
+def _correlation_root(places: tuple[float, ...], length: float) -> Floats:
+    """A matrix that gives, times its transpose, the correlation of places."""
     apart = np.subtract.outer(places, places) / length
     values, vectors = np.linalg.eigh(np.exp(-0.5 * apart**2))
     kept = values > 1e-6 * values[-1]

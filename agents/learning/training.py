@@ -1,16 +1,15 @@
-"""Learning to throw: stable-baselines3 on `CurlingSheet-v0`, and runs that can be taken up again.
+"""Training with stable-baselines3 on `CurlingSheet-v0`, in runs that can be resumed.
 
-A run is made of stretches, each between two checkpoints. Every stretch begins with new episodes and
-with randomness that goes by the run's seed and the throws made so far. So a checkpoint needs no
-state of any generator or of any sheet, and a run that was killed and taken up again ends, to the
-last bit, as one that was not.
+A run consists of stretches between checkpoints. Every stretch begins with new episodes, and its
+randomness follows from the run's seed and the number of throws so far. So a checkpoint needs no
+state of a generator or an environment, and a run that was stopped and resumed ends like one that
+was not, to the last bit.
 """
 
 from __future__ import annotations
 
 import hashlib
 import importlib.util
-from collections.abc import Callable
 from math import gcd
 from pathlib import Path
 from typing import Any
@@ -20,69 +19,71 @@ from gymnasium.vector import AutoresetMode
 
 from agents.learning.configuration import (
     TrainingSettings,
+    load_settings,
     schedule_of,
     settings_from,
     with_settings,
 )
 from agents.learning.model_file import read_model, write_model
-from agents.learning.policy import Thrower, tensors, throw_range_of
+from agents.learning.policy import TrainedPolicy, tensors, throw_range_of
 from curling_env.envs.sheet.vector_env import CurlingSheetVectorEnv
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.storage import make_directory
+from curling_env.typing import Progress, no_progress
 
-SHEETS_ON_ONE = 32
-"""Sheets that share an ice, where there are many ices."""
-SIZING = 2048
-"""Observations from which their centre and spread are taken."""
-EVALUATED = 256
-"""Throws of an evaluation while it learns."""
-Tell = Callable[[int, float], None]
-"""Called with the steps taken so far and the mean reward of the last hundred throws."""
+ENVS_PER_ICE = 32
+"""Environments that share an ice, where there are many ices."""
+NORMALISER_SAMPLES = 2048
+"""Observations from which the normaliser takes mean and standard deviation."""
+EVALUATION_THROWS = 256
+"""Throws of an evaluation during training."""
 
 
-def sheets_of(settings: TrainingSettings, ice: Ice, *, num_envs: int | None = None) -> Any:
-    """The sheets that are learnt on, as stable-baselines3 takes them.
+def make_vec_env(settings: TrainingSettings, ice: Ice, *, num_envs: int | None = None) -> Any:
+    """The vectorised environment of a run, as stable-baselines3 takes it.
 
     Parameters
     ----------
-    ice : thrown on, where the settings have no random ices
-    num_envs : the settings' own by default
+    settings : settings of the run
+    ice : ice to learn on, where the settings have no random ices
+    num_envs : number of environments; by default that of the settings
     """
-    from agents.learning.vector_env import Sheets, SheetsOnManyIces
+    from agents.learning.vector_env import RandomIceVecEnv, SheetVecEnv
 
     n = settings.n_envs if num_envs is None else num_envs
-    hand = settings.practice or settings.skill
+    skill = settings.practice or settings.skill
     options = {**settings.environment(), "throw_range": throw_range_of(settings, ice)}
     if settings.ices is None:
         envs = CurlingSheetVectorEnv(n, ice=ice, autoreset_mode=AutoresetMode.SAME_STEP, **options)
-        return Sheets(envs, hand)
-    return SheetsOnManyIces(
+        return SheetVecEnv(envs, skill)
+    return RandomIceVecEnv(
         n,
         ices=settings.ices,
         knows=settings.knows,
-        skill=hand,
-        groups=n // gcd(n, SHEETS_ON_ONE),
+        skill=skill,
+        groups=n // gcd(n, ENVS_PER_ICE),
         **options,
     )
 
 
 def train(
-    directory: str | Path,
-    settings: TrainingSettings,
+    config: str | Path | TrainingSettings,
+    output: str | Path,
     ice: str | Path | Ice = "standard",
     *,
     resume: str | Path | None = None,
-    tell: Tell = lambda steps, reward: None,
-) -> Thrower:
-    """Train an agent, with checkpoints, and leave `model.npz` in a folder.
+    progress: Progress = no_progress,
+) -> TrainedPolicy:
+    """Train a policy, with checkpoints, and leave `model.npz` in a folder.
 
     Parameters
     ----------
-    directory : made if it is not there
+    config : settings of the run, a YAML file, or one of `configuration.configurations`
+    output : folder for the files; it is made if it is missing
     ice : file, preset or ice to learn on, where the settings have no random ices
-    resume : checkpoint to go on from, of a run with the same settings; more throws may be asked for
-    tell : of the progress, after every step
+    resume : checkpoint of a run with the same settings, or with fewer throws, to go on from
+    progress : called after every step with the number of throws
 
     Returns
     -------
@@ -90,26 +91,27 @@ def train(
 
     Raises
     ------
-    InputError : a checkpoint that is none, or of another run
+    InputError : unknown settings, a file that is no checkpoint, or a checkpoint of another run
     OutputError : a file cannot be written
     """
     import torch
     from stable_baselines3.common.callbacks import BaseCallback, EvalCallback
 
-    torch.set_num_threads(1)  # these networks are too small to share
+    settings = config if isinstance(config, TrainingSettings) else load_settings(config)
+    torch.set_num_threads(1)  # these networks are too small for several threads
     known = load_ice(settings.ices.base if settings.ices else ice)
     begun = None if resume is None else read_model(resume)
     if begun is not None:
         _check_is_of(begun, settings, known, resume)
-    folder = make_directory(directory)
-    env = sheets_of(settings, known)
+    folder = make_directory(output)
+    env = make_vec_env(settings, known)
     model = new_model(env, settings)
     if begun is not None:
         _restore(model, begun, resume)
     _keep_logs(model, folder)
 
     class Stretches(BaseCallback):
-        """Begins each stretch, keeps its checkpoint and tells of the progress."""
+        """Begins each stretch, writes its checkpoint and reports the progress."""
 
         stretch = -1
 
@@ -121,24 +123,24 @@ def train(
             if stretch and self.stretch >= 0:
                 save_checkpoint(folder / f"checkpoint-{steps:08d}.npz", model, settings, known)
             self.stretch = stretch
-            lot = np.random.SeedSequence((settings.seed, steps)).generate_state(1)
-            model.set_random_seed(int(lot[0] >> 1))
+            state = np.random.SeedSequence((settings.seed, steps)).generate_state(1)
+            model.set_random_seed(int(state[0] >> 1))
             model._last_obs = env.reset()
 
         def _on_step(self) -> bool:
             episodes: Any = self.model.ep_info_buffer or []
             reward = float(np.mean([e["r"] for e in episodes])) if episodes else float("nan")
-            tell(self.num_timesteps, reward)
+            progress(step_name(reward), self.num_timesteps, settings.n_timesteps)
             return True
 
     callbacks: list[BaseCallback] = [Stretches()]
     if settings.eval_freq:
-        judge = sheets_of(settings, known, num_envs=EVALUATED)
-        judge.seed(settings.seed + 1_000_003)
+        test_env = make_vec_env(settings, known, num_envs=EVALUATION_THROWS)
+        test_env.seed(settings.seed + 1_000_003)
         callbacks.append(
             EvalCallback(
-                judge,
-                n_eval_episodes=EVALUATED,
+                test_env,
+                n_eval_episodes=EVALUATION_THROWS,
                 eval_freq=max(settings.eval_freq // settings.n_envs, 1),
                 verbose=0,
             )
@@ -149,11 +151,16 @@ def train(
     model.logger.close()
     save_model(folder / "model.npz", model, settings, known)
     env.close()
-    return Thrower.load(folder / "model.npz")
+    return TrainedPolicy.load(folder / "model.npz")
+
+
+def step_name(reward: float) -> str:
+    """What a progress bar says while it learns."""
+    return "learning" if np.isnan(reward) else f"learning, mean reward {reward:.2f}"
 
 
 def latest_checkpoint(folder: str | Path) -> Path:
-    """The last checkpoint that a run left in its folder.
+    """The last checkpoint in the folder of a run.
 
     Raises
     ------
@@ -166,11 +173,11 @@ def latest_checkpoint(folder: str | Path) -> Path:
 
 
 def settings_of_run(checkpoint: str | Path) -> TrainingSettings:
-    """The settings of the run that a checkpoint or model is of.
+    """The settings of the run that wrote a checkpoint or model.
 
     Raises
     ------
-    InputError : no such file, or not of this project
+    InputError : there is no such file, or it is not one of this project
     """
     document = read_model(checkpoint)
     try:
@@ -180,11 +187,11 @@ def settings_of_run(checkpoint: str | Path) -> TrainingSettings:
 
 
 def has_tensorboard() -> bool:
-    """Whether the logs can be written for TensorBoard too."""
+    """Whether logs can also be written for TensorBoard."""
     return importlib.util.find_spec("tensorboard") is not None
 
 
-# --- the parts ------------------------------------------------------------------------------------
+# --- the model ------------------------------------------------------------------------------------
 
 
 def new_model(env: Any, settings: TrainingSettings) -> Any:
@@ -192,16 +199,16 @@ def new_model(env: Any, settings: TrainingSettings) -> Any:
 
     Raises
     ------
-    InputError : hyperparameters that the algorithm refuses
+    InputError : the algorithm refuses its hyperparameters
     """
     import stable_baselines3 as sb3
     from stable_baselines3.common.noise import NormalActionNoise
 
     from agents.learning.policy import policy_kwargs_of
 
-    centre = spread = None
+    mean = deviation = None
     if settings.normalize:
-        centre, spread = _spread_of_observations(env, settings.seed)
+        mean, deviation = _observation_statistics(env, settings.seed)
     given: dict[str, Any] = {
         name: schedule_of(value) for name, value in settings.hyperparameters.items()
     }
@@ -217,7 +224,7 @@ def new_model(env: Any, settings: TrainingSettings) -> Any:
         return getattr(sb3, settings.algorithm.upper())(
             settings.policy,
             env,
-            policy_kwargs=policy_kwargs_of(settings, centre, spread),
+            policy_kwargs=policy_kwargs_of(settings, mean, deviation),
             seed=settings.seed,
             device="cpu",
             **given,
@@ -226,9 +233,10 @@ def new_model(env: Any, settings: TrainingSettings) -> Any:
         raise InputError(f"{settings.algorithm} refuses its hyperparameters: {error}") from error
 
 
-def _spread_of_observations(env: Any, seed: int) -> tuple[Any, Any]:
+def _observation_statistics(env: Any, seed: int) -> tuple[Any, Any]:
+    """Mean and standard deviation of first observations."""
     env.seed(seed)
-    seen = [env.reset() for _ in range(-(-SIZING // env.num_envs))]
+    seen = [env.reset() for _ in range(-(-NORMALISER_SAMPLES // env.num_envs))]
     every = np.concatenate(seen)
     return every.mean(axis=0), every.std(axis=0)
 
@@ -248,7 +256,7 @@ _COUNTERS = ("_n_updates", "_episode_num")
 
 
 def save_model(path: str | Path, model: Any, settings: TrainingSettings, ice: Ice) -> None:
-    """Write what throwing needs: the settings and the policy's weights.
+    """Write what throwing needs: the settings and the weights of the policy.
 
     Raises
     ------
@@ -258,7 +266,7 @@ def save_model(path: str | Path, model: Any, settings: TrainingSettings, ice: Ic
 
 
 def save_checkpoint(path: str | Path, model: Any, settings: TrainingSettings, ice: Ice) -> None:
-    """Write all that going on needs.
+    """Write everything that resuming needs.
 
     Raises
     ------
@@ -291,14 +299,14 @@ def _document(model: Any, settings: TrainingSettings, ice: Ice) -> dict[str, Any
 
 
 def _digest(ice: Ice) -> str:
-    """Tells ices apart."""
+    """A digest that differs from ice to ice."""
     effects = [(e.name, sorted(e.parameters.items())) for e in ice.effects]
     text = repr((ice.sheet, ice.stone, ice.friction.interpolation, effects)).encode()
     return hashlib.sha256(text + ice.friction.mu.tobytes()).hexdigest()[:16]
 
 
-_MAY_DIFFER = {"n_timesteps": 0, "eval_freq": 0}
-"""Settings that a run may be taken up with others of."""
+_MAY_CHANGE = ("n_timesteps", "eval_freq")
+"""Settings that may change when a run is resumed."""
 
 
 def _check_is_of(document: dict[str, Any], settings: TrainingSettings, ice: Ice, path: Any) -> None:
@@ -306,7 +314,7 @@ def _check_is_of(document: dict[str, Any], settings: TrainingSettings, ice: Ice,
         raise InputError("is a finished model; resume from a checkpoint", source=path)
     saved, asked = settings_of_run(path).as_dict(), settings.as_dict()
     for name in sorted(saved.keys() | asked.keys()):
-        if name not in _MAY_DIFFER and saved.get(name) != asked.get(name):
+        if name not in _MAY_CHANGE and saved.get(name) != asked.get(name):
             raise InputError(
                 f"was trained with {name} {saved.get(name)!r}, not {asked.get(name)!r}", source=path
             )
@@ -315,10 +323,10 @@ def _check_is_of(document: dict[str, Any], settings: TrainingSettings, ice: Ice,
 
 
 def _restore(model: Any, document: dict[str, Any], path: Any) -> None:
-    """Take up a checkpoint where it was left."""
+    """Set a new model to the state of a checkpoint."""
     try:
-        model.set_parameters({"policy": tensors(document["policy"]),
-                              **tensors(document["optimisers"])}, device="cpu")  # fmt: skip
+        parameters = {"policy": document["policy"], **document["optimisers"]}
+        model.set_parameters(tensors(parameters), device="cpu")
         for name, value in document["variables"].items():
             getattr(model, name).data = tensors(value)
         model.num_timesteps = int(document["steps_done"])
@@ -342,10 +350,10 @@ def _restore(model: Any, document: dict[str, Any], path: Any) -> None:
 __all__ = [
     "TrainingSettings",
     "latest_checkpoint",
+    "make_vec_env",
     "save_checkpoint",
     "save_model",
     "settings_of_run",
-    "sheets_of",
     "train",
     "with_settings",
 ]

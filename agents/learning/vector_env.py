@@ -1,4 +1,4 @@
-"""Many sheets of `CurlingSheet-v0` side by side, as stable-baselines3 trains on them."""
+"""Vectorised `CurlingSheet-v0` environments in the form that stable-baselines3 trains on."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import Any
 import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode
-from numpy.typing import NDArray
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecEnv
 
@@ -16,31 +15,31 @@ from agents.learning.random_ice import RandomIces
 from curling_env.envs.sheet.vector_env import CurlingSheetVectorEnv
 from curling_env.errors import InputError
 from curling_env.throw import Skill, skill_named
-from curling_env.typing import Floats
+from curling_env.typing import Flags, Floats, Singles
 
-Indices = None | int | Iterable[int]
+EnvIndices = None | int | Iterable[int]
 
-TOLD = ("distance_m", "status", "success")
-"""What is passed on of a sheet's `info`."""
+INFO_KEYS = ("distance_m", "status", "success")
+"""The parts of an environment's `info` that are passed on."""
 
 
-class Sheets(VecEnv):
-    """A `CurlingSheetVectorEnv` behind stable-baselines3's interface.
+class SheetVecEnv(VecEnv):
+    """An adapter of `CurlingSheetVectorEnv` to stable-baselines3, with execution errors.
 
     Parameters
     ----------
-    envs : that begins an episode in the step that ends the one before, as stable-baselines3 does
-    skill : of the hand that carries out what the agent means
+    envs : environments that begin an episode in the step that ends the one before
+    skill : player whose execution error is added to the actions
 
     Raises
     ------
-    InputError : other environments, or ones that begin at the next step
+    InputError : other environments, or ones that begin an episode in the next step
 
     Notes
     -----
-    ``infos`` holds for each sheet `distance_m`, `status` and `success`; at the end of an episode
-    also what `Monitor` tells, so that none is needed, `terminal_observation`, and `is_success`,
-    from which stable-baselines3 makes its `success_rate`.
+    ``infos`` holds `distance_m`, `status` and `success` of each environment. At the end of an
+    episode it also holds `terminal_observation`, what `Monitor` adds, so that no monitor is needed,
+    and `is_success`, from which stable-baselines3 computes its `success_rate`.
     """
 
     def __init__(
@@ -62,12 +61,12 @@ class Sheets(VecEnv):
         )
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
-        """Seed the hand and, at the next reset, the sheets: s, s + 1, …"""
+        """Seed the execution errors now and the environments at the next reset: s, s + 1, …"""
         if seed is not None:
             self._rng = np.random.default_rng(np.random.SeedSequence(seed).spawn(1)[0])
         return super().seed(seed)
 
-    def reset(self) -> NDArray[np.float32]:
+    def reset(self) -> Singles:
         """Begin all episodes."""
         observations, _ = self.sheets.reset(seed=list(self._seeds))
         self._reset_seeds()
@@ -75,74 +74,74 @@ class Sheets(VecEnv):
         self._rewards[:], self._lengths[:] = 0.0, 0
         return observations
 
-    def step_async(self, actions: NDArray[np.float32]) -> None:
-        """What is to be thrown; the hand adds its errors."""
+    def step_async(self, actions: Singles) -> None:
+        """Take the actions and add the player's errors."""
         self._actions = actions
         if not self._skill.is_exact:
             throws = self.sheets.single.throw_range
-            # They come in opposite pairs; half of twice as many are independent.
+            # Errors come in pairs of opposite sign; half of twice as many are independent.
             errors = self._skill.errors(2 * self.num_envs, self._rng)[: self.num_envs]
             self._actions = throws.actions_of(throws.numbers_of(actions) + errors)
 
-    def step_wait(self) -> tuple[NDArray[np.float32], Floats, NDArray[np.bool_], list[Any]]:
-        """Throw on every sheet."""
-        seen, rewards, over, _, told = self.sheets.step(self._actions)
+    def step_wait(self) -> tuple[Singles, Floats, Flags, list[Any]]:
+        """Throw in every environment."""
+        seen, rewards, over, _, info = self.sheets.step(self._actions)
         self._rewards += rewards
         self._lengths += 1
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
-        for source, mask in ((told, ~over), (told.get("final_info", {}), over)):
+        for source, mask in ((info, ~over), (info.get("final_info", {}), over)):
             for i in np.flatnonzero(mask):
-                for name in TOLD:
+                for name in INFO_KEYS:
                     infos[i][name] = source[name][i]
         for i in np.flatnonzero(over):
             infos[i]["is_success"] = bool(infos[i]["success"])
-            infos[i]["terminal_observation"] = told["final_obs"][i]
+            infos[i]["terminal_observation"] = info["final_obs"][i]
             infos[i]["TimeLimit.truncated"] = False
             infos[i]["episode"] = {"r": float(self._rewards[i]), "l": int(self._lengths[i])}
         self._rewards[over], self._lengths[over] = 0.0, 0
         return seen, rewards, over, infos
 
     def close(self) -> None:
-        """Nothing is kept open."""
+        """Close the environments."""
         self.sheets.close()
 
-    def get_attr(self, attr_name: str, indices: Indices = None) -> list[Any]:
-        """An attribute of the sheets; it is the same for all."""
+    def get_attr(self, attr_name: str, indices: EnvIndices = None) -> list[Any]:
+        """An attribute of the environments; it is the same for all."""
         return [getattr(self.sheets, attr_name) for _ in self._get_indices(indices)]
 
-    def set_attr(self, attr_name: str, value: Any, indices: Indices = None) -> None:
-        """Refused: the sheets share their attributes."""
-        raise InputError("sheets side by side share their attributes; make new ones")
+    def set_attr(self, attr_name: str, value: Any, indices: EnvIndices = None) -> None:
+        """Not possible: the environments share their attributes."""
+        raise InputError("environments side by side share their attributes; make new ones")
 
     def env_method(
-        self, method_name: str, *method_args: Any, indices: Indices = None, **method_kwargs: Any
+        self, method_name: str, *method_args: Any, indices: EnvIndices = None, **method_kwargs: Any
     ) -> list[Any]:
-        """What a method of a single environment says; the same for all."""
-        said = getattr(self.sheets.single, method_name)(*method_args, **method_kwargs)
-        return [said for _ in self._get_indices(indices)]
+        """The result of a method of a single environment; it is the same for all."""
+        result = getattr(self.sheets.single, method_name)(*method_args, **method_kwargs)
+        return [result for _ in self._get_indices(indices)]
 
-    def env_is_wrapped(self, wrapper_class: type, indices: Indices = None) -> list[bool]:
-        """Whether episodes are told of as a wrapper does: `Monitor` only."""
+    def env_is_wrapped(self, wrapper_class: type, indices: EnvIndices = None) -> list[bool]:
+        """Whether a wrapper's work is done here: only that of `Monitor`."""
         return [issubclass(wrapper_class, Monitor) for _ in self._get_indices(indices)]
 
 
-class SheetsOnManyIces(VecEnv):
-    """Groups of sheets, each on an ice of its own, which is another one every few throws.
+class RandomIceVecEnv(VecEnv):
+    """Groups of environments, each on an ice of its own that is drawn anew every few throws.
 
     Parameters
     ----------
-    num_envs : sheets in all
-    ices : that are drawn
-    knows : what the agent is told of them, see `agents.learning.random_ice.KNOWN`
-    skill : of the hand
-    groups : ices at once; divides `num_envs`
-    throws_on_one : throws on every sheet before the ices are drawn anew
-    settings : as for `CurlingSheetEnv`; an episode has one throw, and `throw_range` must be given:
-        one made for an ice would tell of it
+    num_envs : number of environments in all
+    ices : distribution of the ices
+    knows : what the agent knows of them, see `agents.learning.random_ice.KNOWLEDGE`
+    skill : player whose execution error is added to the actions
+    groups : number of ices at once; it divides `num_envs`
+    throws_on_one : throws in every environment before the ices are drawn anew
+    settings : settings of `CurlingSheetEnv`. An episode has one throw, and `throw_range` must be
+        given, because one made for an ice would reveal it
 
     Raises
     ------
-    InputError : sheets that cannot be shared out evenly, or settings that make no sense
+    InputError : environments that cannot be shared out evenly, or impossible settings
     """
 
     def __init__(
@@ -162,17 +161,17 @@ class SheetsOnManyIces(VecEnv):
             raise InputError("on random ices the range of throws must be given: throw_range")
         self._ices, self._knows, self._skill = ices, knows, skill
         self._settings = settings
-        self._each, self._lasts = num_envs // groups, throws_on_one
+        self._each, self._throws_on_one = num_envs // groups, throws_on_one
         self._rng = np.random.default_rng()
         self._age = 0
         self.groups = [self._group() for _ in range(groups)]
         first = self.groups[0]
         super().__init__(num_envs, first.observation_space, first.action_space)
 
-    def _group(self) -> Sheets:
-        """Some sheets on one more ice; its luck follows from the ices' randomness."""
+    def _group(self) -> SheetVecEnv:
+        """Environments on one more ice, seeded from the randomness of the ices."""
         ice, known = self._ices.draw(self._rng, self._knows)
-        sheets = Sheets(
+        sheets = SheetVecEnv(
             CurlingSheetVectorEnv(
                 self._each,
                 ice=ice,
@@ -191,54 +190,54 @@ class SheetsOnManyIces(VecEnv):
             self._rng = np.random.default_rng(seed)
         return [seed] * self.num_envs
 
-    def reset(self) -> NDArray[np.float32]:
+    def reset(self) -> Singles:
         """Begin all episodes, on new ices."""
         self._age = 0
         self.groups = [self._group() for _ in self.groups]
         return np.concatenate([group.reset() for group in self.groups])
 
-    def step_async(self, actions: NDArray[np.float32]) -> None:
-        """What is to be thrown on each sheet."""
+    def step_async(self, actions: Singles) -> None:
+        """Take the actions of all environments."""
         for group, some in zip(self.groups, np.split(actions, len(self.groups)), strict=True):
             group.step_async(some)
 
-    def step_wait(self) -> tuple[NDArray[np.float32], Floats, NDArray[np.bool_], list[Any]]:
-        """Throw on every sheet."""
+    def step_wait(self) -> tuple[Singles, Floats, Flags, list[Any]]:
+        """Throw in every environment."""
         parts = [group.step_wait() for group in self.groups]
         seen, rewards, over = (
             np.concatenate(column) for column in list(zip(*parts, strict=True))[:3]
         )
         infos = [info for part in parts for info in part[3]]
         self._age += 1
-        if self._age >= self._lasts:
+        if self._age >= self._throws_on_one:
             seen = self.reset()
         return seen, rewards, over, infos
 
     def close(self) -> None:
-        """Nothing is kept open."""
+        """Close the environments."""
         for group in self.groups:
             group.close()
 
-    def get_attr(self, attr_name: str, indices: Indices = None) -> list[Any]:
-        """An attribute of the groups' sheets."""
+    def get_attr(self, attr_name: str, indices: EnvIndices = None) -> list[Any]:
+        """An attribute of each group's environments."""
         of_each = [value for group in self.groups for value in group.get_attr(attr_name)]
         return [of_each[i] for i in self._get_indices(indices)]
 
-    def set_attr(self, attr_name: str, value: Any, indices: Indices = None) -> None:
-        """Refused: the sheets of a group share their attributes."""
-        raise InputError("sheets side by side share their attributes; make new ones")
+    def set_attr(self, attr_name: str, value: Any, indices: EnvIndices = None) -> None:
+        """Not possible: the environments of a group share their attributes."""
+        raise InputError("environments side by side share their attributes; make new ones")
 
     def env_method(
-        self, method_name: str, *method_args: Any, indices: Indices = None, **method_kwargs: Any
+        self, method_name: str, *method_args: Any, indices: EnvIndices = None, **method_kwargs: Any
     ) -> list[Any]:
-        """What a method of the groups' single environments says."""
-        said = [
+        """The results of a method of each group's single environment."""
+        results = [
             value
             for group in self.groups
             for value in group.env_method(method_name, *method_args, **method_kwargs)
         ]
-        return [said[i] for i in self._get_indices(indices)]
+        return [results[i] for i in self._get_indices(indices)]
 
-    def env_is_wrapped(self, wrapper_class: type, indices: Indices = None) -> list[bool]:
-        """Whether episodes are told of as a wrapper does: `Monitor` only."""
+    def env_is_wrapped(self, wrapper_class: type, indices: EnvIndices = None) -> list[bool]:
+        """Whether a wrapper's work is done here: only that of `Monitor`."""
         return [issubclass(wrapper_class, Monitor) for _ in self._get_indices(indices)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,7 +29,7 @@ from agents.planning.tuning import (
 )
 from curling_env.envs.sheet.tasks import Task, task_named
 from curling_env.errors import InputError
-from curling_env.ice import Ice
+from curling_env.ice import Ice, load_ice
 from curling_env.physics.batch import OVERLAP_ALLOWED
 from curling_env.physics.one_stone.slide import NO_OBSTACLES, SlideEnd
 from curling_env.sheet import HOUSE_RADIUS, Direction, tee, to_sheet
@@ -135,6 +136,43 @@ def plan_task(
     if objective.comes_to_rest:
         throws = np.concatenate([throws, _throws_to(ice, objective.target, spins, x)])
     return _choose(ice, objective, throws, skill, seed)
+
+
+def plan_throw(
+    ice: Ice | str | Path,
+    target: ArrayLike | str | Task,
+    *,
+    mark: ArrayLike | None = None,
+    stones: ArrayLike = NO_OBSTACLES,
+    own: ArrayLike | None = None,
+    skill: str | Skill = "elite",
+    seed: int = 0,
+) -> Plan:
+    """Find the best throw for a target or a task.
+
+    Parameters
+    ----------
+    ice : known or estimated ice, a file, or a preset
+    target : (2,) place where the stone should rest, sheet frame [m]; or a task, such as
+        ``"takeout"``, or ``"score"`` for the most points
+    mark : (2,) mark of the task, see `plan_task`
+    stones : (k, 2) centres of resting stones, sheet frame [m]
+    own : (k,) whether each stone belongs to the thrower's team; by default none does
+    skill : the player who throws: ``none``, ``elite``, ``champion``, ``club``, or a `Skill`
+    seed : seed of the trials; the same seed gives the same plan
+
+    Returns
+    -------
+    the plan; `plan.best.throw` can be thrown as it is
+
+    Raises
+    ------
+    InputError : an impossible target, mark or stones, an unknown task, or no throw that gets there
+    """
+    known = load_ice(ice)
+    if isinstance(target, str | Task):
+        return plan_task(known, target, mark, stones=stones, own=own, skill=skill, seed=seed)
+    return plan(known, target, stones=stones, skill=skill, seed=seed)
 
 
 # --- what is wanted ------------------------------------------------------------------------------

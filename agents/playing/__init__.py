@@ -1,9 +1,9 @@
-"""Players that need no learning, and the games they play.
+"""Players, the games they play, and what comes of the games.
 
-- `aiming`: from a shot in the sport's words to a throw on the ice as it is known
-- `draw`, `rulebased`, `greedy`: the players; each is declared under `curling.players`
-- `search`: the player that searches, and what it has learnt of positions
-- `match`: a game between two players; `record`: its JSON lines; `scoreboard`: its line score
-- `page`: its replay as an animated page
-- `tournament`: many games, and what they say of who is better
+- `players`: players that need no learning; each is declared under `curling.players`
+- `search`: the player that searches, and what it has learnt about positions
+- `league`: generations of a player that learn from playing each other
+- `trained_player`: the player in a model's file, or the player of a name
+- `match`: a game between two players; `tournament`: many games and who is better
+- `record`: a game as JSON lines; `scoreboard`: its line score; `replay`: its film or page
 """

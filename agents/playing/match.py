@@ -12,7 +12,7 @@ from curling_env.game.rules import Game, Team, concede, may_concede
 
 
 class Delivery(NamedTuple):
-    """One delivery of a game and the game on either side of it."""
+    """One delivery of a game, and the game before and after it."""
 
     before: GameState
     shot: PlayedShot
@@ -20,14 +20,14 @@ class Delivery(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Played:
+class PlayedGame:
     """A game that was played.
 
     Parameters
     ----------
-    players : of home and away
-    deliveries : in order, with paths if they were asked for
-    game : as it ended
+    players : players of home and away
+    deliveries : all deliveries in order, with paths if they were asked for
+    game : the game at its end
     """
 
     players: tuple[Player, Player]
@@ -41,11 +41,13 @@ class Match:
     Parameters
     ----------
     simulator : the ice, the rules and the hands
-    players : of home and away
-    seed : of everything random; the same seed, the same game
-    last_stone : who has the hammer in the first end; by lot without it
+    players : players of home and away
+    seed : seed of everything random; the same seed gives the same game
+    last_stone : team with the hammer in the first end; by default the seed decides
     paths : whether each delivery keeps its stones' paths
 
+    Notes
+    -----
     Iterating plays the game and gives its deliveries; `game` is the game so far.
     """
 
@@ -96,8 +98,8 @@ def play_game(
     seed: int,
     last_stone: Team | None = None,
     paths: bool = False,
-) -> Played:
-    """Play a game to its end; parameters as of `Match`."""
+) -> PlayedGame:
+    """Play a game to its end; see `Match` for the parameters."""
     match = Match(simulator, players, seed=seed, last_stone=last_stone, paths=paths)
     deliveries = tuple(match)
-    return Played(players=players, deliveries=deliveries, game=match.game)
+    return PlayedGame(players=players, deliveries=deliveries, game=match.game)

@@ -1,7 +1,7 @@
-"""A game as JSON lines: what was meant, what was thrown, and every stone's path.
+"""A game as JSON lines: what was intended, what was thrown, and every stone's path.
 
-The first line says who played by which rules, then comes a line for every delivery, and the last
-one is the result. Positions and paths are in the sheet frame [m], times in seconds since release.
+The first line names the players and the rules. A line for every delivery follows, and the last line
+is the result. Positions and paths are in the sheet frame [m], times in seconds since the release.
 Throws are written with all their digits, so that the same game can be played again from them.
 """
 
@@ -15,7 +15,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from agents.playing.match import Delivery, Played
+from agents.playing.match import Delivery, PlayedGame
 from curling_env.errors import InputError
 from curling_env.game import Call, GameSimulator, GameState, Player, PlayerView
 from curling_env.game.rules import Ruling, Team, concede
@@ -25,20 +25,21 @@ from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 
 FORMAT = "curling-game/1"
-EVERY = 3
-"""Of a path's 30 samples a second, one in so many is written."""
+KEPT_SAMPLES = 3
+"""One in so many of a path's 30 samples a second is written."""
 
 
 def lines_of(
-    played: Played, simulator: GameSimulator, *, ice: str, seed: int
+    played: PlayedGame, simulator: GameSimulator, *, ice: str, seed: int
 ) -> list[dict[str, Any]]:
-    """A game as the documents of its lines.
+    """The lines of a game, each as a document.
 
     Parameters
     ----------
-    played : with paths
-    ice : the name or file it was asked for by
-    seed : of the game
+    played : the game, with paths
+    simulator : the simulator it was played on
+    ice : name or file of the ice
+    seed : seed of the game
     """
     game = played.game
     first = played.deliveries[0].before.game if played.deliveries else game
@@ -58,8 +59,8 @@ def lines_of(
     return [head, *(_delivery(d) for d in played.deliveries), result_of(played)]
 
 
-def result_of(played: Played) -> dict[str, Any]:
-    """How a game ended."""
+def result_of(played: PlayedGame) -> dict[str, Any]:
+    """The result of a game, as the last line has it."""
     game = played.game
     return {
         "line_score": [list(end) for end in game.line_score],
@@ -72,20 +73,20 @@ def result_of(played: Played) -> dict[str, Any]:
 
 
 def write_record(
-    path: str | Path, played: Played, simulator: GameSimulator, *, ice: str, seed: int
+    path: str | Path, played: PlayedGame, simulator: GameSimulator, *, ice: str, seed: int
 ) -> list[dict[str, Any]]:
-    """Write a game, complete or not at all; returns the lines' documents."""
+    """Write a game, complete or not at all; see `lines_of`, which it returns."""
     lines = lines_of(played, simulator, ice=ice, seed=seed)
     write_text(path, "\n".join(json.dumps(line, separators=(",", ":")) for line in lines) + "\n")
     return lines
 
 
 def read_record(path: str | Path) -> list[dict[str, Any]]:
-    """The documents of a recorded game.
+    """Read the lines of a recorded game.
 
     Raises
     ------
-    InputError : unreadable, or not a recorded game
+    InputError : the file cannot be read, or is not a recorded game
     """
     lines: list[dict[str, Any]] = []
     for number, text in enumerate(read_text(path).splitlines(), start=1):
@@ -108,7 +109,7 @@ def read_record(path: str | Path) -> list[dict[str, Any]]:
 
 
 def play_again(lines: Sequence[dict[str, Any]], simulator: GameSimulator) -> GameState:
-    """Play a recorded game again from what was meant; the same simulator gives the same game.
+    """Play a recorded game again from the intended throws; the simulator must be the same.
 
     Raises
     ------
@@ -120,12 +121,12 @@ def play_again(lines: Sequence[dict[str, Any]], simulator: GameSimulator) -> Gam
         if state.game.end is None:
             first = line["hammer"] != state.game.last_stone.label
             state = simulator.begin_end(state, power_play=line["power_play"], throw_first=first)
-        meant = line["meant"]
+        intended = line["meant"]
         sweep = tuple(line["sweep"])
         call = Call(
-            throw=Throw(**meant), sweep=sweep if simulator.sweeping else None, shot=line["shot"]
+            throw=Throw(**intended), sweep=sweep if simulator.sweeping else None, shot=line["shot"]
         )
-        state, shot = simulator.play(state, call, opponent=_Chooser(bool(line["put_back"])))
+        state, shot = simulator.play(state, call, opponent=_RecordedChoice(bool(line["put_back"])))
         if _lying(shot.stones_after, shot.direction) != line["lying"]:
             raise InputError(
                 f"end {line['end']}, stone {line['stone']} went otherwise than it was recorded: "
@@ -139,8 +140,8 @@ def play_again(lines: Sequence[dict[str, Any]], simulator: GameSimulator) -> Gam
     return state
 
 
-class _Chooser(Player):
-    """Chooses after a tick as was chosen."""
+class _RecordedChoice(Player):
+    """Chooses after a tick as the record has it."""
 
     def __init__(self, put_back: bool) -> None:
         self._put_back = put_back
@@ -187,7 +188,7 @@ def _throw(throw: Throw) -> dict[str, float]:
 
 
 def _lying(stones: Any, direction: Any) -> list[dict[str, Any]]:
-    """Resting stones in the sheet frame, with all digits."""
+    """Resting stones, sheet frame, with all digits."""
     places = [(lying, state_on_sheet(lying, direction)) for lying in stones]
     return [
         {"stone": lying.stone, "team": lying.team.label, "x": place.x, "y": place.y}
@@ -196,8 +197,8 @@ def _lying(stones: Any, direction: Any) -> list[dict[str, Any]]:
 
 
 def _path(path: Trajectory) -> dict[str, Any]:
-    keep = np.arange(len(path)) % EVERY == 0
-    # Where the stone rests always, and no other sample that rounding would put at the same time.
+    keep = np.arange(len(path)) % KEPT_SAMPLES == 0
+    # The last sample is always kept, but none that rounding would put at the same time as it.
     keep &= path.t < path.t[-1] - 2e-3
     keep[-1] = True
     return {

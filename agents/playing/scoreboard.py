@@ -1,15 +1,18 @@
-"""A line score as it hangs in a curling hall."""
+"""The line score of a game, as it hangs in a curling hall."""
 
 from __future__ import annotations
 
 from curling_env.game.rules import Game, Team
 
 LAST_STONE = "*"
-"""Marks the team that had the hammer in the first end."""
+"""Mark of the team that had the hammer in the first end."""
 
 
 def scoreboard(game: Game, names: tuple[str, str]) -> str:
-    """Ends across, teams down; the hammer of the first end marked, an end not needed with X."""
+    """The line score as text, with ends across and teams down.
+
+    The hammer of the first end is marked; an end that was not needed has an X.
+    """
     scores = [list(map(str, end)) for end in game.line_score]
     if game.conceded is not None or game.end is not None:
         scores += [["X", "X"]]

@@ -1,11 +1,9 @@
-"""Many games, and what they say of who is better."""
+"""Many games between players, and how sure it is who is better."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
@@ -14,30 +12,27 @@ from curling_env.errors import InputError
 from curling_env.executor import executor
 from curling_env.game import GameSimulator, Player
 from curling_env.game.rules import Game, Team
-from curling_env.typing import Floats
+from curling_env.typing import Floats, Progress, no_progress, with_progress
 
-Through = Callable[[Iterable[Any], str], Iterable[Any]]
-"""Passes items on and shows how far it is: (items, label) -> the same items."""
-
-ELO = 400 / np.log(10)
+ELO_PER_LOG_ODDS = 400 / np.log(10)
 """Points of an Elo rating for each unit of log odds."""
-RESAMPLES = 400
-"""Tournaments drawn from the games played, for the intervals of the ratings."""
-PRIOR = 0.5
-"""Drawn games added between each two players, so that a rating stays finite."""
+BOOTSTRAP_SAMPLES = 400
+"""Resampled tournaments for the intervals of the ratings."""
+PRIOR_GAMES = 0.5
+"""Tied games added between every two players, so that ratings stay finite."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Standing:
-    """What a player reached.
+    """The result of a player.
 
     Parameters
     ----------
-    name : of the player
-    games, wins : played and won; half a win for a tie
+    name : name of the player
+    games, wins : games played and won; a tie is half a win
     share, share_low, share_high : wins over games, and its 95 % interval (Wilson)
     elo, elo_low, elo_high : rating with mean 0 over the players, and its 95 % interval (bootstrap)
-    points_for, points_against : an end
+    points_for, points_against : points made and conceded per end
     """
 
     name: str
@@ -55,12 +50,12 @@ class Standing:
 
 @dataclass(frozen=True, kw_only=True)
 class Tournament:
-    """Everybody against everybody.
+    """The results of a tournament.
 
     Parameters
     ----------
-    standings : best first
-    names : of the players, as in the table
+    standings : results of the players, the best first
+    names : names of the players, in the order of the table
     wins : (n, n) games that the row's player won against the column's; ties count half
     """
 
@@ -71,13 +66,13 @@ class Tournament:
 
 @dataclass(frozen=True, kw_only=True)
 class Fixture:
-    """A game to be played, with all it depends on.
+    """A game to be played, with everything it depends on.
 
     Parameters
     ----------
     simulator, seed, last_stone : see `play_game`
-    players : of home and away
-    places : of home and away among the tournament's players
+    players : players of home and away
+    places : their indices among the tournament's players
     """
 
     simulator: GameSimulator
@@ -93,21 +88,24 @@ def play_tournament(
     *,
     games: int,
     seed: int,
-    through: Through,
+    progress: Progress = no_progress,
     workers: int | str = 1,
 ) -> Tournament:
-    """Every two players meet in a number of games, each as home and with the hammer equally often.
+    """Play a tournament: every two players meet, each as home and with the hammer equally often.
 
     Parameters
     ----------
-    games : of every two players
-    through : shows progress
-    workers : who plays the games, see `executor`; players that think by the clock apart, the
-        tournament is the same on any number of them
+    simulator : ice, rules and skills
+    players : two or more players with different names
+    games : number of games between every two players
+    seed : seed of everything random
+    progress : called after each game
+    workers : who plays the games, see `executor`. The result is the same on any number of workers,
+        unless a player thinks by the clock
 
     Raises
     ------
-    InputError : fewer than two players, two of one name, or workers that there are not
+    InputError : fewer than two players, two with one name, or unknown workers
     """
     names = tuple(player.name for player in players)
     if len(players) < 2 or len(set(names)) < len(names):
@@ -117,7 +115,8 @@ def play_tournament(
     points = np.zeros((len(players), 3))  # for, against, ends
     with executor(workers) as crew:
         played = crew.map(_play, fixtures)
-        for fixture, game in zip(through(fixtures, "games"), played, strict=True):
+        watched = with_progress(fixtures, "games", progress)
+        for fixture, game in zip(watched, played, strict=True):
             for place, team in zip(fixture.places, Team, strict=True):
                 points[place] += game.score[team], game.score[team.other], len(game.line_score)
             won = 0.5 if game.winner is None else float(game.winner is Team.HOME)
@@ -133,7 +132,7 @@ def play_tournament(
 def _fixtures(
     simulator: GameSimulator, players: list[Player], games: int, seed: int
 ) -> list[Fixture]:
-    """All games in their order: each two players once, then each two again, and so on."""
+    """All games in order: every two players meet once, then every two again, and so on."""
     fixtures: list[Fixture] = []
     for g in range(games):
         for number, pair in enumerate(combinations(range(len(players)), 2)):
@@ -151,7 +150,7 @@ def _fixtures(
 
 
 def _play(fixture: Fixture) -> Game:
-    """The game as it ended."""
+    """Play a fixture; the game at its end."""
     return play_game(
         fixture.simulator, fixture.players, seed=fixture.seed, last_stone=fixture.last_stone
     ).game
@@ -166,9 +165,9 @@ def _table(n: int, results: Floats) -> Floats:
 
 
 def ratings(wins: Floats) -> Floats:
-    """Elo ratings (n,) with mean 0 that make the wins (n, n) likeliest (Bradley and Terry)."""
-    # Among all, also those whose games a bootstrap happens to leave out.
-    wins = wins + PRIOR * (1 - np.eye(len(wins)))
+    """Elo ratings (n,) with mean 0 that make the wins (n, n) most likely (Bradley and Terry)."""
+    # Every two players get prior games, also those whose games a bootstrap leaves out.
+    wins = wins + PRIOR_GAMES * (1 - np.eye(len(wins)))
     games = wins + wins.T
     strength = np.ones(len(wins))
     for _ in range(2000):
@@ -178,7 +177,7 @@ def ratings(wins: Floats) -> Floats:
         if np.abs(np.log(new / strength)).max() < 1e-9:
             break
         strength = new
-    return ELO * np.log(strength)
+    return ELO_PER_LOG_ODDS * np.log(strength)
 
 
 def wilson(wins: float, games: int) -> tuple[float, float]:
@@ -199,7 +198,7 @@ def _standings(
     rng = np.random.default_rng(seed)
     drawn = [
         ratings(_table(n, results[rng.integers(len(results), size=len(results))]))
-        for _ in range(RESAMPLES)
+        for _ in range(BOOTSTRAP_SAMPLES)
     ]
     low, high = np.quantile(drawn, [0.025, 0.975], axis=0)
     standings: list[Standing] = []
@@ -226,7 +225,7 @@ def _standings(
 
 
 def as_text(tournament: Tournament) -> str:
-    """Standings, and who beat whom, for people."""
+    """The standings and who beat whom, as lines of text."""
     width = max(len(name) for name in tournament.names) + 2
     lines = [f"{'':<{width}}{'won':>11}   {'95 %':>9}   {'Elo':>5}   {'95 %':>13}   points an end"]
     for s in tournament.standings:

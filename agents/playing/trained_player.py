@@ -6,6 +6,7 @@ from pathlib import Path
 
 from agents.learning.model_file import read_model
 from agents.playing.search.player import SearchPlayer
+from agents.playing.search.value_network import network_from
 from curling_env.errors import InputError
 from curling_env.game import Call, Player, PlayerView, player_named
 from curling_env.game.players import player_names
@@ -13,16 +14,13 @@ from curling_env.ice import Ice
 from curling_env.sheet import Direction, tee
 from curling_env.throw import Throw
 
-LOOKED_AT = 400
-"""Throws that a player of a league tries in the mind before each delivery."""
-
 
 class TrainedPlayer(Player):
     """Plays every stone to the button, thrown as a model of `curling train` throws it.
 
     Parameters
     ----------
-    path : of the model
+    path : file of the model
 
     Raises
     ------
@@ -30,25 +28,26 @@ class TrainedPlayer(Player):
     """
 
     def __init__(self, path: str | Path) -> None:
-        from agents.learning.policy import Thrower
+        from agents.learning.policy import TrainedPolicy
 
-        self._thrower = Thrower.load(path)
+        self._policy = TrainedPolicy.load(path)
         self._throws: dict[Direction, tuple[Ice, Throw]] = {}
 
     def call(self, view: PlayerView) -> Call:
         known = self._throws.get(view.direction)
         if known is None or known[0] is not view.ice:
-            known = (view.ice, self._throw(view))
+            known = (view.ice, self._policy.throw(view.ice, tee(view.direction)))
             self._throws[view.direction] = known
         return Call(throw=known[1], shot="draw to the button")
 
-    def _throw(self, view: PlayerView) -> Throw:
-        speed, angle, spin, x = self._thrower.throws(view.ice, tee(view.direction))[0].tolist()
-        return Throw(speed=speed, angle=angle, spin=spin, x=x)
 
+def trained_player(path: str | Path, *, budget: int = 400) -> Player:
+    """The player of a model in a file: one from a league, or one that draws to the button.
 
-def trained_player(path: str | Path) -> Player:
-    """The player whose model is in a file: of a league, or of draws.
+    Parameters
+    ----------
+    path : file of the model
+    budget : simulated throws before each delivery, for a player from a league
 
     Raises
     ------
@@ -57,23 +56,21 @@ def trained_player(path: str | Path) -> Player:
     document = read_model(path)
     player: Player
     if "layers" in document:
-        from agents.playing.league.run import load_ends_network
-
-        player = SearchPlayer(LOOKED_AT, network=load_ends_network(document, path))
+        player = SearchPlayer(budget, network=network_from(document, path))
     else:
         player = TrainedPlayer(path)
     where = Path(path)
-    # `model.npz` is what every run leaves; its folder says which.
+    # Every run leaves a `model.npz`, so its folder is the better name.
     player.name = where.absolute().parent.name if where.stem == "model" else where.stem
     return player
 
 
 def player_from(name: str) -> Player:
-    """The player of that name, with its option if it has one, or the model in that file.
+    """The player with a name, perhaps with an option, or the player of a model in a file.
 
     Raises
     ------
-    InputError : neither a player nor a model's file
+    InputError : neither the name of a player nor a model's file
     """
     is_file = Path(name).exists()
     if name.partition(":")[0] in player_names() or (":" in name and not is_file):

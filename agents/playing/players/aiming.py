@@ -17,15 +17,15 @@ from curling_env.sheet import Direction
 from curling_env.throw import MAX_SPEED, Throw
 
 SPIN = 1.5
-"""Usual spin [rad/s]: about three turns on a draw's way."""
+"""Usual spin of a player [rad/s]: about three turns during a draw."""
 BOARD_WEIGHT = 1.25
-"""Weight of a takeout over draw weight: it would run a few metres past the house."""
+"""Speed of a takeout over draw weight; it would run a few metres past the house."""
 PEEL_WEIGHT = 1.6
-"""Weight of a peel over draw weight."""
+"""Speed of a peel over draw weight."""
 
 
 class AimingPlayer(Player):
-    """A player who thinks in shots; `aim` turns them into throws."""
+    """A player that chooses shots; its methods turn them into throws."""
 
     def __init__(self) -> None:
         self._aims: dict[Direction, tuple[Ice, Aim]] = {}
@@ -40,7 +40,7 @@ class AimingPlayer(Player):
         return known[1]
 
     def to_button(self, view: PlayerView, spin: float = SPIN) -> Throw:
-        """The draw to the button on an empty sheet, thought out once for each ice."""
+        """The draw to the button on the empty sheet, computed once for each ice."""
         known = self._to_button.get((view.direction, spin))
         if known is None or known[0] is not view.ice:
             throw = self.aim(view).draw(0.0, 0.0, spin) or Throw(speed=2.1, spin=spin)
@@ -51,7 +51,7 @@ class AimingPlayer(Player):
     # --- shots ------------------------------------------------------------------------------------
 
     def draw_to(self, view: PlayerView, x: float, y: float, shot: str) -> Call | None:
-        """A draw or guard to (x, y) that touches nothing on its way, from either side."""
+        """A draw or guard to (x, y) that touches nothing on its way, with either handle."""
         aim, stones = self.aim(view), _centres(view)
         for spin in _sides(x):
             throw = aim.draw(x, y, spin)
@@ -69,13 +69,15 @@ class AimingPlayer(Player):
         off: float = 0.0,
         clear: bool = True,
     ) -> Call | None:
-        """A takeout of a stone that touches nothing before it, from either side.
+        """A takeout of a stone, with either handle.
 
         Parameters
         ----------
-        weight : over the weight of a draw to the button
-        off : how far to the right of its centre to run [m]
-        clear : whether the way there must be free; else what lies in it is driven onto the stone
+        target : the stone to hit
+        shot : name of the shot
+        weight : speed over that of a draw to the button
+        off : how far to the right of the stone's centre to aim [m]
+        clear : whether the way must be free; otherwise a stone in the way is driven onto the target
         """
         aim = self.aim(view)
         speed = min(weight * self.to_button(view).speed, MAX_SPEED)
@@ -89,7 +91,7 @@ class AimingPlayer(Player):
         return None
 
     def through(self, view: PlayerView) -> Call:
-        """A stone thrown through the house and away, beside everything that lies there."""
+        """A stone thrown through the house and away, past everything that lies there."""
         aim, stones = self.aim(view), _centres(view)
         speed = min(1.4 * self.to_button(view).speed, MAX_SPEED)
         for x in (1.6, -1.6, 1.9, -1.9, 1.0, -1.0):
@@ -106,5 +108,5 @@ def _centres(view: PlayerView, but: RestingStone | None = None) -> np.ndarray:
 
 
 def _sides(x: float) -> Iterable[float]:
-    """Spins to try: curling towards the centre first, where most room is."""
+    """Spins to try; first the one that curls towards the centre, where there is most room."""
     return (SPIN, -SPIN) if x >= 0 else (-SPIN, SPIN)

@@ -1,4 +1,4 @@
-"""The draw player: every stone to the button, whatever lies there."""
+"""The draw player: it throws every stone to the button, whatever lies there."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from curling_env.game import Call, PlayerView
 
 
 class DrawPlayer(AimingPlayer):
-    """Throws a draw to the button, thought out for an empty sheet."""
+    """Throws the draw to the button of an empty sheet."""
 
     name = "draw"
 

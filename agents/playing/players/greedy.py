@@ -1,28 +1,28 @@
-"""The greedy player: tries every shot it can think of, with its own execution error, one ahead."""
+"""The greedy player: it simulates every shot it knows and looks one delivery ahead."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from agents.playing.players.aiming import PEEL_WEIGHT, AimingPlayer
-from agents.playing.players.heuristic import value_of
+from agents.playing.players.heuristic import heuristic_value
 from curling_env.game import Call, GameSimulator, GameState, PlayerView
 from curling_env.game.rules import shot_order
 from curling_env.game.rules.free_guard_zone import guards
 from curling_env.ice import Ice
 
 TRIALS = 8
-"""Times each shot is tried with other errors; the same errors for every shot."""
+"""Simulations of each shot, with the same execution errors for every shot."""
 DRAWS = (
     (0.0, 0.0), (0.4, 0.2), (-0.4, 0.2), (0.0, 0.7), (1.0, 0.2), (-1.0, 0.2), (0.0, -1.2),
 )  # fmt: skip
 GUARDS = ((0.0, -3.2), (0.0, -2.4), (0.9, -3.0), (-0.9, -3.0))
 OFF_CENTRE = 0.12
-"""How far beside the centre a stone is hit for a roll [m]."""
+"""How far beside its centre a stone is hit for a roll [m]."""
 
 
 class GreedyPlayer(AimingPlayer):
-    """Chooses the shot whose position is worth most on average, the opponent's answer unseen."""
+    """Chooses the shot whose position has the highest mean value, without the opponent's answer."""
 
     name = "greedy"
 
@@ -34,11 +34,11 @@ class GreedyPlayer(AimingPlayer):
         calls = self.shots(view)
         simulator = self._simulator_of(view)
         seed = view.seed
-        worth = [self._worth(view, simulator, call, seed) for call in calls]
-        return calls[int(np.argmax(worth))]
+        values = [self._value(view, simulator, call, seed) for call in calls]
+        return calls[int(np.argmax(values))]
 
     def shots(self, view: PlayerView) -> list[Call]:
-        """The shots that come to mind."""
+        """The candidate shots."""
         end = view.game.end
         assert end is not None
         protected = guards(view.game.rules, view.game.lines, end.stones, view.team, end.delivered)
@@ -62,15 +62,15 @@ class GreedyPlayer(AimingPlayer):
         calls.append(self.through(view))
         return [call for call in calls if call is not None]
 
-    def _worth(self, view: PlayerView, simulator: GameSimulator, call: Call, seed: int) -> float:
+    def _value(self, view: PlayerView, simulator: GameSimulator, call: Call, seed: int) -> float:
         total = 0.0
         for trial in range(TRIALS):
             after, _ = simulator.play(GameState(game=view.game, seed=seed + trial), call)
-            total += value_of(after.game, view.team)
+            total += heuristic_value(after.game, view.team)
         return total / TRIALS
 
     def _simulator_of(self, view: PlayerView) -> GameSimulator:
-        """A simulator in the mind: the ice as it is known, both hands like one's own."""
+        """A simulator of the known ice, in which both teams have one's own skill."""
         if self._simulator is None or self._simulator[0] is not view.ice:
             simulator = GameSimulator(view.ice, rules=view.game.rules, skills=view.skill)
             self._simulator = (view.ice, simulator)

@@ -1,6 +1,6 @@
-"""What a position is worth to a team, in points: a rule of thumb.
+"""The value of a position to a team in points, by a rule of thumb.
 
-Not learnt and not measured: numbers a club skip would accept, so that there is an opponent to beat.
+The numbers are chosen, neither learnt nor measured: a club skip would accept them.
 """
 
 from __future__ import annotations
@@ -11,17 +11,17 @@ from curling_env.game.rules import Game, Team, count, shot_order
 from curling_env.sheet import HOUSE_RADIUS
 
 HAMMER = 0.6
-"""What the hammer in the next end is worth [points]: teams with it outscore the others by that."""
+"""Value of the hammer in the next end [points]: the mean lead that it brings."""
 WIN = 10.0
-"""What winning is worth in the last end [points]."""
+"""Value of winning the game [points]."""
 NEAR = 0.7
-"""Distance from the tee at which a stone's worth has fallen to 1/e [m]."""
+"""Distance from the tee at which the value of a stone has fallen to 1/e [m]."""
 GUARD = 0.12
-"""What a guard before an own shot stone is worth [points]."""
+"""Value of a guard in front of the shot stone [points]."""
 
 
-def value_of(game: Game, team: Team) -> float:
-    """Worth of a game to a team, from the end in play or just over [points]."""
+def heuristic_value(game: Game, team: Team) -> float:
+    """Value of a game to a team, from the current end or the one just over [points]."""
     if game.end is None:
         return _between_ends(game, team)
     return _in_play(game, team)

@@ -1,7 +1,7 @@
-"""The rule-based player: what a club skip is taught.
+"""The rule-based player: it plays as a club skip is taught.
 
-With the hammer it wants two and spreads the stones; without it, it keeps the centre covered and
-tries to steal or hold the other team to one. Ahead it hits, behind it leaves stones in play.
+With the hammer it plays for two and spreads its stones. Without it, it keeps the centre covered and
+tries to steal, or to hold the other team to one. Ahead it hits; behind it leaves stones in play.
 """
 
 from __future__ import annotations
@@ -16,43 +16,45 @@ from curling_env.game.rules.placement import Side
 from curling_env.sheet import HOUSE_RADIUS
 
 CENTRE_GUARD_Y = -3.5
+"""Place of a centre guard in front of the tee [m]."""
 CORNER_GUARD = (1.2, -3.0)
-COMFORTABLE = 2
-"""A lead from which on the house is kept clean."""
-LIKELY_ONE = 2
-"""Fewer points than this are not worth giving the hammer away for, while ends remain."""
-HALF = 0.12
+"""Place of a corner guard, on either side [m]."""
+COMFORTABLE_LEAD = 2
+"""Lead from which on the house is kept clean."""
+WORTH_THE_HAMMER = 2
+"""Points for which the hammer is given away while ends remain; for fewer the end is blanked."""
+HALF_HIT = 0.12
 """How far beside its centre a half-hidden stone is hit [m]."""
-LOST = 6
-"""Points behind with three ends or fewer to play at which the hand is offered, less one an end."""
+CONCEDE_BEHIND = 6
+"""Points behind at which it concedes with three ends to play; one less for each end fewer."""
 
 BUTTON = ((0.0, 0.0), (0.25, 0.1), (-0.25, 0.1), (0.0, 0.45), (0.5, 0.0), (-0.5, 0.0))
-"""Places for a stone that is to count, the best first."""
+"""Places for a stone that should count, the best first [m]."""
 SPREAD = ((1.0, 0.3), (-1.0, 0.3), (0.8, -0.6), (-0.8, -0.6), (0.0, 1.0))
-"""Places for a second stone, away from one that could be hit with it."""
+"""Places for a second stone, away from others that could be hit together with it [m]."""
 
 
 class RuleBasedPlayer(AimingPlayer):
-    """Guards early, takes out, draws around guards; knows the score and the hammer."""
+    """Guards early, takes out and draws around guards, by the score and the hammer."""
 
     name = "rulebased"
 
     def call(self, view: PlayerView) -> Call:
-        for call in self._wanted(view):
+        for call in self._candidates(view):
             if call is not None:
                 return call
         return Call(throw=self.to_button(view), shot="draw to the button")
 
     def concedes(self, view: PlayerView) -> bool:
         left = view.game.ends_left
-        return left <= 3 and -view.game.lead(view.team) >= LOST - (3 - left) and left > 0
+        return left <= 3 and -view.game.lead(view.team) >= CONCEDE_BEHIND - (3 - left) and left > 0
 
     def power_play(self, view: PlayerView) -> Side | None:
         return "right" if view.game.ends_left in (2, 3) and view.game.lead(view.team) <= 0 else None
 
-    # --- what is wanted, the best first -----------------------------------------------------------
+    # --- candidate shots, the best first ----------------------------------------------------------
 
-    def _wanted(self, view: PlayerView) -> Iterator[Call | None]:
+    def _candidates(self, view: PlayerView) -> Iterator[Call | None]:
         end = view.game.end
         assert end is not None
         lines, team = view.game.lines, view.team
@@ -66,17 +68,17 @@ class RuleBasedPlayer(AimingPlayer):
             return
         early = end.number_of_stone < 2
         if whose is team.other:
-            patient = early and points == 1 and lead < -COMFORTABLE
+            patient = early and points == 1 and lead < -COMFORTABLE_LEAD
             if not patient:
                 yield from self._hits(view, house, protected, "takeout")
-            if not early or lead >= COMFORTABLE:
+            if not early or lead >= COMFORTABLE_LEAD:
                 yield from self._peels(view, end, protected)
             yield from self._draws(view, BUTTON, "draw around")
             if points > 1 and house[0] not in protected:
                 yield self.hit(view, house[0], "raise", weight=PEEL_WEIGHT, clear=False)
             return
         if whose is team:
-            if lead >= COMFORTABLE or view.has_hammer:
+            if lead >= COMFORTABLE_LEAD or view.has_hammer:
                 yield from self._hits(view, house, protected, "takeout")
             if view.has_hammer:
                 yield from self._draws(view, SPREAD, "draw for a second")
@@ -90,7 +92,7 @@ class RuleBasedPlayer(AimingPlayer):
         self, view: PlayerView, end: End, lead: int, early: bool
     ) -> Iterator[Call | None]:
         centre = any(abs(stone.x) < 0.5 and stone.y < -HOUSE_RADIUS for stone in end.stones)
-        if not early or lead >= COMFORTABLE:
+        if not early or lead >= COMFORTABLE_LEAD:
             yield from self._draws(view, BUTTON, "draw")
         elif view.has_hammer:
             side = 1 if sum(stone.x for stone in end.stones) <= 0 else -1
@@ -109,7 +111,7 @@ class RuleBasedPlayer(AimingPlayer):
         team, game = view.team, view.game
         more_to_play = game.ends_left > 1
         if whose is team.other:
-            # One has to be scored, or saved: whichever is open.
+            # It has to score one or to save the end, whichever shot is open.
             near = house[0].distance
             if near < 0.6 or points > 1:
                 yield from self._hits(view, house[:1], (), "takeout for the end")
@@ -117,7 +119,7 @@ class RuleBasedPlayer(AimingPlayer):
             yield from self._hits(view, house, (), "takeout for the end")
             yield self.hit(view, house[0], "raise", weight=PEEL_WEIGHT, clear=False)
             return
-        if points + 1 < LIKELY_ONE and more_to_play and game.lead(team) >= -2:
+        if points + 1 < WORTH_THE_HAMMER and more_to_play and game.lead(team) >= -2:
             yield self.through(view)  # a blank keeps the hammer
         yield from self._draws(view, (*BUTTON, *SPREAD), "draw for another")
 
@@ -138,16 +140,16 @@ class RuleBasedPlayer(AimingPlayer):
         protected: tuple[RestingStone, ...],
         shot: str,
     ) -> Iterator[Call | None]:
-        """Takeouts of the opponent's stones, the nearest first, full or half."""
+        """Takeouts of the opponent's stones, the nearest first, full or on one side."""
         for stone in house:
             if stone.team is not view.team and stone not in protected:
-                for off in (0.0, HALF, -HALF):
+                for off in (0.0, HALF_HIT, -HALF_HIT):
                     yield self.hit(view, stone, shot, off=off)
 
     def _peels(
         self, view: PlayerView, end: End, protected: tuple[RestingStone, ...]
     ) -> Iterator[Call | None]:
-        if view.game.lead(view.team) < COMFORTABLE:
+        if view.game.lead(view.team) < COMFORTABLE_LEAD:
             return
         for stone in end.stones:
             opponents = stone.team is not view.team and stone not in protected
@@ -156,7 +158,7 @@ class RuleBasedPlayer(AimingPlayer):
 
 
 def _inside(distance: float) -> tuple[tuple[float, float], ...]:
-    """Places nearer to the tee than a stone at that distance."""
+    """Places nearer to the tee than a stone at a distance [m]."""
     places = tuple(p for p in BUTTON if (p[0] ** 2 + p[1] ** 2) ** 0.5 < distance - 0.05)
     return places or BUTTON[:1]
 

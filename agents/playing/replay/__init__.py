@@ -1,1 +1,1 @@
-"""A recorded game as a film or as a page."""
+"""A recorded game as a film (`film`) or as an animated page (`page`)."""

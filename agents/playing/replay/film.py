@@ -1,4 +1,4 @@
-"""A recorded game as a film, seen from above as a broadcast shows it."""
+"""A recorded game as a film, seen from above as in a broadcast."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ from curling_env.trajectory import Trajectory
 from curling_env.typing import Image
 
 FPS = 30.0
-"""Frames a second of a film."""
+"""Frames a second of a film [1/s]."""
 SPEED = 8.0
-"""Times as fast as it happened: a draw's 25 s take three."""
+"""Playback speed: the 25 s of a draw take three."""
 HOLD = 0.8
-"""Seconds for which a position that rules changed, or the end of an end, is held [s]."""
+"""Time for which a position after a ruling, or at the end of an end, is shown [s]."""
 
 
 def deliveries_of(
     lines: Sequence[dict[str, Any]], ends: Collection[int] | None = None
 ) -> list[dict[str, Any]]:
-    """The recorded deliveries, of some ends or of all.
+    """The recorded deliveries of some ends, or of all.
 
     Parameters
     ----------
-    lines : of `record.read_record`
-    ends : of the game, from 1
+    lines : lines of the game, from `record.read_record`
+    ends : numbers of the ends, from 1; None for all
 
     Raises
     ------
@@ -65,15 +65,15 @@ def frames_of(
 
     Parameters
     ----------
-    lines : of `record.read_record`
-    ice : whose friction is painted under the lines
-    ends : those shown, from 1; None for all
-    speed : times as fast as it happened
-    fps : frames a second of the film
+    lines : lines of the game, from `record.read_record`
+    ice : ice whose friction is painted under the lines
+    ends : numbers of the ends to show, from 1; None for all
+    speed : playback speed over real time
+    fps : frames a second of the film [1/s]
 
     Yields
     ------
-    number from 0, and an RGB frame (720, 1280, 3)
+    the number of the delivery from 0, and an RGB frame (720, 1280, 3)
     """
     if not speed > 0 or not fps > 0:
         raise InputError(f"speed and fps must be above 0, got {speed:g} and {fps:g}")
@@ -106,12 +106,11 @@ def write_film(
     ends: Collection[int] | None = None,
     speed: float = SPEED,
 ) -> Iterator[int]:
-    """Write a recorded game as a film, complete or not at all; parameters as of `frames_of`.
+    """Write a recorded game as a film, complete or not at all; see `frames_of`.
 
     Yields
     ------
-    the number of a delivery once it is written, so that a caller can show progress; the film is
-    there when all are
+    the number of each delivery once it is written, so that a caller can show progress
     """
     from friction_estimation.film.video import film_writer
 
@@ -126,13 +125,13 @@ def write_film(
         yield last
 
 
-# --- from the record's words to the renderer's ----------------------------------------------------
+# --- from the record to the renderer --------------------------------------------------------------
 
 
 def _with_headings(
     deliveries: Sequence[dict[str, Any]],
 ) -> Iterator[tuple[dict[str, Any], dict[int, float]]]:
-    """Each delivery with the headings of the stones that lay there: a record keeps paths only."""
+    """Each delivery with the headings of the resting stones, which a record does not hold."""
     headings: dict[int, float] = {}
     end = None
     for line in deliveries:
@@ -143,7 +142,7 @@ def _with_headings(
 
 
 def _turned(headings: dict[int, float], line: dict[str, Any]) -> dict[int, float]:
-    """Headings after a delivery. A path's own begin at 0: they are how far a stone turned."""
+    """Headings after a delivery; the headings of a path begin at 0."""
     if line["fault"] is not None:
         return headings
     turned = {path["stone"]: path["theta"][-1] for path in line["paths"]}
@@ -158,11 +157,11 @@ def _stones(lying: Sequence[dict[str, Any]], headings: dict[int, float]) -> list
 
 
 def _outcome(line: dict[str, Any], before: Sequence[StoneState]) -> Outcome:
-    """What the physics said, from the record: stones that lay there first, the delivered one last.
+    """The outcome of a delivery, with the resting stones first and the delivered one last.
 
     Raises
     ------
-    InputError : a delivery without its stone's path
+    InputError : the delivered stone has no path
     """
     paths = {path["stone"]: path for path in line["paths"]}
     new = sorted(paths.keys() - {stone.stone for stone in before})
@@ -207,7 +206,7 @@ def _trajectory(path: dict[str, Any], heading: float) -> Trajectory:
 
 
 def _scene(lines: Sequence[dict[str, Any]], line: dict[str, Any]) -> DrawnScene:
-    """What there is to say before a delivery: the score up to its end, and what was called."""
+    """Title and facts before a delivery: the score before the end, and the call."""
     head = lines[0]
     home, away = _score_before(lines, int(line["end"]))
     thrown = line["thrown"]
@@ -226,7 +225,7 @@ def _scene(lines: Sequence[dict[str, Any]], line: dict[str, Any]) -> DrawnScene:
 
 
 def _after(lines: Sequence[dict[str, Any]], line: dict[str, Any]) -> DrawnScene:
-    """What there is to say after it: the ruling, the points of an end."""
+    """The same after it, with the ruling and the points of an end."""
     scene = _scene(lines, line)
     title = scene.title
     if line["fault"] is not None:

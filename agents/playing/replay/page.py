@@ -1,4 +1,4 @@
-"""A recorded game as one page that plays itself: no network, no other file."""
+"""A recorded game as one animated page that needs neither the network nor another file."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from typing import Any
 from curling_env.storage import write_text
 
 PLACE = "/*RECORD*/"
-"""Where the template takes the record."""
+"""Place of the record in the template."""
 
 
 def page_of(lines: Sequence[dict[str, Any]]) -> str:
-    """The page of a recorded game, HTML.
+    """The HTML page of a recorded game.
 
     Parameters
     ----------
-    lines : the documents of `record.lines_of` or `record.read_record`
+    lines : lines of the game, from `record.lines_of` or `record.read_record`
     """
     template = files("agents.playing.replay").joinpath("replay.html").read_text(encoding="utf-8")
-    # A name must not end the script element that it is written into.
+    # A name must not end the script element that holds the record.
     record = json.dumps(list(lines), separators=(",", ":")).replace("<", "\\u003c")
     return template.replace(PLACE, record)
 

@@ -1,13 +1,14 @@
-"""The player `search`: it chooses the shot after which the game is won most often.
+"""The player `search`: it chooses the shot after which it wins the game most often.
 
-- `winning`: the chance to win from score, ends and hammer, backwards from the last end
-- `worth`: how the end will be scored from a position, learnt from ends it played against itself
-- `atlas`, `shots`: the shots a position offers, as throws on the ice as known
-- `positions`: throws played into very many positions, and the rules' word on each
-- `kernel`: what a throw is worth, from all that was tried near it
 - `player`: the search
+- `shots`, `aiming_table`: the shots that a position offers, as throws on the known ice
+- `positions`: throws played into very many positions, and ruled on
+- `value_network`: how an end is scored from a position, learnt from ends of self-play
+- `win_probability`: the chance to win from score, ends and hammer, backwards from the last end
+- `kernel_regression`: the expected value of a throw, from all simulations near it
+- `tuning`: the constants that were tuned
 """
 
-from agents.playing.search.player import Choice, SearchPlayer
+from agents.playing.search.player import SearchPlayer, ShotEstimate
 
-__all__ = ["Choice", "SearchPlayer"]
+__all__ = ["SearchPlayer", "ShotEstimate"]

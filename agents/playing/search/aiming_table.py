@@ -1,7 +1,7 @@
-"""An atlas of an ice: tables that turn many targets into throws at once.
+"""Tables of an ice that turn many targets into throws at once.
 
-`curling_env.physics.one_stone.aim` finds one throw to the millimetre; a search wants some hundred
-to a centimetre, and simulates each of them anyway.
+The solver of `curling_env.physics.one_stone` finds one throw to the millimetre. A search needs some
+hundreds to a centimetre, and simulates each of them anyway.
 """
 
 from __future__ import annotations
@@ -10,6 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.playing.players.aiming import SPIN
+from agents.playing.search.tuning import (
+    DRAW_CORRECTIONS,
+    DRAW_WEIGHTS,
+    HIT_LEVELS,
+    HIT_WEIGHTS,
+    MAX_ANGLE,
+    TABLE_LINES,
+    TABLE_SPEEDS,
+)
 from curling_env.ice import Ice
 from curling_env.physics.batch import RELEASE_DTYPE, throw_batch
 from curling_env.physics.one_stone.aim import START_Y, Aim
@@ -18,27 +27,13 @@ from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import MAX_SPEED, velocity_of
 from curling_env.typing import Floats
 
-WIDEST = 0.11
-"""Lines reach so far to each side [rad]: three metres at the tee."""
-LINES = 15
-DRAWS = 12
-"""Weights in the table of draws."""
-SHORTEST, LONGEST = 0.84, 1.09
-"""Weights of that table over the draw to the button: from short of the hog line to far too long."""
-HITS = (1.1, 1.25, 1.5, 1.9)
-"""Weights of hits over the draw to the button: control, board, normal, peel."""
-LEVELS = np.linspace(-6.6, 1.8, 15)
-"""Distances before the tee at which a hit's way is tabulated [m]."""
-ROUNDS = 6
-"""Corrections of a draw; each makes the error some ten times smaller."""
 
-
-class Atlas:
-    """Throws towards one end of one ice, both handles; positions are in the delivery frame.
+class AimingTable:
+    """Throws towards one end of one ice, for both handles; positions are in the delivery frame.
 
     Parameters
     ----------
-    ice : as the thrower knows it
+    ice : the ice as the thrower knows it
     direction : the end played to
     """
 
@@ -46,12 +41,14 @@ class Atlas:
         self.ice, self.direction = ice, direction
         button = Aim(ice, direction).draw(0.0, 0.0, SPIN)
         self.button_speed = 2.1 if button is None else button.speed
-        """Weight of the draw to the button [m/s]."""
-        self._angles = np.linspace(-WIDEST, WIDEST, LINES)
-        self._speeds = np.linspace(SHORTEST, LONGEST, DRAWS) * self.button_speed
+        """Speed of the draw to the button [m/s]."""
+        self._angles = np.linspace(-MAX_ANGLE, MAX_ANGLE, TABLE_LINES)
+        self._speeds = np.linspace(*DRAW_WEIGHTS, TABLE_SPEEDS) * self.button_speed
         self._rests = {spin: self._draws_of(spin) for spin in (SPIN, -SPIN)}
         self._ways = {
-            (weight, spin): self._way_of(weight, spin) for weight in HITS for spin in (SPIN, -SPIN)
+            (weight, spin): self._way_of(weight, spin)
+            for weight in HIT_WEIGHTS
+            for spin in (SPIN, -SPIN)
         }
 
     def draws(self, x: Floats, y: Floats, spin: float) -> Floats:
@@ -61,24 +58,26 @@ class Atlas:
         distance = np.hypot(x, y - START_Y)
         angle = bearing.copy()
         speed = np.full(len(x), self.button_speed)
-        for _ in range(ROUNDS):
-            # Both tables change little with the line, so the column next to it is searched.
+        for _ in range(DRAW_CORRECTIONS):
+            # Both tables change little with the line, so the last line is good enough.
             speed = self._speed_for(reach, distance, angle)
             angle = bearing - self._at(bend, speed, angle)
-        good = np.isfinite(speed) & (np.abs(angle) < WIDEST)
+        good = np.isfinite(speed) & (np.abs(angle) < MAX_ANGLE)
         throws = np.column_stack([speed, angle, np.full(len(x), spin)])
         throws[~good] = np.nan
         return throws
 
     def hits(self, x: Floats, y: Floats, weight: float, spin: float) -> Floats:
-        """Throws of one of the weights `HITS` that run over (x, y), (n, 3); NaN for none."""
+        """Throws of one of `HIT_WEIGHTS` that pass over (x, y), (n, 3); NaN for none."""
         across = self._ways[weight, spin]
-        at = np.clip((y - LEVELS[0]) / (LEVELS[1] - LEVELS[0]), 0, len(LEVELS) - 1.001)
+        at = np.clip(
+            (y - HIT_LEVELS[0]) / (HIT_LEVELS[1] - HIT_LEVELS[0]), 0, len(HIT_LEVELS) - 1.001
+        )
         level = at.astype(int)
         part = (at - level)[:, None]
         rows = (1 - part) * across[:, level].T + part * across[:, level + 1].T
-        # x falls with the angle: how many lines pass to the right of the place.
-        line = np.clip((rows > x[:, None]).sum(axis=1) - 1, 0, LINES - 2)
+        # x falls with the angle, so this counts the lines that pass to the right of the place.
+        line = np.clip((rows > x[:, None]).sum(axis=1) - 1, 0, TABLE_LINES - 2)
         here = np.arange(len(x))
         left, right = rows[here, line], rows[here, line + 1]
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -87,25 +86,25 @@ class Atlas:
             )
         speed = min(weight * self.button_speed, MAX_SPEED)
         throws = np.column_stack([np.full(len(x), speed), angle, np.full(len(x), spin)])
-        throws[~(np.abs(angle) < WIDEST)] = np.nan
+        throws[~(np.abs(angle) < MAX_ANGLE)] = np.nan
         return throws
 
     # --- the tables -------------------------------------------------------------------------------
 
     def _draws_of(self, spin: float) -> tuple[Floats, Floats]:
-        """How far each (weight, line) carries, and how much its bearing gains: (DRAWS, LINES)."""
+        """Distance and gain in bearing of each speed and line, (speeds, lines) each."""
         speed, angle = (
             grid.ravel() for grid in np.meshgrid(self._speeds, self._angles, indexing="ij")
         )
         rests = throw_batch(self.ice, self._releases(speed, angle, spin), bounds=NO_BOUNDS)
         d = int(self.direction)
         x, y = d * rests.x, d * rests.y - TEE_Y - START_Y
-        shape = (DRAWS, LINES)
+        shape = (TABLE_SPEEDS, TABLE_LINES)
         return np.hypot(x, y).reshape(shape), (np.arctan2(-x, y) - angle).reshape(shape)
 
     def _way_of(self, weight: float, spin: float) -> Floats:
-        """Where a hit of each line crosses each level, (LINES, LEVELS) [m]."""
-        speed = np.full(LINES, min(weight * self.button_speed, MAX_SPEED))
+        """Where a hit of each line crosses each level, (lines, levels) [m]."""
+        speed = np.full(TABLE_LINES, min(weight * self.button_speed, MAX_SPEED))
         run = throw_batch(
             self.ice,
             self._releases(speed, self._angles, spin),
@@ -114,11 +113,11 @@ class Atlas:
         )
         assert run.paths is not None
         d = int(self.direction)
-        across = np.full((LINES, len(LEVELS)), np.nan)
+        across = np.full((TABLE_LINES, len(HIT_LEVELS)), np.nan)
         for k, path in enumerate(run.paths):
             path = path[np.isfinite(path[:, 0])]
             x, y = d * path[:, 0], d * path[:, 1] - TEE_Y
-            across[k] = np.interp(LEVELS, y, x, right=np.nan)
+            across[k] = np.interp(HIT_LEVELS, y, x, right=np.nan)
         return across
 
     def _releases(self, speed: Floats, angle: Floats, spin: float) -> NDArray[np.void]:
@@ -130,25 +129,27 @@ class Atlas:
         return releases
 
     def _speed_for(self, reach: Floats, distance: Floats, angle: Floats) -> Floats:
-        """The weight that carries so far on a line; NaN beyond the table."""
-        at = np.clip((angle + WIDEST) / (self._angles[1] - self._angles[0]), 0, LINES - 1.001)
+        """Speed that reaches a distance on a line, (n,); NaN beyond the table."""
+        at = np.clip(
+            (angle + MAX_ANGLE) / (self._angles[1] - self._angles[0]), 0, TABLE_LINES - 1.001
+        )
         line = at.astype(int)
         part = at - line
-        carried = (1 - part) * reach[:, line] + part * reach[:, line + 1]  # (DRAWS, n)
-        step = np.clip((carried < distance).sum(axis=0) - 1, 0, DRAWS - 2)
+        carried = (1 - part) * reach[:, line] + part * reach[:, line + 1]  # (TABLE_SPEEDS, n)
+        row = np.clip((carried < distance).sum(axis=0) - 1, 0, TABLE_SPEEDS - 2)
         here = np.arange(len(distance))
-        low, high = carried[step, here], carried[step + 1, here]
-        speed = self._speeds[step] + (distance - low) / (high - low) * (
+        low, high = carried[row, here], carried[row + 1, here]
+        speed = self._speeds[row] + (distance - low) / (high - low) * (
             self._speeds[1] - self._speeds[0]
         )
         inside = (carried[0] <= distance) & (distance <= carried[-1])
         return np.where(inside, speed, np.nan)
 
     def _at(self, table: Floats, speed: Floats, angle: Floats) -> Floats:
-        """A table's value, bilinear in weight and line."""
+        """Value of a table, bilinear in speed and line."""
         u = (np.nan_to_num(speed) - self._speeds[0]) / (self._speeds[1] - self._speeds[0])
-        v = (angle + WIDEST) / (self._angles[1] - self._angles[0])
-        u, v = np.clip(u, 0, DRAWS - 1.001), np.clip(v, 0, LINES - 1.001)
+        v = (angle + MAX_ANGLE) / (self._angles[1] - self._angles[0])
+        u, v = np.clip(u, 0, TABLE_SPEEDS - 1.001), np.clip(v, 0, TABLE_LINES - 1.001)
         i, j = u.astype(int), v.astype(int)
         u, v = u - i, v - j
         return (1 - u) * ((1 - v) * table[i, j] + v * table[i, j + 1]) + u * (

@@ -1,7 +1,7 @@
-"""Very many positions at once: throws played into them, and the rules' word on each.
+"""Throws played into very many positions at once, and ruled on by the rules of the game.
 
-A position is an array of sixteen places in the delivery frame, NaN where no stone lies: the first
-eight are of the team with the hammer, the others of its opponent, each in order of delivery. All
+A position is an array of sixteen places in the delivery frame, NaN where no stone lies. The first
+eight belong to the team with the hammer, the others to its opponent, each in order of delivery. All
 positions of a batch are at the same delivery of an end, so the same team throws in each.
 """
 
@@ -22,19 +22,22 @@ from curling_env.throw import MAX_SPEED, MAX_SPIN, velocity_of
 from curling_env.typing import Flags, Floats, Integers
 
 SLOTS = 2 * STONES_PER_TEAM
-SLOWEST = 1e-3
-"""No throw is slower, however badly it slips [m/s]."""
+"""Places in a position."""
+MAX_POINTS = 6
+"""Larger scores of an end count as this one."""
+SCORES = np.arange(-MAX_POINTS, MAX_POINTS + 1)
+"""Scores of an end for the team with the hammer."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sheet:
-    """What throws are played on and ruled by.
+class EndSimulator:
+    """Plays throws of one end on the known ice, by the rules.
 
     Parameters
     ----------
-    ice : as it is known
+    ice : the ice as it is known
     direction : the end played to
-    rules, lines : of the game
+    rules, lines : rules and lines of the game
     """
 
     ice: Ice
@@ -43,23 +46,23 @@ class Sheet:
     lines: Lines
 
     def mover(self, delivered: int) -> int:
-        """Whose delivery comes after so many: 0 with the hammer, 1 without."""
+        """Which team throws after so many deliveries: 0 with the hammer, 1 without."""
         return 1 - delivered % 2
 
     def slot(self, delivered: int) -> int:
-        """Where the stone of that delivery stands in a position."""
+        """Index in a position of the stone that is thrown after so many deliveries."""
         return STONES_PER_TEAM * self.mover(delivered) + delivered // 2
 
     def play(self, before: Floats, delivered: int, throws: Floats) -> Floats:
         """Play a throw into each of n positions, by the rules.
 
-        After a tick all stones are put back: what the opponent chooses nearly always.
+        After a tick all stones are put back, which the opponent nearly always chooses.
 
         Parameters
         ----------
-        before : (n, 16, 2) delivery frame [m]
-        delivered : stones of the end delivered before
-        throws : (n, 3) speed, angle and spin as they left the hand
+        before : (n, 16, 2) positions, delivery frame [m]
+        delivered : number of stones delivered before
+        throws : (n, 3) executed speed [m/s], angle [rad] and spin [rad/s]
 
         Returns
         -------
@@ -69,30 +72,37 @@ class Sheet:
         return self.rule(before, delivered, after, struck)
 
     def slide(self, before: Floats, delivered: int, throws: Floats) -> tuple[Floats, Flags]:
-        """What physics makes of it: positions (n, 16, 2), and whether a stone was struck (n,)."""
+        """Positions after the physics (n, 16, 2), and whether a stone was struck (n,)."""
         d = int(self.direction)
         releases = np.zeros(len(throws), dtype=RELEASE_DTYPE)
         releases["y"] = -d * HOG_LINE_Y
-        speed = np.clip(throws[:, 0], SLOWEST, MAX_SPEED)
+        speed = np.clip(throws[:, 0], 1e-3, MAX_SPEED)
         releases["vx"], releases["vy"] = velocity_of(speed, throws[:, 1], d)
         releases["omega"] = np.clip(throws[:, 2], -MAX_SPIN, MAX_SPIN)
         present = np.flatnonzero(np.isfinite(before[:, :, 0]).any(axis=0))
         places = d * (before[:, present] + [0.0, TEE_Y])
         run = play_batch(self.ice, places, releases, bounds=play_bounds(self.ice, self.direction))
         there = d * run.xy - [0.0, TEE_Y]
-        # A throw that would not come to rest is no throw: nothing has happened.
+        # A throw that would never come to rest changes nothing.
         lost = run.collisions < 0
         there[lost, :-1], there[lost, -1] = before[lost][:, present], np.nan
         after = np.full_like(before, np.nan)
         after[:, present] = there[:, :-1]
-        # Stones that nothing moved lie where they lay, to the last bit.
+        # Stones that nothing moved keep their places to the last bit.
         still = np.abs(after - before) < 1e-9
         after[still] = before[still]
         after[:, self.slot(delivered)] = there[:, -1]
         return after, run.collisions > 0
 
     def rule(self, before: Floats, delivered: int, after: Floats, struck: Flags) -> Floats:
-        """The positions that stand, (n, 16, 2), by the rules of `curling_env.game.rules`."""
+        """Positions after the ruling, (n, 16, 2), as `curling_env.game.rules` has it.
+
+        Parameters
+        ----------
+        before, after : (n, 16, 2) positions before and after the throw
+        delivered : number of stones delivered before
+        struck : (n,) whether a stone was struck
+        """
         rules, slot = self.rules, self.slot(delivered)
         after = after.copy()
         short = ~(after[:, :, 1] - self.lines.stone_radius > HOG_LINE)
@@ -118,7 +128,7 @@ class Sheet:
         return after
 
     def free_guards(self, stones: Floats) -> Flags:
-        """Stones in the free guard zone, (n, 16)."""
+        """Which stones lie in the free guard zone, (n, 16)."""
         x, y = stones[:, :, 0], stones[:, :, 1]
         in_house = x * x + y * y <= self.lines.reach**2
         return (y + self.lines.stone_radius < 0) & ~in_house
@@ -137,5 +147,5 @@ def _slot_of(stone: RestingStone, end: End) -> int:
 
 
 def points_of(lines: Lines, stones: Floats) -> Integers:
-    """Points that count for the hammer team, negative for its opponent: (n,)."""
+    """Points of the hammer team, negative where its opponent scores, (n,)."""
     return scoring.points_of(stones, np.arange(SLOTS) < STONES_PER_TEAM, lines.reach)

@@ -10,14 +10,14 @@ pytest.importorskip("stable_baselines3")
 pytest.importorskip("yaml")
 
 from agents.learning.configuration import (
-    configuration,
     configurations,
+    load_settings,
     read_configuration,
     schedule_of,
     settings_from,
 )
 from agents.learning.random_ice import RandomIces
-from agents.playing.league.run import league_from
+from agents.playing.league.settings import league_settings
 from curling_env.errors import InputError
 
 LEAGUES = [name for name in configurations() if "league" in name]
@@ -25,16 +25,16 @@ LEAGUES = [name for name in configurations() if "league" in name]
 
 @pytest.mark.parametrize("name", sorted(set(configurations()) - set(LEAGUES)))
 def test_the_projects_own_are_whole_and_come_back_from_their_document(name: str) -> None:
-    settings = configuration(name, seed=3)
+    settings = load_settings(name, seed=3)
     assert settings.seed == 3
     assert settings_from(settings.as_dict()) == settings
 
 
 @pytest.mark.parametrize("name", LEAGUES)
 def test_leagues_are_whole(name: str) -> None:
-    league_from(read_configuration(name))
+    league_settings(read_configuration(name))
     with pytest.raises(InputError, match="algorithm"):
-        configuration(name)
+        load_settings(name)
 
 
 def test_a_file_says_what_is_learnt(tmp_path: Path) -> None:
@@ -43,7 +43,7 @@ def test_a_file_says_what_is_learnt(tmp_path: Path) -> None:
         "policy_kwargs: {net_arch: [8, 8]}\n"
         "ices: {level: 0.05}\nenv_kwargs: {throw_range: {speed: [1.8, 2.4]}}\n"
     )
-    settings = configuration(tmp_path / "mine.yml")
+    settings = load_settings(tmp_path / "mine.yml")
     assert settings.ices == RandomIces(level=0.05)
     assert settings.environment()["throw_range"].speed == (1.8, 2.4)
     assert settings.hyperparameters["ent_coef"] == 1e-3  # YAML itself reads that as text
@@ -75,7 +75,7 @@ def test_a_file_says_what_is_learnt(tmp_path: Path) -> None:
 def test_what_nobody_knows_is_refused_in_one_line(tmp_path: Path, text: str, words: str) -> None:
     (tmp_path / "mine.yml").write_text(text)
     with pytest.raises(InputError) as caught:
-        configuration(tmp_path / "mine.yml")
+        load_settings(tmp_path / "mine.yml")
     assert words in str(caught.value)
     assert "mine.yml" in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -83,4 +83,4 @@ def test_what_nobody_knows_is_refused_in_one_line(tmp_path: Path, text: str, wor
 
 def test_no_such_configuration_names_those_there_are() -> None:
     with pytest.raises(InputError, match="house-one-ice"):
-        configuration("nowhere")
+        load_settings("nowhere")

@@ -15,14 +15,20 @@ pytest.importorskip("stable_baselines3")
 
 from agents.learning.configuration import (
     TrainingSettings,
-    configuration,
     configurations,
+    load_settings,
     settings_from,
 )
-from agents.learning.evaluation import cases_of, judge
-from agents.learning.policy import Thrower
-from agents.learning.rllib import SheetsForRLlib, take_weights, train, weights_for_rllib, words_for
-from agents.learning.training import new_model, sheets_of
+from agents.learning.evaluation import compare_with_planner, evaluation_draws
+from agents.learning.policy import TrainedPolicy
+from agents.learning.rllib import (
+    RLlibVectorEnv,
+    rllib_parameters,
+    take_weights,
+    train,
+    weights_for_rllib,
+)
+from agents.learning.training import make_vec_env, new_model
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.sheet import Direction, tee
@@ -44,16 +50,16 @@ def settings(**others: object) -> TrainingSettings:
 
 
 def model_of(chosen: TrainingSettings):
-    return new_model(sheets_of(chosen, load_ice("standard")), chosen)
+    return new_model(make_vec_env(chosen, load_ice("standard")), chosen)
 
 
-# --- a configuration in RLlib's words ------------------------------------------------------------
+# --- a configuration by RLlib's names ------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", [c for c in configurations() if c != "ends-league"])
 def test_the_projects_configurations_are_all_understood(name: str) -> None:
-    chosen = configuration(name)
-    words = words_for(chosen, 2)
+    chosen = load_settings(name)
+    words = rllib_parameters(chosen, 2)
     given = chosen.hyperparameters
     assert words["train_batch_size_per_learner"] == chosen.n_envs * given["n_steps"]
     assert words["minibatch_size"] == given["batch_size"]
@@ -65,7 +71,7 @@ def test_the_projects_configurations_are_all_understood(name: str) -> None:
 @pytest.mark.parametrize(
     ("wrong", "workers", "words"),
     [
-        ({"target_kl": 0.1}, 1, "no word for target_kl"),
+        ({"target_kl": 0.1}, 1, "does not have target_kl"),
         ({"clip_range": "lin_0.2"}, 1, "no schedule for clip_range"),
         ({}, 3, "n_envs 8 cannot be shared out evenly to 3 workers"),
     ],
@@ -74,12 +80,12 @@ def test_what_rllib_cannot_do_is_refused(
     wrong: dict[str, object], workers: int, words: str
 ) -> None:
     with pytest.raises(InputError, match=words):
-        words_for(settings(**wrong), workers)
+        rllib_parameters(settings(**wrong), workers)
 
 
 def test_other_algorithms_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="only ppo"):
-        train(tmp_path / "run", settings_from({"algorithm": "sac"}), workers=1)
+    with pytest.raises(InputError, match="only train ppo"):
+        train(settings_from({"algorithm": "sac"}), tmp_path / "run", workers=1)
     assert not (tmp_path / "run").exists()
 
 
@@ -98,10 +104,10 @@ def test_weights_go_there_and_back() -> None:
 def test_rllibs_sheets_are_the_same_sheets(throws: int) -> None:
     chosen = settings(env_kwargs={"target": "random", "throws": throws}, normalize=False)
     plain, look = (
-        sheets_of(chosen, load_ice("standard")),
+        make_vec_env(chosen, load_ice("standard")),
         model_of(chosen).policy.features_extractor,
     )
-    sheets = SheetsForRLlib(sheets_of(chosen, load_ice("standard")), look)
+    sheets = RLlibVectorEnv(make_vec_env(chosen, load_ice("standard")), look)
     plain.seed(5)
     seen = plain.reset()
     np.testing.assert_array_equal(sheets.reset(seed=5)[0], seen)
@@ -145,8 +151,11 @@ def test_without_rllib_one_line_says_what_to_install(
     [
         (["--workers", "ray"], "--workers must be rllib: and a number"),
         (["--workers", "rllib:0"], "--workers must be rllib: and a number"),
-        (["--workers", "rllib:2", "--resume", "nowhere.npz"], "keeps no checkpoints"),
-        (["--workers", "rllib:2", "--config", "ends-league"], "league is not trained with RLlib"),
+        (["--workers", "rllib:2", "--resume", "nowhere.npz"], "writes no checkpoints"),
+        (
+            ["--workers", "rllib:2", "--config", "ends-league"],
+            "league cannot be trained with RLlib",
+        ),
     ],
 )
 def test_the_command_refuses_in_one_line(
@@ -172,14 +181,14 @@ def test_rllibs_network_says_what_stable_baselines3s_does() -> None:
     import torch
     from ray.rllib.algorithms.ppo.torch.default_ppo_torch_rl_module import DefaultPPOTorchRLModule
 
-    from agents.learning.rllib import shapes_of
+    from agents.learning.rllib import rllib_model_of
 
     model = model_of(settings())
-    sheets = SheetsForRLlib(sheets_of(settings(), load_ice("standard")), lambda seen: seen)
+    sheets = RLlibVectorEnv(make_vec_env(settings(), load_ice("standard")), lambda seen: seen)
     module = DefaultPPOTorchRLModule(
         observation_space=sheets.single_observation_space,
         action_space=sheets.single_action_space,
-        model_config=shapes_of(model.policy),
+        model_config=rllib_model_of(model.policy),
     )
     weights = weights_for_rllib(model.policy)
     named = dict(module.named_parameters())
@@ -207,20 +216,22 @@ def test_two_local_workers_learn_to_draw_and_the_model_throws(
         "target": [0.0, 0.0],
         "throw_range": {"speed": [1.5, 2.4], "angle": [-0.15, 0.15], "spin": [0.5, 1.5]},
     }
-    chosen = configuration("button-one-ice", env_kwargs=options, n_timesteps=32768)
+    chosen = load_settings("button-one-ice", env_kwargs=options, n_timesteps=32768)
     (tmp_path / "wide.yml").write_text(json.dumps(chosen.as_dict()))
     arguments = ["--config", tmp_path / "wide.yml", "--targets", 1, "--workers", "rllib:2"]
     result = curling("train", *arguments, "-o", tmp_path)
     assert result.status == 0, result.err
     ice, model = load_ice("standard"), model_of(chosen)
-    thrower = Thrower.load(tmp_path / "model.npz")
-    fresh = Thrower(policy=model.policy, settings=chosen, throw_range=thrower.throw_range)
-    before = judge(fresh, cases_of(chosen, ice, 1))["agent_over_best"]["ratio"]
+    trained = TrainedPolicy.load(tmp_path / "model.npz")
+    fresh = TrainedPolicy(actor=model.policy, settings=chosen, throw_range=trained.throw_range)
+    before = compare_with_planner(fresh, evaluation_draws(chosen, ice, 1))["agent_over_best"][
+        "ratio"
+    ]
     after = result.json()["agent_over_best"]["ratio"]
     assert before > 3
     assert after < 1.1
     untrained = model.policy.state_dict()
-    policy: Any = thrower.policy
+    policy: Any = trained.actor
     learnt = policy.state_dict()
     assert learnt.keys() == untrained.keys()
     # On one ice with one target nothing that is seen changes: of the first layer the bias learns.
@@ -232,4 +243,4 @@ def test_two_local_workers_learn_to_draw_and_the_model_throws(
         assert (learnt[name] != untrained[name]).all(), name
     for name in (name for name in learnt if "features_extractor" in name):
         assert (learnt[name] == untrained[name]).all(), name
-    assert 1.87 < thrower.throws(ice, tee(Direction.AWAY))[0, 0] < 2.33
+    assert 1.87 < trained.throws(ice, tee(Direction.AWAY))[0, 0] < 2.33

@@ -18,20 +18,19 @@ from agents.learning import training
 from agents.learning.configuration import (
     ALGORITHMS,
     TrainingSettings,
-    configuration,
     settings_from,
 )
 from agents.learning.evaluation import (
     best_throw,
-    cases_of,
+    compare_with_planner,
+    evaluation_draws,
     house_targets,
-    judge,
     misses,
-    planner_throws,
+    planner_throw,
     rest_in_env,
 )
 from agents.learning.model_file import read_model, write_model
-from agents.learning.policy import Thrower
+from agents.learning.policy import TrainedPolicy
 from agents.learning.random_ice import RandomIces
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
@@ -125,7 +124,7 @@ def test_skills_order_from_exact_to_club(rng: np.random.Generator) -> None:
 def test_the_environment_throws_what_was_planned() -> None:
     ice = load_ice("standard")
     targets = np.array([[0.4, TEE_Y - 0.7], [-1.0, TEE_Y + 0.5]])
-    throws = planner_throws(ice, targets, "none")
+    throws = np.array([planner_throw(ice, target, "none") for target in targets])
     for throw, target in zip(throws, targets, strict=True):
         speed, angle, spin, x = throw
         rest = rest_in_env(ice, Throw(speed=speed, angle=angle, spin=spin, x=x), target)
@@ -141,7 +140,7 @@ def test_house_targets_fill_the_house(rng: np.random.Generator) -> None:
 def test_misses_are_those_of_the_throws() -> None:
     ice = load_ice("standard")
     target = np.array([[0.0, TEE_Y]])
-    throws = planner_throws(ice, target, "none")
+    throws = np.array([planner_throw(ice, place, "none") for place in target])
     exact = misses(ice, throws, target, SKILLS["none"], seed=1)
     assert exact.exact[0] < 5e-3
     np.testing.assert_allclose(exact.with_error, exact.exact[0], atol=1e-9)
@@ -166,15 +165,15 @@ def assert_same_weights(a: Path, b: Path) -> None:
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 def test_trains_saves_and_loads(tmp_path: Path, algorithm: str) -> None:
     settings = tiny(algorithm)
-    thrower = training.train(tmp_path, settings)
-    again = Thrower.load(tmp_path / "model.npz")
+    policy = training.train(settings, tmp_path)
+    again = TrainedPolicy.load(tmp_path / "model.npz")
     assert again.settings == settings
-    assert again.throw_range == thrower.throw_range
+    assert again.throw_range == policy.throw_range
     ice, targets = load_ice("standard"), [[0.3, TEE_Y], [-0.5, TEE_Y + 1.0]]
-    throws = thrower.throws(ice, targets)
+    throws = policy.throws(ice, targets)
     assert throws.shape == (2, 4)
     np.testing.assert_array_equal(throws, again.throws(ice, targets))
-    low, high = thrower.throw_range.speed
+    low, high = policy.throw_range.speed
     assert ((throws[:, 0] >= low) & (throws[:, 0] <= high)).all()
 
 
@@ -186,16 +185,19 @@ def test_a_run_taken_up_again_ends_as_one_that_was_not_stopped(
 ) -> None:
     settings = tiny(algorithm, **others)
     settings = training.with_settings(settings, checkpoint_every=settings.n_timesteps // 3)
-    training.train(tmp_path / "whole", settings)
+    training.train(settings, tmp_path / "whole")
     first = sorted((tmp_path / "whole").glob("checkpoint-*.npz"))[0]
     seen: list[int] = []
     training.train(
-        tmp_path / "on", settings, resume=first, tell=lambda steps, reward: seen.append(steps)
+        settings,
+        tmp_path / "on",
+        resume=first,
+        progress=lambda what, done, total=1.0: seen.append(done),
     )
     assert seen[0] > settings.n_timesteps // 3
     assert_same_weights(tmp_path / "whole" / "model.npz", tmp_path / "on" / "model.npz")
     # Otherwise the same weights would say nothing: another seed ends elsewhere.
-    training.train(tmp_path / "other", training.with_settings(settings, seed=9))
+    training.train(training.with_settings(settings, seed=9), tmp_path / "other")
     ours, theirs = (
         weights_of(tmp_path / "on" / "model.npz"),
         weights_of(tmp_path / "other" / "model.npz"),
@@ -209,11 +211,7 @@ def test_a_killed_run_ends_the_same_when_it_is_resumed(tmp_path: Path) -> None:
         "n_epochs: 4\nnormalize: true\ncheckpoint_every: 1024\nlearning_rate: lin_1e-3\n"
         "policy_kwargs: {net_arch: [16]}\n"
     )
-    script = (
-        "import sys; from agents.learning.configuration import configuration;"
-        "from agents.learning.training import train;"
-        "train(sys.argv[1], configuration(sys.argv[2]))"
-    )
+    script = "import sys; from agents import train; train(sys.argv[2], sys.argv[1])"
     command = [sys.executable, "-c", script, str(tmp_path / "killed"), str(tmp_path / "run.yml")]
     run = subprocess.Popen(command)
     deadline = time.monotonic() + 120
@@ -227,14 +225,14 @@ def test_a_killed_run_ends_the_same_when_it_is_resumed(tmp_path: Path) -> None:
 
     checkpoint = training.latest_checkpoint(tmp_path / "killed")
     settings = training.settings_of_run(checkpoint)
-    training.train(tmp_path / "killed", settings, resume=checkpoint)
-    training.train(tmp_path / "whole", configuration(tmp_path / "run.yml"))
+    training.train(settings, tmp_path / "killed", resume=checkpoint)
+    training.train(tmp_path / "run.yml", tmp_path / "whole")
     assert_same_weights(tmp_path / "whole" / "model.npz", tmp_path / "killed" / "model.npz")
 
 
 def test_only_a_checkpoint_of_the_same_run_is_taken_up(tmp_path: Path) -> None:
     settings = tiny(n_timesteps=32, checkpoint_every=16)
-    training.train(tmp_path, settings)
+    training.train(settings, tmp_path)
     checkpoint = training.latest_checkpoint(tmp_path)
     for other, words in (
         ({"policy_kwargs": {"net_arch": [4]}}, "policy_kwargs"),
@@ -242,11 +240,11 @@ def test_only_a_checkpoint_of_the_same_run_is_taken_up(tmp_path: Path) -> None:
         ({"skill": "elite"}, "skill"),
     ):
         with pytest.raises(InputError, match=words):
-            training.train(tmp_path, training.with_settings(settings, **other), resume=checkpoint)
+            training.train(training.with_settings(settings, **other), tmp_path, resume=checkpoint)
     with pytest.raises(InputError, match="another ice"):
-        training.train(tmp_path, settings, "fcv1", resume=checkpoint)
+        training.train(settings, tmp_path, "fcv1", resume=checkpoint)
     with pytest.raises(InputError, match="finished model"):
-        training.train(tmp_path, settings, resume=tmp_path / "model.npz")
+        training.train(settings, tmp_path, resume=tmp_path / "model.npz")
     with pytest.raises(InputError, match="no checkpoint"):
         training.latest_checkpoint(tmp_path / "logs")
 
@@ -255,7 +253,7 @@ def test_on_random_ices_a_policy_sees_no_more_than_it_is_told() -> None:
     ices = RandomIces()
     ice, _ = ices.draw(np.random.default_rng(0))
     for knows, alike in (("map", False), ("nothing", True)):
-        sheets = training.sheets_of(tiny(**MANY, knows=knows), ice, num_envs=64)
+        sheets = training.make_vec_env(tiny(**MANY, knows=knows), ice, num_envs=64)
         sheets.seed(0)
         seen = sheets.reset()
         assert len({tuple(row[3:]) for row in seen.tolist()}) == (1 if alike else 2)
@@ -275,11 +273,11 @@ def test_learning_brings_the_stone_nearer(tmp_path: Path) -> None:
         },
     )  # fmt: skip
     ice = load_ice("standard")
-    before = training.train(tmp_path, training.with_settings(settings, n_timesteps=128))
-    after = training.train(tmp_path, settings)
-    cases = cases_of(settings, ice, 5)
-    assert len(cases) == 1  # the same ice and target five times would tell nothing more
-    first, last = judge(before, cases), judge(after, cases)
+    before = training.train(training.with_settings(settings, n_timesteps=128), tmp_path)
+    after = training.train(settings, tmp_path)
+    draws = evaluation_draws(settings, ice, 5)
+    assert len(draws) == 1  # the same ice and target five times would tell nothing more
+    first, last = compare_with_planner(before, draws), compare_with_planner(after, draws)
     assert last["agent"]["mean_miss_with_error_m"] < 0.5 * first["agent"]["mean_miss_with_error_m"]
     # The best possible throw misses least, or as little, but for its own search's noise.
     assert last["agent_over_best"]["ratio"] > 0.98
@@ -292,15 +290,13 @@ def test_the_best_throw_under_errors_misses_no_more_than_the_planned() -> None:
         ice, _ = ices.draw(np.random.default_rng(k))
         target = np.array([0.5, TEE_Y - 0.5])
         skill = SKILLS["club"]
-        throws = np.stack(
-            [best_throw(ice, target, skill), planner_throws(ice, target[None], skill)[0]]
-        )
+        throws = np.stack([best_throw(ice, target, skill), planner_throw(ice, target, skill)])
         made = misses(ice, throws, np.stack([target, target]), skill, seed=7, trials=2048)
         best, planned = made.with_error.mean(axis=1)
         assert best <= 1.01 * planned
 
 
-def test_command_judges_the_agent_beside_the_planner(curling, tmp_path: Path) -> None:
+def test_the_command_compares_the_agent_with_the_planner(curling, tmp_path: Path) -> None:
     (tmp_path / "tiny.yml").write_text(
         "algorithm: ppo\nn_envs: 8\nn_steps: 4\nbatch_size: 16\nn_timesteps: 64\n"
         "env_kwargs: {target: [0, 0]}\ncheckpoint_every: 32\neval_freq: 32\n"
@@ -321,7 +317,7 @@ def test_command_judges_the_agent_beside_the_planner(curling, tmp_path: Path) ->
     assert_same_weights(run / "model.npz", tmp_path / "on" / "model.npz")
 
 
-def test_the_example_script_trains_judges_and_throws(
+def test_the_example_script_trains_evaluates_and_throws(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     script = Path(__file__).parents[3] / "scripts" / "train.py"

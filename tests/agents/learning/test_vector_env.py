@@ -13,7 +13,7 @@ sb3 = pytest.importorskip("stable_baselines3")
 from stable_baselines3.common.evaluation import evaluate_policy  # noqa: E402
 
 from agents.learning.random_ice import RandomIces  # noqa: E402
-from agents.learning.vector_env import Sheets, SheetsOnManyIces  # noqa: E402
+from agents.learning.vector_env import RandomIceVecEnv, SheetVecEnv  # noqa: E402
 from curling_env.envs.sheet.action import ThrowRange  # noqa: E402
 from curling_env.errors import InputError  # noqa: E402
 from curling_env.physics.one_stone.aim import Aim  # noqa: E402
@@ -22,9 +22,9 @@ from curling_env.sheet import Direction  # noqa: E402
 N = 8
 
 
-def sheets(skill: str = "none", **options) -> Sheets:
+def sheets(skill: str = "none", **options) -> SheetVecEnv:
     options = {"autoreset_mode": "SameStep", "target": "random", **options}
-    return Sheets(gymnasium.make_vec("CurlingSheet-v0", num_envs=N, **options), skill)
+    return SheetVecEnv(gymnasium.make_vec("CurlingSheet-v0", num_envs=N, **options), skill)
 
 
 ALGORITHMS = {
@@ -101,16 +101,16 @@ def test_other_environments_are_refused():
     with pytest.raises(InputError, match="SameStep"):
         sheets(autoreset_mode="NextStep")
     with pytest.raises(InputError, match="CurlingSheet-v0"):
-        Sheets(gymnasium.make_vec("CartPole-v1", num_envs=2))
+        SheetVecEnv(gymnasium.make_vec("CartPole-v1", num_envs=2))
     with pytest.raises(InputError, match="share"):
         sheets().set_attr("ice", None)
 
 
-def many(**others) -> SheetsOnManyIces:
+def many(**others) -> RandomIceVecEnv:
     options = {
         "ices": RandomIces(), "groups": 2, "throw_range": ThrowRange(speed=(1.8, 2.4)), **others,
     }  # fmt: skip
-    return SheetsOnManyIces(N, **options)
+    return RandomIceVecEnv(N, **options)
 
 
 def test_many_ices_are_new_ones_every_few_throws_and_the_same_for_a_seed():

@@ -66,7 +66,6 @@ def test_thinking_pays(better, games, ends):
         [PLAYERS[better](), DrawPlayer()],
         games=games,
         seed=3,
-        through=lambda x, _: x,
     )
     assert table.standings[0].name == better
     assert table.standings[0].points_for > table.standings[0].points_against
@@ -80,7 +79,6 @@ def test_a_tournament_is_the_same_on_any_number_of_workers():
             [DrawPlayer(), RuleBasedPlayer()],
             games=4,
             seed=seed,
-            through=lambda x, _: x,
             workers=workers,
         )
 
@@ -226,9 +224,7 @@ def test_ratings_and_intervals():
     assert third[2] == pytest.approx(0, abs=1e-6)
     assert wilson(30, 40) == pytest.approx((0.598, 0.858), abs=2e-3)
     with pytest.raises(InputError, match="another name"):
-        play_tournament(
-            simulator(), [DrawPlayer(), DrawPlayer()], games=1, seed=0, through=lambda x, _: x
-        )
+        play_tournament(simulator(), [DrawPlayer(), DrawPlayer()], games=1, seed=0)
 
 
 def test_the_command_prints_the_score_and_writes_record_and_page(curling, tmp_path):

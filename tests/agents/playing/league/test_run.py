@@ -11,11 +11,13 @@ import pytest
 pytest.importorskip("torch")
 
 from agents.learning.model_file import read_model, write_model
-from agents.playing.league.run import LeagueSettings, league_from, run_league
-from agents.playing.league.self_play import Ends, learn
+from agents.playing.league.fit import fit_value_network
+from agents.playing.league.run import run_league
+from agents.playing.league.self_play import PlayedEnds
+from agents.playing.league.settings import LeagueSettings, league_settings
 from agents.playing.match import play_game
-from agents.playing.search.positions import SLOTS, points_of
-from agents.playing.search.value_network import MOST, Network
+from agents.playing.search.positions import MAX_POINTS, SLOTS, points_of
+from agents.playing.search.value_network import ValueNetwork
 from agents.playing.trained_player import player_from
 from curling_env.errors import InputError
 from curling_env.game import GameSimulator, player_named
@@ -28,7 +30,7 @@ TINY = LeagueSettings(generations=(128, 64), tried=8, layers=(32, 16, 48, 24))
 @pytest.fixture(scope="module")
 def league(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[str]]:
     folder, said = tmp_path_factory.mktemp("league"), []
-    run_league(folder, TINY, tell=said.append)
+    run_league(folder, TINY, report=said.append)
     return folder, said
 
 
@@ -58,44 +60,49 @@ def test_a_league_taken_up_again_ends_as_one_that_was_not_stopped(
 def test_it_says_how_a_generation_did_against_past_selves(tmp_path: Path) -> None:
     said: list[str] = []
     settings = replace(TINY, generations=(1, 1), past=1.0, epochs=1, tried=6)
-    run_league(tmp_path, settings, tell=said.append)
+    run_league(tmp_path, settings, report=said.append)
     assert len(said) == 1
-    assert said[0].startswith("generation 1 against the rule of thumb: ")
+    assert said[0].startswith("generation 1 against the heuristic: ")
 
 
-def surprise(network: Network, ends: Ends) -> float:
+def surprise(network: ValueNetwork, ends: PlayedEnds) -> float:
     """Minus the log of what was said of the scores that came, over the last third of an end."""
-    score = np.clip(ends.score, -MOST, MOST) + MOST
+    score = np.clip(ends.score, -MAX_POINTS, MAX_POINTS) + MAX_POINTS
     said = [
-        network.chances(Lines(), ends.stones[k].astype(float), 15 - k, ends.worth, 0.0)
+        network.score_probabilities(
+            Lines(), ends.stones[k].astype(float), 15 - k, ends.score_values, 0.0
+        )
         for k in range(10, 15)
     ]
     return -float(np.mean([np.log(s[np.arange(len(score)), score] + 1e-9) for s in said]))
 
 
-def scattered(n: int, rng: np.random.Generator) -> Ends:
-    """Ends of stones that come to lie by chance, and are not moved again."""
+def scattered(n: int, rng: np.random.Generator) -> PlayedEnds:
+    """PlayedEnds of stones that come to lie by chance, and are not moved again."""
     stones, seen = np.full((n, SLOTS, 2), np.nan), []
     for delivered in range(SLOTS):
         stones[:, SLOTS // 2 * (1 - delivered % 2) + delivered // 2] = rng.normal(0, 1, (n, 2))
         seen.append(stones.copy())
-    return Ends(np.array(seen, dtype=np.float32), points_of(Lines(), stones), np.zeros((n, 13)))
+    score = points_of(Lines(), stones)
+    return PlayedEnds(np.array(seen, dtype=np.float32), score, np.zeros((n, 13)))
 
 
-def taught(ends: Ends) -> Network:
+def taught(ends: PlayedEnds) -> ValueNetwork:
     import torch
 
     torch.manual_seed(0)
-    return learn(Lines(), [ends], np.random.default_rng(0), layers=TINY.layers, epochs=40)
+    rng = np.random.default_rng(0)
+    return fit_value_network(Lines(), [ends], rng, layers=TINY.layers, epochs=40)
 
 
 def test_positions_tell_how_ends_will_be_scored_and_chance_does_not() -> None:
     rng = np.random.default_rng(0)
     known, unseen = scattered(512, rng), scattered(256, rng)
     shuffled = known._replace(score=rng.permutation(known.score))
-    scores = np.clip(known.score, -MOST, MOST) + MOST
-    shares = np.bincount(scores, minlength=2 * MOST + 1) / len(scores)
-    by_shares = -np.log(shares[np.clip(unseen.score, -MOST, MOST) + MOST] + 1e-3).mean()
+    scores = np.clip(known.score, -MAX_POINTS, MAX_POINTS) + MAX_POINTS
+    shares = np.bincount(scores, minlength=2 * MAX_POINTS + 1) / len(scores)
+    unseen_scores = np.clip(unseen.score, -MAX_POINTS, MAX_POINTS) + MAX_POINTS
+    by_shares = -np.log(shares[unseen_scores] + 1e-3).mean()
     learnt, by_chance = (surprise(taught(ends), unseen) for ends in (known, shuffled))
     assert learnt < by_shares - 0.2, (learnt, by_shares, by_chance)
     assert by_chance > by_shares - 0.05, (learnt, by_shares, by_chance)
@@ -126,7 +133,7 @@ def test_the_model_plays_a_game(league: tuple[Path, list[str]]) -> None:
 )
 def test_refuses_a_league_that_makes_no_sense(wrong: dict[str, object], words: str) -> None:
     with pytest.raises(InputError, match=words):
-        league_from({"algorithm": "league", **wrong})
+        league_settings({"algorithm": "league", **wrong})
 
 
 def test_refuses_weights_of_another_network(league: tuple[Path, list[str]], tmp_path: Path) -> None:

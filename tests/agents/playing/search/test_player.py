@@ -11,13 +11,14 @@ import pytest
 from agents.playing.match import play_game
 from agents.playing.players.draw import DrawPlayer
 from agents.playing.search import SearchPlayer
-from agents.playing.search.aiming_table import HITS, Atlas
+from agents.playing.search.aiming_table import AimingTable
 from agents.playing.search.kernel_regression import estimate
-from agents.playing.search.player import Judge
-from agents.playing.search.positions import SLOTS, Sheet, points_of, position_of
+from agents.playing.search.player import PositionEvaluator
+from agents.playing.search.positions import SCORES, SLOTS, EndSimulator, points_of, position_of
 from agents.playing.search.shots import KINDS, shots_for
-from agents.playing.search.value_network import SCORES, load_network
-from agents.playing.search.win_probability import Winning
+from agents.playing.search.tuning import HIT_WEIGHTS
+from agents.playing.search.value_network import load_network
+from agents.playing.search.win_probability import WinProbability
 from agents.playing.trained_player import player_from
 from curling_env.errors import InputError
 from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator, GameState, PlayerView
@@ -92,8 +93,8 @@ def test_an_empty_house_is_blanked_to_keep_the_hammer(player):
     """Level with an end to come after this one, the hammer is worth more than a point."""
     view = view_of([], lead=0, ends_left=2)
     best = player.call(view)
-    judge = player._judge(view)
-    worth = judge.winning.of_scores(0, 2)
+    evaluator = player._evaluator(view)
+    worth = evaluator.game_odds.by_score(0, 2)
     blank, one = worth[SCORES == 0], worth[SCORES == 1]
     assert blank > one
     scores = [after.game.line_score[-1] for after, _ in played(view, best)]
@@ -116,10 +117,10 @@ def test_a_protected_guard_is_left_in_play(player):
 
 def test_the_same_seed_is_the_same_choice_and_another_player_object_changes_nothing(player):
     view = view_of([away(0, 0.2, 0.3), home(0, -0.8, 0.2)], delivered=11)
-    first, again = player.choices(view), SearchPlayer(BUDGET).choices(view)
+    first, again = player.ranked_shots(view), SearchPlayer(BUDGET).ranked_shots(view)
     assert first == again
     other = replace(view, entropy=(view.entropy[0] + 1, *view.entropy[1:]))
-    assert player.choices(other) != first
+    assert player.ranked_shots(other) != first
 
 
 def test_it_does_not_know_its_own_luck(player):
@@ -136,9 +137,9 @@ def test_it_does_not_know_its_own_luck(player):
 @pytest.mark.parametrize("budget", [1, 60, 700])
 def test_the_budget_is_kept(budget, monkeypatch):
     tried = []
-    play = Sheet.play
+    play = EndSimulator.play
     monkeypatch.setattr(
-        Sheet,
+        EndSimulator,
         "play",
         lambda self, b, d, throws: tried.append(len(throws)) or play(self, b, d, throws),
     )
@@ -222,13 +223,14 @@ def positions(rng, n, delivered):
 def test_many_positions_are_ruled_on_as_one_is(rules, delivered):
     rng = np.random.default_rng(delivered)
     rule = rule_set(rules)
-    sheet = Sheet(ice=load_ice("standard"), direction=Direction.AWAY, rules=rule, lines=LINES)
+    ice = load_ice("standard")
+    simulator = EndSimulator(ice=ice, direction=Direction.AWAY, rules=rule, lines=LINES)
     before = positions(rng, 120, delivered)
     throws = np.column_stack(
         [rng.uniform(1.7, 3.5, 120), rng.normal(0, 0.03, 120), rng.choice([-1.5, 1.5], 120)]
     )
-    after, struck = sheet.slide(before, delivered, throws)
-    ruled = sheet.rule(before, delivered, after, struck)
+    after, struck = simulator.slide(before, delivered, throws)
+    ruled = simulator.rule(before, delivered, after, struck)
     faults = 0
     for k in range(120):
         lying = [
@@ -236,7 +238,7 @@ def test_many_positions_are_ruled_on_as_one_is(rules, delivered):
             for slot in range(SLOTS)
             if np.isfinite(before[k, slot, 0])
         ]
-        where = [8 * s.team + s.number for s in lying] + [sheet.slot(delivered)]
+        where = [8 * s.team + s.number for s in lying] + [simulator.slot(delivered)]
         now = [
             None
             if np.isnan(after[k, slot, 0])
@@ -244,7 +246,7 @@ def test_many_positions_are_ruled_on_as_one_is(rules, delivered):
             for slot in where
         ]
         ruling = rule_on(
-            rule, LINES, tuple(lying), Team(sheet.mover(delivered)), delivered,
+            rule, LINES, tuple(lying), Team(simulator.mover(delivered)), delivered,
             Result(tuple(now), bool(struck[k])),
         )  # fmt: skip
         faults += ruling.fault is not None
@@ -267,28 +269,28 @@ def bumpy() -> Ice:
 
 @pytest.mark.parametrize("ice", [load_ice("standard"), bumpy()], ids=["even", "bumpy"])
 @pytest.mark.parametrize("direction", Direction)
-def test_the_atlas_finds_draws_and_hits(ice, direction):
-    atlas, aim = Atlas(ice, direction), Aim(ice, direction)
+def test_the_table_finds_draws_and_hits(ice, direction):
+    table, aim = AimingTable(ice, direction), Aim(ice, direction)
     rng = np.random.default_rng(0)
     x, y = rng.uniform(-1.5, 1.5, 30), rng.uniform(-4.5, 1.5, 30)
     for spin in (1.5, -1.5):
-        draws = atlas.draws(x, y, spin)
+        draws = table.draws(x, y, spin)
         assert np.isfinite(draws).all()
         rests = [aim.rest(Throw(speed=v, angle=a, spin=w)) for v, a, w in draws.tolist()]
         miss = np.hypot(*(np.array(rests) - np.column_stack([x, y])).T)
         # An execution error of `elite` is some 0.2 m.
         assert miss.max() < (0.006 if ice.friction.mu.std() == 0 else 0.08)
-        for weight in HITS:
-            hits = atlas.hits(x, y, weight, spin)
+        for weight in HIT_WEIGHTS:
+            hits = table.hits(x, y, weight, spin)
             for k in range(0, 30, 10):
-                there = aim.through(x[k], y[k], weight * atlas.button_speed, spin)
+                there = aim.through(x[k], y[k], weight * table.button_speed, spin)
                 assert there is not None
                 assert abs(hits[k, 1] - there.angle) * 28 < 0.03
 
 
 def test_what_cannot_be_reached_is_no_shot():
-    atlas = Atlas(load_ice("standard"), Direction.AWAY)
-    far = atlas.draws(np.array([0.0, 9.0, 0.0]), np.array([12.0, 0.0, 0.0]), 1.5)
+    table = AimingTable(load_ice("standard"), Direction.AWAY)
+    far = table.draws(np.array([0.0, 9.0, 0.0]), np.array([12.0, 0.0, 0.0]), 1.5)
     assert np.isnan(far[:2]).all()
     assert np.isfinite(far[2]).all()
 
@@ -299,14 +301,20 @@ def test_shots_of_every_kind_come_to_mind():
         delivered=10,
         stones=(home(0, 0.2, 0.4), away(0, 0.3, -3.0), away(1, -0.5, 0.2)),
     )
-    sheet = Sheet(ice=load_ice("standard"), direction=Direction.AWAY, rules=FOURS, lines=LINES)
+    ice = load_ice("standard")
+    simulator = EndSimulator(ice=ice, direction=Direction.AWAY, rules=FOURS, lines=LINES)
     shots = shots_for(
-        Atlas(sheet.ice, sheet.direction), sheet, position_of(end)[None], end.delivered
+        AimingTable(simulator.ice, simulator.direction),
+        simulator,
+        position_of(end)[None],
+        end.delivered,
     )
     assert np.isfinite(shots.throws).all()
     # It is the turn of the team without the hammer, whose second stone can be guarded.
     assert {KINDS[k] for k in shots.kind} == set(KINDS)
-    last = shots_for(Atlas(sheet.ice, sheet.direction), sheet, position_of(end)[None], 15)
+    last = shots_for(
+        AimingTable(simulator.ice, simulator.direction), simulator, position_of(end)[None], 15
+    )
     assert not {"guard", "cover"} & {KINDS[k] for k in last.kind}
 
 
@@ -344,55 +352,55 @@ def coin(blank, one, steal):
 
 
 def test_the_chances_to_win_are_those_of_a_game_of_coins():
-    winning = Winning(FOURS, coin(0.5, 0.3, 0.2))
+    winning = WinProbability(FOURS, coin(0.5, 0.3, 0.2))
     assert winning.with_hammer(0, 0) == pytest.approx(0.6, abs=0.01)  # 0.3 of 0.3 and 0.2
     assert winning.with_hammer(1, 0) == 1.0
     # One behind with an end to play: 0.3 to tie, and then without the hammer.
     assert winning.with_hammer(-1, 1) == pytest.approx(0.3 * 0.4, abs=0.01)
     assert winning.with_hammer(0, 1) == pytest.approx(0.3 + 0.5 * 0.6, abs=0.01)
-    scores = winning.of_scores(0, 1)
+    scores = winning.by_score(0, 1)
     assert scores[SCORES == 1] == 1.0
     assert scores[SCORES == -1] == 0.0
-    mixed = Winning(rule_set("mixed_doubles_2024"), coin(0.5, 0.3, 0.2))
+    mixed = WinProbability(rule_set("mixed_doubles_2024"), coin(0.5, 0.3, 0.2))
     # There a blank gives the decision away: x = 0.3 + 0.5 (1 - x).
     assert mixed.with_hammer(0, 0) == pytest.approx(0.8 / 1.5, abs=0.01)
 
 
 @pytest.fixture(scope="module")
-def judge():
-    return Judge(load_network(), FOURS, LINES, 0.0)
+def evaluator():
+    return PositionEvaluator(load_network(), FOURS, LINES, 0.0)
 
 
-def test_chances_to_win_are_those_of_curling(judge):
-    table = [judge.winning.with_hammer(lead, 4) for lead in range(-4, 5)]
+def test_chances_to_win_are_those_of_curling(evaluator):
+    table = [evaluator.game_odds.with_hammer(lead, 4) for lead in range(-4, 5)]
     assert all(a <= b for a, b in pairwise(table))
-    assert judge.winning.with_hammer(0, 4) > 0.5
-    assert judge.winning.with_hammer(-3, 1) < 0.1
+    assert evaluator.game_odds.with_hammer(0, 4) > 0.5
+    assert evaluator.game_odds.with_hammer(-3, 1) < 0.1
 
 
-def test_the_network_knows_what_counts(judge):
+def test_the_network_knows_what_counts(evaluator):
     """Before the last stone, of a stone alone on the button and of one that is the opponent's."""
-    worth = judge.winning.of_scores(0, 4)
+    worth = evaluator.game_odds.by_score(0, 4)
     stones = np.full((3, SLOTS, 2), np.nan)
     stones[0, 0] = stones[1, 8] = 0.0, 0.1
-    chances = judge.network.chances(LINES, stones, 1, worth, 0.0)
+    chances = evaluator.network.score_probabilities(LINES, stones, 1, worth, 0.0)
     assert chances.sum(axis=1) == pytest.approx(np.ones(3))
     points = chances @ SCORES
     assert points[0] > points[2] + 0.3 > points[1]
-    early = judge.network.chances(LINES, stones, 12, worth, 0.0) @ SCORES
+    early = evaluator.network.score_probabilities(LINES, stones, 12, worth, 0.0) @ SCORES
     assert points[0] - points[1] > early[0] - early[1]
 
 
-def test_what_the_network_sees_does_not_depend_on_the_order_of_stones(judge):
+def test_what_the_network_sees_does_not_depend_on_the_order_of_stones(evaluator):
     rng = np.random.default_rng(2)
     stones = positions(rng, 20, 12)
     shuffled = stones.copy()
     shuffled[:, :8] = stones[:, rng.permutation(8)]
     shuffled[:, 8:] = stones[:, 8 + rng.permutation(8)]
-    worth = judge.winning.of_scores(0, 4)
+    worth = evaluator.game_odds.by_score(0, 4)
     np.testing.assert_allclose(
-        judge.network.chances(LINES, stones, 4, worth, 0.0),
-        judge.network.chances(LINES, shuffled, 4, worth, 0.0),
+        evaluator.network.score_probabilities(LINES, stones, 4, worth, 0.0),
+        evaluator.network.score_probabilities(LINES, shuffled, 4, worth, 0.0),
         atol=1e-5,
     )
 
@@ -410,11 +418,12 @@ def test_points_are_counted_as_by_the_rules():
         assert points_of(LINES, position[None])[0] == wanted, k
 
 
-def test_stones_that_the_opponent_piled_up_are_bad_news(judge):
+def test_stones_that_the_opponent_piled_up_are_bad_news(evaluator):
     """Four counting stones of the opponent's and one to come: no team of the network's own kind
     leaves that, and a network that has not seen it takes it for a good house."""
     stones = np.full((1, SLOTS, 2), np.nan)
     stones[0, 8:12] = [(0.0, -0.1), (0.15, 0.35), (0.13, -0.45), (-0.55, 0.2)]
     stones[0, :4] = [(0.8, 0.3), (-0.8, -1.0), (1.2, -0.9), (-0.6, -2.3)]
-    points = judge.network.chances(LINES, stones, 2, judge.winning.of_scores(0, 4), 0.0) @ SCORES
+    values = evaluator.game_odds.by_score(0, 4)
+    points = evaluator.network.score_probabilities(LINES, stones, 2, values, 0.0) @ SCORES
     assert points[0] < -0.5

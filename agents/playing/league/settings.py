@@ -1,0 +1,85 @@
+"""The settings of a league, as a configuration file holds them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+from agents.playing.league.tuning import NETWORK_WIDTHS, REPEATED_SHOTS, SIMULATED_SHOTS
+from curling_env.errors import InputError
+from curling_env.game.rules import rule_set
+from curling_env.throw import skill_named
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeagueSettings:
+    """Who plays whom, how often, and how the network learns.
+
+    Parameters
+    ----------
+    generations : number of ends that each generation plays
+    past : share of the ends that are played against earlier generations
+    tried : number of shots simulated before each delivery
+    layers : units of the hidden layers: two for a stone, two for the position
+    epochs : passes through the ends that were played
+    learning_rate : highest learning rate of the schedule
+    ice : file or preset to play on
+    skill : skill of all players
+    rules : name of the rules
+    seed : seed of everything random
+
+    Raises
+    ------
+    InputError : a setting that makes no sense
+    """
+
+    generations: tuple[int, ...] = (512, 768, 1536)
+    past: float = 0.5
+    tried: int = SIMULATED_SHOTS
+    layers: tuple[int, int, int, int] = NETWORK_WIDTHS
+    epochs: int = 8
+    learning_rate: float = 3e-3
+    ice: str = "standard"
+    skill: str = "elite"
+    rules: str = "world_curling_2024"
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name, least in (("generations", 1), ("layers", 1)):
+            value = getattr(self, name)
+            if not value or not all(isinstance(n, int) and n >= least for n in value):
+                raise InputError(f"{name} must list whole numbers of 1 or more, got {value!r}")
+        if len(self.layers) != 4:
+            raise InputError(f"layers must be four, got {self.layers!r}")
+        if not 0 <= self.past <= 1:
+            raise InputError(f"past must lie within 0 and 1, got {self.past}")
+        if self.tried < REPEATED_SHOTS or self.epochs < 1 or not 0 < self.learning_rate < 1:
+            raise InputError(
+                f"tried is at least {REPEATED_SHOTS}, epochs 1, learning_rate within 0 and 1"
+            )
+        skill_named(self.skill)
+        rule_set(self.rules)
+
+
+def league_settings(document: dict[str, Any], **others: Any) -> LeagueSettings:
+    """Settings from the mapping in a configuration file.
+
+    Parameters
+    ----------
+    document : content of the file
+    others : settings that replace those of the file
+
+    Raises
+    ------
+    InputError : an unknown key, or a value that makes no sense
+    """
+    given = {**document, **others}
+    given.pop("algorithm", None)
+    known = [f.name for f in fields(LeagueSettings)]
+    unknown = sorted(set(given) - set(known))
+    if unknown:
+        raise InputError(f"unknown key {unknown[0]!r} in a league; known are {', '.join(known)}")
+    values: dict[str, Any] = {
+        name: tuple(value) if isinstance(value, list) else value for name, value in given.items()
+    }
+    return LeagueSettings(**values)
