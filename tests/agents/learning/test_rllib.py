@@ -154,7 +154,7 @@ def test_without_rllib_one_line_says_what_to_install(
         (["--workers", "rllib:2", "--resume", "nowhere.npz"], "writes no checkpoints"),
         (
             ["--workers", "rllib:2", "--config", "ends-league"],
-            "league cannot be trained with RLlib",
+            "league cannot be trained",
         ),
     ],
 )
