@@ -1,1 +1,1 @@
-"""A camera before a sheet: its lens and pose, from marks, boards and paint; no stone is known."""
+"""A camera before the sheet: its lens, and its pose from known points and the painted lines."""

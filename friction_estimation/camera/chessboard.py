@@ -1,13 +1,12 @@
-"""Calibration from pictures of a board: what one camera's lens does, measured once for all films.
+"""The lens of a camera from pictures of a chessboard or a ChArUco board.
 
-A chessboard or a ChArUco board of known squares is held before the camera in several tilts; the
-corners of its squares, found to a fraction of a pixel, give focal lengths, principal point and
-distortion.
+The board is held before the camera in several tilts. The corners of its squares, found to a
+fraction of a pixel, give focal lengths, principal point and distortion.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -17,24 +16,18 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.storage import write_json
-from curling_env.typing import Floats, Image
+from curling_env.typing import Floats, Image, Progress, no_progress, with_progress
 from friction_estimation.camera.lens import Lens, solve_lens_from_board
-
-Progress = Callable[[Iterable[str | Path], int], Iterable[str | Path]]
-
-MIN_VIEWS = 3
-"""Fewer pictures of a plane do not fix focal length, principal point and distortion together."""
-MIN_CORNERS = 6
-MAX_RMS_PX = 3.0
-"""A board that is missed by more is not the board that was described."""
-MAX_FOCAL_SIGMA = 0.03
-"""Standard error of the focal length, as a share of it, beyond which the views say too little."""
-FOCAL_RANGE = (0.2, 20.0)
-"""Focal lengths of cameras, in image widths."""
-MIN_TILT_DEG = 5.0
-"""Boards all held square to the camera leave focal length and distance degenerate."""
-LAST_TERM_GAIN = 0.95
-"""The last radial term is kept only where it lowers the misfit to this share or less."""
+from friction_estimation.camera.tuning import (
+    BOARD_FOCAL_RANGE,
+    BOARD_LAST_TERM_GAIN,
+    BOARD_MAX_FOCAL_SIGMA,
+    BOARD_MAX_RMS_PX,
+    BOARD_MIN_CORNERS,
+    BOARD_MIN_TILT_DEG,
+    BOARD_MIN_VIEWS,
+)
+from friction_estimation.film.pictures import read_picture
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,11 +36,11 @@ class Board:
 
     Parameters
     ----------
-    kind : ``chessboard``, or ``charuco``: a chessboard with markers, which may be partly in view
+    kind : ``chessboard``; or ``charuco``, a chessboard with markers, of which a part suffices
     columns, rows : number of squares
     square : side of a square [m]
     marker : side of a ChArUco marker [m]; three quarters of a square where None
-    dictionary : of the ChArUco markers, as OpenCV calls it without ``DICT_``
+    dictionary : of the ChArUco markers, by its name in OpenCV without ``DICT_``
 
     Raises
     ------
@@ -82,11 +75,11 @@ class Board:
         return 0.75 * self.square if self.marker is None else self.marker
 
     def markers(self) -> cv2.aruco.Dictionary:
-        """The markers' dictionary.
+        """The dictionary of the markers.
 
         Raises
         ------
-        InputError : no such dictionary, or one with too few markers
+        InputError : an unknown dictionary, or one with too few markers
         """
         code = getattr(cv2.aruco, f"DICT_{self.dictionary.upper()}", None)
         if code is None:
@@ -145,13 +138,13 @@ def find_board(image: Image, board: Board) -> tuple[Floats, Floats] | None:
         grid = np.column_stack([columns.ravel(), rows.ravel()]) * board.square
         return grid.astype(np.float64), corners.reshape(-1, 2).astype(np.float64)
     best: tuple[Floats, Floats] | None = None
-    for legacy in (False, True):  # boards drawn before OpenCV 4.6 begin with the other colour
+    for legacy in (False, True):  # boards from before OpenCV 4.6 begin with the other colour
         drawn = cv2.aruco.CharucoBoard(
             (board.columns, board.rows), board.square, board.marker_size, board.markers()
         )
         drawn.setLegacyPattern(legacy)
         corners, ids, _, _ = cv2.aruco.CharucoDetector(drawn).detectBoard(grey)
-        if ids is None or len(ids) < MIN_CORNERS or (best and len(ids) <= len(best[0])):
+        if ids is None or len(ids) < BOARD_MIN_CORNERS or (best and len(ids) <= len(best[0])):
             continue
         places = np.asarray(drawn.getChessboardCorners(), dtype=np.float64)
         best = places[ids.ravel().astype(np.intp), :2], corners.reshape(-1, 2).astype(np.float64)
@@ -159,19 +152,20 @@ def find_board(image: Image, board: Board) -> tuple[Floats, Floats] | None:
 
 
 def calibrate_lens(
-    images: Sequence[str | Path], board: Board, *, progress: Progress | None = None
+    images: Sequence[str | Path], board: Board, *, progress: Progress = no_progress
 ) -> LensCalibration:
     """Camera matrix and distortion from pictures of a board.
 
     Parameters
     ----------
-    images : files; those without the board are left out and named in the result
-    progress : wraps the files, given their number
+    images : files; those in which the board is not found are named in the result
+    board : the board in them
+    progress : called after every file
 
     Raises
     ------
-    InputError : a file that is no picture, pictures of different sizes, the board found in fewer
-        than three, or views that do not fix the lens
+    InputError : a file that is no picture, pictures of different sizes, fewer than three pictures
+        with the board, or views that do not determine the lens
 
     Source
     ------
@@ -181,8 +175,8 @@ def calibrate_lens(
     views: list[tuple[Floats, Floats]] = []
     used: list[str] = []
     unused: list[str] = []
-    for path in progress(images, len(images)) if progress else images:
-        grey = _read(path)
+    for path in with_progress(images, "calibrate", progress):
+        grey = read_picture(path, grey=True)
         own = (grey.shape[1], grey.shape[0])
         size = size or own
         if own != size:
@@ -195,25 +189,13 @@ def calibrate_lens(
         (unused if found is None else used).append(str(path))
         if found is not None:
             views.append(found)
-    if size is None or len(views) < MIN_VIEWS:
+    if size is None or len(views) < BOARD_MIN_VIEWS:
         raise InputError(
             f"a {board.kind} of {board.columns} × {board.rows} squares was found in {len(views)} "
-            f"of {len(images)} pictures; {MIN_VIEWS} or more are needed",
+            f"of {len(images)} pictures; {BOARD_MIN_VIEWS} or more are needed",
             source="images",
         )
     return _solved(views, size, tuple(used), tuple(unused))
-
-
-def _read(path: str | Path) -> Image:
-    if not Path(path).exists():
-        raise InputError("no such picture", source=path)
-    try:
-        grey = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-    except cv2.error:
-        grey = None
-    if grey is None:
-        raise InputError("not a picture that can be read", source=path)
-    return np.asarray(grey, dtype=np.uint8)
 
 
 def _solved(
@@ -233,18 +215,18 @@ def _solved(
         )
     except cv2.error as error:
         raise undetermined from error
-    if with_last_term.rms_px < LAST_TERM_GAIN * found.rms_px:
+    if with_last_term.rms_px < BOARD_LAST_TERM_GAIN * found.rms_px:
         found = with_last_term
-    if found.rms_px > MAX_RMS_PX:
+    if found.rms_px > BOARD_MAX_RMS_PX:
         raise InputError(
             f"the corners are missed by {found.rms_px:.1f} px; is the board what was described?",
             source="images",
         )
     focal_px = found.lens.focal_px
     if (
-        found.tilt_deg < MIN_TILT_DEG
-        or not found.focal_sigma_px < MAX_FOCAL_SIGMA * focal_px
-        or not FOCAL_RANGE[0] < focal_px / size[0] < FOCAL_RANGE[1]
+        found.tilt_deg < BOARD_MIN_TILT_DEG
+        or not found.focal_sigma_px < BOARD_MAX_FOCAL_SIGMA * focal_px
+        or not BOARD_FOCAL_RANGE[0] < focal_px / size[0] < BOARD_FOCAL_RANGE[1]
     ):
         raise undetermined
     return LensCalibration(

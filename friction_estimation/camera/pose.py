@@ -17,18 +17,12 @@ from curling_env.typing import Floats
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import NO_DISTORTION, TRIAL_BENDS, TRIAL_FOCALS, Lens
 from friction_estimation.camera.scene import MIN_POINTS, Scene
-
-MAX_AXIS_OFFSET = 0.2
-"""Share of the image by which no lens is off its middle, unless the image was cut."""
-MAX_MISFIT = 0.02
-"""Points that are missed by more than this share of the image's diagonal contradict each other."""
-FOCAL_RANGE = (0.25, 8.0)
-"""Focal lengths that are tried, in longer sides of the image: from a 127° to a 7° view."""
-FOCAL_PRIOR = (1.0, 1.5)
-"""Median and spread (in log) of rink cameras' focal lengths, in the same unit.
-
-Weak on purpose: it decides only where the points cannot, as for a camera that looks straight down.
-"""
+from friction_estimation.camera.tuning import (
+    FOCAL_PRIOR,
+    FOCAL_RANGE,
+    MAX_AXIS_OFFSET,
+    MAX_MISFIT,
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -1,4 +1,4 @@
-"""The scene file: what a user gives for one camera, read and checked before any film is opened."""
+"""The scene file of a camera: known points of the ice, the lens, the stone; read and checked."""
 
 from __future__ import annotations
 
@@ -19,27 +19,28 @@ from friction_estimation.camera.lens import TERMS
 CORNERS = ("home_left", "home_right", "away_right", "away_left")
 """The ice corners in order around the sheet, counter-clockwise seen from above."""
 LENS_KEYS = ("camera_matrix", "distortion", "image_size", "reprojection_px")
-"""What a camera file holds; a scene file may hold the same."""
+"""The keys of a camera file; a scene file may have them too."""
 MIN_POINTS = 4
 MIN_SPREAD = 1e-3
-"""Points whose narrower extent is below this share of their wider one count as lying in a line."""
+"""Points lie in a line where their narrower extent is below this share of their wider one."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scene:
-    """Where one camera sees what, in the raw (distorted) image.
+    """Where a camera sees known points of the ice, and what else is known of it.
 
     Parameters
     ----------
     sheet_points : (n, 2) known points of the ice, sheet frame [m]
-    points_px : (n, 2) the same points in the raw image [px]
+    points_px : (n, 2) the same points in the raw (distorted) image [px]
     camera_matrix : (3, 3) [px], None where it is not known
     distortion : (5,) in the order of `lens.TERMS`; None where it is not known
-    image_size : width and height that the camera matrix belongs to [px]; None: those of the film
+    image_size : width and height of the images that the camera matrix belongs to [px]; those of
+        the film where None
     stone_radius, stone_height : of the body [m]; the height is without the handle
-    sheet : the ice whose corners were clicked
-    fps : frames per second, overriding what the film says; None takes the film's own times
-    source : the file it was read from, for messages
+    sheet : the ice whose points these are
+    fps : frames per second where the film's own times are wrong; None trusts the film
+    source : the file that it was read from, for messages
 
     Raises
     ------
@@ -120,6 +121,7 @@ def load_scene(path: str | Path, camera: str | Path | None = None) -> Scene:
 
     Parameters
     ----------
+    path : of the scene file
     camera : a camera file (`curling calibrate`) whose lens replaces the scene's own
 
     Raises
@@ -139,7 +141,7 @@ def load_scene(path: str | Path, camera: str | Path | None = None) -> Scene:
 
 
 def load_lens(path: str | Path) -> dict[str, Any]:
-    """What a camera file (`curling calibrate`) says, by the parameters of `Scene`.
+    """The lens in a camera file (`curling calibrate`), as parameters of `Scene`.
 
     Raises
     ------

@@ -1,8 +1,8 @@
-"""A camera from one photo of the painted ice: a few rough clicks, then the paint itself.
+"""A camera from one photo of the painted ice: from a few rough clicks, then from the paint itself.
 
-Club cameras hang under the ceiling and see one house and its hog line, no corner of the sheet; what
-a club passes on is often cut out of a larger picture, stretched, and bent by the lens. All of that
-is found from the rings and the hog line.
+Club cameras hang under the ceiling and see one house and its hog line, but no corner of the sheet.
+The picture that a club passes on is often cut out of a larger one, stretched, and bent by the lens.
+All of that is found from the rings and the hog line.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from friction_estimation.camera.markings import (
     CURVES,
     RINGS,
     Markings,
-    brightness,
+    grey_levels,
     keypoints_of,
     markings_of,
     measure_markings,
@@ -42,27 +42,21 @@ from friction_estimation.camera.refinement import (
     refine_from,
 )
 from friction_estimation.camera.scene import Scene
+from friction_estimation.camera.tuning import (
+    PHOTO_CLICK_REACH,
+    PHOTO_CURVE_SEARCH_PX,
+    PHOTO_MAX_RMS_PX,
+    PHOTO_MAX_START_MISS,
+    PHOTO_MIN_CLICK_DISTANCE_PX,
+    PHOTO_RING_BLUR,
+    PHOTO_RING_SCALES,
+    PHOTO_STARTS,
+    PHOTO_TRIAL_STRETCHES,
+)
 
-TRIAL_STRETCHES = (-0.16, 0.0, 0.16)
-"""How far a picture may be stretched, in log, where a fit begins."""
-STARTS = 12
-"""Cameras that a fit begins with."""
-FAR_OFF = 0.1
-"""A camera that misses the clicks by more than this share of the picture is no start."""
-CLICK_REACH = 0.3
-"""How far from the click the tee may be [m]."""
-RING_SCALES = (0.7, 1.6)
-"""Scale at the house over that on the way to the hog line: perspective, stretching and lens."""
-RING_BLUR = 0.03
-"""By how much the image is blurred to find the rings [m]."""
-CLICKS_APART_PX = 4.0
-FAR_PX = 4.0
-"""A curve further off than this is not the one that was meant."""
-MAX_RMS_PX = 1.5
-"""Rings and hog line that fit no better were not found."""
-SURE = (*RINGS[:3], "hog line", "centre line")
-"""Curves that every club paints alike: not the button, nor lines of which an edge may be meant."""
-PATHS = {
+COMMON_CURVES = (*RINGS[:3], "hog line", "centre line")
+"""Curves that every club paints in the same place; the button and the other lines differ."""
+CURVE_COLOURS = {
     "hog line": (60, 230, 60),
     "12-foot ring": (40, 40, 255),
     "8-foot ring": (255, 120, 0),
@@ -70,18 +64,19 @@ PATHS = {
     "button": (0, 170, 255),
     "centre line": (0, 200, 200),
 }
-"""Colours, blue-green-red, that landmarks are drawn in."""
+"""Colours in which curves are drawn, blue-green-red."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PhotoCamera:
-    """What one photo told of its camera.
+    """The camera that took a photo.
 
     Parameters
     ----------
     refined : the camera and how well it is known
-    misses_px : by curve, root mean square distance of its readings from where it is drawn [px]
-    scene : to be written down, with the landmarks in view as its points
+    misses_px : by name of a curve, root mean square distance of where it is seen from where the
+        camera puts it [px]
+    scene : the camera as a scene file holds it, with the keypoints in view as its points
     """
 
     refined: RefinedCamera
@@ -107,37 +102,38 @@ def camera_from_photo(
     Parameters
     ----------
     image : (rows, columns, 3) BGR, best of the empty ice
-    clicks : by the names of `keypoints_of`, in the image [px]: tee and hog_centre of one end at
-        least, each good to 0.3 m
-    height : of the camera above the ice [m], where it is known: straight down, the paint cannot
-        tell it
+    clicks : the names of keypoints (`keypoints_of`) and their pixels: tee and hog_centre of one
+        end at least, each to 0.3 m
+    sheet : the ice in the photo
+    height : of the camera above the ice [m], where it is known; looking straight down, the paint
+        does not show it
     stone : radius and height of the stones [m], for the scene
 
     Raises
     ------
-    InputError : clicks that are too few, unknown, outside or contradict, or no such paint there
+    InputError : too few clicks, or unknown, outside or contradictory ones; no such paint there
     """
     size = (image.shape[1], image.shape[0])
-    places = keypoints_of(sheet)
-    end = _end_seen(clicks, places, size)
+    keypoints = keypoints_of(sheet)
+    end = _end_seen(clicks, keypoints, size)
     rings = _rings_around(
         image, np.array(clicks[f"{end}_tee"]), np.array(clicks[f"{end}_hog_centre"])
     )
     on_ring = rings.on_ice(-1.0 if end == "home" else 1.0)
-    sheet_points = np.concatenate([[places[name] for name in clicks], on_ring])
+    sheet_points = np.concatenate([[keypoints[name] for name in clicks], on_ring])
     points_px = np.concatenate([list(clicks.values()), rings.ends_px])
     starts = _starts(sheet_points, points_px, size)
-    marks = markings_of(sheet)
-    marks = marks[marks.of(*SURE)]
-    # Without the border, the hog line and the outermost ring are what stands out.
-    marks = replace(marks, strong=marks.of("12-foot ring", "hog line"))
+    markings = markings_of(sheet)
+    markings = markings[markings.of(*COMMON_CURVES)]
+    # Without the border in view, the outermost ring and the hog line stand out.
+    markings = replace(markings, strong=markings.of("12-foot ring", "hog line"))
     lens = FreeLens(focal=True, bends=True, cut=True)
-    refined = refine_from(starts, sheet_points, points_px, image, marks, lens, height=height)
+    refined = refine_from(starts, sheet_points, points_px, image, markings, lens, height=height)
     if refined is None:
         raise InputError("no rings and hog line are found near what was clicked")
-    misses = misses_of(refined.camera, image, marks)
+    misses = misses_of(refined.camera, image, markings)
     judged = [misses.get(name, np.inf) for name in ("12-foot ring", "hog line")]
-    if max(judged) > MAX_RMS_PX:
+    if max(judged) > PHOTO_MAX_RMS_PX:
         raise InputError(
             f"the 12-foot ring is met to {judged[0]:.1f} px and the hog line to "
             f"{judged[1]:.1f} px; check the clicks"
@@ -149,19 +145,19 @@ def camera_from_photo(
     )
 
 
-def misses_of(camera: Camera, image: Image, marks: Markings) -> dict[str, float]:
+def misses_of(camera: Camera, image: Image, markings: Markings) -> dict[str, float]:
     """How far each curve is seen from where a camera puts it, root mean square [px].
 
-    Only curves of which a third or more is seen near there are named.
+    A curve of which less than a third is seen near there is left out.
     """
-    readings = measure_markings(brightness(image), (0, 0), camera, marks, FAR_PX)
+    measured = measure_markings(grey_levels(image), (0, 0), camera, markings, PHOTO_CURVE_SEARCH_PX)
     expected = np.bincount(
-        marks.curve[camera.sees(np.column_stack([marks.xy, np.zeros(len(marks.xy))]))],
+        markings.curve[camera.sees(np.column_stack([markings.xy, np.zeros(len(markings.xy))]))],
         minlength=len(CURVES),
     )
     found: dict[str, float] = {}
     for k, name in enumerate(CURVES):
-        own = readings.offset_px[marks.curve[readings.index] == k]
+        own = measured.offset_px[markings.curve[measured.index] == k]
         if len(own) > max(8, expected[k] / 3):
             found[name] = float(np.sqrt(np.mean(own**2)))
     return found
@@ -183,7 +179,7 @@ def draw_markings(image: Image, camera: Camera, sheet: Sheet, scale: int = 1) ->
         curves += [("hog line", np.column_stack([side, np.full(len(side), s * HOG_LINE_Y)]))]
         curves += [("centre line", np.column_stack([np.zeros(len(along)), s * along]))]
         for name, xy in curves:
-            _draw_curve(picture, camera, xy, PATHS[name], scale)
+            _draw_curve(picture, camera, xy, CURVE_COLOURS[name], scale)
     return picture
 
 
@@ -201,13 +197,13 @@ def _draw_curve(
 
 def _end_seen(
     clicks: Mapping[str, tuple[float, float]],
-    places: Mapping[str, tuple[float, float]],
+    keypoints: Mapping[str, tuple[float, float]],
     size: tuple[int, int],
 ) -> str:
-    """Which end is in the photo, home or away, by the names of the clicks."""
+    """The end that is in the photo, home or away, by the names of the clicks."""
     for name, (u, v) in clicks.items():
-        if name not in places:
-            raise InputError(f"nothing is called {name!r}; there are {', '.join(places)}")
+        if name not in keypoints:
+            raise InputError(f"nothing is called {name!r}; there are {', '.join(keypoints)}")
         if not (0 <= u < size[0] and 0 <= v < size[1]):
             raise InputError(
                 f"{name} at ({u:g}, {v:g}) px lies outside the photo of {size[0]} × {size[1]} px"
@@ -216,14 +212,14 @@ def _end_seen(
     if not ends:
         raise InputError("tee and hog_centre of one end must be marked; other places are optional")
     for (one, a), (other, b) in combinations(clicks.items(), 2):
-        if np.hypot(a[0] - b[0], a[1] - b[1]) < CLICKS_APART_PX:
+        if np.hypot(a[0] - b[0], a[1] - b[1]) < PHOTO_MIN_CLICK_DISTANCE_PX:
             raise InputError(f"{one} and {other} are marked at the same place")
     return ends[0]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Rings:
-    """Rings in an image: their centre, and where the 12-foot ring ends.
+    """Rings in an image.
 
     Parameters
     ----------
@@ -244,15 +240,16 @@ class _Rings:
 def _rings_around(image: Image, tee: Floats, hog: Floats) -> _Rings:
     """The rings around a rough click.
 
-    Three concentric ellipses in the proportions of the rings, at whose edges the image changes most
-    from inside to outside, whatever the colours: found blind, so that neither a click some tenths
-    of a metre off nor a bent or stretched picture leads astray.
+    They are three concentric ellipses in the proportions of the rings, at whose edges the image
+    changes most from inside to outside, whatever the colours. They are searched for without a
+    camera, so that neither a click some tenths of a metre off nor a bent or stretched picture leads
+    astray.
     """
     ahead = hog - tee
     metre_px = float(np.linalg.norm(ahead)) / (TEE_Y - HOG_LINE_Y)
     ahead = ahead / np.linalg.norm(ahead)
     aside = np.array([-ahead[1], ahead[0]])
-    soft = cv2.GaussianBlur(brightness(image), (0, 0), max(1.0, RING_BLUR * metre_px))
+    soft = cv2.GaussianBlur(grey_levels(image), (0, 0), max(1.0, PHOTO_RING_BLUR * metre_px))
     slopes = [cv2.Sobel(soft, cv2.CV_32F, *order) for order in ((1, 0), (0, 1))]
     around = np.arange(72) * (2 * np.pi / 72)
     cos, sin = np.cos(around)[:, None], np.sin(around)[:, None]
@@ -273,38 +270,38 @@ def _rings_around(image: Image, tee: Floats, hog: Floats) -> _Rings:
             change += abs(float(np.mean(across_edge)))
         return -change
 
-    bounds = [(-CLICK_REACH, CLICK_REACH)] * 2 + [RING_SCALES] * 2
+    bounds = [(-PHOTO_CLICK_REACH, PHOTO_CLICK_REACH)] * 2 + [PHOTO_RING_SCALES] * 2
     found = differential_evolution(flatness, bounds, rng=1, maxiter=60, tol=1e-4)
     centre = tee + found.x[:2] * metre_px
     along, across = found.x[2:] * metre_px * HOUSE_RADIUS
-    # Who looks from the hog line to the house has v, which grows downwards, behind them.
+    # To the right of someone who looks from the hog line to the house; v grows downwards.
     right = np.array([ahead[1], -ahead[0]])
     ends = np.array([0 * ahead, along * ahead, -along * ahead, -across * right, across * right])
     return _Rings(ends_px=centre + ends)
 
 
 def _starts(sheet_points: Floats, points_px: Floats, size: tuple[int, int]) -> list[Camera]:
-    """Cameras that see the points about where they are, of several lenses, the best first."""
+    """Cameras with trial lenses that see the points about where they are, the best first."""
     side = max(size)
     starts: list[tuple[float, Camera]] = []
-    for share, bend, stretch in product(TRIAL_FOCALS, TRIAL_BENDS, TRIAL_STRETCHES):
+    for share, bend, stretch in product(TRIAL_FOCALS, TRIAL_BENDS, PHOTO_TRIAL_STRETCHES):
         lens = Lens.centred(share * side, size).bent(bend).stretched(stretch)
         for pose in poses_from_points(sheet_points, points_px, lens)[:1]:
             camera = Camera(lens=lens, rotation=pose.rotation, translation=pose.translation)
             starts.append((pose.rms_px, camera))
     starts.sort(key=lambda start: start[0])
-    return [camera for rms, camera in starts[:STARTS] if rms < FAR_OFF * side / 2]
+    return [camera for rms, camera in starts[:PHOTO_STARTS] if rms < PHOTO_MAX_START_MISS * side]
 
 
 def _scene(camera: Camera, sheet: Sheet, stone: tuple[float, float]) -> Scene:
-    """The camera as a scene: the places it sees, where the paint has them, and its lens."""
-    places = np.array(list(keypoints_of(sheet).values()))
-    # The ice of a club may be wider or narrower than the scene's: its border is not asked.
-    places = places[np.abs(places[:, 0]) < sheet.width / 2]
-    points = np.column_stack([places, np.zeros(len(places))])
+    """The camera as a scene: the keypoints in view, where the camera puts them, and its lens."""
+    keypoints = np.array(list(keypoints_of(sheet).values()))
+    # A club's ice may be wider or narrower than the scene's: keypoints at the border are left out.
+    keypoints = keypoints[np.abs(keypoints[:, 0]) < sheet.width / 2]
+    points = np.column_stack([keypoints, np.zeros(len(keypoints))])
     seen = camera.sees(points)
     return Scene(
-        sheet_points=places[seen],
+        sheet_points=keypoints[seen],
         points_px=camera.project(points[seen]),
         camera_matrix=camera.lens.matrix,
         distortion=camera.lens.distortion,

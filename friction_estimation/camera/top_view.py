@@ -1,9 +1,10 @@
-"""The sheet seen from above: the homography of the paper, its lengths, and the outside masked.
+"""The sheet seen from above: the paper's homography, its lengths, and the outside masked.
 
-Three misprints of the paper are put right here. In equation 1 the homography's last row is
-(h31, h32, h33) and a point of the image is (x, y, 1). In equation 4 the vertical length joins upper
-with lower corners, (y3 - y1) and (y4 - y2), where the paper joins left with right. And a side seen
-in perspective is as long as the distance of its ends, not as their difference along one axis.
+Three misprints of the paper are corrected here. In equation 1 the last row of the homography is
+(h31, h32, h33), and a point of the image is (x, y, 1). In equation 4 the vertical length joins
+upper with lower corners, (y3 - y1) and (y4 - y2), where the paper joins left with right. And the
+length of a side seen in perspective is the distance of its ends, not their difference along one
+axis.
 """
 
 # OpenCV's stubs widen the element type of every array that they return.
@@ -23,7 +24,7 @@ from curling_env.typing import Floats, Image
 from friction_estimation.camera.camera import Camera
 
 GRID_PX = 16
-"""The map from top view to raw image is exact every so many pixels, and bilinear in between."""
+"""The map from the view to the raw image is exact every 16 pixels, and bilinear in between."""
 
 
 def view_lengths(corners_px: Floats) -> tuple[float, float]:
@@ -54,7 +55,7 @@ class TopView:
 
     Parameters
     ----------
-    sheet : what it shows
+    sheet : the ice that it shows
     px_per_m : scale [px/m]
     size : width and height [px]
     """
@@ -108,7 +109,7 @@ class TopView:
         return homography / homography[2, 2]
 
     def maps(self, camera: Camera) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """For every pixel of the view its place in the raw image, lens included (for cv2.remap)."""
+        """For every pixel of the view its place in the raw image, as `cv2.remap` takes it."""
         width, height = self.size
         columns = np.arange(0, width + GRID_PX, GRID_PX)
         rows = np.arange(0, height + GRID_PX, GRID_PX)
@@ -126,7 +127,7 @@ class TopView:
         )
 
     def of_frame(self, frame: Image, camera: Camera) -> Image:
-        """A frame seen from above; what lies beside the sheet is left out by construction."""
+        """A frame seen from above; what lies beside the sheet is not part of the view."""
         return cv2.remap(frame, *self.maps(camera), cv2.INTER_LINEAR, borderValue=0)
 
 

@@ -1,4 +1,4 @@
-"""`curling corners`: mark the sheet in a film's picture, by hand, in the browser."""
+"""`curling corners`: mark the sheet in a picture by hand, in the browser."""
 
 from __future__ import annotations
 
@@ -25,26 +25,24 @@ def corners(
     ] = None,
     start: Annotated[
         Path | None,
-        typer.Option(metavar="SCENE.json", help="A scene to go on from: its marks and its lens."),
+        typer.Option(metavar="SCENE.json", help="A scene to continue from."),
     ] = None,
     sheet: Annotated[
         str, typer.Option(metavar="LxW", help="Length and width of the ice [m].")
     ] = "44.5x4.5",
-    port: Annotated[int, typer.Option(min=0, max=65535, help="0: any that is free.")] = 0,
-    browser: Annotated[
-        bool, typer.Option(help="Open the page; else its address is only printed.")
-    ] = True,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="0 takes any free port.")] = 0,
+    browser: Annotated[bool, typer.Option(help="Open the page, or only print its address.")] = True,
 ) -> None:
-    """Mark the corners of the sheet in a picture and write the scene that tracking needs.
+    """Mark the corners of the sheet in a picture, and write the scene file that tracking needs.
 
-    A page opens in your browser. Click each corner of the ice in turn, or, where the camera sees
-    only a part of the sheet, choose places on the small sheet (tee, hog line, ring) and click
-    those: four or more. The wheel zooms, dragging moves the picture, arrow keys move the chosen
-    mark by a quarter of a pixel. The sheet's lines are drawn back into the picture and the ice is
-    shown from above at once: they must lie on the paint. Some pixels do not matter; tracking lets
-    the paint on the ice correct them.
+    A page opens in your browser. Click each corner of the ice in turn. Where the camera sees only
+    part of the sheet, choose four or more other places on the small sheet (tee, hog line, ring)
+    and click those. The wheel zooms, dragging moves the picture, and the arrow keys move the
+    chosen mark by a quarter of a pixel. The lines of the sheet are drawn back into the picture at
+    once and must lie on the paint. A few pixels do not matter: tracking corrects the marks by the
+    painted lines.
 
-    The page is served to this machine alone, and the command ends when you save.
+    Only this machine can open the page, and the command ends when you save.
 
     \b
     Example:
@@ -55,24 +53,21 @@ def corners(
 
     from friction_estimation.camera.annotation.annotate import Annotation
     from friction_estimation.camera.annotation.server import AnnotationServer
-    from friction_estimation.camera.scene import Scene, load_lens, load_scene, save_scene
+    from friction_estimation.camera.scene import load_lens, load_scene, save_scene
 
     before = None if start is None else load_scene(start, camera)
     if before is not None:
-        picking = Annotation.from_scene(film, before)
+        annotation = Annotation.from_scene(film, before)
     else:
-        picking = Annotation.open(
+        annotation = Annotation.open(
             film, _sheet(sheet), None if camera is None else load_lens(camera)
         )
 
-    def save(scene: Scene) -> None:
-        save_scene(scene, output)
-
-    with AnnotationServer(picking, save, port=port) as pages:
-        say(f"mark the sheet at {pages.url}")
+    with AnnotationServer(annotation, lambda scene: save_scene(scene, output), port=port) as server:
+        say(f"mark the sheet at {server.url}")
         if browser:
-            webbrowser.open(pages.url)
-        saved = pages.wait()
+            webbrowser.open(server.url)
+        saved = server.wait()
     assert saved is not None
     print_json({"scene": str(output), "points": len(saved.points_px), "corners": saved.has_corners})
 

@@ -1,4 +1,4 @@
-"""`curling stones`: where the stones lie, from one picture."""
+"""`curling stones`: where the stones lie, from one picture of the ice."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def stones(
     ],
     scene: Annotated[
         Path,
-        typer.Option(metavar="SCENE.json", help="The camera, from `curling calibrate EMPTY`."),
+        typer.Option(metavar="SCENE.json", help="The camera, from `curling locate EMPTY`."),
     ],
     output: OutputFile = Path("stones.json"),
     drawn: Annotated[
@@ -25,26 +25,26 @@ def stones(
         typer.Option("--picture", metavar="P.png", help="Draw what was found into the picture."),
     ] = None,
 ) -> None:
-    """Find the stones that lie on the ice in a picture, and no player.
+    """Find the stones that lie on the ice in a picture; players are left out.
 
-    Both pictures must come from a camera that did not move in between. The stones file is what
-    `curling plan --stones` reads: a list of x and y in metres, with the standard error sigma, the
-    pixel, and the colour (red, green, blue) of what stands out of the ice, by which the teams can
-    be told.
+    Both pictures must come from a camera that did not move in between. `curling plan --stones`
+    reads the stones file: a list of x and y in metres, each with its standard error sigma, its
+    pixel, and the colour (red, green, blue) of its handle, which tells the teams apart.
 
     \b
     Example:
-        curling calibrate empty.png --mark away_tee=131,141 --mark away_hog_centre=131,509
+        curling locate empty.png --mark away_tee=131,141 --mark away_hog_centre=131,509
         curling stones now.png --empty empty.png --scene scene.json
         curling plan --ice ice.json --target 0,17.37 --stones stones.json
     """
     import cv2
 
-    from curling_env.storage import atomic_path, write_json
+    from curling_env.storage import write_json
     from friction_estimation.appearance import StoneModel
     from friction_estimation.camera.annotation.annotate import Annotation
     from friction_estimation.camera.pose import camera_from_scene
     from friction_estimation.camera.scene import load_scene
+    from friction_estimation.film.pictures import write_picture
     from friction_estimation.tracking.detection.single_image import (
         draw_stones,
         find_stones_in_image,
@@ -68,8 +68,6 @@ def stones(
     ]
     write_json(output, places)
     if drawn is not None:
-        with atomic_path(drawn) as draft:
-            sketch = draw_stones(images[0], found, camera, model)
-            draft.write_bytes(cv2.imencode(".png", sketch)[1].tobytes())
+        write_picture(drawn, draw_stones(images[0], found, camera, model))
     say(f"{len(found)} stone{'s' * (len(found) != 1)} on the ice")
     print_json(places)

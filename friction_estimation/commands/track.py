@@ -183,7 +183,7 @@ def describe(one: TrackedFilm) -> str:
     known = 1000 * float(np.median(found.trajectory.sigma_xy))
     paint = (
         f"the paint on the ice agrees to {found.refined.rms_px:.2f} px"
-        if found.refined.readings
+        if found.refined.measured
         else "the paint on the ice could not check the points that were marked"
     )
     return (

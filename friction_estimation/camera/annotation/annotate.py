@@ -1,4 +1,4 @@
-"""What marks made by hand mean: the camera they speak for, and how well the paint agrees."""
+"""What points clicked by hand mean: the camera that sees them so, and how well the paint agrees."""
 
 # OpenCV's stubs widen the element type of every array that they return.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportReturnType=false
@@ -9,57 +9,53 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import cv2
 import numpy as np
 
 from curling_env.errors import InputError
-from curling_env.sheet import (
-    BACK_LINE_Y,
-    HOG_LINE_Y,
-    RING_RADII,
-    TEE_Y,
-    Sheet,
-)
+from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, RING_RADII, TEE_Y, Sheet
 from curling_env.typing import Floats, Image
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.markings import (
-    brightness,
+    grey_levels,
     keypoints_of,
     markings_of,
     measure_markings,
 )
-from friction_estimation.camera.markings_fit import MIN_READINGS
 from friction_estimation.camera.pose import camera_from_scene
-from friction_estimation.camera.refinement import MIN_SHARE, refine
+from friction_estimation.camera.refinement import refine
 from friction_estimation.camera.scene import CORNERS, MIN_POINTS, Scene
 from friction_estimation.camera.top_view import TopView
+from friction_estimation.camera.tuning import MIN_MARKINGS, MIN_MARKINGS_SHARE
+from friction_estimation.film.pictures import SUFFIXES, read_picture
 from friction_estimation.film.video import Film
 
-PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
-"""Endings that are read as one picture instead of a film."""
 STILLS = 9
-"""Frames of a film that can be looked at; their median is the ice without what moves on it."""
+"""Frames of a film that can be looked at."""
 VIEW_PX_PER_M = 26.0
-"""Scale of the top view."""
-NEAR_PX = 2.0
-"""Paint this near to where the corrected camera puts it is what it was corrected by."""
+"""Scale of the view from above."""
+PAINT_SEARCH_PX = 2.0
+"""Paint is looked for this near to where the corrected camera puts it."""
 CURVE_STEP = 0.25
-"""Distance between points of a painted line [m]; a lens bends it between them."""
+"""Distance between points of a painted line [m]; between them a lens may bend it unseen."""
+
+Clicks: TypeAlias = Mapping[str, tuple[float, float]]
+"""The names of keypoints (`markings.keypoints_of`) and where they were clicked [px]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Reading:
-    """What a set of marks says of the camera.
+class AnnotatedCamera:
+    """The camera that a set of clicks speaks for.
 
     Parameters
     ----------
-    scene : with these marks
-    camera : that sees them so
-    misfit_px : root mean square distance of the marks from where the camera puts them [px]
+    scene : the clicks as a scene
+    camera : sees the keypoints where they were clicked
+    misfit_px : root mean square distance of the clicks from where the camera puts them [px]
     paint_px : how far the paint on the ice lies from where the camera puts it [px]; None where
-        the paint was not asked or too little of it is in view
+        the paint was not looked for, or too little of it is in view
     """
 
     scene: Scene
@@ -70,40 +66,37 @@ class Reading:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Annotation:
-    """A film, or one picture, in which places on the ice are marked.
+    """A film, or one picture, in which keypoints of the ice are clicked.
 
     Parameters
     ----------
     name : of the file
-    stills : pictures that can be looked at, (height, width, 3) BGR; the first is without what
+    stills : pictures that can be looked at, (height, width, 3) BGR; the first one is without what
         moves
-    sheet : whose places are marked
-    known : what else the scene shall say, by `Scene`'s parameters: lens, stone, rate
-    marks : made before, the place's name to its pixel
+    sheet : the ice whose keypoints are clicked
+    known : what else the scene shall say, by the parameters of `Scene`: lens, stone, rate
+    clicks : those made before
     """
 
     name: str
     stills: list[Image]
     sheet: Sheet
     known: Mapping[str, Any] = field(default_factory=dict)
-    marks: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    clicks: Clicks = field(default_factory=dict)
 
     @classmethod
     def open(
         cls, path: str | Path, sheet: Sheet, known: Mapping[str, Any] | None = None
     ) -> Annotation:
-        """Look at a film or picture.
+        """Open a film or a picture.
 
         Raises
         ------
         InputError : missing, or neither a film nor a picture
         """
         path = Path(path)
-        if path.suffix.lower() in PICTURES:
-            picture = cv2.imread(str(path)) if path.exists() else None
-            if picture is None:
-                raise InputError("not a picture that can be read", source=path)
-            stills = [picture]
+        if path.suffix.lower() in SUFFIXES:
+            stills = [read_picture(path)]
         else:
             frames = [frame for _, frame in Film.open(path).sample(STILLS)]
             empty = np.median(np.stack(frames), axis=0).astype(np.uint8)
@@ -112,14 +105,14 @@ class Annotation:
 
     @classmethod
     def from_scene(cls, path: str | Path, scene: Scene) -> Annotation:
-        """Go on from a scene: its marks, its sheet and all else it says are kept.
+        """Continue from a scene: its points, its sheet and all else it says are kept.
 
         Raises
         ------
-        InputError : as `open`, or a point of the scene lies where no place has a name
+        InputError : as `open`, or a point of the scene is no keypoint
         """
         names = {np.round(xy, 3).tobytes(): name for name, xy in keypoints_of(scene.sheet).items()}
-        marks: dict[str, tuple[float, float]] = {}
+        clicks: dict[str, tuple[float, float]] = {}
         for i, (xy, px) in enumerate(zip(scene.sheet_points, scene.points_px, strict=True)):
             name = names.get((np.round(xy, 3) + 0.0).tobytes())
             if name is None:
@@ -129,11 +122,11 @@ class Annotation:
                     source=scene.source,
                     where=f"points[{i}]",
                 )
-            marks[name] = (float(px[0]), float(px[1]))
+            clicks[name] = (float(px[0]), float(px[1]))
         known = {f.name: getattr(scene, f.name) for f in fields(scene)}
         for own in ("sheet_points", "points_px", "sheet", "source"):
             del known[own]
-        return replace(cls.open(path, scene.sheet, known), marks=marks)
+        return replace(cls.open(path, scene.sheet, known), clicks=clicks)
 
     @property
     def size(self) -> tuple[int, int]:
@@ -141,41 +134,42 @@ class Annotation:
         rows, columns = self.stills[0].shape[:2]
         return columns, rows
 
-    def scene(self, marks: Mapping[str, tuple[float, float]]) -> Scene:
-        """The scene that holds these marks.
+    def scene(self, clicks: Clicks) -> Scene:
+        """The scene that holds these clicks.
 
         The four corners alone become `corners_px`, anything else `points`.
 
         Raises
         ------
-        InputError : a name that is no place, fewer than four, in a line, crossed or mirrored
+        InputError : an unknown name; fewer than four, or points in a line, crossed or mirrored
         """
-        places = keypoints_of(self.sheet)
-        if unknown := sorted(marks.keys() - places.keys()):
+        keypoints = keypoints_of(self.sheet)
+        if unknown := sorted(clicks.keys() - keypoints.keys()):
             raise InputError(f"no such place on the ice: {', '.join(unknown)}")
-        if len(marks) < MIN_POINTS:
-            raise InputError(f"mark {MIN_POINTS - len(marks)} more: four places are needed")
-        names = CORNERS if marks.keys() == set(CORNERS) else tuple(n for n in places if n in marks)
+        if len(clicks) < MIN_POINTS:
+            raise InputError(f"mark {MIN_POINTS - len(clicks)} more: four places are needed")
+        only_corners = clicks.keys() == set(CORNERS)
+        names = CORNERS if only_corners else tuple(n for n in keypoints if n in clicks)
         return Scene(
-            sheet_points=np.array([places[name] for name in names]),
-            points_px=np.array([marks[name] for name in names], dtype=np.float64),
+            sheet_points=np.array([keypoints[name] for name in names]),
+            points_px=np.array([clicks[name] for name in names], dtype=np.float64),
             sheet=self.sheet,
             **self.known,
         )
 
-    def read(self, marks: Mapping[str, tuple[float, float]], *, paint: bool = False) -> Reading:
-        """The camera under which the marks fall where they were made.
+    def solve(self, clicks: Clicks, *, paint: bool = False) -> AnnotatedCamera:
+        """The camera that sees the keypoints where they were clicked.
 
         Parameters
         ----------
-        marks : place by name to its pixel in the raw image
-        paint : let the painted lines correct it, as tracking does; takes a second or two
+        clicks : in the raw image
+        paint : let the painted lines correct the camera, as tracking does; takes a second or two
 
         Raises
         ------
-        InputError : as `scene`, or that no camera above the ice can see the marks so
+        InputError : as `scene`, or no camera above the ice can see the keypoints so
         """
-        scene = self.scene(marks)
+        scene = self.scene(clicks)
         camera = camera_from_scene(scene, self.size)
         paint_px = None
         if paint:
@@ -183,7 +177,7 @@ class Annotation:
             paint_px = self._paint_px(camera)
         there = np.column_stack([scene.sheet_points, np.zeros(len(scene.sheet_points))])
         apart = camera.project(there) - scene.points_px
-        return Reading(
+        return AnnotatedCamera(
             scene=scene,
             camera=camera,
             misfit_px=float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))),
@@ -191,14 +185,14 @@ class Annotation:
         )
 
     def _paint_px(self, camera: Camera) -> float | None:
-        grey = brightness(self.stills[0])
-        readings = measure_markings(grey, (0, 0), camera, markings_of(self.sheet), NEAR_PX)
-        if len(readings.index) < max(MIN_READINGS, MIN_SHARE * readings.expected):
+        grey = grey_levels(self.stills[0])
+        found = measure_markings(grey, (0, 0), camera, markings_of(self.sheet), PAINT_SEARCH_PX)
+        if len(found.index) < max(MIN_MARKINGS, MIN_MARKINGS_SHARE * found.expected):
             return None
-        return float(np.sqrt(np.mean(readings.offset_px**2)))
+        return float(np.sqrt(np.mean(found.offset_px**2)))
 
-    def painted(self, camera: Camera) -> list[list[list[float]]]:
-        """Where a camera puts the lines of the sheet: polylines of raw pixels inside the image."""
+    def lines_px(self, camera: Camera) -> list[list[list[float]]]:
+        """The lines of the sheet as a camera sees them: polylines of raw pixels in the image."""
         lines: list[list[list[float]]] = []
         for curve in curves_of(self.sheet):
             points = np.column_stack([curve, np.zeros(len(curve))])
@@ -210,8 +204,8 @@ class Annotation:
                     lines.append(np.round(inside, 2).tolist())
         return lines
 
-    def from_above(self, camera: Camera, still: int = 0) -> Image:
-        """The ice seen from above as a camera shows it, the home end on the left."""
+    def top_view(self, camera: Camera, still: int = 0) -> Image:
+        """The ice as a camera shows it, seen from above with the home end on the left."""
         view = TopView.of(self.sheet, VIEW_PX_PER_M).of_frame(self.stills[still], camera)
         return np.asarray(cv2.rotate(view, cv2.ROTATE_90_CLOCKWISE), dtype=np.uint8)
 

@@ -1,4 +1,4 @@
-"""The page that marks are made on, served to this machine's own browser and to no one else."""
+"""The page on which the ice is marked, served to this machine's own browser and to no one else."""
 
 # pyright: reportArgumentType=false, reportCallIssue=false
 
@@ -19,26 +19,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.errors import CurlingError, InputError, OutputError
-from friction_estimation.camera.annotation.annotate import VIEW_PX_PER_M, Annotation
+from friction_estimation.camera.annotation.annotate import VIEW_PX_PER_M, Annotation, Clicks
 from friction_estimation.camera.markings import keypoints_of
 from friction_estimation.camera.scene import Scene
 
-LARGEST_QUESTION = 100_000
-"""A question is some points; one longer than this many bytes is none of ours."""
+MAX_REQUEST_BYTES = 100_000
+"""A request of the page holds a few points and is shorter than this."""
 ADDRESS = "127.0.0.1"
 
 
 class AnnotationServer:
-    """Serves the page until the marks are saved.
+    """Serves the page until the scene is saved.
 
     The address holds a secret that only the opened page knows, so that no other page in the same
-    browser can ask questions or save.
+    browser can send requests or save.
 
     Parameters
     ----------
-    picking : film or picture
-    save : keeps a scene; a `CurlingError` it raises is shown on the page
-    port : 0 for any that is free
+    annotation : the film or picture
+    save : called with the scene; a `CurlingError` that it raises is shown on the page
+    port : of the page; 0 takes any free one
 
     Raises
     ------
@@ -47,12 +47,12 @@ class AnnotationServer:
 
     def __init__(
         self,
-        picking: Annotation,
+        annotation: Annotation,
         save: Callable[[Scene], None],
         *,
         port: int = 0,
     ) -> None:
-        self.picking = picking
+        self.annotation = annotation
         self.saved: Scene | None = None
         self._save = save
         self._done = Event()
@@ -64,7 +64,7 @@ class AnnotationServer:
 
     @property
     def url(self) -> str:
-        """Where the page is."""
+        """Address of the page."""
         return f"http://{ADDRESS}:{self._server.server_address[1]}/{self._secret}/"
 
     def __enter__(self) -> AnnotationServer:
@@ -76,13 +76,19 @@ class AnnotationServer:
         self._server.server_close()
 
     def wait(self, timeout: float | None = None) -> Scene | None:
-        """Wait until a scene is saved; None when the time [s] is over before."""
+        """Wait until a scene is saved, and return it; None when the time [s] runs out first."""
         self._done.wait(timeout)
         return self.saved
 
-    def answer(self, path: str, question: Any = None) -> tuple[HTTPStatus, str, bytes]:
-        """Status, type and content for a path below the secret one; `question` of a POST."""
-        if question is None:
+    def answer(self, path: str, request: Any = None) -> tuple[HTTPStatus, str, bytes]:
+        """Status, type and content of the answer.
+
+        Parameters
+        ----------
+        path : below the secret one
+        request : the document that a POST sent; None for a GET
+        """
+        if request is None:
             if path == "":
                 page = files("friction_estimation.camera.annotation").joinpath("page.html")
                 return HTTPStatus.OK, "text/html; charset=utf-8", page.read_bytes()
@@ -90,54 +96,54 @@ class AnnotationServer:
                 return _json(self._film())
             if path.startswith("still/") and path[6:].isdecimal():
                 index = int(path[6:])
-                if index < len(self.picking.stills):
-                    return HTTPStatus.OK, "image/jpeg", _jpeg(self.picking.stills[index], 95)
+                if index < len(self.annotation.stills):
+                    return HTTPStatus.OK, "image/jpeg", _jpeg(self.annotation.stills[index], 95)
         elif path == "read":
-            return _json(self._read(question))
+            return _json(self._solve(request))
         elif path == "save":
-            return _json(self._keep(question))
+            return _json(self._save_scene(request))
         return HTTPStatus.NOT_FOUND, "text/plain", b"not here"
 
-    def opened_as(self, path: str) -> str | None:
-        """What a request's path asks for below the secret; None where the secret is wrong."""
+    def path_below_secret(self, path: str) -> str | None:
+        """The part of a path that follows the secret; None where the secret is wrong."""
         _, given, *rest = path.split("?")[0].split("/", 2)
         return "/".join(rest) if secrets.compare_digest(given, self._secret) else None
 
     def _film(self) -> dict[str, Any]:
-        sheet = self.picking.sheet
+        sheet = self.annotation.sheet
         return {
-            "name": self.picking.name,
-            "size": self.picking.size,
-            "stills": len(self.picking.stills),
+            "name": self.annotation.name,
+            "size": self.annotation.size,
+            "stills": len(self.annotation.stills),
             "sheet": {"length": sheet.length, "width": sheet.width},
             "places": keypoints_of(sheet),
-            "marks": dict(self.picking.marks),
-            "lens": self.picking.known.get("camera_matrix") is not None,
+            "marks": dict(self.annotation.clicks),
+            "lens": self.annotation.known.get("camera_matrix") is not None,
             "px_per_m": VIEW_PX_PER_M,
         }
 
-    def _read(self, question: Any) -> dict[str, Any]:
+    def _solve(self, request: Any) -> dict[str, Any]:
         try:
-            marks, still = _marks(question), int(question.get("still", 0))
-            reading = self.picking.read(marks, paint=bool(question.get("paint")))
+            clicks, still = _clicks(request), int(request.get("still", 0))
+            found = self.annotation.solve(clicks, paint=bool(request.get("paint")))
         except CurlingError as error:
             return {"problem": _plain(error)}
-        camera = reading.camera
-        still = still if 0 <= still < len(self.picking.stills) else 0
-        view = _jpeg(self.picking.from_above(camera, still), 88)
+        camera = found.camera
+        still = still if 0 <= still < len(self.annotation.stills) else 0
+        view = _jpeg(self.annotation.top_view(camera, still), 88)
         return {
             "problem": None,
-            "misfit_px": reading.misfit_px,
-            "paint_px": reading.paint_px,
-            "lines": self.picking.painted(camera),
+            "misfit_px": found.misfit_px,
+            "paint_px": found.paint_px,
+            "lines": self.annotation.lines_px(camera),
             "view": "data:image/jpeg;base64," + base64.b64encode(view).decode(),
             "focal_px": camera.lens.focal_px,
             "position": camera.position.tolist(),
         }
 
-    def _keep(self, question: Any) -> dict[str, Any]:
+    def _save_scene(self, request: Any) -> dict[str, Any]:
         try:
-            scene = self.picking.read(_marks(question)).scene
+            scene = self.annotation.solve(_clicks(request)).scene
             self._save(scene)
         except CurlingError as error:
             return {"problem": _plain(error)}
@@ -150,14 +156,14 @@ def _plain(error: CurlingError) -> str:
     return error.problem if isinstance(error, InputError) else str(error)
 
 
-def _marks(question: Any) -> dict[str, tuple[float, float]]:
+def _clicks(request: Any) -> Clicks:
     try:
-        marks = {str(k): (float(u), float(v)) for k, (u, v) in question["marks"].items()}
+        clicks = {str(k): (float(u), float(v)) for k, (u, v) in request["marks"].items()}
     except (TypeError, KeyError, ValueError, AttributeError) as error:
         raise InputError("expected marks as {place: [u, v]}") from error
-    if not all(np.isfinite(px).all() for px in marks.values()):
+    if not all(np.isfinite(px).all() for px in clicks.values()):
         raise InputError("expected finite pixels")
-    return marks
+    return clicks
 
 
 def _json(document: Any) -> tuple[HTTPStatus, str, bytes]:
@@ -168,28 +174,28 @@ def _jpeg(image: NDArray[np.uint8], quality: int) -> bytes:
     return cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()
 
 
-def _handler(pages: AnnotationServer) -> type[BaseHTTPRequestHandler]:
+def _handler(server: AnnotationServer) -> type[BaseHTTPRequestHandler]:
     class Handler(BaseHTTPRequestHandler):
         def do_GET(self) -> None:
             self._reply(None)
 
         def do_POST(self) -> None:
             length = self.headers.get("Content-Length", "")
-            if not length.isdecimal() or int(length) > LARGEST_QUESTION:
+            if not length.isdecimal() or int(length) > MAX_REQUEST_BYTES:
                 self.send_error(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
                 return
             try:
-                question = json.loads(self.rfile.read(int(length)))
+                request = json.loads(self.rfile.read(int(length)))
             except ValueError:
-                question = {}
-            self._reply(question)
+                request = {}
+            self._reply(request)
 
-        def _reply(self, question: Any) -> None:
-            path = pages.opened_as(self.path)
+        def _reply(self, request: Any) -> None:
+            path = server.path_below_secret(self.path)
             if path is None:
                 self.send_error(HTTPStatus.NOT_FOUND)
                 return
-            status, kind, content = pages.answer(path, question)
+            status, kind, content = server.answer(path, request)
             self.send_response(status)
             self.send_header("Content-Type", kind)
             self.send_header("Content-Length", str(len(content)))
@@ -198,6 +204,6 @@ def _handler(pages: AnnotationServer) -> type[BaseHTTPRequestHandler]:
             self.wfile.write(content)
 
         def log_message(self, format: str, *args: Any) -> None:
-            """Say nothing: stderr is for the person at the terminal."""
+            """Log nothing: stderr is for the person at the terminal."""
 
     return Handler

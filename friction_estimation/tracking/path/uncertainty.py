@@ -11,8 +11,8 @@ import numpy as np
 from curling_env.typing import Floats
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.markings_fit import CLICK_PX
 from friction_estimation.camera.refinement import RefinedCamera
+from friction_estimation.camera.tuning import CLICK_SIGMA_PX
 from friction_estimation.tracking import tuning
 
 
@@ -28,7 +28,7 @@ def camera_variance(refined: RefinedCamera, xy: Floats, z: float) -> Floats:
     px = refined.camera.project(np.column_stack([xy, np.full(len(xy), z)]))
     count = len(refined.covariance)
     moved = np.zeros((len(xy), 2, count))
-    if refined.readings:
+    if refined.measured:
         step = 1e-5
         for p in range(count):
             moved[:, :, p] = (refined.moved(p, step).on_plane(px, z) - xy) / step
@@ -57,7 +57,7 @@ def systematic_sigma(
     cotangent = np.linalg.norm(sight, axis=1) / (camera.position[2] - middle)
     edge_px = tuning.EDGE_ERROR_PX * np.hypot(1.0, cotangent**2 / tuning.LOW_VIEW_COT2)
     # Without paint, the clicked points are all that the camera rests on.
-    loose_px = 0.0 if refined.readings else CLICK_PX / 2
+    loose_px = 0.0 if refined.measured else CLICK_SIGMA_PX / 2
     edge = (np.hypot(np.hypot(edge_px, loose_px), lag_px)[:, None] * metre) ** 2
     rise = camera.position[2] - middle
     outline = tuning.OUTLINE_ERROR**2 * sight**2 / (rise**2 + np.sum(sight**2, axis=1))[:, None]

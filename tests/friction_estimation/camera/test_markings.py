@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError
-from friction_estimation.camera.markings import brightness, markings_of, measure_markings
+from friction_estimation.camera.markings import grey_levels, markings_of, measure_markings
 from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.refinement import log_height_prior, refine, refine_at_focal
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, scene_of
@@ -57,7 +57,7 @@ def test_corners_off_by_three_pixels_cost_a_few_millimetres(views, name, seed):
     refined = refine(before, known, still)
     assert misplaced(before, true) > 0.01
     assert misplaced(refined.camera, true) < 0.003
-    assert refined.readings > 300
+    assert refined.measured > 300
     assert refined.rms_px < 0.3 < refined.before_px
 
 
@@ -71,7 +71,7 @@ def test_corners_far_off_are_found_or_the_failure_is_told(views, name):
             refined = refine(camera_from_scene(known, true.size), known, still)
         except InputError:
             continue
-        if refined.readings:
+        if refined.measured:
             found.append(misplaced(refined.camera, true))
     assert len(found) >= 3
     assert max(found) < 0.01
@@ -115,7 +115,7 @@ def test_points_that_leave_nothing_to_improve_are_checked_by_the_paint_all_the_s
     true, scene, still = views["end"]
     grain = np.random.default_rng(seed).normal(0, 1.0, still.shape)
     refined = refine(true, scene, np.clip(still + grain, 0, 255).astype(np.float32))
-    assert refined.readings > 300
+    assert refined.measured > 300
     assert misplaced(refined.camera, true) < 0.003
 
 
@@ -126,7 +126,7 @@ def test_a_picture_without_paint_leaves_the_camera_as_it_was(views):
     known = marked(scene, true, 1)
     before = camera_from_scene(known, true.size)
     refined = refine(before, known, blank)
-    assert refined.readings == 0
+    assert refined.measured == 0
     assert refined.camera is before
 
 
@@ -142,10 +142,10 @@ def test_someone_standing_on_a_line_does_not_move_it(views):
 
 def test_marks_are_read_where_they_are_to_a_tenth_of_a_pixel(views):
     true, scene, still = views["gantry"]
-    marks = markings_of(scene.sheet)
-    readings = measure_markings(brightness(still), (0, 0), true, marks, 3.0)
-    assert len(readings.index) > 0.7 * readings.expected
-    assert np.median(np.abs(readings.offset_px)) < 0.1
+    markings = markings_of(scene.sheet)
+    measured = measure_markings(grey_levels(still), (0, 0), true, markings, 3.0)
+    assert len(measured.index) > 0.7 * measured.expected
+    assert np.median(np.abs(measured.offset_px)) < 0.1
 
 
 def test_part_of_a_picture_serves_with_its_place(views):

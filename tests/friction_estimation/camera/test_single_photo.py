@@ -63,7 +63,7 @@ def test_the_command_writes_a_scene_that_reads_the_photo_and_a_picture(
     cv2.imwrite(str(photo), club_photo.empty)
     marks = [f"{name}={u:.0f},{v:.0f}" for name, (u, v) in clicks(club_photo).items()]
     asked = ["--mark", marks[0], "--mark", marks[1], "-o", str(scene), "--picture", str(drawn)]
-    assert main(["calibrate", str(photo), *asked]) == 0
+    assert main(["locate", str(photo), *asked]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["misses_px"]["hog line"] < 0.5
     size = (club_photo.empty.shape[1], club_photo.empty.shape[0])

@@ -42,7 +42,7 @@ def test_a_height_in_doubt_is_in_the_error_of_places_and_grows_with_the_slant():
         focal_px=690.0,
         size=(1280, 960),
     )
-    level = replace(unrefined(camera), readings=500)
+    level = replace(unrefined(camera), measured=500)
     # Farther by a tenth, and longer by as much: the ice looks the same, the stone's height less.
     up = camera.position + np.array([0.0, 0.0, 0.1 * camera.position[2]])
     matrix = camera.lens.matrix.copy()

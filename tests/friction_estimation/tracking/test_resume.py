@@ -36,7 +36,7 @@ def tracked_film(throw=0):
         frame_count=9,
         camera=None,
         appearance=None,
-        refined=SimpleNamespace(readings=0),
+        refined=SimpleNamespace(measured=0),
     )
 
 

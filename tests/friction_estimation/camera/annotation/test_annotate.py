@@ -36,28 +36,28 @@ def marks_at(camera, names):
 
 
 @pytest.fixture
-def picking(seen):
+def annotation(seen):
     path, camera, _ = seen
     known = {"camera_matrix": camera.lens.matrix, "distortion": camera.lens.distortion}
     return Annotation.open(path, PAPER_SHEET, known)
 
 
-def test_four_corners_become_corners_and_other_places_points(picking, seen):
+def test_four_corners_become_corners_and_other_places_points(annotation, seen):
     _, camera, scene = seen
-    corners = picking.scene(marks_at(camera, CORNERS))
+    corners = annotation.scene(marks_at(camera, CORNERS))
     assert corners.has_corners
     assert np.allclose(corners.points_px, scene.points_px, atol=1e-6)
     names = ["home_tee", "home_hog_left", "home_hog_right", "away_tee", "home_left"]
-    others = picking.scene(marks_at(camera, names))
+    others = annotation.scene(marks_at(camera, names))
     assert not others.has_corners
     assert len(others.points_px) == 5
 
 
-def test_lines_are_drawn_back_where_the_camera_sees_them(picking, seen):
+def test_lines_are_drawn_back_where_the_camera_sees_them(annotation, seen):
     _, camera, _ = seen
-    reading = picking.read(marks_at(camera, CORNERS))
-    assert reading.misfit_px < 0.01
-    drawn = np.concatenate([np.array(line) for line in picking.painted(reading.camera)])
+    found = annotation.solve(marks_at(camera, CORNERS))
+    assert found.misfit_px < 0.01
+    drawn = np.concatenate([np.array(line) for line in annotation.lines_px(found.camera)])
     back = camera.on_plane(drawn)
     assert len(drawn) > 500
     border = np.abs(np.abs(back[:, 0]) - PAPER_SHEET.width / 2) < 0.01
@@ -65,9 +65,9 @@ def test_lines_are_drawn_back_where_the_camera_sees_them(picking, seen):
     assert PAPER_SHEET.contains(back * 0.999).all()
 
 
-def test_from_above_the_houses_lie_where_they_belong(picking, seen):
+def test_from_above_the_houses_lie_where_they_belong(annotation, seen):
     _, camera, _ = seen
-    view = picking.from_above(picking.read(marks_at(camera, CORNERS)).camera).astype(int)
+    view = annotation.top_view(annotation.solve(marks_at(camera, CORNERS)).camera).astype(int)
     rows, columns = view.shape[:2]
     assert columns > 9 * rows
     # The twelve-foot ring is blue: at the home tee, half way between its radii.
@@ -77,11 +77,11 @@ def test_from_above_the_houses_lie_where_they_belong(picking, seen):
     assert blue > red + 40
 
 
-def test_the_paint_shows_how_far_marks_are_off(picking, seen):
+def test_the_paint_shows_how_far_marks_are_off(annotation, seen):
     _, camera, _ = seen
     marks = marks_at(camera, CORNERS)
     off = {name: (u + 3, v - 2) for name, (u, v) in marks.items()}
-    exact, wrong = picking.read(marks, paint=True), picking.read(off, paint=True)
+    exact, wrong = annotation.solve(marks, paint=True), annotation.solve(off, paint=True)
     assert exact.paint_px is not None
     assert exact.paint_px < 0.5
     assert exact.misfit_px < 0.5
@@ -97,17 +97,17 @@ def test_the_paint_shows_how_far_marks_are_off(picking, seen):
         (lambda m: {**m, "home_left": (-40.0, 700.0)}, "outside the image"),
     ],
 )
-def test_marks_that_mean_nothing_are_refused(picking, seen, change, words):
+def test_marks_that_mean_nothing_are_refused(annotation, seen, change, words):
     with pytest.raises(InputError, match=words):
-        picking.read(change(marks_at(seen[1], CORNERS)))
+        annotation.solve(change(marks_at(seen[1], CORNERS)))
 
 
 def test_a_scene_is_gone_on_from(seen, tmp_path):
     path, camera, scene = seen
     save_scene(replace(scene, stone_height=0.12, fps=25.0), tmp_path / "scene.json")
     again = Annotation.from_scene(path, load_scene(tmp_path / "scene.json"))
-    assert set(again.marks) == set(CORNERS)
-    kept = again.scene(again.marks)
+    assert set(again.clicks) == set(CORNERS)
+    kept = again.scene(again.clicks)
     assert np.allclose(kept.points_px, scene.points_px)
     assert (kept.stone_height, kept.fps) == (0.12, 25.0)
     assert kept.camera_matrix is not None
@@ -121,20 +121,20 @@ def test_a_point_without_a_name_cannot_be_gone_on_from(seen):
         Annotation.from_scene(path, moved)
 
 
-def test_only_who_knows_the_secret_is_answered(picking):
-    with AnnotationServer(picking, lambda scene: None) as pages:
-        root = pages.url.rsplit("/", 2)[0]
+def test_only_who_knows_the_secret_is_answered(annotation):
+    with AnnotationServer(annotation, lambda scene: None) as server:
+        root = server.url.rsplit("/", 2)[0]
         for wrong in (root + "/", root + "/guess/film.json", root + "/guess/save"):
             with pytest.raises(urllib.error.HTTPError) as refused:
                 urllib.request.urlopen(wrong, timeout=10)
             assert refused.value.code == 404
-        with urllib.request.urlopen(pages.url + "film.json", timeout=10) as answer:
+        with urllib.request.urlopen(server.url + "film.json", timeout=10) as answer:
             assert json.loads(answer.read())["size"] == [1280, 720]
         with pytest.raises(OutputError, match="cannot be used"):
-            AnnotationServer(picking, lambda scene: None, port=int(root.rsplit(":", 1)[1]))
+            AnnotationServer(annotation, lambda scene: None, port=int(root.rsplit(":", 1)[1]))
 
 
-def test_the_page_makes_a_scene(picking, seen, page, tmp_path):
+def test_the_page_makes_a_scene(annotation, seen, page, tmp_path):
     _, camera, scene = seen
     output = tmp_path / "scene.json"
 
@@ -148,8 +148,8 @@ def test_the_page_makes_a_scene(picking, seen, page, tmp_path):
         )
         page.mouse.click(x, y)
 
-    with AnnotationServer(picking, lambda made: save_scene(made, output)) as pages:
-        page.goto(pages.url)
+    with AnnotationServer(annotation, lambda made: save_scene(made, output)) as server:
+        page.goto(server.url)
         page.wait_for_function("still.complete && still.naturalWidth > 0 && film")
         assert page.is_disabled("#save")
         for name in CORNERS[:3]:
@@ -171,7 +171,7 @@ def test_the_page_makes_a_scene(picking, seen, page, tmp_path):
         click("away_left")
         page.wait_for_selector("#save:enabled")
         page.click("#save")
-        assert pages.wait(10) is not None
+        assert server.wait(10) is not None
         page.wait_for_function("document.querySelector('#state').textContent.startsWith('Saved')")
     made = load_scene(output)
     assert made.has_corners
@@ -179,9 +179,9 @@ def test_the_page_makes_a_scene(picking, seen, page, tmp_path):
     assert np.abs(made.points_px - scene.points_px).max() < 1.0
 
 
-def test_a_place_is_chosen_on_the_small_sheet(picking, seen, page):
-    with AnnotationServer(picking, lambda made: None) as pages:
-        page.goto(pages.url)
+def test_a_place_is_chosen_on_the_small_sheet(annotation, seen, page):
+    with AnnotationServer(annotation, lambda made: None) as server:
+        page.goto(server.url)
         page.wait_for_function("still.complete && still.naturalWidth > 0 && film")
         page.click("circle[data-place=home_tee]")
         assert "home tee" in page.inner_text("#task")

@@ -1,0 +1,136 @@
+"""The tuned numbers of finding a camera: from known points, boards and the painted lines.
+
+They were set on films that `friction_estimation.synthetic` renders, from all of its named cameras
+and with clicks of 3 px, and checked on photos of clubs. What concerns the kind of lens stands in
+`lens`.
+"""
+
+# --- the pose from known points -------------------------------------------------------------------
+
+FOCAL_RANGE = (0.25, 8.0)
+"""Focal lengths that are tried, in longer sides of the image: from a 127° to a 7° view."""
+FOCAL_PRIOR = (1.0, 1.5)
+"""Median and spread (in log) of rink cameras' focal lengths, in the same unit. Weak on purpose: it
+decides only where the points cannot, as for a camera that looks straight down."""
+MAX_AXIS_OFFSET = 0.2
+"""Share of the image by which no lens is off its middle, unless the image was cut."""
+MAX_MISFIT = 0.02
+"""Points that are missed by more than this share of the image's diagonal contradict each other."""
+
+# --- the lens from pictures of a board ------------------------------------------------------------
+
+BOARD_MIN_VIEWS = 3
+"""Fewer pictures of a plane do not fix focal length, principal point and distortion together."""
+BOARD_MIN_CORNERS = 6
+"""Fewer corners of a ChArUco board are no view of it."""
+BOARD_MAX_RMS_PX = 3.0
+"""A board that is missed by more is not the board that was described."""
+BOARD_MAX_FOCAL_SIGMA = 0.03
+"""Largest standard error of the focal length, as a share of it."""
+BOARD_FOCAL_RANGE = (0.2, 20.0)
+"""Focal lengths of cameras, in image widths."""
+BOARD_MIN_TILT_DEG = 5.0
+"""Boards that are all held square to the camera cannot tell focal length from distance."""
+BOARD_LAST_TERM_GAIN = 0.95
+"""The last radial term is kept only where it lowers the misfit to this share or less."""
+
+# --- measuring the painted lines in an image ------------------------------------------------------
+
+EDGE_BLUR_PX = 1.0
+"""Scale at which edges are looked for, about that of a film's own blur."""
+MIN_LINE_WIDTH_PX = 1.6
+"""A line that is narrower than this looks this wide."""
+MAX_LINE_WIDTH_PX = 24.0
+"""Lines that look wider are not measured as lines."""
+MIN_CLEARANCE_PX = 4.5
+"""Nothing else may be painted so near to a point that is measured."""
+MIN_CONTRAST = 4.0
+"""Least contrast of a marking that counts [grey levels]."""
+POINT_SEARCH_PX = 2.5
+"""How far a single point may be seen from where its group is seen."""
+PROFILE_STEP_PX = 0.5
+"""Distance between the samples along a normal."""
+GROUP_SIZE = 12
+"""Neighbouring points that are searched for together first."""
+
+# --- the fit of a camera to the painted lines -----------------------------------------------------
+
+CLICK_SIGMA_PX = 3.0
+"""Standard error of a point that was marked by hand."""
+MARKING_SIGMA_PX = 0.15
+"""Standard error of one measured point that is not noise: paint, blur, compression."""
+MARKING_CORRELATION = 6.0
+"""Neighbouring points share their errors: this many count as one."""
+PAINT_PLACEMENT_SIGMA = 0.002
+"""How far a ring's radius or a whole line is off where it should be painted [m]."""
+MIN_SCALE_PX = 0.1
+"""Measured points are never taken to agree better than this."""
+OUTLIER_AT = 3.0
+"""Residuals of this many times their scale count a quarter (Geman-McClure weights)."""
+NARROW_SEARCHES_PX = (4.0, 3.0, 2.0, 2.0, 2.0)
+"""Search radius of each round once the camera is nearly right."""
+WIDE_SEARCHES_PX = (10.0, 6.0)
+"""Search radius of the rounds before, for hog lines and border only."""
+WIDER_SEARCHES_PX = (24.0, 14.0, 8.0, 6.0)
+"""The same where the first search did not find most of the markings."""
+UNKNOWN_LENS_SEARCHES_PX = (16.0, 10.0, 6.0)
+"""The same where the lens is unknown."""
+MIN_STARTS = 4
+"""Starting cameras that are followed at least where the lens is unknown."""
+MAX_STARTS = 12
+"""Starting cameras that are followed at most."""
+CONVINCING_COST = 0.5
+"""Mean squared miss from which on no more than `MIN_STARTS` are followed [px²]; a marking that is
+not found counts 9."""
+DOUBTFUL_COST = 1.5
+"""Mean squared miss from which on the wider search is tried as well [px²]."""
+MIN_MARKINGS = 60
+"""Fewer measured points do not outweigh what was marked by hand."""
+MIN_MARKINGS_SHARE = 0.25
+"""Share of the points in view that must be found; fewer are chance."""
+WRONG_PAINT_RMS_PX = 0.35
+"""A fit that is no better than this and finds fewer points than `WRONG_PAINT_SHARE` met other
+paint."""
+WRONG_PAINT_SHARE = 0.75
+"""See `WRONG_PAINT_RMS_PX`."""
+EQUAL_COST_RATIO = 1.02
+"""Two cameras whose costs differ by less than this factor agree with the paint equally well: there
+is nothing left to improve on points that were marked exactly."""
+CAMERA_HEIGHT_PRIOR = (8.0, 0.5)
+"""Median height of rink cameras [m] and its spread (in log): halls, galleries and tripods. It
+decides only where the paint cannot, as for a camera that looks straight down."""
+MEASURED_HEIGHT_SIGMA = 0.01
+"""Standard error of a height that somebody measured, in log."""
+RIM_SHIFT_PX = 1.0
+"""How far paint may be seen outwards of its place where a lens squeezes the picture's rim to half
+its scale: colours part there, edges blur, and no formula of distortion is exact."""
+RIM_SHIFT_POWER = 4
+"""Power of the squeeze with which that grows; nothing of it is left in the middle of a picture."""
+
+# --- a camera from a single photo -----------------------------------------------------------------
+
+PHOTO_MIN_SCALE_PX = 1.5
+"""`MIN_SCALE_PX` for a photo of a club's ice, whose paint is laid to a centimetre or so."""
+PHOTO_CORRELATION = 24.0
+"""`MARKING_CORRELATION` for the same."""
+PHOTO_SEARCH_PX = 6.0
+"""Search radius of the first round."""
+PHOTO_TRIAL_STRETCHES = (-0.16, 0.0, 0.16)
+"""How far a picture may be stretched, in log, where a fit begins."""
+PHOTO_STARTS = 12
+"""Cameras that a fit begins with."""
+PHOTO_MAX_START_MISS = 0.05
+"""A camera that misses the clicks by more than this share of the longer side is no start."""
+PHOTO_CLICK_REACH = 0.3
+"""How far from the click the tee may be [m]."""
+PHOTO_RING_SCALES = (0.7, 1.6)
+"""Range of the scale at the house over that between house and hog line, where perspective,
+stretching and lens differ."""
+PHOTO_RING_BLUR = 0.03
+"""How much the photo is blurred to find the rings [m]."""
+PHOTO_MIN_CLICK_DISTANCE_PX = 4.0
+"""Two places that were clicked nearer than this were clicked at the same place."""
+PHOTO_CURVE_SEARCH_PX = 4.0
+"""A curve farther off than this is not the one that was meant."""
+PHOTO_MAX_RMS_PX = 1.5
+"""Rings and a hog line that fit no better were not found."""
