@@ -30,6 +30,7 @@ from curling_env.envs.game.action import (
 from curling_env.envs.game.observation import GameObservation, ObservationKind
 from curling_env.envs.game.rendering import GameRenderer
 from curling_env.envs.game.reward import GameRewardWeights, concession_parts, reward_parts
+from curling_env.envs.rendering import FPS, RENDER_MODES, check_render_mode
 from curling_env.envs.sheet.action import throw_range_for
 from curling_env.errors import InputError
 from curling_env.game import NO_EVOLUTION, Call, GameSimulator, GameState, IceEvolution, PlayedShot
@@ -39,8 +40,6 @@ from curling_env.ice import Ice
 from curling_env.sheet import Direction
 from curling_env.throw import Skill
 from curling_env.typing import Image, Singles
-
-RENDER_MODES = ("rgb_array", "human")
 
 
 def env(**settings: Any) -> TurnBasedGame:
@@ -119,7 +118,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
     metadata: ClassVar[dict[str, Any]] = {  # pyright: ignore[reportIncompatibleVariableOverride]
         "name": "curling_v0",
         "render_modes": list(RENDER_MODES),
-        "render_fps": 30,
+        "render_fps": FPS,
     }
 
     def __init__(
@@ -140,10 +139,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         render_mode: str | None = None,
     ) -> None:
         super().__init__()
-        if render_mode not in (None, *RENDER_MODES):
-            raise InputError(
-                f"render_mode must be {', '.join(RENDER_MODES)} or None, got {render_mode!r}"
-            )
+        check_render_mode(render_mode)
         for name, limit in (("max_cycles", max_cycles), ("max_throws", max_throws)):
             if limit is not None and limit < 1:
                 raise InputError(f"{name} must be at least 1, got {limit}")

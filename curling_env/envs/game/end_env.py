@@ -18,6 +18,7 @@ from curling_env.envs.game.action import (
 from curling_env.envs.game.observation import GameObservation, ObservationKind
 from curling_env.envs.game.rendering import GameRenderer
 from curling_env.envs.game.reward import GameRewardParts, GameRewardWeights, reward_parts
+from curling_env.envs.rendering import FPS, RENDER_MODES, check_render_mode
 from curling_env.envs.sheet.action import throw_range_for
 from curling_env.errors import InputError
 from curling_env.game import (
@@ -41,7 +42,6 @@ from curling_env.typing import Image, Singles
 Hammer = Literal["own", "opponent", "random"]
 AGENT = Team.HOME
 """The agent plays the home team's stones."""
-RENDER_MODES = ("rgb_array", "human")
 
 
 class CurlingEndEnv(gymnasium.Env[Any, Singles]):
@@ -83,7 +83,7 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
 
     metadata: ClassVar[dict[str, Any]] = {  # pyright: ignore[reportIncompatibleVariableOverride]
         "render_modes": list(RENDER_MODES),
-        "render_fps": 30,
+        "render_fps": FPS,
     }
 
     def __init__(
@@ -103,10 +103,7 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
         weights: GameRewardWeights | None = None,
         render_mode: str | None = None,
     ) -> None:
-        if render_mode not in (None, *RENDER_MODES):
-            raise InputError(
-                f"render_mode must be {', '.join(RENDER_MODES)} or None, got {render_mode!r}"
-            )
+        check_render_mode(render_mode)
         self.simulator = GameSimulator(
             ice,
             known_ice=known_ice,

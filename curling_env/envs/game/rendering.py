@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
+from curling_env.envs.rendering import FPS, EnvRenderer
 from curling_env.game import GameState, PlayedShot
 from curling_env.game.rules import Game, count
 from curling_env.game.rules.delivery import Fault
 from curling_env.game.rules.teams import STONES_PER_TEAM, Stones
 from curling_env.game.simulator import direction_of, state_on_sheet
-from curling_env.ice import Ice
-from curling_env.render import RED, YELLOW, DrawnScene, SheetRenderer, drawn_stones, playback_frames
+from curling_env.render import RED, YELLOW, DrawnScene, drawn_stones, playback_frames
 from curling_env.render.canvas import Colour
-from curling_env.render.window import PictureWindow
 from curling_env.sheet import Direction
 from curling_env.typing import Floats, Image
 
-WINDOW_FPS = 30.0
 PLAYBACK_SPEED = 4.0
 """How many times faster than it happened a window shows a delivery."""
 FAULT_TEXT = {
@@ -85,41 +83,29 @@ def scene_of(game: Game, direction: Direction, shot: PlayedShot | None) -> Drawn
     )
 
 
-class GameRenderer:
-    """Shows a game; paints the empty sheet once for each direction of play.
-
-    Parameters
-    ----------
-    ice : the ice under the lines
-    title : title of the window
-    """
-
-    def __init__(self, ice: Ice, title: str) -> None:
-        self._ice, self._title = ice, title
-        self._pictures: dict[Direction, SheetRenderer] = {}
-        self._window: PictureWindow | None = None
+class GameRenderer(EnvRenderer):
+    """Draws a game."""
 
     def picture(self, state: GameState, shot: PlayedShot | None) -> Image:
         """The game after a delivery, (720, 1280, 3) RGB."""
         direction = _direction(state, shot)
-        return self._picture(direction).draw(scene_of(state.game, direction, shot))
+        return self.sheet(direction).draw(scene_of(state.game, direction, shot))
 
     def show(self, before: GameState, after: GameState, shot: PlayedShot) -> None:
         """In the window: a delivery as it happened, then the stones as they lie."""
-        window = self._open()
-        end = before.game.end
+        window, end = self.window(), before.game.end
         lying = [] if end is None else [state_on_sheet(s, shot.direction) for s in end.stones]
         scene = DrawnScene(
             title=f"End {shot.end + 1}   {score_text(before.game)}",
             facts=facts_of(before.game, shot),
         )
         frames = playback_frames(
-            self._picture(shot.direction),
+            self.sheet(shot.direction),
             scene,
             lying,
             shot.outcome,
             colour_of,
-            fps=WINDOW_FPS,
+            fps=FPS,
             speed=PLAYBACK_SPEED,
         )
         for frame in frames:
@@ -130,23 +116,7 @@ class GameRenderer:
 
     def show_position(self, state: GameState) -> None:
         """In the window: the stones as they lie."""
-        self._open().show(self.picture(state, None))
-
-    def close(self) -> None:
-        """Close the window, if there is one."""
-        if self._window is not None:
-            self._window.close()
-            self._window = None
-
-    def _picture(self, direction: Direction) -> SheetRenderer:
-        if direction not in self._pictures:
-            self._pictures[direction] = SheetRenderer(self._ice, direction)
-        return self._pictures[direction]
-
-    def _open(self) -> PictureWindow:
-        if self._window is None:
-            self._window = PictureWindow(SheetRenderer.size, self._title, WINDOW_FPS)
-        return self._window
+        self.window().show(self.picture(state, None))
 
 
 def _direction(state: GameState, shot: PlayedShot | None) -> Direction:

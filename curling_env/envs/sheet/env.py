@@ -11,6 +11,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike
 
+from curling_env.envs.rendering import FPS, RENDER_MODES, check_render_mode
 from curling_env.envs.sheet.action import ThrowRange, throw_range_for
 from curling_env.envs.sheet.observation import SheetObservation, ice_features
 from curling_env.envs.sheet.rendering import LastThrow, SheetEnvRenderer, Shown
@@ -31,8 +32,6 @@ from curling_env.physics.one_stone.tuning import QUICK_TOLERANCE
 from curling_env.sheet import Direction, to_delivery, to_sheet
 from curling_env.throw import Throw
 from curling_env.typing import Floats, Image, Singles
-
-RENDER_MODES = ("rgb_array", "human")
 
 
 class CurlingSheetEnv(gymnasium.Env[Singles, Singles]):
@@ -74,7 +73,7 @@ class CurlingSheetEnv(gymnasium.Env[Singles, Singles]):
     (sheet frame) and `direction`. `observation.names` names every number of an observation.
     """
 
-    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 30}  # noqa: RUF012
+    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": FPS}  # noqa: RUF012
 
     def __init__(
         self,
@@ -92,10 +91,7 @@ class CurlingSheetEnv(gymnasium.Env[Singles, Singles]):
         fps: float = 10.0,
         render_mode: str | None = None,
     ) -> None:
-        if render_mode not in (None, *RENDER_MODES):
-            raise InputError(
-                f"render_mode must be {', '.join(RENDER_MODES)} or None, got {render_mode!r}"
-            )
+        check_render_mode(render_mode)
         if throws < 1:
             raise InputError(f"an episode needs at least one throw, got {throws}")
         if not 0 < fps <= 1000:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from curling_env.envs.rendering import FPS, EnvRenderer
 from curling_env.envs.sheet.reset import FIRST_OWN_STONE
 from curling_env.ice import Ice
 from curling_env.physics.engine import Outcome, Status, StoneState
@@ -15,21 +16,17 @@ from curling_env.render import (
     RED,
     YELLOW,
     DrawnScene,
-    SheetRenderer,
     drawn_stones,
     playback_frames,
     scene_at,
 )
 from curling_env.render.canvas import Colour
-from curling_env.render.window import PictureWindow
 from curling_env.sheet import Direction, to_sheet
 from curling_env.throw import Throw
 from curling_env.typing import Floats, Image
 
 PLAYBACK_SPEED = 8.0
 """How many times faster than it happened a window shows a throw; a draw takes 25 s."""
-FPS = 30.0
-"""Pictures a second of films and windows."""
 STATUS_TEXT = {
     Status.REST: "at rest",
     Status.OUT_SIDE: "out, side line",
@@ -107,8 +104,8 @@ class Shown:
         )
 
 
-class SheetEnvRenderer:
-    """Draws the sheet of an environment; paints the empty sheet once for each direction of play.
+class SheetEnvRenderer(EnvRenderer):
+    """Draws the sheet of a `CurlingSheet-v0`.
 
     Parameters
     ----------
@@ -116,45 +113,30 @@ class SheetEnvRenderer:
     """
 
     def __init__(self, ice: Ice) -> None:
-        self._ice = ice
-        self._renderers: dict[Direction, SheetRenderer] = {}
-        self._window: PictureWindow | None = None
+        super().__init__(ice, "CurlingSheet-v0")
 
     def picture(self, shown: Shown) -> Image:
         """The sheet with the path of the last throw, (720, 1280, 3) RGB."""
-        scene = shown.scene()
-        if shown.last is not None:
-            last = shown.last
+        scene, last = shown.scene(), shown.last
+        if last is not None:
             scene = scene_at(scene, last.before, last.outcome, math.inf, _handle_colour)
-        return self._renderer(shown.direction).draw(scene)
+        return self.sheet(shown.direction).draw(scene)
 
     def frames(self, shown: Shown, speed: float) -> Iterator[Image]:
         """The last throw as a film, `speed` times as fast as it happened."""
-        renderer, scene, last = self._renderer(shown.direction), shown.scene(), shown.last
+        sheet, scene, last = self.sheet(shown.direction), shown.scene(), shown.last
         if last is None:
-            yield renderer.draw(scene)
+            yield sheet.draw(scene)
             return
         yield from playback_frames(
-            renderer, scene, last.before, last.outcome, _handle_colour, fps=FPS, speed=speed
+            sheet, scene, last.before, last.outcome, _handle_colour, fps=FPS, speed=speed
         )
 
     def show(self, shown: Shown) -> None:
         """In the window: the last throw as it happened, or the sheet before the first."""
-        if self._window is None:
-            self._window = PictureWindow(SheetRenderer.size, "CurlingSheet-v0", FPS)
+        window = self.window()
         for frame in self.frames(shown, PLAYBACK_SPEED):
-            self._window.show(frame)
-
-    def close(self) -> None:
-        """Close the window, if there is one."""
-        if self._window is not None:
-            self._window.close()
-            self._window = None
-
-    def _renderer(self, direction: Direction) -> SheetRenderer:
-        if direction not in self._renderers:
-            self._renderers[direction] = SheetRenderer(self._ice, direction)
-        return self._renderers[direction]
+            window.show(frame)
 
 
 def _signed(value: float, unit: str) -> str:
