@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 
 from curling_env.ice import save_ice
+from curling_env.physics.state import State
 from curling_env.storage import write_json
+from friction_estimation.discovery.data.measurement import LENS
 from friction_estimation.discovery.data.references import QUANTITIES, Calibration, QuantityError
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.evidence.intervals import standard_errors, with_sides
@@ -138,13 +140,13 @@ def blind_spots(found: Discovery) -> list[str]:
     """Sentences on what the session, as it was played, cannot show."""
     sentences: list[str] = []
     states, turns = found.final.states, found.session.turns
-    if len(np.unique(np.sign(states[:, 3]))) == 1:
+    if len(np.unique(np.sign(states[:, State.VY]))) == 1:
         sentences.append(ONE_WAY)
     if not turns.any():
         sentences.append(NO_HEADING)
-    elif len(np.unique(np.sign(states[turns, 5]))) == 1:
+    elif len(np.unique(np.sign(states[turns, State.OMEGA]))) == 1:
         sentences.append(ONE_SPIN)
-    lens = [t for t in found.final.model.terms if t.label == "lens_distortion"]
+    lens = [term for term in found.final.model.terms if term.name == LENS]
     if (
         lens
         and "k1" in lens[0].values

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from curling_env.ice import Ice
 from curling_env.physics.effects.card import Push
 from curling_env.physics.law import acceleration
+from curling_env.physics.state import State
 from curling_env.physics.wear import worn
 from curling_env.render.figures import (
     FAINT,
@@ -32,11 +33,11 @@ from friction_estimation.discovery.evidence.significance import own_frictions
 from friction_estimation.discovery.evidence.unknown import Dependence
 from friction_estimation.discovery.model.candidates import card_of, variant_of
 from friction_estimation.discovery.model.fit import SessionFit
-from friction_estimation.discovery.model.model import Model
+from friction_estimation.discovery.model.model import MEASURED, Model
 from friction_estimation.reports.discovery_draw import DrawShift
 from friction_estimation.tracks.smoothing import local_fit
 
-BEFORE, AFTER, FLOOR, MEASURED = "#c8433f", "#2b7a4b", "#8a97a6", "#22313f"
+BEFORE, AFTER, FLOOR, TRACK = "#c8433f", "#2b7a4b", "#8a97a6", "#22313f"
 ACCELERATION_WINDOW = 3.0
 """Width of the windows from which residual accelerations are taken [s]."""
 EVERY_NTH_ROW = 8
@@ -115,7 +116,7 @@ def forecast_picture(found: Discovery) -> Figure:
         draw_sheet(ax, found.final.model.ice.sheet)
         show_lengthwise(ax, found.final.model.ice.sheet)
         for xy, colour, width, name, style in (
-            (session.xy[rows], MEASURED, 3.2, "measured", "-"),
+            (session.xy[rows], TRACK, 3.2, "measured", "-"),
             (found.gaps["before"].predicted[rows], BEFORE, 1.6, "model as it was", "--"),
             (found.gaps["after"].predicted[rows], AFTER, 1.6, "improved model", "-"),
         ):
@@ -192,7 +193,7 @@ def _displacements(after: SessionFit, label: str, variable: str) -> Figure:
     displacement = term.card.displacement
     assert displacement is not None
     path, session = after.predicted, after.session
-    shift = displacement(path[:, :2], path[:, 4], term.values)
+    shift = displacement(path[:, :2], path[:, State.THETA], term.values)
     value = _value(after, variable)
     averages = [_averaged(value, shift[:, axis], session.owner)[1] for axis in range(2)]
     part = int(np.argmax([np.ptp(average) for average in averages]))
@@ -224,7 +225,7 @@ def _within_throws(
     session = after.session
     window = 1.0 if variable == "theta" else ACCELERATION_WINDOW
     seen = _accelerations(after, session.observed, window)
-    model = _accelerations(after, after.predicted[:, [0, 1, 4]], window)
+    model = _accelerations(after, after.predicted[:, MEASURED], window)
     # All other effects stay, so that the figure shows this one.
     lacking = before.model if label == "unknown" else after.model.without(label)
     base = _law_accelerations(lacking, after)
@@ -318,11 +319,11 @@ def _value(fitted: SessionFit, variable: str) -> Floats:
         return session.wear_tracks.passes(sheet)[stones, *sheet.cell_of(path[:, :2])]
     return {
         "speed": np.hypot(path[:, 2], path[:, 3]),
-        "y": path[:, 1],
-        "x": path[:, 0],
+        "y": path[:, State.Y],
+        "x": path[:, State.X],
         "t": session.times,
-        "theta": np.mod(path[:, 4], 2 * np.pi),
-        "spin": path[:, 5],
+        "theta": np.mod(path[:, State.THETA], 2 * np.pi),
+        "spin": path[:, State.OMEGA],
         "swept": session.swept,
     }[variable]
 
@@ -330,11 +331,11 @@ def _value(fitted: SessionFit, variable: str) -> Floats:
 def _signs(fitted: SessionFit, pushes: Sequence[Push]) -> Floats:
     """Signs of accelerations with which different throws show the same push, (rows, 3)."""
     sign = np.ones((len(fitted.predicted), 3))
-    sign[:, 2] = -np.sign(fitted.predicted[:, 5])
+    sign[:, 2] = -np.sign(fitted.predicted[:, State.OMEGA])
     if "left" in pushes:
-        sign[:, 1] = np.sign(fitted.predicted[:, 5])
+        sign[:, 1] = np.sign(fitted.predicted[:, State.OMEGA])
     if {"along the sheet", "across the sheet"} & set(pushes):
-        sign *= np.sign(fitted.predicted[:, 3])[:, None]
+        sign *= np.sign(fitted.predicted[:, State.VY])[:, None]
     return sign
 
 

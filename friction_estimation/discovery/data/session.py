@@ -15,6 +15,7 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.physics.effects import EffectCard
+from curling_env.physics.state import State
 from curling_env.sheet import HOG_LINE_Y
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Flags, Floats, Indices
@@ -148,9 +149,11 @@ class Session:
             states[i, 0:2], states[i, 2:4] = fit[2], fit[1]
             heading = self.theta[rows]
             known = early & np.isfinite(heading)
-            states[i, 5] = self.usual_spins[i]
+            states[i, State.OMEGA] = self.usual_spins[i]
             if known.sum() > 10:
-                states[i, 5], states[i, 4] = np.polyfit(t[known], heading[known], 1)
+                states[i, State.OMEGA], states[i, State.THETA] = np.polyfit(
+                    t[known], heading[known], 1
+                )
         return states
 
     @cached_property

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from curling_env.physics.state import State
 from curling_env.sheet import HOG_LINE_Y
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
@@ -83,16 +84,16 @@ def separating_throw(one: SessionFit, other: SessionFit) -> tuple[str, float]:
     """
     session, states = _trial_throws(one)
     ideal = predict(one.model, session, states, np.zeros(len(session)))
-    seen = replace(session, xy=ideal[:, :2], theta=ideal[:, 4])
+    seen = replace(session, xy=ideal[:, :2], theta=ideal[:, State.THETA])
     adapted = fit(other.model, seen, other.noise, states=states, shared=False)
     scores = left_out_scores(adapted, shared=False)
     k = int(np.argmax(scores))
-    direction = "towards the away end" if states[k, 3] > 0 else "towards the home end"
-    side = "counter-clockwise" if states[k, 5] > 0 else "clockwise"
+    direction = "towards the away end" if states[k, State.VY] > 0 else "towards the home end"
+    side = "counter-clockwise" if states[k, State.OMEGA] > 0 else "clockwise"
     swept = "swept" if session.swept[session.rows(k)].any() else "unswept"
     words = (
         f"{np.hypot(states[k, 2], states[k, 3]):.1f} m/s {direction}, "
-        f"{abs(states[k, 5]):.1f} rad/s {side}, from x = {states[k, 0]:+.1f} m, "
+        f"{abs(states[k, State.OMEGA]):.1f} rad/s {side}, from x = {states[k, State.X]:+.1f} m, "
         f"stone {session.stones[k]}, {swept}"
     )
     wait = session.clocks[k] - one.session.clocks.max()

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from curling_env.physics.state import State
 from curling_env.typing import Flags, Floats, Indices
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.fit import SessionFit, fit, gram_matrices
@@ -60,8 +61,8 @@ def choose_held_out(session: Session, rng: np.random.Generator) -> Indices:
     rank = np.argsort(np.argsort(speed)) / max(n - 1, 1)
     features = np.column_stack(
         [
-            np.sign(states[:, 3]),
-            np.sign(states[:, 5]),
+            np.sign(states[:, State.VY]),
+            np.sign(states[:, State.OMEGA]),
             2 * rank - 1,
             2 * session.orders / max(n - 1, 1) - 1,
         ]

@@ -10,6 +10,7 @@ import numpy as np
 
 from curling_env.physics.effects import catalogue
 from curling_env.physics.effects.residual import KNOTS, VARIABLES
+from curling_env.physics.state import State
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.evidence.hold_out import ForecastGap, forecast
 from friction_estimation.discovery.evidence.significance import score_unseen
@@ -61,9 +62,9 @@ def _range(fitted: SessionFit, variable: str) -> tuple[float, float]:
     session, path = fitted.session, fitted.predicted
     values = {
         "speed": np.hypot(path[:, 2], path[:, 3]),
-        "x": path[:, 0],
-        "y": path[:, 1],
-        "spin": np.abs(path[:, 5]),
+        "x": path[:, State.X],
+        "y": path[:, State.Y],
+        "spin": np.abs(path[:, State.OMEGA]),
         "clock": session.clocks,
         "order": session.orders.astype(float),
     }[variable]

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import t as student_t
 
+from curling_env.physics.state import State
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.candidates import Term, candidates
@@ -141,10 +142,10 @@ def throw_covariates(session: Session, states: Floats) -> dict[str, Floats]:
         "order": session.orders.astype(float),
         "clock": session.clocks,
         "speed": speed,
-        "spin": np.abs(states[:, 5]),
-        "spin side": np.sign(states[:, 5]),
-        "direction": np.sign(states[:, 3]),
-        "x": states[:, 0],
+        "spin": np.abs(states[:, State.OMEGA]),
+        "spin side": np.sign(states[:, State.OMEGA]),
+        "direction": np.sign(states[:, State.VY]),
+        "x": states[:, State.X],
         "swept": swept,
     }
     for stone in np.unique(session.stones):

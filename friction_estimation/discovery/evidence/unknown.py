@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from curling_env.physics.effects.card import Push
+from curling_env.physics.state import State
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.model.fit import (
     SessionFit,
@@ -58,14 +59,14 @@ def variables(fitted: SessionFit) -> dict[str, Floats]:
     session, path = fitted.session, fitted.predicted
     owner = session.owner
     speed = np.hypot(path[:, 2], path[:, 3])
-    spin = path[:, 5]
+    spin = path[:, State.OMEGA]
     functions: dict[str, Floats] = {
         "speed": _tents(speed, 5),
         "t": _tents(session.times, 5),
-        "y": _tents(path[:, 1], 21),
-        "x": _powers(path[:, 0], 3),
+        "y": _tents(path[:, State.Y], 21),
+        "x": _powers(path[:, State.X], 3),
         "spin": np.column_stack([np.tanh(spin / 0.1), _powers(spin, 2), _powers(np.abs(spin), 1)]),
-        "theta": np.column_stack([np.sin(path[:, 4]), np.cos(path[:, 4])]),
+        "theta": np.column_stack([np.sin(path[:, State.THETA]), np.cos(path[:, State.THETA])]),
         "clock": _powers((session.clocks[owner]), 2),
         "order": _powers(session.orders[owner].astype(float), 2),
         "swept": session.swept[:, None] - session.swept.mean(),

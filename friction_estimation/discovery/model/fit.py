@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from curling_env.physics.state import State
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.model import (
@@ -293,11 +294,11 @@ def linearise(
     grams = gram_matrices(session, noise, np.concatenate([columns, residual[:, :, None]], axis=2))
     # Without a heading only the last metres show the spin, which eases the drag of the band.
     blind = ~session.turns
-    off = session.usual_spins[blind] - states[blind, 5]
-    grams[blind, 4, 4] += FROZEN
-    grams[blind, 5, 5] += USUAL_SPIN_SIGMA**-2
-    grams[blind, 5, -1] += off / USUAL_SPIN_SIGMA**2
-    grams[blind, -1, 5] += off / USUAL_SPIN_SIGMA**2
+    off = session.usual_spins[blind] - states[blind, State.OMEGA]
+    grams[blind, State.THETA, State.THETA] += FROZEN
+    grams[blind, State.OMEGA, State.OMEGA] += USUAL_SPIN_SIGMA**-2
+    grams[blind, State.OMEGA, -1] += off / USUAL_SPIN_SIGMA**2
+    grams[blind, -1, State.OMEGA] += off / USUAL_SPIN_SIGMA**2
     grams[blind, -1, -1] += (off / USUAL_SPIN_SIGMA) ** 2
     return predicted, grams, eliminate_states(grams)
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from curling_env.ice import Ice
 from curling_env.physics.law import Law, compile_law
+from curling_env.physics.state import State
 from curling_env.physics.wear import wear_along_path
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats
@@ -32,7 +33,7 @@ STATE_STEPS = (1e-3, 1e-3, 2e-4, 2e-4, 2e-3, 1e-3)
 """Steps of finite differences in x, y, vx, vy, theta, omega."""
 NO_WEAR = Wear(np.zeros((1, 1, 1)), np.zeros(1, dtype=np.intp), 0.0, 0.0, 0.0, 1.0, True)
 """Wear along the paths of earlier stones, where they wear nothing."""
-MEASURED = [0, 1, 4]
+MEASURED = [State.X, State.Y, State.THETA]
 """Columns of a prediction that are measured: x, y, theta."""
 
 
@@ -241,9 +242,9 @@ def predict(
         true = out[:, :2].copy()
         for term in model.terms:
             if term.card.displacement is not None:
-                out[:, :2] += term.card.displacement(true, out[:, 4], term.values)
+                out[:, :2] += term.card.displacement(true, out[:, State.THETA], term.values)
         if model.systematic_error is not None:
-            out[:, :2] += model.systematic_error.displacement(true, out[:, 4])
+            out[:, :2] += model.systematic_error.displacement(true, out[:, State.THETA])
     return out
 
 
@@ -280,7 +281,7 @@ def sensitivities(
     if model.systematic_error:
         columns[:, 2, 7 + fields.start : 7 + fields.stop] = 0.0
         columns[:, :2, 7 + fields.start : 7 + fields.stop] = model.systematic_error.columns(
-            base[:, :2], base[:, 4]
+            base[:, :2], base[:, State.THETA]
         )
     for j in (1, *range(fields.stop, len(vector))):
         step = _step(model, session, states, ln_factors, measured, j)
