@@ -67,13 +67,16 @@ def test_people_shadow_and_mirror_image_do_not_move_the_stone(tracked):
     error = path.xy - truth.xy[result.frame]
     seen = np.isin(np.flatnonzero(truth.t > OUT_OF_HAND), result.frame)
     assert seen.mean() >= 0.9
-    assert np.sqrt(np.mean(np.sum(error**2, axis=1))) < 0.02
+    squared = np.sum(error**2, axis=1)
+    # A pixel is 11 to 22 mm here.
+    assert np.sqrt(np.mean(squared)) < 0.014
+    assert np.sqrt(np.mean(squared[truth.t[result.frame] > OUT_OF_HAND])) < 0.011
 
 
 def test_the_stone_is_followed_and_nobody_s_head(tracked):
     result, truth = tracked
     away = np.linalg.norm(result.trajectory.xy - truth.xy[result.frame], axis=1)
-    assert away.max() < 0.1
+    assert away.max() < 0.045
 
 
 def test_people_without_a_stone_are_no_throw(tmp_path):
