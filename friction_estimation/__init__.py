@@ -4,12 +4,10 @@ From films of throws to the ice they ran on:
 
     from pathlib import Path
     from curling_env import save_ice
-    from friction_estimation import estimate_ice, load_scene, track_films
+    from friction_estimation import estimate_ice, track_films
 
-    scene = load_scene("end.scene.json")              # where the camera sees the sheet
     films = sorted(Path("films").glob("*.mp4"))       # one throw each, in order of play
-    tracked = track_films(films, scene)
-    tracks = [track for film in tracked for track in film.tracks]
+    tracks = track_films(films, "end.scene.json")     # the scene: where the camera sees the sheet
     estimate = estimate_ice(tracks)                   # friction and its standard error per cell
     save_ice(estimate.ice, "ice.json")
 
@@ -27,14 +25,13 @@ if TYPE_CHECKING:
     from friction_estimation.camera.scene import Scene, load_scene
     from friction_estimation.discovery.discover import Discovery, discover
     from friction_estimation.inversion.estimate import Estimate, estimate_ice
-    from friction_estimation.tracking import FilmTrack, TrackedFilm, track_film, track_films
+    from friction_estimation.tracking import FilmTrack, track_film, track_films
 
 __all__ = [
     "Discovery",
     "Estimate",
     "FilmTrack",
     "Scene",
-    "TrackedFilm",
     "discover",
     "estimate_ice",
     "load_scene",
@@ -46,7 +43,7 @@ _MODULES = {
     "camera.scene": ("Scene", "load_scene"),
     "discovery.discover": ("Discovery", "discover"),
     "inversion.estimate": ("Estimate", "estimate_ice"),
-    "tracking": ("FilmTrack", "TrackedFilm", "track_film", "track_films"),
+    "tracking": ("FilmTrack", "track_film", "track_films"),
 }
 
 

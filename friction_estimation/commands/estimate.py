@@ -235,7 +235,7 @@ def _track(
 
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.reports.estimate_page import Still
-    from friction_estimation.tracking import load_tracker, track_films
+    from friction_estimation.tracking import load_tracker, track_each
     from friction_estimation.tracking.overlay import draw_stills as stills_of
     from friction_estimation.tracking.resume import Checkpoints
 
@@ -245,7 +245,7 @@ def _track(
     tracks: list[Trajectory] = []
     stills: list[Still] = []
     with progress_bar("frame") as bar:
-        tracked = track_films(
+        tracked = track_each(
             films,
             known,
             tracker=load_tracker(tracker),

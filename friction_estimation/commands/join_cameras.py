@@ -57,7 +57,7 @@ def join_cameras(
 
     from curling_env.trajectory import write_tracks
     from friction_estimation.camera.scene import load_scene
-    from friction_estimation.tracking import track_films
+    from friction_estimation.tracking import track_each
     from friction_estimation.tracking.resume import Checkpoints
     from friction_estimation.tracks.camera_fusion import join_cameras as join
 
@@ -68,7 +68,7 @@ def join_cameras(
     checkpoints = Checkpoints(output)
     tracked: list[TrackedFilm] = []
     with progress_bar("frame") as bar:
-        for one in track_films(
+        for one in track_each(
             films,
             scenes,
             throws=[0] * len(films),

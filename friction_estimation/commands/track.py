@@ -108,7 +108,7 @@ def track(
     from curling_env.trajectory import write_tracks
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.film.video import is_stream
-    from friction_estimation.tracking import track_films
+    from friction_estimation.tracking import track_each
     from friction_estimation.tracking.overlay import write_overlay
     from friction_estimation.tracking.resume import Checkpoints
 
@@ -123,7 +123,7 @@ def track(
     checkpoints = Checkpoints(output)
     tracked: list[TrackedFilm] = []
     with progress_bar("frame") as bar:
-        for one in track_films(
+        for one in track_each(
             [Path(film) for film in films],
             scenes,
             tracker=function,

@@ -22,7 +22,7 @@ from friction_estimation.live.feed import Feed
 from friction_estimation.live.motion import MotionDetector
 from friction_estimation.live.recorder import Clip, Recorder
 from friction_estimation.reports.estimate_page import Still, write_report
-from friction_estimation.tracking import Tracker, track_film, track_films
+from friction_estimation.tracking import Tracker, track_each, track_film
 from friction_estimation.tracking.overlay import draw_stills
 
 
@@ -201,7 +201,7 @@ def _ignore_interrupts() -> None:
 
 def _track(path: Path, scene: Scene, tracker: Tracker, with_stills: bool) -> _Result:
     cv2.setNumThreads(1)
-    (tracked,) = track_films([path], scene, tracker=tracker)
+    (tracked,) = track_each([path], scene, tracker=tracker)
     found = tracked.found if with_stills else None
     shown = [] if found is None else draw_stills(path, scene, found)
     return _Result(

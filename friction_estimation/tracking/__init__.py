@@ -1,7 +1,7 @@
 """Film in, track out: background, detection, a fit in every frame, and a smoother over all."""
 
 from friction_estimation.tracking.film_track import FilmTrack, TrackingOptions
-from friction_estimation.tracking.films import TrackedFilm, track_films
+from friction_estimation.tracking.films import TrackedFilm, track_each, track_films
 from friction_estimation.tracking.pipeline import track_film
 from friction_estimation.tracking.tracker import Tracker, load_tracker
 
@@ -11,6 +11,7 @@ __all__ = [
     "Tracker",
     "TrackingOptions",
     "load_tracker",
+    "track_each",
     "track_film",
     "track_films",
 ]

@@ -6,12 +6,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from curling_env.errors import InputError
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Progress, no_progress
-from friction_estimation.camera.scene import Scene
+from friction_estimation.camera.scene import Scene, load_scene
 from friction_estimation.tracking.film_track import FilmTrack
 from friction_estimation.tracking.resume import Checkpoints, digest
 from friction_estimation.tracking.tracker import Tracker, load_tracker, tracks_in
@@ -43,7 +43,55 @@ class TrackedFilm:
         return self.tracks[0]
 
 
+SceneLike: TypeAlias = Scene | str | Path
+"""A scene, or the path of a scene file."""
+
+
 def track_films(
+    films: Sequence[str | Path],
+    scenes: SceneLike | Sequence[SceneLike],
+    *,
+    tracker: Tracker | None = None,
+    resume_beside: str | Path | None = None,
+    progress: Progress = no_progress,
+) -> list[Trajectory]:
+    """Track films of one throw each.
+
+    Parameters
+    ----------
+    films : paths, in order of play
+    scenes : one for all films, or one for each; scenes or paths of scene files
+    tracker : finds the stones in a film; by default the built-in one, `track_film`
+    resume_beside : path of a file; the tracks of each film are kept in a folder beside it until all
+        films are tracked, so that an interrupted call goes on there. None: nothing is kept
+    progress : called with the number of frames done in a film and the expected number of all
+
+    Returns
+    -------
+    The tracks of all stones in all films, numbered by throw from 0; the thrown stone of each film
+    comes first and is stone 0.
+
+    Raises
+    ------
+    InputError : see `track_each` and `load_scene`
+    """
+    given = [scenes] if isinstance(scenes, Scene | str | Path) else scenes
+    loaded = [one if isinstance(one, Scene) else load_scene(one) for one in given]
+    checkpoints = None if resume_beside is None else Checkpoints(Path(resume_beside))
+    tracked = track_each(
+        [Path(film) for film in films],
+        loaded,
+        tracker=tracker,
+        checkpoints=checkpoints,
+        progress=progress,
+    )
+    tracks = [track for film in tracked for track in film.tracks]
+    if checkpoints is not None:
+        checkpoints.delete()
+    return tracks
+
+
+def track_each(
     films: Sequence[Path],
     scenes: Scene | Sequence[Scene],
     *,
@@ -53,7 +101,7 @@ def track_films(
     always_track: int = 0,
     progress: Progress = no_progress,
 ) -> Iterator[TrackedFilm]:
-    """Track films of one throw each, and hand over each film's tracks as soon as they are known.
+    """Track films of one throw each, and yield what is found in each film as soon as it is known.
 
     Parameters
     ----------

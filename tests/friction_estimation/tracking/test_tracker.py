@@ -18,7 +18,14 @@ from friction_estimation.camera.scene import load_scene
 from friction_estimation.film.video import Film
 from friction_estimation.live import TrackedClip, follow_stream, open_feed
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, scene_of, write_film
-from friction_estimation.tracking import load_tracker, track_film, track_films, tracker
+from friction_estimation.tracking import (
+    load_tracker,
+    track_each,
+    track_film,
+    track_films,
+    tracker,
+)
+from friction_estimation.tracking.resume import Checkpoints
 
 STRANGER = '''
 import numpy as np
@@ -158,17 +165,36 @@ def test_films_are_numbered_in_order_and_progress_is_told(club):
 
     scene = load_scene(club / "scene.json")
     films = [club / "a.mp4", club / "b.mp4"]
-    found = list(track_films(films, scene, tracker=stand_in, progress=lambda *k: told.append(k)))
+    found = list(track_each(films, scene, tracker=stand_in, progress=lambda *k: told.append(k)))
     assert [(one.thrown.throw, one.thrown.stone) for one in found] == [(0, 0), (1, 0)]
     assert told == [("a.mp4", 1.0), ("b.mp4", 1.0)]
     with pytest.raises(InputError, match="2 films, 3 scenes"):
-        track_films(films, [scene] * 3, tracker=stand_in)
+        track_each(films, [scene] * 3, tracker=stand_in)
+
+
+def test_one_call_tracks_films_and_goes_on_where_it_was_interrupted(club):
+    calls = []
+
+    def stand_in(film, scene, *, progress):
+        calls.append(film.name)
+        if calls == ["a.mp4", "b.mp4"]:
+            raise KeyboardInterrupt
+        return Trajectory(t=np.array([0.0, 1.0]), xy=np.full((2, 2), np.pi))
+
+    films, out = ["a.mp4", "b.mp4"], club / "tracks.csv"
+    with pytest.raises(KeyboardInterrupt):
+        track_films(films, "scene.json", tracker=stand_in, resume_beside=out)
+    tracks = track_films(films, club / "scene.json", tracker=stand_in, resume_beside=out)
+    assert calls == ["a.mp4", "b.mp4", "b.mp4"]
+    assert [track.throw for track in tracks] == [0, 1]
+    assert tracks[0].xy[0, 0] == np.pi
+    assert not Checkpoints(out).folder.exists()
 
 
 def test_no_track_at_all_is_no_thrown_stone(club):
     scene = load_scene(club / "scene.json")
     with pytest.raises(InputError, match=r"a\.mp4: the tracker found no thrown stone"):
-        list(track_films([club / "a.mp4"], scene, tracker=lambda film, scene, *, progress: []))
+        list(track_each([club / "a.mp4"], scene, tracker=lambda film, scene, *, progress: []))
 
 
 def test_the_default_is_what_the_package_offers(club, monkeypatch):
@@ -180,5 +206,5 @@ def test_the_default_is_what_the_package_offers(club, monkeypatch):
         return Trajectory(t=np.array([0.0, 1.0]), xy=np.zeros((2, 2)))
 
     monkeypatch.setattr(tracking, "track_film", stand_in)
-    list(track_films([club / "a.mp4"], load_scene(club / "scene.json")))
+    list(track_each([club / "a.mp4"], load_scene(club / "scene.json")))
     assert given.calls == 1
