@@ -316,6 +316,14 @@ def test_the_same_table_as_parquet(tmp_path: Path) -> None:
     assert names(tmp_path) == ["a.parquet"]
 
 
+def test_a_column_that_is_asked_for_is_never_taken_for_another_misspelt(tmp_path: Path) -> None:
+    path = table_of(tmp_path, "throw,clocks\n1,2\n")
+    table = read_table(path, required=["clocks"], optional=["clock", "throw"])
+    assert table.numbers("clocks").tolist() == [2.0]
+    with pytest.raises(InputError, match=r"unknown column 'clocks'; did you mean clock\?"):
+        read_table(path, required=["throw"], optional=["clock"])
+
+
 def test_none_and_booleans_are_written(tmp_path: Path) -> None:
     write_table(tmp_path / "a.csv", {"a": [None, 2.5], "b": np.array([True, False])})
     assert (tmp_path / "a.csv").read_text() == "a,b\n,1\n2.5,0\n"
