@@ -1,4 +1,4 @@
-"""How fast ends and games are played; one core."""
+"""Benchmarks of ends, games and the search, on one core."""
 
 from __future__ import annotations
 
@@ -11,24 +11,26 @@ import numpy as np
 import curling_env  # noqa: F401  (registers the environments)
 from agents.playing.match import play_game
 from agents.playing.players.rulebased import RuleBasedPlayer
+from agents.playing.search import SearchPlayer
 from curling_env.commands.benchmarks import Measure, rate
 from curling_env.envs.game.end_env import CurlingEndEnv
 from curling_env.envs.game.end_vector_env import CurlingEndVectorEnv
 from curling_env.game import TYPICAL_EVOLUTION, GameSimulator
-from curling_env.game.rules import rule_set
+from curling_env.game.rules import Team, rule_set
 
 SIDE_BY_SIDE = 256
 
 
 def measures() -> Iterator[Measure]:
-    """Ends against the draw player, and games between rule-based players."""
+    """Ends against the draw player, games between rule-based players, and the search."""
     yield Measure(name="end_env_ends_per_s", value=rate(_end_alone()), unit="ends/s")
     yield Measure(name="end_vector_env_ends_per_s", value=rate(_ends_together()), unit="ends/s")
     yield Measure(name="game_of_8_ends_s", value=_game(), unit="s")
+    yield Measure(name="search_1000_delivery_s", value=_search(), unit="s")
 
 
 def _end_alone():
-    """An end in which both draw to the button: the house fills and every stone collides."""
+    """An end in which both teams draw to the button, so that stones collide."""
     env = gymnasium.make("CurlingEnd-v0").unwrapped
     assert isinstance(env, CurlingEndEnv)
     env.reset(seed=0)
@@ -64,7 +66,7 @@ def _ends_together():
 
 
 def _game() -> float:
-    """Processor time of a game of eight ends with living ice and paths, the best of three [s]."""
+    """Processor time of a game of eight ends on changing ice with paths, the best of three [s]."""
     simulator = GameSimulator(
         rules=rule_set("world_curling_2024", ends=8),
         skills="elite",
@@ -75,5 +77,20 @@ def _game() -> float:
     for seed in range(4):  # the first one warms up
         start = time.process_time()
         play_game(simulator, (RuleBasedPlayer(), RuleBasedPlayer()), seed=seed, paths=True)
+        spent.append(time.process_time() - start)
+    return min(spent[1:])
+
+
+def _search() -> float:
+    """Processor time of a delivery by `search:1000` in mid-end, the best of five [s]."""
+    simulator = GameSimulator(rules=rule_set("world_curling_2024", ends=8), skills="elite")
+    opening = play_game(
+        simulator, (RuleBasedPlayer(), RuleBasedPlayer()), seed=1, last_stone=Team.HOME
+    ).deliveries[8]
+    view, player = simulator.view(opening.before), SearchPlayer(1000)
+    spent: list[float] = []
+    for _ in range(6):  # the first one warms up
+        start = time.process_time()
+        player.call(view)
         spent.append(time.process_time() - start)
     return min(spent[1:])

@@ -147,16 +147,22 @@ def test_the_budget_is_kept(budget, monkeypatch):
     assert 1 <= sum(tried) <= max(1.2 * budget, 150)
 
 
-def test_a_time_is_a_budget_too():
-    import time
-
-    thinker = SearchPlayer(seconds=0.1)
+def test_a_time_is_turned_into_a_budget_by_the_measured_rate(monkeypatch):
+    simulated = []
+    play = EndSimulator.play
+    monkeypatch.setattr(
+        EndSimulator,
+        "play",
+        lambda self, b, d, throws: simulated.append(len(throws)) or play(self, b, d, throws),
+    )
+    thinker = SearchPlayer(seconds=0.03)
     view = view_of([away(0, 0.0, 0.3)], delivered=9)
-    for _ in range(3):
+    for _ in range(2):
+        allowed = thinker._rate * 0.03
+        simulated.clear()
         thinker.call(view)
-    begin = time.process_time()
-    thinker.call(view)
-    assert time.process_time() - begin < 0.4
+        assert min(0.5 * allowed, 150) <= sum(simulated) <= max(1.2 * allowed, 150)
+    assert SearchPlayer(seconds=0.03)._rate != thinker._rate  # it has measured its own
 
 
 def test_options_are_read_and_refused():
