@@ -14,7 +14,7 @@ ENDS = int(os.environ.get("CURLING_SOAK_ENDS", "60"))
 SEED = int(os.environ.get("CURLING_SOAK_SEED", "0"))
 
 
-def test_ends_by_random_hands():
+def test_ends_of_random_throws():
     rng = np.random.default_rng(SEED)
     names = sorted(RULE_SETS)
     played = 0

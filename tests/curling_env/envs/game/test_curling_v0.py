@@ -152,14 +152,14 @@ def ticked(put_back):
 
 
 @pytest.mark.parametrize("put_back", [True, False])
-def test_after_a_tick_the_other_teams_order_counts(put_back):
+def test_after_a_tick_the_other_teams_decision_counts(put_back):
     before, after, shot = ticked(put_back)
     assert shot.put_back is put_back
     guard = before.game.end.stones[0]
     assert (guard in after.game.end.stones) is put_back
 
 
-def test_a_power_play_is_had_when_ordered_and_once():
+def test_a_power_play_is_taken_when_decided_and_only_once():
     env = curling_v0.env(
         ends=3, rules="mixed_doubles_2024", skill="none", choices="action"
     ).unwrapped
@@ -194,7 +194,7 @@ def ordered(env, decisions):
 
 
 @pytest.mark.parametrize("first", [True, False])
-def test_who_decides_may_give_the_hammer_away(first):
+def test_the_deciding_team_may_give_the_hammer_away(first):
     """Blank ends: the team that threw first decides on the next."""
     env = curling_v0.env(
         ends=2, rules="mixed_doubles_2024", skill="none", choices="action"

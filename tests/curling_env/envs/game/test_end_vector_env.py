@@ -79,7 +79,7 @@ def test_each_is_the_end_that_is_played_alone(name):
     assert np.mean(same) >= (1.0 if name == "living" else 0.95)
 
 
-def test_stones_of_their_own_run_as_they_do():
+def test_stones_with_a_friction_of_their_own_run_accordingly():
     heavy = biased(dict.fromkeys(range(8), 1.3))
     ends = []
     for ice in (load_ice("standard"), heavy):
@@ -112,6 +112,6 @@ def test_other_observations_come_in_batches(kind):
     assert many.observation_space.contains(seen)
 
 
-def test_what_only_one_end_can_do_is_refused():
+def test_options_of_a_single_end_are_refused():
     with pytest.raises(InputError, match="render_mode"):
         make(2, render_mode="rgb_array")

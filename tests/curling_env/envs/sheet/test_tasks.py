@@ -10,12 +10,6 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import curling_env  # noqa: F401  (registers the environments)
-from curling_env.envs.sheet.curriculum import (
-    Curriculum,
-    CurriculumProgress,
-    CurriculumWrapper,
-    VectorCurriculumWrapper,
-)
 from curling_env.envs.sheet.reward import PARTS, RewardWeights
 from curling_env.envs.sheet.tasks import TASKS, TakeoutTask
 from curling_env.errors import InputError
@@ -81,7 +75,7 @@ def test_a_good_throw_does_the_task_and_a_bad_one_does_not(name):
         assert rewards[0] > rewards[1]
 
 
-def test_the_shooter_of_a_takeout_may_do_as_it_likes_but_not_that_of_the_others():
+def test_only_a_plain_takeout_leaves_the_shooter_free_to_stay_or_leave():
     done = {}
     for name in ("takeout", "hit_and_stay", "peel"):
         env = make(task=name)
@@ -91,7 +85,7 @@ def test_the_shooter_of_a_takeout_may_do_as_it_likes_but_not_that_of_the_others(
     assert [shot == name or name == "takeout" for name, shot in done] == list(done.values())
 
 
-def test_a_freeze_may_not_drive_its_stone_away_nor_lie_behind_it():
+def test_a_freeze_may_not_push_its_target_stone_away_nor_lie_behind_it():
     env = make(task="freeze")
     env.reset(seed=0)
     _, _, _, _, info = throw(env, AIM.draw(0.0, 1.2, SPIN))
@@ -105,7 +99,7 @@ def test_a_freeze_may_not_drive_its_stone_away_nor_lie_behind_it():
     assert not info["success"]
 
 
-def test_the_given_stone_lies_at_the_target_asked_for():
+def test_the_target_stone_lies_at_the_goal_asked_for():
     env = make(task="takeout", target=(0.6, -0.4), stones=((0.0, -3.0),), direction="home")
     seen, info = env.reset(seed=0)
     names = dict(zip(env.observation.names, seen, strict=True))
@@ -127,7 +121,7 @@ def test_weights_are_the_tasks_unless_others_are_asked_for():
     assert make(task="peel", weights=own).weights is own
 
 
-def test_a_task_of_ones_own_serves_in_place_of_a_name():
+def test_a_task_of_your_own_serves_in_place_of_a_name():
     class OutTheBack(TakeoutTask):
         def is_done(self, landing):
             return landing.is_out & (landing.stone[..., 1] < 0)
@@ -164,38 +158,6 @@ def test_levels_go_from_the_easiest_position_to_anywhere(name):
     assert spread[1] < HOUSE_RADIUS
 
 
-def test_a_curriculum_rises_with_success_and_falls_without():
-    progress = CurriculumProgress(Curriculum(start=0.2, step=0.2, window=10))
-    assert progress.update([True] * 9) == pytest.approx(0.2)
-    assert progress.update([True]) == pytest.approx(0.4)
-    assert progress.update([True, False] * 20) == pytest.approx(0.4)
-    assert progress.update([False] * 30) < 0.2
-    assert progress.update([True] * 200) == 1.0
-    assert progress.update([False] * 200) == 0.0
-    with pytest.raises(InputError, match="easier"):
-        Curriculum(harder=0.2)
-
-
-def test_sheets_go_through_a_curriculum():
-    env = CurriculumWrapper(
-        gymnasium.make("CurlingSheet-v0", stones=3), Curriculum(step=0.5, window=2)
-    )
-    button = env.unwrapped.action_of(AIM.draw(0.0, 0.0, SPIN))
-    for _ in range(2):
-        env.reset(seed=0, options={"target": (0.0, 0.0), "stones": ()})
-        env.step(button)
-    assert env.progress.level == env.unwrapped.level == 0.5
-    for mode in ("NextStep", "SameStep"):
-        sheets = gymnasium.make_vec("CurlingSheet-v0", num_envs=4, autoreset_mode=mode)
-        many = VectorCurriculumWrapper(sheets, Curriculum(step=0.5, window=4))
-        many.reset(seed=0)
-        on_button = many.unwrapped.single.action_of(AIM.draw(0.0, 0.0, SPIN))
-        many.step(np.tile(on_button, (4, 1)))
-        assert many.unwrapped.level == many.progress.level == 0.5
-    with pytest.raises(InputError, match="CurlingSheet-v0"):
-        CurriculumWrapper(gymnasium.make("CurlingEnd-v0"))
-
-
 # --- one sheet and many ---------------------------------------------------------------------------
 
 
@@ -226,7 +188,7 @@ def test_many_sheets_judge_as_one_does(name, rng):
 
 
 @pytest.mark.parametrize("name", TASKS)
-def test_the_batch_engine_does_the_tasks_too(name):
+def test_many_sheets_do_good_throws_and_miss_bad_ones(name):
     many = gymnasium.make_vec("CurlingSheet-v0", num_envs=2, task=name)
     many.reset(seed=0)
     single = many.unwrapped.single
@@ -235,7 +197,7 @@ def test_the_batch_engine_does_the_tasks_too(name):
 
 
 @pytest.mark.parametrize("name", TASKS)
-def test_the_checkers_find_nothing(name):
+def test_the_checkers_of_gymnasium_and_stable_baselines_find_nothing(name):
     from stable_baselines3.common.env_checker import check_env as check_for_training
 
     options = {"task": name, "stones": 3, "level": 0.7}
@@ -255,6 +217,6 @@ def test_the_checkers_find_nothing(name):
         ({"task": "takeout", "stones": ((0.0, 0.0),), "level": 1e-9}, "no room"),
     ],
 )
-def test_what_makes_no_sense_is_refused(options, says):
+def test_options_that_make_no_sense_are_refused(options, says):
     with pytest.raises(InputError, match=says):
         make(**options).reset(seed=0)

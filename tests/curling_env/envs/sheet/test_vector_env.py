@@ -60,7 +60,7 @@ LONE = [
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("options", LONE)
-def test_the_story_is_the_same_as_one_by_one(options, mode, rng):
+def test_many_sheets_behave_as_single_ones(options, mode, rng):
     # Stones of one episode may meet; most do not.
     bound = ROUNDING if options.get("throws", 1) == 1 else HIT
     many, single = make(autoreset_mode=mode, **options), one_by_one(mode, **options)
@@ -92,7 +92,7 @@ def assert_same_info(many: dict, single: dict, bound: float) -> None:
             np.testing.assert_allclose(a, b.astype(a.dtype), atol=bound)
 
 
-def test_hits_end_as_one_by_one(rng):
+def test_hits_end_as_on_single_sheets(rng):
     options = {"stones": ((0.0, 0.0), (-0.6, -1.5), (0.7, -2.5)), "throws": 2}
     many, single = make(64, **options), make(1, vectorization_mode="sync", **options)
     many.reset(seed=0)
@@ -111,7 +111,7 @@ def test_hits_end_as_one_by_one(rng):
     assert met > 10
 
 
-def test_a_stone_of_its_own_keeps_its_friction():
+def test_a_stone_with_a_friction_of_its_own_keeps_it():
     bias = load_ice("standard").with_effect(
         ActiveEffect(name="stone_bias", parameters={"stone": 101, "factor": 1.2})
     )
@@ -176,7 +176,7 @@ def test_an_over_episode_begins_at_the_step_its_mode_says(rng):
 
 
 @pytest.mark.parametrize("mode", MODES)
-def test_gymnasium_finds_what_it_asks_for(mode, rng):
+def test_many_sheets_keep_the_contract_of_gymnasium(mode, rng):
     envs = make(autoreset_mode=mode, stones=2, throws=2, target="random")
     assert isinstance(envs.unwrapped, CurlingSheetVectorEnv)
     assert envs.spec.id == "CurlingSheet-v0"
@@ -243,7 +243,7 @@ def test_both_ends_look_the_same_on_even_ice():
         ({"throws": 0}, "at least one throw"),
     ],
 )
-def test_what_makes_no_sense_is_refused(options, says):
+def test_options_that_make_no_sense_are_refused(options, says):
     with pytest.raises(InputError, match=says):
         CurlingSheetVectorEnv(options.pop("n", 2), **options)
 
