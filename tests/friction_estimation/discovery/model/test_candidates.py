@@ -1,0 +1,93 @@
+"""Which effects are candidates, by what their cards say and what a session holds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from curling_env.physics.effects import catalogue, register, unregister
+from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery.model.candidates import (
+    Term,
+    candidates,
+    effect_of,
+    neutral_values,
+    variant_of,
+)
+
+
+def labels(session, terms=()):
+    return {term.label for term in candidates(session, terms)}
+
+
+@pytest.fixture
+def tracks(make_session):
+    return make_session(throws=9)
+
+
+def test_a_full_session_asks_for_every_effect_but_patches_and_tables(tracks):
+    assert {label.partition("[")[0] for label in labels(open_session(tracks))} == {
+        *("air_drag", "curl", "pebble_wear", "slope", "speed_dependent_friction", "spin_drag"),
+        *("stone_bias", "sweeping", "time_drift", "tracking_offset", "lens_distortion"),
+    }
+
+
+def test_what_a_session_lacks_is_not_asked_for(tracks):
+    def lacking(**columns):
+        return labels(open_session([replace(track, **columns) for track in tracks]))
+
+    n = [len(track) for track in tracks]
+    assert "sweeping" not in labels(
+        open_session([replace(t, swept=np.zeros(k)) for t, k in zip(tracks, n, strict=True)])
+    )
+    unseen = labels(
+        open_session([replace(t, theta=np.full(k, np.nan)) for t, k in zip(tracks, n, strict=True)])
+    )
+    assert not {"curl", "spin_drag", "tracking_offset"} & unseen
+    assert "time_drift" not in lacking(clock=0.0)
+    assert not any(label.startswith("stone_bias") for label in lacking(stone=4))
+
+
+def test_what_scales_a_push_is_asked_for_only_where_something_pushes_so(tracks):
+    session = open_session(tracks)
+    card = catalogue()["curl"]
+    curl = Term(card=card, values=neutral_values(card), free=("strength",))
+
+    def sweeping(*terms):
+        return next(t for t in candidates(session, terms) if t.name == "sweeping").free
+
+    assert sweeping() == ("friction_factor",)
+    assert sweeping(curl) == ("friction_factor", "curl_factor")
+
+
+def test_each_stone_is_a_candidate_of_its_own(tracks):
+    session = open_session(tracks)
+    biases = [term for term in candidates(session) if term.name == "stone_bias"]
+    assert [term.label for term in biases] == ["stone_bias[0]", "stone_bias[1]", "stone_bias[2]"]
+    assert [term.stone for term in biases] == [0, 1, 2]
+    assert all(term.between_throws for term in biases)
+    assert effect_of("stone_bias[2]") == "stone_bias"
+
+
+def test_a_variant_has_a_name_a_scope_and_evidence_of_its_own(tracks):
+    session = open_session(tracks)
+    both = {t.label: t for t in candidates(session) if t.name == "pebble_wear"}
+    assert both["pebble_wear"].between_throws
+    along = both["pebble_wear[along_path]"]
+    assert not along.between_throws
+    assert along.wears_paths
+    assert effect_of(along.label) == along.label
+    assert variant_of(along.label) is along.variant
+    assert along.variant is not None
+    assert "where stones have run" in along.variant.readable
+
+
+def test_an_effect_of_the_measurement_that_a_user_registers_is_asked_for(tracks):
+    card = replace(catalogue()["tracking_offset"], name="reflection")
+    register(card)
+    try:
+        assert "reflection" in labels(open_session(tracks))
+    finally:
+        unregister("reflection")
