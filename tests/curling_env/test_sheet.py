@@ -75,8 +75,12 @@ def test_the_ice_ends_at_its_corners():
     for corner in PAPER_SHEET.corners.values():
         assert PAPER_SHEET.contains(corner)
         assert not PAPER_SHEET.contains(np.array(corner) * 1.001)
-    assert PAPER_SHEET.corners["home_left"] == (-2.25, -22.25)
-    assert PAPER_SHEET.corners["away_right"] == (2.25, 22.25)
+    assert PAPER_SHEET.corners == {
+        "home_left": (-2.25, -22.25),
+        "home_right": (2.25, -22.25),
+        "away_left": (-2.25, 22.25),
+        "away_right": (2.25, 22.25),
+    }
 
 
 @given(places, directions)

@@ -9,8 +9,9 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, Ice, save_ice
+from curling_env.throw import Release
 from curling_env.trajectory import Trajectory, write_tracks
-from friction_estimation.inversion.rethrow import compare_tracks
+from friction_estimation.inversion.rethrow import Comparison, Rethrow, compare_tracks
 
 MU = 0.009
 
@@ -92,3 +93,77 @@ def test_command_refuses_a_missing_ice(curling, tracks, tmp_path):
     ).complaint
     assert "no.json" in complaint
     assert not (tmp_path / "out").exists()
+
+
+def made_up(*, direction=1.0, rest=(0.1, 17.0), predicted_rest=(0.4, 16.6), path_error=0.0):
+    """A rethrow whose numbers are given."""
+    t = np.arange(10.0)
+    measured = np.column_stack([0 * t, direction * t])
+    return Rethrow(
+        throw=4,
+        stone=2,
+        release=Release(x=0.0, y=-direction * 11, vx=0.0, vy=direction * 2.0, omega=1.5),
+        t=t,
+        measured=measured,
+        predicted=measured + np.array([path_error, 0.0]),
+        tested=t >= 5,
+        rest=None if rest is None else np.array(rest),
+        predicted_rest=np.array(predicted_rest),
+        rest_time=None if rest is None else 20.5,
+        predicted_time=20.75,
+    )
+
+
+def test_errors_of_a_rest_are_told_along_and_across_the_play():
+    away = made_up()
+    assert away.rest_error == pytest.approx(0.5)
+    assert away.too_long == pytest.approx(-0.4)
+    assert away.too_far_left == pytest.approx(-0.3)
+    home = made_up(direction=-1.0, rest=(0.1, -17.0), predicted_rest=(0.4, -16.6))
+    assert home.too_long == pytest.approx(-0.4)
+    assert home.too_far_left == pytest.approx(0.3)
+    assert made_up(path_error=0.02).path_rms == pytest.approx(0.02)
+    assert made_up(rest=None).rest_error is None
+    assert made_up(rest=None).too_long is None
+    assert made_up(rest=None).too_far_left is None
+
+
+def test_a_throw_in_numbers():
+    assert made_up(path_error=0.02).summary() == pytest.approx(
+        {
+            "throw": 4,
+            "stone": 2,
+            "speed": 2.0,
+            "spin": 1.5,
+            "rest_x": 0.1,
+            "rest_y": 17.0,
+            "predicted_x": 0.4,
+            "predicted_y": 16.6,
+            "rest_error_m": 0.5,
+            "too_long_m": -0.4,
+            "too_far_left_m": -0.3,
+            "path_rms_m": 0.02,
+            "rest_time_s": 20.5,
+            "predicted_time_s": 20.75,
+        }
+    )
+    assert made_up(rest=None).summary()["rest_x"] is None
+
+
+def test_totals_count_only_throws_that_rested():
+    throws = (
+        made_up(path_error=0.03),
+        made_up(predicted_rest=(0.1, 18.2), path_error=0.01),
+        made_up(rest=None),
+    )
+    totals = Comparison(rethrows=throws, skipped=("throw 9: too short",), window=2.5).summary()
+    assert (totals["throws"], totals["rested"], totals["release_window_s"]) == (3, 2, 2.5)
+    assert totals["path_rms_m"] == pytest.approx(np.sqrt((0.03**2 + 0.01**2) / 3))
+    assert totals["rest_error_m"] == pytest.approx(np.sqrt((0.5**2 + 1.2**2) / 2))
+    assert totals["rest_error_median_m"] == pytest.approx(0.85)
+    assert totals["rest_error_worst_m"] == pytest.approx(1.2)
+    assert totals["too_long_mean_m"] == pytest.approx((-0.4 + 1.2) / 2)
+    assert totals["too_far_left_mean_m"] == pytest.approx(-0.15)
+    assert totals["skipped"] == ["throw 9: too short"]
+    assert len(totals["each"]) == 3
+    assert "skipped" not in Comparison(rethrows=throws, skipped=(), window=2.5).summary()
