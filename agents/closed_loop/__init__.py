@@ -2,7 +2,7 @@
 
 - `demo`: one hidden ice, filmed throws and a page of pictures; `curling demo` runs it
 - `experiment`: the measured form, with exact and erring throws planned on four kinds of knowledge
-- `hidden_ice`, `integrator`: the ice that nothing else is told, and how stones run on it
+- `hidden_ice`, `integrator`: ice that nothing else knows, and how stones run on it
 - `practice`, `filming`: practice throws, and what a camera sees of them
 - `execution`: planned throws carried out on the hidden ice
 - `areas`: heavy and keen areas in a curler's words

@@ -1,4 +1,4 @@
-"""Ice that the estimators and the planner are not told: drawn at random, its truth kept aside.
+"""Ice that neither the estimators nor the planner know: it is drawn at random.
 
 `HiddenIce` is a continuous field of friction with effects, whose stones `integrator` moves.
 `patchy_ice` is an ordinary ice with a few heavy and keen areas, as the demo films it.

@@ -1,4 +1,4 @@
-"""`curling plan`: the throw that does what is wanted."""
+"""`curling plan`: find the best throw for a target or a task."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ def plan(
         str | None,
         typer.Option(
             metavar="X,Y",
-            help="Where the stone should rest, or the stone that a task is about lies, sheet frame "
-            "[m]; the tees are 0,17.3735 and 0,-17.3735.",
+            help="Place where the stone should rest, or mark of a task, sheet frame [m]; the tees "
+            "are 0,17.3735 and 0,-17.3735.",
         ),
     ] = None,
     task: Annotated[
@@ -33,58 +33,60 @@ def plan(
         Path | None,
         typer.Option(
             metavar="S.json",
-            help='Stones that lie there: [{"x": 0.3, "y": 15.2, "team": "own"}, …]; the team is '
-            "own or other.",
+            help='Stones on the sheet: [{"x": 0.3, "y": 15.2, "team": "own"}, …]; a team is own or '
+            "other.",
         ),
     ] = None,
     skill: Annotated[
         str,
-        typer.Option(help="Who throws: none (exact), elite, champion or club."),
+        typer.Option(help="Execution error of the player: none, elite, champion or club."),
     ] = "elite",
     spin: Annotated[
         str | None,
         typer.Option(
             metavar="S[,S…]",
-            help="Spins to try [rad/s], counter-clockwise positive; otherwise both handles at "
-            "0.5 to 1.6.",
+            help="Spins to try [rad/s], counter-clockwise positive; by default 0.5 to 1.6 of both "
+            "handles.",
         ),
     ] = None,
     x: Annotated[
-        float, typer.Option("--x", help="Where the stone crosses the hog line, to the right [m].")
+        float, typer.Option("--x", help="Offset of the release at the hog line, to the right [m].")
     ] = 0.0,
     picture: Annotated[
         Path | None,
-        typer.Option(metavar="P.png", help="Draw the path and where the stone would come to rest."),
+        typer.Option(metavar="P.png", help="Draw the path and where the stone comes to rest."),
     ] = None,
     as_json: Annotated[
-        bool, typer.Option("--json", help="Only the JSON, without the remark on stderr.")
+        bool, typer.Option("--json", help="Print only the JSON, without the call on stderr.")
     ] = False,
     seed: SeedOption = 0,
 ) -> None:
-    """Find the throw for a target or a task.
+    """Find the best throw for a target or a task.
 
-    Searches over simulated throws of both handles and takes the one that forgives: of which most
-    is to be expected, given the player's errors (--skill) and the map's own uncertainty. The answer
-    is JSON on stdout; stderr says it in a curler's words.
+    It simulates throws of both handles and takes the one with the best expected result, given the
+    player's execution error (--skill) and the uncertainty of the map. The result is JSON on stdout;
+    stderr has the call in a curler's words.
 
-    With --target alone the stone comes to rest there, having touched no other. With --task the
-    throw may move stones, and is judged as CurlingSheet-v0 judges it:
+    With --target alone the stone comes to rest there without touching another. With --task the
+    throw may move stones, and is judged as in CurlingSheet-v0:
 
     \b
         draw          rest in the house, at the target or on the button
-        guard         rest before the house, at the target or on the centre line
-        takeout       put a stone out of play; hit-and-stay and peel say of the thrown
-                      stone that it stays, or leaves too
+        guard         rest in front of the house, at the target or on the centre line
+        takeout       put a stone out of play
+        hit-and-stay  the same, and the thrown stone stays in play
+        peel          the same, and the thrown stone leaves play too
         freeze        rest against a stone without driving it back
-        score         the most points, as the stones then lie
+        score         the most points, as the stones lie after the throw
 
-    A takeout and a freeze are about the stone nearest to the target, or about the opponents' best;
-    without --stones one lies at the target. For score the stones have a team.
+    A takeout or a freeze is about the stone nearest to the target, or without a target about the
+    opponents' best stone; without --stones there is one at the target. For score, stones have a
+    team.
 
-    The half of the sheet the target lies in is the end played to. speed [m/s], angle [rad,
-    counter-clockwise from the direction of play] and spin [rad/s] can be given to `curling throw`
-    as they are; sweep says when to sweep, on ice whose file has the effect of sweeping. spread is
-    what the player and the map do together, spread_of_the_hand and spread_of_the_map each alone.
+    The end played to is the half of the sheet in which the target lies. speed [m/s], angle [rad,
+    counter-clockwise from the direction of play] and spin [rad/s] can be passed to `curling throw`
+    as they are; sweep says when to sweep, if the ice file has that effect. spread is the scatter by
+    the player and the map together, spread_of_the_hand and spread_of_the_map by each alone.
 
     \b
     Examples:
@@ -101,7 +103,7 @@ def plan(
     from curling_env.physics.one_stone.slide import NO_OBSTACLES
 
     if target is None and task is None:
-        raise InputError("say what is wanted: --target X,Y, or --task with or without one")
+        raise InputError("say what is wanted: --target X,Y, or --task with or without a target")
     known = load_ice(ice)
     aim = None if target is None else _numbers(target, "--target", count=2)
     places, own = (NO_OBSTACLES, None) if stones is None else read_stones(stones)

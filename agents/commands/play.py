@@ -1,4 +1,4 @@
-"""`curling play`: a game between two players."""
+"""`curling play`: play a game between two players."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ RulesOption = Annotated[
     str, typer.Option(help="world_curling_2024, mixed_doubles_2024 or digital_curling.")
 ]
 SkillOption = Annotated[
-    str, typer.Option(help="Execution error of both hands: none, elite, champion or club.")
+    str, typer.Option(help="Execution error of both players: none, elite, champion or club.")
 ]
 StillOption = Annotated[
     bool,
-    typer.Option("--still", help="Ice that neither wears nor frosts over, and stones all alike."),
+    typer.Option("--still", help="Ice that does not change, and stones that are all alike."),
 ]
 SweepOption = Annotated[
     bool, typer.Option("--sweep/--no-sweep", help="Whether sweepers help a stone that is light.")
@@ -37,17 +37,17 @@ def play(
     home: PlayerOption,
     away: PlayerOption,
     ends: Annotated[
-        int | None, typer.Option(min=1, help="Of the game; the rules' own number without it.")
+        int | None, typer.Option(min=1, help="Number of ends; by default that of the rules.")
     ] = None,
     ice: IceOption = "standard",
     rules: RulesOption = "world_curling_2024",
     skill: SkillOption = "elite",
     known_ice: Annotated[
         str | None,
-        typer.Option(metavar="ICE", help="The ice as the players know it; the true one without."),
+        typer.Option(metavar="ICE", help="Ice as the players know it; by default the true one."),
     ] = None,
     hammer: Annotated[
-        str, typer.Option(help="Who has the last stone in the first end: home, away or lot.")
+        str, typer.Option(help="Team with the last stone in the first end: home, away or lot.")
     ] = "lot",
     still: StillOption = False,
     sweep: SweepOption = True,
@@ -61,17 +61,17 @@ def play(
         ),
     ] = None,
     film: Annotated[
-        bool, typer.Option("--film", help="With -o, a film of the game too (game.mp4): minutes.")
+        bool, typer.Option("--film", help="With -o, also make a film (game.mp4); it takes minutes.")
     ] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="The result as JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
     seed: SeedOption = 0,
 ) -> None:
-    """Play a game between two players and hang up its line score.
+    """Play a game between two players and print its line score.
 
-    The ice wears along the stones' paths and frosts over, no two stones are quite alike, sweepers
-    sweep what is light, and no hand is exact; options switch each of these off. With -o the game is
-    recorded with every stone's path, and written as a page that replays it in any browser; `curling
-    replay` makes a film of the record.
+    The ice wears along the stones' paths and frosts over, stones differ slightly, sweepers sweep
+    stones that are light, and players make execution errors; options switch each of these off. With
+    -o the game is recorded with the path of every stone, together with a page that replays it in
+    any browser. `curling replay` makes a film of the record.
 
     \b
     Examples:

@@ -1,4 +1,4 @@
-"""`curling replay`: a recorded game as a film or a page."""
+"""`curling replay`: make a film or a page of a recorded game."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from curling_env.commands.cli import OutputFile, progress
 
 def replay(
     record: Annotated[
-        Path, typer.Argument(metavar="GAME.jsonl", help="The record of a game, of `curling play`.")
+        Path, typer.Argument(metavar="GAME.jsonl", help="Record of a game by `curling play`.")
     ],
     output: OutputFile,
     ends: Annotated[
-        list[int] | None, typer.Option("--end", min=1, help="Only this end; may be repeated.")
+        list[int] | None, typer.Option("--end", min=1, help="Show only this end; may be repeated.")
     ] = None,
     speed: Annotated[
-        float, typer.Option(min=0.1, max=100, help="Times as fast as it happened.")
+        float, typer.Option(min=0.1, max=100, help="Playback speed over real time.")
     ] = 8.0,
     ice: Annotated[
         str | None,
-        typer.Option(metavar="ICE", help="Painted under the lines; the recorded one without."),
+        typer.Option(metavar="ICE", help="Ice to paint under the lines; by default as recorded."),
     ] = None,
 ) -> None:
     """Make a film (.mp4, .avi) or a page (.html) of a recorded game.
 
-    The film shows every delivery from above as a broadcast does, with its paths, the call and the
-    score; an end takes about a minute of film, and about as long to make. The page holds the whole
-    game and plays it in any browser.
+    The film shows every delivery from above as in a broadcast, with paths, call and score. An end
+    takes about a minute of film, and about as long to make. The page holds the whole game and plays
+    it in any browser.
 
     \b
     Examples:

@@ -93,9 +93,12 @@ class TrainingSettings:
         for skill in (self.skill, self.practice or self.skill):
             skill_named(skill)
         for name, least in (
-            ("n_timesteps", 1), ("n_envs", 1), ("seed", 0), ("checkpoint_every", 0),
+            ("n_timesteps", 1),
+            ("n_envs", 1),
+            ("seed", 0),
+            ("checkpoint_every", 0),
             ("eval_freq", 0),
-        ):  # fmt: skip
+        ):
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, int) or value < least:
                 raise InputError(f"{name} must be a whole number of at least {least}, got {value}")

@@ -18,7 +18,7 @@ from agents.planning.tuning import MAP_ERROR_LENGTH, MIN_FRICTION_SHARE
 from curling_env.ice import FrictionMap, Ice
 from curling_env.physics.one_stone.slide import SlideEnd
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Skill
-from curling_env.typing import Flags, Floats
+from curling_env.typing import Flags, Floats, Integers
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +38,7 @@ class Trials:
 
     ends: Floats
     miss: Floats
-    why: NDArray[np.int64]
+    why: Integers
     in_play: Flags
     value: Floats
     success: Flags

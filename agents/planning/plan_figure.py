@@ -93,9 +93,15 @@ def _draw_path(figure: Figure, ax: Axes, ice: Ice, plan: Plan) -> None:
         percent = 100 * (ice.friction.mu / mean - 1)
         limit = max(float(np.abs(percent).max()), 1.0)
         layer = figures.draw_map(
-            ax, ice.sheet, percent, view, cmap=figures.KEEN_TO_HEAVY, vmin=-limit, vmax=limit,
+            ax,
+            ice.sheet,
+            percent,
+            view,
+            cmap=figures.KEEN_TO_HEAVY,
+            vmin=-limit,
+            vmax=limit,
             smooth=ice.friction.interpolation == "bilinear",
-        )  # fmt: skip
+        )
         bar = figure.colorbar(layer, ax=ax, pad=0.01, aspect=8)
         bar.set_label("friction [%]", fontsize=8)
         bar.ax.tick_params(labelsize=7)
@@ -129,8 +135,8 @@ def _draw_landing(ax: Axes, ice: Ice, plan: Plan) -> None:
     ax.plot(*view(_path_of(ice, plan, best)).T, color=figures.PATH_COLOUR, lw=2, zorder=4)
     for before, after in zip(plan.stones, best.stones, strict=True):
         moved = not np.hypot(*(after - before)) < 1e-3
-        figures.draw_stone(ax, ice.stone.radius, before, view, colour="#c9a400",
-                           alpha=0.45 if moved else 1.0)  # fmt: skip
+        alpha = 0.45 if moved else 1.0
+        figures.draw_stone(ax, ice.stone.radius, before, view, colour="#c9a400", alpha=alpha)
         if moved and not np.isnan(after[0]):
             figures.draw_stone(ax, ice.stone.radius, after, view, colour="#c9a400")
     figures.draw_stone(ax, ice.stone.radius, best.rest, view, colour="#c8433f", alpha=0.85)
@@ -152,9 +158,15 @@ def _draw_density(ax: Axes, places: Floats) -> None:
     heat, x, y = np.histogram2d(*places.T, bins=cells, range=list(zip(low, high, strict=True)))
     heat = gaussian_filter(heat, 0.06 / cell)
     ax.pcolormesh(
-        x, y, np.ma.masked_less(heat.T, 0.03 * heat.max()), cmap="YlOrRd", alpha=0.55, zorder=2.5,
-        rasterized=True, linewidth=0,
-    )  # fmt: skip
+        x,
+        y,
+        np.ma.masked_less(heat.T, 0.03 * heat.max()),
+        cmap="YlOrRd",
+        alpha=0.55,
+        zorder=2.5,
+        rasterized=True,
+        linewidth=0,
+    )
 
 
 def _draw_forgiveness(ax: Axes, plan: Plan) -> None:
@@ -229,8 +241,8 @@ def _write_call(ax: Axes, plan: Plan) -> None:
         if plan.objective.name == "score":
             line(f"Expect {trials.expected_value:+.2f} points", size, color=figures.TARGET_COLOUR)
         elif len(trials.miss) > 1 and plan.objective.name != "rest":
-            line(f"Succeeds: {100 * trials.success.mean():.0f} %", size,
-                 color=figures.TARGET_COLOUR)  # fmt: skip
+            share = f"Succeeds: {100 * trials.success.mean():.0f} %"
+            line(share, size, color=figures.TARGET_COLOUR)
         if len(trials.miss) > 1 and plan.objective.comes_to_rest and plan.objective.name != "score":
             line(
                 f"Expected miss: {100 * trials.expected_miss:.0f} cm; nine in ten within "
@@ -253,12 +265,12 @@ def _write_call(ax: Axes, plan: Plan) -> None:
             )
         place -= 0.045
     skill = plan.skill
-    hand = (
+    player = (
         "exact throws"
         if skill.is_exact
         else f"skill “{skill.name}”: weight ±{skill.sigma_speed:g} m/s, line "
         f"±{np.degrees(skill.sigma_angle):.2f}°, spin ±{skill.sigma_spin:g} rad/s"
     )
     ice = "and what the map does not know" if plan.map_is_uncertain else "on ice known exactly"
-    line(f"Dots: {len(plan.best.trials.miss)} trials with {hand}, {ice}.", 8.5, color="#55606b")
+    line(f"Dots: {len(plan.best.trials.miss)} trials with {player}, {ice}.", 8.5, color="#55606b")
     line("Solid ellipse: half of them; dashed: nine in ten.", 8.5, color="#55606b")

@@ -14,7 +14,7 @@ from curling_env.physics.engine import is_hogged
 from curling_env.physics.one_stone.slide import NO_BOUNDS, NO_OBSTACLES, SlideEnd, play_bounds
 from curling_env.sheet import HOG_LINE_Y, Direction
 from curling_env.throw import velocity_of
-from curling_env.typing import Flags, Floats
+from curling_env.typing import Flags, Floats, Integers
 
 SPEED, ANGLE, SPIN, OFFSET, SWEEP, SWEEP_END = range(6)
 """Columns of a table of throws (n, 6); a table (n, 4) has no sweeping."""
@@ -34,7 +34,7 @@ class Rollouts:
     """
 
     xy: Floats
-    end: NDArray[np.int64]
+    end: Integers
     in_play: Flags
     time: Floats
     stones: Floats

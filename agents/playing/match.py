@@ -40,7 +40,7 @@ class Match:
 
     Parameters
     ----------
-    simulator : the ice, the rules and the hands
+    simulator : the ice, the rules and the skills
     players : players of home and away
     seed : seed of everything random; the same seed gives the same game
     last_stone : team with the hammer in the first end; by default the seed decides

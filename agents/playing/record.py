@@ -130,7 +130,7 @@ def play_again(lines: Sequence[dict[str, Any]], simulator: GameSimulator) -> Gam
         if _lying(shot.stones_after, shot.direction) != line["lying"]:
             raise InputError(
                 f"end {line['end']}, stone {line['stone']} went otherwise than it was recorded: "
-                "another ice, other rules or another hand"
+                "another ice, other rules or another skill"
             )
     if result["conceded"] is not None:
         team = Team[str(result["conceded"]).upper()]

@@ -14,8 +14,15 @@ from curling_env.ice import Ice
 TRIALS = 8
 """Simulations of each shot, with the same execution errors for every shot."""
 DRAWS = (
-    (0.0, 0.0), (0.4, 0.2), (-0.4, 0.2), (0.0, 0.7), (1.0, 0.2), (-1.0, 0.2), (0.0, -1.2),
-)  # fmt: skip
+    (0.0, 0.0),
+    (0.4, 0.2),
+    (-0.4, 0.2),
+    (0.0, 0.7),
+    (1.0, 0.2),
+    (-1.0, 0.2),
+    (0.0, -1.2),
+)
+"""Places to draw to [m]."""
 GUARDS = ((0.0, -3.2), (0.0, -2.4), (0.9, -3.0), (-0.9, -3.0))
 OFF_CENTRE = 0.12
 """How far beside its centre a stone is hit for a roll [m]."""
