@@ -126,7 +126,7 @@ class GameSimulator:
 
         Parameters
         ----------
-        state : between two ends
+        state : a game between two ends
         power_play, throw_first : decisions in mixed doubles; see
             `curling_env.game.rules.game.begin_end`
 
@@ -296,7 +296,7 @@ def result_of_places(
     end : the end before the delivery
     places : (x, y) of its stones, then of the delivered one, delivery frame [m]; None or NaN for
         a stone that left play
-    unmoved : for each stone of the end, whether nothing touched it; it then keeps its exact place
+    unmoved : whether nothing touched each stone of the end; it then keeps its exact place
     struck : whether the delivered stone touched another
     """
     after: list[RestingStone | None] = []

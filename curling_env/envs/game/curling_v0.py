@@ -43,7 +43,12 @@ from curling_env.typing import Image, Singles
 
 
 def env(**settings: Any) -> TurnBasedGame:
-    """A game between two agents, with the order of calls checked; settings as for `raw_env`."""
+    """A game between two agents, with the order of calls checked.
+
+    Parameters
+    ----------
+    settings : options of `raw_env`
+    """
     return TurnBasedGame(raw_env(**settings))
 
 
@@ -53,7 +58,7 @@ def parallel_env(*, max_cycles: int | None = None, **settings: Any) -> ParallelG
     Parameters
     ----------
     max_cycles : number of deliveries after which the game is truncated; None for no limit
-    settings : as for `raw_env`
+    settings : options of `raw_env`
     """
     return ParallelGame(raw_env(max_throws=max_cycles, **settings))
 
@@ -93,9 +98,9 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
     skill : execution error of both teams, or of the home and the away team
     ice_evolution : how the ice changes during the game
     sweeping : "none", "scripted" (sweepers decide) or "action" (part of the action)
-    choices : by "rule" (stones are put back after a tick, there are no power plays, the deciding
-        team keeps the hammer, nobody concedes) or part of the "action": decisions that hold until
-        a team's next delivery
+    choices : "rule" (stones are put back after a tick, there are no power plays, the deciding
+        team keeps the hammer, nobody concedes) or "action" (part of the action, as decisions that
+        hold until a team's next delivery)
     observation : "flat", "dict" or "planes"
     weights : weights of the parts of the reward; by default the points of an end, at its last
         stone

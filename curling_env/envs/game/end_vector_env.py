@@ -27,6 +27,7 @@ from curling_env.physics.batch import RELEASE_DTYPE, play_batch
 from curling_env.physics.one_stone.slide import play_bounds
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.throw import velocity_of
+from curling_env.typing import Flags, Floats
 
 DIRECTION = direction_of(0)
 
@@ -42,7 +43,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
     Parameters
     ----------
     num_envs : number of ends
-    settings : as for `CurlingEndEnv`, without a `render_mode`
+    settings : options of `CurlingEndEnv` other than `render_mode`
 
     Raises
     ------
@@ -107,9 +108,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         self._answer(range(self.num_envs))
         return self._observe(), {}
 
-    def step(
-        self, actions: Any
-    ) -> tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+    def step(self, actions: Any) -> tuple[Any, Floats, Flags, Flags, dict[str, Any]]:
         """Deliver a stone in every end, and let the opponents answer."""
         if not self._states:
             raise InputError("call reset() before the first step")
@@ -240,7 +239,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         return {name: np.stack([one[name] for one in seen]) for name in names}
 
 
-def _releases(throws: NDArray[np.float64]) -> NDArray[Any]:
+def _releases(throws: Floats) -> NDArray[Any]:
     """Releases at the hog line, of RELEASE_DTYPE.
 
     Parameters

@@ -19,9 +19,9 @@ from curling_env.typing import Floats, Singles
 # The layout and the scales of an observation. A change to any of them makes a new version of the
 # environments.
 BANDS = 8
-"""Number of bands of ice from the delivery hog line to the far back line for which μ is told."""
+"""Number of bands of ice from the delivery hog line to the far back line whose μ is observed."""
 LANES = ("left", "middle", "right")
-"""Thirds of the sheet's width for which μ is told, seen along the direction of play."""
+"""Thirds of the sheet's width whose μ is observed, seen along the direction of play."""
 LENGTH_SCALE = HOG_TO_TEE + 0.6
 """Distance along the sheet that counts as 1 [m]: from the tee to just before the hog line."""
 MU_SCALE = 0.01
@@ -31,7 +31,7 @@ VARIATION_SCALE = 0.2
 
 
 def observed_parameters() -> list[tuple[EffectCard, Parameter, float]]:
-    """What an agent may be told of effects, as their cards say.
+    """The parameters of effects that an agent may observe, as their cards say.
 
     Returns
     -------
@@ -46,7 +46,7 @@ def observed_parameters() -> list[tuple[EffectCard, Parameter, float]]:
 
 
 def ice_features(ice: Ice, direction: Direction) -> Singles:
-    """What an agent is told of an ice, seen along a direction of play.
+    """What an agent observes of an ice, seen along a direction of play.
 
     Parameters
     ----------

@@ -145,7 +145,7 @@ def reset_distribution(options: Mapping[str, Any], ice: Ice, task: Task) -> Rese
     Parameters
     ----------
     options : all of RESET_OPTIONS, as `CurlingSheetEnv` takes them
-    ice : for the size of sheet and stone
+    ice : the ice, which knows the size of sheet and stone
     task : what a throw is asked to do
 
     Raises

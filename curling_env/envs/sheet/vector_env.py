@@ -64,7 +64,7 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
     fps : samples a second of `trajectory` in `info`; without it `info` has neither `trajectory`
         nor `outcome`. With it throws are simulated one by one, as slowly as in `CurlingSheetEnv`.
     render_mode : None; many sheets are not drawn
-    settings : as for `CurlingSheetEnv`; at most sixteen stones on a sheet
+    settings : options of `CurlingSheetEnv`; at most sixteen stones on a sheet
 
     Raises
     ------

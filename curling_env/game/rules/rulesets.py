@@ -5,8 +5,8 @@ docs/rules.md has a table of the differences.
 Source
 ------
 World Curling's rules of 2024 as commonly summarised (sheet, delivery, free guard zone, scoring,
-mixed doubles); docs/rules.md says what was not held against the printed book. Digital Curling: the
-game code of the competition's server, which plays fours without a thrower's foot, broom or clock.
+mixed doubles); docs/rules.md says what was not checked against the rule book. Digital Curling: the
+game code of the competition's server, which plays fours.
 """
 
 from __future__ import annotations

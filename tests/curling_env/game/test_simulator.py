@@ -1,4 +1,4 @@
-"""A game joins rules and physics: luck, brooms, wear, and whole games by random hands."""
+"""A game joins rules and physics: execution error, wear, and whole games of random throws."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def test_worn_ice_carries_a_stone_farther_and_frosted_ice_less_far():
 
 @pytest.mark.parametrize("rules", ["world_curling_2024", "mixed_doubles_2024", "digital_curling"])
 def test_whole_games_of_random_throws(rules):
-    """No crash, no stone in another, nothing that is not a number; energy only goes."""
+    """No stone overlaps another, every number is finite, and energy is never gained."""
     rng = np.random.default_rng(8)
     simulator = GameSimulator(
         rules=rules, ice_evolution=TYPICAL_EVOLUTION, sweeping=True, skills="club"
@@ -120,7 +120,7 @@ def check(simulator: GameSimulator, shot) -> None:
         assert apart.min() > 2 * simulator.ice.stone.radius - 1e-3
     for stone in shot.stones_after:
         assert simulator.lines.on_sheet(stone.x, stone.y)
-    # Energy only goes: nothing ever runs faster than the stone that set it going.
+    # No stone is ever faster than the stone that was thrown.
     for path in shot.outcome.trajectories:
         steps = np.diff(path.t)
         speeds = np.hypot(*np.diff(path.xy, axis=0).T)[steps > 1e-3] / steps[steps > 1e-3]

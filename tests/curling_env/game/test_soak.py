@@ -1,4 +1,4 @@
-"""Ends by random hands, very many of them with `make soak`: nothing breaks, nothing leaves NaN."""
+"""Ends of random throws, very many of them with `make soak`: nothing breaks."""
 
 from __future__ import annotations
 

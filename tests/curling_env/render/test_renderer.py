@@ -1,4 +1,4 @@
-"""Pictures of the sheet: what a curler would look for is where it should be."""
+"""Pictures of the sheet show rings, lines, stones and friction where they should be."""
 
 from __future__ import annotations
 

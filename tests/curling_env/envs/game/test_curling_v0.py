@@ -1,4 +1,4 @@
-"""The two-team game: PettingZoo's own tests, turns, and rewards that cancel."""
+"""The two-team game: PettingZoo's own tests, turns, rewards that cancel, decisions."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def test_limits_below_one_are_refused():
         curling_v0.env(max_cycles=0)
 
 
-# --- PettingZoo's state beside the game's ---------------------------------------------------------
+# --- the state of PettingZoo and that of the game -------------------------------------------------
 
 
 def test_states():
@@ -141,7 +141,7 @@ def ticked(put_back):
         before = env.state
         weight = 1.02 * aim.draw(0.0, 0.0, 1.5).speed
         tick = Call(throw=aim.through(off, -3.0, weight, 1.5))
-        # What home decisions says nothing about what away wants of home's tick.
+        # The decision of the home team is not asked after its own tick.
         env.step(env.action.action_of(tick, TeamDecisions(put_back=not put_back)))
         shot = env.infos["home"]["shot"]
         if shot.ruling.fault is Fault.NO_TICK:
@@ -169,7 +169,7 @@ def test_a_power_play_is_taken_when_decided_and_only_once():
     while env.agents and not env.state.game.is_over:
         end = env.state.game.end
         had.append((end.number, end.power_play, env.state.game.power_plays))
-        # Stones that never reach the house but for home's: away decides on the second end.
+        # Only stones of the home team reach the house: away decides on the second end.
         home = env.agent_selection == "home"
         throw = Aim(env.simulator.ice, Direction.AWAY).draw(0.9, 0.0, 1.5) if home else None
         action = np.float32([-1, 0, 0, 0, 0, -1, -1])
@@ -180,7 +180,7 @@ def test_a_power_play_is_taken_when_decided_and_only_once():
     sides = {number: (side, teams) for number, side, teams in had}
     assert sides[0] == ("left", (Team.HOME,))
     side, teams = sides[1]
-    # Whoever decides has it at once, or has had it and gets none.
+    # The deciding team has its power play at once, unless it has had it.
     assert (side == "right") == (len(teams) == 2)
     assert all(len(set(teams)) == len(teams) for _, teams in sides.values())
 
@@ -195,7 +195,7 @@ def ordered(env, decisions):
 
 @pytest.mark.parametrize("first", [True, False])
 def test_the_deciding_team_may_give_the_hammer_away(first):
-    """Blank ends: the team that threw first decides on the next."""
+    """After a blank end the team that threw first decides on the next."""
     env = curling_v0.env(
         ends=2, rules="mixed_doubles_2024", skill="none", choices="action"
     ).unwrapped

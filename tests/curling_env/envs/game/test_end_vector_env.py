@@ -1,4 +1,4 @@
-"""Many ends at once are the ends that are played one at a time."""
+"""Many ends at once are played as single ends are."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SWEPT = {"sweeping": "scripted", "skill": "club"}
 
 
 def biased(factors):
-    """The usual ice, with friction of their own for some stones by identifier."""
+    """Standard ice on which some stones, by identifier, have a friction of their own."""
     ice = load_ice("standard")
     for stone, factor in factors.items():
         parameters = {"stone": float(stone), "factor": factor}
@@ -47,7 +47,7 @@ SETTINGS = {
 
 @pytest.mark.parametrize("name", SETTINGS)
 def test_each_is_the_end_that_is_played_alone(name):
-    """Whole ends, each delivery from the same position: collisions multiply small differences."""
+    """Each delivery begins from the same position: collisions multiply small differences."""
     settings, n = SETTINGS[name], 5
     many, alone = make(n, **settings), gym.make("CurlingEnd-v0", **settings).unwrapped
     seen, _ = many.reset(seed=20)
@@ -88,7 +88,7 @@ def test_stones_with_a_friction_of_their_own_run_accordingly():
         draw = Aim(load_ice("standard"), Direction.AWAY).draw(1.3, -0.5, 1.5)
         many.step(np.tile(many.unwrapped.single.action_of(Call(throw=draw)), (2, 1)))
         ends.append(many.unwrapped.states[0].game.end.stones)
-    assert {s.team.label for s in ends[1]} == {"away"}  # the home team's stones die on the way
+    assert {s.team.label for s in ends[1]} == {"away"}  # the home team's stones stop short
     assert {s.team.label for s in ends[0]} == {"home", "away"}
 
 

@@ -1,4 +1,4 @@
-"""Throws out of a list."""
+"""Discrete actions: throws from a list."""
 
 from __future__ import annotations
 

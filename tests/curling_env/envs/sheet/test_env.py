@@ -1,4 +1,4 @@
-"""CurlingSheet-v0: held to Gymnasium's and stable-baselines3's checks, and to its own word."""
+"""CurlingSheet-v0: the checks of Gymnasium and stable-baselines3, and what it promises."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from curling_env.sheet import TEE_Y, Direction, to_delivery
 from curling_env.throw import Throw
 
 DRAW = Throw(speed=2.1, angle=-0.05, spin=1.0)
-"""Comes to rest close to the button of standard ice."""
+"""A throw that comes to rest close to the button of standard ice."""
 
 
 def make(**options):
@@ -186,7 +186,7 @@ def test_stones_are_hit():
     assert throw(env)[4]["outcome"].contacts
 
 
-# --- what is known of the ice ---------------------------------------------------------------------
+# --- true and known ice ---------------------------------------------------------------------------
 
 
 def test_the_agent_is_told_of_the_known_ice_and_throws_on_the_true_one(uneven_ice):

@@ -1,4 +1,4 @@
-"""What the agent is told of the ice."""
+"""What the agent observes of the ice."""
 
 from __future__ import annotations
 

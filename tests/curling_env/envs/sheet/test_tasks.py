@@ -1,4 +1,4 @@
-"""Tasks: what is done and what is not, one sheet and many alike, and positions that grow harder."""
+"""Tasks: which throws do them, on one sheet and on many, and how hard their positions are."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def button_weight() -> float:
 
 
 def takes(x: float, weight: float, off: float = 0.0) -> Throw:
-    """A hit of a stone at (x, 0) so many times as firm as a draw, `off` beside its centre."""
+    """A hit of a stone at (x, 0), `weight` times as fast as a draw, `off` beside its centre [m]."""
     return AIM.through(x + off, 0.0, weight * button_weight(), SPIN)
 
 
@@ -71,7 +71,7 @@ def test_a_good_throw_does_the_task_and_a_bad_one_does_not(name):
         assert tuple(info["reward_parts"]) == PARTS
         assert info["reward_parts"]["success"] == info["success"]
     assert [info["success"] for info in told] == [True, False]
-    if name != "draw":  # whose reward grows with precision alone
+    if name != "draw":  # its reward grows with precision alone
         assert rewards[0] > rewards[1]
 
 
@@ -107,7 +107,7 @@ def test_the_target_stone_lies_at_the_goal_asked_for():
     assert [names["stone 1 x"], names["stone 1 y"]] == pytest.approx(place)
     assert [names["target x"], names["target y"]] == pytest.approx(place)
     np.testing.assert_allclose(to_delivery(info["target"], Direction.HOME), (0.6, -0.4))
-    # Towards the home end on even ice the same throw does the same.
+    # On even ice the same throw has the same effect towards the home end.
     _, _, _, _, info = throw(env, AIM.through(0.7, -0.4, 1.4 * button_weight(), SPIN))
     assert info["success"]
     freeze = make(task="freeze", target=(0.6, -0.4))

@@ -1,4 +1,4 @@
-"""Many sheets at once: the same story as one by one, in Gymnasium's vector form."""
+"""Many sheets at once behave as single ones, in Gymnasium's vector form."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from curling_env.sheet import TEE_Y, Direction
 
 N = 6
 ROUNDING = 1e-12
-"""Lone throws are the same slide; what is told of them is rounded in other decisions."""
+"""Largest difference of lone throws: the same slide, rounded in another order."""
 HIT = 1e-4
-"""Distance within which the two ways put stones to rest that have met [m]."""
+"""Largest difference of the places of stones that have met [m]."""
 MODES = ("NextStep", "SameStep")
 
 
@@ -45,7 +45,7 @@ def some_actions(rng: np.random.Generator, n: int = N):
     return rng.uniform(-1, 1, (n, 3)).astype(np.float32) * np.float32([1, 0.7, 0.4])
 
 
-# --- as one by one --------------------------------------------------------------------------------
+# --- as single sheets -----------------------------------------------------------------------------
 
 WORN = load_ice("standard").with_effect(
     ActiveEffect(name="pebble_wear", parameters={"rate": -0.02})
@@ -77,7 +77,7 @@ def test_many_sheets_behave_as_single_ones(options, mode, rng):
 
 
 def assert_same_info(many: dict, single: dict, bound: float) -> None:
-    """The same names, masks and numbers; a throw and what is kept of it apart."""
+    """The same names, masks and numbers, except of what only single sheets keep."""
     apart = {"throw", "trajectory", "outcome", "_trajectory", "_outcome"}
     assert many.keys() - apart == single.keys() - apart
     for name in many.keys() - apart:
@@ -172,7 +172,7 @@ def test_an_over_episode_begins_at_the_step_its_mode_says(rng):
     assert not over.any()
 
 
-# --- what Gymnasium asks --------------------------------------------------------------------------
+# --- the contract of Gymnasium --------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("mode", MODES)

@@ -1,4 +1,4 @@
-"""The table of docs/rules.md says of every set of rules what the set itself says."""
+"""The table of docs/rules.md agrees with every set of rules."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def table() -> tuple[list[str], dict[str, list[str]]]:
 
 
 def said_of(rules: RuleSet) -> dict[str, str]:
-    """What the page has to say, by the beginning of its row."""
+    """What the page must say, by the beginning of its row."""
     whom = "every stone" if rules.no_takeout_until else "opposition guards"
     after = rules.ends_before_concession
     yes = {True: "yes", False: "no"}

@@ -1,4 +1,4 @@
-"""The scenario file, clause by clause."""
+"""The rules agree with the scenario file, clause by clause."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_ruling(case: dict[str, Any]) -> None:
     after = case["after"]
     team = Team[case["team"].upper()]
     delivered_name = f"{team.label} {(case['stone'] + 1) // 2}"
-    if delivered_name in before:  # a curler does not count those long gone
+    if delivered_name in before:  # that number is taken by a stone of the position
         delivered_name = f"{team.label} 8"
 
     def now(name: str, place: Any) -> RestingStone | None:
@@ -96,7 +96,7 @@ def test_count(case: dict[str, Any]) -> None:
 
 
 def play_end(game: Game, home: int, away: int) -> Game:
-    """Every stone through the house, but for the last ones, which count."""
+    """Play an end in which every stone goes through the house, but the last ones, which count."""
     game = begin_end(game)
     ends = len(game.line_score)
     while game.end is not None and len(game.line_score) == ends:
