@@ -1,8 +1,8 @@
-"""Independent pieces of work, done here, in local processes or on a Ray cluster.
+"""Independent pieces of work, done in this process, in local processes or on a Ray cluster.
 
-One function, `executor`, and one method, `map`. Results come in the order of the items whoever did
-them, and a piece whose worker was killed is done again by another: work that depends on nothing
-but its item gives the same numbers on any number of workers.
+`executor` chooses; `map` does the work. Results come in the order of the items, and a piece whose
+worker was killed is done again by another. Work that depends on nothing but its item therefore
+gives the same numbers on any number of workers.
 """
 
 # Ray is optional and comes without complete types.
@@ -28,46 +28,47 @@ from curling_env.errors import CurlingError, InputError
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-MOST_LOSSES = 3
-"""Times a piece is done again after its worker was lost; a piece that kills workers must end."""
-AHEAD = 4
-"""Pieces handed out for each worker before the first is back, so that none waits."""
+MAX_RETRIES = 3
+"""Times that a piece is done again after its worker was lost."""
+PIECES_PER_WORKER = 4
+"""Pieces handed out per worker at a time, so that no worker waits."""
 
 
 class WorkersLostError(CurlingError):
-    """Workers died again and again over the same work."""
+    """Workers died repeatedly over the same piece of work."""
 
 
 class Executor(Protocol):
-    """Whoever does pieces of work."""
+    """What does pieces of work."""
 
     def map(self, work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
-        """Results of work on each item, in the order of the items.
+        """Results of the work on each item, in the order of the items.
 
         Parameters
         ----------
-        work : a function of a module, which depends on nothing but its item
+        work : function at the top level of a module; its result depends on its item only
+        items : one for each piece of work
 
         Raises
         ------
-        WorkersLostError : workers died over the same piece again and again
+        WorkersLostError : workers died repeatedly over the same piece
         """
         ...
 
 
 @contextmanager
 def executor(workers: int | str = 1) -> Generator[Executor]:
-    """Whoever is to do the work.
+    """The executor for a number of workers.
 
     Parameters
     ----------
-    workers : how many local processes, 1 for this one alone; ``"ray"`` for the Ray cluster at hand,
-        or one that is started on this machine; ``"ray://host:port"`` for that one. Every machine of
-        a cluster needs this distribution installed.
+    workers : number of local processes, 1 for this process alone; ``"ray"`` for the running Ray
+        cluster, or for one that is started on this machine; ``"ray://host:port"`` for the cluster
+        at that address. Every machine of a cluster needs this distribution installed.
 
     Raises
     ------
-    InputError : workers that are none of these, or a cluster that does not answer
+    InputError : another value, or a cluster that does not answer
     """
     text = str(workers)
     if text == "ray" or text.startswith("ray://"):
@@ -78,25 +79,26 @@ def executor(workers: int | str = 1) -> Generator[Executor]:
         raise InputError(
             f"workers must be a number of processes, 'ray' or 'ray://host:port', got {text!r}"
         )
-    yield Here() if int(text) == 1 else Processes(int(text))
+    yield SerialExecutor() if int(text) == 1 else ProcessExecutor(int(text))
 
 
-class Here:
-    """The process itself, one piece after the other."""
+class SerialExecutor:
+    """Does one piece after the other in this process."""
 
     def map(self, work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
         """See `Executor`."""
         return map(work, items)
 
 
-class Processes:
-    """Local processes.
+class ProcessExecutor:
+    """Does pieces in local processes.
 
-    Fresh ones: forking a process that holds numba's and OpenCV's threads may hang.
+    They are spawned, not forked: a fork of a process that holds numba's and OpenCV's threads may
+    hang.
 
     Parameters
     ----------
-    count : how many
+    count : number of processes
     """
 
     def __init__(self, count: int) -> None:
@@ -110,8 +112,8 @@ class Processes:
         try:
             while True:
                 try:
-                    for item in islice(source, AHEAD * self._count - len(queue)):
-                        # In the queue before anything can fail: no item is lost with a pool.
+                    for item in islice(source, PIECES_PER_WORKER * self._count - len(queue)):
+                        # Queued before anything can fail, so that no item is lost with a pool.
                         queue.append((item, Future()))
                         queue[-1] = (item, pool.submit(work, item))
                     if not queue:
@@ -119,7 +121,7 @@ class Processes:
                     result = queue[0][1].result()
                 except BrokenProcessPool:
                     losses += 1
-                    if losses > MOST_LOSSES:
+                    if losses > MAX_RETRIES:
                         raise WorkersLostError(
                             f"workers died {losses} times over the same piece of work; it may "
                             "need more memory than there is"
@@ -145,20 +147,20 @@ def _succeeded(future: Future[Any]) -> bool:
     return future.done() and not future.cancelled() and future.exception() is None
 
 
-class RayCluster:
-    """The Ray cluster that this process is connected to."""
+class RayExecutor:
+    """Does pieces on the Ray cluster that this process is connected to."""
 
     def map(self, work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
         """See `Executor`."""
         import ray
         from ray.exceptions import NodeDiedError, RayTaskError, WorkerCrashedError
 
-        task = ray.remote(max_retries=MOST_LOSSES)(work)
-        ahead = AHEAD * max(1, int(ray.cluster_resources().get("CPU", 1)))
+        task = ray.remote(max_retries=MAX_RETRIES)(work)
+        ahead = PIECES_PER_WORKER * max(1, int(ray.cluster_resources().get("CPU", 1)))
         source = iter(items)
         queue: deque[Any] = deque()
-        # What has begun when a sweep is abandoned runs out by itself, a few pieces for each worker:
-        # in Ray a cancel races with the task's own end, and the loser is this process.
+        # When the work is abandoned, the few pieces that have begun are left to end by themselves:
+        # cancelling a Ray task that ends at that moment can take this process down.
         while True:
             queue.extend(task.remote(item) for item in islice(source, ahead - len(queue)))
             if not queue:
@@ -169,25 +171,25 @@ class RayCluster:
                 raise error.cause from None
             except (WorkerCrashedError, NodeDiedError) as error:
                 raise WorkersLostError(
-                    f"workers died {MOST_LOSSES + 1} times over the same piece of work"
+                    f"workers died {MAX_RETRIES + 1} times over the same piece of work"
                 ) from error
             queue.popleft()
             yield result
 
 
 @contextmanager
-def _cluster(address: str | None) -> Generator[RayCluster]:
+def _cluster(address: str | None) -> Generator[RayExecutor]:
     """Connect to a cluster, unless this process is connected already."""
-    # Nothing is told to anyone outside.
+    # Ray would otherwise report its use to its makers.
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
     import ray
 
     if ray.is_initialized():
-        yield RayCluster()
+        yield RayExecutor()
         return
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of Ray's: a failure is one line, below
+            warnings.simplefilter("ignore")  # Ray warns much; a failure becomes one line below
             ray.init(
                 address, include_dashboard=False, log_to_driver=False, logging_level=logging.ERROR
             )
@@ -198,6 +200,6 @@ def _cluster(address: str | None) -> Generator[RayCluster]:
             "also needs RAY_AUTH_MODE=token here"
         ) from error
     try:
-        yield RayCluster()
+        yield RayExecutor()
     finally:
         ray.shutdown()

@@ -20,7 +20,7 @@ from curling_env.typing import Flags, Floats
 
 ICE_FORMAT = "curling-ice/1"
 MAX_FRICTION = 1.0
-"""Largest μ accepted: far above any ice, low enough to catch a file in other units."""
+"""Largest μ accepted: far above any ice, but low enough to catch a file in other units."""
 
 _PRESETS = files("curling_env") / "presets"
 
@@ -36,7 +36,8 @@ class FrictionMap:
     mu : (rows, columns) coefficient of friction; rows from y=-L/2 upward, columns from x=-W/2
     sigma : (rows, columns) standard error of mu
     observed : (rows, columns) whether a measured stone crossed the cell
-    interpolation : ``bilinear`` between cell centres, or ``cell`` for the paper's constant cells
+    interpolation : ``bilinear`` between the centres of cells, or ``cell`` for constant cells, as in
+        the paper
 
     Raises
     ------
@@ -94,12 +95,12 @@ class FrictionMap:
 
 @dataclass(frozen=True, kw_only=True)
 class ActiveEffect:
-    """An effect of the catalogue with the parameters it has on this ice.
+    """An effect of the catalogue with its parameters on this ice.
 
     Parameters
     ----------
-    name : in the catalogue of effects
-    parameters : values by name, units as on the effect's card
+    name : name in the catalogue of effects
+    parameters : values by name, in the units of the effect's card
     sigma : standard errors by the same names; a missing one is unknown
     """
 
@@ -118,7 +119,14 @@ class ActiveEffect:
 
 @dataclass(frozen=True, kw_only=True)
 class Ice:
-    """A sheet with its friction map, the effects that act on it, and the stone that showed them.
+    """A sheet with its friction map, the effects that act on it, and the stone that was used.
+
+    Parameters
+    ----------
+    friction : friction of every cell
+    sheet : its size and cells
+    effects : effects that act besides the friction of the map
+    stone : the stone with which friction and effects were measured
 
     Raises
     ------
@@ -145,27 +153,20 @@ class Ice:
 
     def mu_at(self, xy: ArrayLike) -> Floats:
         """Friction of the map at points (..., 2) in the sheet frame, as the force law reads it."""
-        points = np.asarray(xy, dtype=np.float64)
-        mu, sheet = self.friction.mu, self.sheet
+        mu = self.friction.mu
         if self.friction.interpolation == "cell":
-            return mu[sheet.cell_of(points)]
-        rows, columns = mu.shape
-        row = np.clip((points[..., 1] - sheet.y_centres[0]) / sheet.cell_size, 0, rows - 1)
-        column = np.clip((points[..., 0] - sheet.x_centres[0]) / sheet.cell_size, 0, columns - 1)
-        i = np.minimum(row.astype(np.intp), max(rows - 2, 0))
-        j = np.minimum(column.astype(np.intp), max(columns - 2, 0))
-        u, v = row - i, column - j
-        i1, j1 = np.minimum(i + 1, rows - 1), np.minimum(j + 1, columns - 1)
+            return mu[self.sheet.cell_of(xy)]
+        (i, i1), (j, j1), u, v = self.sheet.cells_around(xy)
         return (1 - u) * ((1 - v) * mu[i, j] + v * mu[i, j1]) + u * (
             (1 - v) * mu[i1, j] + v * mu[i1, j1]
         )
 
     def refined(self, times: int) -> Ice:
-        """The same ice on cells `times` as narrow: its friction is the same at every point.
+        """The same ice on narrower cells, with the same friction at every point.
 
         Parameters
         ----------
-        times : odd, so that the centres of the cells as they were are centres again
+        times : number of new cells across an old one; odd, so that old centres are centres again
 
         Raises
         ------
@@ -195,7 +196,7 @@ class Ice:
 
 
 def write_cells(path: str | Path, ice: Ice) -> None:
-    """The map as a table: a row per cell with its place, mu, sigma and whether it was crossed."""
+    """Write the map as a table, a row for each cell: its place, mu, sigma and whether observed."""
     sheet, friction = ice.sheet, ice.friction
     rows, columns = sheet.shape
     write_table(
@@ -340,7 +341,7 @@ def _members(
     required: Set[str] = frozenset[str](),
     optional: Set[str] = frozenset[str](),
 ) -> dict[str, Any]:
-    """The members of a JSON object, when they are those expected."""
+    """The members of a JSON object, after checking their names."""
     if not isinstance(given, dict):
         raise InputError(f"expected an object, found {type(given).__name__}", where=where or None)
     members = cast("dict[str, Any]", given)

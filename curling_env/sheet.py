@@ -1,12 +1,12 @@
-"""The sheet: every measured length, the cells, and the two frames.
+"""The sheet and the stone: every measured length, the cells, and the two frames.
 
 *Sheet frame*: fixed to the ice, origin mid-sheet on the centre line, y from the home end to the
 away end, x to the right looking along +y, counter-clockwise positive. Maps and tracks live here.
 
 *Delivery frame*: origin at the playing tee, +y along the direction of play. Actions and
-observations live here. Between the two lies a half-turn or nothing, and only this module converts.
+observations live here. The two differ by a half-turn or not at all, and only this module converts.
 
-Lengths are the World Curling rule book's (R1, "Sheet") unless said otherwise, in metres.
+Lengths are in metres and those of the World Curling rule book (R1, "Sheet") unless noted otherwise.
 """
 
 from __future__ import annotations
@@ -15,9 +15,10 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from curling_env.errors import InputError
+from curling_env.typing import Flags, Floats, Indices, Integers
 
 TEE_Y = 17.3735
 """Distance of each tee from mid-sheet [m]."""
@@ -55,12 +56,12 @@ class Sheet:
 
     Parameters
     ----------
-    length, width : of the ice [m]
+    length, width : size of the ice [m]
     cell_size : side of a friction cell [m]
 
     Raises
     ------
-    InputError : a length is not positive, or the sheet does not hold both houses
+    InputError : a length that is not positive, or a sheet that cannot hold both houses
 
     Source
     ------
@@ -86,25 +87,25 @@ class Sheet:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows (along y) and columns (along x) of cells; a last partial cell counts."""
+        """Number of rows (along y) and columns (along x) of cells; a partial last cell counts."""
         return (
             int(np.ceil(self.length / self.cell_size - 1e-9)),
             int(np.ceil(self.width / self.cell_size - 1e-9)),
         )
 
     @property
-    def x_centres(self) -> NDArray[np.float64]:
+    def x_centres(self) -> Floats:
         """Cell centres across the sheet, shape (columns,) [m]."""
         cells = np.arange(self.shape[1], dtype=np.float64)
         return -self.width / 2 + (cells + 0.5) * self.cell_size
 
     @property
-    def y_centres(self) -> NDArray[np.float64]:
+    def y_centres(self) -> Floats:
         """Cell centres along the sheet, shape (rows,) [m]."""
         cells = np.arange(self.shape[0], dtype=np.float64)
         return -self.length / 2 + (cells + 0.5) * self.cell_size
 
-    def cell_of(self, xy: ArrayLike) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    def cell_of(self, xy: ArrayLike) -> tuple[Indices, Indices]:
         """Row and column of the cell that holds each point.
 
         Parameters
@@ -120,14 +121,38 @@ class Sheet:
             np.clip(column, 0, columns - 1).astype(np.intp),
         )
 
-    def contains(self, xy: ArrayLike) -> NDArray[np.bool_]:
+    def cells_around(
+        self, xy: ArrayLike
+    ) -> tuple[tuple[Indices, Indices], tuple[Indices, Indices], Floats, Floats]:
+        """The four cells between whose centres each point lies, for bilinear interpolation.
+
+        Parameters
+        ----------
+        xy : (..., 2) points in the sheet frame [m]; beyond the outermost centres the value there
+            holds
+
+        Returns
+        -------
+        rows, columns : of the cells before and after each point
+        u, v : how far it lies between the two rows and columns, 0 to 1
+        """
+        points = np.asarray(xy, dtype=np.float64)
+        rows, columns = self.shape
+        row = np.clip((points[..., 1] - self.y_centres[0]) / self.cell_size, 0, rows - 1)
+        column = np.clip((points[..., 0] - self.x_centres[0]) / self.cell_size, 0, columns - 1)
+        i = np.minimum(row.astype(np.intp), max(rows - 2, 0))
+        j = np.minimum(column.astype(np.intp), max(columns - 2, 0))
+        after = np.minimum(i + 1, rows - 1), np.minimum(j + 1, columns - 1)
+        return (i, after[0]), (j, after[1]), row - i, column - j
+
+    def contains(self, xy: ArrayLike) -> Flags:
         """Whether each point lies on the ice; `xy` (..., 2) in the sheet frame [m]."""
         points = np.abs(np.asarray(xy, dtype=np.float64))
         return (points[..., 0] <= self.width / 2) & (points[..., 1] <= self.length / 2)
 
     @property
     def corners(self) -> dict[str, tuple[float, float]]:
-        """The four ice corners by the scene file's names, sheet frame [m]."""
+        """The four corners of the ice by their names in a scene file, sheet frame [m]."""
         x, y = self.width / 2, self.length / 2
         return {
             "home_left": (-x, -y),
@@ -143,28 +168,29 @@ WORLD_CURLING_SHEET = Sheet(length=45.720, width=4.750)
 """The rule book's sheet: 45.720 × 4.750 m."""
 
 
-def tee(direction: Direction) -> NDArray[np.float64]:
+def tee(direction: Direction) -> Floats:
     """Centre of the house played to, sheet frame, shape (2,) [m]."""
     return np.array([0.0, direction * TEE_Y])
 
 
-def to_delivery(xy: ArrayLike, direction: Direction | NDArray[np.int64]) -> NDArray[np.float64]:
+def to_delivery(xy: ArrayLike, direction: Direction | Integers) -> Floats:
     """Points (..., 2) from the sheet frame to the delivery frame [m].
 
     Parameters
     ----------
-    direction : for all of them, or an array of 1 (away) and -1 (home) that goes with `xy`
+    xy : points in the sheet frame [m]
+    direction : one for all points, or an array of 1 (away) and -1 (home) that broadcasts with xy
     """
     return direction * np.asarray(xy, dtype=np.float64) - np.array([0.0, TEE_Y])
 
 
-def to_sheet(xy: ArrayLike, direction: Direction | NDArray[np.int64]) -> NDArray[np.float64]:
+def to_sheet(xy: ArrayLike, direction: Direction | Integers) -> Floats:
     """Points (..., 2) from the delivery frame to the sheet frame [m]; see `to_delivery`."""
     return direction * (np.asarray(xy, dtype=np.float64) + np.array([0.0, TEE_Y]))
 
 
-def vector_to_sheet(vector: ArrayLike, direction: Direction) -> NDArray[np.float64]:
-    """A velocity or displacement (..., 2) between the frames; its own inverse."""
+def vector_to_sheet(vector: ArrayLike, direction: Direction) -> Floats:
+    """A velocity or displacement (..., 2) from either frame to the other."""
     return direction * np.asarray(vector, dtype=np.float64)
 
 
@@ -174,13 +200,14 @@ class Stone:
 
     Parameters
     ----------
-    mass : with handle [kg]
-    radius : of the body seen from above [m]
-    height : from the ice to the top of the body, without the handle [m]
-    band_radius : of the running band, the ring that touches the ice [m]; 0 makes the contact a
-        point, so that friction acts on the centre's velocity alone and never turns the stone
-    inertia : about the vertical axis [kg m²]; only mass·band_radius²/inertia moves a lone stone
-    restitution : of a stone-stone collision, 0 to 1
+    mass : mass with the handle [kg]
+    radius : radius of the body seen from above [m]
+    height : height of the body above the ice, without the handle [m]
+    band_radius : radius of the running band, the ring that touches the ice [m]; 0 makes the contact
+        a point, so that friction acts on the centre's velocity alone and never turns the stone
+    inertia : moment of inertia about the vertical axis [kg m²]; a lone stone's motion depends only
+        on mass·band_radius²/inertia
+    restitution : restitution of a collision of two stones, 0 to 1
     stone_friction : Coulomb friction between two stones
 
     Raises
@@ -228,5 +255,5 @@ RULE_BOOK_STONE = Stone()
 PAPER_STONE = Stone(mass=19.96, radius=0.105, height=0.15, inertia=0.5 * 19.96 * 0.105**2)
 """The paper's table 2: 19.96 kg, 0.21 m across, 0.15 m high with the handle.
 
-The diameter is far from the rule book's 0.29 m; it is kept because the paper's tables used it.
+The diameter is far from the rule book's 0.29 m; it is kept because the paper's tables use it.
 """

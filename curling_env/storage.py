@@ -1,6 +1,7 @@
-"""Files in and out: every result is complete or absent, every fault in an input has a place.
+"""Reading and writing files.
 
-Rows are numbered as an editor or a spreadsheet shows them: the header is row 1.
+A file is written completely or not at all. An error in a file that is read names its place; rows
+are numbered as in an editor or a spreadsheet, where the header is row 1.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from curling_env.errors import InputError, OutputError
 from curling_env.typing import Floats, Integers
 
 MAX_INTEGER = 2**53
-"""Largest whole number a float64 carries exactly (IEEE 754); identifiers beyond it would blur."""
+"""Largest whole number that a float64 holds exactly (IEEE 754)."""
 
 _DISK_TROUBLE = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG, errno.EIO})
 
@@ -40,8 +41,8 @@ _DISK_TROUBLE = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG,
 def atomic_path(path: str | Path) -> Generator[Path]:
     """A temporary path to write to, which becomes `path` only if the block succeeds.
 
-    It lies in the same directory and keeps the suffix, so that writers that choose a format by
-    suffix (video, pictures) can be given it. A device or pipe is written to, never replaced.
+    It lies in the same directory and keeps the suffix, for writers that choose a format by suffix
+    (video, pictures). A device or pipe is written to, never replaced.
 
     Raises
     ------
@@ -80,7 +81,7 @@ def atomic_path(path: str | Path) -> Generator[Path]:
 
 
 def make_directory(path: str | Path) -> Path:
-    """A directory to write results into, made with its parents if it is not there yet.
+    """A directory for results, made with its parents if it does not exist.
 
     Raises
     ------
@@ -96,7 +97,7 @@ def make_directory(path: str | Path) -> Path:
 
 
 def write_text(path: str | Path, text: str) -> None:
-    """Text as UTF-8, written atomically.
+    """Write text as UTF-8, completely or not at all.
 
     Raises
     ------
@@ -107,7 +108,7 @@ def write_text(path: str | Path, text: str) -> None:
 
 
 def write_json(path: str | Path, document: Any) -> None:
-    """JSON for people and programs: indented, but a row of plain values stays on one line.
+    """Write JSON that people can read too: indented, with a row of plain values on one line.
 
     Parameters
     ----------
@@ -115,7 +116,7 @@ def write_json(path: str | Path, document: Any) -> None:
 
     Raises
     ------
-    ValueError : NaN or infinity, which JSON has no word for
+    ValueError : NaN or infinity, which JSON cannot hold
     OutputError : see `atomic_path`
     """
     write_text(path, format_json(document) + "\n")
@@ -127,10 +128,10 @@ def format_json(document: Any) -> str:
 
 
 def write_table(path: str | Path, columns: Mapping[str, ArrayLike]) -> None:
-    """Columns of equal length with a header, written atomically.
+    """Write columns of equal length with a header, completely or not at all.
 
-    A path that ends in .parquet is written as Parquet (the extra `parquet`), any other as CSV.
-    NaN and None become empty cells.
+    A path that ends in .parquet becomes Parquet (the extra `parquet`), any other CSV. NaN and None
+    become empty cells.
 
     Raises
     ------
@@ -152,13 +153,13 @@ def write_table(path: str | Path, columns: Mapping[str, ArrayLike]) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
-    """A CSV file as it was read: text by column, turned into numbers on request.
+    """A CSV file as text by column; columns become numbers on request.
 
     Parameters
     ----------
     source : the file
-    columns : name -> one text per row, stripped; unknown columns of the file are not kept
-    rows : row numbers as an editor shows them (the header is row 1)
+    columns : one stripped text per row for each column asked for
+    rows : row numbers as in an editor (the header is row 1)
     optional : names of the columns in which a cell may be empty
     """
 
@@ -179,7 +180,7 @@ class Table:
         return row if name is None else f"{row}, column {name}"
 
     def text(self, name: str) -> Sequence[str]:
-        """The column as it stands in the file."""
+        """The column as in the file, without spaces around its cells."""
         return self.columns[name]
 
     def numbers(self, name: str, *, blank: bool | None = None) -> Floats:
@@ -250,7 +251,7 @@ def read_text(path: str | Path) -> str:
 
 
 def file_digest(path: str | Path) -> str:
-    """A short name for a file's content, the same wherever it lies.
+    """A short digest of the content of a text file, the same wherever the file lies.
 
     Raises
     ------
@@ -284,9 +285,9 @@ def read_json(path: str | Path) -> Any:
 def read_table(path: str | Path, *, required: Iterable[str], optional: Iterable[str] = ()) -> Table:
     """A CSV file with a header.
 
-    Columns named neither in `required` nor in `optional` are left out, so that a file may carry
-    more than is asked of it; but one that looks like an absent optional column is refused, for
-    a misspelt header would otherwise silently change the result.
+    Other columns than the `required` and `optional` ones are left out, so that a file may hold
+    more. But a column that looks like an absent optional one is refused, because a misspelt header
+    would otherwise change the result silently.
 
     Raises
     ------
@@ -352,7 +353,7 @@ def _check_header(
 
 
 def _number_or_inf(cell: str) -> float:
-    """For finding the bad cell: what is no number counts as infinite."""
+    """The number in a cell; infinity for other text, so that the bad cell is found."""
     try:
         return float(cell) if cell else float("nan")
     except ValueError:
@@ -386,7 +387,7 @@ def _reason(error: OSError) -> str:
 
 
 def _write_parquet(path: str | Path, columns: Mapping[str, list[Any]]) -> None:
-    """Columns as `_cells` makes them, to Parquet."""
+    """Write the columns that `_cells` makes as Parquet."""
     arrow: Any = importlib.import_module("pyarrow")
     parquet: Any = importlib.import_module("pyarrow.parquet")
     table = arrow.table(
@@ -410,7 +411,7 @@ def _cells(name: str, values: ArrayLike) -> list[Any]:
 
 
 def _plain(value: Any) -> Any:
-    """The same document with nothing in it but what JSON knows."""
+    """The same document made of the types of JSON only."""
     if isinstance(value, np.ndarray | np.generic):
         return cast("Any", value.tolist())
     if isinstance(value, Mapping):

@@ -1,4 +1,4 @@
-"""A throw as a player calls it, the release it makes, and how exactly a hand throws."""
+"""A throw as a player calls it, the release it makes, and how exactly players throw."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from curling_env.storage import read_table, write_table
 from curling_env.typing import Floats
 
 MAX_SPEED = 6.0
-"""Fastest release accepted [m/s]; the hardest throws seen leave the hand at 4-5 m/s."""
+"""Fastest release accepted [m/s]; the hardest throws leave the hand at 4 to 5 m/s."""
 MAX_SPIN = 20.0
 """Largest |spin| accepted [rad/s]; a hard-spun stone turns at about 6 rad/s."""
 
@@ -30,14 +30,15 @@ class Release:
     Parameters
     ----------
     x, y : centre of the stone [m]
-    vx, vy : its velocity [m/s]
+    vx, vy : velocity [m/s]
     theta : heading of the handle [rad]
     omega : spin, counter-clockwise positive [rad/s]
     stone : identifier of the stone
-    clock : seconds into the session at which the throw begins [s]
-    order : throws already played in the session
-    sweep_start, sweep_end : interval in which it is swept, after release [s]; equal when unswept
-    throw : its number in a file
+    clock : time since the session began [s]
+    order : number of throws already played in the session
+    sweep_start, sweep_end : interval after release in which the stone is swept [s]; equal if it is
+        not swept
+    throw : number of the throw in a file
 
     Raises
     ------
@@ -151,14 +152,14 @@ def velocity_of(speed: Any, angle: Any, direction: Any = Direction.AWAY) -> tupl
 
     Parameters
     ----------
-    speed, angle : as of `Throw`, numbers or arrays of one shape
+    speed, angle : as in `Throw`; numbers or arrays of one shape
     direction : a `Direction`, or an array of 1 (away) and -1 (home)
     """
     return -direction * speed * np.sin(angle), direction * speed * np.cos(angle)
 
 
 def read_releases(path: str | Path) -> list[Release]:
-    """Releases from the contract's CSV, in file order, which is the order of play.
+    """Read a file of releases (CSV), in the order of the file, which is the order of play.
 
     Raises
     ------
@@ -196,7 +197,7 @@ def read_releases(path: str | Path) -> list[Release]:
 
 
 def write_releases(path: str | Path, releases: Sequence[Release]) -> None:
-    """Releases as the contract's CSV, written atomically."""
+    """Write a file of releases (CSV), complete or not at all."""
     write_table(
         path,
         {
@@ -210,22 +211,22 @@ def write_releases(path: str | Path, releases: Sequence[Release]) -> None:
 
 
 def _numbers(releases: Sequence[Release]) -> list[int]:
-    """Their own numbers where these tell them apart, else the order they are given in."""
+    """The numbers of the throws where all differ, else their order."""
     own = [release.throw for release in releases]
     return own if len(set(own)) == len(own) else list(range(len(own)))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Skill:
-    """Standard deviations of a player's execution.
+    """How much the throws of a player scatter about what was meant.
 
     Parameters
     ----------
-    name : by which it is asked for
-    sigma_speed : of the release speed [m/s]
-    sigma_angle : of the line of delivery [rad]
-    sigma_spin : of the spin [rad/s]
-    source : where the numbers come from
+    name : the name on a command line
+    sigma_speed : standard deviation of the release speed [m/s]
+    sigma_angle : standard deviation of the line of delivery [rad]
+    sigma_spin : standard deviation of the spin [rad/s]
+    source : origin of the numbers
 
     Raises
     ------
@@ -246,18 +247,18 @@ class Skill:
 
     @property
     def is_exact(self) -> bool:
-        """Whether every throw is exactly the one that was meant."""
+        """Whether every throw is exactly as meant."""
         return self.sigma_speed == self.sigma_angle == self.sigma_spin == 0.0
 
     def error(self, rng: np.random.Generator) -> tuple[float, float, float]:
-        """Error of one throw: speed [m/s], angle [rad], spin [rad/s]."""
+        """Draw the error of one throw: speed [m/s], angle [rad], spin [rad/s]."""
         speed, angle, spin = rng.standard_normal(3).tolist()
         return self.sigma_speed * speed, self.sigma_angle * angle, self.sigma_spin * spin
 
     def errors(self, n: int, rng: np.random.Generator) -> Floats:
-        """Errors of n throws, (n, 3): speed [m/s], angle [rad], spin [rad/s].
+        """Draw the errors of n throws, (n, 3): speed [m/s], angle [rad], spin [rad/s].
 
-        They come in opposite pairs, so that their mean is zero for an even n and an expectation
+        They come in opposite pairs, so that their mean is zero for an even n, and an expectation
         over them needs fewer throws.
         """
         half = rng.standard_normal((-(-n // 2), 3))
@@ -268,7 +269,7 @@ class Skill:
         ]
 
 
-_SPIN = "spread of the spin: a choice, about a tenth of a usual spin; nobody has measured it"
+_SPIN = "spread of the spin: a choice, about a tenth of a usual spin; no measurement is published"
 
 SKILLS = {
     skill.name: skill
@@ -279,14 +280,14 @@ SKILLS = {
             sigma_speed=0.0076,
             sigma_angle=0.0018,
             sigma_spin=0.1,
-            source="the settings simulators give their elite players; " + _SPIN,
+            source="settings of simulators for elite players; " + _SPIN,
         ),
         Skill(
             name="champion",
             sigma_speed=0.015,
             sigma_angle=0.0026,
             sigma_spin=0.1,
-            source="estimates of elite people, 0.01-0.02 m/s and 0.1-0.2° (0.15°); " + _SPIN,
+            source="estimates for elite players, 0.01-0.02 m/s and 0.1-0.2° (0.15°); " + _SPIN,
         ),
         Skill(
             name="club",

@@ -1,4 +1,4 @@
-"""Paths of stones: one currency for simulated and filmed throws alike."""
+"""Paths of stones, the same for simulated and filmed throws, and their files."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ class Trajectory:
 
     Parameters
     ----------
-    t : (n,) seconds since the track began, strictly increasing [s]
+    t : (n,) time since the track began, strictly increasing [s]
     xy : (n, 2) centre of the stone [m]
-    theta : (n,) unwrapped heading [rad]; NaN where it is not known
+    theta : (n,) unwrapped heading [rad]; NaN where unknown
     swept : (n,) 1 while the stone is swept, else 0
-    sigma_xy : (n,) standard error of each coordinate [m]; empty where nobody measured it
-    sigma_theta : (n,) standard error of the heading [rad]; empty where nobody measured it
+    sigma_xy : (n,) standard error of each coordinate [m]; empty if unknown
+    sigma_theta : (n,) standard error of the heading [rad]; empty if unknown
     throw : number that groups the rows in a file
     stone : identifier of the stone
-    clock : seconds into the session at which the throw began [s]
+    clock : time since the session began at which the throw began [s]
 
     Raises
     ------
@@ -85,7 +85,7 @@ class Trajectory:
 
     @property
     def duration(self) -> float:
-        """From the first to the last sample [s]."""
+        """Time from the first to the last sample [s]."""
         return float(self.t[-1] - self.t[0]) if len(self) else 0.0
 
     @property
@@ -101,10 +101,10 @@ class Trajectory:
 
 
 def read_tracks(path: str | Path) -> list[Trajectory]:
-    """Tracks from the contract's CSV, in order of play.
+    """Read a file of tracks (CSV), in the order of play.
 
-    Rows of a throw (and, where several stones move, of each stone in it) must stand together and
-    their times increase; throws are sorted by number.
+    The rows of a throw, and of each stone in it where several move, must stand together, and their
+    times must increase. Throws are sorted by number.
 
     Raises
     ------
@@ -163,13 +163,13 @@ def read_tracks(path: str | Path) -> list[Trajectory]:
 
 
 def is_tracks(path: str | Path) -> bool:
-    """Whether a file begins as the contract's tracks do, whatever stands in its rows."""
+    """Whether the header of a file is that of tracks, whatever its rows hold."""
     header = read_text(path).lstrip("\ufeff").partition("\n")[0]
     return {"throw", "t", "x", "y"} <= {name.strip() for name in header.split(",")}
 
 
 def write_tracks(path: str | Path, tracks: Sequence[Trajectory]) -> None:
-    """Tracks as the contract's CSV (or Parquet, by suffix), atomically; positions to 0.01 mm."""
+    """Write a file of tracks (CSV, or Parquet by its suffix); positions are rounded to 0.01 mm."""
     measured = [
         name for name in ("sigma_xy", "sigma_theta") if any(getattr(k, name).size for k in tracks)
     ]

@@ -30,7 +30,7 @@ from agents.planning.tuning import (
 from curling_env.envs.sheet.tasks import Task, task_named
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
-from curling_env.physics.batch import OVERLAP_ALLOWED
+from curling_env.physics.many_stones.tuning import OVERLAP_ALLOWED
 from curling_env.physics.one_stone.slide import NO_OBSTACLES, SlideEnd
 from curling_env.sheet import HOUSE_RADIUS, Direction, tee, to_sheet
 from curling_env.throw import SKILLS, Skill, Throw, skill_named

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import print_json, progress, say
+from curling_env.commands.cli import print_json, progress_bar, say
 
 
 def bench(
@@ -14,12 +14,13 @@ def bench(
         bool, typer.Option("--json", help="A JSON list of {name, value, unit} instead of a table.")
     ] = False,
 ) -> None:
-    """Measure how many throws and frames a second this machine does.
+    """Measure how many throws and film frames per second this machine does.
 
-    One core unless the name says otherwise, processor time, best of three; the two measures of two
-    cores go by the clock on the wall and want a quiet machine. The measures whose name
-    begins with pymunk_only are the same throws done by pymunk and a Python callback at 60 Hz, as a
-    scale. The first run on a machine compiles for a minute; that is not counted.
+    Each number is the best of three runs on one core in processor time, unless its name says
+    otherwise. The two measures of two cores use the clock on the wall and need a quiet machine. For
+    comparison, the measures that begin with pymunk_only make the same throws with pymunk and a
+    Python callback at 60 Hz. The first run on a machine also compiles for a minute, which is not
+    counted.
 
     \b
     Example:
@@ -29,17 +30,18 @@ def bench(
     from importlib.metadata import entry_points
 
     from curling_env.commands.benchmarks import Measure, measures
+    from curling_env.typing import with_progress
 
     sources = [measures]
     sources += [point.load() for point in entry_points(group="curling.benchmarks")]
     found: list[Measure] = []
-    for source in progress(sources, "bench", total=len(sources), unit="package"):
-        for measure in source():
-            found.append(measure)
-            if not json:
-                print(
-                    f"{measure.name:40} {_readable(measure.value):>12} {measure.unit}", flush=True
-                )
+    with progress_bar("package") as progress:
+        for source in with_progress(sources, "bench", progress):
+            for measure in source():
+                found.append(measure)
+                if not json:
+                    value = _readable(measure.value)
+                    print(f"{measure.name:40} {value:>12} {measure.unit}", flush=True)
     if json:
         print_json([vars(measure) for measure in found])
     if not found:

@@ -1,8 +1,8 @@
-"""How fast it is: measures taken on this machine, now, beside the way people do it without.
+"""What `curling bench` measures: the speed of this package on this machine.
 
-Each measure runs its work until it has taken long enough, three times, and keeps the best: what
-else the machine does can only make it slower. Packages declare theirs under the entry-point group
-`curling.benchmarks`, as functions that yield measures.
+Each measure repeats its work for long enough, three times, and keeps the best, because other work
+of the machine can only slow it down. Packages declare their measures under the entry-point group
+`curling.benchmarks`, as functions that yield them.
 """
 
 from __future__ import annotations
@@ -24,13 +24,8 @@ from curling_env.throw import Throw
 from curling_env.typing import Floats
 
 REPEATS = 3
-SHORTEST = 0.4
+REPEAT_TIME = 0.4
 """Processor time of one repeat [s]."""
-MAP_SPREAD = 0.04
-"""Relative spread of friction from cell to cell, ten times rougher than any real ice."""
-STONES = 8
-SHEETS = 256
-"""Side by side in the vector environment."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,9 +34,9 @@ class Measure:
 
     Parameters
     ----------
-    name : what was measured
-    value : how much of it
-    unit : in which unit
+    name : name of the measure
+    value : its value
+    unit : unit of the value
     """
 
     name: str
@@ -50,10 +45,13 @@ class Measure:
 
 
 def rate(work: Callable[[], int], *, repeats: int = REPEATS, warm: bool = False) -> float:
-    """Items a second of one core; `work` does some and returns how many.
+    """Items per second on one core, in processor time.
 
-    Processor time counts, not the clock on the wall: a second busy core would count twice. Work
-    that has been done before is warm: all is compiled.
+    Parameters
+    ----------
+    work : does some items and returns their number
+    repeats : how often to measure; the best counts
+    warm : whether the work has been done before, so that everything is compiled
     """
     if not warm:
         work()
@@ -61,16 +59,16 @@ def rate(work: Callable[[], int], *, repeats: int = REPEATS, warm: bool = False)
     for _ in range(repeats):
         done = 0
         start = time.process_time()
-        while (spent := time.process_time() - start) < SHORTEST:
+        while (spent := time.process_time() - start) < REPEAT_TIME:
             done += work()
         best = max(best, done / spent)
     return best
 
 
 def wall_rates(*works: Callable[[], int]) -> list[float]:
-    """Items a second by the clock on the wall, for work on several cores, taken by turns.
+    """Items per second by the clock on the wall, for work on several cores, done by turns.
 
-    The clock counts what else runs on the cores: these want a quiet machine.
+    Other work of the machine slows them, so they need a quiet one.
     """
     best = [0.0] * len(works)
     for repeat in range(REPEATS + 1):
@@ -83,10 +81,9 @@ def wall_rates(*works: Callable[[], int]) -> list[float]:
 
 
 def memory_of_a_million() -> float:
-    """What a million throws without paths need at most, releases and results included [MB].
+    """Memory for a million throws without paths, releases and results included [MB].
 
-    Counted as the arrays are asked for. The stones go slowly: a slide leaves nothing behind, so how
-    long it lasts does not matter.
+    The stones are slow, to save time: a slide keeps nothing, so its length does not matter.
     """
     import tracemalloc
 
@@ -119,21 +116,21 @@ def import_time() -> float:
 
 
 def mapped_ice(rng: np.random.Generator) -> Ice:
-    """Standard ice whose every cell has a friction of its own."""
+    """Standard ice with a different friction in every cell, rougher than any real ice."""
     ice = load_ice("standard")
-    mu = ice.friction.mu * np.exp(MAP_SPREAD * rng.standard_normal(ice.friction.mu.shape))
+    mu = ice.friction.mu * np.exp(0.04 * rng.standard_normal(ice.friction.mu.shape))
     return replace(ice, friction=replace(ice.friction, mu=mu))
 
 
 def draws_and_hits(rng: np.random.Generator, n: int, hits: float) -> NDArray[Any]:
-    """Releases towards the away house, a part of them at take-out weight."""
+    """Releases towards the away house; a share `hits` of them at take-out weight."""
     from curling_env.physics.batch import RELEASE_DTYPE
 
     table = np.zeros(n, dtype=RELEASE_DTYPE)
     spin = rng.choice([-1.5, 1.5], n)
     hit = rng.random(n) < hits
     speed = np.where(hit, rng.uniform(2.5, 3.2, n), rng.normal(2.09, 0.02, n))
-    # Aimed off by what the stone will curl: 1.4 m for a draw, 0.7 m at take-out weight.
+    # Aimed off by what the stone curls: 1.4 m for a draw, 0.7 m at take-out weight.
     aim = rng.normal(0.0, 0.5, n) + np.sign(spin) * np.where(hit, 0.7, 1.4)
     angle = -aim / (HOG_LINE_Y + TEE_Y)
     table["y"] = -HOG_LINE_Y
@@ -142,7 +139,7 @@ def draws_and_hits(rng: np.random.Generator, n: int, hits: float) -> NDArray[Any
     return table
 
 
-def houses(rng: np.random.Generator, n: int, stones: int = STONES) -> Floats:
+def houses(rng: np.random.Generator, n: int, stones: int = 8) -> Floats:
     """Positions of stones that lie in the away house, (n, stones, 2) [m]."""
     found = np.empty((n, stones, 2))
     for position in found:
@@ -157,7 +154,7 @@ def houses(rng: np.random.Generator, n: int, stones: int = STONES) -> Floats:
 
 
 def measures() -> Iterator[Measure]:
-    """What this package can time: the batch engine, the environment, and pymunk on its own."""
+    """The measures of this package: batches, environments, and pymunk for comparison."""
     yield Measure(name="import_ms", value=import_time(), unit="ms")
     yield from _batch()
     yield from _environment()
@@ -208,17 +205,18 @@ def _environment() -> Iterator[Measure]:
             unit="throws/s",
         )
         env.close()
+    sheets = 256
     for name, stones in (("", 0), ("_8_stones", houses(rng, 1)[0] - [0.0, TEE_Y])):
-        # In the same step, so that every step is a throw: none only lays stones anew.
+        # Reset within the step, so that every step is a throw.
         envs: Any = gymnasium.make_vec(
-            "CurlingSheet-v0", num_envs=SHEETS, ice=ice, stones=stones, autoreset_mode="SameStep"
+            "CurlingSheet-v0", num_envs=sheets, ice=ice, stones=stones, autoreset_mode="SameStep"
         )
         envs.action_space.seed(0)
         envs.reset(seed=0)
 
         def step_all(envs: Any = envs) -> int:
             envs.step(envs.action_space.sample())
-            return SHEETS
+            return sheets
 
         yield Measure(name=f"vector_env_throws_per_s{name}", value=rate(step_all), unit="throws/s")
         envs.close()
@@ -271,7 +269,7 @@ def _pymunk_only() -> Iterator[Measure]:
 
 
 def _throw_in_pymunk(ice: Ice, throw: Any, stones: Floats, rate_hz: float = 60.0) -> Floats:
-    """The usual way: pymunk moves every stone, a Python callback slows it, 60 times a second."""
+    """Pymunk moves every stone and a Python callback slows it, 60 times per second."""
     import pymunk
 
     from curling_env.physics.effects.motion import GRAVITY

@@ -1,9 +1,9 @@
-"""The `curling` command: gathers the sub-commands that the installed packages declare.
+"""The `curling` command, and what its sub-commands share.
 
-A sub-command is a plain function with Typer annotations, named under the entry-point group
-`curling.commands`. So no lower package imports a higher one, and anyone may add a command of
-their own. Only the command that is run is imported; one that cannot be imported is listed with
-the reason and leaves the others alone.
+A sub-command is a function with Typer annotations, declared under the entry-point group
+`curling.commands`. So no lower package imports a higher one, and anyone can add a command. Only the
+command that is run is imported. One that cannot be imported is listed with the reason and does not
+disturb the others.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ INTERRUPTED = 130
 TERMINATED = 143
 """128 + signal number, as shells report SIGINT and SIGTERM."""
 BROKEN_PIPE = 1
-"""Whoever read stdout left early; the status Typer gives when it notices first."""
+"""The reader of stdout ended early. Typer gives the same status when it notices first."""
 
 EXTRAS = {
     "torch": "train",
@@ -45,9 +45,9 @@ EXTRAS = {
     "ray.rllib": "rllib",
     "pyarrow": "parquet",
 }
-"""Which extra of the distribution brings a module that the core does without."""
+"""Module -> the extra of the distribution that brings it."""
 
-HELP = """From film to throw: curling stones, the ice they run on, and those who throw them.
+HELP = """From film to throw: measure the friction of curling ice, simulate stones, plan throws.
 
 \b
 A first look:       curling demo
@@ -56,8 +56,8 @@ Film to ice:        curling track FILM.mp4 --scene SCENE.json -o tracks.csv
 Ice to throw:       curling plan --ice ice.json --target 0,17.37
                     curling throw --ice ice.json --speed 2.1 --angle 0 --spin 1.5
 
-Lengths are in metres, times in seconds, angles in radians. Where an ICE is asked for, a file
-or the name of a preset serves: standard, fcv1, paper.
+Lengths are in metres, times in seconds, angles in radians. An ICE is an ice file or the name of a
+preset: standard (championship ice), fcv1 (the law of Digital Curling) or paper (uniform friction).
 """
 
 # --- what sub-commands share -------------------------------------------------------------------
@@ -67,10 +67,13 @@ IceOption = Annotated[
     typer.Option("--ice", metavar="ICE", help="An ice file, or a preset: standard, fcv1, paper."),
 ]
 SeedOption = Annotated[
-    int, typer.Option("--seed", min=0, help="Seed of all randomness; the same seed, same result.")
+    int,
+    typer.Option(
+        "--seed", min=0, help="Seed of all randomness; the same seed gives the same result."
+    ),
 ]
 OutputFile = Annotated[
-    Path, typer.Option("-o", "--output", metavar="FILE", help="Where the result is written.")
+    Path, typer.Option("-o", "--output", metavar="FILE", help="File for the result.")
 ]
 OutputDirectory = Annotated[
     Path, typer.Option("-o", "--output", metavar="DIR", help="Directory for the results.")
@@ -80,14 +83,14 @@ T = TypeVar("T")
 
 
 def print_json(document: Any) -> None:
-    """A result for programs, on stdout."""
+    """Print a result as JSON on stdout."""
     print(format_json(document))
 
 
 def progress(
     items: Iterable[T], label: str, *, total: int | None = None, unit: str = "it"
 ) -> Iterable[T]:
-    """The same items with a progress bar on stderr, which vanishes when done."""
+    """The same items, with a progress bar on stderr that vanishes when done."""
     from tqdm import tqdm
 
     # Delayed, so that work which is refused or done at once says only that.
@@ -96,11 +99,11 @@ def progress(
 
 @contextmanager
 def progress_bar(unit: str = "") -> Generator[Progress]:
-    """A `Progress` that is drawn as a bar on stderr, which vanishes when done.
+    """A `Progress` that draws a bar on stderr, which vanishes when done.
 
     Parameters
     ----------
-    unit : of what is counted, say ``frame``; shares of 1 are drawn as per cent
+    unit : what is counted, such as ``frame``; a total of 1 is drawn in per cent
     """
     from tqdm import tqdm
 
@@ -129,14 +132,14 @@ def progress_bar(unit: str = "") -> Generator[Progress]:
 
 
 def say(text: str) -> None:
-    """A remark for the person at the terminal, on stderr: stdout is for results."""
+    """Print a remark for the person at the terminal on stderr; stdout is for results."""
     tqdm = sys.modules.get("tqdm")
     # A bar that is being drawn must not be written into.
     (print if tqdm is None else tqdm.tqdm.write)(text, file=sys.stderr)
 
 
 class CommandError(CurlingError):
-    """A sub-command that is declared but cannot be loaded."""
+    """A declared sub-command cannot be loaded."""
 
 
 # --- the command -------------------------------------------------------------------------------
@@ -147,14 +150,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Parameters
     ----------
-    arguments : what follows `curling` on the command line; None: the process's own
+    arguments : what follows `curling` on the command line; None takes those of the process
 
     Returns
     -------
-    exit status: 0, or 2 for bad usage or bad input, of which stderr then has one line
+    exit status: 0, or 2 for bad usage or bad input, which stderr then explains in one line
     """
     arguments = list(sys.argv[1:] if arguments is None else arguments) or ["--help"]
-    # OpenCV and FFmpeg report a bad film on stderr themselves; ours is the one line.
+    # OpenCV and FFmpeg would report a bad film on stderr as well, beside our one line.
     os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
     try:
@@ -186,7 +189,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _app(arguments: Sequence[str]) -> typer.Typer:
-    """The command asked for, or all of them where none is recognised (help, misspelling)."""
+    """The command asked for, or all of them if it is not found (help, misspelling)."""
     declared = {entry.name: entry for entry in importlib.metadata.entry_points(group=COMMAND_GROUP)}
     app = typer.Typer(
         help=HELP,
@@ -228,7 +231,7 @@ def _version_option(
 
 
 def _unavailable(name: str, reason: Exception) -> Callable[..., NoReturn]:
-    """Stands in for a command that cannot be imported: in the list, and when it is called."""
+    """What stands for a command that cannot be imported, in the list and when it is called."""
     text = _one_line(str(reason)) or type(reason).__name__
 
     def command(context: typer.Context) -> NoReturn:
@@ -279,7 +282,7 @@ def _one_line(text: str) -> str:
 
 
 def _mute_stdout() -> None:
-    """Nobody reads on: what is still buffered must not fail once more at exit."""
+    """Discard what is still buffered, which would fail again at exit: nobody reads it."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 

@@ -13,18 +13,31 @@ from curling_env.commands.cli import IceOption, OutputFile, progress_bar
 def simulate(
     ice: IceOption,
     releases: Annotated[
-        Path, typer.Option(metavar="R.csv", help="Releases: throw,x,y,vx,vy,theta,omega and more.")
+        Path,
+        typer.Option(
+            metavar="R.csv", help="Releases, a table with columns throw,x,y,vx,vy,theta,omega."
+        ),
     ],
     output: OutputFile,
-    fps: Annotated[float, typer.Option(min=0.1, max=10_000, help="Rows a second.")] = 30.0,
+    fps: Annotated[
+        float, typer.Option(min=0.1, max=10_000, help="Rows per second of the tracks.")
+    ] = 30.0,
 ) -> None:
-    """Throw every release alone on an empty sheet and write where the stones went.
+    """Throw stones one after the other on an empty sheet and write their paths.
 
-    Positions are true: an effect of the measurement in the ice file changes what a camera would
-    report, not where the stone is. A track ends where the stone rests or touches the edge of the
-    ice. Throws are played in the order of the file, on ice that wears and drifts accordingly; where
-    it wears along paths (pebble_wear), it remembers where the stones before went.
+    A path begins at the release and ends where the stone rests or touches the edge of the ice. The
+    throws are made in the order of the file. The ice changes from throw to throw if its effects say
+    so, for instance where earlier stones have worn it (pebble_wear). Positions are true ones:
+    effects of the measurement in the ice file, such as a lens, do not change them.
 
+    Releases are in the frame of the sheet: origin mid-sheet, y towards the away end, lengths in
+    metres, angles in radians. Optional columns are stone, clock (seconds since the session began),
+    sweep_start and sweep_end (seconds after release).
+
+    \b
+    Example of R.csv, a draw from the home hog line:
+        throw,x,y,vx,vy,theta,omega
+        0,0,-10.9725,0,2.1,0,1.5
     \b
     Example:
         curling simulate --ice standard --releases releases.csv -o tracks.csv

@@ -1,4 +1,4 @@
-"""`curling sweep`: throws on many ices with many errors, on as many workers."""
+"""`curling sweep`: many throws on many ices with many errors, on any number of workers."""
 
 from __future__ import annotations
 
@@ -7,36 +7,41 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import OutputFile, SeedOption, progress, say
+from curling_env.commands.cli import OutputFile, SeedOption, progress_bar, say
 
 
 def sweep(
     releases: Annotated[
-        Path, typer.Option(metavar="R.csv", help="Releases: throw,x,y,vx,vy,theta,omega and more.")
+        Path,
+        typer.Option(
+            metavar="R.csv", help="Releases, a table with columns throw,x,y,vx,vy,theta,omega."
+        ),
     ],
     output: OutputFile,
     ice: Annotated[
         list[str] | None,
-        typer.Option(metavar="ICE", help="An ice file or a preset; give it once for each ice."),
+        typer.Option(metavar="ICE", help="An ice file or a preset; repeat it for several ices."),
     ] = None,
-    seeds: Annotated[int, typer.Option(min=1, help="Times each throw is made on each ice.")] = 1,
+    seeds: Annotated[
+        int, typer.Option(min=1, help="How often each throw is made on each ice.")
+    ] = 1,
     seed: SeedOption = 0,
     skill: Annotated[
-        str, typer.Option(help="Of the hand that throws: none, elite, champion, club.")
+        str, typer.Option(help="Accuracy of the player: none, elite, champion, club.")
     ] = "none",
     workers: Annotated[
         str,
         typer.Option(
             metavar="N|ray|ray://HOST:PORT",
-            help="Local processes, or a Ray cluster: the one at hand, or the one at an address.",
+            help="Number of local processes, or a Ray cluster: a running one, or by its address.",
         ),
     ] = "1",
 ) -> None:
-    """Make every throw on every ice, again and again, and write where the stones ended.
+    """Make every throw many times on every ice, and write where the stones end.
 
-    Each throw is made alone on an empty sheet, with the errors of a player's hand; every ice sees
-    the same errors. The numbers are the same on any number of workers, and no loss of a worker
-    changes them. One row for each ice (numbered from 0 as given), seed and throw.
+    Each throw is made alone on an empty sheet with an error drawn for a player of the given skill.
+    Every ice sees the same errors. The result is the same on any number of workers, even if some
+    are lost. It has one row for each ice (numbered from 0 in the order given), seed and throw.
 
     \b
     Examples:
@@ -61,12 +66,8 @@ def sweep(
         skill=skill,
     )
     with atomic_path(output) as draft:
-        with executor(workers) as crew:
-            ends = run(
-                asked,
-                crew,
-                through=lambda done: progress(done, "sweep", total=asked.piece_count, unit="piece"),
-            )
+        with executor(workers) as crew, progress_bar("piece") as progress:
+            ends = run(asked, crew, progress=progress)
         names = np.array([end.name.lower() for end in SlideEnd])
         which, times, throw = (axis.ravel() for axis in np.indices(asked.shape))
         write_table(

@@ -19,24 +19,35 @@ class End(StrEnum):
 
 def throw(
     ice: IceOption,
-    speed: Annotated[float, typer.Option(help="At the hog line [m/s], above 0 and up to 6.")],
+    speed: Annotated[
+        float, typer.Option(help="Speed at the hog line [m/s], above 0 and at most 6.")
+    ],
     angle: Annotated[
-        float, typer.Option(help="Line, counter-clockwise from the direction of play [rad].")
+        float, typer.Option(help="Line of delivery, counter-clockwise from straight ahead [rad].")
     ] = 0.0,
-    spin: Annotated[float, typer.Option(help="Counter-clockwise positive [rad/s].")] = 0.0,
+    spin: Annotated[
+        float, typer.Option(help="Spin of the stone, counter-clockwise positive [rad/s].")
+    ] = 0.0,
     x: Annotated[
-        float, typer.Option(help="Where it crosses the hog line, right of the centre line [m].")
+        float, typer.Option(help="Offset to the right of the centre line at the hog line [m].")
     ] = 0.0,
-    direction: Annotated[End, typer.Option(help="The end played to.")] = End.AWAY,
+    direction: Annotated[End, typer.Option(help="The end that is played to.")] = End.AWAY,
 ) -> None:
-    """Throw one stone on an empty sheet and say where it comes to rest.
+    """Throw one stone on an empty sheet and print where it comes to rest.
 
-    The stone is released with its centre on the hog line. JSON on stdout: `x`, `y` where it ended
-    (sheet frame: origin mid-sheet, y towards the away end) [m], `time` [s], `turns` made, and
-    `status`: rest, out_side (touched a side line), out_back (passed the back line) or hogged
-    (short of the far hog line). Also the times to the far hog line and to the tee line, and
-    `curl_m`, how far it ended to the left of the line it was thrown on. A time is null where the
-    stone never got there.
+    The stone is released with its centre on the hog line. The result is JSON:
+
+    \b
+        x, y         where it ended [m]; origin mid-sheet, y towards the away end
+        time         from release until then [s]
+        turns        full rotations
+        status       rest, out_side (touched a side line), out_back (passed the back line)
+                     or hogged (short of the far hog line)
+        theta        change of its heading [rad]
+        hog_to_hog   time to the far hog line [s], null if it did not get there
+        hog_to_tee   time to the tee line [s], null if it did not get there
+        curl_m       distance of its end to the left of the line of delivery [m]
+        from_tee_m   distance from the tee [m]
 
     \b
     Example:

@@ -1,7 +1,7 @@
-"""Very many throws: lone stones by the thousand, or positions of up to sixteen.
+"""Very many throws: lone stones by the thousand, or throws into positions of up to 16 stones.
 
-The same law and the same slide as everywhere else, called from compiled loops. Throws do not
-depend on each other, so the result is the same, to the last bit, on any number of threads.
+The law and the steps are those of a single stone, called from compiled loops. Throws do not depend
+on each other, so the result is the same to the last bit on any number of threads.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from curling_env.physics.many_stones.events import (
     new_play_workspace,
     play,
 )
-from curling_env.physics.many_stones.tuning import MAX_COLLISIONS
+from curling_env.physics.many_stones.tuning import MAX_COLLISIONS, OVERLAP_ALLOWED
 from curling_env.physics.one_stone.integrate import (
     NO_OBSTACLES,
     Delivery,
@@ -51,13 +51,11 @@ RELEASE_FIELDS = (
 )
 """Columns of a table of releases; the fields of `Release` that move a stone."""
 RELEASE_DTYPE = np.dtype([(name, np.float64) for name in RELEASE_FIELDS])
-"""One release as a structured array's element; numbers only, so that a table is one block."""
+"""One release as an element of a structured array, numbers only."""
 _X, _Y, _VX, _VY, _THETA, _OMEGA, _STONE, _CLOCK, _ORDER, _SWEEP, _SWEEP_END = range(11)
-CHUNK = 256
-"""Throws a thread takes at a time."""
+MIN_CHUNK = 256
+"""Least number of throws that a thread takes at a time."""
 MOST_STONES = 16
-OVERLAP_ALLOWED = 1e-3
-"""How far resting stones may overlap as given [m]: as the pymunk engine allows."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,9 +65,9 @@ class Rests:
     Parameters
     ----------
     x, y, theta : (n,) final place and heading, sheet frame [m, rad]
-    time : (n,) since release [s]
-    end : (n,) a `SlideEnd` each
-    paths : (n, m, 3) x, y, theta every 1/fps seconds, NaN after the end; None if not asked for
+    time : (n,) time from release to the end [s]
+    end : (n,) `SlideEnd` of each throw
+    paths : (n, m, 3) x, y, theta every 1/fps seconds, NaN after the end; None without fps
     """
 
     x: Floats
@@ -86,13 +84,12 @@ class Positions:
 
     Parameters
     ----------
-    xy : (n, k + 1, 2) centres afterwards, the thrown stone last; NaN where there is none, or none
-        any more [m]
-    last : (n, k + 1, 2) the same, with a stone that left play where it left; NaN where there is
-        none [m]
+    xy : (n, k + 1, 2) centres afterwards, the thrown stone last; NaN for a stone that left play or
+        was never there [m]
+    last : (n, k + 1, 2) the same, but with the place where a stone left play [m]
     theta : (n, k + 1) headings [rad]
-    time : (n,) until all rest [s]
-    collisions : (n,) collisions; -1 where the stones would not come to rest
+    time : (n,) time from release until all rest [s]
+    collisions : (n,) number of collisions; -1 where the stones do not come to rest
     """
 
     xy: Floats
@@ -185,15 +182,16 @@ def throw_batch(
 
     Parameters
     ----------
-    ice : one for all throws, or several
+    ice : one ice for all throws, or several
     releases : structured array of RELEASE_DTYPE, or `Release`s
-    which : (n,) index of each throw's ice where several are given; all throws on every ice is
-        ``np.repeat(np.arange(len(ices)), n)`` with tiled releases
-    bounds : (4,) x_min, x_max, y_min, y_max of centres that end a throw; the ice's edges by default
-    fps : samples a second of the paths; none are kept without it
-    longest : seconds of path that are kept [s]
-    tolerance : how far a rest may be off on the roughest ice, as of `slide` [m]
-    workers : threads
+    which : (n,) index of the ice of each throw, where several are given. To throw all on every ice,
+        give ``np.repeat(np.arange(len(ices)), n)`` and tiled releases
+    bounds : (4,) x_min, x_max, y_min, y_max of centres that end a throw; the edges of the ice by
+        default
+    fps : samples per second of the paths; without it no paths are kept
+    longest : length of the paths that are kept [s]
+    tolerance : how far a rest may be off on the roughest ice, as in `slide` [m]
+    workers : number of threads
 
     Raises
     ------
@@ -217,7 +215,7 @@ def throw_batch(
         def slide_some(
             part: NDArray[np.intp] | slice, law: Law = law, limits: Floats = limits
         ) -> None:
-            # A slice is worked on in place; a scattered choice is copied there and back.
+            # A slice is filled in place; the results of a scattered choice are copied back.
             mine = [whole[part] for whole in filled]
             _slide_all(
                 law,
@@ -242,12 +240,12 @@ def throw_batch(
 
 
 def _share(work: Callable[[slice], None], n: int, workers: int) -> None:
-    """Do work on slices that cover n, on so many threads."""
+    """Do the work on slices that cover n items, on a number of threads."""
     if workers <= 1:
         if n:
             work(slice(0, n))
         return
-    chunk = max(CHUNK, n // (8 * workers))
+    chunk = max(MIN_CHUNK, n // (8 * workers))
     parts = [slice(start, min(start + chunk, n)) for start in range(0, n, chunk)]
     with ThreadPoolExecutor(workers) as pool:
         for done in [pool.submit(work, part) for part in parts]:
@@ -311,13 +309,13 @@ def play_batch(
 
     Parameters
     ----------
-    ice : for all of them
+    ice : the ice of all throws
     stones : (n, k, 2) centres of resting stones, sheet frame; NaN where a position has fewer [m]
-    releases : n of them, as in `throw_batch`
-    identity : (k,) identifiers of the resting stones, for effects that ask; 0 by default
-    bounds : (4,) x_min, x_max, y_min, y_max of centres in play; the ice's edges by default
-    tolerance : how far a lone rest may be off on the roughest ice [m]
-    workers : threads
+    releases : n releases, as in `throw_batch`
+    identity : (k,) identifiers of the resting stones, for effects that depend on them; 0 by default
+    bounds : (4,) x_min, x_max, y_min, y_max of centres in play; the edges of the ice by default
+    tolerance : how far the rest of a lone stone may be off on the roughest ice [m]
+    workers : number of threads
 
     Raises
     ------

@@ -35,7 +35,12 @@ from curling_env.physics.many_stones.common_steps import (
     new_joint_workspace,
     slide_together,
 )
-from curling_env.physics.many_stones.tuning import CREEP
+from curling_env.physics.many_stones.tuning import (
+    CONTACT_GAP,
+    CREEP,
+    MAX_CONTACTS,
+    OVERLAP_ALLOWED,
+)
 from curling_env.physics.one_stone.integrate import NO_OBSTACLES, Limits, Sampling
 from curling_env.physics.one_stone.slide import (
     SlideEnd,
@@ -51,15 +56,6 @@ from curling_env.sheet import HOG_LINE_Y, Direction, Stone
 from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
-
-SAME_INSTANT = 1e-6
-"""Gap within which stones that close on each other collide in the same instant [m]."""
-OVERLAP_ALLOWED = 1e-3
-"""How far stones on the sheet may overlap as given [m]: positions are written to a millimetre."""
-CONTACT_TIME = 1e-12
-"""Time that pymunk steps for a contact [s], in which no stone goes anywhere."""
-MAX_CONTACTS = 2000
-"""Contacts after which a throw is given up; a crowded take-out has some tens."""
 
 _MOTION = [State.VX, State.VY, State.OMEGA]
 _PLACE = [State.X, State.Y, State.THETA]
@@ -84,7 +80,7 @@ class Status(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class StoneState:
-    """Where a stone is and how it moves, sheet frame.
+    """Place and motion of a stone, sheet frame.
 
     Parameters
     ----------
@@ -92,7 +88,7 @@ class StoneState:
     vx, vy : velocity [m/s]
     theta : heading of the handle [rad]
     omega : spin, counter-clockwise positive [rad/s]
-    stone : identifier of the stone, the one that a stone's own friction goes by
+    stone : identifier, for effects that depend on the stone
 
     Raises
     ------
@@ -119,9 +115,9 @@ class Contact:
 
     Parameters
     ----------
-    time : since release [s]
-    first, second : their places in the outcome's list of stones
-    speed : at which they closed on each other [m/s]
+    time : time since release [s]
+    first, second : their indices among the stones of the outcome
+    speed : closing speed [m/s]
     """
 
     time: float
@@ -136,13 +132,13 @@ class Outcome:
 
     Parameters
     ----------
-    stones : final states, those on the sheet before in their order, the delivered one last; one
-        that left play is where and as fast as it was when it left
-    status : of each of them
-    time : from release until the last stone rested or left [s]
-    ends : when each stone came to rest or left [s]; 0 for one that never moved
-    contacts : in order of time
-    trajectories : of every stone that moved, in the order of `stones`, if asked for
+    stones : final states, first of the stones on the sheet before, then of the delivered one; a
+        stone that left play has the state in which it left
+    status : status of each stone
+    time : time from release until the last stone rested or left [s]
+    ends : time at which each stone came to rest or left [s]; 0 for one that never moved
+    contacts : contacts in the order of time
+    trajectories : paths of the stones that moved, in the order of `stones`, if asked for
     """
 
     stones: tuple[StoneState, ...]
@@ -159,29 +155,29 @@ class Outcome:
 
     @property
     def delivered_status(self) -> Status:
-        """What became of the stone that was thrown."""
+        """The status of the stone that was thrown."""
         return self.status[-1]
 
     @property
     def moved(self) -> tuple[int, ...]:
-        """Which of the stones moved, in the order of `trajectories`."""
+        """Indices of the stones that moved, in the order of `trajectories`."""
         return tuple(k for k, end in enumerate(self.ends) if end > 0)
 
     @property
     def in_play(self) -> tuple[StoneState, ...]:
-        """The stones that lie on the sheet afterwards."""
+        """The stones that are on the sheet afterwards."""
         return tuple(
             stone for stone, status in zip(self.stones, self.status, strict=True) if status.in_play
         )
 
 
 class Engine:
-    """Plays throws on one ice among resting stones; one engine for each thread.
+    """Plays throws on one ice among other stones. Each thread needs an engine of its own.
 
     Parameters
     ----------
-    ice : map, effects and stone; read once
-    tolerance : how far a lone rest may be off on the roughest ice, as of `slide` [m]
+    ice : map, effects and stone
+    tolerance : how far the rest of a lone stone may be off on the roughest ice, as in `slide` [m]
 
     Raises
     ------
@@ -206,9 +202,9 @@ class Engine:
 
         Parameters
         ----------
-        release : of the delivered stone
-        stones : on the sheet before; they may move already
-        fps : samples a second of the trajectories; none is kept without it
+        release : release of the delivered stone
+        stones : the stones on the sheet before, which may already move
+        fps : samples per second of the trajectories; without it none are kept
         throw : number of the throw in the trajectories
 
         Raises
@@ -351,14 +347,14 @@ def _closing(states: Floats, i: int, j: int) -> float:
 
 
 def _touching(states: Floats, phases: NDArray[np.int64], i: int, j: int, reach: float) -> list[int]:
-    """The two stones that met, and any that meet one of them in the same instant."""
+    """The two stones that met, and others that meet one of them at the same time."""
     together = [i, j]
     for k in np.flatnonzero(phases != Phase.GONE).tolist():
         if k in (i, j):
             continue
         for other in (i, j):
             gap = hypot(*(states[k, :2] - states[other, :2]).tolist()) - reach
-            if gap < SAME_INSTANT and _closing(states, k, other) > CREEP:
+            if gap < CONTACT_GAP and _closing(states, k, other) > CREEP:
                 together.append(k)
                 break
     return together
@@ -375,12 +371,12 @@ def resolve_contact(states: Floats, touching: list[int], stone: Stone) -> None:
         body.position, body.velocity = (x, y), (vx, vy)
         body.angle, body.angular_velocity = theta, omega
         # A little larger than the stone, so that pymunk sees a contact where rounding left a gap.
-        shape = pymunk.Circle(body, stone.radius + SAME_INSTANT)
+        shape = pymunk.Circle(body, stone.radius + CONTACT_GAP)
         shape.elasticity = stone.restitution**0.5
         shape.friction = stone.stone_friction**0.5
         space.add(body, shape)
         bodies.append(body)
-    space.step(CONTACT_TIME)
+    space.step(1e-12)  # too short for a stone to move
     for k, body in zip(touching, bodies, strict=True):
         states[k, [State.VX, State.VY]] = body.velocity
         states[k, State.OMEGA] = body.angular_velocity
@@ -421,7 +417,7 @@ def _trajectory(
     *,
     swept: bool = False,
 ) -> Trajectory:
-    """A stone's path from the last sample before it moved to where it ended."""
+    """The path of a stone, from the last sample before it moved to its end."""
     times = dt * np.arange(len(samples))
     keep = (times > start - dt) & (times < end - 1e-9)
     t = np.append(times[keep], end)

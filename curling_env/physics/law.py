@@ -92,12 +92,12 @@ class Law(NamedTuple):
     Parameters
     ----------
     mu : (rows, columns) friction of the map
-    patterned : whether it varies
-    bilinear : whether it is interpolated between cell centres
-    origin_x, origin_y : the map's first line, a cell's centre if bilinear, else its edge [m]
-    cell : distance of its lines [m]
-    band_radius : of the running band [m]
-    turning : g·mr/I, so that the torque of friction turns the stone by turning·Σ… [1/s²]
+    patterned : whether the friction of the map varies
+    bilinear : whether it is interpolated between the centres of cells
+    origin_x, origin_y : first line of the map: the centre of a cell if bilinear, else its edge [m]
+    cell : distance between lines [m]
+    band_radius : radius of the running band [m]
+    turning : g·m·r/I, by which the sum over the band becomes an angular acceleration [1/s²]
     kernels : addresses of the effects' kernels: those per contact, then friction, then motion
     offsets : where the parameters of each kernel begin in theta
     theta : parameters of all effects
@@ -122,7 +122,7 @@ class Law(NamedTuple):
 
 
 def compile_law(ice: Ice) -> Law:
-    """The force law of an ice, ready for the engines. No code is compiled for it.
+    """The force law of an ice, ready for the engines. This compiles no code.
 
     Raises
     ------
@@ -203,7 +203,7 @@ def mu_of_map(law: Law, x: float, y: float) -> float:
 
 @inlined
 def _contact_factors(law: Law, contacts: int, motion: Any, push: Any) -> None:
-    """Factors on μ of contacts whose slips stand in `motion`."""
+    """Fill in the factors on μ of contacts from their slips in `motion`."""
     for q in range(contacts):
         push[CONTACT_FRICTION + q] = 1.0
     if law.per_contact > 0:
@@ -230,11 +230,11 @@ def running_band(law: Law, speed: float, spin: float, motion: Any, push: Any) ->
     drag, torque : F/(μmg) against the travel and τ/(μmgr) counter-clockwise
     """
     rim = law.band_radius * math.fabs(spin)
-    # A point contact is a band of one place, which slips as the centre does.
+    # A point contact is a band of a single contact, which slips as fast as the centre.
     front = _POINT
     if rim >= MIN_SPEED:
         ratio = min(rim, speed) / max(rim, speed)
-        front = _EIGHT  # fewer would fill no vector register
+        front = _EIGHT  # fewer would not fill a vector register
         if ratio > 0.85:
             front = _MOST
         elif ratio > 0.5:
@@ -352,13 +352,13 @@ def acceleration(
     stone: int = 0,
     swept: bool = False,
 ) -> Floats:
-    """Acceleration under the law for given states: to look at the law, plot it or test it.
+    """Acceleration under the law for given states, to plot or test the law.
 
     Parameters
     ----------
     ice : map, effects and stone
     states : (n, 5) x, y, vx, vy, spin in the sheet frame [m, m/s, rad/s]
-    heading, t, clock, order, stone, swept : the rest of the motion, the same for every state
+    heading, t, clock, order, stone, swept : what else effects read, the same for every state
 
     Returns
     -------

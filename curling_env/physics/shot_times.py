@@ -1,4 +1,4 @@
-"""One throw on an empty sheet in the numbers that players time and measure."""
+"""One throw on an empty sheet, in the numbers that players time and measure."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ class Shot:
 
     Parameters
     ----------
-    x, y : where it came to rest or left play, sheet frame [m]
-    time : until then [s]
+    x, y : place where it came to rest or left play, sheet frame [m]
+    time : time from release until then [s]
     turns : full rotations of the stone, without sign
     status : rest, out_side, out_back or hogged
-    theta : heading gained, counter-clockwise positive [rad]
+    theta : change of its heading, counter-clockwise positive [rad]
     hog_to_hog : time from release to the far hog line [s]; None if it did not get there
-    hog_to_tee : time from release to the tee line of the house played to [s]; None likewise
-    curl_m : distance of its end to the left of the line it was thrown on [m]
+    hog_to_tee : time from release to the tee line played to [s]; None if it did not get there
+    curl_m : distance of its end to the left of the line of delivery [m]
     from_tee_m : distance of its centre from the tee [m]
     """
 

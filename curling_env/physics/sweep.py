@@ -1,12 +1,12 @@
-"""Sweeps: every throw on every ice, with every seed of a hand's errors.
+"""Sweeps over many throws: every throw on every ice, with every seed of a player's errors.
 
-A sweep is cut into pieces of fixed size, and a piece's randomness comes from its seed and its
-place alone. So its numbers do not depend on who did which piece, or how often.
+A sweep is cut into pieces of fixed size. The randomness of a piece comes from its seed and its
+place alone, so that its numbers do not depend on which worker did it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,29 +14,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.errors import InputError
-from curling_env.executor import Executor, Here
+from curling_env.executor import Executor, SerialExecutor
 from curling_env.ice import Ice
 from curling_env.physics.batch import RELEASE_DTYPE, Rests, release_table, throw_batch
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Release, Skill, skill_named
-from curling_env.typing import Floats
+from curling_env.typing import Floats, Progress, no_progress, with_progress
 
-PIECE = 4096
-"""Throws in a piece, a twentieth of a second's work; another size would draw other errors."""
-SLOWEST = 1e-3
-"""A hand that errs to a standstill still lets go with this speed [m/s]."""
+PIECE_SIZE = 4096
+"""Throws in a piece, a twentieth of a second of work; another size would draw other errors."""
+MIN_RELEASE_SPEED = 1e-3
+"""Speed of a release whose error would stop it or turn it back [m/s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Piece:
-    """Throws that one worker makes on one ice: each of them with each seed.
+    """Throws that one worker makes on one ice, each of them with each seed.
 
     Parameters
     ----------
-    ice : thrown on
-    releases : as they were meant, structured array of RELEASE_DTYPE
-    skill : of the hand that makes them
-    seeds, place : of its errors: seeds of the sweep, and the piece's place among the throws
-    bounds : as of `throw_batch`
+    ice : ice that is thrown on
+    releases : structured array of RELEASE_DTYPE, as meant
+    skill : how much the throws scatter
+    seeds : seeds of the errors
+    place : place of the piece among the throws of the sweep
+    bounds : as in `throw_batch`
     """
 
     ice: Ice
@@ -48,7 +49,7 @@ class Piece:
 
 
 def throw_piece(piece: Piece) -> Rests:
-    """Make the throws of a piece; depends on nothing else."""
+    """Make the throws of a piece; the result depends on nothing else."""
     made: list[NDArray[Any]] = []
     for seed in piece.seeds:
         # The spawn key is that of the place-th child of SeedSequence(seed).spawn.
@@ -58,11 +59,13 @@ def throw_piece(piece: Piece) -> Rests:
 
 
 def executed(releases: NDArray[Any], skill: Skill, rng: np.random.Generator) -> NDArray[Any]:
-    """Releases as a hand makes them, whose errors are independent of each other.
+    """Releases as a player makes them, with errors that are independent of each other.
 
     Parameters
     ----------
-    releases : structured array of RELEASE_DTYPE
+    releases : structured array of RELEASE_DTYPE, as meant
+    skill : how much they scatter
+    rng : source of the errors
     """
     if skill.is_exact:
         return releases
@@ -70,7 +73,7 @@ def executed(releases: NDArray[Any], skill: Skill, rng: np.random.Generator) -> 
     error = skill.errors(2 * len(releases), rng)[: len(releases)]
     speed = np.hypot(releases["vx"], releases["vy"])
     turn = np.arctan2(releases["vy"], releases["vx"]) + error[:, 1]
-    speed = np.clip(speed + error[:, 0], SLOWEST, MAX_SPEED)
+    speed = np.clip(speed + error[:, 0], MIN_RELEASE_SPEED, MAX_SPEED)
     made = releases.copy()
     made["vx"], made["vy"] = speed * np.cos(turn), speed * np.sin(turn)
     made["omega"] = np.clip(releases["omega"] + error[:, 2], -MAX_SPIN, MAX_SPIN)
@@ -79,15 +82,16 @@ def executed(releases: NDArray[Any], skill: Skill, rng: np.random.Generator) -> 
 
 @dataclass(frozen=True, kw_only=True)
 class Sweep:
-    """What is swept over: all combinations.
+    """Ices, throws and seeds, of which all combinations are made.
 
     Parameters
     ----------
-    ices : thrown on
-    releases : (n,) as they are meant, structured array of RELEASE_DTYPE or `Release`s
-    seeds : of the hand's errors; every ice sees the same errors with the same seed
-    skill : of the hand, a name or a `Skill`
-    bounds : (4,) x_min, x_max, y_min, y_max of centres that end a throw; an ice's edges by default
+    ices : ices that are thrown on
+    releases : (n,) releases as meant, structured array of RELEASE_DTYPE or `Release`s
+    seeds : seeds of the errors; with the same seed every ice sees the same errors
+    skill : how much the throws scatter, a name or a `Skill`
+    bounds : (4,) x_min, x_max, y_min, y_max of centres that end a throw; the edges of the ice by
+        default
 
     Raises
     ------
@@ -110,57 +114,59 @@ class Sweep:
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """Ices, seeds and throws."""
+        """Number of ices, seeds and throws."""
         return len(self.ices), len(self.seeds), len(self.releases)
 
     def pieces(self) -> Iterator[Piece]:
-        """The work, cut up: ice by ice, seed by seed."""
+        """The pieces of the work, ice by ice and seed by seed."""
         releases = self.releases
         table = releases if isinstance(releases, np.ndarray) else release_table(releases)
         if table.dtype != RELEASE_DTYPE:
             raise InputError(f"expected releases of RELEASE_DTYPE, got {table.dtype}")
         for ice in self.ices:
-            for first in range(0, len(self.seeds), self._together):
-                for place, start in enumerate(range(0, len(table), PIECE)):
+            for first in range(0, len(self.seeds), self._seeds_per_piece):
+                for place, start in enumerate(range(0, len(table), PIECE_SIZE)):
                     yield Piece(
                         ice=ice,
-                        releases=table[start : start + PIECE],
+                        releases=table[start : start + PIECE_SIZE],
                         skill=skill_named(self.skill),
-                        seeds=tuple(self.seeds[first : first + self._together]),
+                        seeds=tuple(self.seeds[first : first + self._seeds_per_piece]),
                         place=place,
                         bounds=self.bounds,
                     )
 
     @property
-    def _together(self) -> int:
-        """Seeds in a piece: many where the throws are few, else one."""
-        return max(1, PIECE // len(self.releases))
+    def _seeds_per_piece(self) -> int:
+        """Several where the throws are few, else one."""
+        return max(1, PIECE_SIZE // len(self.releases))
 
     @property
     def piece_count(self) -> int:
-        """How many pieces there are."""
+        """Number of pieces."""
         ices, seeds, throws = self.shape
-        return ices * -(-seeds // self._together) * -(-throws // PIECE)
+        return ices * -(-seeds // self._seeds_per_piece) * -(-throws // PIECE_SIZE)
 
 
 def run(
     sweep: Sweep,
     executor: Executor | None = None,
     *,
-    through: Callable[[Iterable[Rests]], Iterable[Rests]] = lambda results: results,
+    progress: Progress = no_progress,
 ) -> Rests:
-    """Do a sweep.
+    """Make all throws of a sweep.
 
     Parameters
     ----------
-    executor : who does it; this process by default
-    through : passes finished pieces on and shows how far it is
+    sweep : what to throw
+    executor : what does the work; this process by default
+    progress : called with the number of pieces done
 
     Returns
     -------
-    arrays of the sweep's shape: ices, seeds, throws
+    arrays of the sweep's shape (ices, seeds, throws)
     """
-    done = list(through((executor or Here()).map(throw_piece, sweep.pieces())))
+    pieces = (executor or SerialExecutor()).map(throw_piece, sweep.pieces())
+    done = list(with_progress(pieces, "sweep", progress, sweep.piece_count))
     ends: dict[str, Any] = {
         name: np.concatenate([getattr(rests, name) for rests in done]).reshape(sweep.shape)
         for name in ("x", "y", "theta", "time", "end")

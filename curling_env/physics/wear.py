@@ -1,8 +1,8 @@
-"""What the ice remembers of the stones that ran over it: pebble worn along their paths.
+"""Wear of the ice along the paths of stones.
 
-The catalogue's `pebble_wear` says how much: `rate` acts on the whole sheet and is the force law's
-business, `along_path` acts where stones ran and is the ice's, so it changes the map between throws
-and not the law. A game and a session of lone throws wear their ice by the same two functions.
+The effect `pebble_wear` has two parameters. Its `rate` acts on the whole sheet and belongs to the
+force law. Its `along_path` acts where stones ran; it changes the friction map between throws, which
+is done here for games and for sessions of lone throws alike.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from curling_env.sheet import Sheet
 from curling_env.typing import Floats
 
 PATH_FPS = 30.0
-"""Samples a second of the paths that wear the ice; between them a path is straight."""
+"""Samples per second of the paths that wear the ice; between them a path is straight."""
 WORN_WIDTH = 0.125
-"""Width of the track a stone wears, that of its running band [m]."""
-LANES = 5
-"""Lines side by side that stand for the band on wide cells; on narrow ones there are more."""
+"""Width of the track that a stone wears, that of its running band [m]."""
+STRIPS = 5
+"""Parallel lines that stand for the band on wide cells; on narrow cells there are more."""
 
 
 def wear_along_path(ice: Ice) -> float:
-    """Change of ln μ by one pass of the band, by all of an ice's `pebble_wear`."""
+    """Change of ln μ by one pass of the band, from every `pebble_wear` of the ice."""
     return sum(
         effect.parameters.get("along_path", 0.0)
         for effect in ice.effects
@@ -36,17 +36,15 @@ def wear_along_path(ice: Ice) -> float:
 
 
 def wear_of(ice: Ice, paths: Iterable[Floats]) -> Floats:
-    """What stones that moved along these paths change in ln μ of every cell.
+    """Change of ln μ of every cell by stones that moved along these paths, (rows, columns).
+
+    A pass changes a cell in proportion to the share of its area that the band covered. The wear of
+    several paths adds up, in any order.
 
     Parameters
     ----------
-    ice : with `pebble_wear`
+    ice : an ice with `pebble_wear`
     paths : (n, 2) each, sheet frame [m]
-
-    Returns
-    -------
-    (rows, columns); a pass changes a cell by the share of its area that the band covered. What
-    several paths wear adds up, in any order of them
     """
     return wear_along_path(ice) * passes_over(ice.sheet, paths)
 
@@ -54,13 +52,12 @@ def wear_of(ice: Ice, paths: Iterable[Floats]) -> Floats:
 def passes_over(sheet: Sheet, paths: Iterable[Floats]) -> Floats:
     """How often the running band passed over every cell, (rows, columns).
 
+    A pass over part of a cell counts as that part.
+
     Parameters
     ----------
+    sheet : the sheet with its cells
     paths : (n, 2) each, sheet frame [m]
-
-    Returns
-    -------
-    a pass over part of a cell counts as that part of it
     """
     covered = np.zeros(sheet.shape)
     for path in paths:
@@ -69,34 +66,34 @@ def passes_over(sheet: Sheet, paths: Iterable[Floats]) -> Floats:
 
 
 def worn(ice: Ice, wear: Floats | None) -> Ice:
-    """An ice whose cells have changed by the logarithms `wear` (rows, columns)."""
+    """An ice after a change of ln μ by `wear` (rows, columns); None is no change."""
     if wear is None:
         return ice
     return replace(ice, friction=replace(ice.friction, mu=ice.friction.mu * np.exp(wear)))
 
 
 def _area_covered(sheet: Sheet, xy: Floats) -> Floats:
-    """Area of every cell that the band covered along a path (n, 2), (rows, columns) [m²]."""
+    """Area of each cell that the band covered along a path (n, 2), (rows, columns) [m²]."""
     steps = np.diff(xy, axis=0)
     lengths = np.hypot(steps[:, 0], steps[:, 1])
     moves = lengths > 0
     starts, steps, lengths = xy[:-1][moves], steps[moves], lengths[moves]
     area = np.zeros(sheet.shape)
     across = (steps / lengths[:, None])[:, ::-1] * [1.0, -1.0]
-    lanes = LANES * math.ceil(2 * WORN_WIDTH / sheet.cell_size)
-    for lane in range(lanes):
-        beside = starts + ((lane + 0.5) / lanes - 0.5) * WORN_WIDTH * across
+    strips = STRIPS * math.ceil(2 * WORN_WIDTH / sheet.cell_size)
+    for strip in range(strips):
+        beside = starts + ((strip + 0.5) / strips - 0.5) * WORN_WIDTH * across
         step, share, middle = _pieces(sheet, beside, steps)
-        np.add.at(area, sheet.cell_of(middle), share * lengths[step] * WORN_WIDTH / lanes)
+        np.add.at(area, sheet.cell_of(middle), share * lengths[step] * WORN_WIDTH / strips)
     return area
 
 
 def _pieces(sheet: Sheet, starts: Floats, steps: Floats) -> tuple[NDArray[np.intp], Floats, Floats]:
-    """Straight steps (n, 2) cut where they cross the lines between cells.
+    """Cut straight steps (n, 2) where they cross the lines between cells.
 
     Returns
     -------
-    for each piece the number of its step, its share of the step's length, and its middle (…, 2)
+    for each piece: the number of its step, its share of the step's length, and its middle (…, 2)
     """
     of_step, at = [np.arange(len(steps))], [np.zeros(len(steps))]
     for axis, half in enumerate((sheet.width / 2, sheet.length / 2)):

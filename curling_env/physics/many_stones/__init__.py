@@ -1,1 +1,1 @@
-"""Stones that move at once and touch: their common steps, and what happens between contacts."""
+"""Stones that move at the same time and collide."""

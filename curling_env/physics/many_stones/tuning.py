@@ -31,9 +31,14 @@ PIECES_OF_A_STEP = 8
 MAX_STEPS = 20_000
 """Steps after which stones are given up that never stop because the ice drives them."""
 
+OVERLAP_ALLOWED = 1e-3
+"""How far resting stones may overlap as given [m]: positions are written to a millimetre."""
+MAX_CONTACTS = 2000
+"""Contacts after which a throw is given up; a crowded take-out has some tens."""
+
 # --- from event to event -----------------------------------------------------------------------
 CONTACT_GAP = 1e-6
-"""Gap below which two stones touch [m]."""
+"""Gap below which two stones that close on each other collide [m]."""
 MIN_PARTING_SPEED = 1e-3
 """Least speed at which stones part after a collision [m/s], so that none is carried along."""
 MAX_COLLISIONS = 500

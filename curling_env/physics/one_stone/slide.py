@@ -1,4 +1,4 @@
-"""One stone sliding alone: its path under the force law, to a tenth of a millimetre."""
+"""One stone sliding alone: its path under the force law."""
 
 from __future__ import annotations
 
@@ -81,8 +81,8 @@ class Slide:
     ----------
     end : why it ended
     x, y, vx, vy, theta, omega : final state, sheet frame [m, m/s, rad, rad/s]
-    time : since release [s]
-    trajectory : samples at the asked rate and the final state, or None
+    time : time from release to the end [s]
+    trajectory : samples at the rate that was asked for, and the final state; or None
     """
 
     end: SlideEnd
@@ -106,7 +106,7 @@ def edge_bounds(ice: Ice) -> Floats:
 def play_bounds(ice: Ice, direction: Direction) -> Floats:
     """Bounds of a stone's centre while it is in play or on its way there, (4,) [m].
 
-    It touches neither side line and is not wholly past the back line it is played to.
+    Within them the stone touches neither side line and is not wholly past the far back line.
     """
     x = ice.sheet.width / 2 - ice.stone.radius
     back = BACK_LINE_Y + ice.stone.radius
@@ -146,10 +146,11 @@ def slide(
     ----------
     ice : map, effects and stone
     release : state at t = 0
-    bounds : (4,) x_min, x_max, y_min, y_max of the centre that end it; the ice's edges by default
-    fps : samples a second of the trajectory; none is kept without it
+    bounds : (4,) x_min, x_max, y_min, y_max of the centre that end the slide; the edges of the ice
+        by default
+    fps : samples per second of the trajectory; without it none is kept
     throw : number of the throw in the trajectory
-    tolerance : how far the rest may be off on the roughest ice; a tenth of it on smooth ice [m]
+    tolerance : how far the rest may be off on the roughest ice; on smooth ice a tenth of it [m]
 
     Raises
     ------

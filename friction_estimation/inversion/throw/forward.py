@@ -204,17 +204,12 @@ class LawOnMap:
         weights : (n, 4) weights, which add up to 1
         """
         sheet = self.ice.sheet
-        rows, columns = sheet.shape
+        columns = sheet.shape[1]
         if self.ice.friction.interpolation == "cell":
             row, column = sheet.cell_of(xy)
             cells = np.repeat((row * columns + column)[:, None], 4, axis=1)
             return cells, np.repeat([[1.0, 0.0, 0.0, 0.0]], len(xy), axis=0)
-        row = np.clip((xy[:, 1] - sheet.y_centres[0]) / sheet.cell_size, 0, rows - 1)
-        column = np.clip((xy[:, 0] - sheet.x_centres[0]) / sheet.cell_size, 0, columns - 1)
-        i = np.minimum(row.astype(np.intp), max(rows - 2, 0))
-        j = np.minimum(column.astype(np.intp), max(columns - 2, 0))
-        u, v = row - i, column - j
-        i1, j1 = np.minimum(i + 1, rows - 1), np.minimum(j + 1, columns - 1)
+        (i, i1), (j, j1), u, v = sheet.cells_around(xy)
         cells = np.column_stack(
             [i * columns + j, i * columns + j1, i1 * columns + j, i1 * columns + j1]
         )

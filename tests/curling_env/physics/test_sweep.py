@@ -14,14 +14,14 @@ import pytest
 
 from curling_env.commands.benchmarks import draws_and_hits
 from curling_env.errors import InputError
-from curling_env.executor import Processes, WorkersLostError, executor
+from curling_env.executor import ProcessExecutor, WorkersLostError, executor
 from curling_env.ice import load_ice
-from curling_env.physics.sweep import PIECE, Sweep, executed, run, throw_piece
+from curling_env.physics.sweep import PIECE_SIZE, Sweep, executed, run, throw_piece
 from curling_env.storage import read_table
 from curling_env.throw import SKILLS, Throw, write_releases
 
 
-def a_sweep(throws: int = 2 * PIECE + 100, **options) -> Sweep:
+def a_sweep(throws: int = 2 * PIECE_SIZE + 100, **options) -> Sweep:
     releases = draws_and_hits(np.random.default_rng(4), throws, hits=0.2)
     options = {
         "ices": [load_ice("standard"), load_ice("paper")],
@@ -92,7 +92,7 @@ def test_a_piece_has_the_randomness_of_its_seed_and_place():
     made = executed(piece.releases, SKILLS["club"], np.random.default_rng(child))
     whole = run(sweep)
     again = throw_piece(piece)
-    np.testing.assert_array_equal(whole.y[0, 1, PIECE : 2 * PIECE], again.y)
+    np.testing.assert_array_equal(whole.y[0, 1, PIECE_SIZE : 2 * PIECE_SIZE], again.y)
     assert np.std(np.hypot(made["vx"], made["vy"]) - np.hypot(
         piece.releases["vx"], piece.releases["vy"])) == pytest.approx(0.03, rel=0.05)  # fmt: skip
     turned = np.arctan2(made["vx"], made["vy"]) - np.arctan2(
@@ -156,7 +156,7 @@ def test_bad_input_in_a_worker_is_told_as_here():
 
 def test_a_piece_that_kills_its_workers_is_given_up():
     with pytest.raises(WorkersLostError, match="died"):
-        list(Processes(1).map(os._exit, [1]))
+        list(ProcessExecutor(1).map(os._exit, [1]))
 
 
 def test_processes_give_the_same_numbers_after_one_was_killed(knife):
