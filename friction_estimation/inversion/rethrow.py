@@ -29,11 +29,6 @@ from friction_estimation.tracks.outliers import robust_deviation
 RELEASE_WINDOW = 2.5
 """Stretch of a free slide to which its release is fitted [s]. With 5 mm of noise the speed is then
 known to about a millimetre a second, which moves a draw by 2 cm."""
-_SAMPLES_PER_S = 60.0
-"""Samples of a predicted path [1/s]; straight lines between them err by 2 µm."""
-_ARRIVED = 0.05
-"""Distance to its place of rest at which a stone has arrived [m]."""
-_FIT_ROUNDS = 4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -253,7 +248,7 @@ def _fit_release(part: FreeSlide, t: Floats, early: Flags, ice: Ice, order: int)
     curve = np.linalg.lstsq(np.column_stack([basis, at**2]), xy, rcond=None)[0]
     state = np.asarray(curve[:2], dtype=np.float64)
     release = _release(state, heading, spin, part, order, sweeps)
-    for _ in range(_FIT_ROUNDS):
+    for _ in range(4):
         residual = xy - _path_at(_throw(ice, release), at)
         size = np.hypot(*residual.T)
         limit = 2.5 * max(robust_deviation(residual.ravel() - np.median(residual)), 1e-6)
@@ -285,7 +280,7 @@ def _release(
 
 
 def _throw(ice: Ice, release: Release) -> Slide:
-    return slide(ice, release, bounds=NO_BOUNDS, fps=_SAMPLES_PER_S)
+    return slide(ice, release, bounds=NO_BOUNDS, fps=60.0)
 
 
 def _path_at(path: Slide, t: Floats) -> Floats:
@@ -297,5 +292,5 @@ def _path_at(path: Slide, t: Floats) -> Floats:
 
 def _arrival(t: Floats, xy: Floats, rest: Floats) -> float:
     """First time at which a path is within 5 cm of its place of rest [s]."""
-    near = np.hypot(*(xy - rest).T) <= _ARRIVED
+    near = np.hypot(*(xy - rest).T) <= 0.05
     return float(t[np.argmax(near)]) if near.any() else float(t[-1])

@@ -20,8 +20,6 @@ USUAL_SPIN = 0.9
 
 PARAMETER_PRIOR_SD = 0.25
 """Prior standard deviation of an effect's parameter, as a part of the width of its range."""
-UNBOUNDED_RANGE = 1.0
-"""Width assumed for a range without an end, in the unit of the parameter."""
 EFFECT_PRIOR_SD = 0.1
 """Change of ln μ to which a prior standard deviation of an effect's parameter is equated, where
 the information on different unknowns is compared."""
@@ -40,8 +38,6 @@ MIN_NOISE = 1e-5
 """Smallest noise that is considered [m], so that exact tracks do not divide by zero."""
 MAX_NOISE_TIME = 0.5
 """Longest correlation time of noise beside a map [s]: what lasts longer is ascribed to the ice."""
-MAX_NOISE_TIME_UNIFORM = 5.0
-"""The same beside one friction for the whole sheet [s]."""
 
 # --- prior of the friction ---------------------------------------------------------------------
 
@@ -71,8 +67,6 @@ MAP_ROUNDS, MAP_AND_EFFECTS_ROUNDS, CAMERA_BIAS_ROUNDS = 4, 6, 5
 linear in ln μ, less so in the parameters of effects."""
 MAX_LOG_STEP = 0.7
 """Largest change of ln μ in one round: a factor of 2."""
-CONVERGED_STEP = 2e-4
-"""Change of ln μ of a throw below which the fit of one friction has converged."""
 
 # --- bias of the camera along the sheet --------------------------------------------------------
 
@@ -81,9 +75,6 @@ CAMERA_BIAS_NODE_SPACING = 0.75
 USUAL_CAMERA_BIAS, USUAL_CAMERA_BIAS_LENGTH = 0.003, 1.5
 """Scale of the half-Cauchy prior of its amplitude [m], and centre of the prior of its correlation
 length [m]."""
-MIN_CAMERA_BIAS_LENGTH, MAX_CAMERA_BIAS_LENGTH = 0.7, 3.0
-"""Range of its correlation length [m], about a fifth of its waves. Longer waves belong to the pose
-and the lens of the camera and resemble a slope or a friction that depends on speed."""
 CAMERA_BIAS_UNIT = 0.1
 """Metres of bias equated to ln μ = 1 where information is compared: 10 mm is like a tenth of μ."""
 MIN_CAMERA_BIAS_GAIN = 30.0
@@ -101,8 +92,6 @@ the ice. Equal draws one way have 0.03, one way at 1.3 to 2.4 m/s 0.35, both way
 
 # --- systematic error that tracks state --------------------------------------------------------
 
-STATED_ERROR_NODE_SPACING = 2.0
-"""Distance between the nodes of a systematic error along the sheet [m]."""
 STATED_ERROR_LENGTH = 5.0
 """Distance over which errors of pose, lens and outline are alike [m]. Chosen so that 95 % intervals
 of sessions filmed from three places, with corners marked 3 px off, hold the true friction."""

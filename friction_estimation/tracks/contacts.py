@@ -8,11 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from curling_env.trajectory import Trajectory
-from friction_estimation.tracks.tuning import (
-    CONTACT_TIME_MARGIN,
-    MAX_MOVE_AT_REST,
-    TOUCHING_DISTANCE,
-)
+from friction_estimation.tracks.tuning import CONTACT_TIME_MARGIN, TOUCHING_DISTANCE
 
 
 def contacts_of(tracks: Sequence[Trajectory]) -> list[list[float]]:
@@ -37,8 +33,8 @@ def contacts_of(tracks: Sequence[Trajectory]) -> list[list[float]]:
 
 
 def stays_at_rest(track: Trajectory) -> bool:
-    """Whether a track is that of an untouched stone: one row at the beginning, one at the end."""
-    return len(track) == 2 and bool((np.ptp(track.xy, axis=0) < MAX_MOVE_AT_REST).all())
+    """Whether a track is that of an untouched stone: two rows of one place."""
+    return len(track) == 2 and bool((np.ptp(track.xy, axis=0) < 0.05).all())
 
 
 def longest_stretch(track: Trajectory, contacts: Sequence[float]) -> tuple[int, int]:

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from curling_env.typing import Flags, Floats
-from friction_estimation.tracks.tuning import MIN_NOISE, WILD_DEVIATIONS, WILD_MARGIN
+from friction_estimation.tracks.tuning import MIN_NOISE, WILD_DEVIATIONS
 
 
 def robust_deviation(values: Floats) -> float:
@@ -63,6 +63,7 @@ def wild_rows(t: Floats, xy: Floats) -> tuple[Flags, float]:
         level = np.median(values[windows] - path, axis=1)
         residual = values - level
         spread = max(robust_deviation(residual), MIN_NOISE)
-        wild |= np.abs(residual) > WILD_DEVIATIONS * spread + WILD_MARGIN
+        # Two centimetres are allowed besides: a stone that is pushed or stops is no parabola.
+        wild |= np.abs(residual) > WILD_DEVIATIONS * spread + 0.02
         scale = max(scale, robust_deviation(residual[~wild]))
     return wild, scale

@@ -10,8 +10,6 @@ from __future__ import annotations
 WILD_DEVIATIONS = 6.0
 """Robust standard deviations from its neighbours beyond which a row is wild. Gaussian noise gets
 there twice in 10⁹ rows; a wrong match is centimetres to metres away."""
-WILD_MARGIN = 0.02
-"""Allowance added to that limit [m]: a stone that is pushed or stops is no parabola."""
 MIN_NOISE = 5e-4
 """Smallest noise of a coordinate that is believed [m]; keeps exact tracks from looking wild."""
 
@@ -31,8 +29,6 @@ CLEAR_DEVIATIONS = 6.0
 
 # --- contacts between stones -------------------------------------------------------------------
 
-MAX_MOVE_AT_REST = 0.05
-"""Largest difference between two rows of a stone that nobody touched [m]."""
 TOUCHING_DISTANCE = 0.6
 """Distance of two centres in the frame after a contact [m]: two radii and the way of one frame."""
 CONTACT_TIME_MARGIN = 0.07

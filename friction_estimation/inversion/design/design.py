@@ -30,8 +30,6 @@ _MAX_THROWS = 200
 _HALF_WIDTH_PLAYED = 1.5
 """Half the width of the ice that is played on [m]. A draw curls by a metre and a half at most, and
 nearer the side stones are seldom thrown."""
-_MAX_LINE_SPACING = 1.0
-"""Largest distance between neighbouring lines [m]."""
 _SPEEDS_TRIED = (0.8, 1.0, 1.25)
 """Speeds tried when none are given, as parts of the speed of a draw to the tee."""
 
@@ -228,8 +226,8 @@ def design_throws(
 
 
 def _lines(resolution: float) -> Floats:
-    """Positions of lines over the ice played on, no farther apart than the detail [m]."""
-    count = 1 + 2 * int(np.ceil(_HALF_WIDTH_PLAYED / min(resolution, _MAX_LINE_SPACING)))
+    """Positions of lines over the ice played on, at most the detail or 1 m apart [m]."""
+    count = 1 + 2 * int(np.ceil(_HALF_WIDTH_PLAYED / min(resolution, 1.0)))
     return np.linspace(-_HALF_WIDTH_PLAYED, _HALF_WIDTH_PLAYED, count)
 
 

@@ -25,8 +25,6 @@ from friction_estimation.inversion.tuning import (
     LEVEL_PRIOR_SD,
     LOG_LENGTH_SD,
     LOG_SPREAD_SD,
-    MAX_CAMERA_BIAS_LENGTH,
-    MIN_CAMERA_BIAS_LENGTH,
     MIN_INFORMATION,
     MIN_THROWS_FOR_SMOOTHNESS,
     USUAL_CAMERA_BIAS,
@@ -240,11 +238,9 @@ class NormalEquations:
             wanted["scatter"] = (max(start.scatter, 1e-4), 1e-5, 0.1)
         if start.bias_sd > 0.0:
             wanted["bias_sd"] = (start.bias_sd, 1e-5, 0.03)
-            wanted["bias_length"] = (
-                start.bias_length,
-                MIN_CAMERA_BIAS_LENGTH,
-                MAX_CAMERA_BIAS_LENGTH,
-            )
+            # The length is about a fifth of its waves. Longer waves belong to the camera's pose and
+            # lens, and resemble a slope or a friction that depends on speed.
+            wanted["bias_length"] = (start.bias_length, 0.7, 3.0)
         first, low, high = np.log(list(wanted.values())).T
         fixed = start if scatter else replace(start, scatter=0.0)
 

@@ -18,9 +18,7 @@ from friction_estimation.inversion.throw.fitted import (
 from friction_estimation.inversion.throw.forward import LawOnMap
 from friction_estimation.inversion.throw.linearised import LinearThrow, linearise
 from friction_estimation.inversion.tuning import (
-    CONVERGED_STEP,
     MAX_LOG_STEP,
-    MAX_NOISE_TIME_UNIFORM,
     UNIFORM_ROUNDS,
     USUAL_SCATTER,
 )
@@ -106,9 +104,9 @@ def fit_uniform(
         law = law.with_level(level)
         throws = [update_residual(throw, law, gate)[0] for throw in throws]
         last = noise
-        noise = gate = estimate_noise(kept_residuals(throws), longest=MAX_NOISE_TIME_UNIFORM)
+        noise = gate = estimate_noise(kept_residuals(throws), longest=5.0)
         settled = abs(np.log(noise.total / last.total)) < 0.02
-        if settled and largest < CONVERGED_STEP and abs(step) < max(0.05 * sigma, 1e-6):
+        if settled and largest < 2e-4 and abs(step) < max(0.05 * sigma, 1e-6):
             break
     return UniformFit(
         throws=throws,

@@ -24,7 +24,7 @@ from friction_estimation.inversion.throw.camera_bias import NO_BIAS, CameraBias
 from friction_estimation.inversion.throw.fitted import FittedThrow
 from friction_estimation.inversion.throw.forward import LawOnMap, PathMotion
 from friction_estimation.inversion.throw.linearised import linearise
-from friction_estimation.inversion.tuning import STATED_ERROR_LENGTH, STATED_ERROR_NODE_SPACING
+from friction_estimation.inversion.tuning import STATED_ERROR_LENGTH
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,8 +48,8 @@ class SystematicError:
 
 
 def _nodes_of(sheet: Sheet) -> Floats:
-    """Positions along the sheet where the displacement is counted, (n,) [m]."""
-    count = int(np.ceil(sheet.length / STATED_ERROR_NODE_SPACING)) + 1
+    """Positions along the sheet where the displacement is counted, at most 2 m apart, (n,) [m]."""
+    count = int(np.ceil(sheet.length / 2.0)) + 1
     return np.linspace(-sheet.length / 2, sheet.length / 2, count)
 
 

@@ -21,7 +21,7 @@ from curling_env.ice import ActiveEffect, Ice
 from curling_env.physics.effects import catalogue, mistaken_for
 from curling_env.physics.law import acceleration
 from curling_env.typing import Floats
-from friction_estimation.inversion.tuning import PARAMETER_PRIOR_SD, UNBOUNDED_RANGE
+from friction_estimation.inversion.tuning import PARAMETER_PRIOR_SD
 
 if TYPE_CHECKING:
     from friction_estimation.inversion.throw.fitted import FittedThrow
@@ -50,9 +50,9 @@ class FreeParameter:
 
     @property
     def prior_sd(self) -> float:
-        """Prior standard deviation about the start."""
+        """Prior standard deviation about the start; a range without an end counts as 1 wide."""
         width = self.high - self.low
-        return PARAMETER_PRIOR_SD * (width if np.isfinite(width) else UNBOUNDED_RANGE)
+        return PARAMETER_PRIOR_SD * (width if np.isfinite(width) else 1.0)
 
 
 @dataclass(frozen=True, kw_only=True)
