@@ -1,7 +1,7 @@
-"""What a stone looks like to a camera: its body and handle, a fit in one frame, and learning both.
+"""What a stone looks like to a camera: its model, a fit in one frame, and learning its look.
 
-`model` is the body, `kernels` its compiled arithmetic, `fit` finds it in one frame; `crop`,
-`handle`, `profile` and `learning` find from a film what no scene file says of a stone.
+`model` is the shape of a stone, `painting` its picture, `fit` finds it in a frame and `occlusion`
+does so among other stones. `learning` finds from a film what no scene file says of a stone.
 """
 
 from friction_estimation.appearance.crops import (

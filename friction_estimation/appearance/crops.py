@@ -15,7 +15,7 @@ from friction_estimation.appearance.fit import (
     channels_of,
     fit_stone,
 )
-from friction_estimation.appearance.kernels import robust_misfit
+from friction_estimation.appearance.fit_kernels import robust_misfit
 from friction_estimation.appearance.model import PixelWindow, StoneModel, window_at
 from friction_estimation.appearance.painting import (
     Planes,

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.typing import Floats
-from friction_estimation.appearance.kernels import pose_step, separate
+from friction_estimation.appearance.fit_kernels import pose_step
 from friction_estimation.appearance.model import PixelWindow, StoneModel, window_at
 from friction_estimation.appearance.painting import Planes, blurred, coloured, painted, turn_handle
+from friction_estimation.appearance.picture_kernels import separate
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
 
@@ -192,33 +193,47 @@ def measure(
     background_origin : column and row of the background's upper left pixel in the frame
     start : (3,) x, y [m], theta [rad]
     """
-    window = window_for(appearance.model, camera, start, background_origin, background.shape)
-    if window is None:
+    cut = cut_out(frame, background, background_origin, camera, appearance, start)
+    if cut is None:
         return None
-    picture = channels_of(frame[window.slices]).reshape(-1, 3)
-    behind = background[slices_in(window, background_origin)].reshape(-1, 3)
-    return fit_window(picture, np.ascontiguousarray(behind), window, camera, appearance, start)
+    window, pixels, behind = cut
+    return fit_window(pixels, behind, window, camera, appearance, start)
 
 
-def window_for(
-    model: StoneModel,
-    camera: Camera,
-    start: Floats,
+def cut_out(
+    frame: Frame,
+    background: Floats,
     background_origin: tuple[int, int],
-    shape: tuple[int, ...],
-) -> PixelWindow | None:
-    """The pixels that a stone at `start` is fitted to; see `measure`."""
-    window = window_at(camera, model.extent_px(camera, start[:2]), MARGIN_PX)
+    camera: Camera,
+    appearance: Appearance,
+    start: Floats,
+) -> tuple[PixelWindow, Floats, Floats] | None:
+    """The window that a stone at `start` is fitted in, its pixels and its background.
+
+    Parameters
+    ----------
+    as of `measure`
+
+    Returns
+    -------
+    window; (n, 3) channels of the frame; (n, 3) channels of the background. None where nothing of
+    the stone is in the image
+    """
+    window = window_at(camera, appearance.model.extent_px(camera, start[:2]), MARGIN_PX)
+    if window is not None:
+        window = _inside(window, camera, background_origin, background.shape)
     if window is None:
         return None
-    return _inside(window, camera, background_origin, shape)
-
-
-def slices_in(window: PixelWindow, origin: tuple[int, int]) -> tuple[slice, slice]:
-    """Rows and columns of a window in an array that begins at a pixel."""
     rows, columns = window.slices
-    u, v = origin
-    return slice(rows.start - v, rows.stop - v), slice(columns.start - u, columns.stop - u)
+    left, top = background_origin
+    part = background[
+        rows.start - top : rows.stop - top, columns.start - left : columns.stop - left
+    ]
+    return (
+        window,
+        channels_of(frame[window.slices]).reshape(-1, 3),
+        np.ascontiguousarray(part.reshape(-1, 3)),
+    )
 
 
 def fit_window(

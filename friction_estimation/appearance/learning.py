@@ -26,8 +26,9 @@ from friction_estimation.appearance.crops import (
 )
 from friction_estimation.appearance.fit import Appearance
 from friction_estimation.appearance.handle import find_handle, fit_headings
-from friction_estimation.appearance.model import PARTS, StoneModel
+from friction_estimation.appearance.model import StoneModel
 from friction_estimation.appearance.profile import refine_profile
+from friction_estimation.appearance.shape import PARTS
 
 SHADOW_TRIED = 0.1
 REFINEMENTS = ((3, 8), (2, 8), (1, 20))

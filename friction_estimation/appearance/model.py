@@ -18,11 +18,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from curling_env.typing import Floats
+from friction_estimation.appearance.shape import SHAPE_PARAMETERS
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens_formula import CIRCLE_POINTS
 
-PARTS = ("foot", "side", "bevel", "top", "handle")
-"""The parts of a stone that have a colour of their own, from the ice up."""
 CIRCLE = np.array(
     [(np.cos(a), np.sin(a)) for a in np.linspace(0, 2 * np.pi, CIRCLE_POINTS, endpoint=False)]
 )
@@ -127,36 +126,6 @@ class StoneModel:
                 (self.radius - self.bevel_inset, self.height),
             ]
         )
-
-
-SHAPE_PARAMETERS = (
-    "radius",
-    "height",
-    "foot_inset",
-    "foot_height",
-    "bevel_height",
-    "bevel_inset",
-    "handle_rise",
-    "handle_back",
-    "handle_front",
-    "handle_width",
-    "blur_px",
-    "colour_blur_px",
-    "shadow_x",
-    "shadow_y",
-    "shadow_radius",
-    "shadow_blur",
-    "shadow",
-    "handle_depth",
-    "roundness",
-    "contact",
-    "contact_reach",
-    "mirror",
-    "collar_radius",
-    "collar_rise",
-    "foot_roundness",
-    "neck_length",
-)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -13,10 +13,8 @@ from friction_estimation.appearance.fit import (
     MARGIN_PX,
     Appearance,
     StoneFit,
-    channels_of,
+    cut_out,
     fit_window,
-    slices_in,
-    window_for,
 )
 from friction_estimation.appearance.model import PixelWindow
 from friction_estimation.camera.camera import Camera
@@ -68,11 +66,10 @@ def measure_occluded(
     -------
     None where nothing of it is in the image, or too much of it is hidden
     """
-    window = window_for(appearance.model, camera, start, background_origin, background.shape)
-    if window is None:
+    cut = cut_out(frame, background, background_origin, camera, appearance, start)
+    if cut is None:
         return None
-    picture = channels_of(frame[window.slices]).reshape(-1, 3)
-    behind = np.ascontiguousarray(background[slices_in(window, background_origin)].reshape(-1, 3))
+    window, picture, behind = cut
     hidden = np.zeros(len(picture), dtype=bool)
     distance = _distance(camera, start)
     for other in sorted(others, key=lambda other: -_distance(camera, other.pose)):

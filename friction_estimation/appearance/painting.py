@@ -6,24 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.typing import Floats
-from friction_estimation.appearance import kernels
-from friction_estimation.appearance.kernels import (
-    FINE,
-    PLANES,
-    blur,
-    colour_planes,
-    paint_body,
-    paint_handle,
-    paint_shade,
-)
-from friction_estimation.appearance.model import SHAPE_PARAMETERS, PixelWindow
+from friction_estimation.appearance import picture_kernels
+from friction_estimation.appearance.model import PixelWindow
+from friction_estimation.appearance.paint_kernels import paint_body, paint_handle, paint_shade
+from friction_estimation.appearance.picture_kernels import blur, colour_planes
+from friction_estimation.appearance.shape import BLUR_PX, COLOUR_BLUR_PX, FINE, HANDLE, PLANES
 
 Planes = NDArray[np.float32]
 """Pictures are single: what they hold is known to a tenth of a grey level at best."""
 
-HANDLE = PLANES - 2
-"""The plane of the handle."""
-BLUR, COLOUR_BLUR = SHAPE_PARAMETERS.index("blur_px"), SHAPE_PARAMETERS.index("colour_blur_px")
 SHARP, SOFT = slice(0, 2), slice(2, 5)
 """Tinted planes that the camera sees as sharply as brightness, and as it sees colour."""
 
@@ -95,7 +86,7 @@ def blurred(
     """Tinted planes as the camera sees them, (5, 3, rows, columns): values and slopes by shift."""
     rows, columns = window.shape
     out = np.empty((5, 3, rows, columns), dtype=np.float32)
-    for planes, parameter in ((SHARP, BLUR), (SOFT, COLOUR_BLUR)):
+    for planes, parameter in ((SHARP, BLUR_PX), (SOFT, COLOUR_BLUR_PX)):
         blur(light[planes], rows, columns, shape[parameter], *shift_px, sloped, out[planes])
     return out
 
@@ -109,7 +100,7 @@ def composite_change(seen: Planes, behind: Planes) -> Planes:
     behind : (3, rows, columns) channels of the ice
     """
     added = np.empty_like(behind)
-    kernels.composite_change(seen, behind, added)
+    picture_kernels.composite_change(seen, behind, added)
     return added
 
 
@@ -125,7 +116,7 @@ def shares(window: PixelWindow, shape: Floats, pose: Floats, *, with_handle: boo
     planes[[0, 1, 2, 3, 5]] *= 1 - planes[HANDLE]
     out = np.empty((2, rows * columns, PLANES), dtype=np.float32)
     seen = np.empty((PLANES, 3, rows, columns), dtype=np.float32)
-    for channel, parameter in enumerate((BLUR, COLOUR_BLUR)):
+    for channel, parameter in enumerate((BLUR_PX, COLOUR_BLUR_PX)):
         blur(planes, rows, columns, shape[parameter], 0.0, 0.0, False, seen)
         out[channel] = seen[:, 0].reshape(PLANES, -1).T
     return out

@@ -15,12 +15,9 @@ from friction_estimation.appearance.crops import (
     total_misfit,
 )
 from friction_estimation.appearance.fit import PIXEL_CORRELATION, Appearance
-from friction_estimation.appearance.kernels import blur, normal_equations
-from friction_estimation.appearance.model import PARTS, SHAPE_PARAMETERS, PixelWindow, StoneModel
+from friction_estimation.appearance.fit_kernels import normal_equations
+from friction_estimation.appearance.model import PixelWindow, StoneModel
 from friction_estimation.appearance.painting import (
-    BLUR,
-    COLOUR_BLUR,
-    HANDLE,
     Planes,
     blurred,
     coloured,
@@ -28,6 +25,14 @@ from friction_estimation.appearance.painting import (
     painted,
     shade_anew,
     turn_handle,
+)
+from friction_estimation.appearance.picture_kernels import blur
+from friction_estimation.appearance.shape import (
+    BLUR_PX,
+    COLOUR_BLUR_PX,
+    HANDLE,
+    PARTS,
+    SHAPE_PARAMETERS,
 )
 
 SHAPE_SPREAD = {
@@ -270,7 +275,7 @@ def _linearised(
     of_parts = np.empty((parts, 3, rows, columns), dtype=np.float32)
     for channel in range(3):
         if channel < 2:
-            sigma = shape[BLUR if channel == 0 else COLOUR_BLUR]
+            sigma = shape[BLUR_PX if channel == 0 else COLOUR_BLUR_PX]
             blur(visible[:parts], rows, columns, sigma, 0.0, 0.0, False, of_parts)
         at = len(index) + 3 * np.arange(parts) + channel
         jacobian[at, channel] = of_parts[:, 0] / noise[channel]

@@ -1,0 +1,361 @@
+"""Compiled painting of a stone: how much of every fine pixel each of its parts covers.
+
+The body is a stack of cones, of which the line of sight of a pixel is compared with every one; the
+handle is a bar and a round base, cut into level slices.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from curling_env.physics.compiled import compiled
+from friction_estimation.appearance.shape import (
+    BEVEL,
+    BEVEL_HEIGHT,
+    BEVEL_INSET,
+    COLLAR_RADIUS,
+    COLLAR_RISE,
+    CONTACT,
+    CONTACT_REACH,
+    FINE,
+    FOOT,
+    FOOT_HEIGHT,
+    FOOT_INSET,
+    FOOT_ROUNDNESS,
+    HANDLE_BACK,
+    HANDLE_DEPTH,
+    HANDLE_FRONT,
+    HANDLE_RISE,
+    HANDLE_WIDTH,
+    HEIGHT,
+    MIRROR,
+    NECK_LENGTH,
+    RADIUS,
+    ROUNDNESS,
+    SHADE,
+    SHADOW,
+    SHADOW_BLUR,
+    SHADOW_RADIUS,
+    SHADOW_X,
+    SHADOW_Y,
+    SIDE,
+    SUMS_IN_ANY_ORDER,
+    TOP,
+)
+
+FOOT_STRIPS = 5
+BEVEL_STRIPS = 5
+NODES = FOOT_STRIPS + BEVEL_STRIPS + 2
+"""Circles that bound the cones of which the body is made: foot, side and bevel."""
+GRIP_LEVELS = 4
+NECK_LEVELS = 2
+MIRROR_NODES = 5
+NORMAL_MIRROR = 0.02
+"""Share of upright light that water ice mirrors (Schlick's form of Fresnel's law)."""
+
+
+@compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
+def _ramp(distance):
+    """The share of a fine pixel inside an edge at a signed distance [fine pixels]."""
+    return min(max(0.5 - distance, 0.0), 1.0)
+
+
+@compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
+def _outline(shape, nodes, turned):
+    """Fill in the outline of the body.
+
+    Parameters
+    ----------
+    shape : (26,) see `shape.SHAPE_PARAMETERS`
+    nodes : (NODES, 2) height and radius of the circles that bound its cones [m]
+    turned : (NODES,) how far each cone is turned from upright, 0 to 1 within foot and bevel
+    """
+    radius, height = shape[RADIUS], shape[HEIGHT]
+    foot_inset, foot_height = shape[FOOT_INSET], shape[FOOT_HEIGHT]
+    bevel_height, bevel_inset = shape[BEVEL_HEIGHT], shape[BEVEL_INSET]
+    roundness, foot_roundness = shape[ROUNDNESS], shape[FOOT_ROUNDNESS]
+    # Foot and bevel are quarters of superellipses, cut at equal angles.
+    for k in range(FOOT_STRIPS + 1):
+        angle = 0.5 * math.pi * k / FOOT_STRIPS
+        cosine, sine = max(math.cos(angle), 0.0), math.sin(angle)
+        nodes[k, 0] = foot_height * (1 - cosine ** (2 / foot_roundness))
+        nodes[k, 1] = radius - foot_inset * (1 - sine ** (2 / foot_roundness))
+    for k in range(BEVEL_STRIPS + 1):
+        angle = 0.5 * math.pi * k / BEVEL_STRIPS
+        cosine, sine = max(math.cos(angle), 0.0), math.sin(angle)
+        i = FOOT_STRIPS + 1 + k
+        nodes[i, 0] = height - bevel_height * (1 - sine ** (2 / roundness))
+        nodes[i, 1] = radius - bevel_inset * (1 - cosine ** (2 / roundness))
+    # The more a cone is turned, the more it has the colour of foot or bevel; the most turned one
+    # has all of it.
+    for first, last in ((0, FOOT_STRIPS), (FOOT_STRIPS + 1, NODES - 1)):
+        most = 1e-12
+        for k in range(first, last):
+            outward, upward = nodes[k + 1, 1] - nodes[k, 1], nodes[k + 1, 0] - nodes[k, 0]
+            turned[k] = abs(outward) / (math.hypot(outward, upward) + 1e-12)
+            most = max(most, turned[k])
+        for k in range(first, last):
+            turned[k] /= most
+    turned[FOOT_STRIPS] = 0.0
+
+
+@compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
+def _px_per_metre(dx, dy, z, scale):
+    """Pixels per metre in a direction (dx, dy) at a height, from a window's scale."""
+    length = math.sqrt(dx * dx + dy * dy) + 1e-12
+    gu = dx * (scale[0, 0, 0] + z * scale[1, 0, 0]) + dy * (scale[0, 1, 0] + z * scale[1, 1, 0])
+    gv = dx * (scale[0, 0, 1] + z * scale[1, 0, 1]) + dy * (scale[0, 1, 1] + z * scale[1, 1, 1])
+    return length / math.sqrt(gu * gu + gv * gv)
+
+
+@compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
+def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
+    """Paint the body: how much of every fine pixel each of its parts covers.
+
+    Parameters
+    ----------
+    x, y : place of the stone, sheet frame [m]
+    shape : (26,) see `shape.SHAPE_PARAMETERS`
+    ray_xy, ray_slope, scale, rows, columns : of a `PixelWindow`
+    planes : (6, rows·FINE, columns·FINE), of which foot, side, bevel and top are filled. What the
+        ice mirrors of the body counts as foot and side
+    """
+    radius, height = shape[RADIUS], shape[HEIGHT]
+    nodes, turned, slopes = np.empty((NODES, 2)), np.zeros(NODES), np.zeros(NODES)
+    _outline(shape, nodes, turned)
+    for k in range(NODES - 1):
+        rise = nodes[k + 1, 0] - nodes[k, 0]
+        slopes[k] = (nodes[k + 1, 1] - nodes[k, 1]) / rise if rise > 1e-9 else 0.0
+    widest = np.abs(scale[0]).max() + height * np.abs(scale[1]).max()
+    reach = radius + widest
+    top_z, top_r = nodes[NODES - 1, 0], nodes[NODES - 1, 1]
+    surely_top = max(top_r - 2 * widest, 0.0)
+    values = np.empty(NODES)
+    for row in range(rows):
+        below = min(row, rows - 2)
+        for column in range(columns):
+            right = min(column, columns - 2)
+            a = below * columns + right
+            i0, j0 = row * FINE, column * FINE
+            lx, ly = ray_slope[row * columns + column, 0], ray_slope[row * columns + column, 1]
+            fx, fy = ray_xy[row * columns + column, 0] - x, ray_xy[row * columns + column, 1] - y
+            # Most pixels are all top or all ice and need no closer look.
+            ox, oy = fx + top_z * lx, fy + top_z * ly
+            whole = 1.0 if ox * ox + oy * oy < surely_top * surely_top else 0.0
+            c2 = lx * lx + ly * ly
+            c1 = fx * lx + fy * ly
+            z = min(max(-c1 / (c2 + 1e-12), -height), height)
+            away = fx * fx + fy * fy + z * (2 * c1 + z * c2)
+            if whole > 0.0 or away > (reach + 3 * widest) ** 2:
+                for m in range(FINE):
+                    for n in range(FINE):
+                        planes[FOOT, i0 + m, j0 + n] = 0.0
+                        planes[SIDE, i0 + m, j0 + n] = 0.0
+                        planes[BEVEL, i0 + m, j0 + n] = 0.0
+                        planes[TOP, i0 + m, j0 + n] = whole
+                continue
+            for m in range(FINE):
+                down = row + (m + 0.5) / FINE - 0.5 - below
+                for n in range(FINE):
+                    i, j = i0 + m, j0 + n
+                    along = column + (n + 0.5) / FINE - 0.5 - right
+                    fx = ray_xy[a, 0] + along * (ray_xy[a + 1, 0] - ray_xy[a, 0])
+                    fx += down * (ray_xy[a + columns, 0] - ray_xy[a, 0]) - x
+                    fy = ray_xy[a, 1] + along * (ray_xy[a + 1, 1] - ray_xy[a, 1])
+                    fy += down * (ray_xy[a + columns, 1] - ray_xy[a, 1]) - y
+                    c0, c1 = fx * fx + fy * fy, fx * lx + fy * ly
+                    for k in range(TOP + 1):
+                        planes[k, i, j] = 0.0
+                    # Where the ray comes nearest to the stone's axis, within its height.
+                    z = min(max(-c1 / (c2 + 1e-12), 0.0), height)
+                    cover, seen = 0.0, -1
+                    if c0 + z * (2 * c1 + z * c2) < reach * reach:
+                        for k in range(NODES):
+                            z, r = nodes[k, 0], nodes[k, 1]
+                            values[k] = c0 + z * (2 * c1 + z * c2) - r * r
+                        nearest, z_nearest, r_nearest, strip = 1e18, 0.0, 1.0, 0
+                        seen = NODES - 1 if values[NODES - 1] <= 0 else -1
+                        for k in range(NODES - 2, -1, -1):
+                            rise = nodes[k + 1, 0] - nodes[k, 0]
+                            least, at = values[k], 0.0
+                            if values[k + 1] < least:
+                                least, at = values[k + 1], 1.0
+                            if rise > 1e-9:
+                                second = c2 - slopes[k] * slopes[k]
+                                first = c1 + c2 * nodes[k, 0] - slopes[k] * nodes[k, 1]
+                                if second > 0 and first < 0 and -first < second * rise:
+                                    at = -first / second
+                                    least = values[k] + first * at
+                                    at /= rise
+                            if seen < 0 and least <= 0:
+                                seen = k
+                            r = nodes[k, 1] + at * (nodes[k + 1, 1] - nodes[k, 1])
+                            if least < nearest * r:
+                                nearest, r_nearest, strip = least / r, r, k
+                                z_nearest = nodes[k, 0] + at * rise
+                        dx, dy = fx + z_nearest * lx, fy + z_nearest * ly
+                        rho = math.sqrt(max(nearest * r_nearest + r_nearest * r_nearest, 0.0))
+                        distance = (rho - r_nearest) * _px_per_metre(dx, dy, z_nearest, scale)
+                        cover = _ramp(distance * FINE)
+                        if seen < 0:
+                            seen = strip
+                    if cover > 0:
+                        ox, oy = fx + top_z * lx, fy + top_z * ly
+                        rho = math.sqrt(ox * ox + oy * oy)
+                        top = cover
+                        if rho > 0.2 * top_r:
+                            top *= _ramp((rho - top_r) * _px_per_metre(ox, oy, top_z, scale) * FINE)
+                        planes[TOP, i, j] = top
+                        side = cover - top
+                        strip = min(seen, NODES - 2)
+                        rounded = BEVEL if strip > FOOT_STRIPS else FOOT
+                        planes[rounded, i, j] = side * turned[strip]
+                        planes[SIDE, i, j] = side * (1 - turned[strip])
+                    if cover < 1 and shape[MIRROR] > 0.0:
+                        z = min(max(c1 / (c2 + 1e-12), 0.0), height)
+                        if c0 - z * (2 * c1 - z * c2) < (reach + 2 * widest) ** 2:
+                            image = 1e9
+                            for q in range(MIRROR_NODES):
+                                k = q * (NODES - 1) // (MIRROR_NODES - 1)
+                                z = nodes[k, 0]
+                                dx, dy = fx - z * lx, fy - z * ly
+                                distance = math.sqrt(dx * dx + dy * dy) - nodes[k, 1]
+                                image = min(image, distance * _px_per_metre(dx, dy, -z, scale))
+                            if image < 1.0:  # the pebble spreads the mirror image
+                                steep = 1.0 - 1.0 / math.sqrt(1.0 + c2)
+                                share = NORMAL_MIRROR + (1.0 - NORMAL_MIRROR) * steep**5
+                                share *= shape[MIRROR] * (1 - cover) * _ramp(0.5 * image)
+                                planes[FOOT, i, j] += 0.5 * share
+                                planes[SIDE, i, j] += 0.5 * share
+
+
+@compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
+def paint_shade(x, y, shape, ray_xy, rows, columns, planes):
+    """Paint the light that the ice loses in every fine pixel where it is seen beside the body.
+
+    Parameters
+    ----------
+    x, y, shape, ray_xy, rows, columns : as of `paint_body`
+    planes : painted by `paint_body`; the last one, `shape.SHADE`, is filled
+    """
+    contact_from = shape[RADIUS] - 0.5 * shape[FOOT_INSET]
+    contact_ends = contact_from + 3.0 * shape[CONTACT_REACH]
+    shadow_ends = shape[SHADOW_RADIUS] + 3.0 * shape[SHADOW_BLUR]
+    for i in range(rows * FINE):
+        below = min(i // FINE, rows - 2)
+        down = (i + 0.5) / FINE - 0.5 - below
+        for j in range(columns * FINE):
+            planes[SHADE, i, j] = 0.0
+            bare = (
+                1.0
+                - planes[FOOT, i, j]
+                - planes[SIDE, i, j]
+                - planes[BEVEL, i, j]
+                - planes[TOP, i, j]
+            )
+            if bare < 1e-6:
+                continue
+            right = min(j // FINE, columns - 2)
+            along = (j + 0.5) / FINE - 0.5 - right
+            a = below * columns + right
+            fx = ray_xy[a, 0] + along * (ray_xy[a + 1, 0] - ray_xy[a, 0])
+            fx += down * (ray_xy[a + columns, 0] - ray_xy[a, 0]) - x
+            fy = ray_xy[a, 1] + along * (ray_xy[a + 1, 1] - ray_xy[a, 1])
+            fy += down * (ray_xy[a + columns, 1] - ray_xy[a, 1]) - y
+            light, square = 1.0, fx * fx + fy * fy
+            if square < contact_ends * contact_ends:
+                gap = max(math.sqrt(square) - contact_from, 0.0) / shape[CONTACT_REACH]
+                light -= shape[CONTACT] * math.exp(-gap * gap)
+            dx, dy = fx - shape[SHADOW_X], fy - shape[SHADOW_Y]
+            square = dx * dx + dy * dy
+            if square < shadow_ends * shadow_ends:
+                distance = math.sqrt(square) - shape[SHADOW_RADIUS]
+                light *= 1 - shape[SHADOW] * 0.5 * math.erfc(
+                    distance / shape[SHADOW_BLUR] * math.sqrt(0.5)
+                )
+            planes[SHADE, i, j] = bare * (1 - light)
+
+
+@compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
+def paint_handle(x, y, theta, shape, ray_xy, ray_slope, scale, rows, columns, handle):
+    """Paint the handle: the share of every fine pixel that it covers.
+
+    Parameters
+    ----------
+    x, y, shape, ray_xy, ray_slope, scale, rows, columns : as of `paint_body`
+    theta : heading of the stone [rad]
+    handle : (rows·FINE, columns·FINE), filled
+    """
+    height = shape[HEIGHT]
+    handle_z = height + shape[HANDLE_RISE]
+    cosine, sine = math.cos(theta), math.sin(theta)
+    widest = np.abs(scale[0]).max() + handle_z * np.abs(scale[1]).max()
+    back = shape[HANDLE_BACK]
+    longest = max(shape[HANDLE_FRONT], back + shape[NECK_LENGTH])
+    half_width, play = 0.5 * shape[HANDLE_WIDTH], 2 * widest
+    collar, rise = shape[COLLAR_RADIUS] + widest, shape[COLLAR_RISE]
+    for row in range(rows):
+        below = min(row, rows - 2)
+        for column in range(columns):
+            right = min(column, columns - 2)
+            a = below * columns + right
+            i0, j0 = row * FINE, column * FINE
+            lx, ly = ray_slope[row * columns + column, 0], ray_slope[row * columns + column, 1]
+            fx = ray_xy[row * columns + column, 0] - x + height * lx
+            fy = ray_xy[row * columns + column, 1] - y + height * ly
+            # Does the ray pass near the bar or the collar, between top and handle?
+            forward, aside = cosine * fx + sine * fy, cosine * fy - sine * fx
+            ahead, beside = (
+                shape[HANDLE_RISE] * (cosine * lx + sine * ly),
+                shape[HANDLE_RISE] * (cosine * ly - sine * lx),
+            )
+            by_bar = (
+                aside + min(beside, 0.0) < half_width + play
+                and aside + max(beside, 0.0) > -half_width - play
+                and forward + min(ahead, 0.0) < longest + play
+                and forward + max(ahead, 0.0) > back - play
+            )
+            near = collar + widest + rise * (abs(lx) + abs(ly))
+            by_collar = fx * fx + fy * fy < near * near
+            if not by_bar and not by_collar:
+                for m in range(FINE):
+                    for n in range(FINE):
+                        handle[i0 + m, j0 + n] = 0.0
+                continue
+            for m in range(FINE):
+                down = row + (m + 0.5) / FINE - 0.5 - below
+                for n in range(FINE):
+                    along = column + (n + 0.5) / FINE - 0.5 - right
+                    fx = ray_xy[a, 0] + along * (ray_xy[a + 1, 0] - ray_xy[a, 0])
+                    fx += down * (ray_xy[a + columns, 0] - ray_xy[a, 0]) - x
+                    fy = ray_xy[a, 1] + along * (ray_xy[a + 1, 1] - ray_xy[a, 1])
+                    fy += down * (ray_xy[a + columns, 1] - ray_xy[a, 1]) - y
+                    share = 0.0
+                    for k in range(3 if by_collar else 0):
+                        z = height + 0.5 * k * rise
+                        dx, dy = fx + z * lx, fy + z * ly
+                        square = dx * dx + dy * dy
+                        if square < collar * collar:
+                            distance = math.sqrt(square) - shape[COLLAR_RADIUS]
+                            distance *= _px_per_metre(dx, dy, z, scale) * FINE
+                            share = max(share, _ramp(distance))
+                    for k in range(GRIP_LEVELS + NECK_LEVELS if by_bar else 0):
+                        if share >= 1.0:
+                            break
+                        front = shape[HANDLE_FRONT]
+                        z = handle_z - shape[HANDLE_DEPTH] * k / (GRIP_LEVELS - 1)
+                        if k >= GRIP_LEVELS:
+                            front = back + shape[NECK_LENGTH]
+                            up = (k - GRIP_LEVELS + 0.5) / NECK_LEVELS
+                            z = height + max(shape[HANDLE_RISE] - shape[HANDLE_DEPTH], 0.0) * up
+                        dx, dy = fx + z * lx, fy + z * ly
+                        forward, aside = cosine * dx + sine * dy, -sine * dx + cosine * dy
+                        ahead = abs(forward - 0.5 * (back + front)) - 0.5 * (front - back)
+                        beside = abs(aside) - half_width
+                        if ahead < widest and beside < widest:
+                            ahead *= _px_per_metre(cosine, sine, z, scale) * FINE
+                            beside *= _px_per_metre(-sine, cosine, z, scale) * FINE
+                            share = max(share, _ramp(ahead) * _ramp(beside))
+                    handle[i0 + m, j0 + n] = share
