@@ -1,4 +1,4 @@
-"""How fast films are tracked; one core, decoding included."""
+"""How fast films are tracked, on one core and including decoding."""
 
 from __future__ import annotations
 
@@ -20,14 +20,12 @@ from friction_estimation.tracking.overlay import write_overlay
 
 SIZE = (1920, 1080)
 FPS = 50.0
-WEIGHT = 2.15
-"""Speed of a draw [m/s]: what a camera films most of the time."""
-REPEATS = 1
-"""A film takes long enough to tell."""
+DRAW_SPEED = 2.15
+"""Speed of a draw at the hog line [m/s], the throw that is filmed most."""
 
 
 def measures() -> Iterator[Measure]:
-    """Frames a second of a draw in 1080p50 from behind the sheet, which is rendered first."""
+    """Frames per second for a draw in 1080p50 from behind the sheet, which is rendered first."""
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
     try:
@@ -39,7 +37,7 @@ def measures() -> Iterator[Measure]:
 
 def _tracking(folder: Path) -> Iterator[Measure]:
     thrown = slide(
-        load_ice("standard"), Throw(speed=WEIGHT, angle=-0.02, spin=1.5).release(), fps=2 * FPS
+        load_ice("standard"), Throw(speed=DRAW_SPEED, angle=-0.02, spin=1.5).release(), fps=2 * FPS
     )
     assert thrown.trajectory is not None  # a rate was given
     spec = FilmSpec(camera="end", size=SIZE, fps=FPS, people=False)
@@ -48,29 +46,30 @@ def _tracking(folder: Path) -> Iterator[Measure]:
 
     found = track_film(film, scene)  # also compiles
 
-    loops: list[float] = []  # processor time at which each frame loop began
+    frames_begun: list[float] = []  # processor times at which the first frame was followed
 
-    def mark(_what: str, done: float, _total: float = 1.0, /) -> None:
+    def note_begin(_what: str, done: float, _total: float = 1.0, /) -> None:
         if not done:
-            loops.append(time.process_time())
+            frames_begun.append(time.process_time())
 
     learning, looping = 0.0, 0.0
 
     def track() -> int:
         nonlocal learning, looping
         begun = time.process_time()
-        count = track_film(film, scene, progress=mark).frame_count
-        learning, looping = loops[-1] - begun, (time.process_time() - loops[-1]) / count
+        count = track_film(film, scene, progress=note_begin).frame_count
+        learning = frames_begun[-1] - begun
+        looping = (time.process_time() - frames_begun[-1]) / count
         return count
 
     def draw() -> int:
         write_overlay(film, scene, found, folder / "overlay.mp4")
         return found.frame_count
 
-    tracked = rate(track, repeats=REPEATS, warm=True)
-    drawn = rate(draw, repeats=REPEATS, warm=True)
+    tracked = rate(track, repeats=1, warm=True)
+    drawn = rate(draw, repeats=1, warm=True)
     yield Measure(name="track_frames_per_s", value=tracked, unit="frames/s")
-    # All but the frames themselves is done once a film, however long it is.
+    # Learning is done once per film, however long the film is.
     yield Measure(name="track_frame_loop_per_s", value=1 / looping, unit="frames/s")
     yield Measure(name="track_learning_s", value=learning, unit="s")
     yield Measure(

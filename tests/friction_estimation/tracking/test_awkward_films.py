@@ -1,4 +1,4 @@
-"""Films as people bring them: what can be put right is, and the rest is refused in one line.
+"""Difficult films: what can be corrected is, and the rest is refused in one line.
 
 The spoilt films are made from one that is clean, so that what the fault costs is seen.
 """
@@ -23,7 +23,7 @@ SIZE = (960, 540)
 
 @pytest.fixture(scope="module")
 def clean():
-    """Frames of a throw on slow ice before the gantry camera, where the stone truly was, scene."""
+    """Frames of a throw on slow ice seen from the gantry, the true path, and the scene."""
     ice = Ice.uniform(0.02)
     path = slide(ice, Throw(speed=1.5, angle=0.02, spin=1.2).release(), fps=120).trajectory
     assert path is not None
@@ -74,7 +74,7 @@ def flickering(frames):
 
 
 def bands_running_over_the_picture(frames):
-    """Lamps that pulse while a camera reads its rows, here at a little over the frame rate."""
+    """Lamps that flicker while the camera reads its rows, slightly faster than the frame rate."""
     rows = np.arange(SIZE[1])[:, None, None] / SIZE[1]
     return [
         np.clip(f * (1 + 0.06 * np.sin(1.3 * i + 7.5 * rows)), 0, 255).astype(np.uint8)
@@ -90,7 +90,7 @@ def half_the_lights_out(frames):
 
 @pytest.fixture(scope="module")
 def undisturbed(clean, tmp_path_factory):
-    """The error where nothing is wrong with the film [m]."""
+    """The error on the film without a fault [m]."""
     rms, share = error(clean, clean[0], tmp_path_factory.mktemp("clean") / "film.mp4")
     assert rms < 0.015
     assert share > 0.97
@@ -101,7 +101,7 @@ def undisturbed(clean, tmp_path_factory):
 @pytest.mark.parametrize(
     "fault", [swaying, knocked, flickering, bands_running_over_the_picture, half_the_lights_out]
 )
-def test_faults_that_can_be_put_right_cost_a_few_millimetres(clean, undisturbed, tmp_path, fault):
+def test_faults_that_can_be_corrected_cost_a_few_millimetres(clean, undisturbed, tmp_path, fault):
     rms, share = error(clean, fault(clean[0]), tmp_path / "film.mp4")
     assert rms < undisturbed + 0.004
     assert share > 0.97
@@ -114,7 +114,7 @@ def test_ten_frames_a_second_are_enough(clean, undisturbed, tmp_path):
     assert share > 0.95
 
 
-def test_frames_that_were_sent_twice_do_not_pull_the_track_back(clean, undisturbed, tmp_path):
+def test_repeated_frames_do_not_pull_the_track_back(clean, undisturbed, tmp_path):
     """At 1.5 m/s a repeated frame shows the stone 75 mm behind where it is."""
     frames = [clean[0][i - (i % 5 == 4)] for i in range(len(clean[0]))]
     rms, _ = error(clean, frames, tmp_path / "film.mp4")
@@ -128,7 +128,7 @@ def test_frames_that_were_sent_twice_do_not_pull_the_track_back(clean, undisturb
         (lambda f, i, n: shifted(f, 0, 0, 1.05 if i > n // 2 else 1.0), "zoomed by +5."),
     ],
 )
-def test_a_camera_that_moves_is_refused_with_the_moment(clean, tmp_path, fault, words):
+def test_a_moving_camera_is_refused_with_the_time(clean, tmp_path, fault, words):
     frames, _, scene = clean
     spoilt = [fault(frame, i, len(frames)) for i, frame in enumerate(frames)]
     write_film(tmp_path / "film.mp4", spoilt, FPS)
@@ -138,7 +138,7 @@ def test_a_camera_that_moves_is_refused_with_the_moment(clean, tmp_path, fault, 
     assert "film.mp4, at " in str(refused.value)
 
 
-def test_another_view_is_told_from_people_before_the_same_one():
+def test_another_view_is_distinguished_from_people_in_front_of_the_same_one():
     rng = np.random.default_rng(2)
     hall, other = (
         cv2.resize(rng.integers(0, 256, (34, 60, 3), dtype=np.uint8), (480, 272)) for _ in range(2)
@@ -151,8 +151,8 @@ def test_another_view_is_told_from_people_before_the_same_one():
         stabiliser_for([*same[:5], *((t, other) for t, _ in same[5:])], "film.mp4")
 
 
-def test_people_who_leave_bare_ice_are_not_a_camera_that_moved():
-    """What stands out best in the first frame walks away; two thin lines stay, or do not."""
+def test_people_who_walk_away_are_not_taken_for_a_moving_camera():
+    """What stands out most in the first frame walks away; two thin lines stay, or do not."""
     rng = np.random.default_rng(3)
 
     def view(*, crowd, moved=0):
@@ -172,8 +172,8 @@ def test_people_who_leave_bare_ice_are_not_a_camera_that_moved():
         stabiliser_for([(0.0, view(crowd=True)), *moved], "film.mp4")
 
 
-def test_of_a_picture_with_hardly_a_mark_nothing_is_said():
-    """A bright block that moves over a bare field: no camera moves for that."""
+def test_a_picture_with_hardly_any_detail_is_not_taken_for_a_moving_camera():
+    """A bright block moves over a bare field."""
     frames = []
     for i in range(20):
         frame = np.full((270, 480, 3), 230, dtype=np.uint8)
@@ -182,7 +182,7 @@ def test_of_a_picture_with_hardly_a_mark_nothing_is_said():
     assert stabiliser_for(frames, "film.mp4") is None
 
 
-def test_a_film_with_a_corrupt_tail_gives_the_rows_before_it(clean, tmp_path):
+def test_a_film_with_a_corrupt_end_gives_the_rows_before_it(clean, tmp_path):
     frames, truth, scene = clean
     write_film(tmp_path / "whole.mp4", frames, FPS)
     content = bytearray((tmp_path / "whole.mp4").read_bytes())

@@ -1,4 +1,4 @@
-"""The height of a camera that looks straight down, from misfits that scatter."""
+"""The height of a camera that looks straight down, found from misfits that scatter."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LEAN = 1 / 6.2
 
 
 @pytest.mark.parametrize("scatter", [0.0, 5.0, 25.0])
-def test_the_lowest_place_is_found_with_an_honest_error(scatter):
+def test_the_minimum_is_found_with_an_honest_error(scatter):
     rng = np.random.default_rng(4)
     inside = []
     for _ in range(300):
@@ -28,13 +28,13 @@ def test_the_lowest_place_is_found_with_an_honest_error(scatter):
     assert np.mean(inside) > 0.9
 
 
-def test_values_that_have_no_lowest_place_say_nothing():
+def test_values_without_a_minimum_have_a_large_error():
     at, sigma = lowest_of([(x, 100 - 10 * x) for x in PLACES.tolist()])
     assert at == PLACES[-1]
     assert sigma >= np.ptp(PLACES)
 
 
-def test_a_height_in_doubt_is_in_the_error_of_places_and_grows_with_the_slant():
+def test_an_uncertain_height_adds_to_the_error_of_places_seen_at_a_slant():
     camera = Camera.looking_at(
         position=(0.0, 15.0, 6.0),
         target=(0.0, 15.0, 0.0),

@@ -1,4 +1,4 @@
-"""Cameras that see a part of the sheet: a stone that passes quickly, is cut off, or is none."""
+"""Cameras that see a part of the sheet, where a stone passes quickly or is cut off."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
 
 def errors(track, truth):
-    """Off in x and y, row by row, (n, 2) [m]."""
+    """Errors in x and y of each row, (n, 2) [m]."""
     there = np.column_stack([np.interp(track.t, truth.t, truth.xy[:, axis]) for axis in (0, 1)])
     return track.xy - there
 
 
 @pytest.mark.slow
-def test_a_stone_that_crosses_the_picture_in_a_moment_is_found(tmp_path):
-    """Thrown away from a camera over the home house: two seconds of half a minute, then cut off."""
+def test_a_stone_that_crosses_the_picture_quickly_is_found(tmp_path):
+    """A camera over the home house sees two of thirty seconds; then the stone is cut off."""
     path = slide(Ice.uniform(0.0085), Throw(speed=2.0, spin=1.2).release(), fps=60).trajectory
     spec = FilmSpec(camera="ceiling_home", size=(640, 480), people=False, fps=10.0)
     renderer = FilmRenderer(spec)
@@ -52,7 +52,7 @@ def test_a_stone_that_crosses_the_picture_in_a_moment_is_found(tmp_path):
 
 
 def sliding(path, x, texture=None):
-    """A film of what slides along a line x: a stone, or a box that is painted over it."""
+    """A film of a stone that slides along a line x, or of a box painted over it."""
     t = np.arange(0, 4.0, 1 / 48)
     way = Trajectory(t=t, xy=np.column_stack([np.full(len(t), x), 8.5 + 1.5 * t - 0.15 * t**2]))
     spec = FilmSpec(camera=CAMERA, fps=12.0, people=False, lead_in=0.2, tail=0.2, seed=4)
@@ -80,14 +80,14 @@ def known_scene():
     )
 
 
-def test_a_stone_that_is_cut_off_all_along_is_refused_in_one_line(tmp_path):
+def test_a_stone_that_is_always_cut_off_is_refused_in_one_line(tmp_path):
     edge = CAMERA.on_plane(np.array([[168.0, 189.0]]), 0.06)[0, 0]
     film = sliding(tmp_path / "film.mp4", edge)
     with pytest.raises(InputError, match=r"film\.mp4: (no thrown stone|the thrown stone is now)"):
         track_film(film, known_scene())
 
 
-def test_what_slides_but_looks_like_no_stone_is_refused(tmp_path):
+def test_something_that_slides_but_does_not_look_like_a_stone_is_refused(tmp_path):
     rng = np.random.default_rng(1)
     texture = (40 + 200 * (rng.random((8, 8, 3)) < 0.4)).astype(np.uint8)
     film = sliding(tmp_path / "film.mp4", -0.4, texture)
@@ -95,6 +95,6 @@ def test_what_slides_but_looks_like_no_stone_is_refused(tmp_path):
         track_film(film, known_scene())
 
 
-def test_the_same_way_with_a_stone_is_tracked(tmp_path):
+def test_a_stone_on_the_same_path_is_tracked(tmp_path):
     film = sliding(tmp_path / "film.mp4", -0.4)
     assert len(track_film(film, known_scene()).trajectory) > 30

@@ -1,4 +1,4 @@
-"""Long work goes on where it was interrupted, and never with what was made from something else."""
+"""Interrupted work goes on where it was, and never with tracks that were made otherwise."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def tracked_film(throw=0):
     )
 
 
-def test_what_was_kept_is_recalled_to_the_last_bit_until_all_is_done(tmp_path, film):
+def test_kept_tracks_are_read_back_to_the_last_bit_until_they_are_deleted(tmp_path, film):
     kept = track()
     kept.xy[:] += np.pi / 1e6
     key = digest(film, flow="plain")
@@ -54,7 +54,7 @@ def test_what_was_kept_is_recalled_to_the_last_bit_until_all_is_done(tmp_path, f
     assert not again.folder.exists()
 
 
-def test_another_choice_place_or_film_is_other_work(tmp_path, film):
+def test_tracks_of_another_film_or_with_other_options_are_not_used(tmp_path, film):
     out = tmp_path / "tracks.csv"
     key = digest(film, flow="plain", lens=np.zeros(5))
     Checkpoints(out).save(0, key, [track()], {})
@@ -68,7 +68,7 @@ def test_another_choice_place_or_film_is_other_work(tmp_path, film):
 
 
 @pytest.mark.parametrize("keep", [0, 100])
-def test_a_half_written_track_is_made_again(tmp_path, film, keep):
+def test_a_half_written_file_is_not_used(tmp_path, film, keep):
     work = Checkpoints(tmp_path / "tracks.csv")
     work.save(0, "key", [track()], {})
     (file,) = work.folder.iterdir()
@@ -77,7 +77,7 @@ def test_a_half_written_track_is_made_again(tmp_path, film, keep):
 
 
 def test_the_command_goes_on_after_an_interruption(curling, tmp_path, monkeypatch):
-    """The third of three films is not there at first; the two before are not tracked again."""
+    """The third of three films is missing at first; the others are not tracked again."""
     scene = tmp_path / "scene.json"
     scene.write_text(
         '{"corners_px": {"home_left": [10, 590], "home_right": [110, 590], '
@@ -111,8 +111,8 @@ def test_the_command_goes_on_after_an_interruption(curling, tmp_path, monkeypatc
     assert not any(path.suffix == ".unfinished" for path in tmp_path.iterdir())
 
 
-def test_films_of_two_cameras_go_straight_to_a_map(curling, sliding, tmp_path, monkeypatch):
-    """Each film has its scene; what was tracked before an interruption is not tracked again."""
+def test_estimate_takes_films_of_two_cameras(curling, sliding, tmp_path, monkeypatch):
+    """Each film has its scene; films tracked before an interruption are not tracked again."""
     rng = np.random.default_rng(3)
     thrown = sliding.measured_throws(sliding.uniform(0.0085), sliding.varied_starts(rng, 2), rng)
     scenes = [tmp_path / f"{name}.json" for name in "ab"]

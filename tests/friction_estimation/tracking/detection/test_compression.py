@@ -1,4 +1,4 @@
-"""A codec that leaves out small changes leaves a slow stone behind where it is."""
+"""A codec that drops small changes shows a slow stone behind its true place."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SIZE = (240, 480, 3)
 
 
 def lag(frames):
-    """What is said of frames after they have gone by, all of them."""
+    """The error that the monitor states after all frames have passed."""
     region = Background(origin_px=(0, 0), image=np.zeros(SIZE, dtype=np.float32), noise=2.0)
     compression = CompressionMonitor(region)
     passed = list(compression.watch([(k / 30, frame) for k, frame in enumerate(frames)]))
@@ -22,7 +22,7 @@ def lag(frames):
 
 
 def filmed(rng, *, kept, base=150.0):
-    """Frames in which a share of the sensor's noise is new in each."""
+    """Frames in each of which a share of the noise is new."""
     frames = [np.full(SIZE, base) + rng.normal(0, 2, SIZE)]
     for _ in range(100):
         fresh = rng.random(SIZE[:2])[..., None] < kept
@@ -30,11 +30,11 @@ def filmed(rng, *, kept, base=150.0):
     return [np.clip(np.rint(frame), 0, 255).astype(np.uint8) for frame in frames]
 
 
-def test_noise_that_is_new_in_every_frame_tells_of_no_loss():
+def test_noise_that_is_new_in_every_frame_means_no_loss():
     assert lag(filmed(np.random.default_rng(1), kept=1.0)) == 0.0
 
 
-def test_frames_that_are_copied_whole_tell_of_the_most():
+def test_frames_that_are_copied_whole_mean_the_largest_loss():
     assert lag(filmed(np.random.default_rng(2), kept=0.0)) == pytest.approx(tuning.COPIED_LAG_PX)
 
 
@@ -43,5 +43,5 @@ def test_the_more_is_copied_the_more_is_lost():
     assert 0.0 < some < more < tuning.COPIED_LAG_PX
 
 
-def test_ice_that_is_white_as_can_be_tells_nothing():
+def test_overexposed_ice_shows_nothing():
     assert lag(filmed(np.random.default_rng(4), kept=0.0, base=255.0)) == 0.0

@@ -1,4 +1,4 @@
-"""Stones in a single picture, and nobody taken for one."""
+"""Stones in a single picture are found, and no person is taken for one."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def known(club_photo):
     return camera_from_photo(club_photo.empty, marks, height=6.0)
 
 
-def test_resting_stones_are_found_and_no_player_is(club_photo, known):
+def test_stones_are_found_and_players_are_not(club_photo, known):
     found = find_stones_in_image(
         club_photo.picture, club_photo.empty, known.camera, MODEL, PAPER_SHEET
     )
@@ -37,7 +37,7 @@ def test_resting_stones_are_found_and_no_player_is(club_photo, known):
     assert all(0.002 < stone.sigma < 0.1 for stone in found)
 
 
-def test_the_empty_ice_holds_no_stone(club_photo, known):
+def test_no_stone_is_found_on_empty_ice(club_photo, known):
     rng = np.random.default_rng(5)
     again = np.clip(club_photo.empty + rng.normal(0, 2, club_photo.empty.shape), 0, 255)
     found = find_stones_in_image(
@@ -53,7 +53,7 @@ def test_pictures_of_another_size_are_refused(club_photo, known):
         )
 
 
-def test_the_command_writes_stones_that_a_plan_can_read(club_photo, known, tmp_path, capsys):
+def test_the_command_writes_stones_that_the_planner_reads(club_photo, known, tmp_path, capsys):
     from agents.planning.stones_file import read_stones
 
     paths = {name: tmp_path / name for name in ("now.png", "empty.png", "scene.json", "s.json")}

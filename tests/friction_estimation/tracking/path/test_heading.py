@@ -1,4 +1,4 @@
-"""A steady turn from pictures of which each says little, lies, or shows somebody's foot."""
+"""A heading from pictures that each show little, mislead, or show somebody's foot."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HEADINGS = np.linspace(-np.pi, np.pi, 24, endpoint=False)
 
 
 def seen(rng, truth=TRUTH, *, line=3.0, front=1.5, noise=2.0, every=5):
-    """Costs of all headings in single pictures: of the handle's line, of its front, and noise."""
+    """Misfits of all headings in single pictures: the handle's line, its front, and noise."""
     views = HeadingViews()
     for t, theta in zip(T[::every], truth[::every], strict=True):
         off = HEADINGS - theta
@@ -31,14 +31,14 @@ def seen(rng, truth=TRUTH, *, line=3.0, front=1.5, noise=2.0, every=5):
 
 
 def miss(turn, truth=TRUTH):
-    """Off the truth, but for whole turns, where it is trusted, (n,) [rad]."""
+    """Errors where the heading is trusted, but for whole revolutions, (n,) [rad]."""
     trusted = turn.trusted(T)
     off = (turn.at(T) - truth)[trusted]
     return off - 2 * np.pi * np.round(np.median(off) / (2 * np.pi))
 
 
 @pytest.mark.parametrize("direction", [1, -1])
-def test_pictures_of_which_none_tells_the_heading_tell_it_together(direction):
+def test_pictures_that_hardly_show_the_heading_show_it_together(direction):
     views = seen(np.random.default_rng(1), direction * TRUTH, noise=3.0)
     first = [HEADINGS[np.argmin(cost)] for cost in views.cost]
     wrong = np.abs(np.angle(np.exp(1j * (first - direction * TRUTH[::5])))) > 0.7
@@ -48,7 +48,7 @@ def test_pictures_of_which_none_tells_the_heading_tell_it_together(direction):
     assert np.abs(miss(turn, direction * TRUTH)).max() < 0.4
 
 
-def test_a_spin_that_follows_no_power_of_the_speed_is_followed():
+def test_a_spin_that_falls_otherwise_than_a_power_of_the_speed_is_followed():
     truth = TRUTH + 1.2 * np.sin(T / 4)
     turn = fit_heading_curve(seen(np.random.default_rng(2), truth), T, SPEED)
     assert turn.trusted(T).mean() > 0.9
@@ -65,8 +65,8 @@ def test_when_pictures_show_no_handle_there_is_no_heading(seed):
     assert fit_heading_curve(seen(np.random.default_rng(seed), line=0, front=0), T, SPEED) is None
 
 
-def test_what_a_foot_beside_the_handle_pretends_is_not_told():
-    """For five seconds all pictures show another heading, which does not turn."""
+def test_a_foot_beside_the_handle_is_not_taken_for_it():
+    """For five seconds all pictures show another heading, which stays the same."""
     rng = np.random.default_rng(4)
     views, foot = seen(rng), seen(rng, np.full(len(T), 2.0), noise=0.5)
     hidden = [8 < t < 13 for t in views.t]
@@ -79,7 +79,7 @@ def test_what_a_foot_beside_the_handle_pretends_is_not_told():
     assert np.abs(off).max() < 0.5
 
 
-def test_headings_about_a_turn_are_kept_and_others_left_out():
+def test_headings_near_the_curve_are_kept_and_others_left_out():
     rng = np.random.default_rng(6)
     moments = np.arange(0, 20, 1.5)
     turn = HeadingCurve(moments, np.interp(moments, T, TRUTH))
@@ -91,8 +91,8 @@ def test_headings_about_a_turn_are_kept_and_others_left_out():
     assert np.isfinite(found).sum() == len(T) - 10
 
 
-def test_whole_turns_are_not_counted_across_a_long_gap():
-    """It may have turned once more than it seems while it was hidden."""
+def test_revolutions_are_not_counted_across_a_long_gap():
+    """The stone may have turned once more than it seems while it was hidden."""
     moments = np.r_[np.arange(0, 7, 1.0), np.arange(10.5, 20, 1.0)]
     turn = HeadingCurve(moments, np.interp(moments, T, TRUTH) - 2 * np.pi * (moments > 8))
     found = headings_near(turn, T, np.angle(np.exp(1j * TRUTH)))
@@ -101,7 +101,7 @@ def test_whole_turns_are_not_counted_across_a_long_gap():
     assert known[T > 10.5].mean() > 0.9
 
 
-def test_a_turn_knows_another_one():
+def test_a_curve_differs_from_another_one():
     moments = np.arange(0, 20, 0.5)
     right = HeadingCurve(moments, np.interp(moments, T, TRUTH))
     assert not right.differs(HeadingCurve(moments, np.interp(moments, T, TRUTH) + 4 * np.pi))

@@ -1,4 +1,4 @@
-"""The smoother: close to the truth, honest about it, and not pulled by wild frames."""
+"""The smoother is close to the truth, has honest errors, and ignores outliers."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_the_scale_of_the_errors_is_found_from_the_data():
     assert 7 < result.scale < 14
 
 
-def test_its_standard_error_is_true():
+def test_the_standard_error_is_true():
     inside = []
     for seed in range(12):
         t, truth, measured = slide(seed=seed)
@@ -35,7 +35,7 @@ def test_its_standard_error_is_true():
     assert 0.85 < np.mean(inside) <= 1.0
 
 
-def test_wild_and_missing_frames_do_not_pull():
+def test_outliers_and_missing_frames_do_no_harm():
     t, truth, measured = slide()
     wild = np.random.default_rng(1).choice(len(t), 20, replace=False)
     measured[wild] += 0.5

@@ -1,7 +1,7 @@
-"""Films in which other stones lie on the sheet: each keeps its number, and is followed if struck.
+"""Films with other stones on the sheet: each keeps its number, and is followed if it is hit.
 
-Nothing of the films but the scene file is known to the tracker; where the stones truly were comes
-from the engine that played the throw.
+The tracker knows the film and the scene file only; the truth comes from the engine that simulated
+the throw.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ MU = 0.02
 
 
 def filmed(folder, camera, size, throw, stones, *, people=False, fps=20.0):
-    """A film of a throw among stones (x, y, theta, number), its scene, and where all of them were.
+    """A film of a throw among stones (x, y, theta, number), its scene, and the truth.
 
     Returns
     -------
-    film, scene, {number: truth} of the stones that moved, the contacts' moments [s]
+    film, scene, {number: truth} of the stones that moved, times of the contacts [s]
     """
     lying = [StoneState(x=x, y=y, theta=theta, stone=k) for x, y, theta, k in stones]
     outcome = Engine(Ice.uniform(MU)).play(throw.release(), lying, fps=240)
@@ -58,14 +58,14 @@ def filmed(folder, camera, size, throw, stones, *, people=False, fps=20.0):
 
 
 def errors(track, truth):
-    """Distance from the truth, row by row [m]."""
+    """Distance from the truth in each row [m]."""
     there = [np.interp(track.t, truth.t, truth.xy[:, axis]) for axis in range(2)]
     return np.hypot(*(track.xy.T - there))
 
 
 @pytest.fixture(scope="module")
 def hit(tmp_path_factory):
-    """A stone struck so that both go on, and one beside that nobody touches; seen from above."""
+    """A stone that is hit so that both go on, and one beside them; seen from above."""
     stones = [(0.08, -6.0, 0.3, 1), (-1.0, 2.0, 2.0, 2)]
     folder = tmp_path_factory.mktemp("hit")
     film, scene, truth, moments = filmed(
@@ -75,7 +75,7 @@ def hit(tmp_path_factory):
     return film, scene, truth, moments, track_film(film, scene)
 
 
-def test_every_stone_has_its_number_and_keeps_it(hit):
+def test_every_stone_keeps_its_number(hit):
     _, _, truth, _, found = hit
     assert [track.stone for track in found.trajectories] == [0, 1, 2]
     thrown, struck, still = found.trajectories
@@ -89,7 +89,7 @@ def test_every_stone_has_its_number_and_keeps_it(hit):
     assert len(thrown) > 0.95 * len(truth[0])
 
 
-def test_places_hold_through_the_contact(hit):
+def test_places_are_right_before_and_after_the_contact(hit):
     _, _, truth, moments, found = hit
     (moment,) = found.contacts
     assert moment == pytest.approx(moments[0], abs=0.02)
@@ -97,14 +97,14 @@ def test_places_hold_through_the_contact(hit):
     assert struck.t[0] == pytest.approx(moments[0], abs=1.5 / 20)
     assert np.sqrt(np.mean(errors(struck, truth[1]) ** 2)) < 0.012
     assert np.sqrt(np.mean(errors(thrown, truth[0]) ** 2)) < 0.012
-    # A smoother that runs across the contact rounds it off: 1.1 m/s are lost within a frame.
+    # A smoother that ran across the contact would round it off: 1.1 m/s are lost within a frame.
     about = np.abs(thrown.t - moments[0]) < 0.25
     assert about.sum() > 8
     assert errors(thrown, truth[0])[about].max() < 0.02
 
 
-def test_friction_is_read_on_either_side_of_the_contact(hit):
-    """Of the slide before it and the struck stone's after it; a fit across would be far off."""
+def test_friction_is_estimated_on_either_side_of_the_contact(hit):
+    """From the slide before it and that of the hit stone; a fit across it would be far off."""
     thrown, struck, still = hit[-1].trajectories
     found = estimate_ice([thrown, struck, still], uniform=True)
     assert found.ice.friction.mu.mean() == pytest.approx(MU, rel=0.02)
@@ -130,8 +130,8 @@ def test_the_tracks_file_tells_the_stones_apart(hit, tmp_path, curling, monkeypa
 
 
 @pytest.mark.slow
-def test_a_stone_passes_before_and_behind_others_in_a_low_view(tmp_path):
-    """Their pictures overlap; neither takes the other's place, and nothing is seen to be struck."""
+def test_a_stone_passes_in_front_of_and_behind_others_in_a_low_view(tmp_path):
+    """Their pictures overlap; none is taken for another, and none for hit."""
     stones = [(0.36, -7.0, 0.3, 1), (-0.37, -5.5, 1.0, 1)]
     film, scene, truth, moments = filmed(
         tmp_path, "end", (1280, 720), Throw(speed=1.7, spin=1.2), stones
@@ -149,8 +149,8 @@ def test_a_stone_passes_before_and_behind_others_in_a_low_view(tmp_path):
 
 
 @pytest.mark.slow
-def test_nothing_is_invented_on_a_sheet_without_other_stones(tmp_path):
-    """People stand and walk on it, and what stands still is part of the background."""
+def test_no_other_stones_are_found_where_there_are_none(tmp_path):
+    """People stand and walk on the ice; those who stand still are part of the background."""
     film, scene, truth, _ = filmed(
         tmp_path, "gantry", (960, 540), Throw(speed=1.3, spin=1.2), [], people=True
     )

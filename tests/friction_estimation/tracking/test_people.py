@@ -1,4 +1,4 @@
-"""From film to track with people about the stone, on a few seconds of a rendered film."""
+"""Tracking with people around the stone, on a few seconds of a rendered film."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from friction_estimation.tracking import track_film
 
 FPS = 12.0
 OUT_OF_HAND = 1.0
-"""By then the thrower no longer hides the stone [s]."""
+"""Time after which the thrower no longer hides the stone [s]."""
 CAMERA = Camera.looking_at(
     position=(5.5, 10.5, 5.5),
     target=(-0.1, 10.5, 0.0),
@@ -61,7 +61,7 @@ def tracked(film):
     return track_film(path, scene()), truth
 
 
-def test_people_shadow_and_mirror_image_do_not_move_the_stone(tracked):
+def test_people_shadows_and_reflections_do_not_move_the_stone(tracked):
     result, truth = tracked
     path = result.trajectory
     error = path.xy - truth.xy[result.frame]
@@ -73,7 +73,7 @@ def test_people_shadow_and_mirror_image_do_not_move_the_stone(tracked):
     assert np.sqrt(np.mean(squared[truth.t[result.frame] > OUT_OF_HAND])) < 0.011
 
 
-def test_the_stone_is_followed_and_nobody_s_head(tracked):
+def test_the_stone_is_followed_and_not_a_person(tracked):
     result, truth = tracked
     away = np.linalg.norm(result.trajectory.xy - truth.xy[result.frame], axis=1)
     assert away.max() < 0.045
