@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import inspect
 import json
 import re
@@ -17,6 +18,7 @@ from curling_env.envs.game.end_env import CurlingEndEnv
 from curling_env.envs.game.reward import GameRewardParts
 from curling_env.envs.sheet.env import CurlingSheetEnv
 from curling_env.envs.sheet.reward import RewardParts
+from curling_env.ice import load_ice
 
 DOCS = Path(__file__).parents[3] / "docs"
 PAGE = (DOCS / "environments.md").read_text(encoding="utf-8")
@@ -67,6 +69,21 @@ def test_every_part_of_the_reward_is_explained():
     said = section("CurlingEnd-v0").split("**Reward**", 1)[1].split("\n\n", 1)[0]
     for part in fields(GameRewardParts):
         assert f"`{part.name}`" in said
+
+
+@pytest.mark.parametrize("title", ["CurlingSheet-v0", "CurlingEnd-v0", "curling_v0"])
+def test_the_python_of_each_environment_runs(title, capsys):
+    if title == "curling_v0":
+        pytest.importorskip("pettingzoo")
+    names = {"ice": load_ice("standard"), "dataclasses": dataclasses}
+    blocks = re.findall(r"```python\n(.*?)```", section(title), re.DOTALL)
+    assert blocks
+    for block in blocks:
+        if "env.unwrapped.state" in block and "env.reset" not in block:  # goes on from a new end
+            names["env"].reset(seed=2)
+            names["action"] = names["env"].action_space.sample()
+        exec(block, names)
+    assert capsys.readouterr().out
 
 
 def test_pictures_are_there_and_small():
