@@ -25,19 +25,8 @@ from curling_env.sheet import HOUSE_RADIUS, RING_RADII
 TASK_GROUP = "curling.tasks"
 """The entry-point group of tasks: classes that can be made without arguments, or objects."""
 
-# What counts as done, and where goals lie. Nobody measured these: they are choices.
 DRAW_RADIUS = RING_RADII[2]
 """Largest distance from its target at which a draw is made: the 4-foot ring's radius [m]."""
-GUARD_GOAL = (0.0, -3.2)
-"""A centre guard, about 1.4 m before the house [m]."""
-GUARD_SPREAD = (0.9, 1.2)
-"""Largest distance of random guards from that place, sideways and along play [m]."""
-GUARD_LENGTH_ERROR = 1.0
-"""How much longer or shorter than asked a guard may lie [m]."""
-FREEZE_GAP = 0.15
-"""Largest gap between frozen stones, half a stone's width [m]."""
-FREEZE_PUSH = 0.3
-"""Largest distance that a freeze may push the target stone, a stone's width [m]."""
 TARGET_STONE_SPREAD = 0.9 * HOUSE_RADIUS
 """Largest distance from the tee at which random target stones lie [m]."""
 
@@ -89,8 +78,14 @@ class Task(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class DrawTask:
-    """Come to rest near a place in the house: within the 4-foot ring's radius of it."""
+    """Come to rest near a place in the house.
 
+    Parameters
+    ----------
+    radius : largest distance from the target at which the draw is made [m]
+    """
+
+    radius: float = DRAW_RADIUS
     name: str = "draw"
     has_target_stone: bool = False
     easiest_goal: tuple[float, float] = (0.0, 0.0)
@@ -106,7 +101,7 @@ class DrawTask:
 
     def is_done(self, landing: Landing) -> Any:
         """In play and near enough to the target."""
-        return landing.in_play & (landing.distance_m <= DRAW_RADIUS)
+        return landing.in_play & (landing.distance_m <= self.radius)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,19 +109,26 @@ class GuardTask:
     """Come to rest before the house, to cover what lies behind.
 
     The guard is made if the stone is in play before the house, at most a stone's width from the
-    goal sideways, and at most 1 m from it along play.
+    goal sideways, and near enough to it along play.
+
+    Parameters
+    ----------
+    length_error : how much longer or shorter than asked the guard may lie [m]
+    spread : largest distance of random goals from the easiest, sideways and along play [m]
     """
 
+    length_error: float = 1.0
+    spread: tuple[float, float] = (0.9, 1.2)
     name: str = "guard"
     has_target_stone: bool = False
-    easiest_goal: tuple[float, float] = GUARD_GOAL
+    easiest_goal: tuple[float, float] = (0.0, -3.2)
     weights: RewardWeights = field(
         default_factory=lambda: RewardWeights(in_house=-0.5, success=1.0)
     )
 
     def sample_goal(self, level: float, u: float, v: float) -> tuple[float, float]:
         """A place before the house, from centre to corner guards, long and short ones."""
-        sideways, along = GUARD_SPREAD
+        sideways, along = self.spread
         x, y = self.easiest_goal
         return x + level * sideways * (2 * u - 1), y + level * along * (2 * v - 1)
 
@@ -142,7 +144,7 @@ class GuardTask:
             & ~landing.in_house
             & (landing.stone[..., 1] < 0)
             & (off[..., 0] <= 2 * landing.stone_radius)
-            & (off[..., 1] <= GUARD_LENGTH_ERROR)
+            & (off[..., 1] <= self.length_error)
         )
 
 
@@ -187,10 +189,17 @@ class TakeoutTask:
 class FreezeTask:
     """Come to rest against the target stone, on the thrower's side of it.
 
-    The freeze is made if the stone is in play, nearer to the thrower than the target stone, with a
-    gap of at most 0.15 m between them, and the target stone was pushed by at most 0.3 m.
+    The freeze is made if the stone is in play and nearer to the thrower than the target stone, the
+    gap between them is small, and the target stone was hardly pushed.
+
+    Parameters
+    ----------
+    max_gap : largest gap between the stones, half a stone's width [m]
+    max_push : largest distance that the target stone may be pushed, a stone's width [m]
     """
 
+    max_gap: float = 0.15
+    max_push: float = 0.3
     name: str = "freeze"
     has_target_stone: bool = True
     easiest_goal: tuple[float, float] = (0.0, 0.0)
@@ -209,8 +218,8 @@ class FreezeTask:
         return (
             landing.in_play
             & (landing.stone[..., 1] < landing.target_stone[..., 1])
-            & (landing.gap <= FREEZE_GAP)
-            & (landing.pushed <= FREEZE_PUSH)
+            & (landing.gap <= self.max_gap)
+            & (landing.pushed <= self.max_push)
         )
 
 
