@@ -71,17 +71,21 @@ def main(
         now = feed.since
         if isinstance(news, TrackedClip):
             over = news.clip.clock + news.clip.frames / SPEC.fps
-            print(f"{now:6.1f} s  {news.clip.path.name}, {now - over:.1f} s after its end, "
-                  f"{news.clip.missing} frames missing: "
-                  + (_off(news, truths) if news.tracks else news.reason))  # fmt: skip
+            print(
+                f"{now:6.1f} s  {news.clip.path.name}, {now - over:.1f} s after its end, "
+                f"{news.clip.missing} frames missing: "
+                + (_off(news, truths) if news.tracks else news.reason)
+            )
         else:
             print(f"{now:6.1f} s  {news.words}")
     used = time.process_time() - used
     camera.join()
     lags = 1000 * (np.array(feed.lags) - min(feed.lags))
-    print(f"{len(lags)} frames; recording took {1000 * used / len(lags):.1f} ms of a core a frame; "
-          f"behind the camera by {np.median(lags):.0f} ms in the middle, by {lags.max():.0f} ms at "
-          "most")  # fmt: skip
+    print(
+        f"{len(lags)} frames; recording took {1000 * used / len(lags):.1f} ms of a core a frame; "
+        f"behind the camera by {np.median(lags):.0f} ms in the middle, by {lags.max():.0f} ms at "
+        "most"
+    )
 
 
 def _draw(weight: float) -> Trajectory:

@@ -116,7 +116,8 @@ def track_each(
 
     Raises
     ------
-    InputError : as many scenes as neither one nor films; and what the tracker raises
+    InputError : a number of scenes that is neither one nor that of the films; also what the tracker
+        raises
     """
     scenes = [scenes] if isinstance(scenes, Scene) else list(scenes)
     if len(scenes) not in (1, len(films)):
@@ -165,7 +166,7 @@ def _track_each(
 
 
 def _identity(tracker: Any) -> str:
-    """What tells a tracker from others, with the options that it was given."""
+    """A text that differs for different trackers and for different options of one."""
     if isinstance(tracker, partial):
         return f"{_identity(tracker.func)} {tracker.args!r} {tracker.keywords!r}"
     return f"{getattr(tracker, '__module__', '')}:{getattr(tracker, '__qualname__', tracker)}"

@@ -45,8 +45,8 @@ def focal_from_stone(
         crops = crops_of(found.camera)[:: tuning.FOCAL_CROP_STEP]
         if not crops:
             return np.inf
-        look = learn_appearance(crops, model, noise)
-        misfit = total_misfit(crops, replace(look, noise=first.noise)) / PIXEL_CORRELATION
+        appearance = learn_appearance(crops, model, noise)
+        misfit = total_misfit(crops, replace(appearance, noise=first.noise)) / PIXEL_CORRELATION
         return misfit + log_height_prior(found.camera) + found.misfit - refined.misfit
 
     at = refined.camera.position[2]

@@ -90,7 +90,7 @@ def digest(film: Path, **choices: Any) -> str:
 
     Parameters
     ----------
-    film : told from others by its path, size and time of change
+    film : its path, size and time of change count
     choices : whatever else decides the tracks, for JSON
     """
     stat = film.stat() if film.exists() else None

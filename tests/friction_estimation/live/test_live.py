@@ -200,8 +200,9 @@ def test_a_webcams_frames_are_coded_finely_and_keep_their_drivers_times(tmp_path
     first = len(frames) - clip.frames
     kept = list(Film.open(clip.path).frames())
     assert len(kept) == clip.frames
-    assert [t for t, _ in kept] == pytest.approx(stamps[first : len(frames)] - stamps[first],
-                                                 abs=1e-3)  # fmt: skip
+    assert [t for t, _ in kept] == pytest.approx(
+        stamps[first : len(frames)] - stamps[first], abs=1e-3
+    )
     worst = max(
         np.abs(frame.astype(int) - was).mean()
         for (_, frame), was in zip(kept, frames[first:], strict=True)
@@ -264,8 +265,14 @@ def test_times_beside_a_film_are_those_of_its_frames(tmp_path):
 def test_a_camera_that_is_not_there_is_one_line(curling, tmp_path):
     renderer = FilmRenderer(FilmSpec(camera="gantry", people=False, size=(320, 180)))
     save_scene(scene_of(renderer.camera), tmp_path / "scene.json")
-    tried = curling("live", f"file://{tmp_path}/none.mp4", "--scene", tmp_path / "scene.json",
-                    "-o", tmp_path / "tracks.csv")  # fmt: skip
+    tried = curling(
+        "live",
+        f"file://{tmp_path}/none.mp4",
+        "--scene",
+        tmp_path / "scene.json",
+        "-o",
+        tmp_path / "tracks.csv",
+    )
     assert "gives no picture" in tried.complaint
     assert not (tmp_path / "tracks.csv").exists()
 
@@ -315,9 +322,20 @@ def test_two_throws_of_a_stream_become_two_tracks_and_a_page(curling, tmp_path):
     address = f"tcp://127.0.0.1:{port}"
     Thread(target=send, args=(tmp_path / "sent.mp4", address), daemon=True).start()
     out = tmp_path / "tracks.csv"
-    done = curling("live", f"{address}?listen=1", "--scene", tmp_path / "scene.json", "-o", out,
-                   "--keep", tmp_path / "kept", "--throws", 2,
-                   "--report", tmp_path / "ice")  # fmt: skip
+    done = curling(
+        "live",
+        f"{address}?listen=1",
+        "--scene",
+        tmp_path / "scene.json",
+        "-o",
+        out,
+        "--keep",
+        tmp_path / "kept",
+        "--throws",
+        2,
+        "--report",
+        tmp_path / "ice",
+    )
     assert done.status == 0, done.err
     assert "the ice so far: μ = 0.0" in done.err
     page = (tmp_path / "ice" / "report.html").read_text()
