@@ -17,10 +17,8 @@ from curling_env.physics.effects import catalogue, mistaken_for
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Progress, no_progress, part_of_progress
 from friction_estimation.discovery.discover import Discovery, discover
+from friction_estimation.discovery.tuning import CLEARLY_SHOWN
 from friction_estimation.inversion import Estimate, estimate_ice
-
-CLEARLY_SHOWN = 4.0
-"""Standard errors from zero at which an effect stays beside the map; there are four candidates."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

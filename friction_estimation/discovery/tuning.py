@@ -57,6 +57,10 @@ USUAL_SPIN_SIGMA = 0.6
 USUAL_FRICTION = 0.009
 """μ from which a plain baseline is fitted: that of a draw of 25 s."""
 
+# --- joint estimation --------------------------------------------------------------------------
+CLEARLY_SHOWN = 4.0
+"""Standard errors from zero at which an effect stays beside the map; there are four candidates."""
+
 # --- references --------------------------------------------------------------------------------
 LENGTH_ERROR = 0.02
 """Usual standard error of a length that is read off the tracks [m]: the width of a line."""
@@ -116,8 +120,6 @@ MOST_EFFECTS = 4
 RULED_OUT = 12.0
 """A candidate whose −2 ln likelihood is worse than the chosen one's by this is ruled out (a
 likelihood ratio of 400)."""
-ALIKE_COSINE = 0.95
-"""|cosine| of projected sensitivities above which two candidates look alike."""
 CLEARLY_SEEN = 5.0
 """Standard errors from which an effect would have been named."""
 LEFT_OUT_INFORMATION = 0.02

@@ -72,7 +72,7 @@ CARD = EffectCard(
         Parameter(
             name="edge",
             unit="m",
-            meaning="over which friction changes at the sides, half of it inside; 0 is sharp",
+            meaning="width in which friction changes at the sides, half of it inside; 0 is sharp",
             low=0.0,
             high=5.0,
             default=0.0,

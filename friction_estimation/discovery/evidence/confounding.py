@@ -31,13 +31,11 @@ class Alternative:
     Parameters
     ----------
     name : effect of the candidate
-    worse : rise of −2 ln likelihood with it
     throw : throw that would separate the two, in words
     strength : difference of −2 ln likelihood that this throw would bring
     """
 
     name: str
-    worse: float
     throw: str
     strength: float
 
@@ -65,9 +63,7 @@ def alternatives(fitted: SessionFit, label: str) -> list[Alternative]:
         if worse < RULED_OUT and trial.gain > trial.needed:
             throw, strength = separating_throw(fitted, trial.fit)
             found.append(
-                Alternative(
-                    name=effect_of(rival.term.label), worse=worse, throw=throw, strength=strength
-                )
+                Alternative(name=effect_of(rival.term.label), throw=throw, strength=strength)
             )
     return found
 

@@ -26,8 +26,6 @@ from friction_estimation.discovery.model.fit import (
 from friction_estimation.discovery.search.selection import refit, sides_along, with_side
 from friction_estimation.discovery.tuning import INTEGRATED_SPREADS, SIDE_SHIFTS
 
-CONFIDENCE = 0.95
-
 
 def standard_errors(fitted: SessionFit) -> dict[tuple[str, str], float]:
     """Standard errors of the shared parameters, by (term, parameter)."""
@@ -76,9 +74,9 @@ def _half_widths(weights: Floats, steps: Floats, deviations: Floats) -> Floats:
     for _ in range(50):
         half = 0.5 * (low + high)
         mass = norm.cdf((half - steps) / deviations) - norm.cdf((-half - steps) / deviations)
-        inside = weights @ mass < CONFIDENCE
+        inside = weights @ mass < 0.95
         low, high = np.where(inside, half, low), np.where(inside, high, half)
-    return high / norm.ppf(0.5 + 0.5 * CONFIDENCE)
+    return high / norm.ppf(0.975)
 
 
 def with_sides(

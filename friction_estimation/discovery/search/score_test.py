@@ -1,8 +1,8 @@
 """Score tests: all candidates at once, linearised around the present fit.
 
 Every candidate is a few columns of sensitivities. With releases, friction and the model's own
-parameters projected out, they show how much each candidate would gain, how small an effect the data
-could have shown, and which candidates look alike.
+parameters projected out, they show how much each candidate would gain and how small an effect the
+data could have shown.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from curling_env.typing import Floats, Indices
+from curling_env.typing import Floats
 from friction_estimation.discovery.model.candidates import Term
 from friction_estimation.discovery.model.fit import (
     SessionFit,
@@ -25,7 +25,6 @@ from friction_estimation.discovery.model.fit import (
     solve_shared,
 )
 from friction_estimation.discovery.tuning import (
-    ALIKE_COSINE,
     CLEARLY_SEEN,
     LEFT_OUT_INFORMATION,
 )
@@ -40,13 +39,11 @@ class CandidateScore:
     term : candidate at its neutral values
     gain : fall of −2 ln likelihood if everything stays linear
     smallest : for each parameter the smallest value that these data would have shown clearly
-    alike : labels of candidates that look the same, with the cosine
     """
 
     term: Term
     gain: float
     smallest: dict[str, float]
-    alike: dict[str, float]
 
 
 def score_candidates(fitted: SessionFit, terms: Sequence[Term]) -> list[CandidateScore]:
@@ -67,21 +64,13 @@ def score_candidates(fitted: SessionFit, terms: Sequence[Term]) -> list[Candidat
     total = grams.sum(axis=0) + prior
     projected = _project(total, own)
     scores: list[CandidateScore] = []
-    directions: list[Indices] = []
     for term, place in zip(terms, places, strict=True):
         gain = base - _least(reduced, fitted, prior, [*range(own), *place])
         inner = projected[np.ix_(np.array(place) - own, np.array(place) - own)]
         covariance = np.linalg.pinv(inner)
         sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
         smallest = {n: CLEARLY_SEEN * float(s) for n, s in zip(term.free, sigma, strict=True)}
-        scores.append(CandidateScore(term=term, gain=float(gain), smallest=smallest, alike={}))
-        directions.append(np.array(place, dtype=np.intp) - own)
-    for i, score in enumerate(scores):
-        for j, other in enumerate(scores):
-            if i != j and score.term.name != other.term.name:
-                cosine = _cosine(projected, directions[i], directions[j])
-                if cosine > ALIKE_COSINE:
-                    score.alike[other.term.label] = cosine
+        scores.append(CandidateScore(term=term, gain=float(gain), smallest=smallest))
     return sorted(scores, key=lambda score: -score.gain)
 
 
@@ -108,16 +97,6 @@ def _project(total: Floats, own: int) -> Floats:
     scaled = inner * scale[:, None] * scale + 1e-10 * np.eye(own)
     cross = scale[:, None] * total[:own, own:-1]
     return total[own:-1, own:-1] - cross.T @ np.linalg.solve(scaled, cross)
-
-
-def _cosine(projected: Floats, a: Indices, b: Indices) -> float:
-    """Largest cosine between two sets of columns: their canonical correlation."""
-    aa, bb = projected[np.ix_(a, a)], projected[np.ix_(b, b)]
-    ab = projected[np.ix_(a, b)]
-    if min(np.diag(aa).min(), np.diag(bb).min()) <= 0:
-        return 0.0
-    product = np.linalg.pinv(aa) @ ab @ np.linalg.pinv(bb) @ ab.T
-    return float(np.sqrt(np.clip(np.max(np.linalg.eigvals(product).real), 0.0, 1.0)))
 
 
 def left_out_scores(fitted: SessionFit, *, shared: bool = True) -> Floats:

@@ -35,19 +35,14 @@ def test_a_full_session_asks_for_every_effect_but_patches_and_tables(tracks):
 
 
 def test_what_a_session_lacks_is_not_asked_for(tracks):
-    def lacking(**columns):
-        return labels(open_session([replace(track, **columns) for track in tracks]))
+    def asked(change):
+        return labels(open_session([replace(track, **change(track)) for track in tracks]))
 
-    n = [len(track) for track in tracks]
-    assert "sweeping" not in labels(
-        open_session([replace(t, swept=np.zeros(k)) for t, k in zip(tracks, n, strict=True)])
-    )
-    unseen = labels(
-        open_session([replace(t, theta=np.full(k, np.nan)) for t, k in zip(tracks, n, strict=True)])
-    )
+    assert "sweeping" not in asked(lambda track: {"swept": np.zeros(len(track))})
+    unseen = asked(lambda track: {"theta": np.full(len(track), np.nan)})
     assert not {"curl", "spin_drag", "tracking_offset"} & unseen
-    assert "time_drift" not in lacking(clock=0.0)
-    assert not any(label.startswith("stone_bias") for label in lacking(stone=4))
+    assert "time_drift" not in asked(lambda _: {"clock": 0.0})
+    assert not any(label.startswith("stone_bias") for label in asked(lambda _: {"stone": 4}))
 
 
 def test_what_scales_a_push_is_asked_for_only_where_something_pushes_so(tracks):
