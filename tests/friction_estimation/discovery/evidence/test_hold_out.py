@@ -1,0 +1,70 @@
+"""Held-out throws: which they are, and how far from their forecast they run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery.evidence.hold_out import choose_held_out, forecast, noise_floor
+from friction_estimation.discovery.model.baseline import base_model
+from friction_estimation.discovery.search.selection import fit_with_noise
+from friction_estimation.discovery.tuning import FORECAST_SECONDS
+
+from ..conftest import effect
+
+
+def test_a_quarter_is_held_out_that_is_like_the_rest(make_session, rng):
+    session = open_session(make_session(throws=16))
+    chosen = choose_held_out(session, rng)
+    assert len(chosen) == 4
+    assert (np.diff(chosen) > 0).all()
+    directions = np.sign(session.first_states[chosen, 3])
+    assert abs(directions.sum()) <= 1
+    rest = np.setdiff1d(np.arange(16), chosen)
+    assert set(session.stones[rest]) == set(session.stones)
+    again = choose_held_out(session, np.random.default_rng(3))
+    assert again.tolist() == choose_held_out(session, np.random.default_rng(3)).tolist()
+
+
+def test_few_throws_are_all_needed(make_session, rng):
+    assert choose_held_out(open_session(make_session(throws=7)), rng).tolist() == []
+    assert len(choose_held_out(open_session(make_session(throws=8)), rng)) == 2
+
+
+def test_a_true_model_forecasts_to_the_noise_floor_and_a_wrong_one_does_not(make_session):
+    session = open_session(make_session(throws=10, scatter=0.0, sigma=0.002))
+    fitted = fit_with_noise(base_model(None, session), session)
+    gap, floor = forecast(fitted.model, session, fitted.noise), noise_floor(fitted, session)
+    assert gap.rest_error < 2 * floor.rest_error < 0.4
+    assert gap.path_rms < gap.rest_error
+    assert gap.per_throw.shape == (10,)
+    assert gap.rest_error == pytest.approx(float(np.sqrt((gap.per_throw**2).mean())))
+    late = session.times > FORECAST_SECONDS
+    miss = np.hypot(*(session.xy - gap.predicted).T)
+    assert gap.path_rms == pytest.approx(float(np.sqrt((miss[late] ** 2).mean())))
+    assert gap.numbers() == {
+        "path_rms_m": float(f"{gap.path_rms:.4g}"),
+        "rest_error_m": float(f"{gap.rest_error:.4g}"),
+    }
+    heavier = replace(fitted.model, ln_mu=fitted.model.ln_mu + 0.05)
+    worse = forecast(heavier, session, fitted.noise)
+    assert worse.rest_error > 3 * gap.rest_error
+
+
+def test_the_floor_rises_with_noise_and_with_the_spread_of_friction(make_session):
+    def floor(**options):
+        session = open_session(make_session(throws=8, **options))
+        return noise_floor(fit_with_noise(base_model(None, session), session), session).rest_error
+
+    quiet = floor(scatter=0.0, sigma=0.001)
+    assert floor(scatter=0.0, sigma=0.006) > 2 * quiet
+    assert floor(scatter=0.02, sigma=0.001) > 2 * quiet
+
+
+def test_a_missing_effect_widens_the_gap(make_session):
+    session = open_session(make_session([effect("curl", strength=0.01)], throws=8))
+    fitted = fit_with_noise(base_model(None, session), session)
+    assert forecast(fitted.model, session, fitted.noise).rest_error > 0.3

@@ -1,0 +1,95 @@
+"""Whether the throws' own frictions follow something, or differ by chance."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery.evidence.significance import (
+    _best_of,
+    _correlations,
+    add_effects_between_throws,
+    friction_structure,
+    own_frictions,
+    throw_covariates,
+)
+from friction_estimation.discovery.model.baseline import base_model
+from friction_estimation.discovery.search.selection import fit_with_noise
+from friction_estimation.discovery.tuning import PERMUTATIONS
+
+from ..conftest import effect
+
+
+@pytest.fixture
+def fitted_to(make_session):
+    def make(*effects, **options):
+        session = open_session(make_session(effects, **options))
+        return fit_with_noise(base_model(None, session), session)
+
+    return make
+
+
+def test_correlations_are_pearsons(rng):
+    columns = rng.normal(size=(12, 3))
+    columns = (columns - columns.mean(axis=0)) / columns.std(axis=0)
+    values = rng.normal(size=(5, 12)) + 7.0
+    expected = [[abs(np.corrcoef(v, c)[0, 1]) for c in columns.T] for v in values]
+    assert _correlations(columns, values) == pytest.approx(np.array(expected))
+
+
+def test_the_best_column_counts_against_the_best_by_chance(rng):
+    columns = rng.normal(size=(14, 4))
+    columns = (columns - columns.mean(axis=0)) / columns.std(axis=0)
+    which, p = _best_of(columns, 3.0 - 2.0 * columns[:, 2], rng)
+    assert which == 2
+    assert p == pytest.approx(1 / (PERMUTATIONS + 1))
+    _, p = _best_of(columns, rng.normal(size=14), rng)
+    assert p > 0.05
+
+
+def test_the_friction_of_each_throw_is_told_with_its_error(fitted_to):
+    fitted = fitted_to(effect("stone_bias", stone=1, factor=1.03), throws=9, scatter=0.0)
+    found, sigma = own_frictions(fitted)
+    assert found.shape == sigma.shape == (9,)
+    assert (sigma > 0).all()
+    assert (sigma < 0.01).all()
+    biased = fitted.session.stones == 1
+    step = found[biased].mean() - found[~biased].mean()
+    assert step == pytest.approx(np.log(1.03), abs=3 * sigma.max())
+    pulls = (found - np.where(biased, found[biased].mean(), found[~biased].mean())) / sigma
+    assert 0.3 < np.sqrt((pulls**2).mean()) < 2.0
+
+
+def test_circumstances_are_standardised_and_constant_ones_left_out(fitted_to):
+    fitted = fitted_to(throws=9)
+    columns = throw_covariates(fitted.session, fitted.states)
+    assert {"order", "clock", "speed", "spin", "spin side", "direction", "x", "swept"} <= set(
+        columns
+    )
+    assert {"stone 0", "stone 1", "stone 2"} <= set(columns)
+    for name, column in columns.items():
+        assert column.shape == (9,)
+        assert column.mean() == pytest.approx(0, abs=1e-12), name
+        assert column.std() == pytest.approx(1), name
+    assert (np.diff(columns["order"]) > 0).all()
+    assert np.sign(columns["direction"]).tolist() == [1, -1] * 4 + [1]
+    one_way = throw_covariates(fitted.session.only([0, 2, 4]), fitted.states[[0, 2, 4]])
+    assert "direction" not in one_way
+
+
+def test_friction_that_drifts_follows_its_order_and_chance_follows_nothing(fitted_to, rng):
+    wear = fitted_to(effect("pebble_wear", rate=-0.01), throws=14)
+    name, p = friction_structure(wear, rng)
+    assert name == "order"
+    assert p < 0.004
+    more = add_effects_between_throws(wear, wear.session, rng)
+    (term,) = more.model.terms
+    assert term.name == "pebble_wear"
+    assert term.values["rate"] == pytest.approx(-0.01, rel=0.15)
+
+    none = fitted_to(throws=14)
+    assert friction_structure(none, rng)[1] > 0.004
+    assert add_effects_between_throws(none, none.session, rng) is none
+    few = fitted_to(throws=6)
+    assert friction_structure(few, rng) == ("", 1.0)
