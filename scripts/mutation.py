@@ -19,10 +19,12 @@ import argparse
 import csv
 import hashlib
 import json
+import math
 import os
 import queue
 import random
 import re
+import resource
 import shutil
 import signal
 import subprocess
@@ -50,8 +52,10 @@ AREAS = {
     "discovery": ["friction_estimation/discovery/**/*.py"],
 }
 """Area -> patterns of its modules."""
-STARTING_TIME = 90.0
-"""Time that a mutant may take beside its tests, compiling included [s]."""
+STARTING_TIME = 60.0
+"""Processor time that a mutant may take beside three times that of its tests [s]: to compile."""
+BUSY = 10
+"""Longest time on the wall over the processor time allowed; a mutant may also wait for ever."""
 
 
 def modules(root: Path, area: str) -> list[str]:
@@ -86,12 +90,16 @@ class Tree:
                 (self.folder / name).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy2(root / name, self.folder / name)
 
-    def run(
-        self, command: list[str], limit: float, cache: Path | None = None
-    ) -> tuple[int | None, str]:
-        """Exit status and output of a Python program in the tree; None if it took too long."""
+    def run(self, command: list[str], limit: float) -> tuple[int | None, str]:
+        """Exit status and output of a Python program in the tree; None if it took too long.
+
+        Parameters
+        ----------
+        command : what follows `python`
+        limit : processor time it may take [s]
+        """
         single = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
-        own = {"PYTHONPATH": str(self.folder), "NUMBA_CACHE_DIR": str(cache or self.cache)}
+        own = {"PYTHONPATH": str(self.folder), "NUMBA_CACHE_DIR": str(self.cache)}
         process = subprocess.Popen(
             [sys.executable, *command],
             cwd=self.folder,
@@ -101,10 +109,12 @@ class Tree:
             stderr=subprocess.STDOUT,
             # A changed file of the same size and second would be taken for its old bytecode.
             env=os.environ | single | own | {"PYTHONDONTWRITEBYTECODE": "1"},
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, 2 * (math.ceil(limit),)),
         )
         try:
-            output, _ = process.communicate(timeout=limit)
-            return process.returncode, output
+            output, _ = process.communicate(timeout=BUSY * limit)
+            over = process.returncode in (-signal.SIGXCPU, -signal.SIGKILL)
+            return None if over else process.returncode, output
         except subprocess.TimeoutExpired:
             return None, ""
         finally:

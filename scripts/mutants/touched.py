@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import time
 from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,9 +12,9 @@ from typing import Any
 from mutants.operators import Mutant
 
 RECORDING_LIMIT = 90
-"""Longest recording of one test file [s]; tests later in it are left out, and so are slow ones."""
+"""Processor time after which no further test of a file is recorded [s]; slow ones never are."""
 TEST_BUDGET = 60.0
-"""Recorded time of the tests that one mutant is run against [s]."""
+"""Processor time of the tests that one mutant is run against [s]."""
 
 
 class Recorder:
@@ -27,16 +26,18 @@ class Recorder:
     def __init__(self, sources: list[str]) -> None:
         import coverage
 
-        self.begun = time.monotonic()
+        self.begun = _processor_time()
         self.coverage = coverage.Coverage(data_file=None, include=sources, config_file=False)
         self.coverage.start()
+        self.last = self.begun
         self.seconds: Counter[str] = Counter()
         self.fixtures: dict[str, list[str]] = {}
         self.failed: set[str] = set()
 
     def pytest_runtest_protocol(self, item: Any) -> None:
-        if time.monotonic() - self.begun > RECORDING_LIMIT:
+        if _processor_time() - self.begun > RECORDING_LIMIT:
             item.session.shouldstop = "recorded for long enough"
+        self.last = _processor_time()
         self.fixtures[_name(item.nodeid)] = item.fixturenames
         self.coverage.switch_context(_name(item.nodeid))
 
@@ -48,7 +49,9 @@ class Recorder:
         self.coverage.switch_context(_name(item.nodeid))
 
     def pytest_runtest_logreport(self, report: Any) -> None:
-        self.seconds[_name(report.nodeid)] += report.duration
+        now = _processor_time()
+        self.seconds[_name(report.nodeid)] += now - self.last
+        self.last = now
         if report.failed:
             self.failed.add(_name(report.nodeid))
 
@@ -71,6 +74,11 @@ class Recorder:
                 for path, lines in of[context].items():
                     found[test][path] = sorted({*found[test].get(path, []), *lines})
         return found
+
+
+def _processor_time() -> float:
+    """Of this process and its children [s]: how busy the machine is does not matter."""
+    return sum(os.times()[:4])
 
 
 def _name(nodeid: str) -> str:
