@@ -25,33 +25,33 @@ Item = TypeVar("Item")
 
 
 class Progress(Protocol):
-    """What long work calls, again and again, to say how far it is.
+    """A function that long work calls repeatedly to report how far it is.
 
     Parameters
     ----------
-    what : the step that is under way, in a few words for a person
+    what : the step under way, in a few words for a person
     done : how much of it is done, in any unit
-    total : how much there is to do, in the same unit; 0 where nobody knows
+    total : how much there is to do, in the same unit; 0 if unknown
     """
 
     def __call__(self, what: str, done: float, total: float = 1.0, /) -> None: ...
 
 
 def no_progress(_what: str, _done: float, _total: float = 1.0, /) -> None:
-    """The progress of work that nobody watches."""
+    """Does nothing: the default of every `progress` parameter."""
 
 
 def with_progress(
     items: Iterable[Item], what: str, progress: Progress, total: float = 0.0
 ) -> Iterator[Item]:
-    """The same items, one by one; `progress` is told after each.
+    """The same items, one by one; `progress` is called after each.
 
     Parameters
     ----------
-    items : whatever there is to work through
-    what : the step that is under way
-    progress : who is told
-    total : the number of items; 0 takes it from the items where they know it
+    items : the items to work through
+    what : the step under way
+    progress : called with the number of items done
+    total : number of items; 0 takes their length, if they have one
     """
     total = total or (len(items) if isinstance(items, Sized) else 0.0)
     progress(what, 0, total)

@@ -117,10 +117,13 @@ def progress_bar(unit: str = "") -> Generator[Progress]:
                 bar.close()
             # Delayed, so that work which is refused or done at once says only that.
             bar = tqdm(
-                total=100 if share else total or None, unit="%" if share else unit, leave=False,
-                delay=0.5, file=sys.stderr,
+                total=100 if share else total or None,
+                unit="%" if share else unit,
+                leave=False,
+                delay=0.5,
+                file=sys.stderr,
                 bar_format="{desc}: {percentage:3.0f}%|{bar}| {elapsed}" if share else None,
-            )  # fmt: skip
+            )
         bar.set_description(what, refresh=False)
         bar.update((100 * done if share else done) - bar.n)
 

@@ -59,17 +59,17 @@ def sweep(
     from curling_env.throw import read_releases
 
     thrown = read_releases(releases)
-    asked = Sweep(
+    plan = Sweep(
         ices=[load_ice(name) for name in ice or ["standard"]],
         releases=thrown,
         seeds=range(seed, seed + seeds),
         skill=skill,
     )
     with atomic_path(output) as draft:
-        with executor(workers) as crew, progress_bar("piece") as progress:
-            ends = run(asked, crew, progress=progress)
+        with executor(workers) as work, progress_bar("piece") as progress:
+            ends = run(plan, work, progress=progress)
         names = np.array([end.name.lower() for end in SlideEnd])
-        which, times, throw = (axis.ravel() for axis in np.indices(asked.shape))
+        which, times, throw = (axis.ravel() for axis in np.indices(plan.shape))
         write_table(
             draft,
             {

@@ -23,7 +23,7 @@ from curling_env.physics.many_stones.tuning import (
     SKIPPED_LINE,
 )
 from curling_env.physics.one_stone.integrate import Delivery
-from curling_env.physics.one_stone.step import quintic
+from curling_env.physics.one_stone.map_path import quintic
 from curling_env.physics.state import State
 from curling_env.typing import Floats
 

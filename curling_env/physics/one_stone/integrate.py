@@ -19,13 +19,8 @@ import numpy as np
 from curling_env.physics.compiled import compiled, inlined
 from curling_env.physics.effects.motion import GRAVITY, SWEPT
 from curling_env.physics.law import MIN_SPEED, Law, mu_of_map
-from curling_env.physics.one_stone.step import (
-    Workspace,
-    between_nodes,
-    follow_map,
-    store_curves,
-    take_step,
-)
+from curling_env.physics.one_stone.map_path import between_nodes, follow_map
+from curling_env.physics.one_stone.step import Workspace, store_curves, take_step
 from curling_env.physics.one_stone.tuning import (
     CONTACT_GAP,
     EDGE_MARGIN,

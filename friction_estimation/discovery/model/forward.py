@@ -25,7 +25,7 @@ from curling_env.physics.effects.motion import (
     T,
 )
 from curling_env.physics.law import law_terms, mu_of_map
-from curling_env.physics.one_stone.step import quintic
+from curling_env.physics.one_stone.map_path import quintic
 from curling_env.physics.state import State
 from curling_env.typing import Floats, Indices
 

@@ -1,26 +1,61 @@
-"""Throws that draw to a place or run over it."""
+"""Aiming lands where it was aimed, on even and uneven ice and at both ends."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from curling_env.ice import load_ice
+from curling_env.ice import ActiveEffect, Ice, load_ice
 from curling_env.physics.one_stone.aim import Aim
-from curling_env.sheet import Direction
+from curling_env.physics.one_stone.slide import NO_BOUNDS, slide
+from curling_env.physics.one_stone.tuning import FINE_TOLERANCE
+from curling_env.sheet import TEE_Y, Direction, to_delivery
+from curling_env.throw import Throw
+
+
+def uneven(rng: np.random.Generator) -> Ice:
+    ice = load_ice("standard")
+    mu = ice.friction.mu * np.exp(0.05 * rng.standard_normal(ice.friction.mu.shape))
+    return replace(ice, friction=replace(ice.friction, mu=mu))
+
+
+def rest_of(ice: Ice, throw: Throw, direction: Direction) -> np.ndarray:
+    run = slide(ice, throw.release(direction), bounds=NO_BOUNDS)
+    return to_delivery([run.x, run.y], direction)
 
 
 @pytest.mark.parametrize("direction", Direction)
-@pytest.mark.parametrize("spin", [1.5, -1.5, 0.4])
-@pytest.mark.parametrize("ice", ["standard", "fcv1", "paper"])
-def test_aim_draws_to_a_millimetre_and_runs_over_what_it_aims_at(ice, spin, direction):
-    aim = Aim(load_ice(ice), direction)
-    for x, y in ((0.0, 0.0), (1.2, -3.0), (-0.9, 1.0)):
-        throw = aim.draw(x, y, spin)
-        assert throw is not None
-        assert aim.rest(throw) == pytest.approx((x, y), abs=1.1e-3)
-    hit = aim.through(0.7, -0.5, 1.3 * throw.speed, spin)
-    assert hit is not None
-    in_the_way = np.array([[0.7, -0.5]])
-    assert not aim.path_clears(hit, in_the_way, until=2.0)
-    assert aim.path_clears(hit, in_the_way + np.array([0.5, 0.0]), until=2.0)
+@pytest.mark.parametrize("target", [(0.0, 0.0), (1.2, -0.8), (-0.5, 1.5)])
+def test_a_draw_comes_to_rest_at_its_target(direction, target, rng):
+    for ice in (load_ice("standard"), load_ice("paper"), uneven(rng)):
+        throw = Aim(ice, direction).draw(*target, 1.5)
+        assert rest_of(ice, throw, direction) == pytest.approx(target, abs=3e-3)
+
+
+def test_a_throw_runs_over_the_point_it_is_aimed_at():
+    ice = load_ice("standard")
+    throw = Aim(ice).through(0.4, -1.0, 3.0, -1.5)
+    bounds = NO_BOUNDS.copy()
+    bounds[3] = TEE_Y - 1.0
+    assert slide(ice, throw.release(), bounds=bounds).x == pytest.approx(0.4, abs=3e-3)
+
+
+@pytest.mark.parametrize("spin", [0.0, 1.5])
+def test_the_draw_weight_carries_to_the_tee(spin, rng):
+    for ice in (load_ice("standard"), load_ice("paper"), uneven(rng)):
+        speed = Aim(ice, tolerance=FINE_TOLERANCE).draw_weight(spin)
+        run = slide(ice, Throw(speed=speed, spin=spin).release(), bounds=NO_BOUNDS)
+        assert run.y == pytest.approx(TEE_Y, abs=2e-4)
+
+
+def test_the_draw_weight_follows_the_session():
+    drift = ActiveEffect(name="time_drift", parameters={"rate": 1e-4})
+    ice = load_ice("standard").with_effect(drift)
+    early, late = Aim(ice).draw_weight(), Aim(ice, clock=1000.0).draw_weight()
+    assert early < late
+
+
+def test_where_no_throw_reaches_the_tee_there_is_no_draw_weight():
+    assert Aim(Ice.uniform(0.5)).draw_weight() is None
