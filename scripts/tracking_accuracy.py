@@ -22,7 +22,7 @@ import cv2
 import numpy as np
 import typer
 
-from curling_env.commands.cli import progress, say
+from curling_env.commands.cli import progress, progress_bar, say
 from curling_env.errors import CurlingError
 from curling_env.executor import executor
 from curling_env.ice import Ice
@@ -116,11 +116,8 @@ def rendered(
     spec = FilmSpec(
         camera=camera, people=people, fps=fps, size=(width, width * full[1] // full[0]), seed=7
     )
-    return render_films(folder, paths, spec, name=name, notes={"mu": 0.0085}, progress=_frames)
-
-
-def _frames(frames: Any, label: str, total: int) -> Any:
-    return progress(frames, f"film {label}", total=total, unit="frame")
+    with progress_bar("frame") as shown:
+        return render_films(folder, paths, spec, name=name, notes={"mu": 0.0085}, progress=shown)
 
 
 def score(case: Case) -> dict[str, Any]:

@@ -12,12 +12,13 @@ from friction_estimation.appearance.crops import (
 )
 from friction_estimation.appearance.fit import Appearance, StoneFit, channels_of, measure
 from friction_estimation.appearance.handle import heading_costs
-from friction_estimation.appearance.learning import LEARNING_FRAMES, learn_appearance
+from friction_estimation.appearance.learning import learn_appearance
 from friction_estimation.appearance.model import StoneModel
 from friction_estimation.appearance.occlusion import PosedStone, measure_occluded
+from friction_estimation.appearance.tuning import CROPS_TO_LEARN_FROM
 
 __all__ = [
-    "LEARNING_FRAMES",
+    "CROPS_TO_LEARN_FROM",
     "Appearance",
     "Crop",
     "PosedStone",

@@ -1,4 +1,4 @@
-"""One frame's pixels around the stone, and how well a look explains them."""
+"""Crops of a film around a stone, from which its look is learnt."""
 
 from __future__ import annotations
 
@@ -8,37 +8,32 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from curling_env.typing import Floats
-from friction_estimation.appearance.fit import (
-    MARGIN_PX,
-    OUTLIER_AT,
-    Appearance,
-    channels_of,
-    fit_stone,
-)
+from friction_estimation.appearance.fit import Appearance, channels_of, fit_stone
 from friction_estimation.appearance.fit_kernels import robust_misfit
 from friction_estimation.appearance.model import PixelWindow, StoneModel, window_at
-from friction_estimation.appearance.painting import (
-    Planes,
-    blurred,
-    coloured,
-    painted,
-    shares,
+from friction_estimation.appearance.painting import Planes, blurred, coloured, painted, shares
+from friction_estimation.appearance.tuning import (
+    COLOUR_NOISE_FACTOR,
+    MARGIN_PX,
+    MIN_NOISE,
+    MIN_STONE_SHARE,
+    OUTLIER_AT,
 )
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
 
-MIN_NOISE = 1.0
-"""Residuals are never trusted better than one grey level: that is how films are stored."""
-STONE_SHARE = 0.05
-"""Pixels of which the stone covers less than this count as ice."""
-COLOUR_DISTRUST = 5.0
-"""Colour is stored at half resolution and shifted by the codec: it may find a handle, not move a
-stone."""
-
 
 @dataclass(eq=False)
 class Crop:
-    """One frame's pixels around the stone, with the current estimate of its place."""
+    """One frame around the stone.
+
+    Parameters
+    ----------
+    window : the pixels and their rays
+    pixels, background : (n, 3) channels of the frame, and of the ice without the stone
+    pose : (3,) the present estimate of x, y [m] and heading [rad]
+    t : time of the frame [s]
+    """
 
     window: PixelWindow
     pixels: Floats
@@ -56,12 +51,20 @@ def crops_at(
     camera: Camera,
     model: StoneModel,
 ) -> list[Crop]:
-    """Cut the stone out of the frames in which all of it is in the image."""
+    """Crops of those frames in which all of the stone is in the image.
+
+    Parameters
+    ----------
+    frames, moments, places : the frames, their times [s], and where the stone is in each (2,) [m]
+    background : (rows, columns, 3) channels of the ice without the stone
+    background_origin : column and row of its upper left pixel in the frame
+    camera, model : what filmed, and the shape of the stone
+    """
     found: list[Crop] = []
     u, v = background_origin
     for frame, t, xy in zip(frames, moments, places, strict=True):
         outline = model.outline_px(camera, xy)
-        # The handle stands out above the body and the place is still rough: look a little wider.
+        # A little wider: the handle stands above the body, and the place is still rough.
         size = 0.35 * float(np.ptp(outline, axis=0).max()) if len(outline) else 0.0
         window = window_at(camera, outline, MARGIN_PX + size)
         if window is None:
@@ -92,6 +95,7 @@ def crops_at(
 
 
 def fit_pose(crop: Crop, look: Appearance) -> float:
+    """Fit the pose of a crop, in place; returns the misfit per visible share."""
     pose, _, misfit, visible = fit_stone(crop.pixels, crop.background, crop.window, look, crop.pose)
     if np.linalg.norm(pose[:2] - crop.pose[:2]) < 0.5:
         crop.pose = pose
@@ -99,7 +103,7 @@ def fit_pose(crop: Crop, look: Appearance) -> float:
 
 
 def trim(crop: Crop, look: Appearance) -> None:
-    """Drop the pixels that neither stone nor shadow can reach, now that the place is known."""
+    """Drop the pixels that neither the stone nor its shadow can reach."""
     reach = replace(
         look.model,
         blur_px=MARGIN_PX / 3,
@@ -119,11 +123,12 @@ def trim(crop: Crop, look: Appearance) -> None:
 
 
 def coverage(crop: Crop, look: Appearance) -> Planes:
-    """What each part covers of every pixel, see `shares`."""
+    """How much of each pixel every part covers, see `painting.shares`."""
     return shares(crop.window, look.model.shape(), crop.pose, with_handle=look.has_handle)
 
 
 def composite(cover: Planes, behind: Floats, colours: Floats) -> Floats:
+    """The picture (n, 3) of a stone with these colours over the ice; `cover` is of `coverage`."""
     per_channel = cover[[0, 1, 1]]  # brightness is sharp, both colour differences are not
     parts = per_channel[:, :, :-1]
     bare = 1 - parts.sum(axis=2).T
@@ -136,23 +141,25 @@ def painted_planes(crop: Crop, look: Appearance) -> Planes:
 
 
 def robust_weights(residual: Floats, noise: Floats) -> Floats:
+    """Weights (n,) of pixels by their residuals (n, 3): outliers count little."""
     total = np.sum((residual / noise) ** 2, axis=1)
     return 1 / (1 + total / (3 * OUTLIER_AT**2)) ** 2
 
 
 def misfit_of(crop: Crop, look: Appearance, planes: Planes) -> float:
-    """Robust misfit of one crop to a painting of the stone."""
+    """Robust misfit of a crop to painted planes [squared standard errors, correlated pixels]."""
     light = coloured(planes, look.colours)
     seen = blurred(light, crop.window, look.model.shape())
     return robust_misfit(crop.pixels, crop.background, seen, look.noise, OUTLIER_AT)
 
 
 def total_misfit(crops: Sequence[Crop], look: Appearance) -> float:
+    """Sum of the crops' robust misfits to a look."""
     return sum(misfit_of(crop, look, painted_planes(crop, look)) for crop in crops)
 
 
 def unexplained_share(crops: Sequence[Crop], look: Appearance) -> float:
-    """What the stone's picture leaves of the difference from the ice without it, 0 to 1."""
+    """Share of the difference from bare ice that the look leaves unexplained, 0 to 1."""
     bare = 0.0
     for crop in crops:
         nothing = np.zeros_like(painted_planes(crop, look))
@@ -161,16 +168,16 @@ def unexplained_share(crops: Sequence[Crop], look: Appearance) -> float:
 
 
 def residual_noise(crops: Sequence[Crop], look: Appearance) -> Floats:
-    """Spread of what the model leaves on the stone, per channel.
+    """Robust standard deviation of the residuals on the stone, per channel (3,).
 
-    On the ice beside it little is left; measured there, every speckle of granite would count as
-    something before the stone.
+    Residuals on the ice beside it are smaller: with these, every speckle of granite would count as
+    something in front of the stone.
     """
     left: list[Floats] = []
     for crop in crops:
         cover = coverage(crop, look)
         residual = crop.pixels - composite(cover, crop.background, look.colours)
-        left.append(residual[cover[0, :, :-1].sum(axis=1) > STONE_SHARE])
+        left.append(residual[cover[0, :, :-1].sum(axis=1) > MIN_STONE_SHARE])
     spread = np.median(np.abs(np.concatenate(left)), axis=0)
     noise = np.maximum(1.4826 * spread, MIN_NOISE)
-    return noise * np.array([1.0, COLOUR_DISTRUST, COLOUR_DISTRUST])
+    return noise * np.array([1.0, COLOUR_NOISE_FACTOR, COLOUR_NOISE_FACTOR])

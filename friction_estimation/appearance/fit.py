@@ -1,7 +1,7 @@
-"""Measuring a stone in one frame: its picture fitted over the background, to a fraction of a pixel.
+"""Measuring a stone in one frame: its picture is fitted over the background to sub-pixel accuracy.
 
-Robust Gauss-Newton on place and heading: a pixel that neither the stone nor the background explains
-(a sweeper's foot, a brush) loses its weight instead of pulling the stone.
+The fit is a robust Gauss-Newton on place and heading: a pixel that neither the stone nor the
+background explains (a sweeper's foot, a brush) loses its weight.
 """
 
 from __future__ import annotations
@@ -17,42 +17,35 @@ from friction_estimation.appearance.fit_kernels import pose_step
 from friction_estimation.appearance.model import PixelWindow, StoneModel, window_at
 from friction_estimation.appearance.painting import Planes, blurred, coloured, painted, turn_handle
 from friction_estimation.appearance.picture_kernels import separate
+from friction_estimation.appearance.tuning import (
+    EDGE_DISTANCE_PX,
+    LONGEST_STEP,
+    LONGEST_TURN,
+    MARGIN_PX,
+    MAX_PAINTINGS,
+    MAX_STEPS,
+    NEGLIGIBLE_STEP,
+    OUTLIER_AT,
+    PIXEL_CORRELATION,
+    REPAINT_PX,
+    REPAINT_TURN,
+    TURN_DIFFERENCE,
+    TURN_REPAINT_PX,
+)
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
-
-MARGIN_PX = 4.0
-"""Ring of background around the stone that the fit looks at: about three blurs wide."""
-OUTLIER_AT = 4.0
-"""Residuals of this many standard deviations count half (Geman-McClure weights)."""
-NEAR_EDGE_PX = 40.0
-"""Within this of the image's edge a stone may be cut off."""
-PIXEL_CORRELATION = 4.0
-"""Neighbouring residuals agree (blur, compression): as many pixels as make one independent one."""
-MAX_ITERATIONS = 12
-MAX_PAINTINGS = 8
-NEGLIGIBLE_STEP = 0.3
-"""A step of less than this share of a standard error ends the fit; the next would be far less."""
-STEADY_PX = 0.5
-"""What a turn changes in the picture stays as it is while the picture moves by less."""
-REPAINT_AT_PX = 0.7
-REPAINT_TURN = 0.15
-"""Beyond these shifts [px] and turns [rad] a moved picture no longer is that of a moved stone."""
-LONGEST_STEP = 0.08
-LONGEST_TURN = 0.3
-"""Beyond these [m, rad] a step leaves the range of the linearisation."""
-SMALL_TURN = 0.05
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Appearance:
-    """What is known of a stone's look in one film.
+    """The look of a stone in one film.
 
     Parameters
     ----------
     model : shape and blur
     colours : (5, 3) brightness and two colour differences of foot, side, bevel, top and handle
     noise : (3,) standard deviation of a residual in each channel, as found on this film
-    has_handle : whether a handle was made out; without one there is no heading
+    has_handle : whether a handle was found; without one there is no heading
     """
 
     model: StoneModel
@@ -70,7 +63,7 @@ class StoneFit:
     xy : (2,) centre on the ice [m]
     theta : heading, modulo a turn [rad]; NaN without a handle
     covariance : (3, 3) of x, y and theta
-    misfit : root mean square of the weighted residuals, in standard deviations
+    misfit : root mean square of the weighted residuals [standard deviations]
     visible : share of the stone's pixels that look like the stone, 0 to 1
     inside : share of the stone's outline that lies in the image, 0 to 1
     """
@@ -119,15 +112,15 @@ def fit_stone(
     x, y, theta = np.asarray(start, dtype=np.float64).tolist()
     done = False
     for _ in range(MAX_PAINTINGS):
-        # The stone is painted once and its picture moved; a long way asks for another painting.
+        # The stone is painted once and its picture moved; after a long way it is painted anew.
         x0, y0, theta0 = x, y, theta
         light, turning = _painted_light(window, appearance, x0, y0, theta0)
         slow_at = (np.inf, np.inf)
         far, turned = 0.0, 0.0
-        for _ in range(MAX_ITERATIONS):
+        for _ in range(MAX_STEPS):
             at = (ux * (x - x0) + uy * (y - y0), vx * (x - x0) + vy * (y - y0))
             seen = blurred(light, window, shape, at, sloped=True)
-            if turning is not None and math.dist(at, slow_at) > STEADY_PX:
+            if turning is not None and math.dist(at, slow_at) > TURN_REPAINT_PX:
                 slow, slow_at = blurred(turning, window, shape, at), at
             pose_step(
                 picture,
@@ -150,9 +143,9 @@ def fit_stone(
             done = totals[4] < NEGLIGIBLE_STEP**2 * size
             far = math.hypot(ux * (x - x0) + uy * (y - y0), vx * (x - x0) + vy * (y - y0))
             turned = abs(theta - theta0)
-            if done or far > 2 * REPAINT_AT_PX or turned > 2 * REPAINT_TURN:
+            if done or far > 2 * REPAINT_PX or turned > 2 * REPAINT_TURN:
                 break
-        if done and far < REPAINT_AT_PX and turned < REPAINT_TURN:
+        if done and far < REPAINT_PX and turned < REPAINT_TURN:
             break
     squares, weights, stone_pixels, seen_pixels = totals[:4].tolist()
     spread = max(squares / max(weights, 1.0), 0.01)
@@ -172,8 +165,8 @@ def _painted_light(
     light = coloured(planes, colours)
     if not appearance.has_handle:
         return light, None
-    turn_handle(planes, window, shape, np.array([x, y, theta + SMALL_TURN]))
-    return light, (coloured(planes, colours) - light) / np.float32(SMALL_TURN)
+    turn_handle(planes, window, shape, np.array([x, y, theta + TURN_DIFFERENCE]))
+    return light, (coloured(planes, colours) - light) / np.float32(TURN_DIFFERENCE)
 
 
 def measure(
@@ -249,7 +242,7 @@ def fit_window(
     width, height = camera.size
     inside = 1.0
     (left, top), (rows, columns) = window.origin_px, window.shape
-    if min(left, top, width - left - columns, height - top - rows) < NEAR_EDGE_PX:
+    if min(left, top, width - left - columns, height - top - rows) < EDGE_DISTANCE_PX:
         at_end = appearance.model.outline_px(camera, pose[:2])
         within = (at_end >= 0) & (at_end <= np.array([width - 1, height - 1]))
         inside = float(within.all(axis=1).mean()) if len(at_end) else 0.0

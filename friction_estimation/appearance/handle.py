@@ -1,4 +1,4 @@
-"""Finding a stone's handle and its headings: what is left on the top once the body is explained."""
+"""Finding a stone's handle and headings in what is left on its top once the body is explained."""
 
 from __future__ import annotations
 
@@ -19,28 +19,24 @@ from friction_estimation.appearance.crops import (
     painted_planes,
     total_misfit,
 )
-from friction_estimation.appearance.fit import PIXEL_CORRELATION, Appearance
+from friction_estimation.appearance.fit import Appearance
 from friction_estimation.appearance.painting import turn_handle
+from friction_estimation.appearance.tuning import (
+    HANDLE_COLLARS,
+    HANDLE_RISES,
+    HEADINGS_COMPARED,
+    HEADINGS_TRIED,
+    MIN_HANDLE_CONTRAST,
+    PIXEL_CORRELATION,
+    SPIN_CHANGE,
+    SPINS_TRIED,
+)
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
 
-HEADINGS_TRIED = 24
-HEADINGS_ASKED = 16
-"""What handles look like at all headings is finer in no picture that leaves its heading open."""
-SPINS_TRIED = np.linspace(-4.0, 4.0, 33)
-"""Rates of turning [rad/s]; a stone thrown to stay in play hardly turns faster."""
-SPIN_CHANGE = 0.05
-"""The change of spin [rad/s] that costs as much as one standard error of one crop."""
-HANDLE_RISES = (0.03, 0.045, 0.06)
-"""Heights above the top at which a handle is looked for [m]."""
-HANDLE_COLLARS = (0.0, 0.04)
-"""Radii of its round base with which it is looked for, on no post and on a short one [m]."""
-HANDLE_CONTRAST = 10.0
-"""How far, in grey levels, a handle's colour must lie from the rest of the stone."""
-
 
 def find_handle(crops: Sequence[Crop], look: Appearance) -> Appearance:
-    """Find the handle as what is left on and just above the top, and its heading in each frame."""
+    """The look with a handle, if one is found; sets the heading of every crop."""
     strange: list[Floats] = []
     for crop in crops:
         cover = coverage(crop, look)
@@ -55,7 +51,7 @@ def find_handle(crops: Sequence[Crop], look: Appearance) -> Appearance:
     pixels = np.concatenate(strange)
     if len(pixels) < 20:
         return look
-    limit = max(HANDLE_CONTRAST, float(np.quantile(pixels[:, 3], 0.97)))
+    limit = max(MIN_HANDLE_CONTRAST, float(np.quantile(pixels[:, 3], 0.97)))
     marked = pixels[pixels[:, 3] >= limit]
     if len(marked) < 0.02 * len(pixels):
         return look
@@ -76,7 +72,7 @@ def find_handle(crops: Sequence[Crop], look: Appearance) -> Appearance:
                 look.model, handle_rise=rise, collar_radius=collar, neck_length=collar / 2
             )
             found = replace(look, model=model, colours=colours, has_handle=True)
-            if turned is poses:  # its base says little of where a handle points
+            if turned is poses:  # the base hardly changes the headings
                 fit_headings(crops, found)
                 turned = [crop.pose for crop in crops]
             for crop in crops:
@@ -91,10 +87,10 @@ def find_handle(crops: Sequence[Crop], look: Appearance) -> Appearance:
 
 
 def fit_headings(crops: Sequence[Crop], look: Appearance) -> None:
-    """Set all headings to the likeliest course of a stone that turns steadily.
+    """Set all headings to the likeliest ones of a stone that turns steadily.
 
-    In one frame a handle may be read the wrong way round; a slowly changing spin through all of
-    them may not (dynamic programming over heading and spin).
+    In one frame a handle may be taken the wrong way round, but not in all of them with a slowly
+    changing spin (dynamic programming over heading and spin).
     """
     headings = np.linspace(-np.pi, np.pi, HEADINGS_TRIED, endpoint=False)
     step = 2 * np.pi / HEADINGS_TRIED
@@ -135,7 +131,7 @@ def heading_costs(
     camera: Camera,
     look: Appearance,
 ) -> Floats | None:
-    """How badly each heading, from -π on a whole turn round, fits a stone in one frame, (k,).
+    """Misfit of a stone in one frame at each heading, from -π on through a whole turn, (k,).
 
     Parameters
     ----------
@@ -148,7 +144,7 @@ def heading_costs(
     found = crops_at([frame], [0.0], [xy], background, background_origin, camera, look.model)
     if not found:
         return None
-    headings = np.linspace(-np.pi, np.pi, HEADINGS_ASKED, endpoint=False)
+    headings = np.linspace(-np.pi, np.pi, HEADINGS_COMPARED, endpoint=False)
     return _costs_of_headings(found[0], look, headings) / PIXEL_CORRELATION
 
 

@@ -1,8 +1,8 @@
-"""Learning a stone's look from a film: the profile that no scene file gives, colours, blur.
+"""Learning a stone's look from a film: its profile, its colours and the camera's blur.
 
-The film itself tells: over a throw the camera sees the stone from many distances and sides, and
-only the right profile leaves no residual in all of them. Places are projected out, so that an error
-of the profile cannot hide in them.
+Over a throw the camera sees the stone from many distances and sides, and only the right profile
+leaves no residual in all of them. Poses are projected out, so that an error of the profile cannot
+hide in them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ import numpy as np
 
 from curling_env.typing import Floats
 from friction_estimation.appearance.crops import (
-    MIN_NOISE,
     Crop,
     composite,
     coverage,
@@ -29,26 +28,23 @@ from friction_estimation.appearance.handle import find_handle, fit_headings
 from friction_estimation.appearance.model import StoneModel
 from friction_estimation.appearance.profile import refine_profile
 from friction_estimation.appearance.shape import PARTS
-
-SHADOW_TRIED = 0.1
-REFINEMENTS = ((3, 8), (2, 8), (1, 20))
-"""Every how manyth crop is adjusted to, and in how many rounds at most; between them noise and
-headings are found anew from all."""
-ENOUGH_PIXELS = 24_000
-FEWEST = 8
-"""Where the stone is large, so many pixels or crops, whichever are more, are adjusted to."""
-LEARNING_FRAMES = 20
-"""Frames that the look is learnt from; more only cost time."""
+from friction_estimation.appearance.tuning import (
+    ENOUGH_CROPS,
+    ENOUGH_PIXELS,
+    MIN_NOISE,
+    REFINEMENTS,
+    TRIAL_SHADOW,
+)
 
 
 def learn_appearance(crops: Sequence[Crop], model: StoneModel, noise: float) -> Appearance:
-    """Colours, handle, profile and blur that explain all crops together.
+    """The look that explains all crops together.
 
     Parameters
     ----------
     crops : of one stone; their poses are refined in place
-    model : with the scene's radius and height, and typical values for the rest
-    noise : of a pixel, standard deviation in grey levels
+    model : the scene's radius and height, and typical values for the rest
+    noise : standard deviation of a pixel [grey levels]
     """
     sigma = np.maximum([3 * noise, 2 * noise, 2 * noise], MIN_NOISE)
     body = _body_colour(crops, model)
@@ -66,7 +62,7 @@ def learn_appearance(crops: Sequence[Crop], model: StoneModel, noise: float) -> 
     look = _with_shadow(crops, look)
     ordered = sorted(crops, key=lambda crop: crop.t)
     pixels = sum(len(crop.pixels) for crop in crops)
-    spare = max(1, min(pixels // ENOUGH_PIXELS, len(crops) // FEWEST))
+    spare = max(1, min(pixels // ENOUGH_PIXELS, len(crops) // ENOUGH_CROPS))
     for every, rounds in REFINEMENTS:
         some = ordered[:: max(every, spare)]
         look = refine_profile(some, look, model, rounds)
@@ -122,9 +118,9 @@ def _with_shadow(crops: Sequence[Crop], look: Appearance) -> Appearance:
             shadow_x=dx,
             shadow_y=dy,
             shadow_radius=look.model.radius,
-            shadow=SHADOW_TRIED,
-            contact=SHADOW_TRIED,
-            mirror=SHADOW_TRIED,
+            shadow=TRIAL_SHADOW,
+            contact=TRIAL_SHADOW,
+            mirror=TRIAL_SHADOW,
         )
         shaded = replace(look, model=model)
         costs.append((total_misfit(crops, shaded), shaded))

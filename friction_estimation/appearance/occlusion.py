@@ -1,4 +1,4 @@
-"""One stone among others: those behind it are what it stands before, those before it hide it."""
+"""A stone among others: stones behind it are part of its background, nearer ones hide it."""
 
 from __future__ import annotations
 
@@ -9,34 +9,27 @@ import numpy as np
 
 from curling_env.typing import Floats
 from friction_estimation.appearance.crops import Crop, composite, coverage
-from friction_estimation.appearance.fit import (
-    MARGIN_PX,
-    Appearance,
-    StoneFit,
-    cut_out,
-    fit_window,
-)
+from friction_estimation.appearance.fit import Appearance, StoneFit, cut_out, fit_window
 from friction_estimation.appearance.model import PixelWindow
+from friction_estimation.appearance.tuning import (
+    FILL_ROUNDS,
+    HIDDEN_SHARE,
+    MARGIN_PX,
+    MAX_HIDDEN,
+)
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
-
-HIDDEN_SHARE = 0.05
-"""A pixel of which a nearer stone covers more than this says nothing of the one behind it."""
-MOST_HIDDEN = 0.7
-"""Of a stone, what others may hide; less of it is too little to be measured."""
-FILLINGS = 3
-"""Rounds in which hidden pixels are given what the stone would show there."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PosedStone:
-    """A stone whose place is known.
+    """A stone whose look and pose are known.
 
     Parameters
     ----------
-    look : how it looks
+    look : its look
     pose : (3,) x, y [m] and heading [rad]
-    in_background : whether the picture of the ice shows it already; it then only hides
+    in_background : whether the background shows it already; then it only hides others
     """
 
     look: Appearance
@@ -53,14 +46,14 @@ def measure_occluded(
     start: Floats,
     others: Sequence[PosedStone],
 ) -> StoneFit | None:
-    """The stone near `start` in a frame in which others stand about it; see `measure`.
+    """The stone near `start` in a frame with other stones around it; see `measure`.
 
-    Hidden pixels are filled with what the stone shows at the place found so far, round by round:
-    they then pull it nowhere (expectation and maximisation).
+    Hidden pixels are filled, round by round, with what the stone shows at the pose found so far, so
+    that they do not influence it (expectation and maximisation).
 
     Parameters
     ----------
-    others : the stones about it, where they are in this frame
+    others : the stones around it, where they are in this frame
 
     Returns
     -------
@@ -85,11 +78,11 @@ def measure_occluded(
         return fit_window(picture, behind, window, camera, appearance, start)
     own = Crop(window=window, pixels=picture, background=behind, pose=start, t=0.0)
     body = coverage(own, appearance)[0, :, :-1].sum(axis=1)
-    if body[hidden].sum() > MOST_HIDDEN * body.sum():
+    if body[hidden].sum() > MAX_HIDDEN * body.sum():
         return None
     fit: StoneFit | None = None
     pose = np.array(start, dtype=np.float64)
-    for _ in range(FILLINGS):
+    for _ in range(FILL_ROUNDS):
         own.pose = pose
         shown = composite(coverage(own, appearance), behind, appearance.colours)
         picture[hidden] = shown[hidden]

@@ -1,4 +1,4 @@
-"""Pictures of a stone in a window: painted finely, coloured, and blurred as the camera blurs."""
+"""Pictures of a stone in a window: painted in fine pixels, coloured, and blurred by the camera."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from friction_estimation.appearance.picture_kernels import blur, colour_planes
 from friction_estimation.appearance.shape import BLUR_PX, COLOUR_BLUR_PX, FINE, HANDLE, PLANES
 
 Planes = NDArray[np.float32]
-"""Pictures are single: what they hold is known to a tenth of a grey level at best."""
+"""Painted planes, in single precision: they are right to a tenth of a grey level at best."""
 
 SHARP, SOFT = slice(0, 2), slice(2, 5)
 """Tinted planes that the camera sees as sharply as brightness, and as it sees colour."""
 
 
 def painted(window: PixelWindow, shape: Floats, pose: Floats, *, with_handle: bool) -> Planes:
-    """Shares of the parts and the ice's lost light, (6, rows·FINE, columns·FINE).
+    """A painted stone: its planes in fine pixels (`shape.PLANES`), (6, rows·FINE, columns·FINE).
 
     Parameters
     ----------

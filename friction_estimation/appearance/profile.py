@@ -1,4 +1,4 @@
-"""Fitting a stone's profile, blur and colours to all crops, with its places projected out."""
+"""Fitting a stone's profile, blur and colours to all crops, with its poses projected out."""
 
 from __future__ import annotations
 
@@ -8,13 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from curling_env.typing import Floats
-from friction_estimation.appearance.crops import (
-    Crop,
-    painted_planes,
-    robust_weights,
-    total_misfit,
-)
-from friction_estimation.appearance.fit import PIXEL_CORRELATION, Appearance
+from friction_estimation.appearance.crops import Crop, painted_planes, robust_weights, total_misfit
+from friction_estimation.appearance.fit import Appearance
 from friction_estimation.appearance.fit_kernels import normal_equations
 from friction_estimation.appearance.model import PixelWindow, StoneModel
 from friction_estimation.appearance.painting import (
@@ -33,6 +28,11 @@ from friction_estimation.appearance.shape import (
     HANDLE,
     PARTS,
     SHAPE_PARAMETERS,
+)
+from friction_estimation.appearance.tuning import (
+    MAX_FOOT_BRIGHTNESS,
+    MIN_GAIN,
+    PIXEL_CORRELATION,
 )
 
 SHAPE_SPREAD = {
@@ -61,9 +61,7 @@ SHAPE_SPREAD = {
     "foot_roundness": 0.7,
     "neck_length": 0.015,
 }
-"""How far stones and cameras differ from the starting values; radius and height are the scene's.
-
-A stone stands on its running band, so its foot is never much wider or narrower than that."""
+"""Prior standard deviations about the starting values; radius and height are the scene's."""
 SHAPE_BOUNDS = {
     "foot_inset": (-0.005, 0.12),
     "foot_height": (0.002, 0.06),
@@ -92,10 +90,6 @@ LENGTHS = tuple(name for name, spread in SHAPE_SPREAD.items() if spread < 0.1)
 OF_HANDLE = ("handle", "collar", "neck")
 OF_SHADE = ("shadow", "contact")
 BLURS = ("blur_px", "colour_blur_px")
-ENOUGH = 0.3
-"""A round that lowers the squared standard errors by less than this is the last."""
-FOOT_BRIGHTNESS = 1.1
-"""The foot overhangs: lit by the ice alone it is at most about as bright as the side."""
 GRANITE = (
     ("foot", "side", (30.0, 4.0, 4.0)),
     ("bevel", "side", (30.0, 4.0, 4.0)),
@@ -135,7 +129,7 @@ def refine_profile(
             colours = look.colours.copy()
             colours[:parts] += step[len(names) :].reshape(parts, 3)
             foot, side = PARTS.index("foot"), PARTS.index("side")
-            colours[foot, 0] = min(colours[foot, 0], FOOT_BRIGHTNESS * colours[side, 0])
+            colours[foot, 0] = min(colours[foot, 0], MAX_FOOT_BRIGHTNESS * colours[side, 0])
             tried = replace(look, model=look.model.with_shape(moved), colours=colours)
             taken = np.concatenate(
                 [(moved - shape)[index], (colours - look.colours)[:parts].ravel()]
@@ -151,7 +145,7 @@ def refine_profile(
             for crop, pose in zip(crops, before, strict=True):
                 crop.pose = pose
 
-        if last - value < ENOUGH:
+        if last - value < MIN_GAIN:
             break
     return look
 

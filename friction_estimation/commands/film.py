@@ -8,7 +8,13 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import IceOption, OutputDirectory, SeedOption, print_json, progress
+from curling_env.commands.cli import (
+    IceOption,
+    OutputDirectory,
+    SeedOption,
+    print_json,
+    progress_bar,
+)
 from curling_env.errors import InputError
 
 
@@ -19,7 +25,7 @@ def film(
     ],
     output: OutputDirectory,
     camera: Annotated[
-        str, typer.Option(metavar="NAME", help="Where from; see the list below.")
+        str, typer.Option(metavar="NAME", help="Place to film from; see the list below.")
     ] = "end",
     fps: Annotated[float, typer.Option(help="Frames per second.")] = 30.0,
     size: Annotated[
@@ -34,10 +40,10 @@ def film(
     ] = True,
     seed: SeedOption = 0,
 ) -> None:
-    """Film throws on a known ice as a camera before the sheet would see them.
+    """Render films of throws on known ice, as a camera before the sheet would see them.
 
-    Every row of the releases file becomes one film. Beside the films lie the scene file that
-    `curling track` asks for, and the truth to compare its tracks with.
+    Every row of the releases file becomes one film. Beside the films are the scene file that
+    `curling track` needs and the truth to compare its tracks with.
 
     \b
     end       the whole sheet from a gallery behind the home end
@@ -76,15 +82,16 @@ def film(
     # Four samples a frame: the cubic between them is then exact to a micrometre.
     thrown = [run.trajectory for run in slides_in_turn(known, numbered, fps=4 * fps)]
     folder = make_directory(output)
-    films = render_films(
-        folder,
-        [trajectory for trajectory in thrown if trajectory is not None],
-        spec,
-        sheet=known.sheet,
-        stone=known.stone,
-        notes={"mu": float(known.friction.mu.mean()), "ice": str(ice)},
-        progress=lambda frames, label, total: progress(frames, label, total=total, unit="frame"),
-    )
+    with progress_bar("frame") as progress:
+        films = render_films(
+            folder,
+            [trajectory for trajectory in thrown if trajectory is not None],
+            spec,
+            sheet=known.sheet,
+            stone=known.stone,
+            notes={"mu": float(known.friction.mu.mean()), "ice": str(ice)},
+            progress=progress,
+        )
     save_ice(known, folder / f"{spec.name}.ice.json")
     print_json(
         {

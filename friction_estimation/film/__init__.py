@@ -1,1 +1,1 @@
-"""Films in and out: frames with their times, held still and evenly lit. A film knows no camera."""
+"""Films and pictures in and out: frames with their times, stabilised and evenly lit."""

@@ -1,4 +1,4 @@
-"""A film's picture as it is stored: its colours are worked out only where it is looked at."""
+"""A frame of a film whose colours are converted only where it is looked at."""
 
 from __future__ import annotations
 
@@ -10,27 +10,26 @@ from av.video.frame import VideoFrame
 from curling_env.physics.compiled import compiled
 from curling_env.typing import Image
 
-HALVED = "yuv420p"
+USUAL_FORMAT = "yuv420p"
 """How nearly all films are stored: brightness in every pixel, colour in every second row and
 column."""
 BRIGHTNESS_FIRST = frozenset(
-    {HALVED, "yuvj420p", "yuv422p", "yuvj422p", "yuv444p", "yuvj444p", "nv12", "gray"}
+    {USUAL_FORMAT, "yuvj420p", "yuv422p", "yuvj422p", "yuv444p", "yuvj444p", "nv12", "gray"}
 )
-"""Forms whose first plane is the brightness, a byte a pixel."""
+"""Formats whose first plane is the brightness, one byte per pixel."""
 FULL_RANGE = 2
-"""FFmpeg's number for brightness from 0 to 255; in films that do not say so it is from 16 to 235.
-"""
+"""FFmpeg's number for brightness from 0 to 255; other films use 16 to 235."""
 
 
 class LazyFrame:
-    """One picture of a film, BGR where it is looked at: ``frame[rows, columns]``.
+    """One frame of a film, converted to BGR only where it is looked at: ``frame[rows, columns]``.
 
-    Most of a frame is never looked at while a stone is followed, and colours cost as much time as
-    decoding.
+    Most of a frame is never looked at while a stone is tracked, and converting all of it takes as
+    long as decoding.
 
     Parameters
     ----------
-    stored : as the decoder gives it
+    stored : the frame as the decoder gives it
     """
 
     def __init__(self, stored: VideoFrame) -> None:
@@ -39,7 +38,7 @@ class LazyFrame:
         lazy = (
             self._turns == 0
             and stored.color_range != FULL_RANGE
-            and stored.format.name == HALVED
+            and stored.format.name == USUAL_FORMAT
             and _rounded_alike()
         )
         self._whole = None if lazy else self.whole()
@@ -62,11 +61,11 @@ class LazyFrame:
 
 
 Frame = Image | LazyFrame
-"""What is looked at in parts, BGR."""
+"""A frame that can be looked at in parts, BGR."""
 
 
 def brightness_of(stored: VideoFrame) -> Image:
-    """How bright each pixel of a frame is, (height, width), without a copy where that is stored."""
+    """The brightness of a frame, (height, width); not copied where it is stored as such."""
     if stored.format.name not in BRIGHTNESS_FIRST:
         return np.asarray(stored.to_ndarray(format="gray"), dtype=np.uint8)
     plane = stored.planes[0]
@@ -75,7 +74,7 @@ def brightness_of(stored: VideoFrame) -> Image:
 
 
 def _planes(stored: VideoFrame) -> tuple[Image, Image, Image]:
-    """Brightness and the two colour differences as a frame holds them."""
+    """The planes of a frame: brightness and the two colour differences."""
     light, blue, red = (
         np.frombuffer(memoryview(plane), dtype=np.uint8).reshape(-1, plane.line_size)
         for plane in stored.planes
@@ -85,9 +84,9 @@ def _planes(stored: VideoFrame) -> tuple[Image, Image, Image]:
 
 @cache
 def _rounded_alike() -> bool:
-    """Whether FFmpeg rounds as `_colour` does; how it does goes by the processor."""
+    """Whether FFmpeg rounds as `_colour` does, which depends on the processor."""
     noise = np.random.default_rng(0).integers(0, 256, (96, 64), dtype=np.uint8)
-    frame = VideoFrame.from_ndarray(noise, format=HALVED)
+    frame = VideoFrame.from_ndarray(noise, format=USUAL_FORMAT)
     picture = np.empty((64, 64, 3), dtype=np.uint8)
     _colour(*_planes(frame), 0, 0, picture)
     return bool(np.array_equal(picture, frame.to_ndarray(format="bgr24")))

@@ -1,9 +1,9 @@
-"""Whether a camera held still, and pictures put back where it swayed.
+"""Image stabilisation: whether a camera held still, and frames moved back where it swayed.
 
-Corners that stand out in the first frame (paint, posts, boards) are found again in later ones; the
-similarity that carries most of them along is the camera's own motion, and whatever moves by itself
-is outvoted. A stand that sways by some pixels is corrected for; a camera that pans, zooms or is
-knocked over is refused, because the scene's points no longer stabiliser.
+Corners that stand out in the first frame (paint, posts, boards) are found again in later ones. The
+similarity that most of them follow is the camera's own motion; what moves by itself does not follow
+it. A sway of some pixels is corrected. A camera that pans, zooms or is knocked over is refused,
+because the points of its scene no longer hold.
 """
 
 # OpenCV's stubs widen the element type of every array that they return.
@@ -25,46 +25,46 @@ from curling_env.typing import Floats, Image
 FEATURES = 160
 FEATURE_QUALITY = 0.02
 FEATURE_DISTANCE_PX = 16
-MANY = 30
-"""Corners that the first frame must have for the camera's motion to be told from the people's."""
-FEW = 6
-"""So many corners make a motion."""
+MIN_FIRST_CORNERS = 30
+"""Fewer corners in the first frame cannot tell the camera's motion from that of people."""
+MIN_MOTION_CORNERS = 6
+"""Fewer corners that move together are no motion of the camera."""
 IN_PLACE_PX = 0.5
 IN_PLACE_SHARE = 0.4
-"""Corners that stay where they were win over a common motion of this many times as few: people
-who cross a bare sheet may carry more corners than the sheet has."""
+"""The camera held still if this many times as many corners stayed in place as moved together:
+people who cross a bare sheet may carry more corners than the sheet has."""
 TOLERANCE_PX = 1.0
-"""Corners that agree within this with the common motion carry it."""
+"""Corners that agree with the common motion within this belong to it."""
 MIN_SHARE = 0.35
-"""Of the corners of the first frame, those that must be found to move together."""
+"""Share of the first frame's corners that must move together."""
 STILL_PX = 0.3
-"""Less motion than this, anywhere in the picture, is a camera that holds still."""
+"""A camera that moves less than this everywhere in the picture holds still."""
 SWAY_SHARE = 0.02
 """Largest sway that is corrected for, as a share of the picture's width."""
 ZOOM_SHARE = 0.01
 """Largest change of scale that is corrected for."""
 TILES = (6, 8)
-"""Rows and columns of pieces in which two pictures are held beside each other."""
+"""Rows and columns of tiles in which two pictures are compared."""
 DETAIL_PX = 4.0
-"""What is finer than this is compared: lines and edges, which lie elsewhere after a small move."""
-TEXTURED = 4.0
-"""Least spread of a piece that shows something [grey levels]."""
-ALIKE = 0.7
-"""Correlation of pieces that show the same; between different views it is about nothing."""
-ALIKE_SHARE = 0.4
-"""Of the pieces, those that must be alike; people stand before the others."""
-LOOKED_AT = 12
-"""Frames in which the camera's motion is measured before it is believed to be still."""
+"""Only detail finer than this is compared: lines and edges, which even a small move displaces."""
+MIN_TILE_CONTRAST = 4.0
+"""Least standard deviation of a tile that is compared [grey levels]."""
+MIN_CORRELATION = 0.7
+"""Correlation of tiles that show the same; between different views it is near 0."""
+MIN_EQUAL_SHARE = 0.4
+"""Share of the tiles that must show the same; people stand before the others."""
+CHECKED_FRAMES = 12
+"""Frames in which the camera's motion is measured."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Stabiliser:
-    """Where the first frame's corners are, to find them again.
+    """Moves frames back to where the camera first stood.
 
     Parameters
     ----------
     grey : (rows, columns) the first frame
-    corners_px : (n, 1, 2) in it
+    corners_px : (n, 1, 2) the corners in it that are followed
     """
 
     grey: Image
@@ -88,12 +88,12 @@ class Stabiliser:
         return cls(grey=grey, corners_px=np.asarray(corners, dtype=np.float32))
 
     def motion(self, frame: Image) -> Floats | None:
-        """The similarity (2, 3) that carries the first frame's pixels to this frame's.
+        """The similarity (2, 3) from the first frame's pixels to this frame's.
 
-        None where too few corners move together: another view, or next to none to go by.
+        None where too few corners move together: another view, or hardly any corners at all.
         """
         grey = np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
-        if len(self.corners_px) < FEW or grey.shape != self.grey.shape:
+        if len(self.corners_px) < MIN_MOTION_CORNERS or grey.shape != self.grey.shape:
             return None
         there, found, _ = cv2.calcOpticalFlowPyrLK(
             self.grey, grey, self.corners_px, None, winSize=(21, 21), maxLevel=4
@@ -102,7 +102,7 @@ class Stabiliser:
         apart = np.linalg.norm((there - self.corners_px)[good, 0], axis=1)
         in_place = np.count_nonzero(apart < IN_PLACE_PX)
         matrix, together = None, 0
-        if np.count_nonzero(good) >= FEW:
+        if np.count_nonzero(good) >= MIN_MOTION_CORNERS:
             matrix, inside = cv2.estimateAffinePartial2D(
                 self.corners_px[good],
                 there[good],
@@ -111,16 +111,16 @@ class Stabiliser:
                 maxIters=500,
             )
             together = 0 if inside is None else np.count_nonzero(inside)
-        if in_place >= FEW and in_place >= IN_PLACE_SHARE * together:
+        if in_place >= MIN_MOTION_CORNERS and in_place >= IN_PLACE_SHARE * together:
             return np.eye(2, 3)
-        if matrix is None or together < max(FEW, MIN_SHARE * len(self.corners_px)):
+        if matrix is None or together < max(MIN_MOTION_CORNERS, MIN_SHARE * len(self.corners_px)):
             return None
         return np.asarray(matrix, dtype=np.float64)
 
     def same_view(self, frame: Image) -> bool:
-        """Whether a picture is what it was in the first frame, people left aside.
+        """Whether a frame shows the same view as the first one, apart from people.
 
-        On bare ice people carry most corners that stand out, and they all walk away.
+        On bare ice most corners that stand out are on people, and they all walk away.
         """
         grey = np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
         if grey.shape != self.grey.shape:
@@ -134,11 +134,11 @@ class Stabiliser:
                 part = slice(down[0], down[-1] + 1), slice(across[0], across[-1] + 1)
                 before, now = first[part], other[part]
                 spread = float(before.std())
-                if spread > TEXTURED:
+                if spread > MIN_TILE_CONTRAST:
                     both = spread * max(float(now.std()), 1.0)
                     likeness.append(float(np.mean(before * now)) / both)
-        alike = sum(one > ALIKE for one in likeness)
-        return alike >= FEW and alike >= ALIKE_SHARE * len(likeness)
+        alike = sum(one > MIN_CORRELATION for one in likeness)
+        return alike >= MIN_MOTION_CORNERS and alike >= MIN_EQUAL_SHARE * len(likeness)
 
     def stabilised(self, frame: Image) -> Image:
         """The frame as the camera would have seen it from where it first stood."""
@@ -158,20 +158,20 @@ class Stabiliser:
 
 
 def _detail(grey: Image) -> NDArray[np.float32]:
-    """A picture less its broad light and shade."""
+    """A picture without its broad light and shade."""
     fine = np.asarray(grey, dtype=np.float32)
     return np.asarray(fine - cv2.GaussianBlur(fine, (0, 0), DETAIL_PX), dtype=np.float32)
 
 
 def sway_px(motion: Floats, corners_px: NDArray[np.float32]) -> float:
-    """The furthest that a similarity carries one of some corners (n, 1, 2) [px]."""
+    """The largest displacement of corners (n, 1, 2) by a similarity [px]."""
     corners = corners_px.reshape(-1, 2)
     moved = corners @ motion[:, :2].T + motion[:, 2]
     return float(np.linalg.norm(moved - corners, axis=1).max())
 
 
 def stabiliser_for(sample: Sequence[tuple[float, Image]], source: str | Path) -> Stabiliser | None:
-    """Whether the camera of a film must be put back; None where it held still, or cannot tell.
+    """What stabilises a film; None where its camera held still, or nothing shows whether it did.
 
     Parameters
     ----------
@@ -180,15 +180,15 @@ def stabiliser_for(sample: Sequence[tuple[float, Image]], source: str | Path) ->
 
     Raises
     ------
-    InputError : it moves or zooms by more than can be put back
+    InputError : the camera moves or zooms by more than can be corrected
     """
     if len(sample) < 2:
         return None
     stabiliser = Stabiliser.of(sample[0][1])
-    if len(stabiliser.corners_px) < MANY:
+    if len(stabiliser.corners_px) < MIN_FIRST_CORNERS:
         return None
     width = sample[0][1].shape[1]
-    every = max(1, (len(sample) - 1) // LOOKED_AT)
+    every = max(1, (len(sample) - 1) // CHECKED_FRAMES)
     swayed = 0.0
     for t, frame in sample[every::every]:
         motion = stabiliser.motion(frame)

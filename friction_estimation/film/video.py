@@ -1,4 +1,4 @@
-"""Films in and out: frames with their own times, and overlays written whole or not at all."""
+"""Films in and out: frames with their own times, and films written whole or not at all."""
 
 # OpenCV's stubs widen the element type of every array that they return.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportReturnType=false
@@ -30,13 +30,14 @@ from curling_env.typing import Image
 from friction_estimation.film.frame import LazyFrame
 
 DEFAULT_FPS = 30.0
-"""Taken where neither the film nor the scene says anything usable."""
+"""Taken where neither the film nor the scene gives a usable rate."""
 SEEK_BEYOND = 40
-"""A jump of fewer frames is quicker made by decoding them: a seek goes back to a whole picture."""
+"""Fewer frames than this are decoded rather than skipped by a seek, which goes back to a key frame.
+"""
 SEEK_BACK = 4.0
-"""Time by which a seek begins earlier if it came too late [s]."""
-KEYS_SUFFICE = 0.8
-"""Share of the frames asked for that a film's whole pictures must make up to be taken instead."""
+"""How much earlier a seek begins if it came too late [s]."""
+MIN_KEY_FRAMES = 0.8
+"""A sample is made of key frames alone if there are this share of the frames asked for."""
 TIMES_SUFFIX = ".times.csv"
 """Added to a film's name: a table with the time of every frame, where its container lost them."""
 
@@ -52,8 +53,8 @@ class Film:
     fps : nominal frames per second
     frame_count : as the container says; the film may end earlier
     fps_given : whether the caller's rate replaces the container's times
-    times : of every frame as a table `TIMES_SUFFIX` beside the film gives them [s]; empty where
-        there is none
+    times : of every frame [s], from the table `TIMES_SUFFIX` beside the film; empty where there is
+        none
     """
 
     path: Path
@@ -104,14 +105,14 @@ class Film:
         """Every frame, (height, width, 3) BGR, with its time since the first one [s].
 
         Times are the container's where they increase; a frame without a usable one comes one
-        nominal interval after its predecessor. After a damaged place, frames are left out up to
-        the next whole picture: what is stored as changes shows the stone where it was.
+        nominal interval after its predecessor. After damaged data, frames are left out up to the
+        next key frame: those in between are stored as changes and would show a stale picture.
         """
         for t, frame in self.lazy_frames():
             yield t, frame.whole()
 
     def lazy_frames(self) -> Iterator[tuple[float, LazyFrame]]:
-        """The same, with colours only where they are looked at."""
+        """The same as `frames`, with colours converted only where they are looked at."""
         first: float | None = None
         last = -np.inf
         with _opened(self.path) as (container, stream):
@@ -132,11 +133,11 @@ class Film:
     def sample(self, count: int) -> list[tuple[float, Image]]:
         """About `count` frames spread evenly over the film, with approximate times [s].
 
-        Where there are enough of them, these are the film's whole pictures: the frames between are
-        stored as changes, and need not be decoded then.
+        Where there are enough of them, these are the film's key frames, so that the frames between
+        need not be decoded.
         """
-        keys = self._whole_pictures(count)
-        if len(keys) >= KEYS_SUFFICE * min(count, self.frame_count):
+        keys = self._key_frames(count)
+        if len(keys) >= MIN_KEY_FRAMES * min(count, self.frame_count):
             return keys
         return self.pick(np.linspace(0, self.frame_count - 1, count).round().astype(int).tolist())
 
@@ -148,8 +149,8 @@ class Film:
             index = round(t * self.fps)
         return min(max(index, 0), self.frame_count - 1)
 
-    def _whole_pictures(self, count: int) -> list[tuple[float, Image]]:
-        """At most `count` of the frames that stand for themselves, with approximate times [s]."""
+    def _key_frames(self, count: int) -> list[tuple[float, Image]]:
+        """At most `count` of the key frames, with approximate times [s]."""
         step, due = max((self.frame_count - 1) / max(count - 1, 1), 1.0), 0.0
         frames: list[tuple[float, Image]] = []
         with _opened(self.path) as (container, stream):
@@ -226,7 +227,7 @@ def _times_beside(film: Path) -> tuple[float, ...]:
 
 
 def is_stream(source: str) -> bool:
-    """Whether what a user gave is a camera's number or a stream's address, not a file."""
+    """Whether a source is a camera's number or a stream's address, and not a file."""
     return (
         source.isdecimal() or re.match(r"[a-z][a-z0-9+.-]*://", source, re.IGNORECASE) is not None
     )
@@ -248,7 +249,7 @@ def _opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
 
 
 def _packets(container: InputContainer, stream: VideoStream) -> Iterator[Packet[VideoStream]]:
-    """What is stored of the film from here on; where it is broken off it ends."""
+    """The packets of the film from here on, up to its end or to where it breaks off."""
     packets = container.demux(stream)
     while True:
         try:
@@ -263,7 +264,7 @@ def _decoded(
     stream: VideoStream,
     wanted: Callable[[Packet[VideoStream]], bool] | None = None,
 ) -> Iterator[VideoFrame]:
-    """All frames from here on that can be decoded, or those of the packets that are wanted."""
+    """All frames from here on that can be decoded, or only those of the packets that are wanted."""
     for packet in _packets(container, stream):
         if wanted is not None and not wanted(packet):
             continue
@@ -275,7 +276,7 @@ def _decoded(
 
 
 def _undamaged(container: InputContainer, stream: VideoStream) -> Iterator[tuple[int, VideoFrame]]:
-    """Numbers and frames, without those that build on one that was lost or damaged."""
+    """Numbers and frames, without those that depend on a lost or damaged one."""
     damaged, index = False, 0
     for packet in _packets(container, stream):
         try:
@@ -323,7 +324,7 @@ def _start(stream: VideoStream) -> int:
 
 
 def _unit(stream: VideoStream) -> Fraction:
-    """Of the container's moments [s]."""
+    """The unit of the container's times [s]."""
     return stream.time_base or Fraction(1, 1000)
 
 

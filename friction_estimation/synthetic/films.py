@@ -1,8 +1,8 @@
-"""Films and the truth beside them, on disk."""
+"""Rendered films and the truth beside them, on disk."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,15 +13,12 @@ from curling_env.errors import InputError, OutputError
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
 from curling_env.storage import atomic_path, make_directory, write_json, write_table
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Image
+from curling_env.typing import Image, Progress, no_progress, with_progress
 from friction_estimation.camera.scene import save_scene
 from friction_estimation.synthetic.cameras import scene_of
 from friction_estimation.synthetic.film_spec import FilmSpec, on_film
 from friction_estimation.synthetic.renderer import FilmRenderer
 from friction_estimation.synthetic.stone_drawing import StoneOnIce
-
-Progress = Callable[[Iterable[Image], str, int], Iterable[Image]]
-"""Passes frames on and shows how far it is: (frames, label, total) -> the same frames."""
 
 
 def write_film(path: str | Path, pictures: Iterable[Image], fps: float) -> int:
@@ -51,7 +48,7 @@ def write_film(path: str | Path, pictures: Iterable[Image], fps: float) -> int:
         finally:
             if writer is not None:
                 writer.release()
-        # The encoder says nothing when the disk is full: what was written is looked at.
+        # The encoder reports no full disk, so what was written is counted.
         reader = cv2.VideoCapture(str(draft))
         whole = int(reader.get(cv2.CAP_PROP_FRAME_COUNT)) == count
         reader.release()
@@ -68,9 +65,9 @@ def render_film(
     sheet: Sheet = PAPER_SHEET,
     stone: Stone = RULE_BOOK_STONE,
     resting: Sequence[StoneOnIce] = (),
-    progress: Progress | None = None,
+    progress: Progress = no_progress,
 ) -> Trajectory:
-    """Film one throw; returns the truth: where the stone is in every frame."""
+    """Film one throw, and return the truth: where the stone is in every frame."""
     renderer = FilmRenderer(spec, sheet=sheet, stone=stone, resting=resting)
     return _render(renderer, path, trajectory, progress, Path(path).name)
 
@@ -79,13 +76,12 @@ def _render(
     renderer: FilmRenderer,
     path: str | Path,
     trajectory: Trajectory,
-    progress: Progress | None,
+    progress: Progress,
     label: str,
 ) -> Trajectory:
     truth = on_film(trajectory, renderer.spec)
     pictures: Iterable[Image] = renderer.frames(trajectory, seed=trajectory.throw)
-    if progress is not None:
-        pictures = progress(pictures, label, len(truth))
+    pictures = with_progress(pictures, label, progress, len(truth))
     write_film(path, pictures, renderer.spec.fps)
     return truth
 
@@ -100,7 +96,7 @@ def render_films(
     resting: Sequence[StoneOnIce] = (),
     name: str | None = None,
     notes: dict[str, Any] | None = None,
-    progress: Progress | None = None,
+    progress: Progress = no_progress,
 ) -> list[Path]:
     """Film throws with one camera, and lay the scene and the truth beside them.
 
@@ -111,11 +107,13 @@ def render_films(
     Parameters
     ----------
     directory : made if it is not there
-    trajectories : one per film, sheet frame, the first sample at the release
+    trajectories : one per film, sheet frame; the first sample is the release
+    spec : how they are filmed
+    sheet, stone : the ice and the kind of stone
     resting : stones that lie on the sheet in every film
-    name : of the files; the camera's where None
-    notes : more truth for `NAME.truth.json`, such as the friction
-    progress : wraps the frames of each film to show how far it is
+    name : of the files; that of the camera where None
+    notes : further entries of `NAME.truth.json`, such as the friction
+    progress : called after every frame
 
     Returns
     -------

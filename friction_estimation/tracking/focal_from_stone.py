@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from friction_estimation.appearance import Crop, StoneModel, learn_appearance, total_misfit
-from friction_estimation.appearance.fit import PIXEL_CORRELATION
+from friction_estimation.appearance.tuning import PIXEL_CORRELATION
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import RefinedCamera, log_height_prior
 from friction_estimation.tracking import tuning

@@ -17,7 +17,7 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.typing import Floats, Image, Progress, no_progress, with_progress
 from friction_estimation.appearance import (
-    LEARNING_FRAMES,
+    CROPS_TO_LEARN_FROM,
     Appearance,
     Crop,
     StoneFit,
@@ -199,7 +199,7 @@ class _FoundStone:
     def crops(self, camera: Camera) -> list[Crop]:
         """Clear pictures of the stone, placed as another camera sees them."""
         clear = [s for s in self.path.sightings if s.likeness >= tuning.MIN_LEARNING_LIKENESS]
-        clear = clear[:: max(1, -(-len(clear) // LEARNING_FRAMES))]
+        clear = clear[:: max(1, -(-len(clear) // CROPS_TO_LEARN_FROM))]
         middle = self.model.height / 2
         places = np.array([s.xy for s in clear]).reshape(-1, 2)
         if camera is not self.found_by:

@@ -36,8 +36,8 @@ from friction_estimation.appearance.crops import (
     painted_planes,
     robust_weights,
 )
-from friction_estimation.appearance.fit import PIXEL_CORRELATION
 from friction_estimation.appearance.learning import colours_of
+from friction_estimation.appearance.tuning import PIXEL_CORRELATION
 from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background, median_picture

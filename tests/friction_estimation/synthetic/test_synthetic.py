@@ -492,9 +492,9 @@ def test_no_throws_make_no_film(tmp_path):
 def test_a_film_that_breaks_off_leaves_nothing(tmp_path):
     spec = FilmSpec(camera=small_camera(), people=False)
 
-    def broken(pictures, label, total):
-        yield next(iter(pictures))
-        raise KeyboardInterrupt
+    def broken(what, done, total=1.0):
+        if done:
+            raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         render_film(tmp_path / "film.mp4", braked(stop=0.5), spec, progress=broken)

@@ -1,0 +1,90 @@
+"""The tuned numbers of finding a stone in pictures and of learning its look.
+
+They were set on films that `friction_estimation.synthetic` renders, from all of its named cameras.
+What stones are like, the prior of a learnt shape, stands in `profile`.
+"""
+
+import numpy as np
+
+# --- the fit in one frame -------------------------------------------------------------------------
+
+MARGIN_PX = 4.0
+"""Width of the ring of background around the stone that the fit looks at: about three blurs."""
+OUTLIER_AT = 4.0
+"""Residuals of this many standard deviations count half (Geman-McClure weights)."""
+EDGE_DISTANCE_PX = 40.0
+"""A stone this near to the image's edge may be cut off."""
+PIXEL_CORRELATION = 4.0
+"""Residuals of neighbouring pixels agree (blur, compression): this many count as one."""
+MAX_STEPS = 12
+"""Gauss-Newton steps between two paintings."""
+MAX_PAINTINGS = 8
+"""Paintings of the stone in one fit."""
+NEGLIGIBLE_STEP = 0.3
+"""A step of less than this share of a standard error ends the fit."""
+TURN_REPAINT_PX = 0.5
+"""The derivative by the heading is painted anew when the stone has moved by more than this."""
+REPAINT_PX = 0.7
+"""The stone is painted anew when it has moved by more than this."""
+REPAINT_TURN = 0.15
+"""The same for its heading [rad]."""
+LONGEST_STEP = 0.08
+"""A step moves the stone no farther [m]."""
+LONGEST_TURN = 0.3
+"""A step turns the stone no farther [rad]."""
+TURN_DIFFERENCE = 0.05
+"""Turn for the derivative by the heading [rad]."""
+
+# --- a stone among others -------------------------------------------------------------------------
+
+HIDDEN_SHARE = 0.05
+"""A pixel is hidden where a nearer stone covers more than this share of it."""
+MAX_HIDDEN = 0.7
+"""A stone of which others hide a larger share is not measured."""
+FILL_ROUNDS = 3
+"""Rounds in which hidden pixels are filled with what the stone would show there."""
+
+# --- crops of a film ------------------------------------------------------------------------------
+
+CROPS_TO_LEARN_FROM = 20
+"""Frames that a look is learnt from; more only take time."""
+MIN_NOISE = 1.0
+"""Residuals are never trusted better than one grey level, which is how films are stored."""
+MIN_STONE_SHARE = 0.05
+"""Pixels of which the stone covers less count as ice."""
+COLOUR_NOISE_FACTOR = 5.0
+"""Factor on the noise of colour, which films store at half resolution and shifted: colour may find
+a handle, but not move a stone."""
+
+# --- the handle and the headings ------------------------------------------------------------------
+
+HEADINGS_TRIED = 24
+"""Headings that are tried in each frame when a look is learnt."""
+HEADINGS_COMPARED = 16
+"""Headings that are compared in a frame whose heading is doubtful."""
+SPINS_TRIED = np.linspace(-4.0, 4.0, 33)
+"""Rates of turning that are tried [rad/s]; a stone thrown to stay in play hardly turns faster."""
+SPIN_CHANGE = 0.05
+"""Change of spin that costs as much as one standard error of one crop [rad/s]."""
+HANDLE_RISES = (0.03, 0.045, 0.06)
+"""Heights above the top at which a handle is looked for [m]."""
+HANDLE_COLLARS = (0.0, 0.04)
+"""Radii of the round base with which it is looked for [m]."""
+MIN_HANDLE_CONTRAST = 10.0
+"""How far a handle's colour must lie from the rest of the stone [grey levels]."""
+
+# --- learning shape and colours -------------------------------------------------------------------
+
+TRIAL_SHADOW = 0.1
+"""Strength of shadow, contact shade and mirror image where the search begins."""
+REFINEMENTS = ((3, 8), (2, 8), (1, 20))
+"""Stages of the fit: every how manyth crop is used, and the greatest number of rounds. Noise and
+headings are found anew from all crops after each."""
+ENOUGH_PIXELS = 24_000
+"""Of large stones, crops are left out until about this many pixels are left."""
+ENOUGH_CROPS = 8
+"""At least this many crops are kept."""
+MIN_GAIN = 0.3
+"""A round that lowers the squared standard errors by less is the last."""
+MAX_FOOT_BRIGHTNESS = 1.1
+"""Brightness of the foot over that of the side: it overhangs and is lit by the ice alone."""
