@@ -138,12 +138,12 @@ def row_table(found: Estimate) -> dict[str, ArrayLike]:
         use = np.full(len(track), "wild", dtype=object)
         use[place < part.rows[0]], use[place > part.rows[-1]] = "before", "after"
         use[part.rows] = "used"
-        left = np.full(len(track), np.nan)
+        residual = np.full(len(track), np.nan)
         if found.throws:
             fitted = found.throws[k]
-            left[part.rows] = fitted.residual
+            residual[part.rows] = fitted.residual
             use[part.rows[~fitted.keep]] = "unlike"
-        own = (np.full(len(track), track.throw), track.t, *track.xy.T, use, left)
+        own = (np.full(len(track), track.throw), track.t, *track.xy.T, use, residual)
         for name, values in zip(columns, own, strict=True):
             columns[name].append(values)
     return {name: np.concatenate(parts) for name, parts in columns.items()}

@@ -164,8 +164,8 @@ def test_the_command_joins_films_and_says_how_their_clocks_differ(
     films = [str(tmp_path / f"{name}.mp4") for name in tracks]
     output = tmp_path / "tracks.csv"
     assert main(["join-cameras", *films, *asked, "-o", str(output)]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told[1]["offset_s"] == pytest.approx(7.5, abs=4 * told[1]["offset_sigma_s"])
+    document = json.loads(capsys.readouterr().out)
+    assert document[1]["offset_s"] == pytest.approx(7.5, abs=4 * document[1]["offset_sigma_s"])
     plain = read_tracks(output)
     assert main(["join-cameras", *films, *asked, "--bridge", "-o", str(output)]) == 0
     bridged = read_tracks(output)

@@ -102,7 +102,7 @@ def test_sigma_of_cells_is_true_beside_a_bias(seen_badly):
 
 
 def test_sigma_of_cells_is_true_where_all_throws_have_one_speed(sliding):
-    """Ripple and ice are told apart by the direction alone: σ must know how badly."""
+    """Only the direction tells a bias of the camera from the ice: σ must say how badly."""
     rng = np.random.default_rng(31)
     field = sliding.random_field(rng, mu=0.0095, spread=0.06, length=3.0)
     starts = sliding.varied_starts(rng, 12)

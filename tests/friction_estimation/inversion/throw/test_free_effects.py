@@ -41,7 +41,7 @@ def thrown(sliding) -> dict[float, SimpleNamespace]:
 
 
 @pytest.mark.parametrize("exponent", [0.0, 0.25])
-def test_exponent_and_slope_are_told_from_the_map(thrown, exponent):
+def test_exponent_and_slope_are_separated_from_the_map(thrown, exponent):
     ice = thrown[exponent].found.ice
     speed, slope, _ = ice.effects
     error = speed.parameters["exponent"] - exponent
@@ -58,9 +58,9 @@ def test_map_is_as_good_as_if_the_effect_were_known(thrown):
         return float(np.sqrt(np.mean((ice.friction.mu / case.truth - 1)[seen] ** 2)))
 
     law = ActiveEffect(name="speed_dependent_friction", parameters={"exponent": 0.25})
-    told = estimate_ice(case.tracks, start=Ice.uniform(0.0085, effects=(law,))).ice
+    given = estimate_ice(case.tracks, start=Ice.uniform(0.0085, effects=(law,))).ice
     ignorant = estimate_ice(case.tracks).ice
-    assert error(case.found.ice) < 1.2 * error(told) + 2e-3
+    assert error(case.found.ice) < 1.2 * error(given) + 2e-3
     assert error(ignorant) > 3 * error(case.found.ice)
 
 
