@@ -100,6 +100,7 @@ class Tree:
         """
         single = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
         own = {"PYTHONPATH": str(self.folder), "NUMBA_CACHE_DIR": str(self.cache)}
+        seconds = math.ceil(limit)
         process = subprocess.Popen(
             [sys.executable, *command],
             cwd=self.folder,
@@ -109,7 +110,7 @@ class Tree:
             stderr=subprocess.STDOUT,
             # A changed file of the same size and second would be taken for its old bytecode.
             env=os.environ | single | own | {"PYTHONDONTWRITEBYTECODE": "1"},
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, 2 * (math.ceil(limit),)),
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds)),
         )
         try:
             output, _ = process.communicate(timeout=BUSY * limit)
