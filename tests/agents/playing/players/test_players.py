@@ -1,0 +1,69 @@
+"""Every player plays every set of rules; one that thinks wins against one that only draws."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from agents.playing.match import play_game
+from agents.playing.players.draw import DrawPlayer
+from agents.playing.players.greedy import GreedyPlayer
+from agents.playing.players.rulebased import RuleBasedPlayer
+from agents.playing.tournament import play_tournament
+from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator
+from curling_env.game.rules import Team, rule_set
+
+PLAYERS = {"draw": DrawPlayer, "rulebased": RuleBasedPlayer, "greedy": GreedyPlayer}
+
+
+def simulator(ends=2, rules="world_curling_2024", ice_evolution=TYPICAL_EVOLUTION, **settings):
+    settings.setdefault("skills", "elite")
+    return GameSimulator(
+        rules=rule_set(rules, ends=ends), ice_evolution=ice_evolution, sweeping=True, **settings
+    )
+
+
+@pytest.mark.parametrize("rules", ["world_curling_2024", "mixed_doubles_2024", "digital_curling"])
+@pytest.mark.parametrize("name", PLAYERS)
+def test_every_player_plays_every_rules(name, rules):
+    player = PLAYERS[name]()
+    played = play_game(simulator(1, rules), (player, DrawPlayer()), seed=1)
+    assert played.game.is_over
+    assert all(d.shot.call.shot for d in played.deliveries)
+    faults = [d.shot.ruling.fault for d in played.deliveries if d.shot.team is Team.HOME]
+    assert sum(f in ("free_guard_zone", "early_takeout") for f in faults) <= 1
+
+
+def test_the_draw_player_draws_to_the_button_on_the_ice_it_knows():
+    game = play_game(
+        simulator(1, ice_evolution=NO_EVOLUTION, skills="none"),
+        (DrawPlayer(), DrawPlayer()),
+        seed=0,
+    )
+    first = game.deliveries[0].shot.stones_after[0]
+    assert np.hypot(first.x, first.y) < 0.01
+    fooled = play_game(
+        simulator(1, ice_evolution=NO_EVOLUTION, skills="none", known_ice="fcv1"),
+        (DrawPlayer(), DrawPlayer()),
+        seed=0,
+    )
+    lying = fooled.deliveries[0].shot.stones_after
+    assert not lying or np.hypot(lying[0].x, lying[0].y) > 0.05
+
+
+def test_thinking_pays():
+    """Twenty games of two ends against the draw player, of which 16 are by `rulebased`.
+
+    Over 60 and 16 other games the two led by 2.1 and 1.9 points a game, with a standard deviation
+    of 3.3. So the mean of twenty games has a standard error of 0.74 and lies above 0.35 in 99 of
+    100 cases, whatever the seed.
+    """
+    lead = played = 0.0
+    for better, games in (("rulebased", 16), ("greedy", 4)):
+        players = [PLAYERS[better](), DrawPlayer()]
+        table = play_tournament(simulator(2), players, games=games, seed=0)
+        assert table.wins.sum() == games
+        standing = next(s for s in table.standings if s.name == better)
+        lead += 2 * games * (standing.points_for - standing.points_against)
+        played += games
+    assert lead / played > 0.35
