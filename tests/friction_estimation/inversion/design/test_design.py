@@ -8,9 +8,15 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError
-from curling_env.sheet import PAPER_SHEET
+from curling_env.sheet import PAPER_SHEET, Direction
 from friction_estimation.inversion import cell_bound, estimate_ice
-from friction_estimation.inversion.design.design import _played, design_throws, draw_speeds
+from friction_estimation.inversion.design.design import (
+    Design,
+    ThrowKind,
+    _played,
+    design_throws,
+    draw_speeds,
+)
 
 
 def test_the_plans_error_is_the_bound_of_its_throws():
@@ -75,3 +81,35 @@ def test_what_no_session_reaches_is_said():
 def test_numbers_that_make_no_sense_are_refused(changes, says):
     with pytest.raises(InputError, match=says):
         design_throws(**{"resolution": 2.0, "precision": 0.02} | changes)
+
+
+def test_a_design_in_numbers():
+    kinds = [ThrowKind(speed=2.0, line=0.5, direction=Direction.AWAY)] * 2
+    kinds += [ThrowKind(speed=1.6, line=0.0, direction=Direction.HOME)]
+    plan = Design(
+        resolution=2.0,
+        precision=0.02,
+        kinds=tuple(kinds),
+        error=(0.04, 0.03, 0.02),
+        even_error=0.001,
+    )
+    assert plan.reached
+    assert not replace(plan, error=(0.04, 0.03, 0.02001)).reached
+    found = plan.summary()
+    assert found["kinds"] == [
+        {"times": 2, "speed": 2.0, "from": "home", "line_x_m": 0.5},
+        {"times": 1, "speed": 1.6, "from": "away", "line_x_m": 0.0},
+    ]
+    assert found["throws"] == 3
+    assert found["error_percent"] == pytest.approx(2.0)
+    assert found["error_of_one_number_percent"] == pytest.approx(0.1)
+    assert found["error_percent_after_throws"] == pytest.approx([4.0, 3.0, 2.0])
+    assert (found["resolution_m"], found["precision_percent"]) == (2.0, 2.0)
+    assert plan.words.startswith(
+        "2 % at a resolution of 2 m takes 3 throws: 1 at 1.60 m/s, 2 at 2.00 m/s; 2 of them from "
+        "the home end and 1 from the away end; on lines 0, +0.5 m"
+    )
+    away, home = kinds[0].release, ThrowKind(speed=1.6, line=0.5, direction=Direction.HOME).release
+    assert (away.x, home.x) == (0.5, 0.5)
+    assert away.vy == pytest.approx(2.0)
+    assert home.vy == pytest.approx(-1.6)
