@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from curling_env.errors import InputError
+from curling_env.infrastructure.storage import read_json, write_json, write_table
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
-from curling_env.storage import read_json, write_json, write_table
 from curling_env.typing import Flags, Floats
 
 ICE_FORMAT = "curling-ice/1"

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from curling_env.errors import InputError, OutOfRangeError
+from curling_env.infrastructure.storage import read_table, write_table
 from curling_env.sheet import HOG_LINE_Y, Direction
-from curling_env.storage import read_table, write_table
 from curling_env.typing import Floats
 
 MAX_SPEED = 6.0

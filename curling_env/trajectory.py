@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from curling_env.errors import InputError
-from curling_env.storage import read_table, read_text, write_table
+from curling_env.infrastructure.storage import read_table, read_text, write_table
 from curling_env.typing import Floats
 
 TRACK_COLUMNS = ("throw", "t", "x", "y", "theta")

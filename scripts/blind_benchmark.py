@@ -22,7 +22,7 @@ from blind_sessions import FORMS, NAMES, OUTSIDE, SCATTER, make_session
 from derivative_regression import names_found
 from tqdm import tqdm
 
-from curling_env.storage import make_directory, write_json, write_table
+from curling_env.infrastructure.storage import make_directory, write_json, write_table
 from curling_env.trajectory import Trajectory, read_tracks
 from friction_estimation.discovery.data.session import open_session
 from friction_estimation.discovery.discover import Discovery, discover

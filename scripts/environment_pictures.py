@@ -18,9 +18,9 @@ from scipy.ndimage import gaussian_filter
 import curling_env
 from curling_env.game import player_named
 from curling_env.ice import Ice, load_ice
+from curling_env.infrastructure.storage import atomic_path
 from curling_env.physics.one_stone.aim import Aim
 from curling_env.sheet import Direction
-from curling_env.storage import atomic_path
 from curling_env.typing import Image
 
 QUALITY = 82

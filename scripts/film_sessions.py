@@ -35,7 +35,7 @@ from blind_sessions import (
 )
 from tqdm import tqdm
 
-from curling_env.storage import make_directory, write_json
+from curling_env.infrastructure.storage import make_directory, write_json
 from curling_env.trajectory import Trajectory, read_tracks, write_tracks
 from friction_estimation.camera.lens import TERMS
 from friction_estimation.camera.scene import load_scene, save_scene

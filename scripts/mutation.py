@@ -46,7 +46,7 @@ from tqdm import tqdm
 AREAS = {
     "law": ["curling_env/physics/law.py", "curling_env/physics/effects/*.py"],
     "rules": ["curling_env/game/rules/*.py"],
-    "storage": ["curling_env/storage.py"],
+    "storage": ["curling_env/infrastructure/storage.py"],
     "frames": ["curling_env/sheet.py"],
     "inversion": ["friction_estimation/inversion/**/*.py"],
     "discovery": ["friction_estimation/discovery/**/*.py"],

@@ -32,8 +32,8 @@ from agents.playing.league.tuning import ENDS_SIDE_BY_SIDE, LEAD_SPREAD, MAX_END
 from agents.playing.search.positions import SCORES, EndSimulator
 from agents.playing.search.value_network import FILE, ValueNetwork, load_network, save_network
 from curling_env.commands.cli import progress_bar
-from curling_env.executor import executor
-from curling_env.storage import make_directory
+from curling_env.infrastructure.executor import executor
+from curling_env.infrastructure.storage import make_directory
 from curling_env.throw import SKILLS
 
 HELD_OUT = 12

@@ -9,11 +9,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from curling_env.executor import executor
 from curling_env.ice import Ice
+from curling_env.infrastructure.executor import executor
+from curling_env.infrastructure.storage import atomic_path, make_directory
 from curling_env.physics.one_stone.slide import play_bounds, slide
 from curling_env.sheet import Sheet, Stone
-from curling_env.storage import atomic_path, make_directory
 from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats, Progress, no_progress, with_progress

@@ -88,7 +88,7 @@ def play(
     from curling_env.errors import InputError
     from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator
     from curling_env.game.rules import Team, rule_set
-    from curling_env.storage import make_directory
+    from curling_env.infrastructure.storage import make_directory
 
     if film and output is None:
         raise InputError("--film needs a directory for it: -o DIR")

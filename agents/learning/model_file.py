@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.errors import InputError
-from curling_env.storage import atomic_path
+from curling_env.infrastructure.storage import atomic_path
 
 MODEL_FORMAT = "curling-agent/1"
 _ARRAY = "$array"

@@ -12,10 +12,10 @@ from scipy.ndimage import gaussian_filter
 
 from agents.planning.planned_throw import Plan, PlannedThrow
 from curling_env.ice import Ice
+from curling_env.infrastructure.storage import atomic_path
 from curling_env.physics.one_stone.slide import SlideEnd, play_bounds, slide
 from curling_env.render import figures
 from curling_env.sheet import TEE_Y
-from curling_env.storage import atomic_path
 from curling_env.typing import Floats
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from curling_env.errors import InputError
-from curling_env.storage import read_json
+from curling_env.infrastructure.storage import read_json
 from curling_env.typing import Flags, Floats
 
 

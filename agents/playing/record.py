@@ -20,7 +20,7 @@ from curling_env.errors import InputError
 from curling_env.game import Call, GameSimulator, GameState, Player, PlayerView
 from curling_env.game.rules import Ruling, Team, concede
 from curling_env.game.simulator import state_on_sheet
-from curling_env.storage import read_text, write_text
+from curling_env.infrastructure.storage import read_text, write_text
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from agents.playing.match import play_game
 from curling_env.errors import InputError
-from curling_env.executor import executor
 from curling_env.game import GameSimulator, Player
 from curling_env.game.rules import Game, Team
+from curling_env.infrastructure.executor import executor
 from curling_env.typing import Floats, Progress, no_progress, with_progress
 
 ELO_PER_LOG_ODDS = 400 / np.log(10)

@@ -21,7 +21,7 @@ from typing import Annotated, Any, NoReturn, TypeVar
 import typer
 
 from curling_env.errors import CurlingError
-from curling_env.storage import format_json
+from curling_env.infrastructure.storage import format_json
 from curling_env.typing import Progress
 
 COMMAND_GROUP = "curling.commands"

@@ -44,8 +44,8 @@ def simulate(
     """
     from curling_env.errors import InputError
     from curling_env.ice import load_ice
+    from curling_env.infrastructure.storage import atomic_path
     from curling_env.physics import session
-    from curling_env.storage import atomic_path
     from curling_env.throw import read_releases
     from curling_env.trajectory import write_tracks
 

@@ -51,11 +51,11 @@ def sweep(
     """
     import numpy as np
 
-    from curling_env.executor import executor
     from curling_env.ice import load_ice
+    from curling_env.infrastructure.executor import executor
+    from curling_env.infrastructure.storage import atomic_path, write_table
     from curling_env.physics.one_stone.integrate import SlideEnd
     from curling_env.physics.sweep import Sweep, run
-    from curling_env.storage import atomic_path, write_table
     from curling_env.throw import read_releases
 
     thrown = read_releases(releases)

@@ -15,7 +15,7 @@ from curling_env.game.rules.placement import Side
 from curling_env.game.rules.scoring import count
 from curling_env.game.rules.teams import Team
 from curling_env.ice import Ice
-from curling_env.plugins import load_plugin, plugin_names
+from curling_env.infrastructure.plugins import load_plugin, plugin_names
 from curling_env.sheet import Direction
 from curling_env.throw import Skill, Throw
 

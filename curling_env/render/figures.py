@@ -19,6 +19,7 @@ from matplotlib.patches import Circle, Ellipse
 from numpy.typing import ArrayLike
 from scipy.ndimage import map_coordinates
 
+from curling_env.infrastructure.storage import atomic_path
 from curling_env.sheet import (
     BACK_LINE_Y,
     HOG_LINE_Y,
@@ -28,7 +29,6 @@ from curling_env.sheet import (
     Sheet,
     to_delivery,
 )
-from curling_env.storage import atomic_path
 from curling_env.typing import Floats
 
 if TYPE_CHECKING:

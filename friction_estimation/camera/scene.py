@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from curling_env.errors import InputError
+from curling_env.infrastructure.storage import read_json, write_json
 from curling_env.sheet import PAPER_SHEET, Sheet
-from curling_env.storage import read_json, write_json
 from curling_env.typing import Floats
 from friction_estimation.camera.lens import TERMS
 

@@ -36,7 +36,7 @@ def compare(
         curling compare tracks.csv --ice ice.json -o runs/compare
     """
     from curling_env.ice import load_ice
-    from curling_env.storage import make_directory
+    from curling_env.infrastructure.storage import make_directory
     from curling_env.trajectory import read_tracks
     from friction_estimation.inversion.rethrow import compare_tracks, write_comparison
 

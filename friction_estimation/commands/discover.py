@@ -72,7 +72,7 @@ def discover(
         curling discover tracks.csv --known-length 21.31,21.945 --clock 20.1,24.3 -o runs/checked
     """
     from curling_env.ice import load_ice
-    from curling_env.storage import make_directory
+    from curling_env.infrastructure.storage import make_directory
     from curling_env.trajectory import read_tracks
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.discovery.data.references import (

@@ -148,7 +148,7 @@ def estimate(
         curling estimate end-0.mp4 end-1.mp4 --scene end.scene.json -o ice.json
     """
     from curling_env.ice import save_ice
-    from curling_env.storage import make_directory
+    from curling_env.infrastructure.storage import make_directory
     from curling_env.trajectory import read_tracks
     from friction_estimation.inversion import estimate_ice
     from friction_estimation.inversion.friction.information import (

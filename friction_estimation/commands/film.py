@@ -71,8 +71,8 @@ def film(
         NAME.ice.json       the ice itself
     """
     from curling_env.ice import load_ice, save_ice
+    from curling_env.infrastructure.storage import make_directory
     from curling_env.physics.session import slides_in_turn
-    from curling_env.storage import make_directory
     from curling_env.throw import read_releases
     from friction_estimation.synthetic import FilmSpec, render_films
 

@@ -39,7 +39,7 @@ def stones(
     """
     import cv2
 
-    from curling_env.storage import write_json
+    from curling_env.infrastructure.storage import write_json
     from friction_estimation.appearance import StoneModel
     from friction_estimation.camera.annotation.annotate import Annotation
     from friction_estimation.camera.pose import camera_from_scene

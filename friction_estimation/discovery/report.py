@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from curling_env.ice import save_ice
+from curling_env.infrastructure.storage import write_json
 from curling_env.physics.state import State
-from curling_env.storage import write_json
 from friction_estimation.discovery.data.measurement import LENS
 from friction_estimation.discovery.data.references import QUANTITIES, Calibration, QuantityError
 from friction_estimation.discovery.discover import Discovery

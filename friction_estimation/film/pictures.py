@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from curling_env.errors import InputError
-from curling_env.storage import atomic_path
+from curling_env.infrastructure.storage import atomic_path
 from curling_env.typing import Image
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")

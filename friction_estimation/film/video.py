@@ -25,7 +25,7 @@ from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
 from curling_env.errors import InputError, OutputError
-from curling_env.storage import atomic_path, read_table
+from curling_env.infrastructure.storage import atomic_path, read_table
 from curling_env.typing import Image
 from friction_estimation.film.frame import LazyFrame
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from curling_env.ice import write_cells
-from curling_env.storage import write_json, write_table
+from curling_env.infrastructure.storage import write_json, write_table
 from friction_estimation.inversion import Estimate
 from friction_estimation.reports.draw_weight import draw_weight, worth_of_a_per_cent
 from friction_estimation.reports.estimate_figures import paper_estimate, per_cent, write_pictures

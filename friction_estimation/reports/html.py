@@ -12,7 +12,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from curling_env.storage import write_text
+from curling_env.infrastructure.storage import write_text
 
 STYLE = """
 body{font:16px/1.5 system-ui,sans-serif;color:#22313f;background:#eef3f7;margin:0}

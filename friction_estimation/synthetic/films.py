@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 
 from curling_env.errors import InputError, OutputError
+from curling_env.infrastructure.storage import atomic_path, make_directory, write_json, write_table
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
-from curling_env.storage import atomic_path, make_directory, write_json, write_table
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Image, Progress, no_progress, with_progress
 from friction_estimation.camera.scene import save_scene

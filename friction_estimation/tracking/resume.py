@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from curling_env.errors import InputError
-from curling_env.storage import atomic_path, make_directory
+from curling_env.infrastructure.storage import atomic_path, make_directory
 from curling_env.trajectory import Trajectory
 
 SUFFIX = ".unfinished"

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from curling_env.errors import InputError
-from curling_env.plugins import load_plugin
+from curling_env.infrastructure.plugins import load_plugin
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Progress, no_progress
 from friction_estimation.camera.scene import Scene

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from curling_env.errors import InputError
-from curling_env.storage import read_text
+from curling_env.infrastructure.storage import read_text
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 

@@ -22,7 +22,7 @@ from tables import (
 
 from curling_env.commands.cli import progress, say
 from curling_env.errors import CurlingError
-from curling_env.storage import make_directory
+from curling_env.infrastructure.storage import make_directory
 
 
 def main(

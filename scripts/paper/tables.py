@@ -20,10 +20,10 @@ from pathlib import Path
 import numpy as np
 
 from curling_env.ice import Ice
+from curling_env.infrastructure.storage import write_table
 from curling_env.physics.one_stone.slide import slide
 from curling_env.render.figures import FAINT, INK, new_figure, plain_axes, save_figure
 from curling_env.sheet import HOG_LINE_Y, PAPER_STONE
-from curling_env.storage import write_table
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats

@@ -8,7 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from curling_env.storage import write_text
+from curling_env.infrastructure.storage import write_text
 
 PLACE = "/*RECORD*/"
 """Place of the record in the template."""

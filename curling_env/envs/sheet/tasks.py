@@ -19,7 +19,7 @@ import numpy as np
 
 from curling_env.envs.sheet.reward import Landing, RewardWeights
 from curling_env.errors import InputError
-from curling_env.plugins import load_plugin, plugin_names
+from curling_env.infrastructure.plugins import load_plugin, plugin_names
 from curling_env.sheet import HOUSE_RADIUS, RING_RADII
 
 TASK_GROUP = "curling.tasks"

@@ -17,7 +17,7 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.storage import atomic_path
+from curling_env.infrastructure.storage import atomic_path
 from curling_env.typing import Flags, Floats, Indices
 from friction_estimation.inversion.friction.posterior import Hyperparameters
 from friction_estimation.inversion.noise import Noise

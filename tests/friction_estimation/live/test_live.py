@@ -15,8 +15,8 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
+from curling_env.infrastructure.storage import write_table
 from curling_env.physics.one_stone.slide import slide
-from curling_env.storage import write_table
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory, read_tracks
 from friction_estimation.camera.scene import load_scene, save_scene

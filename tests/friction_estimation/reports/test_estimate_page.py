@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from curling_env.ice import Ice
+from curling_env.infrastructure.storage import read_table
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
-from curling_env.storage import read_table
 from friction_estimation.inversion import estimate_ice
 from friction_estimation.reports.draw_weight import draw_weight, worth_of_a_per_cent
 from friction_estimation.reports.estimate_page import Still, headline, write_report
