@@ -42,7 +42,7 @@ def learn_appearance(crops: Sequence[Crop], model: StoneModel, noise: float) -> 
 
     Parameters
     ----------
-    crops : of one stone; their poses are refined in place
+    crops : crops of one stone; their poses are refined in place
     model : the scene's radius and height, and typical values for the rest
     noise : standard deviation of a pixel [grey levels]
     """

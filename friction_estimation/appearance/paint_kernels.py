@@ -118,9 +118,9 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
     ----------
     x, y : place of the stone, sheet frame [m]
     shape : (26,) see `shape.SHAPE_PARAMETERS`
-    ray_xy, ray_slope, scale, rows, columns : of a `PixelWindow`
-    planes : (6, rows·FINE, columns·FINE), of which foot, side, bevel and top are filled. What the
-        ice mirrors of the body counts as foot and side
+    ray_xy, ray_slope, scale, rows, columns : rays and size of a `PixelWindow`
+    planes : (6, rows·FINE, columns·FINE), of which foot, side, bevel and top are filled. The
+        body's mirror image in the ice counts as foot and side
     """
     radius, height = shape[RADIUS], shape[HEIGHT]
     nodes, turned, slopes = np.empty((NODES, 2)), np.zeros(NODES), np.zeros(NODES)

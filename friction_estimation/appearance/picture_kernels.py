@@ -80,7 +80,7 @@ def blur(planes, rows, columns, sigma, shift_u, shift_v, sloped, out):
     Parameters
     ----------
     planes : (p, rows·FINE, columns·FINE)
-    sigma : of the point spread [px]
+    sigma : standard deviation of the point spread [px]
     shift_u, shift_v : by how much the planes are moved [px]
     sloped : whether the derivatives are wanted
     out : (p, 3, rows, columns), filled: values and their derivatives by both shifts; only the

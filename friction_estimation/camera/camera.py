@@ -166,9 +166,9 @@ class Camera:
 
         Parameters
         ----------
-        step : turn about the camera's axes [rad], shift in its frame [m], and the parameters of
-            the lens that are free; a step of six moves the camera only
-        free : which these are
+        step : turn about the camera's axes [rad], shift in its frame [m], and changes of the
+            lens's free parameters; a step of six numbers moves the camera only
+        free : the parameters of the lens that are free
         """
         lens, translation = self.lens, self.translation
         if len(step) > 6:

@@ -40,7 +40,7 @@ class Board:
     columns, rows : number of squares
     square : side of a square [m]
     marker : side of a ChArUco marker [m]; three quarters of a square where None
-    dictionary : of the ChArUco markers, by its name in OpenCV without ``DICT_``
+    dictionary : dictionary of the ChArUco markers, OpenCV's name without ``DICT_``
 
     Raises
     ------

@@ -172,10 +172,10 @@ class LensChange(NamedTuple):
 
     Parameters
     ----------
-    log_focal : of the focal length, in log
-    shares : (5,) of `Lens.shares`
-    axis : (2,) of the principal point [halves of the image's longer side]
-    log_stretch : of the height of a pixel against its width, in log
+    log_focal : change of the logarithm of the focal length
+    shares : (5,) change of `Lens.shares`
+    axis : (2,) shift of the principal point [halves of the image's longer side]
+    log_stretch : change of the logarithm of a pixel's height over its width
     """
 
     log_focal: float
@@ -195,7 +195,7 @@ class FreeLens:
     focal : the focal length
     bends : k1 and k2, which make nearly all of the distortion
     minor : the small terms: a third radial one, and those of a lens that sits askew
-    axis : where the axis meets the picture
+    axis : the point at which the lens's axis meets the picture
     cut : the picture was cut out of another and perhaps stretched, as those of club cameras often
         are; the axis is free with it
     """

@@ -29,7 +29,7 @@ def distort(x: Any, y: Any, terms: Any) -> tuple[Any, Any]:
 
     Parameters
     ----------
-    x, y : where a lens without distortion would show it, numbers or arrays
+    x, y : place at which a lens without distortion would show it, numbers or arrays
     terms : (5,) in the order of `lens.TERMS`
 
     Source
@@ -85,8 +85,8 @@ def bounds_of_circles(x, y, circles, matrix, terms, rotation, translation, bound
     ----------
     x, y : the axis, sheet frame [m]
     circles : (n, 2) radius and height of each [m]
-    matrix, terms : of the lens
-    rotation, translation : of the camera
+    matrix, terms : (3, 3) camera matrix [px] and (5,) distortion of the lens
+    rotation, translation : the camera's pose, (3, 3) and (3,) [m]
     bounds : (2, 2) lowest and highest column and row; NaN where a circle is behind the camera
     """
     fx, skew, cx = matrix[0, 0], matrix[0, 1], matrix[0, 2]
@@ -118,8 +118,8 @@ def rays_of_pixels(left, top, shape, matrix, terms, rotation, position, ray_xy, 
     ----------
     left, top : column and row of its upper left pixel
     shape : rows and columns
-    matrix, terms : of the lens
-    rotation, position : of the camera
+    matrix, terms : (3, 3) camera matrix [px] and (5,) distortion of the lens
+    rotation, position : the camera's rotation (3, 3), and its place in the sheet frame (3,) [m]
     ray_xy : (rows·columns, 2) where each ray meets the ice [m]
     ray_slope : (rows·columns, 2) how far it moves sideways per metre of height
     """

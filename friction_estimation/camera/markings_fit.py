@@ -48,8 +48,8 @@ class FittedCamera:
     covariance : (m, m) of its free parameters, see `Camera.moved`
     residuals_px : (n,) how far it still misses each measured point
     agrees : (n,) whether the point is no outlier
-    misfit : to the paint and to what was known before [squared standard errors], on one scale for
-        all cameras
+    misfit : misfit to the paint and to prior knowledge [squared standard errors], on one scale
+        for all cameras
     """
 
     camera: Camera
@@ -77,7 +77,7 @@ class MarkingsFit:
     ----------
     grey : grey levels of the image or of a part of it
     origin : column and row of its upper left pixel in the image
-    markings : of the sheet
+    markings : the sheet's painted markings
     sheet_points, points_px : (n, 2) what was marked by hand, on the ice [m] and in the image [px]
     lens : the unknown parts of the lens
     height : median of the camera's height [m] and its spread in log
@@ -270,9 +270,9 @@ class _Residuals:
 
         Parameters
         ----------
-        residuals : of `of`
+        residuals : residuals as returned by `of`
         cut : squared residual of a measured point at which its weight is a quarter [px²]
-        variance : of a measured point [px²]
+        variance : variance of a measured point [px²]
         """
         seen = residuals[: self.count] ** 2
         hand = residuals[self.count : self._after_clicks] ** 2

@@ -50,7 +50,7 @@ class RefinedCamera:
     before_px : the same with the camera as it was [px]
     covariance : (m, m) of the free parameters, see `Camera.moved`
     lens : the parts of the lens that were fitted
-    misfit : to the paint and to what was known before [squared standard errors]
+    misfit : misfit to the paint and to prior knowledge [squared standard errors]
     farther : a camera that the paint agrees with as well, a standard error of its height away;
         only where something other than the paint told the height
     """
@@ -122,7 +122,7 @@ def refine_from(
     image : (rows, columns, 3) BGR
     markings : the paint to look for
     lens : the unknown parts of the lens
-    height : of the camera [m], where it was measured
+    height : the camera's height [m], if it was measured
 
     Returns
     -------
@@ -159,8 +159,8 @@ def refine_at_focal(
     Parameters
     ----------
     refined : a camera whose focal length the paint does not fix
-    scene, image, origin_px : as of `refine`
-    log_change : of the focal length, natural logarithm
+    scene, image, origin_px : as in `refine`
+    log_change : change of the natural logarithm of the focal length
 
     Returns
     -------

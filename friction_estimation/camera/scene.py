@@ -37,7 +37,7 @@ class Scene:
     distortion : (5,) in the order of `lens.TERMS`; None where it is not known
     image_size : width and height of the images that the camera matrix belongs to [px]; those of
         the film where None
-    stone_radius, stone_height : of the body [m]; the height is without the handle
+    stone_radius, stone_height : radius and height of the stone's body, without its handle [m]
     sheet : the ice whose points these are
     fps : frames per second where the film's own times are wrong; None trusts the film
     source : the file that it was read from, for messages
@@ -121,7 +121,7 @@ def load_scene(path: str | Path, camera: str | Path | None = None) -> Scene:
 
     Parameters
     ----------
-    path : of the scene file
+    path : path of the scene file
     camera : a camera file (`curling calibrate`) whose lens replaces the scene's own
 
     Raises

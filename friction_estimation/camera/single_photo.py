@@ -105,8 +105,8 @@ def camera_from_photo(
     clicks : the names of keypoints (`keypoints_of`) and their pixels: tee and hog_centre of one
         end at least, each to 0.3 m
     sheet : the ice in the photo
-    height : of the camera above the ice [m], where it is known; looking straight down, the paint
-        does not show it
+    height : the camera's height above the ice [m], if it is known; needed for a camera that looks
+        straight down, because the paint does not show the height there
     stone : radius and height of the stones [m], for the scene
 
     Raises

@@ -48,13 +48,13 @@ class Film:
 
     Parameters
     ----------
-    path : of the file
+    path : path of the file
     size : width and height [px]
     fps : nominal frames per second
     frame_count : as the container says; the film may end earlier
     fps_given : whether the caller's rate replaces the container's times
-    times : of every frame [s], from the table `TIMES_SUFFIX` beside the film; empty where there is
-        none
+    times : time of every frame [s], from the table `TIMES_SUFFIX` beside the film; empty if there
+        is no table
     """
 
     path: Path

@@ -74,8 +74,8 @@ def follow_stream(
     Parameters
     ----------
     feed : the open source, see `open_feed`; it is closed at the end
-    scene : where the camera sees the sheet
-    folder : where the films are kept
+    scene : the camera's view of the sheet
+    folder : folder that keeps the films
     throws : number of throws to wait for; None waits as long as the stream lasts
     report : an existing folder for a page that shows the ice so far; with None there is no page,
         and only one number is estimated for the ice

@@ -21,7 +21,7 @@ class Clip:
 
     Parameters
     ----------
-    path : of the film
+    path : path of the film
     clock : when its first frame was taken, since the stream began [s]
     frames : number of its frames
     missing : number of frames that never came, according to the times of the others
@@ -41,7 +41,7 @@ class Recorder:
     ----------
     feed : the source of the frames that are added
     motion : detects what moves on the ice in them
-    folder : where the films go
+    folder : folder for the films
     count : number of films so far
     """
 

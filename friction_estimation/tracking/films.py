@@ -109,7 +109,7 @@ def track_each(
     scenes : one for all films, or one for each
     throws : number of the throw in each film; 0, 1, 2, ... by default
     tracker : finds the stones in a film; by default the built-in one, `track_film`
-    checkpoints : where the tracks of each film are kept until all is done, so that an interrupted
+    checkpoints : keeps the tracks of each film until all films are done, so that an interrupted
         call can be repeated; the caller deletes them at the end. None: nothing is kept
     always_track : as many of the first films are tracked even if checkpoints hold their tracks,
         for callers that need `found`

@@ -71,7 +71,7 @@ def track_film(
     Parameters
     ----------
     film : path of the film
-    scene : where its camera sees the sheet
+    scene : its camera's view of the sheet
     throw : number of the throw, for the tracks
     options : what may be chosen; the defaults if None
     progress : called with the number of frames done and the expected number of all
@@ -108,7 +108,7 @@ class _SteadyFilm:
 
     Parameters
     ----------
-    path : of the film
+    path : path of the film
     scene : may override its frame rate
     """
 

@@ -62,7 +62,7 @@ def find_scene_context(
     Parameters
     ----------
     sample : sampled frames and their times [s]
-    appearance, path : of the thrown stone
+    appearance, path : appearance and path of the thrown stone
     sample_until : as many frames as `sample` has, between the film's beginning and a time [s]
 
     Returns

@@ -26,8 +26,8 @@ class Tracker(Protocol):
     Parameters
     ----------
     film : path of the film; its first frame is at t = 0
-    scene : where the camera sees the sheet, the sheet's size and the stone's size
-    progress : to be called now and then with how much of the film is done; may be ignored
+    scene : the camera's view of the sheet, and the sizes of sheet and stone
+    progress : call it now and then with how much of the film is done, or ignore it
 
     Returns
     -------

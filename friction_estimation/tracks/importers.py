@@ -99,7 +99,7 @@ def on_sheet(
     ----------
     series : tracked points
     metres : length of the program's unit [m]
-    origin : where the program's axes cross, sheet frame [m]
+    origin : the point at which the program's axes cross, sheet frame [m]
     along : the program's axis that points from the home end to the away end
     """
     turn = TO_SHEET[along]

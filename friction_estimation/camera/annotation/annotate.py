@@ -70,12 +70,12 @@ class Annotation:
 
     Parameters
     ----------
-    name : of the file
-    stills : pictures that can be looked at, (height, width, 3) BGR; the first one is without what
-        moves
+    name : name of the file
+    stills : pictures to choose from, (height, width, 3) BGR; in the first one nothing that moves
+        is left
     sheet : the ice whose keypoints are clicked
     known : what else the scene shall say, by the parameters of `Scene`: lens, stone, rate
-    clicks : those made before
+    clicks : clicks made before
     """
 
     name: str

@@ -38,7 +38,7 @@ class AnnotationServer:
     ----------
     annotation : the film or picture
     save : called with the scene; a `CurlingError` that it raises is shown on the page
-    port : of the page; 0 takes any free one
+    port : port at which the page is served; 0 takes any free one
 
     Raises
     ------

@@ -69,7 +69,8 @@ class Session:
     smoothed : whether the tracks come smoothed
     left_out : for each throw that is not here, the reason
     measurements : effects that the camera may have on the tracks
-    wear_tracks : where stones ran in all throws of the session; those not searched wear it too
+    wear_tracks : tracks of the stones in all throws of the session; throws that are not searched
+        wear the ice too
     """
 
     throws: Indices

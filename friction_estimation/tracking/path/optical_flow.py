@@ -127,7 +127,7 @@ def track_by_flow(
     ----------
     frames : BGR frames, the first of which shows the stone inside `start_px`
     start_px : (n, 2) outline of the stone in the first frame [px]
-    height : of the followed points above the ice [m]
+    height : height of the followed points above the ice [m]
 
     Returns
     -------

@@ -31,8 +31,9 @@ class Predictor:
 
     Parameters
     ----------
-    path : where the stone should be
-    camera, appearance : of the stone that is followed
+    path : the path that the stone is expected to take
+    camera : the film's camera
+    appearance : appearance of the followed stone
     options : what may be accepted
     heading : the heading over the whole film, where it is known
     """

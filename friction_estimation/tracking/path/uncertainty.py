@@ -47,7 +47,7 @@ def systematic_sigma(
     ----------
     refined : the camera with which the film was measured
     xy : (n, 2) places on the ice [m]
-    height : of the stone [m]
+    height : height of the stone [m]
     lag_px : error of its place that the compression of the film causes [px]
     """
     camera, middle = refined.camera, height / 2

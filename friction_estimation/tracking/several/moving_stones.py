@@ -75,8 +75,8 @@ class MovingStone:
     Parameters
     ----------
     appearance : what it looks like
-    path : where it should be
-    predictor : where to look for it
+    path : the path that it is expected to take
+    predictor : predicts its pose in the next frame
     measured : what was measured of it
     rested : how it lay before it was hit; None for the thrown stone
     wakes : when it is first looked at [s]
@@ -125,7 +125,7 @@ class StoneFollower:
     Parameters
     ----------
     background : the ice without the stones that leave
-    camera, options : of the film
+    camera, options : the film's camera, and how it is tracked
     resting : the other stones; those that leave are followed, those that stay may hide them
     """
 
@@ -157,7 +157,7 @@ class StoneFollower:
         Parameters
         ----------
         frames : times [s] and frames
-        path, appearance, heading : of the thrown stone, up to its first contact
+        path, appearance, heading : what is known of the thrown stone up to its first contact
         sample_times : times of the sampled frames in which the other stones were seen [s]
 
         Returns
