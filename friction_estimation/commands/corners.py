@@ -36,11 +36,11 @@ def corners(
     """Mark the corners of the sheet in a picture, and write the scene file that tracking needs.
 
     A page opens in your browser. Click each corner of the ice in turn. Where the camera sees only
-    part of the sheet, choose four or more other places on the small sheet (tee, hog line, ring)
+    part of the sheet, choose four or more other keypoints on the small sheet (tee, hog line, ring)
     and click those. The wheel zooms, dragging moves the picture, and the arrow keys move the
-    chosen mark by a quarter of a pixel. The lines of the sheet are drawn back into the picture at
-    once and must lie on the paint. A few pixels do not matter: tracking corrects the marks by the
-    painted lines.
+    selected click by a quarter of a pixel. The lines of the sheet are drawn back into the picture
+    at once and must lie on the paint. A few pixels do not matter: tracking corrects the clicks by
+    the painted lines.
 
     Only this machine can open the page, and the command ends when you save.
 

@@ -33,13 +33,13 @@ from friction_estimation.film.pictures import SUFFIXES, read_picture
 from friction_estimation.film.video import Film
 
 STILLS = 9
-"""Frames of a film that can be looked at."""
+"""Number of frames of a film that the page offers."""
 VIEW_PX_PER_M = 26.0
-"""Scale of the view from above."""
+"""Scale of the view from above [px/m]."""
 PAINT_SEARCH_PX = 2.0
-"""Paint is looked for this near to where the corrected camera puts it."""
+"""Paint is searched for within this distance of its expected place."""
 CURVE_STEP = 0.25
-"""Distance between points of a painted line [m]; between them a lens may bend it unseen."""
+"""Distance between the points of a drawn line [m]; small enough that distortion looks smooth."""
 
 Clicks: TypeAlias = Mapping[str, tuple[float, float]]
 """The names of keypoints (`markings.keypoints_of`) and where they were clicked [px]."""
@@ -47,15 +47,15 @@ Clicks: TypeAlias = Mapping[str, tuple[float, float]]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AnnotatedCamera:
-    """The camera that a set of clicks speaks for.
+    """The camera that follows from a set of clicks.
 
     Parameters
     ----------
     scene : the clicks as a scene
     camera : sees the keypoints where they were clicked
-    misfit_px : root mean square distance of the clicks from where the camera puts them [px]
-    paint_px : how far the paint on the ice lies from where the camera puts it [px]; None where
-        the paint was not looked for, or too little of it is in view
+    misfit_px : root mean square distance between the clicks and the projected keypoints [px]
+    paint_px : root mean square distance between the paint and its projection [px]; None if the
+        paint was not searched for, or too little of it is in view
     """
 
     scene: Scene
@@ -74,7 +74,7 @@ class Annotation:
     stills : pictures to choose from, (height, width, 3) BGR; in the first one nothing that moves
         is left
     sheet : the ice whose keypoints are clicked
-    known : what else the scene shall say, by the parameters of `Scene`: lens, stone, rate
+    known : further parameters of the `Scene`: lens, stone, frame rate
     clicks : clicks made before
     """
 
@@ -105,7 +105,7 @@ class Annotation:
 
     @classmethod
     def from_scene(cls, path: str | Path, scene: Scene) -> Annotation:
-        """Continue from a scene: its points, its sheet and all else it says are kept.
+        """Continue from a scene; its points, its sheet and everything else in it are kept.
 
         Raises
         ------
@@ -117,7 +117,7 @@ class Annotation:
             name = names.get((np.round(xy, 3) + 0.0).tobytes())
             if name is None:
                 raise InputError(
-                    "only corners and crossings of lines can be marked on the page; "
+                    "only corners and crossings of lines can be clicked on the page; "
                     f"({xy[0]:g}, {xy[1]:g}) m is neither",
                     source=scene.source,
                     where=f"points[{i}]",
@@ -145,9 +145,9 @@ class Annotation:
         """
         keypoints = keypoints_of(self.sheet)
         if unknown := sorted(clicks.keys() - keypoints.keys()):
-            raise InputError(f"no such place on the ice: {', '.join(unknown)}")
+            raise InputError(f"no such keypoint of the ice: {', '.join(unknown)}")
         if len(clicks) < MIN_POINTS:
-            raise InputError(f"mark {MIN_POINTS - len(clicks)} more: four places are needed")
+            raise InputError(f"click {MIN_POINTS - len(clicks)} more: four keypoints are needed")
         only_corners = clicks.keys() == set(CORNERS)
         names = CORNERS if only_corners else tuple(n for n in keypoints if n in clicks)
         return Scene(
@@ -162,8 +162,9 @@ class Annotation:
 
         Parameters
         ----------
-        clicks : in the raw image
-        paint : let the painted lines correct the camera, as tracking does; takes a second or two
+        clicks : pixels of the raw image by the names of keypoints
+        paint : whether the painted lines correct the camera, as tracking does; this takes a second
+            or two
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""The page on which the ice is marked, served to this machine's own browser and to no one else."""
+"""The page on which keypoints are clicked, served to browsers on this machine only."""
 
 # pyright: reportArgumentType=false, reportCallIssue=false
 
@@ -24,7 +24,7 @@ from friction_estimation.camera.markings import keypoints_of
 from friction_estimation.camera.scene import Scene
 
 MAX_REQUEST_BYTES = 100_000
-"""A request of the page holds a few points and is shorter than this."""
+"""Longer requests are refused; the page sends only a few points."""
 ADDRESS = "127.0.0.1"
 
 
@@ -81,12 +81,12 @@ class AnnotationServer:
         return self.saved
 
     def answer(self, path: str, request: Any = None) -> tuple[HTTPStatus, str, bytes]:
-        """Status, type and content of the answer.
+        """The answer to a request: its status, content type and content.
 
         Parameters
         ----------
-        path : below the secret one
-        request : the document that a POST sent; None for a GET
+        path : the part of the request's path that follows the secret
+        request : the JSON document of a POST; None for a GET
         """
         if request is None:
             if path == "":
@@ -98,7 +98,7 @@ class AnnotationServer:
                 index = int(path[6:])
                 if index < len(self.annotation.stills):
                     return HTTPStatus.OK, "image/jpeg", _jpeg(self.annotation.stills[index], 95)
-        elif path == "read":
+        elif path == "solve":
             return _json(self._solve(request))
         elif path == "save":
             return _json(self._save_scene(request))
@@ -116,8 +116,8 @@ class AnnotationServer:
             "size": self.annotation.size,
             "stills": len(self.annotation.stills),
             "sheet": {"length": sheet.length, "width": sheet.width},
-            "places": keypoints_of(sheet),
-            "marks": dict(self.annotation.clicks),
+            "keypoints": keypoints_of(sheet),
+            "clicks": dict(self.annotation.clicks),
             "lens": self.annotation.known.get("camera_matrix") is not None,
             "px_per_m": VIEW_PX_PER_M,
         }
@@ -158,9 +158,9 @@ def _plain(error: CurlingError) -> str:
 
 def _clicks(request: Any) -> Clicks:
     try:
-        clicks = {str(k): (float(u), float(v)) for k, (u, v) in request["marks"].items()}
+        clicks = {str(k): (float(u), float(v)) for k, (u, v) in request["clicks"].items()}
     except (TypeError, KeyError, ValueError, AttributeError) as error:
-        raise InputError("expected marks as {place: [u, v]}") from error
+        raise InputError("expected clicks as {keypoint: [u, v]}") from error
     if not all(np.isfinite(px).all() for px in clicks.values()):
         raise InputError("expected finite pixels")
     return clicks
@@ -204,6 +204,6 @@ def _handler(server: AnnotationServer) -> type[BaseHTTPRequestHandler]:
             self.wfile.write(content)
 
         def log_message(self, format: str, *args: Any) -> None:
-            """Log nothing: stderr is for the person at the terminal."""
+            """Log nothing, because standard error is for the user's messages."""
 
     return Handler

@@ -1,4 +1,4 @@
-"""Markings made by hand: what they mean, and the page on which they are made."""
+"""Clicked keypoints: the camera they give, and the page on which they are clicked."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ def seen(tmp_path_factory):
     return path, renderer.camera, scene_of(renderer.camera)
 
 
-def marks_at(camera, names):
-    places = keypoints_of(PAPER_SHEET)
-    points = np.array([[*places[name], 0.0] for name in names])
+def clicks_at(camera, names):
+    keypoints = keypoints_of(PAPER_SHEET)
+    points = np.array([[*keypoints[name], 0.0] for name in names])
     return {n: tuple(px) for n, px in zip(names, camera.project(points).tolist(), strict=True)}
 
 
@@ -42,20 +42,20 @@ def annotation(seen):
     return Annotation.open(path, PAPER_SHEET, known)
 
 
-def test_four_corners_become_corners_and_other_places_points(annotation, seen):
+def test_four_corners_become_corners_and_other_keypoints_points(annotation, seen):
     _, camera, scene = seen
-    corners = annotation.scene(marks_at(camera, CORNERS))
+    corners = annotation.scene(clicks_at(camera, CORNERS))
     assert corners.has_corners
     assert np.allclose(corners.points_px, scene.points_px, atol=1e-6)
     names = ["home_tee", "home_hog_left", "home_hog_right", "away_tee", "home_left"]
-    others = annotation.scene(marks_at(camera, names))
+    others = annotation.scene(clicks_at(camera, names))
     assert not others.has_corners
     assert len(others.points_px) == 5
 
 
 def test_lines_are_drawn_back_where_the_camera_sees_them(annotation, seen):
     _, camera, _ = seen
-    found = annotation.solve(marks_at(camera, CORNERS))
+    found = annotation.solve(clicks_at(camera, CORNERS))
     assert found.misfit_px < 0.01
     drawn = np.concatenate([np.array(line) for line in annotation.lines_px(found.camera)])
     back = camera.on_plane(drawn)
@@ -67,7 +67,7 @@ def test_lines_are_drawn_back_where_the_camera_sees_them(annotation, seen):
 
 def test_from_above_the_houses_lie_where_they_belong(annotation, seen):
     _, camera, _ = seen
-    view = annotation.top_view(annotation.solve(marks_at(camera, CORNERS)).camera).astype(int)
+    view = annotation.top_view(annotation.solve(clicks_at(camera, CORNERS)).camera).astype(int)
     rows, columns = view.shape[:2]
     assert columns > 9 * rows
     # The twelve-foot ring is blue: at the home tee, half way between its radii.
@@ -77,11 +77,11 @@ def test_from_above_the_houses_lie_where_they_belong(annotation, seen):
     assert blue > red + 40
 
 
-def test_the_paint_shows_how_far_marks_are_off(annotation, seen):
+def test_the_paint_shows_how_far_clicks_are_off(annotation, seen):
     _, camera, _ = seen
-    marks = marks_at(camera, CORNERS)
-    off = {name: (u + 3, v - 2) for name, (u, v) in marks.items()}
-    exact, wrong = annotation.solve(marks, paint=True), annotation.solve(off, paint=True)
+    clicks = clicks_at(camera, CORNERS)
+    off = {name: (u + 3, v - 2) for name, (u, v) in clicks.items()}
+    exact, wrong = annotation.solve(clicks, paint=True), annotation.solve(off, paint=True)
     assert exact.paint_px is not None
     assert exact.paint_px < 0.5
     assert exact.misfit_px < 0.5
@@ -91,18 +91,18 @@ def test_the_paint_shows_how_far_marks_are_off(annotation, seen):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda m: {k: m[k] for k in list(m)[:3]}, "mark 1 more"),
-        (lambda m: {**m, "moon": (1, 1)}, "no such place on the ice: moon"),
+        (lambda m: {k: m[k] for k in list(m)[:3]}, "click 1 more"),
+        (lambda m: {**m, "moon": (1, 1)}, "no such keypoint of the ice: moon"),
         (lambda m: {**m, "home_left": m["home_right"], "home_right": m["home_left"]}, "cross"),
         (lambda m: {**m, "home_left": (-40.0, 700.0)}, "outside the image"),
     ],
 )
-def test_marks_that_mean_nothing_are_refused(annotation, seen, change, words):
+def test_clicks_that_mean_nothing_are_refused(annotation, seen, change, words):
     with pytest.raises(InputError, match=words):
-        annotation.solve(change(marks_at(seen[1], CORNERS)))
+        annotation.solve(change(clicks_at(seen[1], CORNERS)))
 
 
-def test_a_scene_is_gone_on_from(seen, tmp_path):
+def test_clicking_continues_from_a_scene(seen, tmp_path):
     path, camera, scene = seen
     save_scene(replace(scene, stone_height=0.12, fps=25.0), tmp_path / "scene.json")
     again = Annotation.from_scene(path, load_scene(tmp_path / "scene.json"))
@@ -114,14 +114,14 @@ def test_a_scene_is_gone_on_from(seen, tmp_path):
     assert np.allclose(kept.camera_matrix, camera.lens.matrix)
 
 
-def test_a_point_without_a_name_cannot_be_gone_on_from(seen):
+def test_clicking_does_not_continue_from_a_point_without_a_name(seen):
     path, _, scene = seen
     moved = replace(scene, sheet_points=scene.sheet_points + np.array([0.1, 0.0]))
     with pytest.raises(InputError, match="only corners and crossings"):
         Annotation.from_scene(path, moved)
 
 
-def test_only_who_knows_the_secret_is_answered(annotation):
+def test_only_requests_with_the_secret_are_answered(annotation):
     with AnnotationServer(annotation, lambda scene: None) as server:
         root = server.url.rsplit("/", 2)[0]
         for wrong in (root + "/", root + "/guess/film.json", root + "/guess/save"):
@@ -139,7 +139,7 @@ def test_the_page_makes_a_scene(annotation, seen, page, tmp_path):
     output = tmp_path / "scene.json"
 
     def click(name):
-        u, v = marks_at(camera, [name])[name]
+        u, v = clicks_at(camera, [name])[name]
         x, y = page.evaluate(
             """([u, v]) => { const box = picture.getBoundingClientRect(), [x, y] = toScreen([u, v]);
                return [box.left + x * box.width / picture.width,
@@ -161,10 +161,10 @@ def test_the_page_makes_a_scene(annotation, seen, page, tmp_path):
         page.wait_for_selector("#save:enabled")
         assert page.evaluate("lines.length") > 10
         assert page.evaluate("view !== null")
-        # The chosen mark moves by a quarter of a pixel, and can be taken away and made again.
-        before = page.evaluate("marks.away_left.slice()")
+        # The selected click moves by a quarter of a pixel, and can be removed and made again.
+        before = page.evaluate("clicks.away_left.slice()")
         page.press("#picture", "ArrowRight")
-        assert page.evaluate("marks.away_left[0]") == pytest.approx(before[0] + 0.25)
+        assert page.evaluate("clicks.away_left[0]") == pytest.approx(before[0] + 0.25)
         page.press("#picture", "ArrowLeft")
         page.press("#picture", "Delete")
         page.wait_for_selector("#save:disabled")
@@ -179,13 +179,13 @@ def test_the_page_makes_a_scene(annotation, seen, page, tmp_path):
     assert np.abs(made.points_px - scene.points_px).max() < 1.0
 
 
-def test_a_place_is_chosen_on_the_small_sheet(annotation, seen, page):
+def test_a_keypoint_is_selected_on_the_small_sheet(annotation, seen, page):
     with AnnotationServer(annotation, lambda made: None) as server:
         page.goto(server.url)
         page.wait_for_function("still.complete && still.naturalWidth > 0 && film")
-        page.click("circle[data-place=home_tee]")
+        page.click("circle[data-keypoint=home_tee]")
         assert "home tee" in page.inner_text("#task")
-        page.focus("circle[data-place=away_hog_left]")
+        page.focus("circle[data-keypoint=away_hog_left]")
         page.keyboard.press("Enter")
         assert "away hog left" in page.inner_text("#task")
 
