@@ -22,7 +22,7 @@ import cv2
 import numpy as np
 import typer
 
-from curling_env.commands.cli import progress, progress_bar, say
+from curling_env.commands.cli import progress_bar, say
 from curling_env.errors import CurlingError
 from curling_env.ice import Ice
 from curling_env.infrastructure.executor import executor
@@ -30,7 +30,7 @@ from curling_env.infrastructure.storage import make_directory, read_json, read_t
 from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
-from curling_env.typing import Floats
+from curling_env.typing import Floats, with_progress
 from friction_estimation.camera.scene import Scene, load_scene
 from friction_estimation.inversion import estimate_ice
 from friction_estimation.synthetic import CAMERAS, FilmSpec, render_films
@@ -255,8 +255,8 @@ def main(
     lenses = {"given": (True,), "unknown": (False,), "both": (True, False)}[lens]
     todo = list(cases(chosen, lenses, clicks, click_px))
     rows: list[dict[str, Any]] = []
-    with executor(workers) as work:
-        for row in progress(work.map(score, todo), "track", total=len(todo), unit="film"):
+    with executor(workers) as work, progress_bar("film") as progress:
+        for row in with_progress(work.map(score, todo), "tracking", progress, len(todo)):
             rows.append(row)
             print(_line(row), file=sys.stderr, flush=True)
     write_table(folder / "cases.csv", {name: [row[name] for row in rows] for name in COLUMNS})

@@ -11,7 +11,7 @@ import numpy as np
 
 from agents.closed_loop.execution import ExecutedThrows, execute_plan
 from agents.closed_loop.hidden_ice import HiddenIce, draw_hidden_ice
-from agents.closed_loop.practice import Camera, mixed_practice, noisy_camera, track_errors
+from agents.closed_loop.practice import ThrowCamera, mixed_practice, noisy_camera, track_errors
 from agents.planning import Plan, plan, plan_task
 from agents.planning.objective import TaskDone
 from curling_env.envs.sheet.tasks import task_named
@@ -174,7 +174,7 @@ def run_experiment(
     guards: int = 5,
     takeouts: int = 5,
     trials: int = 24,
-    camera: Camera = noisy_camera,
+    camera: ThrowCamera = noisy_camera,
     progress: Progress = no_progress,
 ) -> ClosedLoopResult:
     """Run the whole loop on one hidden ice.

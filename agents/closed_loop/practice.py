@@ -21,7 +21,7 @@ POSITION_NOISE, HEADING_NOISE = 0.005, 0.02
 """Standard deviations of a measured coordinate [m] and heading [rad], frame by frame."""
 
 
-class Camera(Protocol):
+class ThrowCamera(Protocol):
     """Gives the measured tracks of throws on a hidden ice."""
 
     def __call__(
@@ -91,7 +91,7 @@ def noisy_track(
 def noisy_camera(
     ice: HiddenIce, releases: list[Release], rng: np.random.Generator, _progress: Progress
 ) -> list[Trajectory]:
-    """A `Camera` that adds white noise to the true paths."""
+    """A `ThrowCamera` that adds white noise to the true paths."""
     return [noisy_track(ice, release, k, rng) for k, release in enumerate(releases)]
 
 
@@ -104,7 +104,7 @@ def film_camera(
     folder: Path,
     workers: int,
 ) -> list[Trajectory]:
-    """A `Camera` that films the throws from above and tracks the films.
+    """A `ThrowCamera` that films the throws from above and tracks the films.
 
     Parameters
     ----------

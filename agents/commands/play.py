@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import IceOption, SeedOption, print_json, progress, say
+from curling_env.commands.cli import IceOption, SeedOption, print_json, progress_bar, say
+from curling_env.typing import with_progress
 
 PlayerOption = Annotated[
     str,
@@ -112,7 +113,8 @@ def play(
         paths=output is not None,
     )
     stones = chosen.ends * chosen.deliveries
-    deliveries = tuple(progress(match, "playing", total=stones, unit="stone"))
+    with progress_bar("stone") as progress:
+        deliveries = tuple(with_progress(match, "playing", progress, stones))
     played = PlayedGame(players=players, deliveries=deliveries, game=match.game)
     if output is not None:
         folder = make_directory(output)
@@ -120,8 +122,9 @@ def play(
         write_page(folder / "game.html", lines)
         if film:
             shown = write_film(folder / "game.mp4", lines, simulator.known_ice)
-            for _ in progress(shown, "filming", total=len(deliveries), unit="stone"):
-                pass
+            with progress_bar("stone") as progress:
+                for _ in with_progress(shown, "filming", progress, len(deliveries)):
+                    pass
         say(f"recorded in {folder / 'game.jsonl'}; open {folder / 'game.html'} to watch it")
     names = (players[0].name, players[1].name)
     if as_json:

@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import OutputFile, progress
+from curling_env.commands.cli import OutputFile, progress_bar
+from curling_env.typing import with_progress
 
 
 def replay(
@@ -60,5 +61,6 @@ def replay(
         speed=speed,
     )
     total = len(deliveries_of(lines, ends or None))
-    for _ in progress(shown, "filming", total=total, unit="stone"):
-        pass
+    with progress_bar("stone") as progress:
+        for _ in with_progress(shown, "filming", progress, total):
+            pass

@@ -11,7 +11,7 @@ from curling_env.game import GameSimulator, GameState, PlayedShot, Player
 from curling_env.game.rules import Game, Team, concede, may_concede
 
 
-class Delivery(NamedTuple):
+class PlayedDelivery(NamedTuple):
     """One delivery of a game, and the game before and after it."""
 
     before: GameState
@@ -31,7 +31,7 @@ class PlayedGame:
     """
 
     players: tuple[Player, Player]
-    deliveries: tuple[Delivery, ...]
+    deliveries: tuple[PlayedDelivery, ...]
     game: Game
 
 
@@ -71,7 +71,7 @@ class Match:
         """The game so far."""
         return self.state.game
 
-    def __iter__(self) -> Iterator[Delivery]:
+    def __iter__(self) -> Iterator[PlayedDelivery]:
         while not self.game.is_over:
             if self.game.end is None:
                 decider = self.players[self.game.last_stone]
@@ -88,7 +88,7 @@ class Match:
             self.state, shot = self.simulator.play(
                 before, player.call(view), opponent=opponent, paths=self.paths
             )
-            yield Delivery(before, shot, self.state)
+            yield PlayedDelivery(before, shot, self.state)
 
 
 def play_game(

@@ -15,7 +15,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from agents.playing.match import Delivery, PlayedGame
+from agents.playing.match import PlayedDelivery, PlayedGame
 from curling_env.errors import InputError
 from curling_env.game import Call, GameSimulator, GameState, Player, PlayerView
 from curling_env.game.rules import Ruling, Team, concede
@@ -153,7 +153,7 @@ class _RecordedChoice(Player):
         return self._put_back
 
 
-def _delivery(delivery: Delivery) -> dict[str, Any]:
+def _delivery(delivery: PlayedDelivery) -> dict[str, Any]:
     before, shot, after = delivery
     end = before.game.end
     assert end is not None

@@ -13,10 +13,10 @@ import importlib.metadata
 import os
 import signal
 import sys
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any, NoReturn, TypeVar
+from typing import Annotated, Any, NoReturn
 
 import typer
 
@@ -79,22 +79,10 @@ OutputDirectory = Annotated[
     Path, typer.Option("-o", "--output", metavar="DIR", help="Directory for the results.")
 ]
 
-T = TypeVar("T")
-
 
 def print_json(document: Any) -> None:
     """Print a result as JSON on stdout."""
     print(format_json(document))
-
-
-def progress(
-    items: Iterable[T], label: str, *, total: int | None = None, unit: str = "it"
-) -> Iterable[T]:
-    """The same items, with a progress bar on stderr that vanishes when done."""
-    from tqdm import tqdm
-
-    # Delayed, so that work which is refused or done at once says only that.
-    return tqdm(items, desc=label, total=total, unit=unit, leave=False, delay=0.5, file=sys.stderr)
 
 
 @contextmanager

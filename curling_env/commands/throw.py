@@ -10,7 +10,7 @@ import typer
 from curling_env.commands.cli import IceOption, print_json
 
 
-class End(StrEnum):
+class PlayedEnd(StrEnum):
     """The end played to."""
 
     AWAY = "away"
@@ -31,7 +31,9 @@ def throw(
     x: Annotated[
         float, typer.Option(help="Offset to the right of the centre line at the hog line [m].")
     ] = 0.0,
-    direction: Annotated[End, typer.Option(help="The end that is played to.")] = End.AWAY,
+    direction: Annotated[
+        PlayedEnd, typer.Option(help="The end that is played to.")
+    ] = PlayedEnd.AWAY,
 ) -> None:
     """Throw one stone on an empty sheet and print where it comes to rest.
 
@@ -58,5 +60,5 @@ def throw(
     from curling_env.sheet import Direction
     from curling_env.throw import Throw
 
-    end = Direction.AWAY if direction is End.AWAY else Direction.HOME
+    end = Direction.AWAY if direction is PlayedEnd.AWAY else Direction.HOME
     print_json(shoot(load_ice(ice), Throw(speed=speed, angle=angle, spin=spin, x=x), end).as_dict())

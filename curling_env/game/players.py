@@ -22,7 +22,7 @@ from curling_env.throw import Skill, Throw
 PLAYER_GROUP = "curling.players"
 """The entry-point group of players: classes that can be made without arguments."""
 
-Sweep = tuple[float, float]
+SweepInterval = tuple[float, float]
 """Times after release at which sweeping begins and ends [s]."""
 
 
@@ -81,7 +81,7 @@ class Call:
     """
 
     throw: Throw
-    sweep: Sweep | None = None
+    sweep: SweepInterval | None = None
     shot: str = ""
 
 

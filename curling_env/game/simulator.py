@@ -8,7 +8,7 @@ from pathlib import Path
 
 from curling_env.errors import InputError
 from curling_env.game.ice_evolution import NO_EVOLUTION, IceEvolution, ice_for_game
-from curling_env.game.players import Call, Player, PlayerView, Sweep
+from curling_env.game.players import Call, Player, PlayerView, SweepInterval
 from curling_env.game.rng import ThrowRng
 from curling_env.game.rules.delivery import Result, Ruling
 from curling_env.game.rules.game import End, Game, begin_end, deliver, new_game
@@ -59,7 +59,7 @@ class PlayedShot:
     stone: int
     call: Call
     thrown: Throw
-    sweep: Sweep
+    sweep: SweepInterval
     direction: Direction
     outcome: Outcome
     ruling: Ruling
@@ -255,7 +255,7 @@ class GameSimulator:
             x=meant.x,
         )
 
-    def sweep_interval(self, call: Call, thrown: Throw, direction: Direction) -> Sweep:
+    def sweep_interval(self, call: Call, thrown: Throw, direction: Direction) -> SweepInterval:
         """When a delivery is swept: as called, else as the sweepers judge; equal times if never."""
         if not self.sweeping:
             return (0.0, 0.0)

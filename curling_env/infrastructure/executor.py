@@ -25,8 +25,8 @@ from typing import Any, Protocol, TypeVar, cast
 
 from curling_env.errors import CurlingError, InputError
 
-Item = TypeVar("Item")
-Result = TypeVar("Result")
+Piece = TypeVar("Piece")
+Output = TypeVar("Output")
 
 MAX_RETRIES = 3
 """Times that a piece is done again after its worker was lost."""
@@ -41,7 +41,7 @@ class WorkersLostError(CurlingError):
 class Executor(Protocol):
     """What does pieces of work."""
 
-    def map(self, work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+    def map(self, work: Callable[[Piece], Output], items: Iterable[Piece]) -> Iterator[Output]:
         """Results of the work on each item, in the order of the items.
 
         Parameters
@@ -85,7 +85,7 @@ def executor(workers: int | str = 1) -> Generator[Executor]:
 class SerialExecutor:
     """Does one piece after the other in this process."""
 
-    def map(self, work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+    def map(self, work: Callable[[Piece], Output], items: Iterable[Piece]) -> Iterator[Output]:
         """See `Executor`."""
         return map(work, items)
 
@@ -104,10 +104,10 @@ class ProcessExecutor:
     def __init__(self, count: int) -> None:
         self._count = count
 
-    def map(self, work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+    def map(self, work: Callable[[Piece], Output], items: Iterable[Piece]) -> Iterator[Output]:
         """See `Executor`."""
         source = iter(items)
-        queue: deque[tuple[Item, Future[Result]]] = deque()
+        queue: deque[tuple[Piece, Future[Output]]] = deque()
         pool, losses = self._pool(), 0
         try:
             while True:
@@ -150,7 +150,7 @@ def _succeeded(future: Future[Any]) -> bool:
 class RayExecutor:
     """Does pieces on the Ray cluster that this process is connected to."""
 
-    def map(self, work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+    def map(self, work: Callable[[Piece], Output], items: Iterable[Piece]) -> Iterator[Output]:
         """See `Executor`."""
         import ray
         from ray.exceptions import NodeDiedError, RayTaskError, WorkerCrashedError
@@ -166,7 +166,7 @@ class RayExecutor:
             if not queue:
                 return
             try:
-                result = cast("Result", ray.get(queue[0]))
+                result = cast("Output", ray.get(queue[0]))
             except RayTaskError as error:
                 raise error.cause from None
             except (WorkerCrashedError, NodeDiedError) as error:

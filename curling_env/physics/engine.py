@@ -29,9 +29,9 @@ from curling_env.ice import Ice
 from curling_env.physics.effects.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.law import compile_law
 from curling_env.physics.many_stones.common_steps import (
+    MovingStones,
     Pause,
     Phase,
-    Stones,
     new_joint_workspace,
     slide_together,
 )
@@ -228,7 +228,7 @@ class Engine:
         samples = np.empty((int(MAX_TIME / dt) + 1 if fps else 0, n, 3))
         contacts: list[Contact] = []
         time, frame = 0.0, 0
-        sliding = Stones(states, phases, ends, motion)
+        sliding = MovingStones(states, phases, ends, motion)
         if not moves[:-1].any():
             time, frame = self._slide_alone(sliding, bounds, release, Sampling(dt, samples))
         limits = Limits(bounds, NO_OBSTACLES, 2 * radius)
@@ -292,7 +292,7 @@ class Engine:
         )
 
     def _slide_alone(
-        self, stones: Stones, bounds: Floats, release: Release, sampling: Sampling
+        self, stones: MovingStones, bounds: Floats, release: Release, sampling: Sampling
     ) -> tuple[float, int]:
         """Slide the delivered stone until it has ended or reached another; all others rest.
 

@@ -19,7 +19,7 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background, moving_blobs
 from friction_estimation.tracking.detection.resting_stones import (
-    RestingStone,
+    FilmedRestingStone,
     find_resting_stones,
     footprint,
 )
@@ -42,7 +42,7 @@ class SceneContext:
     background : the ice without the stones that leave
     """
 
-    resting: tuple[RestingStone, ...]
+    resting: tuple[FilmedRestingStone, ...]
     path: RoughPath
     pictures: Sequence[tuple[float, Image]]
     background: Background
@@ -106,7 +106,7 @@ def find_scene_context(
 
 
 def _ice_without(
-    resting: Sequence[RestingStone],
+    resting: Sequence[FilmedRestingStone],
     sample: Sequence[tuple[float, Image]],
     background: Background,
     camera: Camera,

@@ -111,11 +111,11 @@ def on_sheet(
 
 # --- the formats -------------------------------------------------------------------------------
 
-Lines = Sequence[tuple[int, str]]
+TextLines = Sequence[tuple[int, str]]
 """Row numbers as an editor shows them, with the rows that are not empty."""
 
 
-def _kinovea_text(lines: Lines, path: str | Path) -> list[Series]:
+def _kinovea_text(lines: TextLines, path: str | Path) -> list[Series]:
     sections: list[tuple[str, list[tuple[int, list[str]]]]] = []
     for row, line in lines[2:]:
         if line.lstrip().startswith("#"):
@@ -129,7 +129,7 @@ def _kinovea_text(lines: Lines, path: str | Path) -> list[Series]:
     return [_series(name, cells, (0, 1, 2), None, path) for name, cells in sections]
 
 
-def _kinovea_table(lines: Lines, path: str | Path) -> list[Series]:
+def _kinovea_table(lines: TextLines, path: str | Path) -> list[Series]:
     separator = ";" if lines[0][1].count(";") > lines[0][1].count(",") else ","
     (_, header), *rows = _split(lines, separator)
     scale = _seconds_in(header[0])
@@ -140,7 +140,7 @@ def _kinovea_table(lines: Lines, path: str | Path) -> list[Series]:
     ]
 
 
-def _tracker(lines: Lines, path: str | Path) -> list[Series]:
+def _tracker(lines: TextLines, path: str | Path) -> list[Series]:
     if lines[0][1].strip().lower().startswith("#multi"):
         lines = lines[1:]
     at = next((i for i, (_, line) in enumerate(lines[:2]) if re.match(r"\W*t\b", line)), None)
@@ -166,7 +166,7 @@ def _tracker(lines: Lines, path: str | Path) -> list[Series]:
     return found
 
 
-def _split(lines: Lines, separator: str) -> list[tuple[int, list[str]]]:
+def _split(lines: TextLines, separator: str) -> list[tuple[int, list[str]]]:
     reader: Iterator[list[str]] = csv.reader(
         (line for _, line in lines), delimiter=separator, skipinitialspace=True
     )

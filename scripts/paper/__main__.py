@@ -13,14 +13,13 @@ from typing import Annotated
 import numpy as np
 import typer
 from tables import (
-    THEORETICAL,
     as_text,
     draw_figure,
     repeat_table,
     save_table,
 )
 
-from curling_env.commands.cli import progress, say
+from curling_env.commands.cli import progress_bar, say
 from curling_env.errors import CurlingError
 from curling_env.infrastructure.storage import make_directory
 
@@ -34,9 +33,8 @@ def main(
     folder = make_directory(output)
     rng = np.random.default_rng(seed)
     for pitches, number, figure in ((1, 3, 9), (5, 4, 10)):
-        bar = iter(progress(range(len(THEORETICAL)), f"table {number}", unit="ice"))
-        table = repeat_table(pitches, rng, each=lambda bar=bar: next(bar, None))
-        next(bar, None)
+        with progress_bar("ice") as progress:
+            table = repeat_table(pitches, rng, progress=progress)
         print(as_text(table), end="\n\n")
         save_table(table, folder / f"table{number}.csv")
         draw_figure(table, folder / f"figure{figure}.png")

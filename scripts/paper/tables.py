@@ -13,7 +13,6 @@ the nine rows printed is 0.631 %.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,7 +25,7 @@ from curling_env.render.figures import FAINT, INK, new_figure, plain_axes, save_
 from curling_env.sheet import HOG_LINE_Y, PAPER_STONE
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Floats
+from curling_env.typing import Floats, Progress, no_progress, with_progress
 from friction_estimation.inversion import estimate_ice, uniform_bound
 
 THEORETICAL = np.round(np.arange(0.00182, 0.002001, 0.00002), 5)
@@ -96,7 +95,7 @@ def pitch(mu: float, rng: np.random.Generator, number: int = 0) -> Trajectory:
 
 
 def repeat_table(
-    pitches: int, rng: np.random.Generator, *, each: Callable[[], object] = lambda: None
+    pitches: int, rng: np.random.Generator, *, progress: Progress = no_progress
 ) -> Table:
     """Repeat one table.
 
@@ -104,12 +103,12 @@ def repeat_table(
     ----------
     pitches : throws per friction, 1 or 5 in the paper
     rng : of the measurement noise
-    each : called after every friction
+    progress : called after every friction
     """
     joint, averaged, bound = (np.empty(len(THEORETICAL)) for _ in range(3))
     interval = np.empty((len(THEORETICAL), 2))
     start = Ice.uniform(0.0082, stone=PAPER_STONE)
-    for k, mu in enumerate(THEORETICAL.tolist()):
+    for k, mu in enumerate(with_progress(THEORETICAL.tolist(), f"{pitches} pitches", progress)):
         tracks = [pitch(mu, rng, number) for number in range(pitches)]
         found = estimate_ice(tracks, start=start, uniform=True)
         joint[k] = found.mu
@@ -118,7 +117,6 @@ def repeat_table(
         bound[k] = uniform_bound(
             [SPEED] * pitches, mu=mu, noise=NOISE, fps=FPS, distance=2 * HOG_LINE_Y
         )
-        each()
     return Table(
         pitches=pitches,
         theoretical=THEORETICAL,

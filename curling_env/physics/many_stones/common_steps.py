@@ -38,7 +38,7 @@ from curling_env.physics.state import State
 from curling_env.typing import Floats, Integers
 
 
-class Stones(NamedTuple):
+class MovingStones(NamedTuple):
     """All stones of a throw, the delivered one last.
 
     Parameters
@@ -244,7 +244,7 @@ def _greater_speed(s0: Any, s1: Any) -> float:
 
 
 @inlined
-def _segment(stones: Stones, work: JointWorkspace, i: int) -> Segment:
+def _segment(stones: MovingStones, work: JointWorkspace, i: int) -> Segment:
     """The path of stone i during the step just taken."""
     moves = stones.phases[i] == Phase.MOVING
     return Segment(work.before[i], work.a0[i], stones.states[i], work.a1[i], moves)
@@ -262,7 +262,7 @@ def _stop_uniformly(s: Any, a: Any, speed: float) -> float:
 
 
 @compiled
-def _first_event(stones: Stones, limits: Limits, h: float, work: JointWorkspace) -> Any:
+def _first_event(stones: MovingStones, limits: Limits, h: float, work: JointWorkspace) -> Any:
     """The first contact or exit during a step of length h.
 
     Returns
@@ -302,7 +302,7 @@ def _first_event(stones: Stones, limits: Limits, h: float, work: JointWorkspace)
 def slide_together(
     law: Law,
     t: float,
-    stones: Stones,
+    stones: MovingStones,
     delivery: Delivery,
     limits: Limits,
     sampling: Sampling,

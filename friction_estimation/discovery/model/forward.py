@@ -89,7 +89,7 @@ class ThrowInputs(NamedTuple):
     starts: Indices
 
 
-class Workspace(NamedTuple):
+class IntegrationWorkspace(NamedTuple):
     """Arrays to work in, since compiled code allocates none.
 
     Parameters
@@ -106,9 +106,11 @@ class Workspace(NamedTuple):
     states: Floats
 
 
-def new_workspace() -> Workspace:
+def new_workspace() -> IntegrationWorkspace:
     """Arrays for `slide_session` to work in."""
-    return Workspace(np.zeros(MOTION_SIZE), np.zeros(PUSH_SIZE), np.zeros(6), np.zeros((8, 6)))
+    return IntegrationWorkspace(
+        np.zeros(MOTION_SIZE), np.zeros(PUSH_SIZE), np.zeros(6), np.zeros((8, 6))
+    )
 
 
 @inlined
@@ -285,7 +287,7 @@ def slide_session(
     states : (k, 6) states at release: x, y, vx, vy, theta, omega
     throws : `ThrowInputs`
     out : (rows, 6) states at the measured times
-    work : `Workspace`
+    work : `IntegrationWorkspace`
     """
     s = work.states[7]
     for i in range(states.shape[0]):

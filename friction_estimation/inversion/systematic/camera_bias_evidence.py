@@ -24,7 +24,7 @@ from friction_estimation.inversion.tuning import (
     USUAL_CAMERA_BIAS_LENGTH,
 )
 
-Outcome = Literal["found", "none", "inseparable"]
+BiasVerdict = Literal["found", "none", "inseparable"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +42,7 @@ class CameraBiasSearch:
     bias : the bias; zero where none was fitted
     """
 
-    outcome: Outcome
+    outcome: BiasVerdict
     variety: float
     seen_from: float = np.inf
     gain: float = 0.0

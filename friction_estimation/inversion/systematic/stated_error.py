@@ -28,7 +28,7 @@ from friction_estimation.inversion.tuning import STATED_ERROR_LENGTH
 
 
 @dataclass(frozen=True, kw_only=True)
-class SystematicError:
+class StatedError:
     """A displacement along the sheet, common to all throws, of which only the size is known.
 
     Parameters
@@ -55,7 +55,7 @@ def _nodes_of(sheet: Sheet) -> Floats:
 
 def stated_error(
     sheet: Sheet, places: Sequence[Floats], sigmas: Sequence[Floats], noise: float
-) -> SystematicError | None:
+) -> StatedError | None:
     """The part of the stated errors that is not noise; None where there is none.
 
     Parameters
@@ -81,7 +81,7 @@ def stated_error(
         return None
     alike = matern(np.abs(nodes[:, None] - nodes[None]), STATED_ERROR_LENGTH, 2.5)
     lower = np.linalg.cholesky(alike + 1e-9 * np.eye(len(nodes)))
-    return SystematicError(nodes=nodes, root=np.sqrt(beyond_noise)[:, None] * lower)
+    return StatedError(nodes=nodes, root=np.sqrt(beyond_noise)[:, None] * lower)
 
 
 def error_of_level(one: UniformFit, earlier: StoredInformation | None) -> Floats | None:
@@ -138,7 +138,7 @@ def error_of_map(found: FittedMap, problem: MapProblem) -> Floats | None:
 
 def _error_of_tracks(
     throws: Sequence[FittedThrow], sheet: Sheet, noise: Noise
-) -> SystematicError | None:
+) -> StatedError | None:
     """The systematic error that the tracks of throws state."""
     stated = [k.slide.track.sigma_xy for k in throws]
     return stated_error(
@@ -157,7 +157,7 @@ def _response(
     motion: PathMotion,
     law: LawOnMap,
     noise: Noise,
-    error: SystematicError | None,
+    error: StatedError | None,
 ) -> Floats:
     """How a throw's whitened rows respond to unit errors that all throws share, (rows, n + 1).
 

@@ -46,7 +46,7 @@ from friction_estimation.tracking.detection.thrown_stone import RoughPath
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class RestingStone:
+class FilmedRestingStone:
     """A stone that lay on the sheet when the film began, or when it ended.
 
     Parameters
@@ -98,7 +98,7 @@ def find_resting_stones(
     appearance: Appearance,
     sheet: Sheet,
     rough: RoughPath,
-) -> list[RestingStone]:
+) -> list[FilmedRestingStone]:
     """Find the stones that lie on the sheet at the beginning or the end of the film.
 
     Parameters
@@ -136,7 +136,7 @@ def find_resting_stones(
     if all(np.linalg.norm(xy - end) < 2 * tuning.SAME_PLACE for xy in places):
         return []
     ice = channels_of(empty)
-    known: list[RestingStone] = []
+    known: list[FilmedRestingStone] = []
     for xy in places:
         one = _resting_stone(xy, frames, ice, background, camera, appearance)
         if one is not None and all(
@@ -239,7 +239,7 @@ def _resting_stone(
     background: Background,
     camera: Camera,
     appearance: Appearance,
-) -> RestingStone | None:
+) -> FilmedRestingStone | None:
     """The stone at a place, with its own appearance; None if there is none."""
     origin = background.origin_px
     body = replace(appearance, has_handle=False)
@@ -280,7 +280,7 @@ def _resting_stone(
         return None
     seen = np.zeros(len(frames), dtype=bool)
     seen[lying] = True
-    return RestingStone(
+    return FilmedRestingStone(
         posed=PosedStone(look=own, pose=pose),
         sigma=float(np.sqrt(np.trace(fit.covariance[:2, :2]) / 2)),
         heading=_heading_if_clear(crop, own, pose),

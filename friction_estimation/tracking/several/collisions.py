@@ -16,7 +16,7 @@ from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.resting_stones import RestingStone
+from friction_estimation.tracking.detection.resting_stones import FilmedRestingStone
 from friction_estimation.tracking.film_track import FilmTrack
 from friction_estimation.tracking.path.assembly import Measurements, assemble_track
 from friction_estimation.tracking.path.uncertainty import systematic_sigma
@@ -24,7 +24,7 @@ from friction_estimation.tracking.several.moving_stones import MovingStone
 
 
 def assemble_tracks(
-    stones: Sequence[MovingStone], resting: Sequence[RestingStone], refined: RefinedCamera
+    stones: Sequence[MovingStone], resting: Sequence[FilmedRestingStone], refined: RefinedCamera
 ) -> FilmTrack | None:
     """The thrown stone's track with those of all others beside it.
 
@@ -170,7 +170,9 @@ def _unwrapped(pieces: Sequence[Floats]) -> Floats:
     return np.concatenate(found)
 
 
-def _at_rest(stone: RestingStone, measured: Measurements, refined: RefinedCamera) -> FilmTrack:
+def _at_rest(
+    stone: FilmedRestingStone, measured: Measurements, refined: RefinedCamera
+) -> FilmTrack:
     """The track of a stone that nobody touched, in the first and in the last frame."""
     appearance = stone.posed.look
     xy = np.array([stone.xy, stone.xy])

@@ -17,7 +17,7 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background
-from friction_estimation.tracking.detection.resting_stones import RestingStone
+from friction_estimation.tracking.detection.resting_stones import FilmedRestingStone
 from friction_estimation.tracking.detection.thrown_stone import RoughPath
 from friction_estimation.tracking.film_track import TrackingOptions
 from friction_estimation.tracking.path.assembly import Measurements
@@ -88,7 +88,7 @@ class MovingStone:
     path: ExtrapolatedPath
     predictor: Predictor
     measured: Measurements = field(default_factory=Measurements)
-    rested: RestingStone | None = None
+    rested: FilmedRestingStone | None = None
     wakes: float = 0.0
     left: float | None = None
     hits: list[float] = field(default_factory=list)
@@ -134,7 +134,7 @@ class StoneFollower:
         background: Background,
         camera: Camera,
         options: TrackingOptions,
-        resting: Sequence[RestingStone],
+        resting: Sequence[FilmedRestingStone],
     ) -> None:
         self._background, self._camera, self._options = background, camera, options
         self._leaving = [stone for stone in resting if stone.leaves]
