@@ -1,8 +1,9 @@
-"""Films of throws on known ice: the truth that trackers, tests, demos and users share.
+"""Rendered films of throws with known paths, for testing trackers and for demonstrations.
 
-A film shows what a camera before a sheet would see (perspective, a distorting lens, stones with
-height and a turning handle, light, noise, people), and beside it lies where the stone truly was in
-every frame. Nothing here knows how films are tracked; only the camera's geometry is shared.
+A film shows a sheet as a camera would see it: in perspective, through a lens with distortion, with
+solid stones and turning handles, light, noise and people. The true place of the stone in every
+frame is stored beside the film. Rendering shares the camera's geometry with tracking, and nothing
+else.
 
     spec = FilmSpec(camera="gantry", people=False)
     films = render_films("runs/films", [slide(ice, release, fps=120).trajectory], spec)

@@ -1,4 +1,4 @@
-"""Named cameras before a sheet, and the scene file that a user of each would give."""
+"""Named cameras that look at a sheet, and the scenes that a user of them would mark."""
 
 from __future__ import annotations
 
@@ -24,16 +24,17 @@ from friction_estimation.camera.scene import CORNERS, MIN_POINTS, Scene
 
 @dataclass(frozen=True, kw_only=True)
 class CameraPlacement:
-    """A place to film from; distances in the sheet frame, pixels at `size`.
+    """Where a camera is, where it looks, and its lens; sheet frame, pixels at `size`.
 
     Parameters
     ----------
-    position, target : of the camera and of what it looks at [m]
-    up : direction that is up in the image
+    position : place of the camera [m]
+    target : the point it looks at [m]
+    up : direction that points up in the image
     focal_px : focal length at `size`
-    size : width and height of the image it was framed for [px]
-    distortion : in the order of `lens.TERMS`
-    shows : what a user would want to know
+    size : width and height of the image that `focal_px` belongs to [px]
+    distortion : distortion terms in the order of `lens.TERMS`
+    shows : what the camera shows, for users
     """
 
     position: tuple[float, float, float]
@@ -45,8 +46,8 @@ class CameraPlacement:
     distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-# No view is a measured hall: each is a place where clubs put a camera, framed so that the sheet
-# fills the image and a little off the axis of symmetry, as every hand-mounted camera is.
+# These are typical places for a camera in a club, not those of a real hall. Each is a little off
+# the axis of symmetry, as a camera mounted by hand is, and the sheet fills its image.
 CAMERAS: dict[str, CameraPlacement] = {
     "end": CameraPlacement(
         position=(0.9, -35.5, 8.5),
@@ -86,7 +87,7 @@ CAMERAS: dict[str, CameraPlacement] = {
         focal_px=400.0,
         size=(1280, 960),
         distortion=(-0.045, 0.004, 0.0002, 0.0003, 0.0),
-        shows="the ice between the hog lines, and these, from the ceiling",
+        shows="the hog lines and the ice between them from the ceiling",
     ),
     "ceiling_home": CameraPlacement(
         position=(-0.2, -15.2, 6.2),
@@ -101,35 +102,35 @@ CAMERAS: dict[str, CameraPlacement] = {
 
 
 def default_size(name: str) -> tuple[int, int]:
-    """Size of a named camera's film where none is asked for [px]: 1280 wide."""
-    width, height = _view(name).size
+    """Default width and height of a named camera's film [px]; the width is 1280."""
+    width, height = _placement(name).size
     return 1280, 1280 * height // width
 
 
 @lru_cache(maxsize=8)
 def named_camera(name: str, size: tuple[int, int] | None = None) -> Camera:
-    """One of `CAMERAS` for an image of `size` (width, height) [px].
+    """The camera of that name in `CAMERAS`, for an image of `size` (width, height) [px].
 
     Raises
     ------
-    InputError : no camera of that name, or an image too small to show a stone
+    InputError : an unknown name, or an image that is too small to show a stone
     """
-    view = _view(name)
+    placement = _placement(name)
     width, height = size or default_size(name)
     if width < 64 or height < 48:
         raise InputError(f"an image must have 64 × 48 px or more, got {width} × {height}")
-    scale = min(width / view.size[0], height / view.size[1])
+    scale = min(width / placement.size[0], height / placement.size[1])
     return Camera.looking_at(
-        position=view.position,
-        target=view.target,
-        up=view.up,
-        focal_px=view.focal_px * scale,
+        position=placement.position,
+        target=placement.target,
+        up=placement.up,
+        focal_px=placement.focal_px * scale,
         size=(width, height),
-        distortion=view.distortion,
+        distortion=placement.distortion,
     )
 
 
-def _view(name: str) -> CameraPlacement:
+def _placement(name: str) -> CameraPlacement:
     if name not in CAMERAS:
         raise InputError(f"no camera is called {name!r}; there are {', '.join(CAMERAS)}")
     return CAMERAS[name]
@@ -143,21 +144,24 @@ def scene_of(
     click_px: float = 0.0,
     rng: np.random.Generator | None = None,
 ) -> Scene:
-    """What a user would mark in the film of a camera: the four corners, or the landmarks it sees.
+    """The scene that a user of a camera would mark: the four corners if all are in view, else all
+    painted keypoints in view.
 
     Parameters
     ----------
-    click_px : standard error of a marked point [px]; 0 marks exactly
-    rng : of the clicks; needed where `click_px` is not 0
+    camera : the film's camera
+    sheet, stone : the ice and the kind of stone
+    click_px : standard error of each click [px]; with 0 the clicks are exact
+    rng : generator for the errors of the clicks; needed unless `click_px` is 0
 
     Raises
     ------
-    InputError : a camera that sees fewer than four known points of the sheet
+    InputError : fewer than four known points of the sheet are in view
     """
     corners = np.array([sheet.corners[name] for name in CORNERS])
     points = corners
     if not camera.sees(_on_ice(corners)).all():
-        points = _landmarks(sheet)
+        points = _painted_keypoints(sheet)
         points = points[camera.sees(_on_ice(points), margin_px=2.0)]
     if len(points) < MIN_POINTS:
         raise InputError(f"the camera sees {len(points)} known points of the ice; it must see four")
@@ -182,8 +186,8 @@ def _on_ice(points: Floats) -> Floats:
     return np.column_stack([points, np.zeros(len(points))])
 
 
-def _landmarks(sheet: Sheet) -> Floats:
-    """Points that paint marks at both ends, (n, 2) [m]; lines count at their sheet-side edge."""
+def _painted_keypoints(sheet: Sheet) -> Floats:
+    """Painted keypoints of both ends, (n, 2) [m]; for a line, its edge towards mid-sheet."""
     side = sheet.width / 2
     one_end = [
         (0.0, TEE_Y),

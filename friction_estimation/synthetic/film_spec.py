@@ -23,22 +23,22 @@ class FilmSpec:
 
     Parameters
     ----------
-    camera : the name of one of `CAMERAS`, or any camera
-    size : width and height [px]; the named camera's own where None
+    camera : a name in `CAMERAS`, or any camera
+    size : width and height [px]; None takes the named camera's own
     fps : frames per second
-    exposure : time each frame is exposed, centred on its moment [s]; smears what moves
+    exposure : exposure time, centred on the time of the frame [s]; it blurs moving stones
     noise : standard deviation of the sensor's noise [grey levels]
     people : whether a thrower, sweepers and walkers are in the picture
-    lead_in : film before the release [s]
-    held : whether the stone stands still until its release, or comes at its release speed
-    tail : film after the stone has come to rest [s]
-    light, palette : how it looks
-    click_px : standard error of the points marked in the scene file [px]
-    seed : of the ice's texture, the noise, the people and the clicks
+    lead_in : duration of the film before the release [s]
+    held : whether the stone stands still until its release; else it arrives at its release speed
+    tail : duration of the film after the stone has come to rest [s]
+    light, palette : lighting and colours
+    click_px : standard error of the clicks in the scene file [px]
+    seed : seed for the ice's texture, the noise, the people and the clicks
 
     Raises
     ------
-    InputError : a rate, time or noise that no film has, or an unknown camera
+    InputError : a value out of range, or an unknown camera
     """
 
     camera: str | Camera = "end"
@@ -74,46 +74,47 @@ class FilmSpec:
         self.resolved()
 
     def resolved(self) -> Camera:
-        """The camera itself."""
+        """The camera, looked up if it was given by name."""
         if isinstance(self.camera, str):
             return named_camera(self.camera, self.size)
         return self.camera
 
     @property
     def name(self) -> str:
-        """What its files are called."""
+        """Name of the film's files: that of the camera."""
         return self.camera if isinstance(self.camera, str) else "camera"
 
 
 def on_film(trajectory: Trajectory, spec: FilmSpec) -> Trajectory:
-    """Where the stone is in every frame, t from the first: the truth of the film.
+    """The true place of the stone in every frame, with times from the first frame.
 
-    A cubic through the trajectory's samples and velocities; before the release a straight line at
-    the release's speed and spin, after the last sample rest. Headings that are not known are
-    bridged; where none is known the handle points along +x.
+    A cubic through the trajectory's samples and velocities. Before the release the stone moves
+    straight with its speed and spin at the release, and after the last sample it rests. Gaps in
+    the headings are interpolated; if no heading is known, the handle points along +x.
 
     Raises
     ------
-    InputError : a path without samples
+    InputError : a trajectory without samples
     """
     return all_on_film([trajectory], spec)[0]
 
 
 def all_on_film(trajectories: Sequence[Trajectory], spec: FilmSpec) -> list[Trajectory]:
-    """Where each of several stones is in every frame; see `on_film`.
+    """The true places of several stones in every frame; see `on_film`.
 
     Parameters
     ----------
-    trajectories : the thrown stone's first; the others' times count from the same moment, and
-        before their first sample they lie there
+    trajectories : the thrown stone's trajectory, then those of the others with times on the same
+        clock; before its first sample each of the others rests there
+    spec : how the film is taken
 
     Raises
     ------
-    InputError : a path without samples
+    InputError : a trajectory without samples
     """
     if any(len(trajectory) == 0 for trajectory in trajectories):
         raise InputError("a throw without a path cannot be filmed")
-    # Times on the film count from its first frame, those of the paths from the release.
+    # The film's times count from its first frame; the trajectories have a clock of their own.
     start = float(trajectories[0].t[0])
     stop = max(float(trajectory.t[-1]) for trajectory in trajectories)
     count = int(np.floor((spec.lead_in + stop - start + spec.tail) * spec.fps + 1e-9)) + 1
@@ -128,7 +129,7 @@ def all_on_film(trajectories: Sequence[Trajectory], spec: FilmSpec) -> list[Traj
 def _on_film(
     trajectory: Trajectory, spec: FilmSpec, t: Floats, since: Floats, *, thrown: bool
 ) -> Trajectory:
-    """One stone's places at times since the first frame and on the trajectories' own clock."""
+    """Places of one stone at times since the first frame (t) and on its own clock (since)."""
     state, rate = _states(trajectory, spec)
     start, stop = float(trajectory.t[0]), float(trajectory.t[-1])
     values = state(np.clip(since, start, stop))
@@ -148,7 +149,7 @@ def _on_film(
 
 
 def _states(trajectory: Trajectory, spec: FilmSpec) -> tuple[Any, Any]:
-    """Functions of time that give x, y, theta (n, 3) and their rates."""
+    """Two functions of time: x, y, theta (n, 3), and their rates of change."""
     theta = trajectory.theta
     known = np.isfinite(theta)
     if known.any():

@@ -1,4 +1,4 @@
-"""Rendered films and the truth beside them, on disk."""
+"""Writes rendered films to disk, with the true paths of their stones beside them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from friction_estimation.synthetic.stone_drawing import StoneOnIce
 
 
 def write_film(path: str | Path, pictures: Iterable[Image], fps: float) -> int:
-    """Encode frames as MPEG-4, written atomically.
+    """Write frames to an MPEG-4 file, atomically.
 
     Returns
     -------
@@ -48,7 +48,7 @@ def write_film(path: str | Path, pictures: Iterable[Image], fps: float) -> int:
         finally:
             if writer is not None:
                 writer.release()
-        # The encoder reports no full disk, so what was written is counted.
+        # The encoder does not report a full disk, so the written frames are counted.
         reader = cv2.VideoCapture(str(draft))
         whole = int(reader.get(cv2.CAP_PROP_FRAME_COUNT)) == count
         reader.release()
@@ -67,7 +67,7 @@ def render_film(
     resting: Sequence[StoneOnIce] = (),
     progress: Progress = no_progress,
 ) -> Trajectory:
-    """Film one throw, and return the truth: where the stone is in every frame."""
+    """Film one throw, and return the true place of the stone in every frame."""
     renderer = FilmRenderer(spec, sheet=sheet, stone=stone, resting=resting)
     return _render(renderer, path, trajectory, progress, Path(path).name)
 
@@ -98,30 +98,30 @@ def render_films(
     notes: dict[str, Any] | None = None,
     progress: Progress = no_progress,
 ) -> list[Path]:
-    """Film throws with one camera, and lay the scene and the truth beside them.
+    """Film throws with one camera, and write the scene and the true paths beside the films.
 
     Writes `NAME-K.mp4` and `NAME-K.truth.csv` (t, x, y, theta of every frame) for every throw K,
-    `NAME.scene.json` as a user would give it, and `NAME.truth.json` with the camera, the stone's
+    `NAME.scene.json` as a user would mark it, and `NAME.truth.json` with the camera, the stone's
     outline and the times of release and rest.
 
     Parameters
     ----------
-    directory : made if it is not there
-    trajectories : one per film, sheet frame; the first sample is the release
-    spec : how they are filmed
+    directory : folder for the files; it is created if it does not exist
+    trajectories : one for each film, sheet frame; the first sample is the release
+    spec : how the films are taken
     sheet, stone : the ice and the kind of stone
     resting : stones that lie on the sheet in every film
-    name : of the files; that of the camera where None
+    name : name of the files; None takes that of the camera
     notes : further entries of `NAME.truth.json`, such as the friction
     progress : called after every frame
 
     Returns
     -------
-    the films' paths
+    paths of the films
 
     Raises
     ------
-    InputError : no throws to film
+    InputError : there are no throws
     OutputError : a file cannot be written
     """
     if not trajectories:

@@ -1,7 +1,7 @@
-"""The people in a film: the thrower, two sweepers ahead of the stone, and those beside the sheet.
+"""The people in a film: the thrower, two sweepers ahead of the stone, and walkers beside the sheet.
 
-They are there to disturb: they move, throw shadows and stand before the stone as players do. Their
-bodies are rods drawn in perspective; nobody measures them, so they need not be exact.
+They disturb tracking as real players do: they move, cast shadows and hide the stone. Their bodies
+are made of rods drawn in perspective.
 """
 
 from __future__ import annotations
@@ -18,29 +18,22 @@ from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.camera.camera import Camera
 from friction_estimation.synthetic.stone_drawing import PixelBox, box_around
+from friction_estimation.synthetic.tuning import (
+    BROOM,
+    BRUSH,
+    HAIR,
+    JACKETS,
+    LARGE_PERSON_PIXELS,
+    PERSON_SAMPLES,
+    SHOES,
+    SKIN,
+    STRIDE_LENGTH,
+    SWEEP_RATE,
+    THROWER_DECELERATION,
+    TROUSERS,
+)
 
 Colour = tuple[int, int, int]
-
-WALKERS = 2
-"""People beside the sheet."""
-THROWER_BRAKE = 1.1
-"""How fast a thrower slows down once the stone has left the hand [m/s²]; looks only."""
-SWEEP_RATE = 4.5
-"""Strokes of a broom per second; looks only."""
-STRIDE = 1.4
-"""Length of two steps [m]; looks only."""
-DRAW_SCALE = 3
-"""Samples along a pixel's side when a person is drawn."""
-LARGE_PX = 60_000
-"""Pixels of a person's box above which one sample a pixel will do."""
-
-JACKETS: tuple[Colour, ...] = ((110, 62, 34), (56, 92, 40), (60, 58, 130), (120, 116, 112))
-TROUSERS: Colour = (36, 34, 34)
-SHOES: Colour = (24, 24, 24)
-SKIN: Colour = (138, 164, 206)
-HAIR: Colour = (40, 52, 70)
-BROOM: Colour = (60, 190, 220)
-BRUSH: Colour = (48, 44, 40)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +55,14 @@ class Rod:
 
 @dataclass(frozen=True, kw_only=True)
 class Person:
-    """Somebody at one moment: where they stand, what they do, and the rods they are made of."""
+    """A person at one moment.
+
+    Parameters
+    ----------
+    role : thrower, sweeper or walker
+    position : (2,) place on the ice, sheet frame [m]
+    rods : the parts of the body, and the broom
+    """
 
     role: str
     position: Floats
@@ -74,20 +74,20 @@ class Person:
         spread = np.array([[0.3, 0.3, 0.0], [-0.3, 0.3, 0.0], [0.3, -0.3, 0.0], [-0.3, -0.3, 0.0]])
         ground = np.array([*self.position, 0.0])
         around = (ends[:, None, :] + spread * 0.6).reshape(-1, 3)
-        # Heads and shoes stick out of their rods' ends.
+        # Heads and shoes extend beyond the ends of their rods.
         above = ends + np.array([0.0, 0.0, 0.15])
         return box_around(camera, np.concatenate([around, above, ground + 1.6 * spread]), 3.0)
 
 
 class Cast:
-    """Who is on and beside the sheet during one film.
+    """The people on and beside the sheet during one film.
 
     Parameters
     ----------
-    path : the stone at every frame; `swept` says when it is swept
-    released_at : time of release in the film [s]
+    path : the thrown stone in every frame, with `swept`
+    released_at : time of the release in the film [s]
     sheet : the ice
-    rng : of places, speeds and clothes
+    rng : generator for places, speeds and clothes
     """
 
     def __init__(
@@ -96,26 +96,26 @@ class Cast:
         self._path = path
         self._sheet = sheet
         self._released = released_at
-        self._line = _directions(path)
-        self._way = path.path_length
+        self._ahead = _directions(path)
+        self._travelled = path.path_length
         self._sweeping = _smooth(path.swept, path.t, 0.35)
         team = int(rng.integers(3))
         self._team: Colour = JACKETS[team]
         self._phases = rng.uniform(0.0, 2.0 * np.pi, 3)
         self._hand = float(rng.choice([-1.0, 1.0]))
-        self._walkers = [_Walker(sheet, side, rng) for side in (-1.0, 1.0)[:WALKERS]]
+        self._walkers = [_Walker(sheet, side, rng) for side in (-1.0, 1.0)]
         self._slide = self._thrower_slide()
 
     def at(self, frame: int) -> list[Person]:
-        """Everybody at a frame."""
+        """All people in a frame."""
         people = [walker.at(float(self._path.t[frame])) for walker in self._walkers]
         people += [self._sweeper(frame, which) for which in (0, 1)]
         people.append(self._thrower(frame))
         return people
 
     def _frame_of_reference(self, frame: int) -> tuple[Floats, Floats, Floats]:
-        """Where the stone is, the direction it runs in and the direction to its left."""
-        ahead = self._line[frame]
+        """Place of the stone, its direction of travel, and the direction to its left."""
+        ahead = self._ahead[frame]
         return self._path.xy[frame], ahead, np.array([-ahead[1], ahead[0]])
 
     def _sweeper(self, frame: int, which: int) -> Person:
@@ -126,8 +126,8 @@ class Cast:
         lead = (1.0, 1.45)[which] * at_work + (1.7, 2.3)[which] * (1.0 - at_work)
         aside = 0.62 * at_work + 0.85 * (1.0 - at_work)
         position = self._on_sheet(stone + lead * ahead + side * aside * left)
-        moved = float(self._way[frame])
-        phase = 2.0 * np.pi * moved / STRIDE + self._phases[which]
+        moved = float(self._travelled[frame])
+        phase = 2.0 * np.pi * moved / STRIDE_LENGTH + self._phases[which]
         stroke = 0.11 * np.sin(2.0 * np.pi * SWEEP_RATE * t + self._phases[which]) * at_work
         brush = stone + (0.36 + 0.22 * which) * ahead + stroke * left
         carried = position + 0.35 * ahead - side * 0.25 * left
@@ -152,20 +152,20 @@ class Cast:
         return np.clip(position, -limit, limit)
 
     def _thrower_slide(self) -> Floats:
-        """Way the thrower has come since letting go, at every frame, (n,) [m]."""
+        """Distance the thrower has slid since the release, in every frame, (n,) [m]."""
         start = int(np.searchsorted(self._path.t, self._released))
         start = min(start, len(self._path) - 2)
         speed = float(np.linalg.norm(np.diff(self._path.xy[start : start + 2], axis=0)))
         speed /= float(self._path.t[start + 1] - self._path.t[start])
-        since = np.clip(self._path.t - self._released, 0.0, speed / THROWER_BRAKE)
+        since = np.clip(self._path.t - self._released, 0.0, speed / THROWER_DECELERATION)
         self._let_go = start
-        return speed * since - 0.5 * THROWER_BRAKE * since**2
+        return speed * since - 0.5 * THROWER_DECELERATION * since**2
 
     def _thrower(self, frame: int) -> Person:
         held = min(frame, self._let_go)
         stone, ahead, left = self._frame_of_reference(held)
         slide = self._slide[frame] * ahead
-        # Eyes and body stay beside the line of delivery, so that the thrower sees along it.
+        # The body is beside the line of delivery, so that the thrower can look along it.
         body = stone + slide - 0.75 * ahead + self._hand * 0.36 * left
         grip = np.array([*(stone + slide - 0.04 * ahead), 0.19])
         return Person(
@@ -174,7 +174,7 @@ class Cast:
 
 
 class _Walker:
-    """Walks beside the sheet, up and down."""
+    """A person who walks up and down beside the sheet."""
 
     def __init__(self, sheet: Sheet, side: float, rng: np.random.Generator) -> None:
         self._x = side * (sheet.width / 2 + rng.uniform(0.6, 1.2))
@@ -184,14 +184,14 @@ class _Walker:
         self._jacket = JACKETS[int(rng.integers(len(JACKETS)))]
 
     def at(self, t: float) -> Person:
-        # A triangle wave: turns round at the ends of the sheet.
+        # A triangle wave: the walker turns round at the ends of the sheet.
         way = self._start + self._speed * t + self._span
         lap = way % (4.0 * self._span)
         back = lap > 2.0 * self._span
         y = (4.0 * self._span - lap if back else lap) - self._span
         facing = np.array([0.0, -np.sign(self._speed) if back else np.sign(self._speed)])
         position = np.array([self._x, y])
-        phase = 2.0 * np.pi * self._speed * t / STRIDE
+        phase = 2.0 * np.pi * self._speed * t / STRIDE_LENGTH
         return Person(
             role="walker",
             position=position,
@@ -204,7 +204,7 @@ def _unit(vector: Floats) -> Floats:
 
 
 def _directions(path: Trajectory) -> Floats:
-    """Direction of travel at every frame, held through rest, (n, 2)."""
+    """Direction of travel in every frame, (n, 2); at rest it keeps its last value."""
     chord = _unit(path.xy[-1] - path.xy[0])
     steps = np.gradient(path.xy, axis=0)
     length = np.linalg.norm(steps, axis=1)
@@ -215,7 +215,7 @@ def _directions(path: Trajectory) -> Floats:
 
 
 def _smooth(values: Floats, t: Floats, width: float) -> Floats:
-    """A moving mean over about `width` seconds on either side: players do not jump."""
+    """A moving mean over about `width` seconds on either side, so that players do not jump."""
     if len(t) < 2:
         return values
     half = max(1, round(width / float(t[1] - t[0])))
@@ -228,7 +228,7 @@ def _smooth(values: Floats, t: Floats, width: float) -> Floats:
 
 
 def _body_frame(position: Floats, facing: Floats):
-    """From (forward, left, up) of a body to the sheet frame."""
+    """A function that maps (forward, left, up) of a body to the sheet frame."""
     forward = _unit(facing)
     left = np.array([-forward[1], forward[0]])
 
@@ -241,7 +241,7 @@ def _body_frame(position: Floats, facing: Floats):
 def _standing(
     position: Floats, facing: Floats, phase: float, lean: float, jacket: Colour
 ) -> tuple[Rod, ...]:
-    """Somebody on their feet, in mid-stride at a phase, leaning forward by `lean` radians."""
+    """A standing or walking person at a phase of the stride, leaning forward by `lean` [rad]."""
     place = _body_frame(position, facing)
     swing = 0.24 * np.sin(phase)
     dip, reach = np.cos(lean), np.sin(lean)
@@ -286,7 +286,7 @@ def _standing(
 def _lunging(
     position: Floats, ahead: Floats, grip: Floats, jacket: Colour, hand: float
 ) -> tuple[Rod, ...]:
-    """The thrower, low over the front foot, one leg trailing, an arm out to the stone."""
+    """The thrower: low over the front foot, one leg trailing, an arm stretched to the stone."""
     place = _body_frame(position, ahead)
     hips, chest = place(-0.12, 0.0, 0.36), place(0.28, 0.0, 0.56)
     foot, knee = place(0.10, 0.02, 0.05), place(0.26, 0.06 * hand, 0.42)
@@ -320,12 +320,15 @@ _CIRCLE = np.stack(
 def draw_person(
     picture: NDArray[np.float32], camera: Camera, box: PixelBox, person: Person, shadow: float
 ) -> None:
-    """Draw somebody into a box of pixels of a picture, in place.
+    """Draw a person into a box of pixels of a picture, in place.
 
     Parameters
     ----------
-    picture : (box height, box width, 3) what the box shows without them, 0 to 255
-    shadow : how dark the ice is below them, 0 to 1
+    picture : (box height, box width, 3) the box without the person, 0 to 255; drawn into
+    camera : the film's camera
+    box : place of `picture` in the image
+    person : the person to draw
+    shadow : darkness of the ice below the person, 0 to 1
     """
     height, width = picture.shape[:2]
     corner = np.array([box.left, box.top])
@@ -336,7 +339,7 @@ def draw_person(
     soft = cv2.blur(cv2.blur(shade, (width_px, width_px)), (width_px, width_px)).astype(np.float32)
     picture *= (1.0 - (0.8 * shadow / 255.0) * soft)[..., None]
 
-    fine = DRAW_SCALE if height * width < LARGE_PX else 1
+    fine = PERSON_SAMPLES if height * width < LARGE_PERSON_PIXELS else 1
     rods = _far_to_near(person.rods, camera)
     ends = np.array([[rod.start, rod.stop] for rod in rods]).reshape(-1, 3)
     px = (camera.project(ends) - corner + 0.5) * fine
@@ -347,7 +350,7 @@ def draw_person(
     for k, rod in enumerate(rods):
         radii = rod.radius * scale[2 * k : 2 * k + 2]
         middle = px[2 * k : 2 * k + 2]
-        # Light from above: a narrower, lighter rod inside, moved up by a third of its radius.
+        # Light comes from above: each rod has a narrower, brighter one inside, moved up a little.
         for share, bright in ((1.0, 0.82), (0.55, 1.08)):
             lift = np.stack([np.zeros(2), (1.0 - share) * 0.6 * radii], axis=1)
             rim = (middle - lift)[:, None, :] + (share * radii)[:, None, None] * _CIRCLE
@@ -358,7 +361,7 @@ def draw_person(
                 cv2.fillConvexPoly(mask, hull, 255.0, cv2.LINE_8, 4)
     small = cv2.resize(colour, (width, height), interpolation=cv2.INTER_AREA).astype(np.float32)
     cover = cv2.resize(mask, (width, height), interpolation=cv2.INTER_AREA) / np.float32(255.0)
-    # Outside the rods the canvas is black, so its mean is already weighted by the cover.
+    # The canvas is black outside the rods, so its mean is already weighted by the cover.
     picture *= (1.0 - cover)[..., None]
     picture += small
 

@@ -1,8 +1,8 @@
-"""The solid of a stone, and the rays of a camera that meet it.
+"""The solid shape of a stone, and ray tracing of its surface.
 
-A stone is a solid of revolution with a handle. Rays are traced to its surface exactly (quadrics
-of its rings, capsules of its handle), so that what a tracker measures in a film is the perspective
-of the true body and not of a flat mark on the ice.
+A stone is a solid of revolution with a handle. Its rings are cut cones and its handle consists of
+rods with round ends, which rays meet exactly. A film therefore shows the true perspective of a
+solid body, and not that of a flat mark on the ice.
 """
 
 from __future__ import annotations
@@ -14,52 +14,32 @@ from numpy.typing import NDArray
 
 from curling_env.sheet import RULE_BOOK_STONE, Stone
 from curling_env.typing import Floats, Singles
-
-PROFILE = (
-    (0.50, 0.00),
-    (0.76, 0.08),
-    (0.91, 0.21),
-    (0.985, 0.36),
-    (1.00, 0.44),
-    (1.00, 0.56),
-    (0.985, 0.64),
-    (0.92, 0.79),
-    (0.80, 0.92),
-    (0.66, 1.00),
+from friction_estimation.synthetic.tuning import (
+    BODY_PROFILE,
+    GRANITE_COLOUR,
+    LAMP_DIRECTIONS,
+    RED,
+    SPECKLE_CELL,
 )
-"""Outline of the body from the ice to its flat top: shares of its radius and of its height.
-
-A stone's outline differs from maker to maker; this one has a striking band at mid-height, as all.
-"""
-GRANITE = (112.0, 114.0, 116.0)
-"""Mean colour of the body, blue-green-red."""
-
-SPECKLE_STEP = 0.004
-"""Grain of the granite [m]."""
-LAMP_DIRECTIONS = ((0.30, 0.35, 0.89), (-0.35, -0.25, 0.90))
-"""From a stone towards the lamps that light it."""
-
-RED = (38, 30, 196)
-"""Colour of a handle, blue-green-red."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class StoneShape:
-    """The solid that is drawn.
+    """The solid shape of a stone.
 
     Parameters
     ----------
-    radius, height : of the body [m]
-    profile : (radius, height) shares from the ice to the top, heights rising
+    radius, height : size of the body [m]
+    profile : outline from the ice to the top, as shares of radius and height; heights increase
     """
 
     radius: float = RULE_BOOK_STONE.radius
     height: float = RULE_BOOK_STONE.height
-    profile: tuple[tuple[float, float], ...] = PROFILE
+    profile: tuple[tuple[float, float], ...] = BODY_PROFILE
 
     @classmethod
     def of(cls, stone: Stone) -> StoneShape:
-        """The shape of a stone with the usual outline."""
+        """The shape of a kind of stone, with the usual outline."""
         return cls(radius=stone.radius, height=stone.height)
 
     @property
@@ -84,10 +64,10 @@ class StoneOnIce:
 
     Parameters
     ----------
-    x, y : its centre, sheet frame [m]
-    theta : direction the handle points in, counter-clockwise from +x [rad]
-    vx, vy : its velocity, which smears it over the exposure [m/s]
-    colour : of the handle, blue-green-red
+    x, y : place of its centre, sheet frame [m]
+    theta : direction of the handle, counter-clockwise from +x [rad]
+    vx, vy : velocity, which blurs it during the exposure [m/s]
+    colour : colour of the handle, blue-green-red
     """
 
     x: float
@@ -113,12 +93,17 @@ def trace(
 
     Parameters
     ----------
-    position : (3,) where the rays start [m]
+    position : (3,) start of all rays, sheet frame [m]
     rays : (k, m, 3) directions of k samples in m pixels
-    moments : (k,) time of each sample [s]
-    colour, nearest, hit : (k, m, 3), (k, m), (k, m) what the samples show so far
+    stone : place, motion and colour of the stone
+    shape : its solid shape
+    moments : (k,) time of each sample from the middle of the exposure [s]
+    speckle : (65536,) unit-variance texture of the granite
+    colour : (k, m, 3) colours of the samples, blue-green-red; updated
+    nearest : (k, m) distance to what each sample shows [m]; updated
+    hit : (k, m) whether a sample shows a stone; updated
     """
-    # From here on the ray starts beside the stone, where single precision resolves a micrometre.
+    # Rays restart at the stone's middle height, where single precision resolves a micrometre.
     middle = 0.5 * shape.height
     start = (middle - position[2]) / rays[..., 2]
     centre_x = stone.x + stone.vx * moments[:, None]
@@ -128,7 +113,7 @@ def trace(
     length = np.linalg.norm(rays, axis=2)
     d64 = rays / length[..., None]
     sine, cosine = np.sin(stone.theta), np.cos(stone.theta)
-    # Distance between the ray and the middle of the stone rules most rays out.
+    # Most rays pass the stone's centre at a distance at which they cannot meet it.
     projection = ox * d64[..., 0] + oy * d64[..., 1]
     reach = np.hypot(shape.radius, shape.crown - middle)
     candidate = ox * ox + oy * oy - projection * projection < reach * reach
@@ -160,7 +145,7 @@ GRANITE_BODY, STRIKING_BAND, HANDLE = 0, 1, 2
 
 
 class _Hits:
-    """The nearest meeting so far of n rays with a surface."""
+    """The nearest intersections found so far of n rays with surfaces."""
 
     def __init__(self, n: int) -> None:
         self.t = np.full(n, np.inf, dtype=np.float32)
@@ -178,7 +163,7 @@ class _Hits:
 def _meet_body(hits: _Hits, o: Singles, d: Singles, shape: StoneShape) -> None:
     outline = shape.outline
     collar = 0.34 * shape.radius
-    # The handle is bolted on through a low collar, which counts as handle.
+    # The handle is mounted on a low collar, which has the handle's colour.
     mount = np.array([[collar, shape.height], [0.85 * collar, shape.height + 0.009]])
     normals = _outline_normals(outline)
     for k in range(len(outline) - 1):
@@ -191,7 +176,7 @@ def _meet_body(hits: _Hits, o: Singles, d: Singles, shape: StoneShape) -> None:
 
 
 def _outline_normals(outline: Floats) -> Floats:
-    """Outward (radial, upward) unit normals at the outline's points, smoothed, (n, 2)."""
+    """Smoothed outward unit normals (radial, upward) at the outline's points, (n, 2)."""
     steps = np.diff(outline, axis=0)
     faces = np.stack([steps[:, 1], -steps[:, 0]], axis=1)
     faces /= np.linalg.norm(faces, axis=1, keepdims=True)
@@ -202,11 +187,11 @@ def _outline_normals(outline: Floats) -> Floats:
 def _meet_ring(
     hits: _Hits, o: Singles, d: Singles, ends: Floats, normals: Floats, material: int
 ) -> None:
-    """Rays against a cut cone between two (radius, height) with normals at its ends."""
+    """Intersect rays with a cut cone; `ends` are (radius, height), `normals` are those there."""
     (r0, z0), (r1, z1) = ends.astype(np.float32)
     slope = (r1 - r0) / (z1 - z0)
-    # The face looks outwards by z1 - z0 and upwards by r0 - r1; seen edge-on or from behind by
-    # every ray, it is left out.
+    # The face's normal is z1 - z0 outwards and r0 - r1 upwards. A face that every ray sees from
+    # the edge or from behind is left out.
     if ((z1 - z0) * np.sqrt(1.0 - d[2] * d[2]) <= (r0 - r1) * d[2]).all():
         return
     q = r0 + slope * (o[2] - z0)
@@ -216,7 +201,7 @@ def _meet_ring(
     root = b * b - a * c
     real = np.flatnonzero(root > 0)
     a, b, c, root = a[real], b[real], c[real], np.sqrt(root[real])
-    # Of the two roots this one enters the solid; written so that it loses no digits.
+    # Of the two roots, this is where the ray enters the solid. The form avoids cancellation.
     with np.errstate(divide="ignore", invalid="ignore"):
         t = np.where(b < 0, c / (root - b), -(b + root) / a)
     z = o[2, real] + t * d[2, real]
@@ -236,7 +221,7 @@ def _meet_ring(
 def _meet_disc(
     hits: _Hits, o: Singles, d: Singles, radius: float, height: float, material: int
 ) -> None:
-    """Rays against a level disc, seen from above."""
+    """Intersect rays from above with a level disc."""
     t = (np.float32(height) - o[2]) / d[2]
     x, y = o[0] + t * d[0], o[1] + t * d[1]
     ray = np.flatnonzero((x * x + y * y <= radius * radius) & (d[2] < 0))
@@ -246,7 +231,7 @@ def _meet_disc(
 
 
 def _meet_handle(hits: _Hits, o: Singles, d: Singles, shape: StoneShape) -> None:
-    """A neck that rises behind the centre and a grip that reaches forward over the top."""
+    """Intersect rays with the handle: a neck behind the centre, and a grip forward over the top."""
     r, h = shape.radius, shape.height
     _meet_capsule(hits, o, d, (-0.20 * r, 0.0, h), (-0.24 * r, 0.0, h + 0.045), 0.014)
     _meet_capsule(hits, o, d, (-0.24 * r, 0.0, h + 0.047), (0.72 * r, 0.0, h + 0.053), 0.0145)
@@ -260,7 +245,7 @@ def _meet_capsule(
     stop: tuple[float, float, float],
     radius: float,
 ) -> None:
-    """Rays against a rod with round ends."""
+    """Intersect rays with a rod that has round ends."""
     p, axis = np.array(start, np.float32), np.subtract(stop, start).astype(np.float32)
     long2 = float(axis @ axis)
     from_start = o - p[:, None]
@@ -276,7 +261,7 @@ def _meet_capsule(
         return
     t = (-b[real] - np.sqrt(root[real])) / np.maximum(a[real], 1e-12)
     at = (ao[real] + t * ad[real]) / long2
-    # Past an end the rod is a ball.
+    # Beyond its ends the rod is a ball.
     over = (at < 0) | (at > 1)
     ball = p[:, None] + axis[:, None] * (at[over] > 1)
     to = o[:, real[over]] - ball
@@ -301,12 +286,14 @@ def _shade(
     speckle: Singles,
     turn: tuple[float, float],
 ) -> Singles:
-    """Colours of the samples seen, (s, 3)."""
+    """Colours of the s samples in `seen`, (s, 3)."""
     t, normal, material = hits.t[seen], hits.normal[:, seen], hits.material[seen]
     point = o[:, seen] + t * d[:, seen]
-    palette = np.array([GRANITE, tuple(1.12 * g for g in GRANITE), stone.colour], dtype=np.float32)
+    palette = np.array(
+        [GRANITE_COLOUR, tuple(1.12 * g for g in GRANITE_COLOUR), stone.colour], dtype=np.float32
+    )
     base = palette[material]
-    cell = np.floor(point / np.float32(SPECKLE_STEP)).astype(np.int64)
+    cell = np.floor(point / np.float32(SPECKLE_CELL)).astype(np.int64)
     grain = speckle[(cell[0] * 73 + cell[1] * 179 + cell[2] * 283) & 0xFFFF]
     base = base * np.where(material == HANDLE, 1.0, 1.0 + 0.13 * grain)[:, None]
     sine, cosine = turn
@@ -320,7 +307,7 @@ def _shade(
         between = lamp[:, None] - d[:, seen]
         between /= np.linalg.norm(between, axis=0)
         sheen += polish * np.maximum((between * normal).sum(axis=0), 0.0) ** 60
-    # The ice throws light up at the lower half; the foot is in the stone's own shade.
+    # The ice lights the lower half from below; the foot is in the stone's own shade.
     bright += 0.16 * np.maximum(-normal[2], 0.0)
     bright *= 0.55 + 0.45 * np.clip(point[2] / (0.35 * shape.height), 0.0, 1.0)
     return base * bright[:, None] + sheen[:, None]

@@ -1,6 +1,7 @@
-"""A camera before a sheet, and the frames it takes of a throw.
+"""Renders the frames that a camera takes of a throw.
 
-The sheet is rendered once; in every frame only what moves is drawn into it, the farthest first.
+The sheet is rendered once. In every frame only stones and people that move are drawn into it, the
+farthest ones first.
 """
 
 from __future__ import annotations
@@ -20,28 +21,27 @@ from friction_estimation.synthetic.people import Cast, Person, draw_person
 from friction_estimation.synthetic.ray_tracing import StoneShape
 from friction_estimation.synthetic.sheet_drawing import PixelRays, paint_sheet
 from friction_estimation.synthetic.stone_drawing import (
-    HANDLE_COLOURS,
-    SHADOW_REACH,
     PixelBox,
     StoneOnIce,
     draw_stones,
     stone_box,
 )
-
-TONES = 16
-"""Steps between two grey levels while a picture is built: noise must not meet rounded values."""
-NOISE_PLAY = 251
-"""Pixels by which the noise field is larger than the image, to start anywhere in it each frame."""
+from friction_estimation.synthetic.tuning import (
+    HANDLE_COLOURS,
+    NOISE_MARGIN_PX,
+    SHADOW_REACH,
+    STEPS_PER_GREY_LEVEL,
+)
 
 
 class FilmRenderer:
-    """A camera before a sheet: everything that stays the same from throw to throw.
+    """Renders throws on one sheet with one camera.
 
     Parameters
     ----------
-    spec : how it is filmed
-    sheet, stone : what is filmed
-    resting : stones that lie on the sheet throughout
+    spec : how the films are taken
+    sheet, stone : the ice and the kind of stone
+    resting : stones that lie on the sheet in every frame
     """
 
     def __init__(
@@ -61,7 +61,7 @@ class FilmRenderer:
         self._rays = PixelRays.of(self.camera)
         bare = paint_sheet(self._rays, sheet, light=spec.light, palette=spec.palette, rng=rng)
         self._speckle = rng.standard_normal(65536, dtype=np.float32)
-        self._bare = _to_tones(bare)
+        self._bare = _to_steps(bare)
         self._still = self._bare.copy()
         self._resting_boxes = [self._box_of(stone) for stone in self.resting]
         for group in _touching(self._resting_boxes):
@@ -70,14 +70,14 @@ class FilmRenderer:
         self._noise: NDArray[np.int16] | None = None
         if spec.noise > 0:
             width, height = self.camera.size
-            shape = (height + NOISE_PLAY, width + NOISE_PLAY, 3)
+            shape = (height + NOISE_MARGIN_PX, width + NOISE_MARGIN_PX, 3)
             grain = rng.standard_normal(shape, dtype=np.float32)
-            grain *= TONES * spec.noise
+            grain *= STEPS_PER_GREY_LEVEL * spec.noise
             self._noise = np.rint(grain, out=grain).astype(np.int16)
 
     @property
     def still(self) -> Image:
-        """The sheet with its resting stones, without noise and people, (height, width, 3)."""
+        """The sheet with its resting stones, without noise and people, (height, width, 3) BGR."""
         return _to_frame(self._still, 1.0)
 
     def frames(
@@ -87,9 +87,10 @@ class FilmRenderer:
 
         Parameters
         ----------
-        trajectory : of the thrown stone; sheet frame, t = first sample at the release
-        others : of stones that are struck, on the same clock; before it they lie where they begin
-        seed : tells throws apart that share a spec
+        trajectory : the thrown stone's trajectory, sheet frame; its first sample is the release
+        others : trajectories of the struck stones on the same clock; each stone rests until its
+            first sample
+        seed : number that gives throws with the same spec different noise and people
         """
         paths = all_on_film([trajectory, *others], self.spec)
         rng = np.random.default_rng([self.spec.seed, seed])
@@ -100,36 +101,36 @@ class FilmRenderer:
         for k in range(len(paths[0])):
             for box in touched:
                 picture[box.slices] = self._still[box.slices]
-            touched = self._act(
+            touched = self._draw_moving(
                 picture, [stones[k] for stones in moving], cast.at(k) if cast else []
             )
             yield self._expose(picture, rng)
 
-    def _act(
+    def _draw_moving(
         self,
         picture: NDArray[np.int16],
         moving: Sequence[StoneOnIce],
         people: Sequence[Person],
     ) -> list[PixelBox]:
-        """Draw what moves, the farthest first; returns the boxes it was drawn into."""
-        acts: list[tuple[float, PixelBox, Callable[[], None]]] = []
-        for box, stones in self._together(moving):
+        """Draw moving stones and people, the farthest first, and return the boxes drawn into."""
+        drawings: list[tuple[float, PixelBox, Callable[[], None]]] = []
+        for box, stones in self._grouped(moving):
             if len(stones) > 1:
                 picture[box.slices] = self._bare[box.slices]
             paint = partial(self._draw_stones, picture, box, stones)
             foremost = np.array([stones[0].x, stones[0].y])
-            acts.append((self._distance(foremost), box, paint))
+            drawings.append((self._distance(foremost), box, paint))
         for person in people:
             where = person.box(self.camera)
             if not where.empty:
                 paint = partial(self._draw_person, picture, where, person)
-                acts.append((self._distance(person.position), where, paint))
-        for _, _, paint in sorted(acts, key=lambda act: -act[0]):
+                drawings.append((self._distance(person.position), where, paint))
+        for _, _, paint in sorted(drawings, key=lambda drawing: -drawing[0]):
             paint()
-        return [where for _, where, _ in acts]
+        return [where for _, where, _ in drawings]
 
-    def _together(self, moving: Sequence[StoneOnIce]) -> list[tuple[PixelBox, list[StoneOnIce]]]:
-        """Moving stones, and the resting ones beside them, in groups that are drawn as one."""
+    def _grouped(self, moving: Sequence[StoneOnIce]) -> list[tuple[PixelBox, list[StoneOnIce]]]:
+        """Groups of stones that are drawn together: moving ones, and resting ones next to them."""
         stones = [*moving, *self.resting]
         boxes = [*(self._box_of(stone) for stone in moving), *self._resting_boxes]
         return [
@@ -149,7 +150,7 @@ class FilmRenderer:
     ) -> None:
         if box.empty:
             return
-        patch = picture[box.slices] * np.float32(1 / TONES)
+        patch = picture[box.slices] * np.float32(1 / STEPS_PER_GREY_LEVEL)
         draw_stones(
             patch,
             self._rays,
@@ -160,32 +161,34 @@ class FilmRenderer:
             speckle=self._speckle,
             exposure=self.spec.exposure,
         )
-        picture[box.slices] = _to_tones(patch)
+        picture[box.slices] = _to_steps(patch)
 
     def _draw_person(self, picture: NDArray[np.int16], box: PixelBox, person: Person) -> None:
-        patch = picture[box.slices] * np.float32(1 / TONES)
+        patch = picture[box.slices] * np.float32(1 / STEPS_PER_GREY_LEVEL)
         draw_person(patch, self.camera, box, person, self.spec.light.shadow)
-        picture[box.slices] = _to_tones(patch)
+        picture[box.slices] = _to_steps(patch)
 
     def _expose(self, picture: NDArray[np.int16], rng: np.random.Generator) -> Image:
-        """The sensor: noise, flicker, and rounding to eight bits."""
+        """The frame that the sensor records: with noise and flicker, rounded to eight bits."""
         gain = 1.0 + self.spec.light.flicker * rng.standard_normal()
         if self._noise is not None:
-            row, column = rng.integers(0, NOISE_PLAY, 2)
+            row, column = rng.integers(0, NOISE_MARGIN_PX, 2)
             height, width = picture.shape[:2]
             grain = self._noise[row : row + height, column : column + width]
             picture = np.asarray(cv2.add(picture, grain), dtype=np.int16)
-            # Absolute values would fold the noise of black pixels upwards.
+            # `convertScaleAbs` takes absolute values, which would brighten noisy black pixels.
             np.maximum(picture, 0, out=picture)
         return _to_frame(picture, gain)
 
 
 def _to_frame(picture: NDArray[np.int16], gain: float) -> Image:
-    return np.asarray(cv2.convertScaleAbs(picture, alpha=gain / TONES), dtype=np.uint8)
+    return np.asarray(
+        cv2.convertScaleAbs(picture, alpha=gain / STEPS_PER_GREY_LEVEL), dtype=np.uint8
+    )
 
 
 def _stones_along(path: Trajectory) -> list[StoneOnIce]:
-    """A stone in every frame of its path, with its speed and the colour of its number."""
+    """A stone in every frame of its path, with its velocity and the colour of its number."""
     velocity = np.zeros((1, 2))
     if len(path) > 1:
         velocity = np.asarray(np.gradient(path.xy, path.t, axis=0))
@@ -202,8 +205,8 @@ def _stones_along(path: Trajectory) -> list[StoneOnIce]:
     ]
 
 
-def _to_tones(picture: NDArray[np.float32]) -> NDArray[np.int16]:
-    return np.rint(np.clip(picture, 0.0, 255.0) * TONES).astype(np.int16)
+def _to_steps(picture: NDArray[np.float32]) -> NDArray[np.int16]:
+    return np.rint(np.clip(picture, 0.0, 255.0) * STEPS_PER_GREY_LEVEL).astype(np.int16)
 
 
 def _around(boxes: Sequence[PixelBox]) -> PixelBox:
@@ -214,7 +217,7 @@ def _around(boxes: Sequence[PixelBox]) -> PixelBox:
 
 
 def _touching(boxes: Sequence[PixelBox]) -> list[list[int]]:
-    """Boxes in groups whose joined boxes do not meet; empty ones left out."""
+    """Indices of boxes in groups whose common boxes do not overlap; empty boxes are left out."""
     groups: list[list[int]] = [[k] for k, box in enumerate(boxes) if not box.empty]
     merged = True
     while merged:

@@ -1,9 +1,9 @@
-"""The empty sheet as a camera sees it: paint, ice, hall and light, rendered once per camera.
+"""Draws the empty sheet as a camera sees it: paint, ice, hall and light.
 
-Every pixel is the mean over its square of what its rays meet on the ice. Rays are known at the
-corners of all pixels from the lens's exact inverse; in between they are linear (the error is below
-a thousandth of a pixel). Each of the samples in a pixel covers an edge softly over its own
-footprint, so that a line much thinner than a pixel keeps its exact mean.
+The colour of a pixel is the mean over samples within its square. The rays through the corners of
+all pixels come from the exact inverse of the lens; those in between are interpolated linearly, with
+errors below a thousandth of a pixel. A sample that lies on an edge is covered in part, according to
+its own footprint on the ice, so that lines much thinner than a pixel get the right mean colour.
 """
 
 from __future__ import annotations
@@ -27,19 +27,14 @@ from curling_env.sheet import (
 )
 from curling_env.typing import Floats
 from friction_estimation.camera.camera import Camera
-
-SAMPLES = 4
-"""Samples along each side of a pixel of the sheet."""
-CHUNK = 4096
-"""Pixels painted at a time: what fits a processor's cache."""
-
-BUMPER = 0.12
-"""Width of the foam divider along the ice [m]; looks only."""
-LAMP_HEIGHT = 14.0
-"""Height of the lamps that the ice mirrors [m]; looks only."""
-LAMPS = tuple((x, y) for x in (-3.0, 3.0) for y in (-20.0, -12.0, -4.0, 4.0, 12.0, 20.0))
-TEXTURE_STEP = 0.0125
-"""Cell of the pebble texture [m]."""
+from friction_estimation.synthetic.tuning import (
+    BUMPER_WIDTH,
+    LAMP_HEIGHT,
+    LAMP_POSITIONS,
+    PEBBLE_CELL,
+    PIXELS_AT_ONCE,
+    SHEET_SAMPLES,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,16 +53,16 @@ class Palette:
 
 @dataclass(frozen=True, kw_only=True)
 class Light:
-    """How the hall is lit and how the lens passes it on.
+    """How the hall is lit, and how light reaches the sensor.
 
     Parameters
     ----------
-    vignette : share of the light lost in the image's corners
-    gradient : difference between the image's left and right edge, as a share
-    gloss : how strongly the ice mirrors the lamps, 0 to 1
-    pebble : contrast of the pebbled ice, standard deviation as a share
-    shadow : how dark the shadow at a stone's foot is, 0 to 1
-    flicker : standard deviation of a frame's brightness, as a share
+    vignette : share of the light that is lost in the image's corners
+    gradient : relative difference in brightness between the image's left and right edges
+    gloss : strength of mirror images in the ice, 0 to 1
+    pebble : relative standard deviation of the pebbled ice's brightness
+    shadow : darkness of the shadow at a stone's foot, 0 to 1
+    flicker : relative standard deviation of a frame's brightness
     """
 
     vignette: float = 0.18
@@ -80,13 +75,13 @@ class Light:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PixelRays:
-    """Where the pixels of a camera look.
+    """The lines of sight of a camera's pixels.
 
     Parameters
     ----------
     camera : the camera
-    corners : (height + 1, width + 1, 3) rays through the pixels' corners, sheet frame; pixel
-        (row, column) lies between the corners (row, column) and (row + 1, column + 1)
+    corners : (height + 1, width + 1, 3) directions of the rays through the pixels' corners, sheet
+        frame; pixel (row, column) lies between the corners (row, column) and (row + 1, column + 1)
     """
 
     camera: Camera
@@ -94,7 +89,7 @@ class PixelRays:
 
     @classmethod
     def of(cls, camera: Camera) -> PixelRays:
-        """The rays of all pixels; their centres have whole coordinates, as in OpenCV."""
+        """The rays of all pixels of a camera; pixel centres have integer coordinates."""
         width, height = camera.size
         u, v = np.meshgrid(np.arange(width + 1) - 0.5, np.arange(height + 1) - 0.5)
         rays = camera.rays(np.stack([u.ravel(), v.ravel()], axis=1))
@@ -102,13 +97,13 @@ class PixelRays:
 
     @cached_property
     def ice(self) -> Floats:
-        """Where the corners' rays meet the ice, (height + 1, width + 1, 2) [m]; NaN above it."""
+        """Where the corners' rays meet the ice, (height + 1, width + 1, 2) [m]; NaN if nowhere."""
         position = self.camera.position
         down = np.where(self.corners[..., 2] < -1e-6, self.corners[..., 2], np.nan)
         return position[:2] - self.corners[..., :2] * (position[2] / down)[..., None]
 
     def within(self, rows: NDArray[np.intp], columns: NDArray[np.intp], n: int) -> Floats:
-        """Rays of n × n samples in each of m pixels, (n², m, 3); row by row."""
+        """Rays of n × n samples in each of m pixels, row by row, (n², m, 3)."""
         weights = sample_weights(n)
         corners = self.corners
         return (
@@ -120,7 +115,7 @@ class PixelRays:
 
 
 def sample_weights(n: int) -> Floats:
-    """Shares of a pixel's corners in its n × n samples, (n², 4): upper left to lower right."""
+    """Weights of a pixel's four corners, row by row, in each of its n × n samples, (n², 4)."""
     at = (np.arange(n) + 0.5) / n
     v, u = (grid.ravel() for grid in np.meshgrid(at, at, indexing="ij"))
     return np.stack([(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v], axis=1)
@@ -134,24 +129,27 @@ def paint_sheet(
     palette: Palette,
     rng: np.random.Generator,
 ) -> NDArray[np.float32]:
-    """The empty sheet, (height, width, 3), 0 to 255 and not yet rounded.
+    """The empty sheet, (height, width, 3) BGR, 0 to 255 and not rounded.
 
     Parameters
     ----------
-    rng : of the ice's texture
+    rays : the lines of sight of the camera's pixels
+    sheet : the ice
+    light, palette : lighting and colours
+    rng : generator for the ice's texture
     """
     width, height = rays.camera.size
     texture = pebble_texture(rng)
     ice = rays.ice
-    reach = np.array([sheet.width / 2 + BUMPER, sheet.length / 2 + BUMPER]) + 0.05
+    reach = np.array([sheet.width / 2 + BUMPER_WIDTH, sheet.length / 2 + BUMPER_WIDTH]) + 0.05
     near = np.asarray((np.abs(ice) < reach).all(axis=2), dtype=np.uint8)
-    # A pixel is painted in full if any of its corners, or of its neighbours', is near the ice.
+    # A pixel is painted in detail if a corner of it or of a neighbour is on or next to the ice.
     painted = cv2.dilate(near, np.ones((4, 4), np.uint8))[:height, :width] > 0
     picture = np.empty((height, width, 3), dtype=np.float32)
     picture[:] = _hall(ice[:height, :width], sheet, texture, palette)
     rows, columns = np.nonzero(painted)
-    for start in range(0, len(rows), CHUNK):
-        part = slice(start, start + CHUNK)
+    for start in range(0, len(rows), PIXELS_AT_ONCE):
+        part = slice(start, start + PIXELS_AT_ONCE)
         picture[rows[part], columns[part]] = _painted(
             rays, rows[part], columns[part], sheet, texture, light, palette
         )
@@ -160,7 +158,7 @@ def paint_sheet(
 
 
 def pebble_texture(rng: np.random.Generator) -> NDArray[np.float32]:
-    """Unit-variance texture that repeats after its side, (1024, 1024) cells of `TEXTURE_STEP`."""
+    """Periodic texture of unit variance, (1024, 1024) cells of side `PEBBLE_CELL`."""
     size = 1024
     total = np.zeros((size, size), dtype=np.float32)
     for blur, share in ((0.9, 0.75), (5.0, 0.5), (40.0, 0.45)):
@@ -174,15 +172,15 @@ def pebble_texture(rng: np.random.Generator) -> NDArray[np.float32]:
 
 def _lookup(texture: NDArray[np.float32], x: Floats, y: Floats) -> NDArray[np.float32]:
     size = len(texture)
-    row = np.floor(y / TEXTURE_STEP).astype(np.int64) % size
-    column = np.floor(x / TEXTURE_STEP).astype(np.int64) % size
+    row = np.floor(y / PEBBLE_CELL).astype(np.int64) % size
+    column = np.floor(x / PEBBLE_CELL).astype(np.int64) % size
     return texture[row, column]
 
 
 def _hall(
     ice: Floats, sheet: Sheet, texture: NDArray[np.float32], palette: Palette
 ) -> NDArray[np.float32]:
-    """The floor around the sheet, one sample a pixel; above the horizon, darkness."""
+    """The floor around the sheet, with one sample per pixel; it is dark above the horizon."""
     x, y = np.nan_to_num(ice[..., 0], nan=1e3), np.nan_to_num(ice[..., 1], nan=1e3)
     beyond = np.hypot(
         np.maximum(np.abs(x) - sheet.width / 2, 0.0), np.maximum(np.abs(y) - sheet.length / 2, 0.0)
@@ -194,7 +192,7 @@ def _hall(
 
 
 class _Brush:
-    """Lays paint over m pixels' samples, with the share of each sample that an area covers."""
+    """Paints areas over the samples of m pixels, in proportion to the cover of each sample."""
 
     def __init__(self, colour: NDArray[np.float32], shape: tuple[int, ...]) -> None:
         self.picture = np.empty((*shape, 3), dtype=np.float32)
@@ -210,7 +208,7 @@ class _Brush:
 
 
 def _inside(distance: Floats, footprint: Floats) -> Floats:
-    """Share of a sample on the positive side of an edge."""
+    """The share of a sample that lies on the positive side of an edge."""
     return np.clip(0.5 + distance / footprint, 0.0, 1.0)
 
 
@@ -223,15 +221,15 @@ def _painted(
     light: Light,
     palette: Palette,
 ) -> NDArray[np.float32]:
-    """Mean colours of pixels on and about the ice, (m, 3)."""
+    """Mean colours of m pixels on the ice and next to it, (m, 3)."""
     position = rays.camera.position
-    d = rays.within(rows, columns, SAMPLES)
+    d = rays.within(rows, columns, SHEET_SAMPLES)
     along = -position[2] / np.minimum(d[..., 2], -1e-9)
     x, y = position[0] + along * d[..., 0], position[1] + along * d[..., 1]
     ice = rays.ice
-    du = (ice[rows, columns + 1] - ice[rows, columns]) / SAMPLES
-    dv = (ice[rows + 1, columns] - ice[rows, columns]) / SAMPLES
-    # The widest step an edge across x or y makes within one sample [m].
+    du = (ice[rows, columns + 1] - ice[rows, columns]) / SHEET_SAMPLES
+    dv = (ice[rows + 1, columns] - ice[rows, columns]) / SHEET_SAMPLES
+    # Footprint of one sample across and along the sheet [m].
     wx = np.nan_to_num(np.abs(du[:, 0]) + np.abs(dv[:, 0]), nan=1.0) + 1e-9
     wy = np.nan_to_num(np.abs(du[:, 1]) + np.abs(dv[:, 1]), nan=1.0) + 1e-9
 
@@ -261,33 +259,33 @@ def _painted(
     brush.picture += (gloss * 30.0).astype(np.float32)[:, None]
     on_ice = _inside(sheet.width / 2 - np.abs(x), wx) * _inside(sheet.length / 2 - depth, wy)
     brush.lay(palette.bumper, 1.0 - on_ice)
-    outer = _inside(np.abs(x) - sheet.width / 2 - BUMPER, wx)
-    outer = np.maximum(outer, _inside(depth - sheet.length / 2 - BUMPER, wy))
+    outer = _inside(np.abs(x) - sheet.width / 2 - BUMPER_WIDTH, wx)
+    outer = np.maximum(outer, _inside(depth - sheet.length / 2 - BUMPER_WIDTH, wy))
     brush.lay(palette.floor, outer)
     return brush.picture.mean(axis=0)
 
 
 def _band(position: Floats, start: float, stop: float, footprint: Floats) -> Floats:
-    """Share of a sample between two parallel edges."""
+    """The share of a sample that lies between two parallel edges."""
     return _inside(position - start, footprint) - _inside(position - stop, footprint)
 
 
 def _mirrored_lamps(x: Floats, y: Floats, position: Floats) -> Floats:
-    """Light of the lamps that the pebbled ice mirrors to the camera, 0 to about 1, (m,)."""
+    """Brightness of the lamps' reflections in the pebbled ice, 0 to about 1, (m,)."""
     dx, dy = x - position[0], y - position[1]
     scale = LAMP_HEIGHT / position[2]
     sin_elevation = position[2] / np.sqrt(dx * dx + dy * dy + position[2] ** 2)
-    # Schlick's approximation of Fresnel's law; water ice mirrors 2 % of upright light.
+    # Schlick's approximation of Fresnel's law; ice reflects 2 % of vertical light.
     fresnel = 0.02 + 0.98 * (1.0 - sin_elevation) ** 5
     glow = np.zeros_like(x)
-    for lamp_x, lamp_y in LAMPS:
+    for lamp_x, lamp_y in LAMP_POSITIONS:
         across, along = x + scale * dx - lamp_x, y + scale * dy - lamp_y
         glow += np.exp(-0.5 * ((across / 2.2) ** 2 + (along / 1.6) ** 2))
     return glow * (0.15 + fresnel)
 
 
 def _lens_light(camera: Camera, light: Light) -> NDArray[np.float32]:
-    """How much light each pixel gets, (height, width)."""
+    """Relative light that reaches each pixel through the lens, (height, width)."""
     width, height = camera.size
     u = (np.arange(width) - width / 2) / (width / 2)
     v = ((np.arange(height) - height / 2) / (height / 2))[:, None]

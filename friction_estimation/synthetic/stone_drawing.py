@@ -1,4 +1,4 @@
-"""Stones in a picture: which pixels they touch, their shadow, their mirror image, their bodies."""
+"""Draws stones into a picture: their bodies, their shadows and their mirror images in the ice."""
 
 from __future__ import annotations
 
@@ -11,28 +11,20 @@ from numpy.typing import NDArray
 
 from curling_env.typing import Floats, Singles
 from friction_estimation.camera.camera import Camera
-from friction_estimation.synthetic.ray_tracing import (
-    LAMP_DIRECTIONS,
-    RED,
-    StoneOnIce,
-    StoneShape,
-    trace,
-)
+from friction_estimation.synthetic.ray_tracing import StoneOnIce, StoneShape, trace
 from friction_estimation.synthetic.sheet_drawing import Light, PixelRays
-
-HANDLE_COLOURS = (RED, (40, 190, 235), (190, 110, 30), (70, 140, 40))
-"""Red, yellow, blue, green (blue-green-red); a stone takes the one of its number."""
-FEW_SAMPLES, MANY_SAMPLES = 4, 8
-"""Samples along a pixel's side for a large and for a small stone; doubly even, see `_schedule`."""
-SMALL_PX = 700
-"""Pixels of a patch below which a stone counts as small."""
-SHADOW_REACH = 0.30
-"""Beyond a stone's edge, where its shadow is too faint to see [m]."""
+from friction_estimation.synthetic.tuning import (
+    LAMP_DIRECTIONS,
+    LARGE_STONE_PIXELS,
+    LARGE_STONE_SAMPLES,
+    SHADOW_REACH,
+    SMALL_STONE_SAMPLES,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
 class PixelBox:
-    """A rectangle of pixels: rows top to bottom, columns left to right, ends excluded."""
+    """A rectangle of pixels; `bottom` and `right` are excluded."""
 
     top: int
     bottom: int
@@ -46,11 +38,11 @@ class PixelBox:
 
     @property
     def empty(self) -> bool:
-        """Whether no pixel of the image lies in it."""
+        """Whether the box has no pixels."""
         return self.bottom <= self.top or self.right <= self.left
 
     def meets(self, other: PixelBox) -> bool:
-        """Whether the two share a pixel."""
+        """Whether the two boxes share a pixel."""
         return (
             self.top < other.bottom
             and other.top < self.bottom
@@ -59,7 +51,7 @@ class PixelBox:
         )
 
     def joined(self, other: PixelBox) -> PixelBox:
-        """The smallest box around both."""
+        """The smallest box around both boxes."""
         return PixelBox(
             top=min(self.top, other.top),
             bottom=max(self.bottom, other.bottom),
@@ -69,7 +61,7 @@ class PixelBox:
 
 
 def box_around(camera: Camera, points: Floats, margin_px: float = 2.0) -> PixelBox:
-    """The pixels around points (n, 3) of the sheet frame, cut at the image's edge."""
+    """The box around points (n, 3) of the sheet frame, cut at the edges of the image."""
     px = camera.project(points)
     width, height = camera.size
     if not np.isfinite(px).all():
@@ -81,9 +73,9 @@ def box_around(camera: Camera, points: Floats, margin_px: float = 2.0) -> PixelB
 
 
 def stone_box(camera: Camera, shape: StoneShape, stone: StoneOnIce, reach: float = 0.0) -> PixelBox:
-    """The pixels that a stone, its handle and its shadow may touch."""
+    """The box of pixels that a stone and the ice within `reach` of it [m] may touch."""
     angle = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
-    # A little outside: the polygon's sides must clear the circle.
+    # The polygon is a little larger, so that its sides lie outside the circle.
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=1) * 1.04
     centre = np.array([stone.x, stone.y])
     points = np.concatenate(
@@ -110,28 +102,34 @@ def draw_stones(
 
     Parameters
     ----------
-    picture : (box height, box width, 3) what the box shows without them, 0 to 255
+    picture : (box height, box width, 3) the box without the stones, 0 to 255; drawn into
+    rays : the lines of sight of the camera's pixels
+    box : place of `picture` in the image
+    stones : the stones to draw
+    shape : their solid shape
+    light : lighting
     speckle : (65536,) unit-variance texture of the granite
-    exposure : time over which the moving ones are smeared, centred on their moment [s]
+    exposure : exposure time, centred on the moment of the frame; it blurs moving stones [s]
 
     Returns
     -------
-    (box height, box width): the share of each pixel that the stones cover
+    the share of each pixel that the stones cover, (box height, box width)
     """
     rows, columns = np.mgrid[box.slices[0], box.slices[1]].reshape(2, -1)
     single = rays.within(rows, columns, 1)
-    # A copy where the box is part of a larger picture; written back below.
+    # This is a copy if the box is part of a larger picture; it is written back below.
     flat = picture.reshape(-1, 3)
     _shade_ice(flat, rays.camera, single[0], stones, shape, light, speckle, picture.shape)
 
-    # Only pixels near a body are traced finely.
+    # Only pixels near a body are traced with many samples.
     near = np.zeros(len(rows), dtype=bool)
     inner = [stone_box(rays.camera, shape, stone) for stone in stones]
     for b in inner:
         near |= (rows >= b.top) & (rows < b.bottom) & (columns >= b.left) & (columns < b.right)
     cover = np.zeros(len(rows), dtype=np.float32)
     if near.any():
-        n = FEW_SAMPLES if near.sum() > SMALL_PX else MANY_SAMPLES
+        large = near.sum() > LARGE_STONE_PIXELS
+        n = LARGE_STONE_SAMPLES if large else SMALL_STONE_SAMPLES
         fine = rays.within(rows[near], columns[near], n)
         moments = _schedule(n) * exposure
         colour = np.zeros((*fine.shape[:2], 3), dtype=np.float32)
@@ -146,10 +144,10 @@ def draw_stones(
 
 
 def _schedule(n: int) -> Floats:
-    """Moments of n × n samples within the exposure, (n²,) from -½ to ½.
+    """Moments of n × n samples within the exposure, (n²,), from -½ to ½; n is divisible by four.
 
-    A magic square (the rule for doubly even orders): all its rows and columns have the same mean,
-    so that motion smears a stone but does not shift it.
+    They form a magic square: all rows and columns have the same mean, so that motion blurs a stone
+    but does not shift it.
     """
     i, j = np.mgrid[:n, :n]
     order = np.arange(n * n).reshape(n, n)
@@ -171,7 +169,7 @@ def _shade_ice(
     speckle: Singles,
     size: tuple[int, ...],
 ) -> None:
-    """Darken the ice about stones and mirror them in it, in place."""
+    """Draw the shadows and mirror images of stones on the ice around them, in place."""
     position = camera.position
     along = -position[2] / np.minimum(rays[:, 2], -1e-9)
     ice = position[:2] + along[:, None] * rays[:, :2]
@@ -180,7 +178,7 @@ def _shade_ice(
         gap = np.maximum(np.hypot(x, y) - 0.8 * shape.radius, 0.0)
         dark = light.shadow * np.exp(-((gap / 0.05) ** 2))
         for lx, ly, lz in LAMP_DIRECTIONS:
-            # The shadow of the body's middle, with a wide half-shadow: the lamps are long.
+            # The shadow of the body's middle, with a wide penumbra because the lamps are long.
             reach = 0.5 * shape.height / lz
             away = np.hypot(x + reach * lx, y + reach * ly) / (shape.radius + 0.03)
             dark = dark + 0.25 * light.shadow * np.exp(-(away**4) / 1.5)
@@ -188,7 +186,7 @@ def _shade_ice(
         flat *= (1.0 - np.minimum(dark, 0.9) * edge).astype(np.float32)[:, None]
     if light.gloss == 0:
         return
-    # The mirror image is what the camera's own mirror image below the ice would see.
+    # The mirror image is what a camera mirrored below the ice would see.
     below = position * [1.0, 1.0, -1.0]
     upward = (rays * [1.0, 1.0, -1.0])[None]
     colour = np.zeros((1, len(flat), 3), dtype=np.float32)
@@ -200,7 +198,7 @@ def _shade_ice(
         return
     sin_elevation = -rays[:, 2] / np.linalg.norm(rays, axis=1)
     fresnel = light.gloss * (0.02 + 0.98 * (1.0 - sin_elevation) ** 5)
-    # Pebble spreads the image; a box of three pixels stands for it.
+    # Pebble blurs the image; a mean over three by three pixels imitates that.
     mirrored = np.concatenate([colour[0], hit[0].astype(np.float32)[:, None]], axis=1)
     mirrored = cv2.blur(mirrored.reshape(size[0], size[1], 4), (3, 3)).reshape(-1, 4)
     share = fresnel.astype(np.float32)[:, None]

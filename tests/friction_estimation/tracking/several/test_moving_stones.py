@@ -24,7 +24,7 @@ from friction_estimation.synthetic import (
     scene_of,
     write_film,
 )
-from friction_estimation.synthetic.stone_drawing import HANDLE_COLOURS
+from friction_estimation.synthetic.tuning import HANDLE_COLOURS
 from friction_estimation.tracking import track_film
 from friction_estimation.tracks.contacts import contacts_of
 from friction_estimation.tracks.free_slide import free_slide
