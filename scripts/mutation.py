@@ -72,7 +72,9 @@ def draw(root: Path, n: int, seed: int, areas: list[str]) -> list[Mutant]:
         random.Random(f"{seed} {area}").shuffle(every)
         size = n // len(areas) + (k < n % len(areas))
         chosen = islice((mutant for mutant in every if mutant.is_python(root)), size)
-        drawn += sorted(chosen, key=lambda mutant: (mutant.path, mutant.start, mutant.text))
+        drawn += chosen
+    # So that a run that is interrupted has tried a smaller sample of every area.
+    random.Random(seed).shuffle(drawn)
     return drawn
 
 
@@ -264,6 +266,8 @@ def main() -> None:
         for mutant in tqdm(pool.map(judged, mutants), "mutants", len(mutants), unit="mutant"):
             done.append(mutant)
             write_table(table, [*done, *mutants[len(done) :]])
+    done.sort(key=lambda mutant: (list(AREAS).index(mutant.area), mutant.path, mutant.start))
+    write_table(table, done)
     (out / "summary.txt").write_text(summary(done) + "\n", encoding="utf-8")
     print(summary(done))
 
