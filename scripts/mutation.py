@@ -7,7 +7,7 @@ a source or the test file changes. Coverage does not see into compiled kernels, 
 taken to be touched by every test that touches the rest of its module.
 
     python scripts/mutation.py -o runs/mutants                 300 mutants, drawn with seed 0
-    python scripts/mutation.py -o runs/mutants --again         only those not killed before
+    python scripts/mutation.py -o runs/mutants --again         go on: those not killed so far
 
 mutmut and cosmic-ray were not used: the one compiles all mutants of a function into one module,
 which numba cannot, and the other runs the same test command for every mutant.
@@ -241,7 +241,7 @@ def main() -> None:
     parser.add_argument("--areas", nargs="+", choices=AREAS, default=list(AREAS))
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--tests", nargs="+", default=["tests"], help="folders of the tests run")
-    parser.add_argument("--again", action="store_true", help="only those that survived before")
+    parser.add_argument("--again", action="store_true", help="go on with a table: those that survived or were not tried")
     parser.add_argument("-o", "--out", type=Path, default=Path("runs/mutants"))
     parser.add_argument("--record", help=argparse.SUPPRESS)
     parser.add_argument("--sources", nargs="+", help=argparse.SUPPRESS)
@@ -256,7 +256,7 @@ def main() -> None:
     touched = record_all(root, trees, out / "recorded", args.workers, args.tests)
 
     def judged(mutant: Mutant) -> Mutant:
-        if args.again and mutant.verdict != "survived":
+        if args.again and mutant.verdict in ("killed", "timeout"):
             return mutant
         with trees.one() as tree:
             return tree.judge(mutant, touched)

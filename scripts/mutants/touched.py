@@ -13,7 +13,7 @@ from mutants.operators import Mutant
 
 RECORDING_LIMIT = 90
 """Processor time after which no further test of a file is recorded [s]; slow ones never are."""
-TEST_BUDGET = 60.0
+TEST_BUDGET = 30.0
 """Processor time of the tests that one mutant is run against [s]."""
 
 
