@@ -204,3 +204,31 @@ def test_ice_files_keep_their_meaning(name):
     """A bound or default that changes makes an ice file say something else, or be refused."""
     card = catalogue()[name]
     assert {p.name: (p.low, p.high, p.default) for p in card.parameters} == FORMAT[name]
+
+
+NEUTRAL = {
+    "air_drag": {"coefficient": 0.0},
+    "curl": {"strength": 0.0},
+    "friction_patch": {"factor": 1.0},
+    "pebble_wear": {"rate": 0.0},
+    "residual": {},
+    "slope": {"x": 0.0, "y": 0.0},
+    "speed_dependent_friction": {"exponent": 0.0},
+    "spin_drag": {"rate": 0.0},
+    "stone_bias": {"factor": 1.0},
+    "sweeping": {"friction_factor": 1.0, "curl_factor": 1.0},
+    "time_drift": {"rate": 0.0},
+    "tracking_offset": {"forward": 0.0, "left": 0.0},
+    "lens_distortion": {"k1": 0.0, "k2": 0.0},
+    "scale_error": {"factor": 1.0},
+    "frame_rate_error": {"factor": 1.0},
+}
+"""Effect -> values at which it does nothing; discovery begins there."""
+
+
+def test_every_effect_has_values_at_which_it_does_nothing():
+    found = {
+        name: {p.name: p.neutral for p in card.parameters if p.neutral is not None}
+        for name, card in catalogue().items()
+    }
+    assert found == {**NEUTRAL, "unknown": {}}
