@@ -4,7 +4,8 @@ A mutant is the code with one operator, number, condition or statement changed. 
 copy of the tree and run against the tests that touch its line, the closest and quickest first, up
 to the first that fails. Which tests touch which line is recorded once by coverage.py and kept until
 a source or the test file changes. Coverage does not see into compiled kernels, so a line in one is
-taken to be touched by every test that touches the rest of its module.
+taken to be touched by every test that touches the rest of its module, and by those at its mirrored
+place; so is a line that runs at import.
 
     python scripts/mutation.py -o runs/mutants                 300 mutants, drawn with seed 0
     python scripts/mutation.py -o runs/mutants --again         go on: those not killed so far
@@ -40,7 +41,7 @@ from pathlib import Path
 from typing import Any
 
 from mutants.operators import Mutant, mutants_of
-from mutants.touched import RECORDING_LIMIT, Touched, distance, record
+from mutants.touched import RECORDING_LIMIT, Touched, body_lines, distance, record
 from tqdm import tqdm
 
 AREAS = {
@@ -129,7 +130,7 @@ class Tree:
         """The mutant with what became of it."""
         tests = touched.tests_for(mutant, modules(self.folder, mutant.area))
         if not tests:
-            return replace(mutant, verdict="survived", killed_by="no test runs this module")
+            return replace(mutant, verdict="survived", killed_by="no test runs it")
         path = self.folder / mutant.path
         source = path.read_bytes()
         begun = time.monotonic()
@@ -163,7 +164,7 @@ def record_all(
     sources = [path for area in AREAS for path in modules(root, area)]
     for path in (*(root / source for source in sources), *sorted(conftests)):
         digest.update(path.read_bytes())
-    touched = Touched()
+    touched = Touched({path: body_lines((root / path).read_text("utf-8")) for path in sources})
 
     def one(test_file: Path) -> dict[str, Any] | None:
         name = str(test_file.relative_to(root))
@@ -241,7 +242,11 @@ def main() -> None:
     parser.add_argument("--areas", nargs="+", choices=AREAS, default=list(AREAS))
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--tests", nargs="+", default=["tests"], help="folders of the tests run")
-    parser.add_argument("--again", action="store_true", help="go on with a table: those that survived or were not tried")
+    parser.add_argument(
+        "--again",
+        action="store_true",
+        help="go on: those not killed so far",
+    )
     parser.add_argument("-o", "--out", type=Path, default=Path("runs/mutants"))
     parser.add_argument("--record", help=argparse.SUPPRESS)
     parser.add_argument("--sources", nargs="+", help=argparse.SUPPRESS)

@@ -42,7 +42,11 @@ COMPILERS = {"compiled", "inlined", "effect_kernel"}
 
 @dataclass(frozen=True)
 class Mutant:
-    """One small change of one module; `first` and `last` are the lines of its statement."""
+    """One small change of one module.
+
+    `first` and `last` are the lines of its statement, which is hidden if no test is seen to run it:
+    it is in a compiled kernel, or runs at import.
+    """
 
     area: str
     path: str
@@ -54,7 +58,7 @@ class Mutant:
     mutant: str
     first: int
     last: int
-    in_kernel: bool
+    hidden: bool
     verdict: str = ""
     killed_by: str = ""
     seconds: float = 0.0
@@ -82,7 +86,7 @@ class Finder(ast.NodeVisitor):
             self.starts.append(self.starts[-1] + len(row))
         self.found: list[tuple[int, int, str, int, int, bool]] = []
         self.first, self.last = 1, 1
-        self.kernel = False
+        self.hidden = True
 
     def place(self, node: ast.AST, *, end: bool = False) -> int:
         where: Any = node
@@ -91,7 +95,7 @@ class Finder(ast.NodeVisitor):
         return self.starts[where.lineno - 1] + where.col_offset
 
     def add(self, start: int, end: int, text: str) -> None:
-        self.found.append((start, end, text, self.first, self.last, self.kernel))
+        self.found.append((start, end, text, self.first, self.last, self.hidden))
 
     def replace(self, node: ast.AST, text: str) -> None:
         self.add(self.place(node), self.place(node, end=True), text)
@@ -123,15 +127,14 @@ class Finder(ast.NodeVisitor):
             super().visit(node)
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> None:
-        before = self.kernel
-        self.kernel |= any(
-            ast.unparse(decorator).split("(")[0] in COMPILERS for decorator in node.decorator_list
-        )
         for default in (*node.args.defaults, *filter(None, node.args.kw_defaults)):
             self.visit(default)
+        before = self.hidden
+        decorators = {ast.unparse(decorator).split("(")[0] for decorator in node.decorator_list}
+        self.hidden = not decorators.isdisjoint(COMPILERS)
         for statement in node.body:
             self.visit(statement)
-        self.kernel = before
+        self.hidden = before
 
     def visit_ClassDef(self, node: ast.ClassDef) -> None:
         for statement in node.body:
@@ -253,7 +256,7 @@ def mutants_of(area: str, root: Path, path: str) -> Iterator[Mutant]:
     source = (root / path).read_text(encoding="utf-8")
     finder = Finder(source)
     finder.visit(ast.parse(source))
-    for start, end, text, first, last, kernel in finder.found:
+    for start, end, text, first, last, hidden in finder.found:
         line = bisect_right(finder.starts, start)
         begin, after = finder.starts[line - 1], finder.starts[line]
         rest = finder.source[end:].split(b"\n", 1)[0]
@@ -268,5 +271,5 @@ def mutants_of(area: str, root: Path, path: str) -> Iterator[Mutant]:
             mutant=(finder.source[begin:start] + text.encode() + rest).decode().strip(),
             first=first,
             last=last,
-            in_kernel=kernel,
+            hidden=hidden,
         )

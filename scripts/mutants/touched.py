@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import os
 from collections import defaultdict
@@ -99,34 +100,38 @@ def record(test_file: str, sources: list[str], out: Path) -> None:
 
 @dataclass
 class Touched:
-    """Which tests run which lines.
+    """Which tests run which lines of functions; what runs at import says nothing of a test.
 
     Parameters
     ----------
+    bodies : source file -> lines of its functions
     seconds : test -> how long it takes [s]
-    lines : source file -> test -> lines that it runs
+    lines : source file -> test -> lines of functions that it runs
     """
 
+    bodies: dict[str, set[int]]
     seconds: dict[str, float] = field(default_factory=dict)
     lines: dict[str, dict[str, set[int]]] = field(default_factory=lambda: defaultdict(dict))
 
     def add(self, recorded: dict[str, Any]) -> None:
-        self.seconds |= recorded["seconds"]
         for test, files in recorded["lines"].items():
+            self.seconds[test] = recorded["seconds"][test]
             for path, lines in files.items():
-                self.lines[path][test] = set(lines)
+                if called := self.bodies.get(path, set()).intersection(lines):
+                    self.lines[path][test] = called
 
     def tests_for(self, mutant: Mutant, area: list[str]) -> list[str]:
         """The tests that may notice a mutant, the closest and quickest first, within TEST_BUDGET.
 
-        Where no test is seen to run its line (a kernel, or what runs at import), those that run
+        Where its line is hidden, these are the tests at the mirrored place and those that call
         anything in its module, or else in a module of its area.
         """
         statement = set(range(mutant.first, mutant.last + 1))
         here = self.lines.get(mutant.path, {})
         tests = {test for test, lines in here.items() if lines & statement}
-        if mutant.in_kernel or not tests:
+        if mutant.hidden:
             tests = set(here) or {test for path in area for test in self.lines.get(path, {})}
+            tests |= {test for test in self.seconds if distance(mutant.path, test) <= 1}
         ordered = sorted(tests, key=lambda test: (distance(mutant.path, test), self.seconds[test]))
         chosen, spent = [], 0.0
         for test in ordered:
@@ -135,6 +140,17 @@ class Touched:
                 continue
             chosen.append(test)
         return chosen
+
+
+def body_lines(source: str) -> set[int]:
+    """The lines of all functions of a module."""
+    functions = (n for n in ast.walk(ast.parse(source)) if isinstance(n, ast.FunctionDef))
+    return {
+        line
+        for function in functions
+        for statement in function.body
+        for line in range(statement.lineno, (statement.end_lineno or statement.lineno) + 1)
+    }
 
 
 def distance(path: str, test: str) -> int:

@@ -75,8 +75,8 @@ def test_operators_conditions_numbers_and_statements_change_and_words_do_not(tmp
         ("return min(x, LIMIT)", "return None"),
         ("return min(x, LIMIT)", "return max(x, LIMIT)"),
     }
-    kernel = {m.original for m in found if m.in_kernel}
-    assert kernel == {"def kernel(x: int = 1) -> float:", "return x * 2"}
+    hidden = {m.original for m in found if m.hidden}
+    assert hidden == {"LIMIT: float = 3", "def kernel(x: int = 1) -> float:", "return x * 2"}
     assert all(m.is_python(tmp_path) for m in found)
 
 
@@ -90,6 +90,7 @@ def test_a_sample_is_even_over_the_areas_and_goes_by_its_seed():
 
 def test_the_closest_and_quickest_tests_come_first():
     touched = Touched(
+        bodies={},
         seconds={"tests/a/test_m.py::slow": 9, "tests/a/test_m.py::quick": 1, "tests/b/t.py::x": 0},
         lines={"a/m.py": {test: {3} for test in
                ("tests/b/t.py::x", "tests/a/test_m.py::slow", "tests/a/test_m.py::quick")}},
