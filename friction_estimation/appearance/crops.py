@@ -128,7 +128,7 @@ def coverage(crop: Crop, look: Appearance) -> Planes:
 
 
 def composite(cover: Planes, behind: Floats, colours: Floats) -> Floats:
-    """The picture (n, 3) of a stone with these colours over the ice; `cover` is of `coverage`."""
+    """The picture (n, 3) of a stone with these colours over the ice; see `coverage` for `cover`."""
     per_channel = cover[[0, 1, 1]]  # brightness is sharp, both colour differences are not
     parts = per_channel[:, :, :-1]
     bare = 1 - parts.sum(axis=2).T
@@ -141,7 +141,7 @@ def painted_planes(crop: Crop, look: Appearance) -> Planes:
 
 
 def robust_weights(residual: Floats, noise: Floats) -> Floats:
-    """Weights (n,) of pixels by their residuals (n, 3): outliers count little."""
+    """Weights (n,) of pixels with residuals (n, 3); outliers get small weights."""
     total = np.sum((residual / noise) ** 2, axis=1)
     return 1 / (1 + total / (3 * OUTLIER_AT**2)) ** 2
 

@@ -1,4 +1,4 @@
-"""Finding a stone's handle and headings in what is left on its top once the body is explained."""
+"""Finds a stone's handle and headings in what the painted body does not explain."""
 
 from __future__ import annotations
 
@@ -36,8 +36,12 @@ from friction_estimation.film.frame import Frame
 
 
 def find_handle(crops: Sequence[Crop], look: Appearance) -> Appearance:
-    """The look with a handle, if one is found; sets the heading of every crop."""
-    strange: list[Floats] = []
+    """Add a handle to the look if one is found, and set the heading of every crop.
+
+    The colour of the handle is that of the pixels on the stone's top that differ most from the
+    body. Several heights of the handle and sizes of its base are tried.
+    """
+    unexplained: list[Floats] = []
     for crop in crops:
         cover = coverage(crop, look)
         residual = crop.pixels - composite(cover, crop.background, look.colours)
@@ -45,10 +49,10 @@ def find_handle(crops: Sequence[Crop], look: Appearance) -> Appearance:
         z = look.model.height + look.model.handle_rise
         above = crop.window.ray_xy + z * crop.window.ray_slope - np.array([x, y])
         near = np.hypot(*above.T) < 0.8 * look.model.radius
-        # Light and shade change the brightness of granite; only a handle has another colour.
-        oddness = np.linalg.norm(residual * [1.0, 2.0, 2.0], axis=1)
-        strange.append(np.column_stack([crop.pixels, oddness])[near])
-    pixels = np.concatenate(strange)
+        # Colour counts more than brightness, because light and shade change only brightness.
+        contrast = np.linalg.norm(residual * [1.0, 2.0, 2.0], axis=1)
+        unexplained.append(np.column_stack([crop.pixels, contrast])[near])
+    pixels = np.concatenate(unexplained)
     if len(pixels) < 20:
         return look
     limit = max(MIN_HANDLE_CONTRAST, float(np.quantile(pixels[:, 3], 0.97)))
@@ -72,7 +76,7 @@ def find_handle(crops: Sequence[Crop], look: Appearance) -> Appearance:
                 look.model, handle_rise=rise, collar_radius=collar, neck_length=collar / 2
             )
             found = replace(look, model=model, colours=colours, has_handle=True)
-            if turned is poses:  # the base hardly changes the headings
+            if turned is poses:  # The base hardly changes the headings.
                 fit_headings(crops, found)
                 turned = [crop.pose for crop in crops]
             for crop in crops:
@@ -87,15 +91,15 @@ def find_handle(crops: Sequence[Crop], look: Appearance) -> Appearance:
 
 
 def fit_headings(crops: Sequence[Crop], look: Appearance) -> None:
-    """Set all headings to the likeliest ones of a stone that turns steadily.
+    """Set the headings of all crops to the most likely ones of a stone that turns steadily.
 
-    In one frame a handle may be taken the wrong way round, but not in all of them with a slowly
-    changing spin (dynamic programming over heading and spin).
+    In a single frame the handle may be seen the wrong way round. Dynamic programming over heading
+    and spin avoids this, because the spin changes slowly from frame to frame.
     """
     headings = np.linspace(-np.pi, np.pi, HEADINGS_TRIED, endpoint=False)
     step = 2 * np.pi / HEADINGS_TRIED
     ordered = sorted(crops, key=lambda crop: crop.t)
-    reluctance = np.abs(SPINS_TRIED[:, None] - SPINS_TRIED[None, :]) / SPIN_CHANGE
+    change_costs = np.abs(SPINS_TRIED[:, None] - SPINS_TRIED[None, :]) / SPIN_CHANGE
     value = np.zeros((HEADINGS_TRIED, len(SPINS_TRIED)))
     came_from: list[NDArray[np.intp]] = []
     for k, crop in enumerate(ordered):
@@ -107,8 +111,8 @@ def fit_headings(crops: Sequence[Crop], look: Appearance) -> None:
             columns = np.arange(len(SPINS_TRIED))[None, :]
             carried = (1 - share) * value[low % HEADINGS_TRIED, columns]
             carried += share * value[(low + 1) % HEADINGS_TRIED, columns]
-            # [heading, spin before, spin now]
-            options = carried[:, :, None] + reluctance[None]
+            # The axes are heading, previous spin and spin.
+            options = carried[:, :, None] + change_costs[None]
             came_from.append(np.argmin(options, axis=1))
             value = np.min(options, axis=1)
         costs = _costs_of_headings(crop, look, headings)
@@ -131,15 +135,20 @@ def heading_costs(
     camera: Camera,
     look: Appearance,
 ) -> Floats | None:
-    """Misfit of a stone in one frame at each heading, from -π on through a whole turn, (k,).
+    """Misfit of a stone in one frame at evenly spaced headings, beginning at -π, (k,).
 
     Parameters
     ----------
-    xy : (2,) where the stone is [m]
+    frame : the picture
+    xy : (2,) place of the stone [m]
+    background : the picture without the stone
+    background_origin : column and row of the background's upper left pixel in the image
+    camera : the film's camera
+    look : the stone's appearance
 
     Returns
     -------
-    squared standard errors; None for a stone that is not wholly in the image
+    squared standard errors; None if the stone is not entirely in the image
     """
     found = crops_at([frame], [0.0], [xy], background, background_origin, camera, look.model)
     if not found:
@@ -149,7 +158,7 @@ def heading_costs(
 
 
 def _costs_of_headings(crop: Crop, look: Appearance, headings: Floats) -> Floats:
-    """Misfit of one crop at each heading; the body below the handle is painted once."""
+    """Misfit of one crop at each heading; the body is painted only once."""
     planes, shape = painted_planes(crop, look), look.model.shape()
     costs: list[float] = []
     for heading in headings:

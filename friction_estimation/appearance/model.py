@@ -1,11 +1,10 @@
-"""What a stone looks like: a body of revolution with a handle, and its coverage of every pixel.
+"""The shape of a stone as a camera sees it, and the rectangle of pixels in which it is painted.
 
-The body is a stack of horizontal discs whose radius follows an outline: a rounded foot, a side, a
-rounded bevel, a flat top. The handle is a bar above the top, on a round collar. Each has a colour;
-where the outline is rounded, the colour turns with it from one to the next. What the stone does to
-the ice is part of its picture: it shades the ice and is mirrored in it. How much of a pixel each
-part covers is found from signed distances, blurred by the camera's point spread; a picture of the
-stone is then linear in the colours.
+The body is a solid of revolution with a rounded foot, a side, a rounded bevel and a flat top. The
+handle is a bar above the top, on a round collar. Each part has a colour, and along a rounded part
+the colour changes gradually to that of the next. The shadow of the stone and its mirror image in
+the ice belong to its picture. How much of a pixel each part covers is computed from signed
+distances and blurred by the camera's point spread, so that a picture is linear in the colours.
 """
 
 from __future__ import annotations
@@ -34,27 +33,27 @@ class StoneModel:
     Parameters
     ----------
     radius : largest radius of the body [m]
-    height : from the ice to the flat top [m]
-    foot_inset : by how much the radius on the ice is smaller [m]
-    foot_height : where the side begins [m]
-    bevel_height : from the end of the side to the flat top [m]
-    bevel_inset : by how much the flat top's radius is smaller [m]
+    height : height of the flat top above the ice [m]
+    foot_inset : largest radius minus the radius on the ice [m]
+    foot_height : height at which the side begins [m]
+    bevel_height : height of the bevel, from the end of the side to the flat top [m]
+    bevel_inset : largest radius minus that of the flat top [m]
     handle_rise : height of the handle's upper face above the flat top [m]
-    handle_back, handle_front : where the handle begins and ends along the heading [m]
-    handle_width : of the handle [m]
+    handle_back, handle_front : ends of the handle along the heading, from the stone's axis [m]
+    handle_width : width of the handle [m]
     blur_px : standard deviation of the point spread in brightness [px]
     colour_blur_px : the same in colour, which films store at half the resolution [px]
-    shadow_x, shadow_y : place of the shadow's centre on the ice, from the stone's [m]
+    shadow_x, shadow_y : centre of the shadow on the ice, relative to the stone's centre [m]
     shadow_radius, shadow_blur : radius and softness of the shadow [m]
     handle_depth : vertical thickness of the handle, downward from its upper face [m]
-    shadow : share of the light that it takes from the ice
-    roundness, foot_roundness : exponent of the superellipse that bevel and foot follow: 1 is a
-        straight cone, 2 a quarter of an ellipse
-    contact : share of the hall's light that the ice at the stone's foot loses
-    contact_reach : how far that darkness reaches [m]
-    mirror : how strongly the ice mirrors the stone, as a share of what a smooth ice would
-    neck_length : of the post at the handle's back end that carries it, along the heading [m]
-    collar_radius, collar_rise : of the handle's round base on the flat top [m]
+    shadow : share of the light that the shadow takes from the ice
+    roundness, foot_roundness : exponents of the superellipses of bevel and foot; 1 is a straight
+        cone, 2 a quarter of an ellipse
+    contact : share of the light that the ice next to the stone's foot loses
+    contact_reach : distance over which that darkness fades [m]
+    mirror : strength of the stone's mirror image, relative to that in smooth ice
+    neck_length : length along the heading of the post that carries the handle's back end [m]
+    collar_radius, collar_rise : radius and height of the handle's round base on the flat top [m]
     """
 
     radius: float
@@ -85,7 +84,7 @@ class StoneModel:
     neck_length: float = 0.02
 
     def shape(self) -> Floats:
-        """The parameters in the order the kernels read them, (26,)."""
+        """The parameters in the order of `SHAPE_PARAMETERS`, (26,)."""
         return self._shape.copy()
 
     @cached_property
@@ -93,7 +92,7 @@ class StoneModel:
         return np.array([getattr(self, name) for name in SHAPE_PARAMETERS])
 
     def with_shape(self, values: ArrayLike) -> StoneModel:
-        """The model with all parameters replaced, in the same order."""
+        """A model with these parameters, in the order of `SHAPE_PARAMETERS`."""
         named = zip(SHAPE_PARAMETERS, np.asarray(values).tolist(), strict=True)
         return replace(self, **dict(named))
 
@@ -111,13 +110,13 @@ class StoneModel:
         return cv2.convexHull(px.astype(np.float32)).reshape(-1, 2).astype(np.float64)
 
     def extent_px(self, camera: Camera, xy: ArrayLike) -> Floats:
-        """Corners of the rectangle around that outline, (2, 2) [px]; (0, 2) where there is none."""
+        """Corners of the rectangle around the outline, (2, 2) [px]; (0, 2) if it is not in view."""
         bounds = camera.bounds_of_circles(xy, self._rings)
         return bounds if np.isfinite(bounds[0, 0]) else np.empty((0, 2))
 
     @cached_property
     def _rings(self) -> Floats:
-        """Radius and height of the circles that bound the body's picture, (4, 2) [m]."""
+        """Radius and height of the circles that bound the body's image, (4, 2) [m]."""
         return np.array(
             [
                 (self.radius - self.foot_inset, 0.0),
@@ -130,16 +129,16 @@ class StoneModel:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PixelWindow:
-    """A rectangle of pixels with the line of sight of each.
+    """A rectangle of pixels, and the line of sight of each of them.
 
     Parameters
     ----------
     origin_px : column and row of the upper left pixel
     shape : rows and columns
-    ray_xy : (rows·columns, 2) where each pixel's ray meets the ice [m]
-    ray_slope : (rows·columns, 2) how far the ray moves sideways per metre of height
-    scale : (2, 2, 2) ice per pixel d(x, y)/d(u, v) at the centre: on the ice, and its change per
-        metre of height [m/px]
+    ray_xy : (rows·columns, 2) point at which each pixel's ray meets the ice [m]
+    ray_slope : (rows·columns, 2) sideways shift of the ray per metre of height
+    scale : (2, 2, 2) derivatives d(x, y)/d(u, v) at the centre: on the ice [m/px], and their change
+        per metre of height [1/px]
     """
 
     origin_px: tuple[int, int]
@@ -155,7 +154,7 @@ class PixelWindow:
         return slice(v, v + rows), slice(u, u + columns)
 
     def cut(self, top: int, bottom: int, left: int, right: int) -> PixelWindow:
-        """The part between rows top and bottom and columns left and right, ends excluded."""
+        """The part within these rows and columns; `bottom` and `right` are excluded."""
         (u, v), (rows, columns) = self.origin_px, self.shape
         part = np.zeros((rows, columns), dtype=bool)
         part[top:bottom, left:right] = True
@@ -170,7 +169,7 @@ class PixelWindow:
 
 
 def window_at(camera: Camera, outline_px: Floats, margin_px: float) -> PixelWindow | None:
-    """The window around an outline or its corners, cut to the image; None where it is outside."""
+    """The window around an outline, cut to the image; None if it is outside the image."""
     if len(outline_px) == 0:
         return None
     low, high = outline_px.min(axis=0).tolist(), outline_px.max(axis=0).tolist()

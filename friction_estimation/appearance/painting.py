@@ -13,7 +13,7 @@ from friction_estimation.appearance.picture_kernels import blur, colour_planes
 from friction_estimation.appearance.shape import BLUR_PX, COLOUR_BLUR_PX, FINE, HANDLE, PLANES
 
 Planes = NDArray[np.float32]
-"""Painted planes, in single precision: they are right to a tenth of a grey level at best."""
+"""Painted planes; single precision suffices for their accuracy of a tenth of a grey level."""
 
 SHARP, SOFT = slice(0, 2), slice(2, 5)
 """Tinted planes that the camera sees as sharply as brightness, and as it sees colour."""
@@ -105,7 +105,7 @@ def composite_change(seen: Planes, behind: Planes) -> Planes:
 
 
 def shares(window: PixelWindow, shape: Floats, pose: Floats, *, with_handle: bool) -> Planes:
-    """How much of each pixel every part covers, and the light that the ice in it lacks.
+    """How much of each pixel every part covers, and how much light its ice loses.
 
     Returns
     -------

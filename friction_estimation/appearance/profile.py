@@ -1,4 +1,4 @@
-"""Fitting a stone's profile, blur and colours to all crops, with its poses projected out."""
+"""Fits a stone's profile, blur and colours to all crops, with the poses eliminated."""
 
 from __future__ import annotations
 
@@ -61,7 +61,10 @@ SHAPE_SPREAD = {
     "foot_roundness": 0.7,
     "neck_length": 0.015,
 }
-"""Prior standard deviations about the starting values; radius and height are the scene's."""
+"""Prior standard deviation of each shape parameter about its typical value (units of `StoneModel`).
+
+Radius and height are not fitted; the scene gives them.
+"""
 SHAPE_BOUNDS = {
     "foot_inset": (-0.005, 0.12),
     "foot_height": (0.002, 0.06),
@@ -86,24 +89,40 @@ SHAPE_BOUNDS = {
     "foot_roundness": (1.0, 4.0),
     "neck_length": (0.0, 0.06),
 }
+"""Least and greatest value of the shape parameters; the others are unbounded."""
 LENGTHS = tuple(name for name, spread in SHAPE_SPREAD.items() if spread < 0.1)
-OF_HANDLE = ("handle", "collar", "neck")
-OF_SHADE = ("shadow", "contact")
+"""Parameters that are lengths [m], whose derivatives are computed with a smaller step."""
+HANDLE_PREFIXES = ("handle", "collar", "neck")
+"""Parameters with these prefixes change only the handle."""
+SHADE_PREFIXES = ("shadow", "contact")
+"""Parameters with these prefixes change only the shade on the ice."""
 BLURS = ("blur_px", "colour_blur_px")
-GRANITE = (
+"""Parameters that change only the blur."""
+COLOUR_DIFFERENCES = (
     ("foot", "side", (30.0, 4.0, 4.0)),
     ("bevel", "side", (30.0, 4.0, 4.0)),
     ("top", "side", (30.0, 4.0, 4.0)),
 )
-"""How far one part of the body differs from another [grey]: it is one stone in different light."""
+"""Pairs of parts whose colours differ little, because both are granite in different light, with the
+prior standard deviation of the difference in each colour channel [grey levels]."""
 
 
 def refine_profile(
     crops: Sequence[Crop], look: Appearance, typical_model: StoneModel, rounds: int
 ) -> Appearance:
-    """Levenberg-Marquardt on shape, blur and colours, and on every crop's pose with them."""
+    """Fit shape, blur and colours to all crops, and refine the pose of every crop in place.
+
+    A Levenberg-Marquardt fit; each crop's pose is eliminated from the common equations.
+
+    Parameters
+    ----------
+    crops : crops of one stone
+    look : the appearance at the start
+    typical_model : centre of the prior of the shape
+    rounds : greatest number of rounds
+    """
     typical = typical_model.shape()
-    names = [n for n in SHAPE_SPREAD if look.has_handle or not n.startswith(OF_HANDLE)]
+    names = [n for n in SHAPE_SPREAD if look.has_handle or not n.startswith(HANDLE_PREFIXES)]
     index = [SHAPE_PARAMETERS.index(n) for n in names]
     spread = np.array([SHAPE_SPREAD[n] for n in names])
     parts = len(PARTS) if look.has_handle else len(PARTS) - 1
@@ -117,9 +136,9 @@ def refine_profile(
         prior = np.zeros(shared)
         prior[: len(names)] = 1 / spread**2
         right[: len(names)] += (typical - shape)[index] / spread**2
-        held, drawn = _granite_prior(look.colours, len(names), shared)
-        normal += held + np.diag(prior + 1e-6)
-        right += drawn
+        prior_matrix, prior_vector = _granite_prior(look.colours, len(names), shared)
+        normal += prior_matrix + np.diag(prior + 1e-6)
+        right += prior_vector
         before, last = [crop.pose for crop in crops], value
         for _ in range(5):
             step = _step_within(normal, right, damping, low - shape[index], high - shape[index])
@@ -157,25 +176,28 @@ def _objective(
     index: list[int],
     spread: Floats,
 ) -> float:
-    """What `refine_profile` minimises: robust misfit and distance from what stones are like."""
+    """The robust misfit to the crops plus that to the priors of shape and colours."""
     away = (look.model.shape() - typical)[index] / spread
-    colour_planes = np.array(
+    differences = np.array(
         [
             (look.colours[PARTS.index(name)] - look.colours[PARTS.index(other)]) / spread
-            for name, other, spread in GRANITE
+            for name, other, spread in COLOUR_DIFFERENCES
         ]
     )
     return total_misfit(crops, look) / PIXEL_CORRELATION + float(
-        away @ away + np.sum(colour_planes * colour_planes)
+        away @ away + np.sum(differences * differences)
     )
 
 
 def _joint_equations(
     crops: Sequence[Crop], look: Appearance, index: list[int], parts: int
 ) -> tuple[Floats, Floats, list[tuple[Floats, Floats]]]:
-    """Normal equations of shape and colours, with every crop's pose projected out.
+    """Normal equations of shape and colours, with every crop's pose eliminated.
 
-    Beside them, for every crop, its pose's own step and how that gives way to the shared one.
+    Returns
+    -------
+    matrix and right-hand side; for every crop, the step of its pose for fixed shape and
+    colours, and how much that step decreases per unit of each of them
     """
     poses = 3 if look.has_handle else 2
     shared = len(index) + 3 * parts
@@ -200,7 +222,7 @@ def _joint_equations(
 def _step_within(
     normal: Floats, right: Floats, damping: float, lowest: Floats, highest: Floats
 ) -> Floats:
-    """A damped step whose first parameters stay within limits; what stands at one is held there."""
+    """A damped step; its first parameters stay fixed where they are at a bound and would leave."""
     free = np.ones(len(right), dtype=bool)
     step = np.zeros(len(right))
     damped = normal + damping * np.diag(np.diag(normal))
@@ -218,31 +240,32 @@ def _step_within(
 
 
 def _granite_prior(colours: Floats, start: int, size: int) -> tuple[Floats, Floats]:
-    """What keeps the parts' colours near each other: (size, size) and (size,)."""
-    held, drawn = np.zeros((size, size)), np.zeros(size)
-    for name, other, spread in GRANITE:
+    """Normal equations of the prior of `COLOUR_DIFFERENCES`: (size, size) and (size,)."""
+    matrix, vector = np.zeros((size, size)), np.zeros(size)
+    for name, other, spread in COLOUR_DIFFERENCES:
         for channel in range(3):
             i = start + 3 * PARTS.index(name) + channel
             j = start + 3 * PARTS.index(other) + channel
             weight = 1 / spread[channel] ** 2
-            pull = weight * (colours[PARTS.index(other)] - colours[PARTS.index(name)])[channel]
-            held[i, i] += weight
-            held[j, j] += weight
-            held[i, j] -= weight
-            held[j, i] -= weight
-            drawn[i] += pull
-            drawn[j] -= pull
-    return held, drawn
+            weighted = weight * (colours[PARTS.index(other)] - colours[PARTS.index(name)])[channel]
+            matrix[i, i] += weight
+            matrix[j, j] += weight
+            matrix[i, j] -= weight
+            matrix[j, i] -= weight
+            vector[i] += weighted
+            vector[j] -= weighted
+    return matrix, vector
 
 
 def _linearised(
     crop: Crop, look: Appearance, index: list[int], parts: int, poses: int
 ) -> tuple[Floats, Floats, Floats]:
-    """Derivatives of the standardised residuals by shape, colours and pose; residuals; weights.
+    """Derivatives of a crop's picture by shape, colours and pose, with residuals and weights.
 
     Returns
     -------
-    (m, 3·n) derivatives, (3·n,) residuals and weights: all of one channel, then the next
+    derivatives (m, 3·n), residuals (3·n,) and weights (3·n,), one colour channel after the other;
+    derivatives and residuals are in standard deviations of the noise
     """
     window, pose = crop.window, crop.pose
     rows, columns = window.shape
@@ -273,7 +296,7 @@ def _linearised(
             blur(visible[:parts], rows, columns, sigma, 0.0, 0.0, False, of_parts)
         at = len(index) + 3 * np.arange(parts) + channel
         jacobian[at, channel] = of_parts[:, 0] / noise[channel]
-    # A stone that moves a little shows the same picture elsewhere.
+    # A small movement of the stone only shifts its picture.
     by_shift = np.stack([composite_change(seen[:, [d, 0, 0]], behind) for d in (1, 2)])
     px = np.linalg.inv(window.scale[0] + 0.5 * look.model.height * window.scale[1])
     first = len(index) + 3 * parts
@@ -290,12 +313,12 @@ def _linearised(
 def _painted_anew(
     planes: Planes, changed: int, window: PixelWindow, shape: Floats, pose: Floats
 ) -> Planes:
-    """A painting after a change of one parameter; only what it bears on is painted again."""
+    """The planes after a change of one parameter; only what depends on it is painted again."""
     name = SHAPE_PARAMETERS[changed]
-    if name.startswith(OF_HANDLE):
+    if name.startswith(HANDLE_PREFIXES):
         again = planes.copy()
         turn_handle(again, window, shape, pose)
-    elif name.startswith(OF_SHADE):
+    elif name.startswith(SHADE_PREFIXES):
         again = planes.copy()
         shade_anew(again, window, shape, pose)
     else:
