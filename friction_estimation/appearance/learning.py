@@ -82,7 +82,7 @@ def _body_colour(crops: Sequence[Crop], model: StoneModel) -> Floats:
 
 
 def colours_of(crops: Sequence[Crop], look: Appearance) -> Floats:
-    """Colours of the parts by robust linear least squares, with a weak prior on their present values."""
+    """Colours of the parts by robust linear least squares, near their present values."""
     colours = look.colours.copy()
     active = len(PARTS) if look.has_handle else len(PARTS) - 1
     covers = [coverage(crop, look) for crop in crops]
