@@ -62,7 +62,7 @@ class StoneFit:
     ----------
     xy : (2,) centre on the ice [m]
     theta : heading, modulo a turn [rad]; NaN without a handle
-    covariance : (3, 3) of x, y and theta
+    covariance : (3, 3) covariance of x, y and theta
     misfit : root mean square of the weighted residuals [standard deviations]
     visible : share of the stone's pixels that look like the stone, 0 to 1
     inside : share of the stone's outline that lies in the image, 0 to 1

@@ -96,7 +96,7 @@ def composite_change(seen: Planes, behind: Planes) -> Planes:
 
     Parameters
     ----------
-    seen : (5, 3, rows, columns) of `blurred`
+    seen : (5, 3, rows, columns) output of `blurred`
     behind : (3, rows, columns) channels of the ice
     """
     added = np.empty_like(behind)

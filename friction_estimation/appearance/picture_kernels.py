@@ -47,9 +47,9 @@ def colour_planes(planes, handle, colours, coloured):
 
     Parameters
     ----------
-    planes : (6, height, width) of `paint_body` and `paint_shade`
-    handle : (height, width) of `paint_handle`
-    colours : (5, 3) of the parts
+    planes : (6, height, width) planes that `paint_body` and `paint_shade` fill
+    handle : (height, width) plane that `paint_handle` fills
+    colours : (5, 3) colours of the parts
     coloured : (5, height, width), filled: the stone's brightness; the share of the ice's brightness
         that is lost behind it and in its shade; its two colour differences; the share of the ice's
         colour that is lost behind it
@@ -161,7 +161,7 @@ def composite_change(seen, behind, added):
 
     Parameters
     ----------
-    seen : (5, 3, rows, columns) of `blur`, of which the values count
+    seen : (5, 3, rows, columns) output of `blur`; only its values are used
     behind : (3, rows, columns) channels of the ice
     added : (3, rows, columns)
     """

@@ -120,8 +120,8 @@ def rays_of_pixels(left, top, shape, matrix, terms, rotation, position, ray_xy, 
     shape : rows and columns
     matrix, terms : (3, 3) camera matrix [px] and (5,) distortion of the lens
     rotation, position : the camera's rotation (3, 3), and its place in the sheet frame (3,) [m]
-    ray_xy : (rows·columns, 2) where each ray meets the ice [m]
-    ray_slope : (rows·columns, 2) how far it moves sideways per metre of height
+    ray_xy : (rows·columns, 2) point at which each ray meets the ice [m]
+    ray_slope : (rows·columns, 2) sideways shift of the ray per metre of height
     """
     fx, skew, cx = matrix[0, 0], matrix[0, 1], matrix[0, 2]
     fy, cy = matrix[1, 1], matrix[1, 2]

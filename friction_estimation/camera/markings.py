@@ -83,7 +83,7 @@ class MarkingMeasurements:
 
     Parameters
     ----------
-    index : (n,) of each point among the markings
+    index : (n,) index of each point among the markings
     normal_px : (n, 2) unit vector across the curve in the image
     offset_px : (n,) from where the camera puts the point to where it is seen, along the normal
     expected : number of points that the camera should see

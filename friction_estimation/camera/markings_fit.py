@@ -45,7 +45,7 @@ class FittedCamera:
     Parameters
     ----------
     camera : after the fit
-    covariance : (m, m) of its free parameters, see `Camera.moved`
+    covariance : (m, m) covariance of its free parameters, see `Camera.moved`
     residuals_px : (n,) how far it still misses each measured point
     agrees : (n,) whether the point is no outlier
     misfit : misfit to the paint and to prior knowledge [squared standard errors], on one scale

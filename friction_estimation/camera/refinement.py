@@ -48,7 +48,7 @@ class RefinedCamera:
     measured : number of points of painted lines that it was fitted to; 0 where it is as it was
     rms_px : root mean square residual of these points [px]
     before_px : the same with the camera as it was [px]
-    covariance : (m, m) of the free parameters, see `Camera.moved`
+    covariance : (m, m) covariance of the free parameters, see `Camera.moved`
     lens : the parts of the lens that were fitted
     misfit : misfit to the paint and to prior knowledge [squared standard errors]
     farther : a camera that the paint agrees with as well, a standard error of its height away;

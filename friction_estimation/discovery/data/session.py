@@ -123,7 +123,7 @@ class Session:
         Returns
         -------
         switches : times at which it does [s]
-        firsts : (k+1,) where the switches of each throw begin
+        firsts : (k+1,) index of the first switch of each throw
         initially : (k,) whether the stone is swept at first, 0 or 1
         """
         switches: list[float] = []

@@ -74,9 +74,9 @@ class ThrowInputs(NamedTuple):
     orders, stones, clocks : (k,) throws played before, stone, and session time of the release [s]
     swept_first : (k,) whether the stone is swept at first, 0 or 1
     switches : times at which sweeping begins or ends [s]
-    switch_starts : (k+1,) where the switches of each throw begin
+    switch_starts : (k+1,) index of the first switch of each throw
     times : (rows,) measured times [s]
-    starts : (k+1,) where the times of each throw begin
+    starts : (k+1,) index of the first time of each throw
     """
 
     orders: Indices

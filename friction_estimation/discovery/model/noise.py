@@ -131,7 +131,7 @@ def whiten_session(
     columns : (rows, 3, m)
     times, sigma, starts : as of `Session`
     table : (3, 3) from `SessionNoise.table`
-    state : (m,) to work in
+    state : (m,) working memory
 
     Returns
     -------

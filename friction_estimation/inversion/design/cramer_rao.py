@@ -35,7 +35,7 @@ class CellBound:
 
     Parameters
     ----------
-    sigma : (rows, columns) of μ
+    sigma : (rows, columns) standard error of μ
     crossed : (rows, columns) cells that a stone's centre crosses
     """
 

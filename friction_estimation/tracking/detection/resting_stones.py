@@ -54,7 +54,7 @@ class FilmedRestingStone:
     posed : its appearance and pose
     sigma : standard error of each coordinate due to noise alone [m]
     heading : heading of its handle [rad]; NaN where front and rear of the handle look alike
-    seen : (n,) in which of the sampled frames it lay there
+    seen : (n,) whether it lay there in each of the sampled frames
     """
 
     posed: PosedStone

@@ -86,7 +86,7 @@ def contact_time(measured: Measurements, rested: Floats, left: float) -> float:
 
     Parameters
     ----------
-    rested : (2,) where it lay [m]
+    rested : (2,) place at which it lay [m]
     left : when it was seen to have left [s]
     """
     after = [
