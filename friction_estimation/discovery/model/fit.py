@@ -98,7 +98,7 @@ def gram_matrices(session: Session, noise: SessionNoise, columns: Floats) -> Flo
     Parameters
     ----------
     session, noise : throws, and the noise that whitens
-    columns : (rows, 3, m) values for x, y and theta; NaN in the last column where nothing was measured
+    columns : (rows, 3, m) values for x, y and theta; the last column is NaN if nothing was measured
     """
     work = np.ascontiguousarray(columns).copy()
     m = work.shape[2]
