@@ -123,16 +123,22 @@ class Touched:
     def tests_for(self, mutant: Mutant, area: list[str]) -> list[str]:
         """The tests that may notice a mutant, the closest and quickest first, within TEST_BUDGET.
 
-        Where its line is hidden, these are the tests at the mirrored place and those that call
-        anything in its module, or else in a module of its area.
+        These are the tests that run its line and then those at the mirrored place. Where the line is
+        hidden, they are those that call anything in its module, or else in a module of its area.
         """
         statement = set(range(mutant.first, mutant.last + 1))
         here = self.lines.get(mutant.path, {})
         tests = {test for test, lines in here.items() if lines & statement}
         if mutant.hidden:
             tests = set(here) or {test for path in area for test in self.lines.get(path, {})}
-            tests |= {test for test in self.seconds if distance(mutant.path, test) <= 1}
-        ordered = sorted(tests, key=lambda test: (distance(mutant.path, test), self.seconds[test]))
+        beside = {test for test in self.seconds if distance(mutant.path, test) <= 1} - tests
+        if mutant.hidden:
+            tests, beside = tests | beside, set[str]()
+        ordered = [
+            test
+            for some in (tests, beside)
+            for test in sorted(some, key=lambda t: (distance(mutant.path, t), self.seconds[t]))
+        ]
         chosen, spent = [], 0.0
         for test in ordered:
             spent += self.seconds[test]

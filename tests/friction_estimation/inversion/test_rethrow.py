@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from curling_env import simulate
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, Ice, save_ice
-from curling_env.throw import Release
+from curling_env.throw import Release, Throw
 from curling_env.trajectory import Trajectory, write_tracks
 from friction_estimation.inversion.rethrow import Comparison, Rethrow, compare_tracks
 
@@ -64,6 +66,24 @@ def test_track_that_ends_early_has_no_rest_but_a_path(tracks, true_ice):
     assert totals["rested"] == 0
     assert totals["rest_error_m"] is None
     assert totals["path_rms_m"] < 0.03
+
+
+def test_stones_run_on_the_ice_that_those_before_wore(rng):
+    worn = Ice.uniform(
+        MU,
+        effects=(ActiveEffect(name="pebble_wear", parameters={"rate": 0.0, "along_path": -0.05}),),
+    )
+    throws = [Throw(speed=2.0, spin=1.0)] * 3
+    tracks = [
+        replace(k, xy=k.xy + rng.normal(0, 0.001, k.xy.shape)) for k in simulate(worn, throws)
+    ]
+    gone = [track.xy[-1, 1] for track in tracks]
+    assert gone[2] > gone[1] + 0.2 > gone[0] + 0.4
+    right = [abs(k.too_long) for k in compare_tracks(tracks, worn).rethrows]
+    assert max(right) < 0.15
+    unworn = [k.too_long for k in compare_tracks(tracks, Ice.uniform(MU)).rethrows]
+    assert abs(unworn[0]) < 0.15
+    assert unworn[2] < unworn[1] - 0.15 < unworn[0] - 0.3
 
 
 def test_window_must_be_positive(tracks, true_ice):

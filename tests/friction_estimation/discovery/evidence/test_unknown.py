@@ -55,6 +55,20 @@ def test_variables_are_centred_and_those_that_do_not_vary_left_out(fitted_to):
     for name, columns in functions.items():
         assert columns.shape[0] == rows
         assert columns.mean(axis=0) == pytest.approx(0, abs=1e-9), name
+    theta, spin = fitted.predicted[:, 4], fitted.predicted[:, 5]
+    assert functions["theta"] == pytest.approx(
+        np.column_stack(
+            [np.sin(theta) - np.sin(theta).mean(), np.cos(theta) - np.cos(theta).mean()]
+        )
+    )
+    assert functions["spin"].shape == (rows, 4)
+    side = np.tanh(spin / 0.1)
+    assert functions["spin"][:, 0] == pytest.approx(side - side.mean())
+    swept = fitted.session.swept
+    assert functions["swept"][:, 0] == pytest.approx(swept - swept.mean())
+    assert functions["x"].shape == (rows, 3)
+    assert functions["y"].shape == (rows, 21)
+    assert functions["speed"].shape == functions["t"].shape == (rows, 5)
     one = fitted.session.only([0])
     alone = replace(fitted, session=one, predicted=fitted.predicted[fitted.session.rows(0)])
     assert not {"clock", "order", "stone", "swept"} & set(variables(alone))
