@@ -123,8 +123,8 @@ class Touched:
     def tests_for(self, mutant: Mutant, area: list[str]) -> list[str]:
         """The tests that may notice a mutant, the closest and quickest first, within TEST_BUDGET.
 
-        These are the tests that run its line and then those at the mirrored place. Where the line is
-        hidden, they are those that call anything in its module, or else in a module of its area.
+        These are the tests that run its line and then those at the mirrored place. Where the line
+        is hidden, they are those that call anything in its module, or else in one of its area.
         """
         statement = set(range(mutant.first, mutant.last + 1))
         here = self.lines.get(mutant.path, {})

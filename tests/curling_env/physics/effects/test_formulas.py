@@ -232,3 +232,23 @@ def test_every_effect_has_values_at_which_it_does_nothing():
         for name, card in catalogue().items()
     }
     assert found == {**NEUTRAL, "unknown": {}}
+
+
+def test_what_a_fit_may_change_and_what_turns_with_the_sheet():
+    held, axes, scales = ({}, {}, {})
+    for name, card in catalogue().items():
+        for parameter in card.parameters:
+            if parameter.held:
+                held.setdefault(name, set()).add(parameter.name)
+            if parameter.axis is not None:
+                axes[name, parameter.name] = parameter.axis
+            if parameter.scales is not None:
+                scales[name, parameter.name] = parameter.scales
+    assert held == {
+        "friction_patch": {"x_min", "x_max", "y_min", "y_max", "edge"},
+        "lens_distortion": {"centre_x"},
+        "spin_drag": {"speed_floor"},
+        "stone_bias": {"stone"},
+    }
+    assert axes == {("slope", "x"): "x", ("slope", "y"): "y"}
+    assert scales == {("sweeping", "curl_factor"): "left"}

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError
+from curling_env.sheet import PAPER_SHEET
 from curling_env.throw import Release, Throw
 from friction_estimation.inversion import cell_bound, uniform_bound
+from friction_estimation.inversion.design.cramer_rao import throw_response
 
 G = 9.80665
 
@@ -38,6 +40,29 @@ def test_monte_carlo_of_a_least_squares_fit_sits_on_the_bound(rng):
     ]
     bound = uniform_bound([2.0], mu=mu, noise=0.005, fps=30)
     assert np.std(found) == pytest.approx(bound, rel=0.06)
+
+
+@pytest.mark.parametrize("fps", [10.0, 25.0])
+def test_all_cells_together_respond_as_one_friction_does(fps):
+    """The weights of the cells add up to one, so their responses add up to −½gμt²."""
+    release = Throw(speed=1.4, x=0.3, angle=0.01).release()
+    response = throw_response(release, mu=0.009, fps=fps, sheet=PAPER_SHEET)
+    seconds = 1.4 / (G * 0.009)
+    t = np.arange(0.0, seconds - 0.01, 1 / fps)
+    assert len(response.response) == pytest.approx(len(t), abs=1)
+    t = np.arange(len(response.response)) / fps
+    whole = -0.5 * G * 0.009 * t**2
+    basis = np.column_stack([np.ones_like(t), t])
+    whole -= basis @ np.linalg.lstsq(basis, whole, rcond=None)[0]
+    assert response.response.sum(axis=1) == pytest.approx(whole, abs=2e-4)
+    # What is left of each cell's response is beyond any start and speed.
+    assert np.abs(basis.T @ response.response).max() < 1e-6
+    rows, columns = np.divmod(response.crossed, PAPER_SHEET.shape[1])
+    reach = -10.9725 + 1.4**2 / (2 * G * 0.009)
+    assert PAPER_SHEET.y_centres[rows.min()] == pytest.approx(-10.9725, abs=0.5)
+    assert PAPER_SHEET.y_centres[rows.max()] == pytest.approx(reach, abs=0.5)
+    assert set(columns.tolist()) <= {4, 5}
+    assert set(response.crossed.tolist()) <= set(response.touched.tolist())
 
 
 def cells(count, **changes):
