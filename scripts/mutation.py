@@ -34,7 +34,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import asdict, fields, replace
 from itertools import islice
 from pathlib import Path
@@ -120,11 +120,9 @@ class Tree:
             over = process.returncode in (-signal.SIGXCPU, -signal.SIGKILL)
             return None if over else process.returncode, output
         except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)  # with all that it has started
+            process.communicate()
             return None, ""
-        finally:
-            with suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
 
     def judge(self, mutant: Mutant, touched: Touched) -> Mutant:
         """The mutant with what became of it."""
@@ -133,6 +131,8 @@ class Tree:
             return replace(mutant, verdict="survived", killed_by="no test runs it")
         path = self.folder / mutant.path
         source = path.read_bytes()
+        if mutant.original.encode() not in source.splitlines()[mutant.line - 1]:
+            raise SystemExit(f"{mutant.path} has changed since the table was drawn: draw a new one")
         begun = time.monotonic()
         path.write_bytes(mutant.applied_to(source))
         # The module's own tests first: to collect those of many files takes seconds.
