@@ -23,7 +23,10 @@ from hypothesis import settings
 # `make test` tries the same examples in every run; `make soak` looks for new ones, as many and as
 # varied as its seed leads to. No profile has a deadline: a busy machine must not fail a property.
 settings.register_profile("repeatable", deadline=None, derandomize=True, max_examples=50)
-settings.register_profile("soak", deadline=None, max_examples=1000, print_blob=True)
+# Both say whether they are derandomised, because Hypothesis's own default differs where CI is set.
+settings.register_profile(
+    "soak", deadline=None, derandomize=False, max_examples=1000, print_blob=True
+)
 settings.load_profile(os.environ.get("CURLING_HYPOTHESIS", "repeatable"))
 
 

@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 PROPERTY = """
 from hypothesis import given
 from hypothesis import strategies as st
@@ -39,7 +41,14 @@ def test_every_ordinary_run_tries_the_same_examples(tmp_path: Path) -> None:
     assert one == two
 
 
-def test_two_seeds_of_soak_try_different_examples(tmp_path: Path) -> None:
+@pytest.mark.parametrize("on_ci", [False, True])
+def test_two_seeds_of_soak_try_different_examples(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, on_ci: bool
+) -> None:
+    if on_ci:
+        monkeypatch.setenv("CI", "true")
+    else:
+        monkeypatch.delenv("CI", raising=False)
     one, again, two = (
         examples(tmp_path / name, "soak", seed) for name, seed in (("a", 1), ("b", 1), ("c", 2))
     )
