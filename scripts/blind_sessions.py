@@ -101,8 +101,29 @@ OUTSIDE = (
     DRIFT_LINEAR,
     WEAR_ALONG,
     WEAR_UNDER,
+    MAP_SD,
+    MAP_LENGTH,
     SIZE,
-) = range(39)  # fmt: skip
+) = range(41)  # fmt: skip
+
+CHAMPIONSHIP = {
+    EXPONENT: 0.25,
+    AIR: 9.5e-4,
+    CURL: 0.0082,
+    CURL_V: 0.2,
+    SPIN_RATE: 0.0115,
+    SPIN_POWER: 0.6,
+}
+"""The ice of the preset `standard`."""
+STRENGTH_NAMES = {
+    "speed_dependent_friction": EXPONENT,
+    "air_drag": AIR,
+    "curl": CURL,
+    "spin_drag": SPIN_RATE,
+}
+"""Where its strengths stand, which differ from day to day."""
+MAP_WAVES = 200
+"""Waves of which a friction map is the sum."""
 
 ACROSS, ALONG = 0.0125, 0.05
 """Sides of the squares on which passes of earlier stones are counted [m]."""
@@ -143,6 +164,7 @@ def run_over(passes: Any, path: Any) -> None:
 @numba.njit(cache=True)
 def rates(
     q: Any,
+    pattern: Any,
     passes: Any,
     s: Any,
     t: float,
@@ -166,6 +188,11 @@ def rates(
         mu *= 1.0 + (q[PATCH_FACTOR] - 1.0) * math.exp(-1.5 * (u * u + w * w))
     elif q[PATCH_X0] < x < q[PATCH_X1] and q[PATCH_Y0] < y < q[PATCH_Y1]:
         mu *= q[PATCH_FACTOR]
+    log_map = 0.0
+    for k in range(pattern.shape[0]):
+        log_map += math.cos(pattern[k, 0] * x + pattern[k, 1] * y + pattern[k, 2])
+    if pattern.shape[0] > 0:
+        mu *= math.exp(q[MAP_SD] * math.sqrt(2.0 / pattern.shape[0]) * log_map)
     mu *= 1.0 + q[O_SPIN] * (abs(spin) - 1.5)
     mu *= 1.0 - q[O_WARM] * t
     mu *= 1.0 + q[O_ACROSS] * x
@@ -216,6 +243,7 @@ def rates(
 @numba.njit(cache=True)
 def throw_path(
     q: Any,
+    pattern: Any,
     passes: Any,
     start: Any,
     clock: float,
@@ -235,7 +263,7 @@ def throw_path(
         if v < STOP or abs(s[1]) > EDGE:
             return n + 1
         swept = 1.0 if sweep[0] <= t < sweep[1] else 0.0
-        ax, ay, at = rates(q, passes, s, t, clock + t, order, stone, swept)
+        ax, ay, at = rates(q, pattern, passes, s, t, clock + t, order, stone, swept)
         # The last millimetre per second would be overshot by a whole step.
         h = min(STEP, 0.5 * v / math.sqrt(ax * ax + ay * ay + 1e-18))
         half = 0.5 * h
@@ -245,7 +273,7 @@ def throw_path(
         middle[2] = s[2] + half * ax
         middle[3] = s[3] + half * ay
         middle[5] = s[5] + half * at
-        ax, ay, at = rates(q, passes, middle, t + half, clock + t, order, stone, swept)
+        ax, ay, at = rates(q, pattern, passes, middle, t + half, clock + t, order, stone, swept)
         s[0] += h * middle[2]
         s[1] += h * middle[3]
         s[4] += h * middle[5]
@@ -265,10 +293,20 @@ def hidden_numbers(rng: np.random.Generator) -> Floats:
     return q
 
 
-def hide(name: str, q: Floats, camera: dict[str, Any], rng: np.random.Generator) -> dict[str, Any]:
-    """Put an effect of a likely size into the numbers; its true parameters."""
+def hide(
+    name: str,
+    q: Floats,
+    camera: dict[str, Any],
+    rng: np.random.Generator,
+    *,
+    scale: float = 1.0,
+) -> dict[str, Any]:
+    """Put an effect of a likely size, times a scale, into the numbers; its true parameters."""
     sign = rng.choice([-1.0, 1.0])
-    size = float(np.exp(rng.uniform(np.log(0.5), np.log(2.0))))
+    size = scale * float(np.exp(rng.uniform(np.log(0.5), np.log(2.0))))
+    if name == "friction_map":
+        q[MAP_SD], q[MAP_LENGTH] = rng.uniform(0.03, 0.06), np.exp(rng.uniform(*np.log([1.5, 6.0])))
+        return {"sd": q[MAP_SD], "length": q[MAP_LENGTH]}
     if name == "speed_dependent_friction":
         q[FORM] = float(rng.random() < 0.3)
         q[EXPONENT] = min(0.2 * size, 0.45)
@@ -341,7 +379,7 @@ def hide(name: str, q: Floats, camera: dict[str, Any], rng: np.random.Generator)
         q[SPIN_SHARE] = 0.012 * size
         return {}
     if name == "friction_patch:soft":
-        hide("friction_patch", q, camera, rng)
+        hide("friction_patch", q, camera, rng, scale=scale)
         q[PATCH_SOFT] = 1.0
         return {}
     if name == "lens_distortion:end camera":
@@ -406,6 +444,13 @@ FILM_CLAIMS = (0.0023, 0.05)
 """What the tracks claim of themselves [m, rad]."""
 
 
+def log_map(sd: float, pattern: Floats) -> Floats:
+    """ln of the map's factor on friction at the centres of the paper's cells, (89, 9)."""
+    y, x = np.meshgrid(np.arange(89) * 0.5 - 22.0, np.arange(9) * 0.5 - 2.0, indexing="ij")
+    waves_ = np.cos(pattern[:, 0] * x[..., None] + pattern[:, 1] * y[..., None] + pattern[:, 2])
+    return sd * math.sqrt(2.0 / len(pattern)) * waves_.sum(axis=-1)
+
+
 def make_session(
     effects: tuple[str, ...],
     rng: np.random.Generator,
@@ -414,6 +459,9 @@ def make_session(
     fresh: int = 0,
     ways: int = 2,
     film: bool = False,
+    championship: bool = False,
+    scale: float = 1.0,
+    bad: bool = False,
 ) -> tuple[dict[str, list[Any]], dict[str, Any]]:
     """Columns of a track file, and the sealed truth.
 
@@ -422,12 +470,28 @@ def make_session(
     fresh : throws played on after the session, on the same ice; the last in the columns
     ways : directions of play, 2 or 1
     film : whether the tracks err as those from films do: smoothly, and all alike at a place
+    championship : whether the ice beneath is that of the preset `standard`, each of its strengths
+        off by 10 to 40 per cent
+    scale : factor on the usual sizes of the effects
+    bad : whether positions err by 8 mm with a memory of a second, and throws scatter by 1 %
     """
     q = hidden_numbers(rng)
+    if championship:
+        q[list(CHAMPIONSHIP)] = list(CHAMPIONSHIP.values())
+        for strength in STRENGTH_NAMES.values():
+            q[strength] *= 1.0 + rng.choice([-1.0, 1.0]) * rng.uniform(0.1, 0.4)
+        q[CURL_V], q[CURL_W] = rng.uniform(0.0, 0.4), rng.choice([0.0, 0.2])
+        q[SPIN_POWER] = rng.uniform(0.4, 0.8)
     camera: dict[str, Any] = {}
-    truth = {name: hide(name, q, camera, rng) for name in effects}
-    sigma = rng.uniform(0.003, 0.006)
-    memory = float(rng.choice([0.0, 0.15, 0.3]))
+    truth = {name: hide(name, q, camera, rng, scale=scale) for name in effects}
+    numbers = np.column_stack(
+        [rng.normal(size=(MAP_WAVES, 2)), rng.uniform(0, 2 * np.pi, MAP_WAVES)]
+    )
+    numbers[:, :2] /= max(q[MAP_LENGTH], 1e-9)
+    pattern = numbers if q[MAP_SD] > 0.0 else numbers[:0]
+    sigma = 0.008 if bad else rng.uniform(0.003, 0.006)
+    memory = 1.0 if bad else float(rng.choice([0.0, 0.15, 0.3]))
+    scatter = 0.01 if bad else SCATTER
     missing, outliers = float(rng.choice([0.0, 0.1])), float(rng.choice([0.0, 0.004]))
     columns: dict[str, list[Any]] = {
         k: [] for k in ("throw", "t", "x", "y", "theta", "stone", "clock", "swept")
@@ -459,9 +523,9 @@ def make_session(
             begin = rng.uniform(1.0, 6.0)
             sweep = np.array([begin, begin + rng.uniform(3.0, 9.0)])
         stone = int(stones[k])
-        q[MU] = base_mu * math.exp(rng.normal(0, SCATTER))
+        q[MU] = base_mu * math.exp(rng.normal(0, scatter))
         path = np.empty((int(70 / STEP), 6))
-        n = throw_path(q, passes, start, clock, float(k), float(stone), sweep, path)
+        n = throw_path(q, pattern, passes, start, clock, float(k), float(stone), sweep, path)
         run_over(passes, path[:n])
         t = np.arange(n) * STEP
         frames = np.arange(0.0, t[-1], 1 / 30)
@@ -505,4 +569,8 @@ def make_session(
         clock += rng.uniform(40, 85) + (1500.0 if k == gap else 0.0)
     q[MU] = base_mu
     sealed = {"effects": truth, "mu": base_mu, "sigma": sigma, "memory": memory}
+    if len(pattern):
+        sealed["map"] = log_map(q[MAP_SD], pattern).tolist()
+    if championship:
+        sealed["strengths"] = {name: float(q[place]) for name, place in STRENGTH_NAMES.items()}
     return columns, sealed

@@ -100,7 +100,7 @@ def play(session: FilmedSession) -> tuple[list[Trajectory], dict[str, Any]]:
         q[MU] = mu * np.exp(rng.normal(0.0, SCATTER))
         path = np.empty((int(70 / STEP), 6))
         clock = 60.0 * k
-        n = throw_path(q, passes, start, clock, float(k), 0.0, np.zeros(2), path)
+        n = throw_path(q, np.empty((0, 3)), passes, start, clock, float(k), 0.0, np.zeros(2), path)
         run_over(passes, path[:n])
         rows = np.unique(np.append(np.arange(0, n, round(1 / SAMPLES / STEP)), n - 1))
         inside = np.abs(path[rows, 0]) < 2.1  # a stone at the boards is taken off
