@@ -102,11 +102,19 @@ class ActiveEffect:
     name : name in the catalogue of effects
     parameters : values by name, in the units of the effect's card
     sigma : standard errors by the same names; a missing one is unknown
+    believed : names of parameters whose value comes from what is known of rinks, and not from
+        throws on this ice
+
+    Raises
+    ------
+    InputError : a number that is not finite, a negative sigma, or a believed parameter without a
+        value
     """
 
     name: str
     parameters: Mapping[str, float] = field(default_factory=dict[str, float])
     sigma: Mapping[str, float] = field(default_factory=dict[str, float])
+    believed: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for kind, values in (("parameters", self.parameters), ("sigma", self.sigma)):
@@ -115,6 +123,15 @@ class ActiveEffect:
                     raise InputError(
                         f"effect {self.name}: {kind}.{key} must be a finite number, got {value}"
                     )
+                if kind == "sigma" and value < 0:
+                    raise InputError(
+                        f"effect {self.name}: sigma.{key} must be at least 0, got {value:g}"
+                    )
+        for key in self.believed:
+            if key not in self.parameters:
+                raise InputError(
+                    f"effect {self.name}: {key!r} is marked as believed and has no value"
+                )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -227,7 +244,12 @@ def save_ice(ice: Ice, path: str | Path) -> None:
             "observed": ice.friction.observed.tolist(),
         },
         "effects": [
-            {"name": e.name, "parameters": dict(e.parameters), "sigma": dict(e.sigma)}
+            {
+                "name": e.name,
+                "parameters": dict(e.parameters),
+                "sigma": dict(e.sigma),
+                **({"believed": list(e.believed)} if e.believed else {}),
+            }
             for e in ice.effects
         ],
     }
@@ -320,7 +342,9 @@ def _parse_ice(document: Any) -> Ice:
 
 
 def _parse_effect(document: Any, where: str) -> ActiveEffect:
-    effect = _members(document, where, required={"name"}, optional={"parameters", "sigma"})
+    effect = _members(
+        document, where, required={"name"}, optional={"parameters", "sigma", "believed"}
+    )
     values: dict[str, dict[str, float]] = {}
     for kind in ("parameters", "sigma"):
         given = effect.get(kind, {})
@@ -331,7 +355,16 @@ def _parse_effect(document: Any, where: str) -> ActiveEffect:
             for key, value in cast("dict[str, Any]", given).items()
             if not (kind == "sigma" and value is None)
         }
-    return ActiveEffect(name=str(effect["name"]), **values)
+    believed = effect.get("believed", [])
+    if not isinstance(believed, list) or not all(
+        isinstance(key, str) for key in cast("list[Any]", believed)
+    ):
+        raise InputError("expected a list of names of parameters", where=f"{where}.believed")
+    names = tuple(cast("list[str]", believed))
+    try:
+        return ActiveEffect(name=str(effect["name"]), believed=names, **values)
+    except InputError as error:
+        raise InputError(error.problem, where=error.where or where) from error
 
 
 def _members(

@@ -61,6 +61,21 @@ def test_ice_survives_its_file_to_the_last_bit(tmp_path, sheet, interpolation):
     assert equal(load_ice(tmp_path / "ice.json"), ice)
 
 
+def test_what_is_believed_and_not_measured_is_kept_by_the_file(tmp_path):
+    known = {"strength": 0.008, "speed_exponent": 0.2}
+    guess = ActiveEffect(name="curl", parameters=known, believed=("strength", "speed_exponent"))
+    measured = ActiveEffect(name="spin_drag", parameters={"rate": 0.01}, sigma={"rate": 1e-3})
+    ice = Ice.uniform(0.008, effects=(guess, measured))
+    save_ice(ice, tmp_path / "ice.json")
+    again = load_ice(tmp_path / "ice.json")
+    assert equal(again, ice)
+    assert again.effect("curl").believed == ("strength", "speed_exponent")
+    # Readers of releases before it refuse keys that they do not know.
+    written = json.loads((tmp_path / "ice.json").read_text())["effects"]
+    assert "believed" in written[0]
+    assert "believed" not in written[1]
+
+
 @pytest.mark.parametrize("name", ["standard", "fcv1", "paper"])
 def test_presets_are_ice_and_have_a_file(tmp_path, name):
     ice = load_ice(name)
@@ -124,6 +139,10 @@ def broken(document, path, value):
         (("effects",), {}, "list of effects"),
         (("effects", 0, "name"), KeyError, r"effects\[0\]"),
         (("effects", 0, "parameters", "strength"), "strong", r"effects\[0\].parameters.strength"),
+        (("effects", 0, "sigma", "strength"), -1e-4, r"effects\[0\].*at least 0"),
+        (("effects", 0, "believed"), "strength", r"effects\[0\].believed"),
+        (("effects", 0, "believed"), [1], r"effects\[0\].believed"),
+        (("effects", 0, "believed"), ["speed_exponent"], r"effects\[0\].*'speed_exponent'"),
     ],
 )
 def test_broken_files_are_refused_with_the_place(tmp_path, path, value, says):
