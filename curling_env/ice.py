@@ -144,6 +144,8 @@ class Ice:
     sheet : its size and cells
     effects : effects that act besides the friction of the map
     stone : the stone with which friction and effects were measured
+    provenance : where its file says that it comes from (`infrastructure.provenance`); empty for an
+        ice that was made, or changed, since
 
     Raises
     ------
@@ -154,6 +156,7 @@ class Ice:
     sheet: Sheet = PAPER_SHEET
     effects: tuple[ActiveEffect, ...] = ()
     stone: Stone = RULE_BOOK_STONE
+    provenance: Mapping[str, Any] = field(default_factory=dict[str, Any], compare=False, repr=False)
 
     def __post_init__(self) -> None:
         if self.friction.mu.shape != self.sheet.shape:
@@ -230,10 +233,19 @@ def write_cells(path: str | Path, ice: Ice) -> None:
     )
 
 
-def save_ice(ice: Ice, path: str | Path) -> None:
-    """Write an ice file, complete or not at all."""
+def save_ice(ice: Ice, path: str | Path, *, provenance: Mapping[str, Any] | None = None) -> None:
+    """Write an ice file, complete or not at all.
+
+    Parameters
+    ----------
+    ice : the ice
+    path : file to write
+    provenance : where the ice comes from; None: as the ice itself says
+    """
+    origin = ice.provenance if provenance is None else provenance
     document: dict[str, Any] = {
         "format": ICE_FORMAT,
+        **({"provenance": dict(origin)} if origin else {}),
         "sheet": {"length": ice.sheet.length, "width": ice.sheet.width},
         "stone": asdict(ice.stone),
         "friction": {
@@ -306,7 +318,10 @@ def _parse_ice(document: Any) -> Ice:
     if found != ICE_FORMAT:
         raise InputError(f"expected an ice file of format {ICE_FORMAT!r}, found {found!r}")
     ice = _members(
-        document, "", required={"format", "sheet", "friction"}, optional={"stone", "effects"}
+        document,
+        "",
+        required={"format", "sheet", "friction"},
+        optional={"stone", "effects", "provenance"},
     )
     lengths = _members(ice["sheet"], "sheet", required={"length", "width"})
     friction = _members(
@@ -316,6 +331,9 @@ def _parse_ice(document: Any) -> Ice:
         optional={"sigma", "observed", "interpolation"},
     )
     stone = _members(ice.get("stone", {}), "stone", optional={f.name for f in fields(Stone)})
+    provenance = ice.get("provenance", {})
+    if not isinstance(provenance, dict):
+        raise InputError("expected an object", where="provenance")
     effects = ice.get("effects", [])
     if not isinstance(effects, list):
         raise InputError("expected a list of effects", where="effects")
@@ -338,6 +356,7 @@ def _parse_ice(document: Any) -> Ice:
             _parse_effect(effect, f"effects[{i}]")
             for i, effect in enumerate(cast("list[Any]", effects))
         ),
+        provenance=cast("dict[str, Any]", provenance),
     )
 
 

@@ -21,6 +21,7 @@ from agents.closed_loop.practice import draw_practice
 from agents.learning.evaluation import rest_in_env
 from agents.planning import Plan, plan
 from curling_env.ice import Ice, save_ice
+from curling_env.infrastructure.provenance import provenance
 from curling_env.infrastructure.storage import make_directory, write_json
 from curling_env.sheet import TEE_Y
 from curling_env.throw import write_releases
@@ -75,7 +76,8 @@ def run_demo(
     rng = np.random.default_rng(seed)
     truth = patchy_ice(rng)
     releases = draw_practice(throws, rng)
-    save_ice(truth, folder / "true-ice.json")
+    origin = provenance(seed=seed)
+    save_ice(truth, folder / "true-ice.json", provenance=origin)
     write_releases(folder / "releases.csv", releases)
 
     films = film_throws(
@@ -95,7 +97,7 @@ def run_demo(
     law = replace(truth, friction=replace(truth.friction, mu=even))
     estimated = estimate_ice(films.tracks, start=law).ice
     average = estimate_ice(films.tracks, start=law, uniform=True).ice
-    save_ice(estimated, folder / "ice.json")
+    save_ice(estimated, folder / "ice.json", provenance=origin)
 
     progress("planning a draw", 0.84)
     best = plan(estimated, BUTTON, skill="elite", seed=seed)
@@ -136,7 +138,7 @@ def run_demo(
     progress("drawing the page", 0.98)
     demo_figures.draw_all(found, folder)
     demo_page.write_demo_page(found, folder, film_still=films.still)
-    write_json(folder / "findings.json", found.as_dict())
+    write_json(folder / "findings.json", {**found.as_dict(), "provenance": origin})
     progress("done", 1.0)
     return found
 
@@ -171,7 +173,7 @@ def find_missing_effect(
     """
     folder = make_directory(folder)
     found = discover(list(tracks), estimate_ice(list(tracks), start=start).ice, seed=seed)
-    report = write_files(found, folder)
+    report = write_files(found, folder, provenance(seed=seed))
     write_report_page(found, report, folder / "report.html")
     draw = _compare(truth, target, found.improved_ice(), found.baseline_ice())
     return draw, [effect.label for effect in found.effects]

@@ -21,6 +21,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from curling_env.errors import CurlingError
+from curling_env.infrastructure.provenance import typed
 from curling_env.infrastructure.storage import format_json
 from curling_env.typing import Progress
 
@@ -152,7 +153,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
     try:
-        with _orderly_termination():
+        with _orderly_termination(), typed(arguments):
             status = _app(arguments)(args=arguments, prog_name="curling", standalone_mode=False)
             sys.stdout.flush()  # a full disk behind a redirection is noticed here
     except typer.TyperException as error:

@@ -72,6 +72,7 @@ def discover(
         curling discover tracks.csv --known-length 21.31,21.945 --clock 20.1,24.3 -o runs/checked
     """
     from curling_env.ice import load_ice
+    from curling_env.infrastructure.provenance import provenance
     from curling_env.infrastructure.storage import make_directory
     from curling_env.trajectory import read_tracks
     from friction_estimation.camera.scene import load_scene
@@ -96,12 +97,13 @@ def discover(
     measured = read_tracks(tracks)
     view = load_scene(scene) if scene is not None else None
     base = load_ice(ice) if ice is not None else None
+    origin = provenance([tracks, ice, scene], seed=seed)
     folder = make_directory(output)
     with progress_bar() as progress:
         found = find(
             measured, base, scene=view, references=references, seed=seed, progress=progress
         )
-    report = write_files(found, folder)
+    report = write_files(found, folder, origin)
     write_report_page(found, report, folder / "report.html")
     for reason in found.session.left_out:
         say(f"left out: {reason}")

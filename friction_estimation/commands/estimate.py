@@ -148,6 +148,7 @@ def estimate(
         curling estimate end-0.mp4 end-1.mp4 --scene end.scene.json -o ice.json
     """
     from curling_env.ice import save_ice
+    from curling_env.infrastructure.provenance import provenance
     from curling_env.infrastructure.storage import make_directory
     from curling_env.trajectory import read_tracks
     from friction_estimation.inversion import estimate_ice
@@ -157,6 +158,7 @@ def estimate(
     )
 
     first, stored = _earlier_ice(start, prior, update)
+    earlier = None if update is None else information_path(update)
     tables = [path for path in inputs if path.suffix.lower() == ".csv"]
     if tables and len(inputs) > 1:
         raise InputError("give one tracks file, or films, not both or several", source=inputs[1])
@@ -176,6 +178,7 @@ def estimate(
             )
         films_shown = 0 if report is None else FILMS_SHOWN
         tracks, stills, checkpoints = _track(inputs, scene, camera, tracker, output, films_shown)
+    origin = provenance([*inputs, *(scene or []), camera, start, prior, update, earlier])
     with progress_bar() as bar:
         found = estimate_ice(
             tracks,
@@ -188,14 +191,14 @@ def estimate(
             camera_bias=camera_bias.value,
             progress=bar,
         )
-    save_ice(found.ice, output)
+    save_ice(found.ice, output, provenance=origin)
     if found.information is not None:
         save_information(found.information, information_path(output))
     if report is not None:
         from friction_estimation.reports.estimate_page import write_report
 
         folder = make_directory(report)
-        names = write_report(found, folder, stills)
+        names = write_report(found, folder, stills, provenance=origin)
         say(f"{folder}: {', '.join(names)}")
     search = found.bias_search
     if search is not None and (search.outcome == "found" or camera_bias == CameraBiasOption.on):

@@ -52,8 +52,14 @@ def number(value: float) -> float:
     return float(f"{value:.6g}")
 
 
-def document(found: Discovery) -> dict[str, Any]:
-    """The report, as `report.json` holds it."""
+def document(found: Discovery, provenance: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """The report, as `report.json` holds it.
+
+    Parameters
+    ----------
+    found : the discovery
+    provenance : where it comes from (`curling_env.infrastructure.provenance`), where that is known
+    """
     effects = [_calibration(c) for c in found.calibrations if c.clearly_off and c.references]
     errors = with_sides(found.final, standard_errors(found.final))
     effects += [_named(found, effect, errors) for effect in found.effects]
@@ -99,6 +105,7 @@ def document(found: Discovery) -> dict[str, Any]:
         "smallest_detectable": smallest_detectable(found),
         "undecidable": _undecidable(found),
         "left_out": list(found.session.left_out),
+        **({"provenance": dict(provenance)} if provenance else {}),
     }
 
 
@@ -306,10 +313,20 @@ def smallest_detectable(found: Discovery) -> dict[str, dict[str, float]]:
     }
 
 
-def write_files(found: Discovery, folder: Path) -> dict[str, Any]:
-    """Write report.json, baseline.json and ice.json, and return the report."""
-    report = document(found)
-    save_ice(found.baseline_ice(), folder / "baseline.json")
-    save_ice(found.improved_ice(), folder / "ice.json")
+def write_files(
+    found: Discovery, folder: Path, provenance: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
+    """Write report.json, baseline.json and ice.json, and return the report.
+
+    Parameters
+    ----------
+    found : the discovery
+    folder : existing folder to write to
+    provenance : as of `document`
+    """
+    report = document(found, provenance)
+    origin = provenance or {}  # not that of the ice that was given
+    save_ice(found.baseline_ice(), folder / "baseline.json", provenance=origin)
+    save_ice(found.improved_ice(), folder / "ice.json", provenance=origin)
     write_json(folder / "report.json", report)
     return report

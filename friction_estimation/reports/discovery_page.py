@@ -41,7 +41,12 @@ def write_report_page(found: Discovery, report: dict[str, Any], path: Path) -> N
             + picture(forecast_picture(found), "forecast and measured paths")
         )
     parts += [_open_questions(report), _candidates(report), _smallest(report), _numbers(report)]
-    write_page(path, "Discovery", [part for part in parts if part])
+    write_page(
+        path,
+        "Discovery",
+        [part for part in parts if part],
+        provenance=report.get("provenance"),
+    )
 
 
 def _first_pictures(found: Discovery) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -63,7 +63,12 @@ TITLES = {
 
 
 def write_report(
-    found: Estimate, folder: Path, stills: Sequence[Still] = (), *, reload: float | None = None
+    found: Estimate,
+    folder: Path,
+    stills: Sequence[Still] = (),
+    *,
+    reload: float | None = None,
+    provenance: Mapping[str, Any] | None = None,
 ) -> list[str]:
     """All figures and tables of an estimate, and the page that shows them, `report.html`.
 
@@ -74,6 +79,7 @@ def write_report(
     stills : frames of the films, where there are films
     reload : time after which the browser loads the page again, while more is measured [s]; None for
         a page that stays as it is
+    provenance : where the estimate comes from, where that is known
 
     Returns
     -------
@@ -82,8 +88,9 @@ def write_report(
     pictures = write_pictures(found, folder)
     write_cells(folder / "cells.csv", found.ice)
     write_table(folder / "rows.csv", row_table(found))
-    write_json(folder / "estimate.json", found.summary())
-    _write_page(found, folder, pictures, stills, reload)
+    origin = {"provenance": dict(provenance)} if provenance else {}
+    write_json(folder / "estimate.json", {**found.summary(), **origin})
+    _write_page(found, folder, pictures, stills, reload, provenance)
     return ["report.html", *pictures, "cells.csv", "rows.csv", "estimate.json"]
 
 
@@ -93,6 +100,7 @@ def _write_page(
     pictures: Sequence[str],
     stills: Sequence[Still],
     reload: float | None,
+    provenance: Mapping[str, Any] | None,
 ) -> None:
     sections = [f"<h1>{escape(headline(found))}</h1>{facts(_facts(found))}{_remarks(found)}"]
     if "map.png" in pictures and not found.uniform:
@@ -115,7 +123,13 @@ def _write_page(
     if found.method == "trajectory":
         sections.append(f"<h2>The paper's method beside it</h2>{_beside(found)}")
     sections.append(f"<h2>The throws</h2>{_throws(found)}")
-    write_page(folder / "report.html", "Friction of the ice", sections, reload=reload)
+    write_page(
+        folder / "report.html",
+        "Friction of the ice",
+        sections,
+        reload=reload,
+        provenance=provenance,
+    )
 
 
 def _picture_section(folder: Path, name: str) -> str:

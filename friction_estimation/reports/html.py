@@ -6,9 +6,10 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from html import escape
 from pathlib import Path
+from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -34,12 +35,18 @@ figcaption,.faint{color:#66727f;font-size:.92rem}
 margin:1rem 0 0}
 .facts div{border-left:3px solid #7fa8cf;padding-left:.7rem}
 .facts b{display:block;font-size:1.35rem;font-variant-numeric:tabular-nums}
+footer{overflow-wrap:anywhere}
 .tag{background:#e3edf6;border-radius:5px;padding:.1rem .5rem;font-size:.9rem}
 """
 
 
 def write_page(
-    path: str | Path, title: str, sections: Sequence[str], *, reload: float | None = None
+    path: str | Path,
+    title: str,
+    sections: Sequence[str],
+    *,
+    reload: float | None = None,
+    provenance: Mapping[str, Any] | None = None,
 ) -> None:
     """Write a page, complete or not at all.
 
@@ -49,6 +56,7 @@ def write_page(
     title : plain text for the browser's tab
     sections : HTML of each section; every one is shown as a card
     reload : time after which the browser loads the page again [s]; None for never
+    provenance : where the page comes from, for its last lines (`infrastructure.provenance`)
     """
     again = "" if reload is None else f"<meta http-equiv=refresh content={reload:g}>"
     cards = "".join(f"<section>{section}</section>" for section in sections)
@@ -57,8 +65,24 @@ def write_page(
         f"<!doctype html><html lang=en><meta charset=utf-8><title>{escape(title)}</title>"
         f"{again}"
         "<meta name=viewport content='width=device-width'><link rel=icon href='data:,'>"
-        f"<style>{STYLE}</style><main>{cards}</main></html>\n",
+        f"<style>{STYLE}</style><main>{cards}{_origin(provenance)}</main></html>\n",
     )
+
+
+def _origin(provenance: Mapping[str, Any] | None) -> str:
+    """The last lines of a page: version, command, seed and inputs, as HTML."""
+    if not provenance:
+        return ""
+    made = f"curling-sheet {escape(provenance['version'])}"
+    if "command" in provenance:
+        made += f": <code>{escape(provenance['command'])}</code>"
+    elif "seed" in provenance:
+        made += f", seed {provenance['seed']}"
+    files = "".join(
+        f"<br>{escape(entry['file'])}: SHA-256 <code>{entry['sha256'] or 'unknown'}</code>"
+        for entry in provenance["inputs"]
+    )
+    return f"<footer class=faint>{made}{files}</footer>"
 
 
 def picture(content: bytes | Figure, alt: str, *, kind: str = "png", caption: str = "") -> str:

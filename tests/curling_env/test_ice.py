@@ -84,6 +84,17 @@ def test_presets_are_ice_and_have_a_file(tmp_path, name):
     assert load_ice(ice) is ice
 
 
+def test_an_ice_file_keeps_where_it_comes_from(tmp_path):
+    origin = {"version": "0.1.0", "inputs": [], "a key of a later release": 1}
+    save_ice(uneven(), tmp_path / "ice.json", provenance=origin)
+    read = load_ice(tmp_path / "ice.json")
+    assert read.provenance == origin
+    save_ice(read, tmp_path / "copy.json")
+    assert (tmp_path / "copy.json").read_bytes() == (tmp_path / "ice.json").read_bytes()
+    save_ice(read, tmp_path / "bare.json", provenance={})
+    assert "provenance" not in json.loads((tmp_path / "bare.json").read_text())
+
+
 def test_the_contracts_smallest_file_is_read(tmp_path):
     document = {
         "format": "curling-ice/1",

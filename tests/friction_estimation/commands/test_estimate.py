@@ -40,6 +40,10 @@ def test_command_writes_map_and_report(curling, tracks_file, tmp_path, method):
     for name in ("map.png", "motion.png"):
         assert (report / name).stat().st_size > 10_000
     assert json.loads((report / "estimate.json").read_text())["method"] == method
+    origin = json.loads((report / "estimate.json").read_text())["provenance"]
+    assert origin["command"] == f"curling estimate tracks.csv --method {method}"
+    assert load_ice(ice).provenance == origin
+    assert origin["inputs"][0]["sha256"] in (report / "report.html").read_text()
     assert len((report / "cells.csv").read_text().splitlines()) == 1 + 9 * 89
 
 

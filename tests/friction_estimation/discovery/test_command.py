@@ -31,6 +31,23 @@ def test_report_ice_and_page(curling, make_session, tmp_path):
     assert "https://" not in page
 
 
+def test_results_say_where_they_come_from_and_not_where_they_lie(curling, make_session, tmp_path):
+    write_tracks(tmp_path / "tracks.csv", make_session(throws=8))
+    for folder in ("one", "two"):
+        result = curling("discover", tmp_path / "tracks.csv", "-o", tmp_path / folder, "--seed", 5)
+        assert result.status == 0, result.err
+    for name in ("report.json", "ice.json", "baseline.json", "report.html"):
+        first, second = ((tmp_path / folder / name).read_bytes() for folder in ("one", "two"))
+        assert first == second, name
+        assert str(tmp_path).encode() not in first
+    origin = json.loads((tmp_path / "one" / "report.json").read_text())["provenance"]
+    assert origin["command"] == "curling discover tracks.csv --seed 5"
+    assert origin["seed"] == 5
+    assert [entry["file"] for entry in origin["inputs"]] == ["tracks.csv"]
+    assert load_ice(tmp_path / "one" / "ice.json").provenance == origin
+    assert origin["inputs"][0]["sha256"] in (tmp_path / "one" / "report.html").read_text()
+
+
 def test_the_page_in_a_browser(curling, make_session, page, tmp_path):
     write_tracks(tmp_path / "tracks.csv", make_session([effect("curl", strength=0.006)], throws=8))
     result = curling("discover", tmp_path / "tracks.csv", "-o", tmp_path / "found")
