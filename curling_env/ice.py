@@ -210,6 +210,10 @@ class Ice:
         """The first active effect of that name, or None."""
         return next((effect for effect in self.effects if effect.name == name), None)
 
+    def without_effect(self, name: str) -> Ice:
+        """The same ice without the effects of that name."""
+        return replace(self, effects=tuple(e for e in self.effects if e.name != name))
+
     def with_effect(self, effect: ActiveEffect) -> Ice:
         """The same ice with one more effect."""
         return replace(self, effects=(*self.effects, effect))

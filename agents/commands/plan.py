@@ -64,8 +64,8 @@ def plan(
     """Find the best throw for a target or a task.
 
     It simulates throws of both handles and takes the one with the best expected result, given the
-    player's execution error (--skill) and the uncertainty of the map. The result is JSON on stdout;
-    stderr has the call in a curler's words.
+    player's execution error (--skill) and the standard errors of the ice. The result is JSON on
+    stdout; stderr has the call in a curler's words.
 
     With --target alone the stone comes to rest there without touching another. With --task the
     throw may move stones, and is judged as in CurlingSheet-v0:
@@ -86,7 +86,9 @@ def plan(
     The end played to is the half of the sheet in which the target lies. speed [m/s], angle [rad,
     counter-clockwise from the direction of play] and spin [rad/s] can be passed to `curling throw`
     as they are; sweep says when to sweep, if the ice file has that effect. spread is the scatter by
-    the player and the map together, spread_of_the_hand and spread_of_the_map by each alone.
+    the player and the ice together, spread_of_the_hand and spread_of_the_ice by each alone, and
+    spread_of_the_map by the ice's map without its effects. remarks says what the ice lacks, and
+    believed which effects the throw depends on that no throw has measured.
 
     \b
     Examples:
@@ -125,6 +127,8 @@ def plan(
         if best.trials.miss.size > 1:
             success = "" if task is None else f"{100 * best.trials.success.mean():.0f} % succeed; "
             say(f"{success}expect to miss by {100 * best.expected_miss:.0f} cm")
+        for remark in result.remarks:
+            say(remark)
     print_json(result.as_dict())
 
 

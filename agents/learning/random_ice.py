@@ -8,12 +8,12 @@ of a few per cent, and a map estimated from films.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
+from curling_env.physics.ice_uncertainty import smooth_field
 from curling_env.typing import Floats
 
 KNOWLEDGE = ("map", "mean", "nothing")
@@ -73,9 +73,9 @@ class RandomIces:
         base = load_ice(self.base)
         rows, columns = base.sheet.y_centres, base.sheet.x_centres
         level = self.level * rng.standard_normal()
-        areas = self.areas * _smooth(rng, rows, columns, self.length, self.breadth)
+        areas = self.areas * smooth_field(rng, rows, columns, self.length, self.breadth)
         curl = np.exp(self.curl * rng.standard_normal())
-        error = self.error * _smooth(rng, rows, columns, self.error_length, self.error_length)
+        error = self.error * smooth_field(rng, rows, columns, self.error_length, self.error_length)
         effects = tuple(
             _scaled(effect, "strength", curl) if effect.name == "curl" else effect
             for effect in base.effects
@@ -102,20 +102,3 @@ def _friction(mu: Floats, error: float) -> FrictionMap:
 def _scaled(effect: ActiveEffect, parameter: str, factor: float) -> ActiveEffect:
     value = effect.parameters[parameter] * factor
     return replace(effect, parameters={**effect.parameters, parameter: value})
-
-
-def _smooth(
-    rng: np.random.Generator, rows: Floats, columns: Floats, along: float, across: float
-) -> Floats:
-    """A Gaussian field of variance 1 with the correlation exp(-d²/2), d in these lengths."""
-    left, right = _correlation_root(tuple(rows), along), _correlation_root(tuple(columns), across)
-    return left @ rng.standard_normal((left.shape[1], right.shape[1])) @ right.T
-
-
-@lru_cache(maxsize=16)
-def _correlation_root(places: tuple[float, ...], length: float) -> Floats:
-    """A matrix that gives, times its transpose, the correlation of places."""
-    apart = np.subtract.outer(places, places) / length
-    values, vectors = np.linalg.eigh(np.exp(-0.5 * apart**2))
-    kept = values > 1e-6 * values[-1]
-    return vectors[:, kept] * np.sqrt(values[kept])

@@ -4,7 +4,7 @@
 - `objective`: what is wanted of a throw, and how its outcome is judged
 - `target_search`: throws that come to rest at a target, by a grid and Newton's method
 - `reward_map`: promising throws for a task, by a grid and the cross-entropy method
-- `monte_carlo`: a throw repeated with execution errors, on ices that the map allows
+- `monte_carlo`: a throw repeated with execution errors, on ices that the standard errors allow
 - `rollouts`: many throws in the batch engine
 - `description`, `plan_figure`: a plan in a curler's words and as a picture
 - `tuning`: the constants that were tuned

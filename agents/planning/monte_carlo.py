@@ -1,12 +1,12 @@
-"""Monte-Carlo evaluation of throws: the player is not exact, and neither is the map.
+"""Monte-Carlo evaluation of throws: the player is not exact, and neither is what is known of ice.
 
-A throw is repeated with execution errors on ices drawn from the map's standard errors, and every
+A throw is repeated with execution errors on ices that the ice's standard errors allow, and every
 trial is judged by the objective. All trials of all throws go through the batch engine together.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from agents.planning.objective import Objective
 from agents.planning.rollouts import SPEED, SPIN, Rollouts, roll_out_in_play
-from agents.planning.tuning import MAP_ERROR_LENGTH, MIN_FRICTION_SHARE
-from curling_env.ice import FrictionMap, Ice
+from curling_env.ice import Ice
 from curling_env.physics.one_stone.slide import SlideEnd
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Skill
 from curling_env.typing import Flags, Floats, Integers
@@ -64,39 +63,6 @@ class Trials:
         """Covariance of the ends that stayed in play, (2, 2) [m²]."""
         rested = self.ends[self.in_play]
         return np.cov(rested.T) if len(rested) > 1 else np.zeros((2, 2))
-
-
-def sample_ices(ice: Ice, n: int, rng: np.random.Generator) -> list[Ice]:
-    """Draw n ices that the map's standard errors allow; one, the ice itself, if all σ are zero.
-
-    Errors are Gaussian with the map's σ in every cell and the correlation exp(-(d/ℓ)²/2),
-    ℓ = `MAP_ERROR_LENGTH`. They come in pairs of opposite sign.
-    """
-    sigma = ice.friction.sigma
-    if not sigma.any():
-        return [ice]
-    along = _square_root_of_correlation(ice.sheet.y_centres)
-    across = _square_root_of_correlation(ice.sheet.x_centres)
-    ices: list[Ice] = []
-    for _ in range(-(-n // 2)):
-        error = sigma * (along @ rng.standard_normal(sigma.shape) @ across.T)
-        for sign in (1.0, -1.0):
-            mu = np.maximum(ice.friction.mu + sign * error, MIN_FRICTION_SHARE * ice.friction.mu)
-            friction = FrictionMap(
-                mu=np.minimum(mu, 1.0),
-                sigma=sigma,
-                observed=ice.friction.observed,
-                interpolation=ice.friction.interpolation,
-            )
-            ices.append(replace(ice, friction=friction))
-    return ices[:n]
-
-
-def _square_root_of_correlation(places: Floats) -> Floats:
-    distance = places[:, None] - places[None, :]
-    correlation = np.exp(-0.5 * (distance / MAP_ERROR_LENGTH) ** 2)
-    values, vectors = np.linalg.eigh(correlation)
-    return vectors * np.sqrt(np.maximum(values, 0.0))
 
 
 def run_trials(

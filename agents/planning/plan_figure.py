@@ -271,6 +271,6 @@ def _write_call(ax: Axes, plan: Plan) -> None:
         else f"skill “{skill.name}”: weight ±{skill.sigma_speed:g} m/s, line "
         f"±{np.degrees(skill.sigma_angle):.2f}°, spin ±{skill.sigma_spin:g} rad/s"
     )
-    ice = "and what the map does not know" if plan.map_is_uncertain else "on ice known exactly"
+    ice = "and what is not known of the ice" if plan.ice_is_uncertain else "on ice known exactly"
     line(f"Dots: {len(plan.best.trials.miss)} trials with {player}, {ice}.", 8.5, color="#55606b")
     line("Solid ellipse: half of them; dashed: nine in ten.", 8.5, color="#55606b")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from agents.planning.description import Description
 from agents.planning.monte_carlo import Trials
 from agents.planning.objective import Objective
+from curling_env.physics.ice_remarks import NO_CURL, UNKNOWN, belief_in_words
 from curling_env.physics.one_stone.slide import SlideEnd
 from curling_env.sheet import Direction
 from curling_env.throw import Skill, Throw
@@ -27,9 +29,10 @@ class PlannedThrow:
     stones : (k, 2) where the other stones lie afterwards, NaN where one left play [m]
     time : time from the release until all stones rest [s]
     miss_without_error : distance from the target without error [m]
-    trials : trials by the player on all ices that the map allows
+    trials : trials by the player on all ices that the ice's standard errors allow
     player_trials : trials by the player on the ice as it is given
-    map_trials : trials without execution error on all ices that the map allows
+    ice_trials : trials without execution error on all ices that its standard errors allow
+    map_trials : the same with the standard errors of the map alone
     chance_in_house : share of the trials that rest in the house
     description : the throw in a curler's words
     """
@@ -42,6 +45,7 @@ class PlannedThrow:
     miss_without_error: float
     trials: Trials
     player_trials: Trials
+    ice_trials: Trials
     map_trials: Trials
     chance_in_house: float
     description: Description
@@ -78,6 +82,7 @@ class PlannedThrow:
                 "chance_out_of_play": float((~trials.in_play).mean()),
             },
             "spread_of_the_hand": _spread(self.player_trials),
+            "spread_of_the_ice": _spread(self.ice_trials),
             "spread_of_the_map": _spread(self.map_trials),
             "in_words": self.description.as_dict(),
         }
@@ -93,14 +98,23 @@ class Plan:
     skill : the player for whom it was planned
     best : the throw with the largest expected value
     second : the best throw of the other handle, or of another weight; None if there is no other
-    map_is_uncertain : whether the ice had standard errors, which the trials then include
+    ice_is_uncertain : whether the ice had standard errors, which the trials then include
+    map_is_uncertain : whether its map had some
+    lacks_something : whether the ice is marked as lacking something that its tracks show
+    lacks_curl : whether the ice was estimated without any effects
+    believed : effects that the throw depends on and that are believed and not measured, with the
+        names of those parameters
     """
 
     objective: Objective
     skill: Skill
     best: PlannedThrow
     second: PlannedThrow | None
+    ice_is_uncertain: bool
     map_is_uncertain: bool
+    lacks_something: bool
+    lacks_curl: bool
+    believed: Mapping[str, tuple[str, ...]]
 
     @property
     def target(self) -> Floats:
@@ -117,6 +131,15 @@ class Plan:
         """Centres of the stones that lie on the sheet, (k, 2) [m]."""
         return self.objective.stones
 
+    @property
+    def remarks(self) -> list[str]:
+        """What the thrower should know of the ice, in sentences."""
+        return [
+            *([UNKNOWN] if self.lacks_something else []),
+            *([NO_CURL] if self.lacks_curl else []),
+            *(belief_in_words(name) for name in self.believed),
+        ]
+
     def as_dict(self) -> dict[str, object]:
         """Plain numbers, sheet frame, SI, as `curling plan` prints them."""
         return {
@@ -130,7 +153,10 @@ class Plan:
                 "sigma_angle": self.skill.sigma_angle,
                 "sigma_spin": self.skill.sigma_spin,
             },
+            "ice_is_uncertain": self.ice_is_uncertain,
             "map_is_uncertain": self.map_is_uncertain,
+            "believed": {name: list(those) for name, those in self.believed.items()},
+            "remarks": self.remarks,
             "second_choice": None if self.second is None else self.second.as_dict(),
         }
 

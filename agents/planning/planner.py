@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from agents.planning.description import describe
-from agents.planning.monte_carlo import Trials, run_trials, sample_ices
+from agents.planning.monte_carlo import Trials, run_trials
 from agents.planning.objective import MostPoints, Objective, RestAtTarget, TaskDone
 from agents.planning.planned_throw import Plan, PlannedThrow
 from agents.planning.reward_map import cross_entropy_search, reward_peaks
 from agents.planning.rollouts import SPIN, SWEEP, SWEEP_END, roll_out_in_play
 from agents.planning.target_search import check_target, direction_to, find_throws, handles_of
 from agents.planning.tuning import (
+    BELIEF_MATTERS,
     CLOUD_TRIALS,
     EQUAL_MISS_RATIO,
     EQUAL_VALUE_DIFFERENCE,
@@ -30,6 +31,8 @@ from agents.planning.tuning import (
 from curling_env.envs.sheet.tasks import Task, task_named
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
+from curling_env.physics.ice_remarks import believed_effects, is_marked_unknown, lacks_curl
+from curling_env.physics.ice_uncertainty import plausible_ices
 from curling_env.physics.many_stones.tuning import OVERLAP_ALLOWED
 from curling_env.physics.one_stone.slide import NO_OBSTACLES, SlideEnd
 from curling_env.sheet import HOUSE_RADIUS, Direction, tee, to_sheet
@@ -50,7 +53,7 @@ def plan(
     """Find the throw that comes to rest at a target, and say how far it is expected to miss.
 
     Among all throws that get there without touching a stone, the one with the smallest expected
-    miss is chosen: it forgives the player's errors and the errors of the map.
+    miss is chosen: it forgives the player's errors and those of what is known of the ice.
 
     Parameters
     ----------
@@ -94,7 +97,7 @@ def plan_task(
     """Find the throw that does a task best on average, among stones that may be moved.
 
     It has the largest expected reward of the task, as `CurlingSheet-v0` gives it, under the
-    player's errors and on all ices that the map allows.
+    player's errors and on all ices that the ice's standard errors allow.
 
     Parameters
     ----------
@@ -286,26 +289,28 @@ def _most_struck(after: Floats, before: Floats) -> str:
 # --- the choice ----------------------------------------------------------------------------------
 
 
-def _sampled(ice: Ice, seed: int) -> list[Ice]:
-    return sample_ices(ice, SAMPLED_ICES, np.random.default_rng((seed, 1)))
+def _sampled(ice: Ice, seed: int, *, effects: bool = True) -> list[Ice]:
+    rng = np.random.default_rng((seed, 1))
+    return plausible_ices(ice, SAMPLED_ICES, rng, effects=effects)
 
 
 def _choose(ice: Ice, objective: Objective, throws: Floats, skill: Skill, seed: int) -> Plan:
-    """The best two of some throws, tried on all ices that the map allows."""
-    ices = _sampled(ice, seed)
+    """The best two of some throws, tried on all ices that the ice's standard errors allow."""
+    ices, maps = _sampled(ice, seed), _sampled(ice, seed, effects=False)
     ranking = run_trials(ices, throws, objective, skill, n=RANKING_TRIALS, seed=seed)
     order = _best_first(throws, ranking, isinstance(objective, RestAtTarget))
     best = order[0]
     others = [i for i in order[1:] if throws[i, SPIN] * throws[best, SPIN] <= 0] or order[1:]
     chosen = throws[[best, *others[:1]]]
     final = run_trials(ices, chosen, objective, skill, n=FINAL_TRIALS, seed=seed)
-    player = on_map = final
-    if len(ices) > 1 or not skill.is_exact:
-        on_map = run_trials(ices, chosen, objective, SKILLS["none"], n=1, seed=seed)
+    player = final
     if len(ices) > 1:
         player = run_trials([ice], chosen, objective, skill, n=FINAL_TRIALS, seed=seed)
+    on_ice, on_map = (
+        run_trials(some, chosen, objective, SKILLS["none"], n=1, seed=seed) for some in (ices, maps)
+    )
     planned = [
-        _expect(ice, throw, objective, final[k], player[k], on_map[k])
+        _expect(ice, throw, objective, final[k], player[k], on_ice[k], on_map[k])
         for k, throw in enumerate(chosen)
     ]
     return Plan(
@@ -313,8 +318,33 @@ def _choose(ice: Ice, objective: Objective, throws: Floats, skill: Skill, seed: 
         skill=skill,
         best=planned[0],
         second=planned[1] if len(planned) > 1 else None,
-        map_is_uncertain=len(ices) > 1,
+        ice_is_uncertain=len(ices) > 1,
+        map_is_uncertain=len(maps) > 1,
+        lacks_something=is_marked_unknown(ice),
+        lacks_curl=lacks_curl(ice),
+        believed=_beliefs_that_matter(ice, chosen[0], objective),
     )
+
+
+def _beliefs_that_matter(
+    ice: Ice, throw: Floats, objective: Objective
+) -> dict[str, tuple[str, ...]]:
+    """Believed effects, with their parameters, without which a throw (6,) would end elsewhere."""
+    believed = believed_effects(ice)
+    if not believed:
+        return {}
+
+    def end_on(known: Ice) -> Floats:
+        thrown = roll_out_in_play(known, throw[None], objective.direction, objective.stones)
+        return thrown.xy[0]
+
+    end = end_on(ice)
+    return {
+        name: parameters
+        for name, parameters in believed.items()
+        # Written so that an end that is not a number matters.
+        if not np.hypot(*(end_on(ice.without_effect(name)) - end)) < BELIEF_MATTERS
+    }
 
 
 def _best_first(throws: Floats, tried: list[Trials], rests: bool) -> list[int]:
@@ -334,7 +364,13 @@ def _best_first(throws: Floats, tried: list[Trials], rests: bool) -> list[int]:
 
 
 def _expect(
-    ice: Ice, throw: Floats, objective: Objective, final: Trials, player: Trials, on_map: Trials
+    ice: Ice,
+    throw: Floats,
+    objective: Objective,
+    final: Trials,
+    player: Trials,
+    on_ice: Trials,
+    on_map: Trials,
 ) -> PlannedThrow:
     exact = roll_out_in_play(ice, throw[None], objective.direction, objective.stones)
     from_tee = np.hypot(*(final.ends - tee(objective.direction)).T)
@@ -350,6 +386,7 @@ def _expect(
         miss_without_error=float(np.hypot(*(exact.xy[0] - objective.target))),
         trials=final,
         player_trials=player,
+        ice_trials=on_ice,
         map_trials=on_map,
         chance_in_house=float(in_house.mean()),
         description=describe(ice, intended, objective.target, objective.direction),

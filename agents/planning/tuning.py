@@ -39,15 +39,9 @@ MIN_BLUR = SKILLS["elite"].sigma_speed / 4, SKILLS["elite"].sigma_angle / 4
 CLOUD_TRIALS, RANKING_TRIALS, FINAL_TRIALS = 32, 128, 1024
 """Trials that guide a cloud, that rank the candidates, and that describe the best two."""
 SAMPLED_ICES = 32
-"""Ices drawn from the map's standard errors."""
-MAP_ERROR_LENGTH = 2.0
-"""Correlation length of the errors of a friction map [m].
-
-An ice file holds σ for each cell and no correlation. One pass of a stone measures friction
-averaged over two to three metres, so the errors of an estimated map are alike over such a length.
-"""
-MIN_FRICTION_SHARE = 0.2
-"""Smallest friction that is drawn, as a share of the map's: the Gaussian's tail is not real ice."""
+"""Ices drawn from the standard errors of an ice."""
+BELIEF_MATTERS = 0.01
+"""A plan depends on an effect if the stone would end farther than this away without it [m]."""
 
 # --- choosing ------------------------------------------------------------------------------------
 

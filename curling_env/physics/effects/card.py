@@ -150,6 +150,7 @@ class EffectCard:
     source : where the form comes from
     validity : where it holds
     evidence : what measured tracks would show it
+    measured_by : what a team does to measure it, as an advice
     acts : ``friction``, a factor on μ that is the same for every contact of the band;
         ``contact_friction``, a factor on μ that follows the slip of each contact;
         ``motion``, an acceleration of its own or a factor on the others;
@@ -179,6 +180,7 @@ class EffectCard:
     source: str
     validity: str
     evidence: str
+    measured_by: str = "throw more stones"
     acts: Acts
     dissipative: bool
     kernel: Any = field(default=None, repr=False)

@@ -55,6 +55,7 @@ CARD = EffectCard(
     "front-back asymmetry of friction alone is insufficient, so the law is empirical",
     validity="draws and take-outs, |ω| of 0.3 to 5 rad/s",
     evidence="paths bend to opposite sides for opposite spins, in both directions of play",
+    measured_by="throw with both handles",
     acts="motion",
     kernel=_kernel,
     pushes=("left",),

@@ -35,6 +35,7 @@ CARD = EffectCard(
     source="mechanics; 1 mm across the sheet moves a draw by 0.3 m",
     validity="gradients well below the friction, so that a resting stone stays",
     evidence="a constant acceleration that keeps its world direction when the play turns round",
+    measured_by="throw in both directions",
     acts="motion",
     kernel=_kernel,
     pushes=("along the sheet", "across the sheet"),

@@ -78,6 +78,7 @@ CARD = EffectCard(
     source="Penner (2001) and Maeno (2010): 0.008·v^(-1/2); Digital Curling FCV1: 1/(v + 0.064)",
     validity="slips of 0.01 to 4 m/s; the map's μ is the friction at 1 m/s",
     evidence="fast and slow throws over the same cells disagree on μ, in both directions alike",
+    measured_by="throw with several weights",
     acts="contact_friction",
     kernel=_kernel,
     search=Search(shape=(), finer=_finer, mistaken_for=("map", "camera")),

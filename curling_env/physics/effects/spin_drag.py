@@ -65,6 +65,7 @@ CARD = EffectCard(
     "band alone gives v^0.19",
     validity="sliding stones",
     evidence="the heading turns less than the band's own friction explains",
+    measured_by="film more stones with their handles in sight",
     acts="motion",
     kernel=_kernel,
     pushes=("turn",),

@@ -35,6 +35,7 @@ CARD = EffectCard(
     source="stone to stone spread of 0.5–1 % in friction",
     validity="a matched set of stones",
     evidence="every throw of one stone stops short, or runs long, by the same factor",
+    measured_by="throw every stone several times",
     acts="friction",
     kernel=_kernel,
     scope="between throws",

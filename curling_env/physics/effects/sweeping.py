@@ -43,6 +43,7 @@ CARD = EffectCard(
     source="Marmo et al.: 5.84 m unswept against 6.40 m swept from 1 m/s, a factor of 0.912",
     validity="two sweepers at full effort",
     evidence="friction differs between swept and unswept stretches of the same ice",
+    measured_by="sweep some throws and mark them as swept",
     acts="friction",
     kernel=_kernel,
     search=Search(needs=("swept",)),

@@ -12,7 +12,7 @@ import pytest
 
 from agents.planning import plan, plan_task
 from agents.planning.description import handles
-from agents.planning.monte_carlo import run_trials, sample_ices
+from agents.planning.monte_carlo import run_trials
 from agents.planning.rollouts import releases_of, roll_out
 from agents.planning.target_search import find_throws
 from curling_env.envs.sheet.action import ThrowRange
@@ -20,7 +20,7 @@ from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice, save_ice
 from curling_env.physics.one_stone.slide import play_bounds, slide
 from curling_env.sheet import PAPER_SHEET, TEE_Y, Direction, to_delivery
-from curling_env.throw import SKILLS, Throw
+from curling_env.throw import SKILLS, Skill, Throw
 
 
 def uneven(spread: float = 0.1, interpolation: str = "bilinear") -> Ice:
@@ -111,17 +111,65 @@ def test_expected_miss_follows_skill_and_map() -> None:
     assert uncertain.best.miss_without_error < 5e-3
 
 
-def test_sampled_ices_have_the_maps_sigma() -> None:
+def test_the_expected_miss_is_that_of_hand_and_effects_together() -> None:
+    # On flat ice without curl a hand that errs in weight alone, and a fall of the ice along the
+    # sheet that is not known, both move a draw along one line: their variances add.
+    ice = load_ice("paper").with_effect(ActiveEffect(name="slope", parameters={"y": 0.0}))
+    hand = Skill(name="weight only", sigma_speed=0.004)
+    sure = plan(ice, (0, TEE_Y), spins=[0.0], skill=hand)
+    assert not sure.ice_is_uncertain
+    alone = sure.best.expected_miss
+
+    def rest(fall: float) -> float:
+        tilted = ActiveEffect(name="slope", parameters={"y": fall})
+        return slide(replace(ice, effects=(tilted,)), sure.best.throw.release()).y
+
+    for times in (0.5, 1.0, 2.0):
+        # The mean distance of a Gaussian is sqrt(2/pi) of its standard deviation.
+        sigma = times * alone / np.sqrt(2 / np.pi) / ((rest(1e-6) - rest(-1e-6)) / 2e-6)
+        unsure = ActiveEffect(name="slope", parameters={"y": 0.0}, sigma={"y": sigma})
+        found = plan(replace(ice, effects=(unsure,)), (0, TEE_Y), spins=[0.0], skill=hand)
+        assert found.ice_is_uncertain
+        assert not found.map_is_uncertain
+        assert found.best.expected_miss == pytest.approx(np.hypot(1.0, times) * alone, rel=0.06)
+        assert found.best.player_trials.expected_miss == pytest.approx(alone)
+        assert found.best.ice_trials.expected_miss == pytest.approx(times * alone, rel=0.06)
+        assert found.best.map_trials.expected_miss < 5e-3
+
+
+def test_a_plan_says_which_of_its_effects_nobody_measured() -> None:
     ice = load_ice("standard")
-    friction = replace(ice.friction, sigma=0.05 * ice.friction.mu)
-    drawn = sample_ices(replace(ice, friction=friction), 400, np.random.default_rng(1))
-    mu = np.array([one.friction.mu for one in drawn])
-    np.testing.assert_allclose(mu.mean(axis=0), ice.friction.mu, rtol=1e-9)
-    np.testing.assert_allclose(mu.std(axis=0) / ice.friction.mu, 0.05, rtol=0.25)
-    neighbours = np.corrcoef(mu[:, 40, 4], mu[:, 41, 4])[0, 1]
-    far = np.corrcoef(mu[:, 40, 4], mu[:, 60, 4])[0, 1]
-    assert neighbours > 0.9
-    assert abs(far) < 0.25
+    believed = tuple(
+        replace(e, believed=("strength",) if e.name == "curl" else ()) for e in ice.effects
+    )
+    broom = ActiveEffect(
+        name="sweeping", parameters={"friction_factor": 0.9}, believed=("friction_factor",)
+    )
+    guessed = replace(ice, effects=(*believed, broom))
+    found = plan(guessed, (0, TEE_Y), skill="none").as_dict()
+    # Nobody sweeps in this plan, so that it does not matter what sweeping does.
+    assert found["sweep"] is None
+    assert found["believed"] == {"curl": ["strength"]}
+    assert found["remarks"] == [
+        "curl is believed, not measured: throw with both handles to measure it"
+    ]
+    known = plan(ice, (0, TEE_Y), skill="none").as_dict()
+    assert known["believed"] == {}
+    assert known["remarks"] == []
+
+
+def test_a_plan_says_what_the_ice_lacks() -> None:
+    ice = load_ice("paper")
+    seen = np.arange(ice.friction.mu.size).reshape(ice.friction.mu.shape) % 2 == 0
+    estimated = replace(ice, friction=replace(ice.friction, observed=seen))
+    (bare,) = plan(estimated, (0, TEE_Y), skill="none").remarks
+    assert "no stone curls" in bare
+    assert "curling estimate" in bare
+    marked = estimated.with_effect(ActiveEffect(name="unknown"))
+    assert len(plan(marked, (0, TEE_Y), skill="none").remarks) == 2
+    curls = estimated.with_effect(load_ice("standard").effect("curl"))
+    assert plan(curls, (0, TEE_Y), skill="none").remarks == []
+    assert plan(ice, (0, TEE_Y), skill="none").remarks == []
 
 
 def test_goes_round_a_guard() -> None:
@@ -292,6 +340,22 @@ def test_command_prints_a_throw_that_gets_there(curling, tmp_path) -> None:
     assert found["expected_miss_m"] > 0.3
     assert "hog to hog" in result.err
     assert (tmp_path / "plan.png").stat().st_size > 20_000
+
+
+def test_command_says_what_is_believed_and_what_is_missing(curling, tmp_path) -> None:
+    ice = load_ice("standard")
+    believed = tuple(
+        replace(e, believed=("strength",) if e.name == "curl" else ()) for e in ice.effects
+    )
+    marked = replace(ice, effects=(*believed, ActiveEffect(name="unknown")))
+    save_ice(marked, tmp_path / "ice.json")
+    call = ("plan", "--ice", tmp_path / "ice.json", "--target", "0,17.37", "--skill", "none")
+    result = curling(*call)
+    assert "curl is believed, not measured" in result.err
+    assert "lacks something" in result.err
+    quiet = curling(*call, "--json")
+    assert quiet.err == ""
+    assert len(quiet.json()["remarks"]) == 2
 
 
 def test_command_takes_a_spin_and_plays_home(curling) -> None:

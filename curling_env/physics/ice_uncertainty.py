@@ -1,0 +1,211 @@
+"""What an ice's standard errors mean: ices that they allow, and where a stone rests on them.
+
+An ice file holds σ of the friction in every cell and of the parameters of effects. It holds no
+correlations: errors of neighbouring cells are taken to be alike over `MAP_ERROR_LENGTH`, and errors
+of parameters to be independent of each other and of the map. Effects of the measurement are left as
+they are, because a stone does not feel them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from statistics import NormalDist
+
+import numpy as np
+
+from curling_env.errors import InputError
+from curling_env.ice import MAX_FRICTION, ActiveEffect, FrictionMap, Ice
+from curling_env.physics.batch import release_table, throw_batch
+from curling_env.physics.effects import EffectCard, catalogue
+from curling_env.physics.one_stone.slide import SlideEnd
+from curling_env.physics.tuning import MAP_ERROR_LENGTH, MIN_FRICTION_SHARE, REST_ICES
+from curling_env.throw import Release
+from curling_env.typing import Floats
+
+_NORMAL = NormalDist()
+_LEAST_PROBABILITY = 1e-12
+"""Probabilities this close to 0 and 1 are not drawn: the Gaussian's quantiles end somewhere."""
+
+
+def is_uncertain(ice: Ice) -> bool:
+    """Whether an ice has standard errors that a stone could feel."""
+    return bool(ice.friction.sigma.any()) or bool(_uncertain_parameters(ice))
+
+
+def plausible_ices(
+    ice: Ice, n: int, rng: np.random.Generator, *, effects: bool = True
+) -> list[Ice]:
+    """Draw n ices that the standard errors of an ice allow; one, the ice itself, if all are zero.
+
+    Errors come in pairs of opposite sign. Those of the map are Gaussian with its σ in every cell
+    and the correlation exp(-(d/ℓ)²/2), ℓ = `MAP_ERROR_LENGTH`. Those of a parameter are Gaussian
+    within the bounds of its effect's card, and spread evenly over the quantiles.
+
+    Parameters
+    ----------
+    ice : its values are the centre of the draws
+    n : number of ices
+    rng : source of the randomness
+    effects : whether to draw the parameters of effects too, or only the map
+
+    Raises
+    ------
+    InputError : an effect that is not in the catalogue, or parameters its card does not allow
+    """
+    uncertain = _uncertain_parameters(ice) if effects else []
+    if not ice.friction.sigma.any() and not uncertain:
+        return [ice]
+    pairs = -(-n // 2)
+    maps = _drawn_maps(ice, pairs, rng)
+    drawn = _drawn_effects(ice, uncertain, pairs, rng)
+    ices = [
+        replace(ice, friction=friction, effects=those)
+        for friction, those in zip(maps, drawn, strict=True)
+    ]
+    return ices[:n]
+
+
+def rest_spread(ice: Ice, release: Release, *, seed: int = 0) -> tuple[float, float] | None:
+    """Standard deviations of where a lone stone rests that follow from those of the ice.
+
+    Parameters
+    ----------
+    ice : with standard errors
+    release : the same on all ices
+    seed : seed of the ices drawn
+
+    Returns
+    -------
+    across and along the sheet [m]; None for ice without standard errors, and for a stone that does
+    not rest on the ice
+    """
+    ices = plausible_ices(ice, REST_ICES, np.random.default_rng(seed))
+    if len(ices) == 1:
+        return None
+    table = release_table([release])
+    if throw_batch(ice, table).end[0] != SlideEnd.REST:
+        return None
+    rests = throw_batch(ices, np.repeat(table, len(ices)), which=np.arange(len(ices)))
+    rested = rests.end == SlideEnd.REST
+    return float(rests.x[rested].std()), float(rests.y[rested].std())
+
+
+def smooth_field(
+    rng: np.random.Generator, rows: Floats, columns: Floats, along: float, across: float
+) -> Floats:
+    """A Gaussian field of variance 1 with the correlation exp(-d²/2), d in these lengths.
+
+    Parameters
+    ----------
+    rng : source of the randomness
+    rows, columns : places of the rows and columns of a table [m]
+    along, across : correlation lengths from row to row and from column to column [m]
+
+    Returns
+    -------
+    (rows, columns)
+    """
+    left, right = _correlation_root(tuple(rows), along), _correlation_root(tuple(columns), across)
+    return left @ rng.standard_normal((left.shape[1], right.shape[1])) @ right.T
+
+
+@lru_cache(maxsize=16)
+def _correlation_root(places: tuple[float, ...], length: float) -> Floats:
+    """A matrix that gives, times its transpose, the correlation of places."""
+    apart = np.subtract.outer(places, places) / length
+    values, vectors = np.linalg.eigh(np.exp(-0.5 * apart**2))
+    kept = values > 1e-6 * values[-1]
+    return vectors[:, kept] * np.sqrt(values[kept])
+
+
+# --- the map -------------------------------------------------------------------------------------
+
+
+def _drawn_maps(ice: Ice, pairs: int, rng: np.random.Generator) -> list[FrictionMap]:
+    """Two maps for each pair."""
+    friction = ice.friction
+    if not friction.sigma.any():
+        return [friction] * (2 * pairs)
+    rows, columns = ice.sheet.y_centres, ice.sheet.x_centres
+    maps: list[FrictionMap] = []
+    for _ in range(pairs):
+        field = smooth_field(rng, rows, columns, MAP_ERROR_LENGTH, MAP_ERROR_LENGTH)
+        for sign in (1.0, -1.0):
+            mu = friction.mu + sign * friction.sigma * field
+            mu = np.maximum(mu, MIN_FRICTION_SHARE * friction.mu)
+            maps.append(replace(friction, mu=np.minimum(mu, MAX_FRICTION)))
+    return maps
+
+
+# --- the effects ---------------------------------------------------------------------------------
+
+
+def _uncertain_parameters(ice: Ice) -> list[tuple[int, str]]:
+    """Index of an effect of the ice and name of a parameter, for each that has a σ."""
+    return [
+        (k, name)
+        for k, effect in enumerate(ice.effects)
+        if any(effect.sigma.values()) and _card_of(effect).is_physical
+        for name, sigma in effect.sigma.items()
+        if sigma > 0.0
+    ]
+
+
+def _card_of(effect: ActiveEffect) -> EffectCard:
+    """The card of an effect, which must allow its parameters."""
+    card = catalogue().get(effect.name)
+    if card is None:
+        raise InputError(f"unknown effect {effect.name!r}; known are {', '.join(catalogue())}")
+    card.theta(effect.parameters)
+    unknown = sorted(effect.sigma.keys() - {parameter.name for parameter in card.parameters})
+    if unknown:
+        raise InputError(f"effect {effect.name} has a sigma of {unknown[0]!r}, no parameter of it")
+    return card
+
+
+def _drawn_effects(
+    ice: Ice, uncertain: list[tuple[int, str]], pairs: int, rng: np.random.Generator
+) -> list[tuple[ActiveEffect, ...]]:
+    """Two sets of effects for each pair."""
+    drawn: list[list[dict[str, float]]] = [
+        [dict(effect.parameters) for effect in ice.effects] for _ in range(2 * pairs)
+    ]
+    for k, name in uncertain:
+        for those, value in zip(drawn, _draws(ice.effects[k], name, pairs, rng), strict=True):
+            those[k][name] = value
+    changed = {k for k, _ in uncertain}
+    return [
+        tuple(
+            replace(effect, parameters=_in_order(effect, those[k])) if k in changed else effect
+            for k, effect in enumerate(ice.effects)
+        )
+        for those in drawn
+    ]
+
+
+def _draws(effect: ActiveEffect, name: str, pairs: int, rng: np.random.Generator) -> list[float]:
+    """Two values of a parameter for each pair, from opposite quantiles."""
+    parameter = _card_of(effect).parameter(name)
+    value, sigma = effect.parameters.get(name, parameter.default), effect.sigma[name]
+    assert value is not None  # the card allows the parameters
+    low = _NORMAL.cdf((parameter.low - value) / sigma)
+    high = _NORMAL.cdf((parameter.high - value) / sigma)
+    upper = 0.5 + 0.5 * (rng.permutation(pairs) + rng.random(pairs)) / pairs
+    first = np.where(rng.random(pairs) < 0.5, upper, 1.0 - upper)
+    values: list[float] = []
+    for share in np.column_stack([first, 1.0 - first]).ravel().tolist():
+        quantile = low + share * (high - low)
+        quantile = min(max(quantile, _LEAST_PROBABILITY), 1.0 - _LEAST_PROBABILITY)
+        drawn = value + sigma * _NORMAL.inv_cdf(quantile)
+        values.append(min(max(drawn, parameter.low), parameter.high))
+    return values
+
+
+def _in_order(effect: ActiveEffect, parameters: dict[str, float]) -> dict[str, float]:
+    """The parameters, with the sides of an area in their order."""
+    area = _card_of(effect).search.area
+    for low, high in zip(area[::2], area[1::2], strict=True) if area else ():
+        sides = parameters[low], parameters[high]
+        parameters[low], parameters[high] = min(sides), max(sides)
+    return parameters
