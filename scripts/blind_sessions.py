@@ -50,6 +50,8 @@ FORMS = (
     "pebble_wear:under each contact",
 )
 """Effects of the catalogue in forms that are not the catalogue's own."""
+BESIDE_CURL = ("stone_bias:curl",)
+"""Effects that change the curl, and show only where there is some."""
 OUTSIDE = (
     "friction_follows_spin",
     "trough",
@@ -103,8 +105,9 @@ OUTSIDE = (
     WEAR_UNDER,
     MAP_SD,
     MAP_LENGTH,
+    STONE_CURL,
     SIZE,
-) = range(41)  # fmt: skip
+) = range(42)  # fmt: skip
 
 CHAMPIONSHIP = {
     EXPONENT: 0.25,
@@ -231,7 +234,10 @@ def rates(
     turn = q[COUPLING] * G / BAND * torque / CONTACTS
     sense = math.tanh(spin / 0.02)
     along -= q[AIR] * v * v
-    across += sense * q[CURL] * v ** q[CURL_V] * (abs(spin) / 1.5 + 1e-9) ** q[CURL_W]
+    curl = q[CURL] * v ** q[CURL_V] * (abs(spin) / 1.5 + 1e-9) ** q[CURL_W]
+    if stone == q[STONE]:
+        curl *= q[STONE_CURL]
+    across += sense * curl
     across += q[O_LEFT]
     turn -= sense * q[SPIN_RATE] * max(v, 0.05) ** (-q[SPIN_POWER])
     turn -= q[SPIN_SHARE] * spin
@@ -289,7 +295,7 @@ def hidden_numbers(rng: np.random.Generator) -> Floats:
     q[MU] = rng.uniform(0.007, 0.011)
     q[COUPLING] = 19.1 * BAND**2 / 0.2008 * rng.uniform(0.9, 1.1)
     q[STONE] = -1
-    q[STONE_FACTOR] = q[SWEEP] = q[PATCH_FACTOR] = 1.0
+    q[STONE_FACTOR] = q[STONE_CURL] = q[SWEEP] = q[PATCH_FACTOR] = 1.0
     return q
 
 
@@ -331,6 +337,9 @@ def hide(
     if name == "stone_bias":
         q[STONE], q[STONE_FACTOR] = rng.integers(0, 3), 1.0 + sign * 0.025 * size
         return {"stone": q[STONE], "factor": q[STONE_FACTOR]}
+    if name == "stone_bias:curl":
+        q[STONE], q[STONE_CURL] = rng.integers(0, 3), 1.0 + sign * 0.15 * size
+        return {"stone": q[STONE], "curl_factor": q[STONE_CURL]}
     if name == "sweeping":
         q[SWEEP] = 1.0 - 0.08 * size
         return {"friction_factor": q[SWEEP]}

@@ -32,7 +32,7 @@ from friction_estimation.discovery.evidence.significance import (
 )
 from friction_estimation.discovery.evidence.unknown import Dependence, find_dependences
 from friction_estimation.discovery.model.baseline import base_model
-from friction_estimation.discovery.model.candidates import candidates, card_of
+from friction_estimation.discovery.model.candidates import candidates, way_of
 from friction_estimation.discovery.model.fit import SessionFit, fit
 from friction_estimation.discovery.search.residuals import Misfit
 from friction_estimation.discovery.search.score_test import holm, score_candidates
@@ -385,8 +385,8 @@ def _doubtful(
     pushes = {dependence.push for dependence in dependences}
 
     def pushes_alike(label: str) -> bool:
-        card = card_of(label)
-        return card is not None and not pushes.isdisjoint(card.pushes)
+        way = way_of(label)
+        return way is not None and not pushes.isdisjoint(way.pushes)
 
     return [e.label for e in effects if e.gain < excess or pushes_alike(e.label)]
 

@@ -16,7 +16,7 @@ from friction_estimation.discovery.data.references import QUANTITIES, Calibratio
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.evidence.intervals import standard_errors, with_sides
 from friction_estimation.discovery.evidence.significance import EffectEvidence
-from friction_estimation.discovery.model.candidates import Term, card_of, effect_of, variant_of
+from friction_estimation.discovery.model.candidates import Term, effect_of, way_of
 from friction_estimation.discovery.tuning import LEAST_THROWS
 
 NO_HEADING = "No heading was measured, so nothing can be said of curl and of spin."
@@ -40,11 +40,8 @@ OTHER_ICE = (
 
 def readable(label: str) -> str:
     """The effect of a label in plain words, without its stone."""
-    named = variant_of(label)
-    if named is not None:
-        return named.readable
-    card = card_of(label)
-    return card.words if card is not None else label.partition("[")[0].replace("_", " ")
+    way = way_of(label)
+    return way.words if way is not None else label.partition("[")[0].replace("_", " ")
 
 
 def number(value: float) -> float:

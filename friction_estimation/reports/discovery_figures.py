@@ -31,7 +31,7 @@ from curling_env.typing import Floats
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.evidence.significance import own_frictions
 from friction_estimation.discovery.evidence.unknown import Dependence
-from friction_estimation.discovery.model.candidates import card_of, variant_of
+from friction_estimation.discovery.model.candidates import card_of, way_of
 from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.model.model import MEASURED, Model
 from friction_estimation.reports.discovery_draw import DrawShift
@@ -147,7 +147,7 @@ def residual_pictures(found: Discovery) -> list[tuple[str, Figure]]:
         card = card_of(label)
         if card is not None and card.displacement is not None:
             out.append((label, _displacements(after, label, variable)))
-        elif variable in ("order", "clock", "stone"):
+        elif variable in ("order", "clock", "stone") and "left" not in _pushes(label):
             out.append((label, _between_throws(before, after, variable)))
         else:
             out.append((label, _within_throws(before, after, label, variable, found.dependences)))
@@ -156,8 +156,14 @@ def residual_pictures(found: Discovery) -> list[tuple[str, Figure]]:
 
 def _shown_over(label: str) -> str:
     """The variable over which an effect is drawn."""
-    shown = variant_of(label) or card_of(label)
-    return shown.shown_over if shown is not None else "speed"
+    way = way_of(label)
+    return way.shown_over if way is not None else "speed"
+
+
+def _pushes(label: str) -> tuple[Push, ...]:
+    """Where an effect pushes; nowhere if it is not known."""
+    way = way_of(label)
+    return way.pushes if way is not None else ()
 
 
 def _between_throws(before: SessionFit, after: SessionFit, variable: str) -> Figure:
@@ -233,7 +239,7 @@ def _within_throws(
     pushes: Sequence[Push] = (
         [d.push for d in dependences if d.variable == variable]
         if card is None or label == "unknown"
-        else card.pushes
+        else _pushes(label)
     )
     sign = _signs(after, pushes if label != "unknown" else [])
     effect = (model - base) * sign
@@ -257,6 +263,8 @@ def _within_throws(
         ax.set_xlabel(LABELS[variable], fontsize=9)
         if variable == "swept":
             ax.set_xticks([0, 1], ["unswept", "swept"])
+        if variable == "stone":
+            ax.set_xticks(np.unique(value))
     if label != "unknown":
         middle, mean, _ = _averaged(value, effect[:, part], session.owner)
         axes[0].plot(middle, 1e3 * mean, color=INK, lw=1.6, label="the effect found")
@@ -325,6 +333,7 @@ def _value(fitted: SessionFit, variable: str) -> Floats:
         "theta": np.mod(path[:, State.THETA], 2 * np.pi),
         "spin": path[:, State.OMEGA],
         "swept": session.swept,
+        "stone": session.stones[session.owner].astype(float),
     }[variable]
 
 

@@ -78,15 +78,21 @@ class Variant:
     parameter : the one that switches it on
     readable : name in a sentence
     evidence : what measured tracks would show it
-    scope, needs, shown_over : as of `EffectCard` and `Search`
+    scope, pushes, needs, shown_over : as of `EffectCard` and `Search`
     """
 
     parameter: str
     readable: str
     evidence: str
     scope: Scope = "within throws"
+    pushes: tuple[Push, ...] = ("along",)
     needs: tuple[Need, ...] = ()
     shown_over: Variable = "speed"
+
+    @property
+    def words(self) -> str:
+        """Its name in a sentence."""
+        return self.readable
 
 
 @dataclass(frozen=True, kw_only=True)

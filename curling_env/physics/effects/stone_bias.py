@@ -1,24 +1,26 @@
-"""One stone that runs heavier or keener than the others."""
+"""One stone that runs heavier or keener than the others, or curls more or less."""
 
 from math import fabs
 from typing import Any
 
 from curling_env.physics.compiled import effect_kernel
-from curling_env.physics.effects.card import EffectCard, Parameter, Search
-from curling_env.physics.effects.motion import FRICTION, STONE
+from curling_env.physics.effects.card import EffectCard, Parameter, Search, Variant
+from curling_env.physics.effects.motion import BEND, FRICTION, STONE
 
 
 @effect_kernel
 def _kernel(motion: Any, theta: Any, push: Any) -> None:
     if fabs(motion[STONE] - theta[0]) < 0.5:
         push[FRICTION] *= theta[1]
+        push[BEND] *= theta[2]
 
 
 CARD = EffectCard(
     name="stone_bias",
     title="A stone of its own",
     readable="a stone with a friction of its own",
-    formula="μ → factor·μ for one stone; give the effect once for each such stone",
+    formula="for one stone: μ → factor·μ and sideways push → curl_factor·push; give the effect "
+    "once for each such stone",
     parameters=(
         Parameter(
             name="stone", unit="1", meaning="identifier of the stone", low=0.0, high=1e6, held=True
@@ -29,17 +31,43 @@ CARD = EffectCard(
             meaning="its friction over that of the others",
             low=0.5,
             high=2.0,
+            default=1.0,
             neutral=1.0,
         ),
+        Parameter(
+            name="curl_factor",
+            unit="1",
+            meaning="its curl over that of the others",
+            low=0.0,
+            high=3.0,
+            default=1.0,
+            neutral=1.0,
+            scales="left",
+        ),
     ),
-    source="stone to stone spread of 0.5–1 % in friction",
+    source="stone to stone spread of 0.5–1 % in friction; the rougher the running band, the more a "
+    "stone curls (Nyberg et al., Wear 301 (2013))",
     validity="a matched set of stones",
     evidence="every throw of one stone stops short, or runs long, by the same factor",
     measured_by="throw every stone several times",
     acts="friction",
     kernel=_kernel,
     scope="between throws",
-    search=Search(needs=("several stones",), stone="stone"),
+    search=Search(
+        needs=("several stones",),
+        first=("factor",),
+        variants=(
+            Variant(
+                parameter="curl_factor",
+                readable="a stone with a curl of its own",
+                evidence="the paths of one stone bend more, or less, than those of the others",
+                pushes=("left",),
+                needs=("headings",),
+                shown_over="stone",
+            ),
+        ),
+        stone="stone",
+    ),
     shown_over="stone",
     dissipative=True,
 )

@@ -3,7 +3,8 @@
 Frames of a throw are not independent, throws are. Every throw is scored under a fit that has not
 seen it, with and without the effect; the signs of the differences are then flipped at random.
 An effect between throws (wear, drift, a stone) is tested by permuting the throws' own frictions:
-chance must rarely do as well as the best of all such effects.
+chance must rarely do as well as the best of all such effects. What one stone does within its throws
+shows in these few alone; it is tested in the same way, by what every throw shows of it.
 """
 
 from __future__ import annotations
@@ -16,8 +17,14 @@ from scipy.stats import t as student_t
 from curling_env.physics.state import State
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.model.candidates import Term, candidates
-from friction_estimation.discovery.model.fit import SessionFit, eliminate_states, fit
+from friction_estimation.discovery.model.candidates import Term, candidates, neutral_values
+from friction_estimation.discovery.model.fit import (
+    SessionFit,
+    eliminate_factor,
+    eliminate_states,
+    fit,
+    linearise,
+)
 from friction_estimation.discovery.search.score_test import (
     left_out_scores,
     score_candidates,
@@ -66,11 +73,12 @@ def weigh_evidence(
     fitted : fit with the effect
     label : label of its term
     held_out : throws that no fit has seen, which count too
-    whole : all throws, for effects between throws
+    whole : all throws, for effects between throws and of one stone
     rng : source of the permutations
     """
+    term = fitted.model.term(label)
     model = fitted.model.without(label)
-    if model.systematic_error and not fitted.model.term(label).card.is_physical:
+    if model.systematic_error and not term.card.is_physical:
         # The systematic error would replace it in every throw; selection has weighed the two.
         model = replace(model, systematic_error=replace(model.systematic_error, held=True))
     without = refit(fitted, model)
@@ -81,8 +89,13 @@ def weigh_evidence(
         improvements = np.concatenate([improvements, more])
         throws = np.concatenate([throws, held_out.throws])
     p = sign_flip_p(improvements, rng)
-    if fitted.model.term(label).between_throws:
-        p = _permutation_p(fit(without.model, whole, fitted.noise), rng)
+    if term.between_throws or term.stone is not None:
+        everything = fit(without.model, whole, fitted.noise)
+        p = (
+            _permutation_p(everything, rng)
+            if term.between_throws
+            else _stone_p(everything, term, rng)
+        )
         p = p if p < LARGEST_P_BETWEEN_THROWS else 1.0
     return EffectEvidence(
         label=label,
@@ -154,34 +167,84 @@ def throw_covariates(session: Session, states: Floats) -> dict[str, Floats]:
     return {k: (v - v.mean()) / spread[k] for k, v in columns.items() if spread[k] > 1e-9}
 
 
-def _correlations(columns: Floats, values: Floats) -> Floats:
-    """|correlation| of columns (k, m) with values (..., k), (..., m)."""
-    centred = values - values.mean(axis=-1, keepdims=True)
-    size = np.sqrt((centred**2).sum(axis=-1, keepdims=True)) + 1e-12
-    return np.abs(centred @ columns) / (size * np.sqrt(len(columns)))
+def _correlations(columns: Floats, values: Floats, weights: Floats | None = None) -> Floats:
+    """|correlation| of columns (..., k, m) with values (k,) or (..., k), weighted, (..., m)."""
+    w = np.ones(values.shape[-1]) if weights is None else weights
+    w = w / w.sum()
+    centred = values - (values @ w)[..., None]
+    columns = columns - np.einsum("k,...km->...m", w, columns)[..., None, :]
+    size = np.einsum("k,...km->...m", w, columns**2) * (centred**2 @ w)[..., None]
+    return np.abs(np.einsum("...k,...km->...m", w * centred, columns)) / (np.sqrt(size) + 1e-12)
 
 
 def _permutation_p(fitted: SessionFit, rng: np.random.Generator) -> float:
-    """Probability that by chance the throws' frictions follow order, clock or a stone so well.
+    """Probability that by chance the throws' frictions follow order, clock or a stone so well."""
+    columns = throw_covariates(fitted.session, fitted.states)
+    chosen = [v for k, v in columns.items() if k in ("order", "clock") or k.startswith("stone")]
+    return _p_of_best(np.column_stack(chosen), own_frictions(fitted)[0], rng)
+
+
+def _stone_p(fitted: SessionFit, term: Term, rng: np.random.Generator) -> float:
+    """Probability that by chance what the throws show of a parameter differs so between stones.
+
+    Parameters
+    ----------
+    fitted : fit without the effect
+    term : effect of one stone, with the parameter
+    """
+    own, sigma = own_values(fitted, term)
+    stones = fitted.session.stones
+    columns = (stones[:, None] == np.unique(stones)).astype(np.float64)
+    # What a throw shows may vary by more than its noise: none counts above twice a usual one.
+    return _p_of_best(columns, own, rng, 1.0 / (sigma**2 + np.median(sigma) ** 2))
+
+
+def own_values(fitted: SessionFit, term: Term) -> tuple[Floats, Floats]:
+    """What each throw shows of a parameter of its stone, and the standard error, (k,) each.
+
+    Parameters
+    ----------
+    fitted : fit around which it is linear
+    term : effect of one stone; its first free parameter is asked for
+    """
+    session, name = fitted.session, term.card.search.stone
+    assert name is not None
+    stones, which = np.unique(session.stones, return_inverse=True)
+    terms = [
+        replace(term, values=neutral_values(term.card, **{name: float(s)}), free=term.free[:1])
+        for s in stones
+    ]
+    model = fitted.model.with_terms(*terms)
+    _, _, reduced = linearise(model, session, fitted.noise, fitted.states, fitted.ln_factors)
+    grams, _ = eliminate_factor(reduced, fitted.ln_factors, fitted.model.spread)
+    rows, place = np.arange(len(session)), len(fitted.model.vector) + which
+    h = np.maximum(grams[rows, place, place], 1e-12)
+    return grams[rows, place, -1] / h, 1.0 / np.sqrt(h)
+
+
+def _p_of_best(
+    columns: Floats, own: Floats, rng: np.random.Generator, weights: Floats | None = None
+) -> float:
+    """Probability that chance does as well as the column that the throws' own values follow most.
 
     By permutations, or by Student's t with Bonferroni's correction where that is smaller: there are
     only 120 ways to choose two throws of sixteen, however far off these two are.
     """
-    columns = throw_covariates(fitted.session, fitted.states)
-    chosen = [v for k, v in columns.items() if k in ("order", "clock") or k.startswith("stone")]
-    stacked, own = np.column_stack(chosen), own_frictions(fitted)[0]
-    r = float(_correlations(stacked, own).max())
+    r = float(_correlations(columns, own, weights).max())
     n = len(own)
     t = r * np.sqrt((n - 2) / max(1.0 - r * r, 1e-12))
-    student = len(chosen) * 2.0 * float(student_t.sf(t, n - 2))
-    return min(student, _best_of(stacked, own, rng)[1])
+    student = columns.shape[1] * 2.0 * float(student_t.sf(t, n - 2))
+    return min(student, _best_of(columns, own, rng, weights)[1])
 
 
-def _best_of(columns: Floats, values: Floats, rng: np.random.Generator) -> tuple[int, float]:
+def _best_of(
+    columns: Floats, values: Floats, rng: np.random.Generator, weights: Floats | None = None
+) -> tuple[int, float]:
     """The column that correlates most, and the probability that chance's best does as well."""
-    found = _correlations(columns, values)
-    permuted = np.array([rng.permutation(values) for _ in range(PERMUTATIONS)])
-    chance = _correlations(columns, permuted).max(axis=1)
+    found = _correlations(columns, values, weights)
+    # The rows of the columns change places, so that a throw keeps its value and its weight.
+    orders = np.array([rng.permutation(len(values)) for _ in range(PERMUTATIONS)])
+    chance = _correlations(columns[orders], values, weights).max(axis=1)
     return int(np.argmax(found)), float(((chance >= found.max()).sum() + 1) / (PERMUTATIONS + 1))
 
 

@@ -12,7 +12,7 @@ from curling_env.physics.effects import EffectCard, catalogue
 from curling_env.physics.effects.motion import GRAVITY
 from curling_env.physics.wear import wear_along_path
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.model.candidates import Term, known_effects
+from friction_estimation.discovery.model.candidates import Term, known_effects, neutral_values
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.systematic_error import systematic_error_of
 from friction_estimation.discovery.tuning import USUAL_FRICTION
@@ -71,7 +71,9 @@ def _term(card: EffectCard, given: Mapping[str, float], uncertain: set[str]) -> 
     )
     if card.search.variants:
         # The variant that it has is fitted; the others stay candidates.
-        free = tuple(n for n, value in values.items() if value or n in uncertain) or free
+        idle = neutral_values(card)
+        acts = {name for name, value in values.items() if value != idle[name]} | uncertain
+        free = tuple(p.name for p in card.parameters if not p.held and p.name in acts) or free
     return Term(card=card, values={k: float(v or 0.0) for k, v in values.items()}, free=free)
 
 

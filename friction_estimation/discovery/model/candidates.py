@@ -46,10 +46,10 @@ class Term:
 
     @property
     def label(self) -> str:
-        """Name of the effect, with its stone or its variant in brackets where it has one."""
-        if self.stone is not None:
-            return f"{self.name}[{self.stone}]"
-        return f"{self.name}[{self.variant.parameter}]" if self.variant else self.name
+        """Name of the effect, with its stone and its variant in brackets where it has one."""
+        which = [] if self.stone is None else [str(self.stone)]
+        which += [self.variant.parameter] if self.variant else []
+        return f"{self.name}[{', '.join(which)}]" if which else self.name
 
     @property
     def stone(self) -> int | None:
@@ -82,7 +82,8 @@ class Term:
 
 def effect_of(label: str) -> str:
     """The part of a label that says what acts: without a stone, but with a variant."""
-    return label if variant_of(label) else label.partition("[")[0]
+    name, variant = label.partition("[")[0], variant_of(label)
+    return f"{name}[{variant.parameter}]" if variant else name
 
 
 def card_of(label: str) -> EffectCard | None:
@@ -92,8 +93,13 @@ def card_of(label: str) -> EffectCard | None:
 
 def variant_of(label: str) -> Variant | None:
     """The variant of an effect that a label names, if it names one."""
-    card, which = card_of(label), label.partition("[")[2].removesuffix("]")
-    return next((v for v in card.search.variants if v.parameter == which), None) if card else None
+    card, which = card_of(label), label.partition("[")[2].removesuffix("]").split(", ")
+    return next((v for v in card.search.variants if v.parameter in which), None) if card else None
+
+
+def way_of(label: str) -> Variant | EffectCard | None:
+    """What a label names: a variant, or else the effect itself; None if it is not known."""
+    return variant_of(label) or card_of(label)
 
 
 def known_effects(measurements: Sequence[EffectCard] | None = None) -> dict[str, EffectCard]:
@@ -128,34 +134,38 @@ def candidates(session: Session, terms: tuple[Term, ...] = ()) -> list[Term]:
     terms : terms that the model has
     """
     pushes = {push for term in terms for push in term.card.pushes}
+    stones, counts = np.unique(session.stones, return_counts=True)
     found: list[Term] = []
     for card in known_effects(session.measurements).values():
         search = card.search
         if not card.first or search.area is not None or not _shows(session, search.needs):
             continue
-        found += [
-            Term(card=card, values=neutral_values(card), free=(variant.parameter,))
+
+        def is_felt(name: str, card: EffectCard = card) -> bool:
+            # What only scales a push of others cannot be measured where nothing pushes so.
+            return card.parameter(name).scales in (None, *pushes)
+
+        ways: list[tuple[str, ...]] = [
+            (variant.parameter,)
             for variant in search.variants
-            if _shows(session, variant.needs)
+            if _shows(session, variant.needs) and is_felt(variant.parameter)
         ]
-        # What only scales a push of others cannot be measured where nothing pushes so.
-        scales = {p.name: p.scales for p in card.parameters}
-        free = tuple(n for n in card.first if scales[n] is None or scales[n] in pushes)
-        if search.stone is None:
-            found.append(Term(card=card, values=neutral_values(card), free=free))
-        else:
-            stones, counts = np.unique(session.stones, return_counts=True)
-            found += [
-                Term(card=card, values=neutral_values(card, **{search.stone: float(s)}), free=free)
-                for s, n in zip(stones, counts, strict=True)
-                if n >= 2
-            ]
+        ways.append(tuple(name for name in card.first if is_felt(name)))
+        given: list[dict[str, float]] = [{}]
+        if search.stone is not None:
+            given = [{search.stone: float(s)} for s, n in zip(stones, counts, strict=True) if n > 1]
+        found += [
+            Term(card=card, values=neutral_values(card, **values), free=free)
+            for free in ways
+            for values in given
+        ]
     taken = {term.label for term in terms}
-    fitted = {(t.name, name) for t in terms for name in t.free if t.card.search.variants}
+    fitted = {(t.name, t.stone, name) for t in terms for name in t.free if t.card.search.variants}
     return [
         term
         for term in found
-        if term.label not in taken and not fitted & {(term.name, name) for name in term.free}
+        if term.label not in taken
+        and not fitted & {(term.name, term.stone, name) for name in term.free}
     ]
 
 

@@ -47,7 +47,7 @@ def typical(card: EffectCard) -> dict[str, float]:
         "curl": {"strength": 0.008, "spin_exponent": 0.1},
         "slope": {"x": 2e-4, "y": -1e-4},
         "pebble_wear": {"rate": -0.01, "along_path": -0.003},
-        "stone_bias": {"stone": 3, "factor": 1.02},
+        "stone_bias": {"stone": 3, "factor": 1.02, "curl_factor": 1.3},
         "friction_patch": {"x_min": -1, "x_max": 1, "y_min": 0, "y_max": 6, "factor": 1.3},
         "residual": {"variable": 2, "low": -10, "high": 10, "log_factor_4": 0.1},
     }

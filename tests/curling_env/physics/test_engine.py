@@ -370,6 +370,19 @@ def test_a_stones_own_friction_follows_its_identifier():
     assert far[7] < far[6] - 1.0
 
 
+def test_a_stones_own_curl_follows_its_identifier():
+    bent = {"stone": 7, "curl_factor": 1.5}
+    ice = load_ice("standard").with_effect(ActiveEffect(name="stone_bias", parameters=bent))
+    throw = Throw(speed=2.1, spin=1.5)
+    here = StoneState(x=1.9, y=-19.0, vx=-1e-3)  # so that the engine takes its own steps
+    aside = {
+        stone: Engine(ice).play(throw.release(stone=stone), [here]).delivered.x for stone in (6, 7)
+    }
+    assert aside[7] == pytest.approx(1.5 * aside[6], rel=0.05)
+    alone = slide(ice, throw.release(stone=7), bounds=play_bounds(ice, Direction.AWAY))
+    assert alone.x == pytest.approx(aside[7], abs=1e-4)
+
+
 # --- bad input ------------------------------------------------------------------------------------
 
 

@@ -69,6 +69,17 @@ def test_wear_drift_and_bias_multiply_friction():
         assert factor("stone_bias", stone=3, factor=1.1, motion={"stone": other}) == 1.0
 
 
+def test_a_stone_of_its_own_curls_more_or_less_whatever_its_friction():
+    curl = ActiveEffect(name="curl", parameters={"strength": 0.01, "speed_exponent": 0.0})
+    for stone, friction, sideways in ((3, 0.9, 0.016), (2, 1.0, 0.01)):
+        pushed = felt("stone_bias", stone=3, factor=0.9, curl_factor=1.6, others=(curl,),
+                      motion={"stone": stone})  # fmt: skip
+        expected = [-sideways * side_of(SPIN), -friction * MU * G, 0.0]
+        assert pushed == pytest.approx(expected, rel=1e-6)
+    old = felt("stone_bias", stone=3, factor=0.9, others=(curl,), motion={"stone": 3})
+    assert old == pytest.approx([-0.01 * side_of(SPIN), -0.9 * MU * G, 0.0], rel=1e-6)
+
+
 def test_sweeping_multiplies_friction_and_curl_while_it_lasts():
     curl = ActiveEffect(name="curl", parameters={"strength": 0.01, "speed_exponent": 0.0})
     values = {"friction_factor": 0.8, "curl_factor": 0.5, "others": (curl,)}
@@ -192,7 +203,11 @@ FORMAT = {
         "speed_floor": (1e-4, 1.0, 0.05),
         "spin_exponent": (0.0, 2.0, 0.0),
     },
-    "stone_bias": {"stone": (0.0, 1e6, None), "factor": (0.5, 2.0, None)},
+    "stone_bias": {
+        "stone": (0.0, 1e6, None),
+        "factor": (0.5, 2.0, 1.0),
+        "curl_factor": (0.0, 3.0, 1.0),
+    },
     "sweeping": {"friction_factor": (0.3, 1.5, 0.912), "curl_factor": (0.0, 2.0, 1.0)},
     "time_drift": {"rate": (-1e-3, 1e-3, None)},
 }
@@ -215,7 +230,7 @@ NEUTRAL = {
     "slope": {"x": 0.0, "y": 0.0},
     "speed_dependent_friction": {"exponent": 0.0},
     "spin_drag": {"rate": 0.0},
-    "stone_bias": {"factor": 1.0},
+    "stone_bias": {"factor": 1.0, "curl_factor": 1.0},
     "sweeping": {"friction_factor": 1.0, "curl_factor": 1.0},
     "time_drift": {"rate": 0.0},
     "tracking_offset": {"forward": 0.0, "left": 0.0},
@@ -251,4 +266,4 @@ def test_what_a_fit_may_change_and_what_turns_with_the_sheet():
         "stone_bias": {"stone"},
     }
     assert axes == {("slope", "x"): "x", ("slope", "y"): "y"}
-    assert scales == {("sweeping", "curl_factor"): "left"}
+    assert scales == {(name, "curl_factor"): "left" for name in ("stone_bias", "sweeping")}

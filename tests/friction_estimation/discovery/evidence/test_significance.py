@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from curling_env.physics.effects import catalogue
 from friction_estimation.discovery.data.session import open_session
 from friction_estimation.discovery.evidence.significance import (
     _best_of,
@@ -12,10 +13,12 @@ from friction_estimation.discovery.evidence.significance import (
     add_effects_between_throws,
     friction_structure,
     own_frictions,
+    own_values,
     throw_covariates,
 )
 from friction_estimation.discovery.model.baseline import base_model
-from friction_estimation.discovery.search.selection import fit_with_noise
+from friction_estimation.discovery.model.candidates import Term, neutral_values
+from friction_estimation.discovery.search.selection import fit_with_noise, refit
 from friction_estimation.discovery.tuning import PERMUTATIONS
 
 from ..conftest import effect
@@ -46,6 +49,29 @@ def test_the_best_column_counts_against_the_best_by_chance(rng):
     assert p == pytest.approx(1 / (PERMUTATIONS + 1))
     _, p = _best_of(columns, rng.normal(size=14), rng)
     assert p > 0.05
+
+
+def test_weights_count_a_throw_as_often_as_they_say(rng):
+    columns, values = rng.normal(size=(6, 2)), rng.normal(size=6)
+    times = np.array([1, 3, 0, 2, 1, 4])
+    repeated = _correlations(np.repeat(columns, times, axis=0), np.repeat(values, times))
+    assert _correlations(columns, values, times.astype(float)) == pytest.approx(repeated)
+
+
+def test_the_curl_of_each_throw_is_told_with_its_error(fitted_to):
+    curl = effect("curl", strength=0.008, speed_exponent=0.0)
+    fitted = fitted_to(curl, effect("stone_bias", stone=1, curl_factor=1.1), throws=9)
+    card, stone = catalogue()["curl"], catalogue()["stone_bias"]
+    values = neutral_values(card, speed_exponent=0.0)
+    term = Term(card=card, values=values, free=("strength",))
+    fitted = refit(fitted, fitted.model.with_terms(term))
+    asked = Term(card=stone, values=neutral_values(stone, stone=2.0), free=("curl_factor",))
+    found, sigma = own_values(fitted, asked)
+    assert found.shape == sigma.shape == (9,)
+    biased = fitted.session.stones == 1
+    step = found[biased].mean() - found[~biased].mean()
+    assert step == pytest.approx(0.1, abs=0.03)
+    assert ((sigma > 0.0) & (sigma < 0.1)).all()
 
 
 def test_the_friction_of_each_throw_is_told_with_its_error(fitted_to):

@@ -15,6 +15,7 @@ from friction_estimation.discovery.model.candidates import (
     effect_of,
     neutral_values,
     variant_of,
+    way_of,
 )
 
 
@@ -64,6 +65,36 @@ def test_each_stone_is_a_candidate_of_its_own(tracks):
     assert [term.stone for term in biases] == [0, 1, 2]
     assert all(term.between_throws for term in biases)
     assert effect_of("stone_bias[2]") == "stone_bias"
+
+
+def test_the_curl_of_each_stone_is_asked_for_beside_its_friction_once_something_curls(tracks):
+    session = open_session(tracks)
+    curl = Term(card=catalogue()["curl"], values={"strength": 0.01}, free=("strength",))
+    assert not any("curl_factor" in label for label in labels(session))
+    asked = {t.label: t for t in candidates(session, (curl,)) if t.name == "stone_bias"}
+    assert set(asked) == {
+        *(f"stone_bias[{stone}]" for stone in (0, 1, 2)),
+        *(f"stone_bias[{stone}, curl_factor]" for stone in (0, 1, 2)),
+    }
+    own = asked["stone_bias[1, curl_factor]"]
+    assert own.free == ("curl_factor",)
+    assert own.values == {"stone": 1.0, "factor": 1.0, "curl_factor": 1.0}
+    assert not own.between_throws
+    assert effect_of(own.label) == "stone_bias[curl_factor]"
+    assert effect_of(effect_of(own.label)) == "stone_bias[curl_factor]"
+    assert variant_of(own.label) is own.variant
+    assert variant_of("stone_bias[1]") is None
+    assert way_of(own.label) is own.variant
+    assert way_of("stone_bias[1]") is own.card
+    assert way_of("unheard of") is None
+    left = labels(session, (curl, own))
+    assert own.label not in left
+    assert {"stone_bias[1]", "stone_bias[0, curl_factor]"} <= left
+    # A stone whose friction and curl are both fitted by one term is asked for neither.
+    both = own.with_values().freed("factor")
+    assert {label for label in labels(session, (curl, both)) if "stone_bias[1" in label} == set()
+    unseen = [replace(track, theta=np.full(len(track), np.nan)) for track in tracks]
+    assert not any("curl_factor" in label for label in labels(open_session(unseen), (curl,)))
 
 
 def test_a_variant_has_a_name_a_scope_and_evidence_of_its_own(tracks):

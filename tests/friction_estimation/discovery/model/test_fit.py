@@ -66,6 +66,18 @@ def test_a_missing_effect_shows_as_slow_misfit(make_session):
     assert left.ratio > 5
 
 
+def test_of_a_stones_friction_and_curl_in_an_ice_file_what_it_has_is_fitted(make_session):
+    session = open_session(make_session(throws=4))
+
+    def terms(**parameters):
+        ice = Ice.uniform(0.009, effects=(effect("stone_bias", stone=1, **parameters),))
+        return [(term.label, term.free) for term in base_model(ice, session).terms]
+
+    assert terms(factor=1.02) == [("stone_bias[1]", ("factor",))]
+    assert terms(curl_factor=1.2) == [("stone_bias[1, curl_factor]", ("curl_factor",))]
+    assert terms(factor=1.02, curl_factor=1.2) == [("stone_bias[1]", ("factor", "curl_factor"))]
+
+
 def test_base_ice_is_scaled_to_the_throws(make_session):
     session = open_session(make_session())
     base = Ice.uniform(0.012)
