@@ -22,7 +22,7 @@ from friction_estimation.discovery.evidence.hold_out import (
     forecast,
     noise_floor,
 )
-from friction_estimation.discovery.evidence.intervals import standard_errors
+from friction_estimation.discovery.evidence.intervals import map_errors, standard_errors
 from friction_estimation.discovery.evidence.residual_term import NAME, try_table
 from friction_estimation.discovery.evidence.significance import (
     EffectEvidence,
@@ -132,17 +132,22 @@ class Discovery:
 
     def baseline_ice(self) -> Ice:
         """The baseline as fitted to all throws."""
-        return self.final_base.model.improved_ice(standard_errors(self.final_base))
+        return _ice_of(self.final_base)
 
     def improved_ice(self) -> Ice:
         """The model with everything that was found, fitted to all throws."""
-        ice = self.final.model.improved_ice(standard_errors(self.final))
+        ice = _ice_of(self.final)
         for calibration in self.calibrations:
             if calibration.clearly_off:
                 ice = ice.with_effect(calibration.as_effect())
         if self.unknown and self.residual_term is None:
             ice = ice.with_effect(ActiveEffect(name="unknown"))
         return ice
+
+
+def _ice_of(fitted: SessionFit) -> Ice:
+    """The ice of a fit, with its standard errors."""
+    return fitted.model.improved_ice(standard_errors(fitted), map_errors(fitted))
 
 
 def discover(

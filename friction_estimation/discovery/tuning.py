@@ -188,3 +188,20 @@ USUAL_PUSHES = np.array([0.004, 0.004, 0.01, 0.004, 0.004])
 rad/s²]: some per cent of friction."""
 PUSH_SCALES = (0.1, 0.3, 1.0, 3.0)
 """Multiples of these that are tried; the best for throws not seen is taken."""
+
+# --- friction map ------------------------------------------------------------------------------
+USUAL_MAP_SD, LOG_MAP_SD_SPREAD = 0.04, 1.0
+"""Centre of the prior of the standard deviation of ln μ over the sheet, and the standard deviation
+of its logarithm. Published measurements give 2 to 5 %."""
+MAP_AMPLITUDES = np.geomspace(0.002, 0.16, 14)
+"""Standard deviations of ln μ over the sheet that are tried."""
+MAP_LENGTHS = (1.2, 2.0, 3.2, 5.0, 8.0)
+"""Correlation lengths that are tried [m]."""
+MAP_SMOOTHNESS = 2.5
+"""Order of the Matérn correlation of the field."""
+MAP_SHARE = 0.98
+"""Part of the field's variance, where stones ran, that its patterns must hold."""
+MOST_MAP_PATTERNS = 120
+"""Most patterns of a field."""
+BETTER_MAP = 1.0
+"""Fall of −2 ln likelihood from which on a map of another length is taken."""

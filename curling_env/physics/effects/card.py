@@ -14,7 +14,7 @@ from typing import Any, Literal
 from curling_env.errors import InputError
 from curling_env.typing import Floats
 
-Acts = Literal["friction", "contact_friction", "motion", "measurement", "nothing"]
+Acts = Literal["friction", "contact_friction", "motion", "map", "measurement", "nothing"]
 Scope = Literal["within throws", "between throws"]
 Push = Literal["along", "left", "turn", "along the sheet", "across the sheet"]
 Need = Literal["swept", "clocks", "headings", "several stones", "runs over the same ice"]
@@ -55,6 +55,8 @@ class Parameter:
         from the other end of the sheet it has the other sign
     scales : push of other effects that the parameter multiplies; where nothing pushes so, it
         cannot be measured
+    spread : standard deviation of the parameter among the ices of rinks, about the value that is
+        given or usual; None where nothing is known of it
     """
 
     name: str
@@ -67,6 +69,7 @@ class Parameter:
     held: bool = False
     axis: Literal["x", "y"] | None = None
     scales: Push | None = None
+    spread: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,6 +163,7 @@ class EffectCard:
     acts : ``friction``, a factor on μ that is the same for every contact of the band;
         ``contact_friction``, a factor on μ that follows the slip of each contact;
         ``motion``, an acceleration of its own or a factor on the others;
+        ``map``, the friction map itself, which the engines read without a kernel;
         ``measurement``, on what a camera reports and not on the stone;
         ``nothing``, a remark in an ice file
     dissipative : whether it can only take energy out of the stone
@@ -206,10 +210,11 @@ class EffectCard:
             raise InputError(
                 f"the card of {self.name} speaks of {unknown[0]!r}, no parameter of it"
             )
-        if self.is_physical != (self.kernel is not None):
+        wants_kernel = self.is_physical and self.acts != "map"
+        if wants_kernel != (self.kernel is not None):
             raise InputError(
                 f"the card of {self.name}: acts={self.acts!r} "
-                f"{'wants a' if self.is_physical else 'takes no'} kernel"
+                f"{'wants a' if wants_kernel else 'takes no'} kernel"
             )
 
     @property

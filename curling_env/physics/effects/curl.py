@@ -41,6 +41,7 @@ CARD = EffectCard(
             low=-1.0,
             high=2.0,
             default=0.2,
+            spread=0.25,
         ),
         Parameter(
             name="spin_exponent",
@@ -49,6 +50,7 @@ CARD = EffectCard(
             low=0.0,
             high=2.0,
             default=0.0,
+            spread=0.25,
         ),
     ),
     source="Digital Curling FCV1: heading rate 0.0082·v^(-0.8) rad/s; Nyberg et al. (2013): "

@@ -42,6 +42,7 @@ CARD = EffectCard(
             low=0.0,
             high=1.5,
             default=0.6,
+            spread=0.25,
         ),
         Parameter(
             name="speed_floor",
@@ -59,6 +60,7 @@ CARD = EffectCard(
             low=0.0,
             high=2.0,
             default=0.0,
+            spread=0.3,
         ),
     ),
     source="Digital Curling FCV1: 0.025/max(v, 0.001); measured spins fall as v^0.4, a symmetric "

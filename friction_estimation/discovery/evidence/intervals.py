@@ -23,6 +23,7 @@ from friction_estimation.discovery.model.fit import (
     eliminate_states,
     prior_gram,
 )
+from friction_estimation.discovery.model.model import GLOBALS
 from friction_estimation.discovery.search.selection import refit, sides_along, with_side
 from friction_estimation.discovery.tuning import INTEGRATED_SPREADS, SIDE_SHIFTS
 
@@ -50,6 +51,31 @@ def standard_errors(fitted: SessionFit) -> dict[tuple[str, str], float]:
     weights = np.exp(-0.5 * (np.array(levels) - min(levels))) * _widths(spreads)
     sigma = _half_widths(weights / weights.sum(), np.array(steps), np.array(deviations))
     return dict(zip(fitted.model.names, sigma.tolist(), strict=True))
+
+
+def map_errors(fitted: SessionFit) -> Floats | None:
+    """Standard errors of ln μ of every cell, (rows, columns); None for a model without a map.
+
+    They hold the part of the field that its patterns leave out, and the friction of the whole.
+    """
+    field = fitted.model.map_field
+    if field is None:
+        return None
+    area = fitted.model.map_slice
+    grams, _ = eliminate_factor(
+        eliminate_states(fitted.grams), fitted.ln_factors, fitted.model.spread
+    )
+    total = grams.sum(axis=0) + prior_gram(fitted.model, grams.shape[1])
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(total)[:-1], 1e-300))
+    covariance = np.linalg.inv(
+        total[:-1, :-1] * scale[:, None] * scale + 1e-10 * np.eye(len(scale))
+    )
+    covariance *= scale[:, None] * scale
+    own = np.r_[GLOBALS.index("ln_mu"), area]
+    columns = np.column_stack([np.ones(len(field.patterns)), field.patterns])
+    variance = np.einsum("ci,ij,cj->c", columns, covariance[np.ix_(own, own)], columns)
+    variance += field.amplitude**2 * field.unresolved()
+    return np.sqrt(np.maximum(variance, 0.0)).reshape(field.sheet.shape)
 
 
 def _widths(spreads: Floats) -> Floats:

@@ -12,7 +12,12 @@ from curling_env.physics.effects import EffectCard, catalogue
 from curling_env.physics.effects.motion import GRAVITY
 from curling_env.physics.wear import wear_along_path
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.model.candidates import Term, known_effects, neutral_values
+from friction_estimation.discovery.model.candidates import (
+    Belief,
+    Term,
+    known_effects,
+    neutral_values,
+)
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.systematic_error import systematic_error_of
 from friction_estimation.discovery.tuning import USUAL_FRICTION
@@ -74,7 +79,15 @@ def _term(card: EffectCard, given: Mapping[str, float], uncertain: set[str]) -> 
         idle = neutral_values(card)
         acts = {name for name, value in values.items() if value != idle[name]} | uncertain
         free = tuple(p.name for p in card.parameters if not p.held and p.name in acts) or free
-    return Term(card=card, values={k: float(v or 0.0) for k, v in values.items()}, free=free)
+    # The shape of an effect differs from rink to rink, like its strength; few throws tell it.
+    shape = {p.name: p.spread for p in card.parameters if p.spread is not None}
+    beliefs = {n: Belief(mean=float(values[n] or 0.0), sd=sd) for n, sd in shape.items()}
+    return Term(
+        card=card,
+        values={k: float(v or 0.0) for k, v in values.items()},
+        free=(*free, *(n for n in shape if n not in free)),
+        beliefs=beliefs,
+    )
 
 
 def _first_friction(session: Session) -> float:

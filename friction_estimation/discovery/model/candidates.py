@@ -8,7 +8,7 @@ fitted first and which only shape it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,22 +17,36 @@ from curling_env.physics.effects import EffectCard, Variant, catalogue
 from curling_env.physics.effects.card import Need
 from friction_estimation.discovery.data.measurement import measurement_effects
 from friction_estimation.discovery.data.session import Session
+from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
+from friction_estimation.discovery.model.friction_field import FrictionField
+
+
+@dataclass(frozen=True, kw_only=True)
+class Belief:
+    """What is known of a parameter before any throw: a normal distribution."""
+
+    mean: float
+    sd: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class Term:
-    """A term of a model: an effect with values for its parameters.
+    """A term of a model: an effect with values for its parameters, or the friction map.
 
     Parameters
     ----------
     card : card of the effect
     values : values of all its parameters
     free : names of the parameters that are fitted
+    beliefs : what is known beforehand of some of these
+    map_field : the friction map; None for effects
     """
 
     card: EffectCard
-    values: Mapping[str, float]
-    free: tuple[str, ...]
+    values: Mapping[str, float] = field(default_factory=dict[str, float])
+    free: tuple[str, ...] = ()
+    beliefs: Mapping[str, Belief] = field(default_factory=dict[str, Belief])
+    map_field: FrictionField | None = None
 
     @property
     def name(self) -> str:
@@ -87,7 +101,9 @@ def effect_of(label: str) -> str:
 
 
 def card_of(label: str) -> EffectCard | None:
-    """The card of the effect that a label names, if it is one of the catalogue."""
+    """The card of what a label names: the friction map, or an effect of the catalogue."""
+    if label == MAP_CARD.name:
+        return MAP_CARD
     return catalogue().get(label.partition("[")[0])
 
 

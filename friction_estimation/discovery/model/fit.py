@@ -157,50 +157,59 @@ def prior_gram(model: Model, size: int) -> Floats:
     gram[at, at] = COUPLING_SIGMA**-2
     gram[at, -1] = gram[-1, at] = -model.ln_coupling / COUPLING_SIGMA**2
     gram[-1, -1] = (model.ln_coupling / COUPLING_SIGMA) ** 2
-    if model.systematic_error:
-        own, places = model.systematic_error, np.arange(size)[model.systematic_slice]
-        precision = own.deviations**-2
+    for place, field in model.fields:
+        places = np.arange(size)[place]
+        precision = field.deviations**-2
         gram[places, places] += precision
-        gram[places, -1] = gram[-1, places] = -own.values * precision
-        gram[-1, -1] += float(own.values**2 @ precision)
+        gram[places, -1] = gram[-1, places] = -field.values * precision
+        gram[-1, -1] += float(field.values**2 @ precision)
+    for at, value, belief in model.beliefs:
+        off = (belief.mean - value) / belief.sd
+        gram[at, at] += belief.sd**-2
+        gram[at, -1] += off / belief.sd
+        gram[-1, at] += off / belief.sd
+        gram[-1, -1] += off**2
     return gram
 
 
 def integration_cost(model: Model, total: Floats) -> float:
-    """The term that integrating over the coefficients of the systematic error adds to F.
+    """The term that integrating over the coefficients of Gaussian fields adds to F.
 
-    It is ln |1 + information of the coefficients|.
+    It is ln |1 + information of the coefficients|, and the prior of the fields' amplitudes.
 
     Parameters
     ----------
-    model : model with or without a systematic error
+    model : model with or without fields
     total : Gram matrix of all throws, without priors
     """
-    if not model.systematic_error:
+    fields = model.fields
+    if not fields:
         return 0.0
-    sizes, places = model.systematic_error.deviations, model.systematic_slice
-    information = total[places, places] * sizes[:, None] * sizes
-    return float(np.linalg.slogdet(np.eye(len(sizes)) + information)[1])
+    sizes = np.concatenate([field.deviations for _, field in fields])
+    places = np.concatenate([np.arange(len(total))[place] for place, _ in fields])
+    information = total[np.ix_(places, places)] * sizes[:, None] * sizes
+    cost = float(np.linalg.slogdet(np.eye(len(sizes)) + information)[1])
+    return cost + sum(field.hyperprior for _, field in fields)
 
 
-def profile_amplitude(model: Model, total: Floats) -> tuple[float, float]:
-    """The amplitude of the systematic error that minimises F, and that part of F.
+def profile_amplitudes(model: Model, total: Floats) -> tuple[Model, float]:
+    """The model with those amplitudes of its fields that minimise F, and that part of F.
 
     Parameters
     ----------
-    model : model with a systematic error
+    model : model with Gaussian fields
     total : Gram matrix of all throws, without priors, of the shared parameters and the residual
     """
-    error = model.systematic_error
-    assert error is not None
-    best = (error.amplitude, np.inf)
-    for amplitude in error.amplitudes:
-        other = replace(model, systematic_error=replace(error, amplitude=float(amplitude)))
-        whole = total + prior_gram(other, len(total))
-        value = solve_shared(whole)[1] + integration_cost(other, total)
-        if value < best[1]:
-            best = (float(amplitude), value)
-    return best
+    best, least = model, np.inf
+    for _ in range(len(model.fields)):
+        for which, (_, field) in enumerate(model.fields):
+            for amplitude in field.amplitudes:
+                other = best.with_amplitude(which, float(amplitude))
+                whole = total + prior_gram(other, len(total))
+                value = solve_shared(whole)[1] + integration_cost(other, total)
+                if value < least:
+                    best, least = other, value
+    return best, least
 
 
 def solve_shared(total: Floats) -> tuple[Floats, float]:
@@ -367,6 +376,18 @@ def fit(
     )
 
 
+def refit(fitted: SessionFit, model: Model, *, iterations: int = 12) -> SessionFit:
+    """Fit another model to the same session, from the releases and ln factors of a fit."""
+    return fit(
+        model,
+        fitted.session,
+        fitted.noise,
+        states=fitted.states,
+        ln_factors=fitted.ln_factors,
+        iterations=iterations,
+    )
+
+
 def _moved(grams: Floats, state_step: Floats, factor_step: Floats) -> Floats:
     """Gram matrices with the residuals that remain after a step of releases and ln factors."""
     move = np.zeros((len(grams), grams.shape[1], 1))
@@ -397,10 +418,8 @@ def _step(
         spread, step, _ = profile_spread(reduced, ln_factors, prior, spreads)
         bands, _ = eliminate_factor(reduced, ln_factors, spread)
         total = bands.sum(axis=0)
-        if model.systematic_error:
-            amplitude, _ = profile_amplitude(model, total)
-            error = replace(model.systematic_error, amplitude=amplitude)
-            model = replace(model, systematic_error=error)
+        if model.fields:
+            model, _ = profile_amplitudes(model, total)
             prior = prior_gram(model, len(total))
             step, _ = solve_shared(total + prior)
         step = damping * bounded_step(total + prior, step, model)

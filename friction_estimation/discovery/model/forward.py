@@ -161,6 +161,42 @@ def _derivative(
     d[State.OMEGA] = mu * parts[2] + parts[5]
 
 
+@compiled
+def friction_of_session(
+    law: Any, mu: Any, wear: Any, factors: Any, throws: Any, path: Any, out: Any, work: Any
+) -> None:
+    """Fill out (rows, 3) with the part of the acceleration that is proportional to the map's μ.
+
+    Parameters
+    ----------
+    law, mu, wear, factors, throws, work : as of `slide_session`
+    path : (rows, 6) states at the times of the throws
+    """
+    motion, parts = work.motion, work.parts
+    for i in range(factors.shape[0]):
+        _scale(mu, factors[i], law.mu)
+        motion[ORDER] = throws.orders[i]
+        motion[STONE] = throws.stones[i]
+        motion[SWEPT] = throws.swept_first[i]
+        switch, last = throws.switch_starts[i], throws.switch_starts[i + 1]
+        for row in range(throws.starts[i], throws.starts[i + 1]):
+            t = throws.times[row]
+            while switch < last and throws.switches[switch] <= t:
+                motion[SWEPT] = 1.0 - motion[SWEPT]
+                switch += 1
+            s = path[row]
+            motion[T] = t
+            motion[CLOCK] = throws.clocks[i] + t
+            motion[HEADING] = s[State.THETA]
+            x, y = s[State.X], s[State.Y]
+            law_terms(law, motion, work.push, x, y, s[State.VX], s[State.VY], s[State.OMEGA], parts)
+            local = mu_of_map(law, x, y)
+            if wear.along_path != 0.0:
+                local *= _worn(wear, i, x, y)
+            for j in range(3):
+                out[row, j] = local * parts[j]
+
+
 @inlined
 def _copy(source: Any, target: Any) -> None:
     """Copy a state; compiled code allocates nothing, and a slice would."""

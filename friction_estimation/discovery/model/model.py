@@ -13,16 +13,19 @@ from curling_env.physics.law import Law, compile_law
 from curling_env.physics.state import State
 from curling_env.physics.wear import wear_along_path
 from curling_env.sheet import Sheet
-from curling_env.typing import Floats
+from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.data.wear_tracks import wear_refinement
-from friction_estimation.discovery.model.candidates import Term
+from friction_estimation.discovery.model.candidates import Belief, Term
 from friction_estimation.discovery.model.forward import (
     ThrowInputs,
     Wear,
+    friction_of_session,
     new_workspace,
     slide_session,
 )
+from friction_estimation.discovery.model.friction_field import FrictionField
+from friction_estimation.discovery.model.response import LinearisedPaths, instants_of
 from friction_estimation.discovery.model.systematic_error import SystematicError
 from friction_estimation.discovery.tuning import PATH_STEP
 
@@ -69,29 +72,75 @@ class Model:
         return slice(len(GLOBALS), len(GLOBALS) + count)
 
     @property
+    def map_slice(self) -> slice:
+        """Where the coefficients of the friction map are among the shared parameters."""
+        begin = self.systematic_slice.stop
+        return slice(begin, begin + (len(self.map_field) if self.map_field else 0))
+
+    @property
+    def map_field(self) -> FrictionField | None:
+        """The friction map, if it is one of the terms."""
+        return next((term.map_field for term in self.terms if term.map_field), None)
+
+    def with_field(self, field: FrictionField) -> Model:
+        """The model with another friction map in place of the one that it has."""
+        return replace(
+            self, terms=tuple(replace(t, map_field=field) if t.map_field else t for t in self.terms)
+        )
+
+    @cached_property
+    def fields(self) -> tuple[tuple[slice, SystematicError | FrictionField], ...]:
+        """The Gaussian fields whose coefficients are fitted, and where these are."""
+        found: list[tuple[slice, SystematicError | FrictionField]] = []
+        if self.systematic_error and len(self.systematic_error):
+            found.append((self.systematic_slice, self.systematic_error))
+        if self.map_field:
+            found.append((self.map_slice, self.map_field))
+        return tuple(found)
+
+    def with_amplitude(self, which: int, amplitude: float) -> Model:
+        """The model with another amplitude of one of its `fields`."""
+        field = self.fields[which][1].with_amplitude(amplitude)
+        if isinstance(field, FrictionField):
+            return self.with_field(field)
+        return replace(self, systematic_error=field)
+
+    @property
     def names(self) -> list[tuple[str, str]]:
         """(term, parameter) of every shared parameter; the term is empty where there is none."""
-        own = self.systematic_slice
+        own, area = self.systematic_slice, self.map_slice
         fields = [("", f"systematic_error_{k}") for k in range(own.stop - own.start)]
+        patterns = [("", f"map_{k}") for k in range(area.stop - area.start)]
         return (
             [("", name) for name in GLOBALS]
             + fields
+            + patterns
             + [(term.label, name) for term in self.terms for name in term.free]
         )
 
     @property
     def vector(self) -> Floats:
         """Values of the shared parameters in the order of `names`."""
-        fields = self.systematic_error.values.tolist() if self.systematic_error else []
-        values = [self.ln_mu, self.ln_coupling, *fields]
+        fields = [field.values for _, field in self.fields]
+        values = np.concatenate([[self.ln_mu, self.ln_coupling], *fields]).tolist()
         return np.array(values + [term.values[n] for term in self.terms for n in term.free])
+
+    @cached_property
+    def beliefs(self) -> list[tuple[int, float, Belief]]:
+        """Place, value and belief of every shared parameter of which something is believed."""
+        places = {name: k for k, name in enumerate(self.names)}
+        return [
+            (places[term.label, name], term.values[name], belief)
+            for term in self.terms
+            for name, belief in term.beliefs.items()
+            if name in term.free
+        ]
 
     @property
     def bounds(self) -> tuple[Floats, Floats]:
         """Least and largest values of the shared parameters."""
         cards = [term.card.parameter(n) for term in self.terms for n in term.free]
-        own = self.systematic_slice
-        wide = [np.inf] * (own.stop - own.start)
+        wide = [np.inf] * (self.map_slice.stop - len(GLOBALS))
         low = [-3.0, -1.0, *(-w for w in wide), *(p.low for p in cards)]
         high = [3.0, 1.0, *wide, *(p.high for p in cards)]
         return np.array(low), np.array(high)
@@ -99,9 +148,13 @@ class Model:
     def at(self, vector: Floats) -> Model:
         """The model with other shared parameters, kept within their bounds."""
         vector = np.clip(vector, *self.bounds)
-        position = self.systematic_slice.stop
+        position = self.map_slice.stop
         terms: list[Term] = []
         for term in self.terms:
+            if term.map_field:
+                moved = term.map_field.at(vector[self.map_slice])
+                terms.append(replace(term, map_field=moved))
+                continue
             changed: dict[str, float] = {}
             for name in term.free:
                 changed[name] = float(vector[position])
@@ -131,15 +184,21 @@ class Model:
 
     @property
     def _ice_with_terms(self) -> Ice:
-        return replace(self.ice, effects=tuple(term.effect() for term in self.terms))
+        effects = tuple(term.effect() for term in self.terms if not term.map_field)
+        return replace(self.ice, effects=effects)
 
     @cached_property
     def law(self) -> Law:
         """The force law of the ice with the terms."""
         law = compile_law(self._ice_with_terms)
-        mu = law.mu[:1, :1] if self.ice.friction.is_uniform else law.mu
+        mu, patterned = law.mu, law.patterned
+        if self.map_field:
+            mu, patterned = mu * np.exp(self.map_field.ln_mu), True
+        elif self.ice.friction.is_uniform:
+            mu = mu[:1, :1]
         return law._replace(
             mu=np.ascontiguousarray(mu) * np.exp(self.ln_mu),
+            patterned=patterned,
             turning=law.turning * float(np.exp(self.ln_coupling)),
         )
 
@@ -170,7 +229,9 @@ class Model:
             bilinear=self.ice.friction.interpolation == "bilinear",
         )
 
-    def improved_ice(self, sigma: Mapping[tuple[str, str], float]) -> Ice:
+    def improved_ice(
+        self, sigma: Mapping[tuple[str, str], float], map_sigma: Floats | None = None
+    ) -> Ice:
         """The ice as an ice file holds it.
 
         Where stones wear tracks into it, its cells are narrow enough to keep them.
@@ -178,12 +239,16 @@ class Model:
         Parameters
         ----------
         sigma : standard errors by (term, parameter)
+        map_sigma : (rows, columns) standard errors of ln μ of the cells, where there is a map
         """
         factor = float(np.exp(self.ln_mu))
         worn = wear_along_path(self._ice_with_terms) != 0.0
-        ice = self.ice.refined(self.wear_refinement) if worn else self.ice
+        ice = self.ice if map_sigma is None else self._mapped_ice(map_sigma)
+        ice = ice.refined(self.wear_refinement) if worn else ice
         friction = ice.friction
-        own = np.hypot(friction.sigma, friction.mu * sigma.get(("", "ln_mu"), 0.0))
+        own = friction.sigma
+        if map_sigma is None:
+            own = np.hypot(own, friction.mu * sigma.get(("", "ln_mu"), 0.0))
         stone = self.ice.stone
         inertia = stone.inertia / float(np.exp(self.ln_coupling))
         return replace(
@@ -195,6 +260,21 @@ class Model:
                     {n: sigma[term.label, n] for n in term.free if (term.label, n) in sigma}
                 )
                 for term in self.terms
+                if not term.map_field
+            ),
+        )
+
+    def _mapped_ice(self, map_sigma: Floats) -> Ice:
+        """The ice with its friction map, but for the factor on the whole of it."""
+        assert self.map_field is not None
+        friction = self.ice.friction
+        mu = friction.mu * np.exp(self.map_field.ln_mu)
+        observed = np.zeros(mu.size, dtype=bool)
+        observed[self.map_field.crossed] = True
+        return replace(
+            self.ice,
+            friction=replace(
+                friction, mu=mu, sigma=mu * map_sigma, observed=observed.reshape(mu.shape)
             ),
         )
 
@@ -216,8 +296,20 @@ def predict(
     -------
     (rows, 6)
     """
-    switches, firsts, swept_first = session.sweeps
-    out = np.empty((len(session.times), 6))
+    out = _slide(model, session, states, ln_factors, session.times, session.starts)
+    return _reported(model, out) if camera else out
+
+
+def _slide(
+    model: Model,
+    session: Session,
+    states: Floats,
+    ln_factors: Floats,
+    times: Floats,
+    starts: Indices,
+) -> Floats:
+    """True states at some times of every throw, (n, 6); `times` and `starts` as of `Session`."""
+    out = np.empty((len(times), 6))
     law = model.law
     slide_session(
         law._replace(mu=np.empty_like(law.mu)),
@@ -225,27 +317,74 @@ def predict(
         model.wear(session),
         np.exp(ln_factors),
         states,
-        ThrowInputs(
-            orders=session.orders,
-            stones=session.stones,
-            clocks=session.clocks,
-            swept_first=swept_first,
-            switches=switches,
-            switch_starts=firsts,
-            times=session.times,
-            starts=session.starts,
-        ),
+        _inputs(session, times, starts),
         out,
         new_workspace(),
     )
-    if camera:
-        true = out[:, :2].copy()
-        for term in model.terms:
-            if term.card.displacement is not None:
-                out[:, :2] += term.card.displacement(true, out[:, State.THETA], term.values)
-        if model.systematic_error is not None:
-            out[:, :2] += model.systematic_error.displacement(true, out[:, State.THETA])
     return out
+
+
+def _inputs(session: Session, times: Floats, starts: Indices) -> ThrowInputs:
+    """What the throws of a session bring along, for some times."""
+    switches, firsts, swept_first = session.sweeps
+    return ThrowInputs(
+        orders=session.orders,
+        stones=session.stones,
+        clocks=session.clocks,
+        swept_first=swept_first,
+        switches=switches,
+        switch_starts=firsts,
+        times=times,
+        starts=starts,
+    )
+
+
+def _reported(model: Model, true: Floats) -> Floats:
+    """States as the camera reports them."""
+    out, xy = true.copy(), true[:, :2]
+    for term in model.terms:
+        if term.card.displacement is not None:
+            out[:, :2] += term.card.displacement(xy, true[:, State.THETA], term.values)
+    if model.systematic_error is not None:
+        out[:, :2] += model.systematic_error.displacement(xy, true[:, State.THETA])
+    return out
+
+
+def linearised_paths(
+    model: Model, session: Session, states: Floats, ln_factors: Floats
+) -> LinearisedPaths:
+    """How the paths of a session respond to pushes, from seven paths of every throw.
+
+    Parameters
+    ----------
+    model, session, states, ln_factors : as of `predict`
+    """
+    instants = instants_of(session)
+
+    def slide(releases: Floats) -> Floats:
+        return _slide(model, session, releases, ln_factors, instants.times, instants.starts)
+
+    true = slide(states)
+    transition = np.empty((len(true), 6, 6))
+    for j, step in enumerate(STATE_STEPS):
+        moved = states.copy()
+        moved[:, j] += step
+        transition[:, :, j] = (slide(moved) - true) / step
+    law = model.law
+    friction = np.empty((len(true), 3))
+    friction_of_session(
+        law._replace(mu=np.empty_like(law.mu)),
+        law.mu,
+        model.wear(session),
+        np.exp(ln_factors),
+        _inputs(session, instants.times, instants.starts),
+        true,
+        friction,
+        new_workspace(),
+    )
+    return LinearisedPaths(
+        session=session, instants=instants, path=true, transition=transition, friction=friction
+    )
 
 
 def sensitivities(
@@ -278,12 +417,16 @@ def sensitivities(
     ) / step
     columns[:, :, 7] = columns[:, :, 6]  # the map's friction acts as that of every throw
     fields = model.systematic_slice
-    if model.systematic_error:
+    if model.map_field:
+        paths = linearised_paths(model, session, states, ln_factors)
+        area = slice(7 + model.map_slice.start, 7 + model.map_slice.stop)
+        columns[:, :, area] = paths.responses_to_friction(model.map_field.patterns_at(paths.xy))
+    if model.systematic_error and len(model.systematic_error):
         columns[:, 2, 7 + fields.start : 7 + fields.stop] = 0.0
         columns[:, :2, 7 + fields.start : 7 + fields.stop] = model.systematic_error.columns(
             base[:, :2], base[:, State.THETA]
         )
-    for j in (1, *range(fields.stop, len(vector))):
+    for j in (1, *range(model.map_slice.stop, len(vector))):
         step = _step(model, session, states, ln_factors, measured, j)
         moved = vector.copy()
         moved[j] += step

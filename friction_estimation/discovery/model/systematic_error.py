@@ -90,9 +90,18 @@ class SystematicError:
         out[-2:] = self.amplitudes[0]
         return out
 
+    @property
+    def hyperprior(self) -> float:
+        """−2 ln of the prior density of the amplitude: all that may be tried are alike."""
+        return 0.0
+
     def at(self, values: Floats) -> SystematicError:
         """The same with other coefficients."""
         return replace(self, values=values)
+
+    def with_amplitude(self, amplitude: float) -> SystematicError:
+        """The same with another amplitude."""
+        return replace(self, amplitude=amplitude)
 
 
 def _correlation(y: Floats, nodes: Floats) -> Floats:

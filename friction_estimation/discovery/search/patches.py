@@ -91,12 +91,16 @@ def _find_rectangle(fitted: SessionFit) -> Rectangle | None:
         return None
     i0, i1, j0, j1 = found
     # Beside the outermost stones a rectangle may go on: nothing tells.
-    return (
-        float(x_low + i0 * cell_x - (0.5 if i0 == 0 else 0.0)),
-        float(x_low + i1 * cell_x + (0.5 if i1 == nx else 0.0)),
-        float(y_low + j0 * cell_y),
-        float(y_low + j1 * cell_y),
+    sides = (
+        x_low + i0 * cell_x - (0.5 if i0 == 0 else 0.0),
+        x_low + i1 * cell_x + (0.5 if i1 == nx else 0.0),
+        y_low + j0 * cell_y,
+        y_low + j1 * cell_y,
     )
+    x_edge, y_edge = model.ice.sheet.width / 2, model.ice.sheet.length / 2
+    left, right = np.clip(sides[:2], -x_edge, x_edge).tolist()
+    near, far = np.clip(sides[2:], -y_edge, y_edge).tolist()
+    return (left, right, near, far) if left < right and near < far else None
 
 
 def _responses(path: Floats, t: Floats, owner: Indices, count: int, unit: Floats) -> Floats:

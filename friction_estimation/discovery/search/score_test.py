@@ -8,7 +8,7 @@ data could have shown.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,10 +20,11 @@ from friction_estimation.discovery.model.fit import (
     eliminate_states,
     linearise,
     prior_gram,
-    profile_amplitude,
+    profile_amplitudes,
     profile_spread,
     solve_shared,
 )
+from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.tuning import (
     CLEARLY_SEEN,
     LEFT_OUT_INFORMATION,
@@ -74,6 +75,21 @@ def score_candidates(fitted: SessionFit, terms: Sequence[Term]) -> list[Candidat
     return sorted(scores, key=lambda score: -score.gain)
 
 
+def least_deviance(fitted: SessionFit, model: Model, reduced: Floats) -> float:
+    """F at its minimum over all shared parameters of a model that is linear around a fit.
+
+    Parameters
+    ----------
+    fitted : fit
+    model : model with the parameters of the columns
+    reduced : (k, m, m) Gram matrices, as of `eliminate_factor`
+    """
+    count = reduced.shape[1] - 2
+    prior = prior_gram(model, count + 1)
+    around = replace(fitted, model=replace(model, spread=fitted.model.spread))
+    return _least(reduced, around, prior, list(range(count)))
+
+
 def _least(reduced: Floats, fitted: SessionFit, prior: Floats, kept: list[int]) -> float:
     """F at its minimum over some of the shared parameters and the spread."""
     chosen = np.array([*kept, reduced.shape[1] - 2])
@@ -83,11 +99,11 @@ def _least(reduced: Floats, fitted: SessionFit, prior: Floats, kept: list[int]) 
     spreads = np.array([0.0, 2e-4, *np.geomspace(5e-4, 0.3, 12), max(model.spread, 1e-4)])
     own = prior[np.ix_(chosen, chosen)]
     spread, _, least = profile_spread(part, fitted.ln_factors, own, spreads)
-    if not model.systematic_error:
+    if not model.fields:
         return least
     grams, log_terms = eliminate_factor(part, fitted.ln_factors, spread)
     total = grams.sum(axis=0)
-    return profile_amplitude(model, total)[1] + float(log_terms.sum())
+    return profile_amplitudes(model, total)[1] + float(log_terms.sum())
 
 
 def _project(total: Floats, own: int) -> Floats:

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 from curling_env.typing import Progress, no_progress
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.candidates import Term, candidates
-from friction_estimation.discovery.model.fit import SessionFit, fit
+from friction_estimation.discovery.model.fit import SessionFit, fit, refit
 from friction_estimation.discovery.model.model import Model, sensitivities
 from friction_estimation.discovery.model.noise import SessionNoise, estimate_noise, outlying_rows
+from friction_estimation.discovery.search.maps import find_map, renew_map
 from friction_estimation.discovery.search.patches import find_patches
 from friction_estimation.discovery.search.residuals import Misfit, misfit
 from friction_estimation.discovery.search.score_test import CandidateScore, score_candidates
@@ -113,18 +114,6 @@ def misfit_of(fitted: SessionFit) -> Misfit:
     return misfit(fitted, columns)
 
 
-def refit(fitted: SessionFit, model: Model, *, iterations: int = 12) -> SessionFit:
-    """Fit another model to the same session, from the releases and ln factors of a fit."""
-    return fit(
-        model,
-        fitted.session,
-        fitted.noise,
-        states=fitted.states,
-        ln_factors=fitted.ln_factors,
-        iterations=iterations,
-    )
-
-
 def fit_with_noise(model: Model, session: Session, start: SessionNoise | None = None) -> SessionFit:
     """Fit a model with the noise that its residuals show, and without outlying rows.
 
@@ -149,7 +138,7 @@ def try_term(fitted: SessionFit, term: Term) -> Trial:
     later = [n for n in term.card.shape if n not in term.free]
     # The sides of an area were searched for: they count whether or not they are fitted.
     searched = len(term.card.search.area or ())
-    cost = len(term.free) + searched
+    cost = max(len(term.free), 1) + searched
     other = term.card.search.other_start
     if other is not None and fitted.deviance - trial.deviance < LEAST_LINEAR_GAIN:
         begin = term.with_values(**other).freed(*later)
@@ -194,6 +183,9 @@ def best_trials(fitted: SessionFit, scores: Sequence[CandidateScore]) -> list[Tr
     between = [s for s in hopeful if s.term.between_throws][:MOST_BETWEEN_THROWS_TRIALS]
     chosen = [s for s in hopeful if not s.term.between_throws or s in between][:MOST_TRIALS]
     terms = [score.term for score in chosen] + find_patches(fitted)
+    found = find_map(fitted)
+    if found is not None and found[1] > LEAST_LINEAR_GAIN:
+        terms.append(found[0])
     return sorted((try_term(fitted, term) for term in terms), key=lambda trial: -trial.net)
 
 
@@ -216,7 +208,7 @@ def select(base: SessionFit, *, progress: Progress = no_progress) -> Selection:
             rounds.append(SelectionRound(scores=scores, trials=trials, chosen=""))
             break
         rounds.append(SelectionRound(scores=scores, trials=trials, chosen=good[0].term.label))
-        present = refine(good[0].fit)
+        present = renew_map(refine(good[0].fit))
         present = prune(present, {t.label for t in base.model.terms})
         noise = estimate_noise(present.session, present.residuals, start=present.noise)
         present = replace(present, noise=noise)
@@ -280,9 +272,10 @@ def sides_along(term: Term) -> tuple[str, ...]:
 
 def with_side(model: Model, label: str, side: str, place: float) -> Model | None:
     """The model with one side of a patch elsewhere; None if the patch would be too narrow."""
+    edge = model.ice.sheet.width / 2
     moved = model.term(label).with_values(**{side: place})
     left, right = sides_along(moved)
-    if moved.values[right] - moved.values[left] < NARROWEST_PATCH:
+    if abs(place) > edge or moved.values[right] - moved.values[left] < NARROWEST_PATCH:
         return None
     return model.without(label).with_terms(moved)
 

@@ -1,0 +1,168 @@
+"""The friction map as a smooth Gaussian field: ln μ differs from place to place.
+
+Over the sheet ln μ deviates from the map of the ice by a Matérn field. It is written as a sum of
+patterns, the strongest ones of its prior where stones ran. Their coefficients are shared parameters
+with a prior, found beside the effects; the size of the field is the most likely one, and so is its
+correlation length.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from scipy.linalg import eigh
+from scipy.spatial.distance import cdist
+
+from curling_env.physics.effects import EffectCard
+from curling_env.sheet import Sheet
+from curling_env.typing import Floats, Indices
+from friction_estimation.discovery.tuning import (
+    LOG_MAP_SD_SPREAD,
+    MAP_AMPLITUDES,
+    MAP_SHARE,
+    MOST_MAP_PATTERNS,
+    USUAL_MAP_SD,
+)
+from friction_estimation.inversion.matern import matern
+
+CARD = EffectCard(
+    name="friction_map",
+    title="Friction map",
+    readable="friction that differs from place to place",
+    formula="μ → μ·exp(f(x, y)), f a smooth Gaussian field over the sheet",
+    parameters=(),
+    source="Matérn field; published friction differs by 2 to 5 % at 1 to 3 m",
+    validity="where stones ran",
+    evidence="throws over the same place, at any speed and in both directions, agree on its μ",
+    acts="map",
+    pushes=("along",),
+    shown_over="y",
+    dissipative=True,
+)
+"""The map as a finding of discovery. In an ice file it is the friction itself, not an effect."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FrictionField:
+    """Deviation of ln μ from the map of an ice.
+
+    Parameters
+    ----------
+    sheet : sheet with its cells
+    length, smoothness : correlation length [m] and order of the Matérn correlation
+    crossed : (m,) flat indices of the cells that stones crossed
+    patterns : (cells, r) ln μ of each cell by one unit of each coefficient, at unit deviation
+    amplitude : prior standard deviation of ln μ over the sheet
+    values : (r,) coefficients
+    """
+
+    sheet: Sheet
+    length: float
+    smoothness: float
+    crossed: Indices
+    patterns: Floats
+    amplitude: float = USUAL_MAP_SD
+    values: Floats
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    @property
+    def amplitudes(self) -> Floats:
+        """Amplitudes that may be tried."""
+        return MAP_AMPLITUDES
+
+    @property
+    def deviations(self) -> Floats:
+        """Prior standard deviation of each coefficient, (r,)."""
+        return np.full(len(self), self.amplitude)
+
+    @property
+    def hyperprior(self) -> float:
+        """−2 ln of the prior density of the amplitude, up to a constant."""
+        return float((np.log(self.amplitude / USUAL_MAP_SD) / LOG_MAP_SD_SPREAD) ** 2)
+
+    @property
+    def ln_mu(self) -> Floats:
+        """The deviation of ln μ of every cell, (rows, columns)."""
+        return (self.patterns @ self.values).reshape(self.sheet.shape)
+
+    def at(self, values: Floats) -> FrictionField:
+        """The same with other coefficients."""
+        return replace(self, values=values)
+
+    def with_amplitude(self, amplitude: float) -> FrictionField:
+        """The same with another amplitude."""
+        return replace(self, amplitude=amplitude)
+
+    def unresolved(self) -> Floats:
+        """Part of the prior variance of each cell that the patterns leave out, (cells,)."""
+        return np.maximum(1.0 - (self.patterns**2).sum(axis=1), 0.0)
+
+    def patterns_at(self, xy: Floats) -> Floats:
+        """The patterns at points of the sheet, (n, r), bilinear between the centres of cells.
+
+        Parameters
+        ----------
+        xy : (n, 2) sheet frame [m]
+        """
+        cells, weights = cells_at(self.sheet, xy)
+        return np.einsum("nk,nkr->nr", weights, self.patterns[cells])
+
+
+def cells_at(sheet: Sheet, xy: Floats) -> tuple[Indices, Floats]:
+    """The four cells around points (n, 2): flat indices and bilinear weights, (n, 4) each."""
+    (i, i1), (j, j1), u, v = sheet.cells_around(xy)
+    columns = sheet.shape[1]
+    cells = np.column_stack(
+        [i * columns + j, i * columns + j1, i1 * columns + j, i1 * columns + j1]
+    )
+    weights = np.column_stack([(1 - u) * (1 - v), (1 - u) * v, u * (1 - v), u * v])
+    return cells, weights
+
+
+def field_along(
+    sheet: Sheet, paths: Sequence[Floats], length: float, smoothness: float
+) -> FrictionField:
+    """A field of zero whose patterns are the strongest ones where stones ran.
+
+    Parameters
+    ----------
+    sheet : sheet with its cells
+    paths : positions of stones, (n, 2) each [m]
+    length, smoothness : of the field's correlation
+    """
+    cells, weights = cells_at(sheet, np.concatenate(list(paths)))
+    visits = np.bincount(cells.ravel(), weights=weights.ravel(), minlength=np.prod(sheet.shape))
+    crossed = np.flatnonzero(visits > 0.0)
+    # A cell that was crossed twice as often does not deserve twice the detail.
+    root = (visits[crossed] / visits[crossed].mean()) ** 0.25
+    correlation = _correlation(sheet, length, smoothness)
+    inner = root[:, None] * correlation[np.ix_(crossed, crossed)] * root
+    most = min(len(crossed), MOST_MAP_PATTERNS)
+    values, vectors = eigh(inner, subset_by_index=(len(crossed) - most, len(crossed) - 1))
+    values, vectors = values[::-1], vectors[:, ::-1]
+    enough = int(np.searchsorted(np.cumsum(values), MAP_SHARE * np.trace(inner))) + 1
+    values, vectors = values[:enough], vectors[:, :enough]
+    patterns = correlation[:, crossed] @ (root[:, None] * vectors / np.sqrt(values))
+    return FrictionField(
+        sheet=sheet,
+        length=length,
+        smoothness=smoothness,
+        crossed=crossed,
+        patterns=patterns,
+        values=np.zeros(patterns.shape[1]),
+    )
+
+
+@lru_cache(maxsize=12)
+def _correlation(sheet: Sheet, length: float, smoothness: float) -> Floats:
+    """Correlation of the field between all cells of a sheet, (cells, cells)."""
+    y, x = np.meshgrid(sheet.y_centres, sheet.x_centres, indexing="ij")
+    apart = np.hypot(
+        np.subtract.outer(x.ravel(), x.ravel()), np.subtract.outer(y.ravel(), y.ravel())
+    )
+    return matern(apart, length, smoothness)

@@ -1,0 +1,82 @@
+"""The search for a friction map: the correlation length that promises most.
+
+Around a fit the response to every pattern of a field is linear, so that the evidence of fields of
+several lengths can be compared without fitting any of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from friction_estimation.discovery.model.candidates import Term
+from friction_estimation.discovery.model.fit import (
+    SessionFit,
+    eliminate_states,
+    gram_matrices,
+    refit,
+)
+from friction_estimation.discovery.model.friction_field import CARD, FrictionField, field_along
+from friction_estimation.discovery.model.model import Model, linearised_paths, sensitivities
+from friction_estimation.discovery.search.score_test import least_deviance
+from friction_estimation.discovery.tuning import BETTER_MAP, MAP_LENGTHS, MAP_SMOOTHNESS
+
+
+def find_map(fitted: SessionFit) -> tuple[Term, float] | None:
+    """The friction map that promises most, as a term, and the fall of F that it promises.
+
+    None if the model has a map.
+    """
+    if fitted.model.map_field is not None:
+        return None
+    without = least_deviance(fitted, fitted.model, eliminate_states(fitted.grams))
+    scores = _deviances(fitted, fitted.model)
+    field = min(scores, key=lambda f: scores[f])
+    return Term(card=CARD, map_field=field), without - scores[field]
+
+
+def renew_map(fitted: SessionFit) -> SessionFit:
+    """The fit with a map of another correlation length, if that is better."""
+    present = fitted.model.map_field
+    if present is None:
+        return fitted
+    bare = fitted.model.without(CARD.name)
+    # Around the present map the other fields are deviations from it.
+    scores = _deviances(fitted, bare)
+    field = min(scores, key=lambda f: scores[f])
+    if field.length == present.length:
+        return fitted
+    other = refit(fitted, bare.with_terms(Term(card=CARD, map_field=field)))
+    return other if other.deviance < fitted.deviance - BETTER_MAP else fitted
+
+
+def _deviances(fitted: SessionFit, bare: Model) -> dict[FrictionField, float]:
+    """F with fields of several lengths if everything stays linear around a fit.
+
+    Parameters
+    ----------
+    fitted : fit, with or without a map
+    bare : its model without a map
+    """
+    session, model = fitted.session, fitted.model
+    _, columns = sensitivities(model, session, fitted.states, fitted.ln_factors)
+    paths = linearised_paths(model, session, fitted.states, fitted.ln_factors)
+    residual = fitted.residuals
+    own = columns
+    if model.map_field is not None:
+        # What the present map explains is given back, to be explained by the other.
+        area = slice(7 + model.map_slice.start, 7 + model.map_slice.stop)
+        residual = residual + columns[:, :, area] @ model.map_field.values
+        own = np.delete(columns, np.r_[area], axis=2)
+    at = 7 + bare.map_slice.start
+    places = [session.xy[session.rows(i)] for i in range(len(session))]
+    found: dict[FrictionField, float] = {}
+    for length in MAP_LENGTHS:
+        field = field_along(model.ice.sheet, places, length, MAP_SMOOTHNESS)
+        mapped = bare.with_terms(Term(card=CARD, map_field=field))
+        response = paths.responses_to_friction(field.patterns_at(paths.xy))
+        stacked = np.concatenate(
+            [own[:, :, :at], response, own[:, :, at:], residual[:, :, None]], axis=2
+        )
+        reduced = eliminate_states(gram_matrices(session, fitted.noise, stacked))
+        found[field] = least_deviance(fitted, mapped, reduced)
+    return found
