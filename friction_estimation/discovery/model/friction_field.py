@@ -162,7 +162,5 @@ def field_along(
 def _correlation(sheet: Sheet, length: float, smoothness: float) -> Floats:
     """Correlation of the field between all cells of a sheet, (cells, cells)."""
     y, x = np.meshgrid(sheet.y_centres, sheet.x_centres, indexing="ij")
-    apart = np.hypot(
-        np.subtract.outer(x.ravel(), x.ravel()), np.subtract.outer(y.ravel(), y.ravel())
-    )
-    return matern(apart, length, smoothness)
+    places = np.column_stack([x.ravel(), y.ravel()])
+    return matern(cdist(places, places), length, smoothness)
