@@ -88,6 +88,7 @@ class Discovery:
     residual_term : the table for the unknown that is in the improved ice; None without one
     calibrations : factors of lengths and times by which the tracks were corrected
     fits_worse_than_uniform : whether the given ice, fitted, fits worse than uniform friction
+    given : the model as it was given; None for uniform friction
     """
 
     session: Session
@@ -111,6 +112,7 @@ class Discovery:
     residual_term: dict[str, Any] | None = None
     calibrations: tuple[Calibration, ...] = ()
     fits_worse_than_uniform: bool = False
+    given: Ice | None = None
 
     @property
     def enough(self) -> bool:
@@ -179,7 +181,10 @@ def discover(
     known = tuple(calibrations.values())
     found = _discover(corrected(tracks, known), ice, scene, np.random.default_rng(seed), progress)
     return replace(
-        found, calibrations=known, fits_worse_than_uniform=_is_other_ice(ice, found.final_base)
+        found,
+        calibrations=known,
+        fits_worse_than_uniform=_is_other_ice(ice, found.final_base),
+        given=ice,
     )
 
 

@@ -16,8 +16,9 @@ from friction_estimation.discovery.data.references import QUANTITIES, Calibratio
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.evidence.intervals import standard_errors, with_sides
 from friction_estimation.discovery.evidence.significance import EffectEvidence
-from friction_estimation.discovery.model.candidates import Term, effect_of, way_of
-from friction_estimation.discovery.tuning import LEAST_THROWS
+from friction_estimation.discovery.model.candidates import Term, card_of, effect_of, way_of
+from friction_estimation.discovery.model.friction_field import FrictionField
+from friction_estimation.discovery.tuning import CLEARLY_CHANGED, LEAST_THROWS
 
 NO_HEADING = "No heading was measured, so nothing can be said of curl and of spin."
 ONE_WAY = (
@@ -71,6 +72,7 @@ def document(found: Discovery, provenance: Mapping[str, Any] | None = None) -> d
     return {
         "verdict": sentence(found),
         "effects": effects,
+        "changes": changes(found),
         "gap": {
             **{key: gap.numbers() for key, gap in found.gaps.items()},
             "held_out_throws": found.session.throws[found.held_out].tolist(),
@@ -125,6 +127,9 @@ def sentence(found: Discovery) -> str:
             f"saw come to rest {100 * after:.0f} cm from the forecast instead of "
             f"{100 * before:.0f} cm (a perfect model: {100 * floor:.0f} cm)"
         )
+    corrected = [c for c in changes(found) if _is_strength(c)]
+    if corrected:
+        parts.append("as to the model given, " + ", ".join(map(_change_in_words, corrected)))
     if found.unknown:
         variables = [d.variable for d in found.dependences]
         what = f" that follows {', '.join(variables)}" if variables else ""
@@ -136,8 +141,53 @@ def sentence(found: Discovery) -> str:
     if found.events:
         throws = ", ".join(str(throw) for throw in found.events)
         parts.append(f"something happened once in throw {throws}")
-    text = "; ".join(parts) or "Nothing is missing: what is left is noise, by these throws"
+    if not parts or (corrected and len(parts) == 1):
+        parts.insert(0, "Nothing is missing: what is left is noise, by these throws")
+    text = "; ".join(parts)
     return " ".join([text[0].upper() + text[1:] + ".", *blind_spots(found)])
+
+
+def changes(found: Discovery) -> list[dict[str, Any]]:
+    """Strengths and shapes of the given model that the throws correct."""
+    errors = standard_errors(found.final)
+    given = {e.name: e.parameters for e in found.given.effects} if found.given else {}
+    out: list[dict[str, Any]] = []
+    for term in found.final.model.terms:
+        for name in term.free if term.name in given and term.stone is None else ():
+            before = given[term.name].get(name, term.card.parameter(name).default)
+            error = errors[term.label, name]
+            if before is None or abs(term.values[name] - before) < CLEARLY_CHANGED * error:
+                continue
+            out.append(
+                {
+                    "name": term.name,
+                    "parameter": name,
+                    "given": number(before),
+                    "found": number(term.values[name]),
+                    "stderr": number(error),
+                }
+            )
+    return out
+
+
+def _is_strength(change: Mapping[str, Any]) -> bool:
+    """Whether a change is one of strength, and not of shape."""
+    card = card_of(change["name"])
+    return card is not None and card.parameter(change["parameter"]).neutral is not None
+
+
+def _change_in_words(change: Mapping[str, Any]) -> str:
+    """A corrected parameter in words, such as "curl is 12 % weaker than given"."""
+    name, parameter = readable(change["name"]), change["parameter"].replace("_", " ")
+    before, after = change["given"], change["found"]
+    card = card_of(change["name"])
+    neutral = None if card is None else card.parameter(change["parameter"]).neutral
+    if neutral is not None and before != neutral and (after - neutral) / (before - neutral) > 0:
+        part = (after - neutral) / (before - neutral) - 1.0
+        return (
+            f"{name} is {100 * abs(part):.0f} % {'stronger' if part > 0 else 'weaker'} than given"
+        )
+    return f"the {parameter} of {name} is {after:.2g} and not {before:.2g}"
 
 
 def blind_spots(found: Discovery) -> list[str]:
@@ -163,6 +213,8 @@ def blind_spots(found: Discovery) -> list[str]:
 
 
 def _parameters(term: Term, sigma: Mapping[tuple[str, str], float]) -> dict[str, Any]:
+    if term.map_field is not None:
+        return _parameters_of_map(term.map_field)
     out: dict[str, Any] = {}
     for p in term.card.parameters:
         if p.name not in term.free and p.default is not None:
@@ -174,6 +226,23 @@ def _parameters(term: Term, sigma: Mapping[tuple[str, str], float]) -> dict[str,
             "unit": p.unit,
         }
     return out
+
+
+def _parameters_of_map(field: FrictionField) -> dict[str, Any]:
+    """How uneven the ice is where stones ran; the map itself is in the ice file."""
+    spread = float(field.ln_mu.ravel()[field.crossed].std())
+    return {
+        "spread": {
+            "value": number(spread),
+            "stderr": number(spread / np.sqrt(2.0 * len(field))),
+            "unit": "1",
+        },
+        "length": {
+            "value": number(field.length),
+            "stderr": number(0.25 * field.length),
+            "unit": "m",
+        },
+    }
 
 
 def _named(

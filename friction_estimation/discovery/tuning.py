@@ -120,6 +120,8 @@ MOST_EFFECTS = 4
 RULED_OUT = 12.0
 """A candidate whose −2 ln likelihood is worse than the chosen one's by this is ruled out (a
 likelihood ratio of 400)."""
+CLEARLY_CHANGED = 2.0
+"""Standard errors from which on a parameter of a given model counts as changed."""
 CLEARLY_SEEN = 5.0
 """Standard errors from which an effect would have been named."""
 LEFT_OUT_INFORMATION = 0.02
