@@ -3,10 +3,10 @@
     python scripts/film_sessions.py film -o runs/film_sessions
     python scripts/film_sessions.py judge -o runs/film_sessions
 
-`film` draws sessions with something hidden or nothing (`blind_sessions.py`: its own formulas and
-integrator), films every throw, tracks the films with the scene as it is and, of some, with one that
-knows half of the lens's distortion. Tracks that are there are not made again. `judge` runs
-discovery on the tracks, without a scene and with it, and only then opens what was hidden.
+`film` draws sessions with something hidden or nothing (by `blind/`, which has formulas and an
+integrator of its own), films every throw, tracks the films with the scene as it is and, of some,
+with one that knows half of the lens's distortion. Tracks that are there are not made again. `judge`
+runs discovery on the tracks, without a scene and with it, and only then opens what was hidden.
 """
 
 from __future__ import annotations
@@ -22,17 +22,8 @@ from typing import Any
 
 import cv2
 import numpy as np
-from blind_sessions import (
-    HOG,
-    MU,
-    SCATTER,
-    SQUARES,
-    STEP,
-    hidden_numbers,
-    hide,
-    run_over,
-    throw_path,
-)
+from blind.hidden import SCATTER, hidden_numbers, hide
+from blind.law import HOG, MU, SQUARES, STEP, run_over, throw_path
 from tqdm import tqdm
 
 from curling_env.infrastructure.storage import make_directory, write_json

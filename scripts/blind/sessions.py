@@ -1,0 +1,205 @@
+"""Sessions with something hidden in them, made without the project's force law.
+
+Formulas, integrator and noise are written in this folder anew, so that discovery is judged on data
+that its own model did not make.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from blind.camera import draw_camera, photograph
+from blind.hidden import (
+    SCATTER,
+    STRENGTH_PLACES,
+    championship_numbers,
+    draw_map,
+    has_map,
+    hidden_numbers,
+    hide,
+    log_map,
+)
+from blind.law import HOG, MU, SQUARES, STEP, run_over, throw_path
+from curling_env.typing import Floats
+
+LONGEST = 70.0
+"""No throw takes longer [s]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Release:
+    """One throw as it was made.
+
+    Parameters
+    ----------
+    start : (6,) x, y, vx, vy, theta, spin at the hog line, sheet frame
+    clock : of the session at the release [s]
+    order : throws played before
+    stone : which stone
+    sweep : (2,) start and end of the sweeping after the release [s]
+    mu : friction of this throw, which scatters from throw to throw
+    """
+
+    start: Floats
+    clock: float
+    order: int
+    stone: int
+    sweep: Floats
+    mu: float
+
+    def path(self, q: Floats, pattern: Floats, passes: Floats) -> Floats:
+        """States every `STEP` until rest or the edge, (n, 6), after earlier `passes`."""
+        own = q.copy()
+        own[MU] = self.mu
+        out = np.empty((int(LONGEST / STEP), 6))
+        n = throw_path(
+            own,
+            pattern,
+            passes,
+            self.start,
+            self.clock,
+            float(self.order),
+            float(self.stone),
+            self.sweep,
+            out,
+        )
+        return out[:n]
+
+    def document(self) -> dict[str, Any]:
+        """As the sealed truth holds it."""
+        return {
+            "start": self.start.tolist(),
+            "clock": self.clock,
+            "order": self.order,
+            "stone": self.stone,
+            "sweep": self.sweep.tolist(),
+            "mu": self.mu,
+        }
+
+
+def release_of(sealed: dict[str, Any]) -> Release:
+    """A throw of the sealed truth."""
+    arrays = {key: np.array(sealed[key]) for key in ("start", "sweep")}
+    return Release(**{**sealed, **arrays})
+
+
+def make_session(
+    effects: tuple[str, ...],
+    rng: np.random.Generator,
+    *,
+    throws: int = 16,
+    fresh: int = 0,
+    ways: int = 2,
+    film: bool = False,
+    championship: bool = False,
+    scale: float = 1.0,
+    bad: bool = False,
+) -> tuple[dict[str, list[Any]], dict[str, Any]]:
+    """Columns of a track file, and the sealed truth.
+
+    Parameters
+    ----------
+    fresh : throws played on after the session, on the same ice; the last in the columns
+    ways : directions of play, 2 or 1
+    film : whether the tracks err as those from films do: smoothly, and all alike at a place
+    championship : whether the ice beneath is that of the preset `standard`, each of its strengths
+        off by 10 to 40 per cent
+    scale : factor on the usual sizes of the effects
+    bad : whether positions err by 8 mm with a memory of a second, and throws scatter by 1 %
+    """
+    q = championship_numbers(rng) if championship else hidden_numbers(rng)
+    errors: dict[str, Any] = {}
+    truth = {name: hide(name, q, errors, rng, scale=scale) for name in effects}
+    pattern = draw_map(q, rng)
+    camera = draw_camera(errors, rng, bad=bad)
+    scatter = 0.01 if bad else SCATTER
+    columns: dict[str, list[Any]] = {
+        k: [] for k in ("throw", "t", "x", "y", "theta", "stone", "clock", "swept")
+    }
+    speeds = rng.permutation(np.linspace(1.3, 3.0, throws) + rng.uniform(-0.1, 0.1, throws))
+    clock = 0.0
+    gap = rng.integers(throws // 3, 2 * throws // 3)
+    camera = camera.wandering(rng) if film else camera
+    passes = np.zeros(SQUARES)
+    # As in a game, every stone is played about equally often; a stone that is not cannot be found.
+    stones = np.concatenate([rng.permutation(np.arange(throws) % 4), rng.integers(0, 4, fresh)])
+    speeds = np.concatenate([speeds, rng.uniform(1.4, 2.9, fresh)])
+    releases: list[Release] = []
+    for k in range(throws + fresh):
+        release = draw_release(
+            rng,
+            direction=1.0 if k % ways == 0 else -1.0,
+            speed=speeds[k],
+            stone=int(stones[k]),
+            order=k,
+            clock=clock,
+            mu=q[MU],
+            scatter=scatter,
+        )
+        path = release.path(q, pattern, passes)
+        run_over(passes, path)
+        rows = photograph(path, release.sweep, camera, rng)
+        count = len(rows["t"])
+        rows |= {"throw": [k] * count, "stone": [release.stone] * count}
+        rows["clock"] = [round(clock, 1)] * count
+        for key, values in rows.items():
+            columns.setdefault(key, []).extend(values)
+        releases.append(release)
+        clock += rng.uniform(40, 85) + (1500.0 if k == gap else 0.0)
+    sealed = {
+        "effects": truth,
+        "mu": q[MU],
+        "sigma": camera.sigma,
+        "memory": camera.memory,
+        "scatter": scatter,
+        "camera": {key: np.asarray(value).tolist() for key, value in errors.items()},
+        "numbers": q.tolist(),
+        "pattern": pattern.tolist(),
+        "throws": [release.document() for release in releases],
+    }
+    if has_map(q):
+        sealed["map"] = log_map(q, pattern).tolist()
+    if championship:
+        sealed["strengths"] = {name: float(q[place]) for name, place in STRENGTH_PLACES.items()}
+    return columns, sealed
+
+
+def draw_release(
+    rng: np.random.Generator,
+    *,
+    direction: float,
+    speed: float,
+    stone: int,
+    order: int,
+    clock: float,
+    mu: float,
+    scatter: float,
+) -> Release:
+    """A throw at a speed towards an end: its line, spin and sweeping, and its own friction."""
+    line = rng.normal(0, 0.008)
+    start = np.array(
+        [
+            rng.uniform(-1.0, 1.0),
+            -direction * HOG,
+            -direction * speed * math.sin(line),
+            direction * speed * math.cos(line),
+            rng.uniform(-np.pi, np.pi),
+            rng.choice([-1.0, 1.0]) * rng.uniform(0.8, 2.4),
+        ]
+    )
+    sweep = np.zeros(2)
+    if rng.random() < 0.4:
+        begin = rng.uniform(1.0, 6.0)
+        sweep = np.array([begin, begin + rng.uniform(3.0, 9.0)])
+    return Release(
+        start=start,
+        clock=clock,
+        order=order,
+        stone=stone,
+        sweep=sweep,
+        mu=mu * math.exp(rng.normal(0, scatter)),
+    )
