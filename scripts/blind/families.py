@@ -12,7 +12,6 @@ import numpy as np
 
 from blind.hidden import FORMS, GIVEN, NAMES, OUTSIDE
 from blind.sessions import make_session
-from curling_env.typing import Floats
 
 PAIRS = (
     ("curl", "speed_dependent_friction"),
@@ -175,7 +174,7 @@ def combinations(count: int) -> Iterator[tuple[str, ...]]:
     """
     rng = np.random.default_rng(count)
     while True:
-        order: Floats = rng.permutation(len(NAMES))
+        order = rng.permutation(len(NAMES))
         for begin in range(0, len(NAMES) - count + 1, max(count, 1)):
             names = tuple(NAMES[int(k)] for k in order[begin : begin + count])
             if len({name.partition(":")[0] for name in names}) == count:
@@ -183,6 +182,6 @@ def combinations(count: int) -> Iterator[tuple[str, ...]]:
 
 
 def beside_unknown(times: int) -> list[tuple[str, ...]]:
-    """Each effect of the catalogue, beside something outside it that changes from one to the next."""
+    """Each effect of the catalogue, beside one thing after the other that is outside it."""
     count = len(NAMES) * times
     return [(NAMES[i % len(NAMES)], OUTSIDE[i % len(OUTSIDE)]) for i in range(count)]

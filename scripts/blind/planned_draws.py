@@ -1,0 +1,172 @@
+"""Draws planned on the ice that was found and thrown on the true one, by an elite hand.
+
+Each is compared with the draw that the same player, with the same spin, would plan on the true ice.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from agents.planning import PlannedThrow, plan
+from blind.law import HOG, MU, SQUARES
+from blind.sessions import Release
+from curling_env.errors import CurlingError
+from curling_env.ice import Ice
+from curling_env.sheet import TEE_Y
+from curling_env.throw import skill_named
+from curling_env.typing import Floats
+
+SKILL = skill_named("elite")
+TARGETS = 6
+"""Draws, on a circle around the tee."""
+RADIUS = 1.2
+"""Of that circle [m]."""
+ERRORS = 50
+"""Errors of the hand that each draw is thrown with."""
+STRIDE = 1.5
+"""Of the response to the hand's errors, in their standard deviations."""
+CLOSE = 1e-3
+"""A draw planned on the true ice rests as close to its target [m]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TrueIce:
+    """The sealed ice, on which a first stone is thrown that nobody sweeps before it is planned.
+
+    Parameters
+    ----------
+    numbers, pattern : of the generator
+    direction : the end played to, 1 or -1
+    """
+
+    numbers: Floats
+    pattern: Floats
+    direction: float
+
+    def rest(self, throw: Floats, sweep: tuple[float, float]) -> Floats:
+        """Where a throw of speed, angle and spin comes to rest, (2,) [m]."""
+        speed, angle, spin = throw
+        release = Release(
+            start=np.array(
+                [
+                    0.0,
+                    -self.direction * HOG,
+                    -self.direction * speed * np.sin(angle),
+                    self.direction * speed * np.cos(angle),
+                    0.0,
+                    spin,
+                ]
+            ),
+            clock=0.0,
+            order=0,
+            stone=0,
+            sweep=np.array(sweep),
+            mu=float(self.numbers[MU]),
+        )
+        return release.path(self.numbers, self.pattern, np.zeros(SQUARES))[-1, :2]
+
+
+def draws_on_truth(ice: Ice, sealed: dict[str, Any], *, direction: float) -> dict[str, Any]:
+    """Mean miss of draws planned on an ice and thrown on the true one, and of the best plans.
+
+    Parameters
+    ----------
+    ice : that was found
+    sealed : the truth
+    direction : the end of the house: -1 for the home end
+
+    Returns
+    -------
+    ``miss`` and ``miss_on_truth``, mean over targets and errors of the hand [m]; ``exact``, the
+    mean miss without such errors; ``unplanned``, the number of targets without a plan
+    """
+    truth = TrueIce(
+        numbers=np.array(sealed["numbers"]),
+        pattern=np.array(sealed["pattern"]).reshape(-1, 3),
+        direction=direction,
+    )
+    errors = SKILL.errors(ERRORS, np.random.default_rng(0))
+    misses: list[tuple[float, float, float]] = []
+    for turn in np.arange(TARGETS) * 2.0 * np.pi / TARGETS:
+        target = np.array([RADIUS * np.cos(turn), direction * TEE_Y + RADIUS * np.sin(turn)])
+        try:
+            planned = plan(ice, target, skill=SKILL).best
+        except CurlingError:
+            continue
+        throw, sweep = _as_thrown(planned)
+        best = solve(truth, throw, sweep, target)
+        if best is None:
+            continue
+        misses.append(
+            (
+                expected_miss(truth, throw, sweep, target, errors),
+                expected_miss(truth, best, sweep, target, errors),
+                float(np.hypot(*(truth.rest(throw, sweep) - target))),
+            )
+        )
+    mean = np.mean(misses, axis=0).tolist() if misses else [None] * 3
+    names = ("miss", "miss_on_truth", "exact")
+    return {**dict(zip(names, mean, strict=True)), "unplanned": TARGETS - len(misses)}
+
+
+def _as_thrown(planned: PlannedThrow) -> tuple[Floats, tuple[float, float]]:
+    throw = planned.throw
+    return np.array([throw.speed, throw.angle, throw.spin]), planned.sweep or (0.0, 0.0)
+
+
+def solve(
+    truth: TrueIce, throw: Floats, sweep: tuple[float, float], target: Floats
+) -> Floats | None:
+    """The throw of the same spin that rests at the target; None if none does."""
+    throw = throw.copy()
+    away = truth.rest(throw, sweep) - target
+    for _ in range(12):
+        if np.hypot(*away) < CLOSE:
+            return throw
+        steps = np.array([[1e-3, 0.0, 0.0], [0.0, 1e-4, 0.0]])
+        slope = np.column_stack(
+            [(truth.rest(throw + s, sweep) - target - away) / s.max() for s in steps]
+        )
+        change = np.clip(-np.linalg.lstsq(slope, away, rcond=None)[0], [-0.2, -0.05], [0.2, 0.05])
+        for damping in (1.0, 0.5, 0.25, 0.1):
+            trial = throw + damping * np.array([*change, 0.0])
+            left = truth.rest(trial, sweep) - target
+            if np.hypot(*left) < np.hypot(*away):
+                throw, away = trial, left
+                break
+        else:
+            return None
+    return None
+
+
+def expected_miss(
+    truth: TrueIce, throw: Floats, sweep: tuple[float, float], target: Floats, errors: Floats
+) -> float:
+    """Mean miss over errors of the hand, by the rest's response to them up to second order.
+
+    Ten throws give the response; a stone's rest is as good as quadratic over so small errors.
+
+    Parameters
+    ----------
+    errors : (n, 3) of speed [m/s], angle [rad] and spin [rad/s]
+    """
+    sizes = STRIDE * np.array([SKILL.sigma_speed, SKILL.sigma_angle, SKILL.sigma_spin])
+
+    def at(*units: float) -> Floats:
+        return truth.rest(throw + sizes * np.array(units), sweep)
+
+    middle = at(0, 0, 0)
+    unit = np.eye(3)
+    more, less = [at(*unit[j]) for j in range(3)], [at(*-unit[j]) for j in range(3)]
+    scaled = errors / sizes
+    rests = np.tile(middle, (len(errors), 1))
+    for j in range(3):
+        rests += 0.5 * np.outer(scaled[:, j], more[j] - less[j])
+        rests += 0.5 * np.outer(scaled[:, j] ** 2, more[j] + less[j] - 2.0 * middle)
+        for k in range(j):
+            bend = at(*(unit[j] + unit[k])) - more[j] - more[k] + middle
+            rests += np.outer(scaled[:, j] * scaled[:, k], bend)
+    return float(np.hypot(*(rests - target).T).mean())
