@@ -17,6 +17,7 @@ PAIRS = (
     ("curl", "speed_dependent_friction"),
     ("curl", "slope"),
     ("curl", "stone_bias"),
+    ("curl", "stone_bias:curl"),
     ("curl", "sweeping"),
     ("speed_dependent_friction", "slope"),
     ("speed_dependent_friction", "time_drift"),

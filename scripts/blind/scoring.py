@@ -30,7 +30,7 @@ COMPARED = {
     "slope": ("x", "y"),
     "pebble_wear": ("rate",),
     ALONG_PATHS: ("along_path",),
-    "stone_bias": ("factor",),
+    "stone_bias": ("factor", "curl_factor"),
     "sweeping": ("friction_factor",),
     "friction_patch": ("factor",),
     "time_drift": ("rate",),
@@ -118,7 +118,7 @@ def sizes(report: dict[str, Any], truth: dict[str, Any]) -> dict[str, Any]:
     inside: list[bool] = []
     for effect in report["effects"]:
         name = name_and_form(effect)
-        true = truth["effects"].get(name, {})
+        true = true_parameters(name, truth)
         for p in COMPARED.get(name, ()):
             if p not in true or p not in effect["parameters"]:
                 continue
@@ -136,6 +136,12 @@ def sizes(report: dict[str, Any], truth: dict[str, Any]) -> dict[str, Any]:
         if c["name"] in truth.get("strengths", {}) and STRENGTHS[c["name"]] == c["parameter"]
     ]
     return {"errors": errors, "inside": inside, "changed": changed}
+
+
+def true_parameters(name: str, truth: dict[str, Any]) -> dict[str, float]:
+    """Of a hidden effect, also where it is hidden in another form; empty if it is not hidden."""
+    of_name = (p for key, p in truth["effects"].items() if key.partition(":")[0] == name)
+    return truth["effects"].get(name) or next(of_name, {})
 
 
 def visibility(report: dict[str, Any], hidden: dict[str, dict[str, float]]) -> float | None:
