@@ -126,7 +126,7 @@ def sizes(report: dict[str, Any], truth: dict[str, Any]) -> dict[str, Any]:
             off = abs(got["value"] - true[p])
             strength = abs(true[p] - NEUTRAL.get(name, 0.0))
             if name in VECTORS:
-                strength = float(np.hypot(*true.values()))
+                strength = float(np.linalg.norm(list(true.values())))
             if p != "speed_exponent":
                 errors.append(off / max(strength, 1e-12))
             inside.append(bool(off < WITHIN * got["stderr"]))
