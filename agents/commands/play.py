@@ -7,7 +7,14 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import IceOption, SeedOption, print_json, progress_bar, say
+from curling_env.commands.cli import (
+    IceOption,
+    SeedOption,
+    print_json,
+    progress_bar,
+    say,
+    say_what_is_unknown,
+)
 from curling_env.typing import with_progress
 
 PlayerOption = Annotated[
@@ -105,6 +112,7 @@ def play(
         ice_evolution=NO_EVOLUTION if still else TYPICAL_EVOLUTION,
         sweeping=sweep,
     )
+    say_what_is_unknown(simulator.ice, simulator.known_ice)
     match = Match(
         simulator,
         players,

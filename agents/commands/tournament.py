@@ -7,7 +7,13 @@ from typing import Annotated
 import typer
 
 from agents.commands.play import RulesOption, SkillOption, StillOption, SweepOption
-from curling_env.commands.cli import IceOption, SeedOption, print_json, progress_bar
+from curling_env.commands.cli import (
+    IceOption,
+    SeedOption,
+    print_json,
+    progress_bar,
+    say_what_is_unknown,
+)
 
 
 def tournament(
@@ -65,6 +71,7 @@ def tournament(
         ice_evolution=NO_EVOLUTION if still else TYPICAL_EVOLUTION,
         sweeping=sweep,
     )
+    say_what_is_unknown(simulator.ice)
     opponents = [player_from(name) for name in players]
     with progress_bar(unit="game") as progress:
         table = play_tournament(

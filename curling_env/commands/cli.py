@@ -16,7 +16,7 @@ import sys
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
@@ -24,6 +24,9 @@ from curling_env.errors import CurlingError
 from curling_env.infrastructure.provenance import typed
 from curling_env.infrastructure.storage import format_json
 from curling_env.typing import Progress
+
+if TYPE_CHECKING:
+    from curling_env.ice import Ice
 
 COMMAND_GROUP = "curling.commands"
 
@@ -128,6 +131,14 @@ def say(text: str) -> None:
     tqdm = sys.modules.get("tqdm")
     # A bar that is being drawn must not be written into.
     (print if tqdm is None else tqdm.tqdm.write)(text, file=sys.stderr)
+
+
+def say_what_is_unknown(*ices: Ice) -> None:
+    """Say once on stderr if any of the ices lacks something that its tracks show."""
+    from curling_env.physics.ice_remarks import UNKNOWN, is_marked_unknown
+
+    if any(map(is_marked_unknown, ices)):
+        say(UNKNOWN)
 
 
 class CommandError(CurlingError):

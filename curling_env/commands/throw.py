@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from enum import StrEnum
 from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import IceOption, print_json
+from curling_env.commands.cli import IceOption, print_json, say, say_what_is_unknown
 
 
 class PlayedEnd(StrEnum):
@@ -51,14 +52,34 @@ def throw(
         curl_m       distance of its end to the left of the line of delivery [m]
         from_tee_m   distance from the tee [m]
 
+    If the ice file has standard errors, of its map or its effects, two more numbers say what they
+    leave open of the place of rest; null for a stone that leaves the ice:
+
+    \b
+        rest_sigma_x_m, rest_sigma_y_m   standard deviations across and along the sheet [m]
+
     \b
     Example:
         curling throw --ice standard --speed 2.1 --angle -0.05 --spin 1
     """
     from curling_env.ice import load_ice
+    from curling_env.physics.ice_uncertainty import is_uncertain, rest_spread
     from curling_env.physics.shot_times import shoot
     from curling_env.sheet import Direction
     from curling_env.throw import Throw
 
     end = Direction.AWAY if direction is PlayedEnd.AWAY else Direction.HOME
-    print_json(shoot(load_ice(ice), Throw(speed=speed, angle=angle, spin=spin, x=x), end).as_dict())
+    known, thrown = load_ice(ice), Throw(speed=speed, angle=angle, spin=spin, x=x)
+    document: dict[str, object] = {**shoot(known, thrown, end).as_dict()}
+    spread = None
+    if is_uncertain(known):
+        spread = rest_spread(known, thrown.release(end))
+        across, along = spread or (None, None)
+        document |= {"rest_sigma_x_m": across, "rest_sigma_y_m": along}
+    say_what_is_unknown(known)
+    print_json(document)
+    if spread is not None and sys.stdout.isatty():
+        say(
+            f"what is not known of the ice moves its rest by {100 * spread[1]:.0f} cm along the "
+            f"sheet and {100 * spread[0]:.0f} cm across (one standard deviation)"
+        )

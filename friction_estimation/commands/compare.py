@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import IceOption, print_json, say
+from curling_env.commands.cli import IceOption, print_json, say, say_what_is_unknown
 
 
 def compare(
@@ -28,6 +28,12 @@ def compare(
     (path_rms_m), and the distance of the two places of rest (rest_error_m). too_long_m and
     too_far_left_m say in which direction the prediction is off, as the thrower sees it.
 
+    rest_sigma_x_m and rest_sigma_y_m say how far off it may be: what the standard errors of the ice
+    and the noise of the first seconds leave open, across and along the sheet. sigmas_too_long and
+    sigmas_too_far_left are the errors in these units; beyond 2 the ice is worse than it says, or
+    the throw was unlike the others. rest_error_sigmas is their root mean square, about 1 for an ice
+    that knows what it does not know.
+
     With -o, DIR receives throws.csv (a row per throw), paths.csv (both paths, frame by frame)
     and comparison.png.
 
@@ -40,14 +46,16 @@ def compare(
     from curling_env.trajectory import read_tracks
     from friction_estimation.inversion.rethrow import compare_tracks, write_comparison
 
-    comparison = compare_tracks(read_tracks(tracks), load_ice(ice), window=window)
+    known = load_ice(ice)
+    comparison = compare_tracks(read_tracks(tracks), known, window=window)
     if output is not None:
         from friction_estimation.reports.rethrow_figures import save_comparison
 
         folder = make_directory(output)
         write_comparison(comparison, folder)
-        save_comparison(comparison, load_ice(ice), folder / "comparison.png")
+        save_comparison(comparison, known, folder / "comparison.png")
         say(f"{folder}: throws.csv, paths.csv, comparison.png")
     for reason in comparison.skipped:
         say(f"left out: {reason}")
+    say_what_is_unknown(known)
     print_json(comparison.summary())

@@ -7,7 +7,7 @@ stone rests, is a prediction and is compared with what was measured.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +21,9 @@ from curling_env.physics.wear import wear_along_path, wear_of, worn
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Release
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Flags, Floats
+from friction_estimation.inversion.rethrow_spread import position_noise, rest_spread
 from friction_estimation.inversion.throw.fitted import swept_intervals
-from friction_estimation.inversion.throw.spin import fit_spin
+from friction_estimation.inversion.throw.spin import fit_spin, has_heading
 from friction_estimation.tracks.free_slide import FreeSlide, free_slides
 from friction_estimation.tracks.outliers import robust_deviation
 
@@ -47,6 +48,9 @@ class Rethrow:
     rest_time : time from the release until the stone was 5 cm from its rest [s], which noise blurs
         less than the very end; None if the track ends before
     predicted_time : the same time as predicted [s]
+    rest_sigma : standard deviations of the predicted less the measured place of rest, across and
+        along the sheet [m], that follow from those of the ice and from the noise of the positions;
+        None where it is not known
     """
 
     throw: int
@@ -60,6 +64,7 @@ class Rethrow:
     predicted_rest: Floats
     rest_time: float | None
     predicted_time: float
+    rest_sigma: tuple[float, float] | None = None
 
     @property
     def path_rms(self) -> float:
@@ -88,6 +93,18 @@ class Rethrow:
             return None
         return float(-self.release.direction * (self.predicted_rest - self.rest)[0])
 
+    @property
+    def sigmas_too_long(self) -> float | None:
+        """`too_long` in standard deviations."""
+        along = None if self.rest_sigma is None else self.rest_sigma[1]
+        return self.too_long / along if self.too_long is not None and along else None
+
+    @property
+    def sigmas_too_far_left(self) -> float | None:
+        """`too_far_left` in standard deviations."""
+        across = None if self.rest_sigma is None else self.rest_sigma[0]
+        return self.too_far_left / across if self.too_far_left is not None and across else None
+
     def summary(self) -> dict[str, Any]:
         """The throw in numbers, for JSON and CSV."""
         rest = (None, None) if self.rest is None else (float(self.rest[0]), float(self.rest[1]))
@@ -100,9 +117,13 @@ class Rethrow:
             "rest_y": rest[1],
             "predicted_x": float(self.predicted_rest[0]),
             "predicted_y": float(self.predicted_rest[1]),
+            "rest_sigma_x_m": None if self.rest_sigma is None else self.rest_sigma[0],
+            "rest_sigma_y_m": None if self.rest_sigma is None else self.rest_sigma[1],
             "rest_error_m": self.rest_error,
             "too_long_m": self.too_long,
             "too_far_left_m": self.too_far_left,
+            "sigmas_too_long": self.sigmas_too_long,
+            "sigmas_too_far_left": self.sigmas_too_far_left,
             "path_rms_m": self.path_rms,
             "rest_time_s": self.rest_time,
             "predicted_time_s": self.predicted_time,
@@ -129,6 +150,8 @@ class Comparison:
         errors = [k.rest_error for k in self.rethrows if k.rest_error is not None]
         longs = [k.too_long for k in self.rethrows if k.too_long is not None]
         lefts = [k.too_far_left for k in self.rethrows if k.too_far_left is not None]
+        both = [s for k in self.rethrows for s in (k.sigmas_too_long, k.sigmas_too_far_left)]
+        sigmas = [s for s in both if s is not None]
         squares = np.concatenate(
             [((k.predicted - k.measured)[k.tested] ** 2).sum(axis=1) for k in self.rethrows]
         )
@@ -145,6 +168,7 @@ class Comparison:
             "rest_error_worst_m": max(errors) if errors else None,
             "too_long_mean_m": float(np.mean(longs)) if longs else None,
             "too_far_left_mean_m": float(np.mean(lefts)) if lefts else None,
+            "rest_error_sigmas": rms(sigmas),
             "release_window_s": self.window,
             "each": [rethrow.summary() for rethrow in self.rethrows],
             **({"skipped": list(self.skipped)} if self.skipped else {}),
@@ -170,13 +194,20 @@ def compare_tracks(
     if not window > 0:
         raise InputError(f"the release window must be positive, got {window} s")
     slides, skipped = free_slides(tracks)
-    rethrows: list[Rethrow] = []
+    again: list[Rethrow] = []
+    ices: list[Ice] = []
     wear = np.zeros(ice.sheet.shape)
     for order, part in enumerate(slides):
-        rethrows.append(rethrow(part, worn(ice, wear), order, window))
+        ices.append(worn(ice, wear))
+        again.append(rethrow(part, ices[-1], order, window))
         if wear_along_path(ice):
-            wear += wear_of(ice, [rethrows[-1].predicted])
-    return Comparison(rethrows=tuple(rethrows), skipped=tuple(skipped), window=window)
+            wear += wear_of(ice, [again[-1].predicted])
+    noise = position_noise(again)
+    rethrows = tuple(
+        replace(throw, rest_sigma=rest_spread(throw, known, noise, heading_seen=has_heading(part)))
+        for throw, known, part in zip(again, ices, slides, strict=True)
+    )
+    return Comparison(rethrows=rethrows, skipped=tuple(skipped), window=window)
 
 
 def rethrow(part: FreeSlide, ice: Ice, order: int, window: float = RELEASE_WINDOW) -> Rethrow:

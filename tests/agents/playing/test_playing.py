@@ -20,6 +20,7 @@ from agents.playing.tournament import play_tournament, ratings, wilson
 from curling_env.errors import InputError
 from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator
 from curling_env.game.rules import Game, Team, rule_set
+from curling_env.ice import ActiveEffect, load_ice, save_ice
 
 PLAYERS = {"draw": DrawPlayer, "rulebased": RuleBasedPlayer, "greedy": GreedyPlayer}
 
@@ -29,6 +30,15 @@ def simulator(ends=2, rules="world_curling_2024", ice_evolution=TYPICAL_EVOLUTIO
     return GameSimulator(
         rules=rule_set(rules, ends=ends), ice_evolution=ice_evolution, sweeping=True, **settings
     )
+
+
+def test_a_game_on_ice_that_lacks_something_says_so_once(curling, tmp_path):
+    marked = load_ice("standard").with_effect(ActiveEffect(name="unknown"))
+    save_ice(marked, tmp_path / "ice.json")
+    game = ("play", "--home", "draw", "--away", "draw", "--ends", 1, "--json")
+    result = curling(*game, "--ice", tmp_path / "ice.json")
+    assert result.err.count("lacks something") == 1
+    assert "lacks" not in curling(*game).err
 
 
 def test_a_tournament_is_the_same_on_any_number_of_workers():

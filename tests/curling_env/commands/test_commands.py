@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import re
+import sys
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -53,6 +57,35 @@ def test_the_home_end_is_half_a_turn_away(curling):
     assert home["curl_m"] == pytest.approx(away["curl_m"], abs=1e-6)
     assert away["curl_m"] < -1
     assert away["theta"] < 0 < away["turns"]
+
+
+def test_a_throw_on_ice_that_is_not_known_exactly_says_how_far_its_rest_may_be_off(
+    curling, tmp_path, monkeypatch
+):
+    ice = load_ice("standard")
+    curl = replace(ice.effect("curl"), sigma={"strength": 4e-4})
+    unsure = ice.without_effect("curl").with_effect(curl)
+    save_ice(unsure, tmp_path / "ice.json")
+    call = ("throw", "--ice", tmp_path / "ice.json", "--spin", 1.0, "--speed")
+    result = curling(*call, 2.1)
+    shot = result.json()
+    # The way across grows with the strength of curl, of which 5 % are not known.
+    assert shot["rest_sigma_x_m"] == pytest.approx(0.05 * shot["curl_m"], rel=0.1)
+    assert shot["rest_sigma_y_m"] < 0.3 * shot["rest_sigma_x_m"]
+    assert result.err == ""
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    assert re.search(r"by \d+ cm along the sheet and \d+ cm across", curling(*call, 2.1).err)
+    gone = curling(*call, 4.0).json()
+    assert gone["rest_sigma_x_m"] is gone["rest_sigma_y_m"] is None
+    assert "rest_sigma_x_m" not in curling("throw", "--ice", "standard", "--speed", 2.1).json()
+
+
+def test_a_throw_on_ice_that_lacks_something_says_so(curling, tmp_path):
+    save_ice(load_ice("standard").with_effect(ActiveEffect(name="unknown")), tmp_path / "ice.json")
+    result = curling("throw", "--ice", tmp_path / "ice.json", "--speed", 2.1)
+    assert result.json()["status"] == "rest"
+    assert result.err.count("\n") == 1
+    assert "lacks something" in result.err
 
 
 @pytest.mark.parametrize(

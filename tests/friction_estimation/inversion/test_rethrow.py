@@ -115,7 +115,14 @@ def test_command_refuses_a_missing_ice(curling, tracks, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def made_up(*, direction=1.0, rest=(0.1, 17.0), predicted_rest=(0.4, 16.6), path_error=0.0):
+def made_up(
+    *,
+    direction=1.0,
+    rest=(0.1, 17.0),
+    predicted_rest=(0.4, 16.6),
+    path_error=0.0,
+    rest_sigma=(0.15, 0.1),
+):
     """A rethrow whose numbers are given."""
     t = np.arange(10.0)
     measured = np.column_stack([0 * t, direction * t])
@@ -131,6 +138,7 @@ def made_up(*, direction=1.0, rest=(0.1, 17.0), predicted_rest=(0.4, 16.6), path
         predicted_rest=np.array(predicted_rest),
         rest_time=None if rest is None else 20.5,
         predicted_time=20.75,
+        rest_sigma=rest_sigma,
     )
 
 
@@ -159,15 +167,22 @@ def test_a_throw_in_numbers():
             "rest_y": 17.0,
             "predicted_x": 0.4,
             "predicted_y": 16.6,
+            "rest_sigma_x_m": 0.15,
+            "rest_sigma_y_m": 0.1,
             "rest_error_m": 0.5,
             "too_long_m": -0.4,
             "too_far_left_m": -0.3,
+            "sigmas_too_long": -4.0,
+            "sigmas_too_far_left": -2.0,
             "path_rms_m": 0.02,
             "rest_time_s": 20.5,
             "predicted_time_s": 20.75,
         }
     )
     assert made_up(rest=None).summary()["rest_x"] is None
+    assert made_up(rest=None).summary()["sigmas_too_long"] is None
+    unknown = made_up(rest_sigma=None).summary()
+    assert unknown["rest_sigma_x_m"] is unknown["sigmas_too_far_left"] is None
 
 
 def test_totals_count_only_throws_that_rested():
@@ -180,6 +195,8 @@ def test_totals_count_only_throws_that_rested():
     assert (totals["throws"], totals["rested"], totals["release_window_s"]) == (3, 2, 2.5)
     assert totals["path_rms_m"] == pytest.approx(np.sqrt((0.03**2 + 0.01**2) / 3))
     assert totals["rest_error_m"] == pytest.approx(np.sqrt((0.5**2 + 1.2**2) / 2))
+    sigmas = np.array([-4.0, -2.0, 12.0, 0.0])
+    assert totals["rest_error_sigmas"] == pytest.approx(np.sqrt((sigmas**2).mean()))
     assert totals["rest_error_median_m"] == pytest.approx(0.85)
     assert totals["rest_error_worst_m"] == pytest.approx(1.2)
     assert totals["too_long_mean_m"] == pytest.approx((-0.4 + 1.2) / 2)
