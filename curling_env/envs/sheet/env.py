@@ -28,10 +28,16 @@ from curling_env.envs.sheet.tasks import Task, task_named
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.physics.engine import Engine, StoneState
+from curling_env.physics.ice_uncertainty import is_uncertain, plausible_ices
 from curling_env.physics.one_stone.tuning import QUICK_TOLERANCE
 from curling_env.sheet import Direction, to_delivery, to_sheet
 from curling_env.throw import Throw
 from curling_env.typing import Floats, Image, Singles
+
+
+def engine_for(ice: Ice) -> Engine:
+    """The engine of a single environment, as exact as that of many side by side."""
+    return Engine(ice, tolerance=QUICK_TOLERANCE)
 
 
 class CurlingSheetEnv(gymnasium.Env[Singles, Singles]):
@@ -42,6 +48,8 @@ class CurlingSheetEnv(gymnasium.Env[Singles, Singles]):
     ice : the ice thrown on: an `Ice`, a file or a preset
     known_ice : the ice as the agent knows it; the ice thrown on by default. With an estimated ice
         here and the true one in `ice`, an agent is tested on what it could not know
+    ice_sigma : whether every episode is thrown on another ice, drawn from those that the standard
+        errors of `ice` allow; `thrown_ice` is the present one. The known ice stays as it is
     task : "draw", "guard", "takeout", "hit_and_stay", "peel", "freeze", the name of a task that a
         package declares, ``module:Class``, or a `Task`; see `tasks`
     throws : number of throws in an episode; stones in play stay where they rest. A task with a
@@ -80,6 +88,7 @@ class CurlingSheetEnv(gymnasium.Env[Singles, Singles]):
         ice: Ice | str | Path = "standard",
         *,
         known_ice: Ice | str | Path | None = None,
+        ice_sigma: bool = False,
         task: str | Task = "draw",
         throws: int = 1,
         target: TargetOption = None,
@@ -99,8 +108,11 @@ class CurlingSheetEnv(gymnasium.Env[Singles, Singles]):
         self.ice, self.task = load_ice(ice), task_named(task)
         if self.task.has_target_stone and throws > 1:
             raise InputError(f"the task {self.task.name} has one throw an episode, got {throws}")
+        if ice_sigma and not is_uncertain(self.ice):
+            raise InputError("ice_sigma draws ices from standard errors, and this ice has none")
+        self.ice_sigma = ice_sigma
         self.render_mode = render_mode
-        self.engine = Engine(self.ice, tolerance=QUICK_TOLERANCE)  # as CurlingSheetVectorEnv
+        self.engine = engine_for(self.ice)
         self.throws, self._fps = throws, fps
         self._options: dict[str, Any] = {
             "target": target,
@@ -138,6 +150,15 @@ class CurlingSheetEnv(gymnasium.Env[Singles, Singles]):
     def ice_features(self, direction: Direction) -> Singles:
         """What the agent knows of the ice when it plays to an end; see `ice_features`."""
         return self._ice_features[direction]
+
+    @property
+    def thrown_ice(self) -> Ice:
+        """The ice that is thrown on in this episode."""
+        return self.engine.ice
+
+    def draw_ice(self, rng: np.random.Generator) -> Ice:
+        """Another ice that the standard errors of the ice allow."""
+        return plausible_ices(self.ice, 1, rng)[0]
 
     @property
     def level(self) -> float | None:
@@ -181,6 +202,8 @@ class CurlingSheetEnv(gymnasium.Env[Singles, Singles]):
         super().reset(seed=seed)
         initial = self.reset_distribution(options).sample(self.np_random)
         self._direction, self._target = initial.direction, initial.target
+        if self.ice_sigma:
+            self.engine = engine_for(self.draw_ice(self.np_random))
         self._stones = tuple(
             StoneState(x=x, y=y, stone=k)
             for k, (x, y) in enumerate(to_sheet(initial.places, initial.direction).tolist())

@@ -13,10 +13,11 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from curling_env.envs.sheet.env import CurlingSheetEnv
+from curling_env.envs.sheet.env import CurlingSheetEnv, engine_for
 from curling_env.envs.sheet.reset import FIRST_OWN_STONE, ResetDistribution
 from curling_env.envs.sheet.reward import Landing, judge
 from curling_env.errors import InputError
+from curling_env.ice import Ice
 from curling_env.physics.batch import MOST_STONES, RELEASE_DTYPE, play_batch
 from curling_env.physics.engine import Status, StoneState, is_hogged, left_by_the_side
 from curling_env.physics.one_stone.slide import play_bounds
@@ -119,6 +120,7 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
         self._bounds = np.array([play_bounds(self.single.ice, end) for end in Direction])
         self._known = np.array([self.single.ice_features(end) for end in Direction])
         self._rngs: list[np.random.Generator] = []
+        self._ices = [self.single.ice] * num_envs
         self._directions = np.ones(num_envs, dtype=np.int64)
         self._targets = np.zeros((num_envs, 2))
         self._places = np.full((num_envs, slots, 2), np.nan)
@@ -225,12 +227,15 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
             return
         self._played[rows], self._clock[rows], self._over[rows] = 0, 0.0, False
         self._places[rows] = np.nan
+        each: list[int] = rows.tolist()
         if distribution.is_fixed:
             self._set_state(rows, *distribution.sample(self._rngs[0]))
-            return
-        each: list[int] = rows.tolist()
-        for i in each:
-            self._set_state(i, *distribution.sample(self._rngs[i]))
+        else:
+            for i in each:
+                self._set_state(i, *distribution.sample(self._rngs[i]))
+        if self.single.ice_sigma:
+            for i in each:
+                self._ices[i] = self.single.draw_ice(self._rngs[i])
 
     def _set_state(
         self, rows: Indices | int, direction: Direction, target: Any, places: Floats
@@ -302,21 +307,30 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
         struck, time = np.empty(len(rows), dtype=np.bool_), np.empty(len(rows))
         for end, bounds in zip(Direction, self._bounds, strict=True):
             to_end = direction == end
-            if not to_end.any():
-                continue
-            mine = slice(None) if to_end.all() else to_end
-            after = play_batch(
-                self.single.ice,
-                before[mine],
-                table[mine],
-                identity=self._identifiers[:k],
-                bounds=bounds,
-            )
-            if (after.collisions < 0).any():
-                raise InputError("a stone never stops on this ice; check its friction and slope")
-            xy[mine], last[mine] = after.xy, after.last[:, -1]
-            struck[mine], time[mine] = after.collisions > 0, after.time
+            for mine, ice in self._by_ice(rows, to_end):
+                after = play_batch(
+                    ice,
+                    before[mine],
+                    table[mine],
+                    identity=self._identifiers[:k],
+                    bounds=bounds,
+                )
+                if (after.collisions < 0).any():
+                    raise InputError(
+                        "a stone never stops on this ice; check its friction and slope"
+                    )
+                xy[mine], last[mine] = after.xy, after.last[:, -1]
+                struck[mine], time[mine] = after.collisions > 0, after.time
         return _Played(xy, last, struck, time, {})
+
+    def _by_ice(self, rows: Indices, to_end: Flags) -> list[tuple[slice | Flags, Ice]]:
+        """Parts of the rows that play to one end, each on one ice."""
+        if self.single.ice_sigma:
+            each: list[int] = np.flatnonzero(to_end).tolist()
+            return [(slice(i, i + 1), self._ices[rows[i]]) for i in each]
+        if not to_end.any():
+            return []
+        return [(slice(None) if to_end.all() else to_end, self.single.ice)]
 
     def _play_each(self, rows: Indices, throws: Floats, k: int) -> _Played:
         """Simulate throws one by one through the engine, which keeps trajectories."""
@@ -326,7 +340,8 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
         for row, (i, (speed, angle, spin)) in enumerate(zip(rows, throws.tolist(), strict=True)):
             slots = np.flatnonzero(~np.isnan(self._places[i, :k, 0]))
             number = int(self._played[i])
-            outcome = self.single.engine.play(
+            engine = engine_for(self._ices[int(i)]) if self.single.ice_sigma else self.single.engine
+            outcome = engine.play(
                 Throw(speed=speed, angle=angle, spin=spin).release(
                     Direction(self._directions[i]),
                     stone=FIRST_OWN_STONE + number,

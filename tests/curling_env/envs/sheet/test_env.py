@@ -15,7 +15,8 @@ import curling_env  # noqa: F401  (registers the environments)
 from curling_env.envs.sheet.action import ThrowRange
 from curling_env.envs.sheet.reward import RewardWeights
 from curling_env.errors import InputError
-from curling_env.ice import ActiveEffect, load_ice, save_ice
+from curling_env.ice import ActiveEffect, Ice, load_ice, save_ice
+from curling_env.physics.ice_uncertainty import rest_spread
 from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import TEE_Y, Direction, to_delivery
 from curling_env.throw import Throw
@@ -274,3 +275,50 @@ def test_an_unknown_render_mode_is_refused():
 
     with pytest.raises(InputError, match="render_mode"):
         CurlingSheetEnv(render_mode="ansi")
+
+
+# --- ice that is not known exactly ----------------------------------------------------------------
+
+
+def doubtful_ice() -> Ice:
+    """Championship ice with standard errors of its map and of curl."""
+    ice = load_ice("standard")
+    curl = replace(ice.effect("curl"), sigma={"strength": 6e-4})
+    friction = replace(ice.friction, sigma=0.02 * ice.friction.mu)
+    return replace(ice.without_effect("curl").with_effect(curl), friction=friction)
+
+
+def test_every_episode_may_have_an_ice_of_its_own():
+    env = make(ice=doubtful_ice(), ice_sigma=True)
+    first, _ = env.reset(seed=1)
+    one = env.thrown_ice
+    again, _ = env.reset()
+    other = env.thrown_ice
+    assert (one.friction.mu != other.friction.mu).any()
+    assert one.effect("curl").parameters != other.effect("curl").parameters
+    # What the agent knows stays the same.
+    np.testing.assert_array_equal(first, again)
+    env.reset(seed=1)
+    np.testing.assert_array_equal(env.thrown_ice.friction.mu, one.friction.mu)
+    assert env.thrown_ice.effects == one.effects
+
+
+def test_rests_scatter_as_the_ice_allows():
+    env = make(ice=doubtful_ice(), ice_sigma=True)
+    env.reset(seed=0)
+    rests = []
+    for _ in range(300):
+        env.reset()
+        *_, info = throw(env)
+        rests.append(info["trajectory"].xy[-1])
+    spread = rest_spread(doubtful_ice(), DRAW.release())
+    np.testing.assert_allclose(np.std(rests, axis=0), spread, rtol=0.15)
+
+
+def test_the_ice_of_the_file_is_thrown_on_unless_asked_for():
+    ice = doubtful_ice()
+    env = make(ice=ice)
+    env.reset(seed=1)
+    assert env.thrown_ice is ice
+    with pytest.raises(InputError, match="ice_sigma"):
+        make(ice="standard", ice_sigma=True)

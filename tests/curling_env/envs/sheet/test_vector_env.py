@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 
 import gymnasium
 import numpy as np
@@ -50,7 +51,11 @@ def some_actions(rng: np.random.Generator, n: int = N):
 WORN = load_ice("standard").with_effect(
     ActiveEffect(name="pebble_wear", parameters={"rate": -0.02})
 )
+CERTAIN = load_ice("standard")
+DOUBTFUL = replace(CERTAIN, friction=replace(CERTAIN.friction, sigma=0.03 * CERTAIN.friction.mu))
 LONE = [
+    {"ice": DOUBTFUL, "ice_sigma": True},
+    {"ice": DOUBTFUL, "ice_sigma": True, "target": "random", "direction": "random"},
     {},
     {"ice": load_ice("paper"), "direction": "random"},
     {"target": "random", "direction": "home"},
@@ -203,6 +208,18 @@ def test_what_is_handed_out_stays_as_it_was(rng):
     envs.step(some_actions(rng))
     np.testing.assert_array_equal(first, kept[0])
     np.testing.assert_array_equal(info["target"], kept[1])
+
+
+def test_trajectories_on_plausible_ices_are_those_of_single_sheets(rng):
+    options = {"ice": DOUBTFUL, "ice_sigma": True, "fps": 10.0}
+    many, single = make(**options), one_by_one("NextStep", **options)
+    actions = some_actions(rng)
+    rests = []
+    for envs in (many, single):
+        envs.reset(seed=3)
+        *_, info = envs.step(actions)
+        rests.append([path.xy[-1] for path in info["trajectory"]])
+    np.testing.assert_allclose(*rests, atol=ROUNDING)
 
 
 def test_trajectories_come_when_asked_for(rng):
