@@ -11,6 +11,7 @@ import numpy as np
 from curling_env.ice import save_ice
 from curling_env.infrastructure.storage import write_json
 from curling_env.physics.state import State
+from curling_env.physics.sweeping_gain import sweeping_gain
 from friction_estimation.discovery.data.measurement import LENS
 from friction_estimation.discovery.data.references import QUANTITIES, Calibration, QuantityError
 from friction_estimation.discovery.discover import Discovery
@@ -143,8 +144,11 @@ def sentence(found: Discovery) -> str:
         parts.append(f"something happened once in throw {throws}")
     if not parts or (corrected and len(parts) == 1):
         parts.insert(0, "Nothing is missing: what is left is noise, by these throws")
-    text = "; ".join(parts)
-    return " ".join([text[0].upper() + text[1:] + ".", *blind_spots(found)])
+    sentences = ["; ".join(parts)]
+    if "sweeping" in [effect.label for effect in found.effects] + [c["name"] for c in corrected]:
+        gain = _metres_gained(found)
+        sentences += [gain_in_words(gain)] if gain else []
+    return " ".join([*(f"{s[0].upper()}{s[1:]}." for s in sentences), *blind_spots(found)])
 
 
 def changes(found: Discovery) -> list[dict[str, Any]]:
@@ -270,9 +274,36 @@ def _named(
             "closure": number(found.closure),
             "runner_up": found.runner_up(effect.label),
             "separating_throws": {a.name: a.throw for a in others},
+            **({"metres_gained": _metres_gained(found)} if term.name == "sweeping" else {}),
         },
         "alternatives": [a.name for a in others],
     }
+
+
+def _metres_gained(found: Discovery) -> dict[str, Any] | None:
+    """What sweeping gains a draw on the improved ice, at the end of the session."""
+    session = found.session
+    gain = sweeping_gain(
+        found.improved_ice(),
+        clock=float(session.clocks.max()),
+        order=int(session.orders.max()) + 1,
+        stone=int(session.stones[-1]),
+    )
+    if gain is None:
+        return None
+    return {"value": number(gain.metres), "stderr": number(gain.stderr), "unit": "m"}
+
+
+def gain_in_words(gain: Mapping[str, Any]) -> str:
+    """How far sweeping carries a draw.
+
+    Parameters
+    ----------
+    gain : ``metres_gained`` of a report
+    """
+    way = "{:.2f} ± {:.2f} m further" if gain["value"] >= 0 else "{:.2f} ± {:.2f} m less far"
+    how_far = way.format(abs(gain["value"]), gain["stderr"])
+    return f"a draw swept over the last third of its way runs {how_far}"
 
 
 def _calibration(found: Calibration) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from friction_estimation.discovery.discover import Discovery
-from friction_estimation.discovery.report import readable
+from friction_estimation.discovery.report import gain_in_words, readable
 from friction_estimation.reports.discovery_draw import draw_shift
 from friction_estimation.reports.discovery_figures import (
     draw_picture,
@@ -84,6 +84,8 @@ def _effects(report: dict[str, Any]) -> str:
             f"{escape(name)} = {p['value']:.4g} ± {p['stderr']:.2g}{_unit(p['unit'])}"
             for name, p in effect["parameters"].items()
         )
+        gain = effect["evidence"].get("metres_gained")
+        values += f": {escape(gain_in_words(gain))}" if gain else ""
         follows = ", ".join(effect["depends_on"])
         rows.append(
             [

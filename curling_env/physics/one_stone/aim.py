@@ -81,7 +81,7 @@ class Aim:
         """The throw that comes to rest at (x, y) with this spin, or None if none was found."""
         table = self._table(spin)
         distance = y - START_Y
-        if not table[0, 1] < distance < table[-1, 1]:
+        if not _carries(table, distance):
             return None
         speed = float(np.interp(distance, table[:, 1], table[:, 0]))
         curl = float(np.interp(distance, table[:, 1], table[:, 2]))
@@ -103,7 +103,7 @@ class Aim:
         """Speed at which a throw straight ahead comes to rest level with y, or None [m/s]."""
         table = self._table(spin)
         distance = y - START_Y
-        if not table[0, 1] < distance < table[-1, 1]:
+        if not _carries(table, distance):
             return None
         speed = float(np.interp(distance, table[:, 1], table[:, 0]))
         slope = float(np.interp(distance, table[:, 1], table[:, 3]))
@@ -164,7 +164,7 @@ class Aim:
                 if y > BACK_LINE_Y - TEE_Y + 2.0:
                     break
                 speed *= 1.25
-            table = np.array(rows)
+            table = np.array(rows).reshape(-1, 3)
             slope = np.gradient(table[:, 1], table[:, 0]) if len(rows) > 1 else np.ones(len(rows))
             self._tables[spin] = np.column_stack([table, slope])
         return self._tables[spin]
@@ -193,3 +193,8 @@ class Aim:
             self._work,
         )
         return int(end), d * float(state[State.X]), d * float(state[State.Y]) - TEE_Y
+
+
+def _carries(table: Floats, distance: float) -> bool:
+    """Whether some speed of a table carries so far; none does where no stone stops."""
+    return len(table) > 0 and bool(table[0, 1] < distance < table[-1, 1])

@@ -2,7 +2,10 @@ from __future__ import annotations
 
 import json
 
+import pytest
+
 from curling_env.ice import load_ice
+from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.trajectory import write_tracks
 
 from .conftest import effect
@@ -29,6 +32,28 @@ def test_report_ice_and_page(curling, make_session, tmp_path):
     assert report["verdict"] in page
     assert "http://" not in page
     assert "https://" not in page
+
+
+def test_sweeping_is_told_in_metres(curling, make_session, tmp_path):
+    write_tracks(tmp_path / "tracks.csv", make_session([effect("sweeping", friction_factor=0.85)]))
+    result = curling("discover", tmp_path / "tracks.csv", "-o", tmp_path / "found")
+    report = json.loads((tmp_path / "found" / "report.json").read_text())
+    (swept,) = report["effects"]
+    assert swept["name"] == "sweeping"
+    gained, factor = swept["evidence"]["metres_gained"], swept["parameters"]["friction_factor"]
+    # On even ice a stone that still has z metres to go runs z / factor.
+    third = (HOG_LINE_Y + TEE_Y) / 3
+    assert gained["value"] == pytest.approx(third * (1 / factor["value"] - 1), rel=0.03)
+    assert gained["stderr"] == pytest.approx(
+        third * factor["stderr"] / factor["value"] ** 2, rel=0.05
+    )
+    said = f"runs {gained['value']:.2f} ± {gained['stderr']:.2f} m further"
+    assert f"A draw swept over the last third of its way {said}." in report["verdict"]
+    assert (
+        f"a draw swept over the last third of its way {said}"
+        in (tmp_path / "found" / "report.html").read_text()
+    )
+    assert result.json()["verdict"] == report["verdict"]
 
 
 def test_results_say_where_they_come_from_and_not_where_they_lie(curling, make_session, tmp_path):

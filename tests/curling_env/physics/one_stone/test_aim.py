@@ -34,6 +34,13 @@ def test_a_draw_comes_to_rest_at_its_target(direction, target, rng):
         assert rest_of(ice, throw, direction) == pytest.approx(target, abs=3e-3)
 
 
+def test_on_ice_on_which_no_stone_stops_no_draw_is_found():
+    steep = ActiveEffect(name="slope", parameters={"y": 5e-3})
+    aim = Aim(Ice.uniform(0.004, effects=(steep,)))
+    assert aim.draw(0.0, 0.0, 1.5) is None
+    assert aim.draw_weight() is None
+
+
 def test_a_throw_runs_over_the_point_it_is_aimed_at():
     ice = load_ice("standard")
     throw = Aim(ice).through(0.4, -1.0, 3.0, -1.5)

@@ -1,0 +1,96 @@
+"""How far sweeping carries a stone on an ice: the size of that effect as curlers speak of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from curling_env.errors import InputError
+from curling_env.ice import Ice
+from curling_env.physics.effects import catalogue
+from curling_env.physics.one_stone.aim import Aim
+from curling_env.physics.one_stone.slide import edge_bounds
+from curling_env.physics.session import simulate
+from curling_env.throw import Release, Throw
+
+DRAW_SPIN = 1.5
+"""Spin of the draw [rad/s]: two and a half turns on the way."""
+SWEPT_PART = 1.0 / 3.0
+"""Part of its way, the last, over which the draw is swept."""
+FACTOR_STEP = 0.005
+"""Step of the derivative by the friction factor."""
+LONG_ENOUGH = 600.0
+"""Time for which it is swept [s]: no stone slides so long."""
+AT_EDGE = 1e-3
+"""Distance from an edge of the ice at which a slide has ended there [m]."""
+
+
+class SweepingGain(NamedTuple):
+    """How much further a draw runs that is swept over the last third of its way.
+
+    Parameters
+    ----------
+    metres : along the sheet [m]
+    stderr : standard error that follows from that of the friction under the brooms [m]
+    """
+
+    metres: float
+    stderr: float
+
+
+def sweeping_gain(
+    ice: Ice, *, clock: float = 0.0, order: int = 0, stone: int = 0
+) -> SweepingGain | None:
+    """How much further a draw to the tee runs on an ice if it is swept over its last third.
+
+    Parameters
+    ----------
+    ice : ice with the effect `sweeping`
+    clock, order, stone : of the draw in its session, for effects that depend on them
+
+    Returns
+    -------
+    None where the ice does not say what sweeping does, or the draw does not rest on the sheet
+    """
+    effect = ice.effect("sweeping")
+    if effect is None:
+        return None
+    own = catalogue()["sweeping"].parameter("friction_factor")
+    factor = effect.parameters.get(own.name, own.default)
+    assert factor is not None  # the card has a default
+    speed = Aim(ice, clock=clock, order=order, stone=stone).draw_weight(DRAW_SPIN)
+    if speed is None:
+        return None
+    draw = Throw(speed=speed, spin=DRAW_SPIN).release(clock=clock, order=order, stone=stone)
+    plain = simulate(ice, [draw])[0]
+    way = plain.xy[:, 1] - plain.xy[0, 1]
+    begin = float(np.interp((1.0 - SWEPT_PART) * way[-1], way, plain.t))
+    swept = replace(draw, sweep_start=begin, sweep_end=begin + LONG_ENOUGH)
+
+    def rest(friction_factor: float) -> float:
+        changed = replace(effect, parameters={**effect.parameters, own.name: friction_factor})
+        others = tuple(changed if e is effect else e for e in ice.effects)
+        return _rest(replace(ice, effects=others), swept)
+
+    low, high = max(factor - FACTOR_STEP, own.low), min(factor + FACTOR_STEP, own.high)
+    try:
+        metres = rest(factor) - _rest(ice, draw)
+        slope = (rest(high) - rest(low)) / (high - low)
+    except InputError:
+        return None
+    return SweepingGain(metres, abs(slope) * effect.sigma.get(own.name, 0.0))
+
+
+def _rest(ice: Ice, release: Release) -> float:
+    """Where a stone comes to rest along the sheet [m].
+
+    Raises
+    ------
+    InputError : it does not, or only beyond an edge of the ice
+    """
+    end = simulate(ice, [release])[0].xy[-1]
+    if (np.abs(end) > edge_bounds(ice)[[1, 3]] - AT_EDGE).any():
+        raise InputError("the stone runs off the sheet")
+    return float(end[1])
