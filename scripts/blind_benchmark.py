@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from blind.bound import bound_of
 from blind.families import FIRST_SUITE, KINDS, Task, plan
 from blind.planned_draws import draws_on_truth
 from blind.scoring import by_regression, gap_on_fresh_throws, map_scores, score
@@ -107,14 +108,18 @@ def scores(
     truth = read_json(sealed / f"{task.name}.json")
     ice = found.improved_ice()
     row = score(report, truth, task)
+    planned = job.draws and task.kind in RINK_ICE
+    # Of tracks like those of films the true noise is not known as a formula.
+    best = bound_of(truth, tracks) if (planned or task.kind == "map") and not job.film else None
     if "map" in truth:
-        row |= map_scores(ice, truth, tracks)
+        row |= map_scores(ice, truth, task.throws, best)
     if task.kind in FIRST_SUITE:
         row["gap_fresh"] = gap_on_fresh_throws(found, sealed / f"{task.name}.csv")
         row["regression"] = by_regression(tracks)
-    if job.draws and task.kind in RINK_ICE:
+    if planned:
         # Where all throws went one way, the home half of the sheet was never seen.
-        row["draws"] = draws_on_truth(ice, truth, direction=-1.0 if task.ways == 2 else 1.0)
+        direction = -1.0 if task.ways == 2 else 1.0
+        row["draws"] = draws_on_truth(ice, truth, direction=direction, best=best)
     return row
 
 

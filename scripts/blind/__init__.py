@@ -5,7 +5,7 @@
 - `camera`, `sessions`: whole sessions, as track files and a sealed truth
 - `families`: what is hidden in which session of the benchmark
 - `scoring`: names, sizes and maps beside the truth
-- `bound`: how well a map can be known at best
+- `linearised`, `bound`: how well the ice can be known at best
 - `planned_draws`: draws planned on the ice that was found, thrown on the true one
 - `tables`: the scores as Markdown
 """

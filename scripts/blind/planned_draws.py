@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from agents.planning import PlannedThrow, plan
+from blind.bound import Bound
 from blind.law import HOG, MU, SQUARES
 from blind.sessions import Release
 from curling_env.errors import CurlingError
@@ -26,6 +27,8 @@ RADIUS = 1.2
 """Of that circle [m]."""
 ERRORS = 50
 """Errors of the hand that each draw is thrown with."""
+KNOWLEDGE = 200
+"""Rests that the best knowledge of an ice leaves possible, for each draw."""
 STRIDE = 1.5
 """Of the response to the hand's errors, in their standard deviations."""
 CLOSE = 1e-3
@@ -46,10 +49,10 @@ class TrueIce:
     pattern: Floats
     direction: float
 
-    def rest(self, throw: Floats, sweep: tuple[float, float]) -> Floats:
-        """Where a throw of speed, angle and spin comes to rest, (2,) [m]."""
+    def release(self, throw: Floats, sweep: tuple[float, float]) -> Release:
+        """The release of a throw of speed, angle and spin."""
         speed, angle, spin = throw
-        release = Release(
+        return Release(
             start=np.array(
                 [
                     0.0,
@@ -66,10 +69,16 @@ class TrueIce:
             sweep=np.array(sweep),
             mu=float(self.numbers[MU]),
         )
+
+    def rest(self, throw: Floats, sweep: tuple[float, float]) -> Floats:
+        """Where a throw of speed, angle and spin comes to rest, (2,) [m]."""
+        release = self.release(throw, sweep)
         return release.path(self.numbers, self.pattern, np.zeros(SQUARES))[-1, :2]
 
 
-def draws_on_truth(ice: Ice, sealed: dict[str, Any], *, direction: float) -> dict[str, Any]:
+def draws_on_truth(
+    ice: Ice, sealed: dict[str, Any], *, direction: float, best: Bound | None = None
+) -> dict[str, Any]:
     """Mean miss of draws planned on an ice and thrown on the true one, and of the best plans.
 
     Parameters
@@ -77,11 +86,14 @@ def draws_on_truth(ice: Ice, sealed: dict[str, Any], *, direction: float) -> dic
     ice : that was found
     sealed : the truth
     direction : the end of the house: -1 for the home end
+    best : the best that can be known of the ice from its session
 
     Returns
     -------
-    ``miss`` and ``miss_on_truth``, mean over targets and errors of the hand [m]; ``exact``, the
-    mean miss without such errors; ``unplanned``, the number of targets without a plan
+    ``miss``, ``miss_on_truth`` and ``miss_at_best``, mean over targets and errors of the hand of
+    draws planned on the ice that was found, on the true one, and on what can be known at best [m];
+    ``exact``, the mean miss of the first without such errors; ``unplanned``, the number of targets
+    without a plan
     """
     truth = TrueIce(
         numbers=np.array(sealed["numbers"]),
@@ -89,7 +101,7 @@ def draws_on_truth(ice: Ice, sealed: dict[str, Any], *, direction: float) -> dic
         direction=direction,
     )
     errors = SKILL.errors(ERRORS, np.random.default_rng(0))
-    misses: list[tuple[float, float, float]] = []
+    misses: list[tuple[float, ...]] = []
     for turn in np.arange(TARGETS) * 2.0 * np.pi / TARGETS:
         target = np.array([RADIUS * np.cos(turn), direction * TEE_Y + RADIUS * np.sin(turn)])
         try:
@@ -97,18 +109,21 @@ def draws_on_truth(ice: Ice, sealed: dict[str, Any], *, direction: float) -> dic
         except CurlingError:
             continue
         throw, sweep = _as_thrown(planned)
-        best = solve(truth, throw, sweep, target)
-        if best is None:
+        right = solve(truth, throw, sweep, target)
+        if right is None:
             continue
-        misses.append(
-            (
-                expected_miss(truth, throw, sweep, target, errors),
-                expected_miss(truth, best, sweep, target, errors),
-                float(np.hypot(*(truth.rest(throw, sweep) - target))),
-            )
-        )
-    mean = np.mean(misses, axis=0).tolist() if misses else [None] * 3
-    names = ("miss", "miss_on_truth", "exact")
+        made = rests_with_errors(truth, throw, sweep, errors) - target
+        meant = rests_with_errors(truth, right, sweep, errors) - target
+        exact = truth.rest(throw, sweep) - target
+        one = [np.hypot(*away.T).mean() for away in (made, meant, exact[None])]
+        if best is not None:
+            release = truth.release(right, sweep)
+            spread = best.rest_covariance(release, truth.numbers, truth.pattern)
+            off = np.random.default_rng(1).multivariate_normal(np.zeros(2), spread, KNOWLEDGE)
+            one.append(np.hypot(*(meant[:, None] + off).reshape(-1, 2).T).mean())
+        misses.append(tuple(one))
+    names = ("miss", "miss_on_truth", "exact", "miss_at_best")[: 3 if best is None else 4]
+    mean = np.mean(misses, axis=0).tolist() if misses else [None] * len(names)
     return {**dict(zip(names, mean, strict=True)), "unplanned": TARGETS - len(misses)}
 
 
@@ -142,12 +157,12 @@ def solve(
     return None
 
 
-def expected_miss(
-    truth: TrueIce, throw: Floats, sweep: tuple[float, float], target: Floats, errors: Floats
-) -> float:
-    """Mean miss over errors of the hand, by the rest's response to them up to second order.
+def rests_with_errors(
+    truth: TrueIce, throw: Floats, sweep: tuple[float, float], errors: Floats
+) -> Floats:
+    """Where a throw rests with errors of the hand, (n, 2) [m], by its response up to second order.
 
-    Ten throws give the response; a stone's rest is as good as quadratic over so small errors.
+    Ten throws give the response; over so small errors the rest is as good as quadratic.
 
     Parameters
     ----------
@@ -169,4 +184,4 @@ def expected_miss(
         for k in range(j):
             bend = at(*(unit[j] + unit[k])) - more[j] - more[k] + middle
             rests += np.outer(scaled[:, j] * scaled[:, k], bend)
-    return float(np.hypot(*(rests - target).T).mean())
+    return rests

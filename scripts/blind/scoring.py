@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from derivative_regression import names_found
 
-from blind.bound import bound_of, crossed_cells, log_error
+from blind.bound import Bound, crossed_cells, log_error
 from blind.families import Task
 from blind.hidden import SCATTER
 from curling_env.ice import Ice
@@ -165,26 +165,27 @@ def visibility(report: dict[str, Any], hidden: dict[str, dict[str, float]]) -> f
     return max(ratios, default=None)
 
 
-def map_scores(ice: Ice, truth: dict[str, Any], tracks: list[Trajectory]) -> dict[str, Any]:
+def map_scores(ice: Ice, truth: dict[str, Any], throws: int, best: Bound | None) -> dict[str, Any]:
     """The found friction map beside the true one, its mean over the crossed cells taken out.
+
+    Parameters
+    ----------
+    throws : of the session
+    best : the joint Bayesian bound, if it is known
 
     Returns
     -------
-    ``map_rmse`` of ln μ; ``map_bound``, the least that it can be, where the map is a Gaussian
-    field; ``cells_inside``, the share of crossed cells whose 95 % interval holds the truth
+    ``map_rmse`` of ln μ; ``map_bound``, the least to be expected of it, where the map is a
+    Gaussian field; ``cells_inside``, the share of crossed cells whose 95 % interval holds the truth
     """
     centres = np.stack(np.meshgrid(PAPER_SHEET.x_centres, PAPER_SHEET.y_centres), axis=-1)
     mu: Floats = ice.mu_at(centres)
     sigma = ice.friction.sigma[ice.sheet.cell_of(centres)] / mu
-    if MAP in truth["effects"]:
-        best = bound_of(truth, tracks)
-        crossed, bound = best.crossed, best.rmse
-    else:
-        crossed, bound = crossed_cells(truth, len(tracks)), None
+    crossed = crossed_cells(truth, throws) if best is None else best.crossed
     error = log_error(np.log(mu), np.array(truth["map"]), crossed)
     return {
         "map_rmse": float(np.sqrt((error**2).mean())),
-        "map_bound": bound,
+        "map_bound": best.rmse if best is not None and MAP in truth["effects"] else None,
         "cells_inside": float((np.abs(error) < WITHIN * sigma[crossed]).mean()),
     }
 

@@ -131,7 +131,10 @@ def cells(rows: Rows) -> str:
 
 
 def draws(rows: Rows) -> str:
-    """Mean miss over all planned draws, over that of draws planned on the truth."""
+    """Mean miss over all planned draws, over that of draws planned on the truth.
+
+    At best: with the knowledge of the ice that the joint Bayesian bound allows.
+    """
     made = [row["draws"] for row in rows if row.get("draws")]
     planned = [d for d in made if d["miss"] is not None]
     if not planned:
@@ -140,6 +143,10 @@ def draws(rows: Rows) -> str:
     worst = max(d["miss"] / d["miss_on_truth"] for d in planned)
     lost = sum(d["unplanned"] for d in made)
     text = f"{ratio:.3f} (worst session {worst:.2f}"
+    held = [d for d in planned if "miss_at_best" in d]
+    if held:
+        best = sum(d["miss_at_best"] for d in held) / sum(d["miss_on_truth"] for d in held)
+        text += f"; at best {best:.3f}"
     return f"{text}; {lost} draws without a plan)" if lost else text + ")"
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from blind import planned_draws
 from blind.law import COUPLING, MU
-from blind.planned_draws import SKILL, TrueIce, draws_on_truth, expected_miss, solve
+from blind.planned_draws import SKILL, TrueIce, draws_on_truth, rests_with_errors, solve
 from blind.sessions import make_session
 
 from curling_env.ice import ActiveEffect, Ice
@@ -41,12 +41,12 @@ def test_no_throw_gets_past_the_ice(true_ice):
     assert solve(true_ice, np.array([2.0, 0.0, 1.5]), UNSWEPT, np.array([0.0, -40.0])) is None
 
 
-def test_the_expected_miss_is_that_of_throws_made_one_by_one(true_ice):
+def test_rests_with_errors_of_the_hand_are_those_of_throws_made_one_by_one(true_ice):
     throw = solve(true_ice, np.array([2.0, 0.0, 1.5]), UNSWEPT, TARGET)
     errors = SKILL.errors(24, np.random.default_rng(1))
-    each = [np.hypot(*(true_ice.rest(throw + e, UNSWEPT) - TARGET)) for e in errors]
-    assert expected_miss(true_ice, throw, UNSWEPT, TARGET, errors) == pytest.approx(
-        np.mean(each), rel=0.01
+    each = [true_ice.rest(throw + error, UNSWEPT) for error in errors]
+    np.testing.assert_allclose(
+        rests_with_errors(true_ice, throw, UNSWEPT, errors), each, rtol=0, atol=0.005
     )
 
 

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from blind.bound import bound_of
 from blind.families import Task
 from blind.law import MU
 from blind.scoring import hidden_names, map_scores, score
@@ -100,9 +101,10 @@ def test_a_map_is_judged_in_the_cells_that_stones_crossed():
     mu = sealed["numbers"][MU] * np.exp(np.array(sealed["map"]))
     everywhere = np.ones_like(mu, dtype=bool)
     true = Ice(friction=FrictionMap(mu=1.3 * mu, sigma=0.01 * mu, observed=everywhere))
-    row = map_scores(true, sealed, tracks)
+    best = bound_of(sealed, tracks)
+    row = map_scores(true, sealed, 3, best)
     assert row["map_rmse"] == pytest.approx(0.0, abs=1e-9)
     assert row["cells_inside"] == 1.0
-    plain = map_scores(Ice.uniform(0.009), sealed, tracks)
+    plain = map_scores(Ice.uniform(0.009), sealed, 3, best)
     assert plain["map_rmse"] > 2 * plain["map_bound"] > 0.0
     assert plain["cells_inside"] == 0.0
