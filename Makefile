@@ -23,7 +23,7 @@ setup: $(STAMP)  ## the environment in .venv, with everything development needs
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt \
-		--editable '.[dev,train,viewer,game,ray,parquet]'
+		--editable '.[dev,train,viewer,game,ray,parquet,science]'
 	@touch $@
 
 demo: setup  ## the whole loop on a film it renders itself, into runs/demo

@@ -27,6 +27,7 @@ from curling_env.sheet import TEE_Y
 from curling_env.throw import write_releases
 from curling_env.trajectory import Trajectory, write_tracks
 from curling_env.typing import Floats, Progress, no_progress, part_of_progress, with_progress
+from friction_estimation.discovery.assessment import assess
 from friction_estimation.discovery.discover import discover
 from friction_estimation.discovery.report import write_files
 from friction_estimation.inversion import estimate_ice
@@ -173,7 +174,7 @@ def find_missing_effect(
     """
     folder = make_directory(folder)
     found = discover(list(tracks), estimate_ice(list(tracks), start=start).ice, seed=seed)
-    report = write_files(found, folder, provenance(seed=seed))
+    report = write_files(found, folder, assessment=assess(found), provenance=provenance(seed=seed))
     write_report_page(found, report, folder / "report.html")
     draw = _compare(truth, target, found.improved_ice(), found.baseline_ice())
     return draw, [effect.label for effect in found.effects]

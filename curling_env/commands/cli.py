@@ -48,6 +48,8 @@ EXTRAS = {
     "ray": "ray",
     "ray.rllib": "rllib",
     "pyarrow": "parquet",
+    "h5netcdf": "science",
+    "h5py": "science",
 }
 """Module -> the extra of the distribution that brings it."""
 

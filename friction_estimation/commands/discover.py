@@ -63,7 +63,8 @@ def discover(
     decides it; the tracks are corrected by what is given before anything else is asked.
 
     DIR receives report.html (look at this one), report.json, baseline.json (the fitted model)
-    and ice.json (the improved one), which every other command takes as --ice.
+    and ice.json (the improved one), which every other command takes as --ice. With the extra
+    `science` it also receives posterior.nc: draws of all that is uncertain, for ArviZ or xarray.
 
     \b
     Example:
@@ -71,17 +72,22 @@ def discover(
         curling discover tracks.csv --ice runs/discover/ice.json -o runs/again
         curling discover tracks.csv --known-length 21.31,21.945 --clock 20.1,24.3 -o runs/checked
     """
+    import numpy as np
+
     from curling_env.ice import load_ice
     from curling_env.infrastructure.provenance import provenance
     from curling_env.infrastructure.storage import make_directory
     from curling_env.trajectory import read_tracks
     from friction_estimation.camera.scene import load_scene
+    from friction_estimation.discovery.assessment import assess
     from friction_estimation.discovery.data.references import (
         QuantityError,
         calibrate,
         read_reference,
     )
     from friction_estimation.discovery.discover import discover as find
+    from friction_estimation.discovery.evidence.posterior import draw_posterior
+    from friction_estimation.discovery.posterior_file import can_write_posterior, write_posterior
     from friction_estimation.discovery.report import write_files
     from friction_estimation.reports.discovery_page import write_report_page
 
@@ -103,9 +109,16 @@ def discover(
         found = find(
             measured, base, scene=view, references=references, seed=seed, progress=progress
         )
-    report = write_files(found, folder, origin)
+    report = write_files(found, folder, assessment=assess(found), provenance=origin)
     write_report_page(found, report, folder / "report.html")
+    names = ["report.html", "report.json", "baseline.json", "ice.json"]
+    if can_write_posterior():
+        drawn = draw_posterior(found.final, np.random.default_rng(seed))
+        write_posterior(drawn, found.final, folder / "posterior.nc", provenance=origin)
+        names.append("posterior.nc")
+    else:
+        say("no posterior.nc: that needs pip install 'curling-sheet[science]'")
     for reason in found.session.left_out:
         say(f"left out: {reason}")
-    say(f"{folder}: report.html, report.json, baseline.json, ice.json")
+    say(f"{folder}: {', '.join(names)}")
     print_json({key: report[key] for key in ("verdict", "effects", "gap")})

@@ -12,6 +12,7 @@ from curling_env.ice import save_ice
 from curling_env.infrastructure.storage import write_json
 from curling_env.physics.state import State
 from curling_env.physics.sweeping_gain import sweeping_gain
+from friction_estimation.discovery.assessment import Assessment
 from friction_estimation.discovery.data.measurement import LENS
 from friction_estimation.discovery.data.references import QUANTITIES, Calibration, QuantityError
 from friction_estimation.discovery.discover import Discovery
@@ -51,12 +52,17 @@ def number(value: float) -> float:
     return float(f"{value:.6g}")
 
 
-def document(found: Discovery, provenance: Mapping[str, Any] | None = None) -> dict[str, Any]:
+def document(
+    found: Discovery,
+    assessment: Assessment | None = None,
+    provenance: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
     """The report, as `report.json` holds it.
 
     Parameters
     ----------
     found : the discovery
+    assessment : what it is worth; without it the report does not say
     provenance : where it comes from (`curling_env.infrastructure.provenance`), where that is known
     """
     effects = [_calibration(c) for c in found.calibrations if c.clearly_off and c.references]
@@ -105,6 +111,7 @@ def document(found: Discovery, provenance: Mapping[str, Any] | None = None) -> d
         "smallest_detectable": smallest_detectable(found),
         "undecidable": _undecidable(found),
         "left_out": list(found.session.left_out),
+        **(assessment.as_dict() if assessment else {}),
         **({"provenance": dict(provenance)} if provenance else {}),
     }
 
@@ -411,7 +418,11 @@ def smallest_detectable(found: Discovery) -> dict[str, dict[str, float]]:
 
 
 def write_files(
-    found: Discovery, folder: Path, provenance: Mapping[str, Any] | None = None
+    found: Discovery,
+    folder: Path,
+    *,
+    assessment: Assessment | None = None,
+    provenance: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Write report.json, baseline.json and ice.json, and return the report.
 
@@ -419,9 +430,9 @@ def write_files(
     ----------
     found : the discovery
     folder : existing folder to write to
-    provenance : as of `document`
+    assessment, provenance : as of `document`
     """
-    report = document(found, provenance)
+    report = document(found, assessment, provenance)
     origin = provenance or {}  # not that of the ice that was given
     save_ice(found.baseline_ice(), folder / "baseline.json", provenance=origin)
     save_ice(found.improved_ice(), folder / "ice.json", provenance=origin)

@@ -8,6 +8,7 @@ from typing import Any
 
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.report import gain_in_words, readable
+from friction_estimation.reports.assessment_sections import assessment_sections
 from friction_estimation.reports.discovery_draw import draw_shift
 from friction_estimation.reports.discovery_figures import (
     draw_picture,
@@ -40,7 +41,8 @@ def write_report_page(found: Discovery, report: dict[str, Any], path: Path) -> N
             "<p class=faint>Forecast from their first four seconds.</p>"
             + picture(forecast_picture(found), "forecast and measured paths")
         )
-    parts += [_open_questions(report), _candidates(report), _smallest(report), _numbers(report)]
+    parts += [_open_questions(report), _candidates(report), *assessment_sections(report)]
+    parts += [_smallest(report), _numbers(report)]
     write_page(
         path,
         "Discovery",

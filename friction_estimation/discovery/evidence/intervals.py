@@ -17,6 +17,7 @@ import numpy as np
 from scipy.stats import norm
 
 from curling_env.typing import Floats
+from friction_estimation.discovery.evidence.mixture import gaussian, mixture
 from friction_estimation.discovery.model.fit import (
     SessionFit,
     eliminate_factor,
@@ -25,31 +26,14 @@ from friction_estimation.discovery.model.fit import (
 )
 from friction_estimation.discovery.model.model import GLOBALS
 from friction_estimation.discovery.search.selection import refit, sides_along, with_side
-from friction_estimation.discovery.tuning import INTEGRATED_SPREADS, SIDE_SHIFTS
+from friction_estimation.discovery.tuning import SIDE_SHIFTS
 
 
 def standard_errors(fitted: SessionFit) -> dict[tuple[str, str], float]:
     """Standard errors of the shared parameters, by (term, parameter)."""
-    reduced = eliminate_states(fitted.grams)
-    prior = prior_gram(fitted.model, reduced.shape[1] - 1)
-    lone = fitted.model.spread <= 0.0 and len(fitted.session) < 4
-    spreads = np.array([0.0]) if lone else INTEGRATED_SPREADS
-
-    levels, steps, deviations = [], [], []
-    for spread in spreads:
-        grams, log_terms = eliminate_factor(reduced, fitted.ln_factors, float(spread))
-        total = grams.sum(axis=0) + prior
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(total)[:-1], 1e-300))
-        inner = total[:-1, :-1] * scale[:, None] * scale + 1e-10 * np.eye(len(scale))
-        inverse = np.linalg.inv(inner)
-        step = inverse @ (scale * total[:-1, -1])
-        least = total[-1, -1] - (scale * total[:-1, -1]) @ step
-        log_det = np.linalg.slogdet(inner)[1] - 2.0 * np.log(scale).sum()
-        levels.append(least + log_terms.sum() + log_det)
-        steps.append(scale * step)
-        deviations.append(scale * np.sqrt(np.maximum(np.diag(inverse), 0.0)))
-    weights = np.exp(-0.5 * (np.array(levels) - min(levels))) * _widths(spreads)
-    sigma = _half_widths(weights / weights.sum(), np.array(steps), np.array(deviations))
+    posterior = mixture(fitted)
+    deviations = np.sqrt(np.maximum(np.einsum("sjj->sj", posterior.covariances), 0.0))
+    sigma = _half_widths(posterior.weights, posterior.steps, deviations)
     return dict(zip(fitted.model.names, sigma.tolist(), strict=True))
 
 
@@ -66,24 +50,12 @@ def map_errors(fitted: SessionFit) -> Floats | None:
         eliminate_states(fitted.grams), fitted.ln_factors, fitted.model.spread
     )
     total = grams.sum(axis=0) + prior_gram(fitted.model, grams.shape[1])
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(total)[:-1], 1e-300))
-    covariance = np.linalg.inv(
-        total[:-1, :-1] * scale[:, None] * scale + 1e-10 * np.eye(len(scale))
-    )
-    covariance *= scale[:, None] * scale
+    covariance = gaussian(total).covariance
     own = np.r_[GLOBALS.index("ln_mu"), area]
     columns = np.column_stack([np.ones(len(field.patterns)), field.patterns])
     variance = np.einsum("ci,ij,cj->c", columns, covariance[np.ix_(own, own)], columns)
     variance += field.amplitude**2 * field.unresolved()
     return np.sqrt(np.maximum(variance, 0.0)).reshape(field.sheet.shape)
-
-
-def _widths(spreads: Floats) -> Floats:
-    """The part of the axis of spreads that each spread stands for."""
-    if len(spreads) == 1:
-        return np.ones(1)
-    middles = np.concatenate([[0.0], 0.5 * (spreads[1:] + spreads[:-1]), [spreads[-1]]])
-    return np.diff(middles)
 
 
 def _half_widths(weights: Floats, steps: Floats, deviations: Floats) -> Floats:

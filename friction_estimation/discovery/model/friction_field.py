@@ -102,6 +102,11 @@ class FrictionField:
         """Part of the prior variance of each cell that the patterns leave out, (cells,)."""
         return np.maximum(1.0 - (self.patterns**2).sum(axis=1), 0.0)
 
+    def unresolved_covariance(self) -> Floats:
+        """The part of the prior's correlation that the patterns leave out, (cells, cells)."""
+        whole = _correlation(self.sheet, self.length, self.smoothness)
+        return whole - self.patterns @ self.patterns.T
+
     def patterns_at(self, xy: Floats) -> Floats:
         """The patterns at points of the sheet, (n, r), bilinear between the centres of cells.
 

@@ -7,6 +7,7 @@ import pytest
 from curling_env.ice import load_ice
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.trajectory import write_tracks
+from friction_estimation.discovery.posterior_file import can_write_posterior
 
 from .conftest import effect
 
@@ -26,6 +27,13 @@ def test_report_ice_and_page(curling, make_session, tmp_path):
         assert set(report["gap"][when]) == {"path_rms_m", "rest_error_m"}
     assert report["gap"]["held_out_throws"]
     assert result.json()["verdict"] == report["verdict"]
+    best, *others = report["models"]
+    assert best["name"] == "named"
+    assert set(best) == {"name", "elpd", "se", "difference", "difference_se"}
+    assert best["difference"] == 0.0
+    (given,) = [model for model in others if model["name"] == "baseline"]
+    assert given["difference"] < -3 * given["difference_se"] < 0
+    assert len(report["loo_pit"]["along"]) == len(report["loo_pit"]["throws"]) > 8
     assert load_ice(tmp_path / "found" / "ice.json").effect("curl") is not None
     assert not load_ice(tmp_path / "found" / "baseline.json").effects
     page = (tmp_path / "found" / "report.html").read_text()
@@ -58,10 +66,11 @@ def test_sweeping_is_told_in_metres(curling, make_session, tmp_path):
 
 def test_results_say_where_they_come_from_and_not_where_they_lie(curling, make_session, tmp_path):
     write_tracks(tmp_path / "tracks.csv", make_session(throws=8))
+    posterior = ["posterior.nc"] if can_write_posterior() else []
     for folder in ("one", "two"):
         result = curling("discover", tmp_path / "tracks.csv", "-o", tmp_path / folder, "--seed", 5)
         assert result.status == 0, result.err
-    for name in ("report.json", "ice.json", "baseline.json", "report.html"):
+    for name in ("report.json", "ice.json", "baseline.json", "report.html", *posterior):
         first, second = ((tmp_path / folder / name).read_bytes() for folder in ("one", "two"))
         assert first == second, name
         assert str(tmp_path).encode() not in first
@@ -79,7 +88,7 @@ def test_the_page_in_a_browser(curling, make_session, page, tmp_path):
     page.goto((tmp_path / "found" / "report.html").as_uri())
     assert page.inner_text("h1") == result.json()["verdict"]
     widths = page.evaluate("[...document.images].map(image => image.naturalWidth)")
-    assert len(widths) == 4  # the gap, the draw, where curl shows, the forecasts
+    assert len(widths) == 5  # the gap, the draw, where curl shows, the forecasts, their check
     assert min(widths) > 300
     assert all(page.evaluate("[...document.images].map(image => image.alt)"))
     draw = page.locator("figcaption").nth(1).inner_text()

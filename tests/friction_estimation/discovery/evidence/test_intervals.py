@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from friction_estimation.discovery.evidence.intervals import _half_widths, _widths
+from friction_estimation.discovery.evidence.intervals import _half_widths
 
 
 def test_one_gaussian_has_its_own_standard_deviation():
@@ -20,8 +20,3 @@ def test_a_mixture_holds_95_per_cent():
     half = 1.959964 * _half_widths(weights, steps, deviations)[0]
     inside = norm.cdf((half - steps) / deviations) - norm.cdf((-half - steps) / deviations)
     assert float(weights @ inside[:, 0]) == pytest.approx(0.95, abs=1e-6)
-
-
-def test_a_spread_stands_for_the_axis_half_way_to_its_neighbours():
-    assert _widths(np.array([0.0, 1.0, 3.0])) == pytest.approx([0.5, 1.5, 1.0])
-    assert _widths(np.array([0.2])) == pytest.approx([1.0])

@@ -1,0 +1,96 @@
+"""What a finished discovery is worth: how well its models foretell, and whether they say so."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from friction_estimation.discovery.discover import Discovery
+from friction_estimation.discovery.evidence.loo_pit import LooPit, loo_pit
+from friction_estimation.discovery.evidence.predictive_density import (
+    PredictiveScore,
+    compare_models,
+)
+from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.model import Model
+from friction_estimation.discovery.search.selection import refit
+
+BASELINE, NAMED = "baseline", "named"
+"""Names of the model that was given and of the one with all that was found."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Assessment:
+    """What a discovery is worth.
+
+    Parameters
+    ----------
+    models : expected log predictive density of every model that was in question, the best first
+    pit : whether the forecasts of the improved model err as often as they say
+    """
+
+    models: list[PredictiveScore]
+    pit: LooPit
+
+    def as_dict(self) -> dict[str, Any]:
+        """The part of the report that says it."""
+        return {
+            "models": [
+                {
+                    "name": score.name,
+                    "elpd": _number(score.elpd),
+                    "se": _number(score.se),
+                    "difference": _number(score.difference),
+                    "difference_se": _number(score.difference_se),
+                }
+                for score in self.models
+            ],
+            "loo_pit": {
+                "throws": self.pit.throws.tolist(),
+                "along": [round(value, 4) for value in self.pit.along.tolist()],
+                "across": [round(value, 4) for value in self.pit.across.tolist()],
+            },
+        }
+
+
+def assess(found: Discovery) -> Assessment:
+    """Assess a discovery, on all its throws and with the noise of the improved model."""
+    return Assessment(models=compare_models(models_in_question(found)), pit=loo_pit(found.final))
+
+
+def models_in_question(found: Discovery) -> dict[str, SessionFit]:
+    """Fits of all models that were in question, by name, of the same throws with the same noise.
+
+    The baseline; the baseline with each candidate that was fitted beside it first; the improved
+    model; and the improved model without each of the effects that it names.
+    """
+    base, final = found.final_base, found.final
+    fits = {BASELINE: base}
+    if _labels(final.model) != _labels(base.model):
+        fits[NAMED] = final
+    for effect in found.effects:
+        without = final.model.without(effect.label)
+        _add(fits, f"{NAMED} without {effect.label}", refit(final, without))
+    first = found.selection.rounds[0] if found.selection.rounds else None
+    neutral = {score.term.label: score.term for score in first.scores} if first else {}
+    for trial in first.trials if first else []:
+        tried = refit(base, trial.fit.model)
+        if tried.deviance > base.deviance:  # it was fitted to fewer throws and went astray
+            begin = neutral.get(trial.term.label, trial.term)
+            tried = refit(base, base.model.with_terms(begin))
+        _add(fits, f"{BASELINE} + {trial.term.label}", tried)
+    return fits
+
+
+def _add(fits: dict[str, SessionFit], name: str, fitted: SessionFit) -> None:
+    """Add a model, unless one with the same terms is there: it may be asked for in two ways."""
+    if _labels(fitted.model) not in [_labels(each.model) for each in fits.values()]:
+        fits[name] = fitted
+
+
+def _labels(model: Model) -> set[str]:
+    return {term.label for term in model.terms}
+
+
+def _number(value: float) -> float:
+    return float(f"{value:.6g}")

@@ -1,0 +1,25 @@
+"""A session on ice that curls, with the model that has curl."""
+
+from __future__ import annotations
+
+import pytest
+
+from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery.model.baseline import base_model
+from friction_estimation.discovery.model.candidates import candidates
+from friction_estimation.discovery.search.selection import fit_with_noise
+
+from ..conftest import effect
+
+
+@pytest.fixture
+def curl_fit(make_session):
+    """Fits of a model with curl to sessions on ice that curls: options as of `make_session`."""
+
+    def make(**options):
+        session = open_session(make_session([effect("curl", strength=0.006)], **options))
+        model = base_model(None, session)
+        curl = next(t for t in candidates(session, model.terms) if t.label == "curl")
+        return fit_with_noise(model.with_terms(curl), session)
+
+    return make

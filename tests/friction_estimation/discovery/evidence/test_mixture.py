@@ -1,0 +1,46 @@
+"""The posterior of the shared parameters: Gaussians, and their weights over the spread."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from friction_estimation.discovery.evidence.mixture import (
+    gaussian,
+    levels_of,
+    weights_of,
+    widths,
+)
+
+
+def test_a_spread_stands_for_the_axis_half_way_to_its_neighbours():
+    assert widths(np.array([0.0, 1.0, 3.0])) == pytest.approx([0.5, 1.5, 1.0])
+    assert widths(np.array([0.2])) == pytest.approx([1.0])
+
+
+def test_a_quadratic_is_the_gaussian_of_least_squares():
+    rng = np.random.default_rng(2)
+    columns, values = rng.normal(size=(30, 4)) * [1.0, 1e-3, 1e3, 5.0], rng.normal(size=30)
+    whole = np.column_stack([columns, values])
+    found = gaussian(whole.T @ whole)
+    best, least, *_ = np.linalg.lstsq(columns, values)
+    assert found.step == pytest.approx(best, rel=1e-6)
+    information = columns.T @ columns
+    assert found.covariance == pytest.approx(np.linalg.inv(information), rel=1e-6)
+    level = float(least[0]) + np.linalg.slogdet(information)[1]
+    assert float(found.level) == pytest.approx(level, rel=1e-6)
+
+
+def test_levels_are_those_of_the_gaussians_for_many_at_once():
+    rng = np.random.default_rng(3)
+    wholes = rng.normal(size=(5, 20, 4)) * [1.0, 1e-3, 10.0, 1.0]
+    totals = np.swapaxes(wholes, 1, 2) @ wholes
+    assert levels_of(totals) == pytest.approx(gaussian(totals).level, rel=1e-9)
+    assert gaussian(totals).step[3] == pytest.approx(gaussian(totals[3]).step)
+
+
+def test_weights_count_likelihood_and_the_part_of_the_axis():
+    weights = weights_of(np.array([0.0, 2.0 * np.log(2.0), 0.0]), np.array([0.0, 1.0, 3.0]))
+    assert weights == pytest.approx(np.array([0.5, 0.75, 1.0]) / 2.25)
+    each = weights_of(np.array([[0.0, 50.0], [50.0, 0.0]]), np.array([0.0, 1.0]))
+    assert each == pytest.approx(np.eye(2), abs=1e-9)

@@ -1,0 +1,115 @@
+"""Draws from the posterior agree with the intervals, with the truth and with their own data."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from curling_env.ice import Ice
+from curling_env.physics.one_stone.slide import slide
+from curling_env.sheet import Direction
+from curling_env.throw import Throw
+from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery.evidence.intervals import standard_errors
+from friction_estimation.discovery.evidence.posterior import (
+    draw_posterior,
+    log_variances,
+    throw_constants,
+)
+from friction_estimation.discovery.model.baseline import base_model
+from friction_estimation.discovery.model.fit import linearise
+from friction_estimation.discovery.model.model import predict, sensitivities
+from friction_estimation.discovery.model.noise import SessionNoise
+from friction_estimation.discovery.search.selection import fit_with_noise
+from friction_estimation.discovery.tuning import RELEASE_SIGMA
+
+WHITE = SessionNoise(white=(0.004, 0.004, 0.02), fading=(0.0,) * 3, memory=(0.1,) * 3)
+
+
+def test_draws_have_the_standard_errors_and_the_same_seed_the_same_draws(curl_fit):
+    fitted = curl_fit(scatter=0.01)
+    drawn = draw_posterior(fitted, np.random.default_rng(1))
+    low, high = np.quantile(drawn.shared, [0.025, 0.975], axis=0)
+    sigma = np.array([standard_errors(fitted)[name] for name in drawn.names])
+    assert (high - low) / (2 * 1.96) == pytest.approx(sigma, rel=0.12)
+    assert np.abs(drawn.shared.mean(axis=0) - fitted.model.vector) == pytest.approx(0, abs=0.2)
+    again = draw_posterior(fitted, np.random.default_rng(1))
+    assert np.array_equal(drawn.states, again.states)
+    assert np.array_equal(drawn.log_likelihood, again.log_likelihood)
+
+
+def test_frictions_of_throws_are_those_that_were_thrown(rng):
+    ln_mu = np.log(0.009) + rng.normal(0.0, 0.01, 20)
+    tracks = []
+    for k, each in enumerate(ln_mu):
+        throw = Throw(speed=1.4 + 0.07 * k, spin=1.5 * (-1) ** (k // 2), x=0.3 * (-1) ** k)
+        release = throw.release(Direction.AWAY if k % 2 else Direction.HOME, order=k)
+        path = slide(Ice.uniform(float(np.exp(each))), release, fps=15, throw=k).trajectory
+        tracks.append(replace(path, xy=path.xy + rng.normal(0, 0.004, path.xy.shape)))
+    session = open_session(tracks)
+    fitted = fit_with_noise(base_model(None, session), session)
+    drawn = draw_posterior(fitted, np.random.default_rng(1))
+    level = np.log(fitted.model.ice.friction.mu.mean())
+    found = level + drawn.shared[:, :1] + drawn.ln_factors
+    low, high = np.quantile(found, [0.025, 0.975], axis=0)
+    assert ((low < ln_mu) & (ln_mu < high)).sum() >= 17
+    assert (high - low).max() < 0.008  # a throw shows its own friction well
+    assert np.quantile(drawn.spreads, 0.02) < 0.01 < np.quantile(drawn.spreads, 0.98)
+
+
+def test_releases_lie_around_the_fitted_ones_and_predict_the_tracks(curl_fit):
+    fitted = curl_fit(throws=8)
+    drawn = draw_posterior(fitted, np.random.default_rng(1), draws=400)
+    off = (drawn.states.mean(axis=0) - fitted.states) / drawn.states.std(axis=0)
+    assert np.abs(off).max() < 0.5
+    # A draw of everything foretells the rows of its throws as closely as the fit does.
+    model = fitted.model.at(drawn.shared[7])
+    path = predict(model, fitted.session, drawn.states[7], drawn.ln_factors[7])
+    miss = fitted.session.xy - path[:, :2]
+    assert float(np.sqrt((miss**2).mean())) < 1.5 * fitted.noise.position
+
+
+def test_without_a_spread_no_throw_has_a_friction_of_its_own(curl_fit):
+    fitted = curl_fit(throws=8)
+    few = fitted.session.only([0, 1, 2])
+    alone = replace(
+        fitted,
+        session=few,
+        grams=fitted.grams[:3],
+        states=fitted.states[:3],
+        ln_factors=np.zeros(3),
+        model=replace(fitted.model, spread=0.0),
+    )
+    drawn = draw_posterior(alone, np.random.default_rng(1), draws=50)
+    assert not drawn.ln_factors.any()
+    assert not drawn.spreads.any()
+
+
+def test_the_likelihood_is_a_density_of_the_rows(curl_fit):
+    """Of white noise it is that of a Gaussian whose covariance is written out."""
+    fitted = curl_fit(throws=8)
+    one, state, factor = fitted.session.only([2]), fitted.states[2:3], np.zeros(1)
+    _, grams, reduced = linearise(fitted.model, one, WHITE, state, factor)
+    alone = replace(fitted, session=one, noise=WHITE, grams=grams, states=state, ln_factors=factor)
+    found = reduced[0, -1, -1] + throw_constants(alone)[0]
+
+    predicted, columns = sensitivities(fitted.model, one, state, factor)
+    rows = columns[:, :, :6].reshape(-1, 6)
+    residual = (one.observed - predicted[:, [0, 1, 4]]).ravel()
+    noise = (np.array(WHITE.white) * one.sigma[:, [0, 0, 1]]).ravel()
+    covariance = np.diag(noise**2) + rows * RELEASE_SIGMA**2 @ rows.T
+    least = residual @ np.linalg.solve(covariance, residual)
+    log_det = np.linalg.slogdet(covariance)[1]
+    assert found == pytest.approx(least + log_det + len(residual) * np.log(2 * np.pi), abs=0.1)
+
+
+def test_ln_variance_counts_what_was_measured(curl_fit):
+    session = curl_fit(throws=8).session
+    heading = session.theta.copy()
+    heading[session.rows(0)] = np.nan
+    n = session.rows(0).stop
+    place, turn = (np.log(session.sigma[:n]).sum(axis=0) + n * np.log([0.004, 0.02])).tolist()
+    assert log_variances(session, WHITE)[0] == pytest.approx(2 * (2 * place + turn))
+    assert log_variances(replace(session, theta=heading), WHITE)[0] == pytest.approx(4 * place)

@@ -1,0 +1,100 @@
+"""Leave-one-out densities: against a covariance written out, and as a comparison of models."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from friction_estimation.discovery.evidence import predictive_density
+from friction_estimation.discovery.evidence.predictive_density import (
+    broad_prior,
+    compare_models,
+    left_out_densities,
+)
+from friction_estimation.discovery.model.baseline import base_model
+from friction_estimation.discovery.model.candidates import candidates
+from friction_estimation.discovery.model.fit import linearise
+from friction_estimation.discovery.model.model import sensitivities
+from friction_estimation.discovery.model.noise import SessionNoise
+from friction_estimation.discovery.search.selection import refit
+from friction_estimation.discovery.tuning import COUPLING_SIGMA, RELEASE_SIGMA
+
+WHITE = SessionNoise(white=(0.004, 0.004, 0.02), fading=(0.0,) * 3, memory=(0.1,) * 3)
+
+
+def test_the_density_of_a_throw_given_the_others_is_that_of_their_joint_gaussian(
+    curl_fit, monkeypatch
+):
+    spread = 0.01
+    monkeypatch.setattr(predictive_density, "tried_spreads", lambda _: np.array([spread]))
+    fitted = curl_fit(throws=8, scatter=0.01)
+    model, session, states = fitted.model, fitted.session, fitted.states
+    factors = np.zeros(len(session))
+    _, grams, _ = linearise(model, session, WHITE, states, factors)
+    fitted = replace(fitted, noise=WHITE, grams=grams, ln_factors=factors)
+    found = left_out_densities(fitted)[3]
+
+    # All rows of all throws together; every unknown is Gaussian and integrated out.
+    predicted, columns = sensitivities(model, session, states, factors)
+    residual = (session.observed - predicted[:, [0, 1, 4]]).ravel()
+    owner = np.repeat(session.owner, 3)
+    precision = broad_prior(model)[:-1, :-1].copy()
+    precision[1, 1] += COUPLING_SIGMA**-2
+    mean = np.zeros(len(precision))
+    mean[1] = -model.ln_coupling * COUPLING_SIGMA**-2 / precision[1, 1]
+    shared = columns[:, :, 7:].reshape(-1, len(precision))
+    own = columns[:, :, :7].reshape(-1, 7) * [*RELEASE_SIGMA, spread]
+    covariance = shared @ np.linalg.inv(precision) @ shared.T
+    covariance += np.where(owner[:, None] == owner, own @ own.T, 0.0)
+    covariance += np.diag((np.array(WHITE.white) * session.sigma[:, [0, 0, 1]]).ravel() ** 2)
+    residual = residual - shared @ mean
+
+    def log_density(rows):
+        part, value = covariance[np.ix_(rows, rows)], residual[rows]
+        least = value @ np.linalg.solve(part, value)
+        return -0.5 * (least + np.linalg.slogdet(part)[1] + rows.sum() * np.log(2 * np.pi))
+
+    joint, others = log_density(owner >= 0), log_density(owner != 3)
+    assert found == pytest.approx(joint - others, abs=0.2)
+
+
+def test_the_model_that_the_ice_has_is_best_and_needless_terms_are_not_clearly_better(curl_fit):
+    fitted = curl_fit(throws=12, scatter=0.005)
+    with_more = {
+        term.label: refit(fitted, fitted.model.with_terms(term))
+        for term in candidates(fitted.session, fitted.model.terms)
+        if term.label in ("slope", "spin_drag", "time_drift", "stone_bias[1]")
+    }
+    without = refit(fitted, base_model(None, fitted.session))
+    scores = {s.name: s for s in compare_models({"none": without, "curl": fitted, **with_more})}
+    assert scores["none"].elpd < scores["curl"].elpd - 1000
+    assert list(scores)[-1] == "none"
+    for label in with_more:
+        gain = scores[label].elpd - scores["curl"].elpd
+        assert gain < 3.0, label
+    best = next(iter(scores.values()))
+    assert best.difference == 0.0
+    assert best.difference_se == 0.0
+    worst = scores["none"]
+    assert worst.difference == pytest.approx(float((worst.per_throw - best.per_throw).sum()))
+    spread = np.std(worst.per_throw - best.per_throw, ddof=1)
+    assert worst.difference_se == pytest.approx(float(spread) * np.sqrt(12))
+    assert worst.elpd == pytest.approx(float(worst.per_throw.sum()))
+
+
+def test_a_parameter_of_which_one_throw_alone_tells_does_not_break_the_comparison(curl_fit):
+    fitted = curl_fit(throws=9)
+    stones = np.arange(9) % 2
+    stones[4] = 7
+    session = replace(fitted.session, stones=stones)
+    bias = next(
+        t for t in candidates(replace(session, stones=stones), fitted.model.terms)
+        if t.name == "stone_bias"
+    ).with_values(stone=7.0)  # fmt: skip
+    alone = refit(replace(fitted, session=session), fitted.model.with_terms(bias))
+    densities = left_out_densities(alone)
+    assert np.isfinite(densities).all()
+    others = np.arange(9) != 4
+    assert densities[others] == pytest.approx(left_out_densities(fitted)[others], abs=3.0)

@@ -1,0 +1,50 @@
+"""What a discovery is worth: its models in the order of what they foretell."""
+
+from __future__ import annotations
+
+import pytest
+
+from friction_estimation.discovery.assessment import assess, models_in_question
+from friction_estimation.discovery.discover import discover
+
+from .conftest import effect
+
+
+def test_models_of_two_effects_are_named_and_ranked(make_session):
+    hidden = [effect("curl", strength=0.006), effect("slope", x=5e-4, y=3e-4)]
+    found = discover(make_session(hidden, throws=14, scatter=0.004))
+    assert {e.label for e in found.effects} == {"curl", "slope"}
+    fits = models_in_question(found)
+    assert {"baseline", "named", "named without curl", "named without slope"} <= set(fits)
+    # The baseline with curl is the improved model without the slope: it stands once.
+    assert "baseline + curl" not in fits
+    assert {len(fitted.session) for fitted in fits.values()} == {14}
+    assert len({fitted.noise for fitted in fits.values()}) == 1
+    base = fits["baseline"]
+    assert all(f.deviance < base.deviance + 100 for f in fits.values())
+    models = assess(found).as_dict()["models"]
+    assert models[0]["name"] == "named"
+    assert models[0]["difference"] == 0.0
+    for model in models[1:]:
+        assert model["difference"] < 0.0
+        assert model["difference_se"] > 0.0
+    by_name = {model["name"]: model["elpd"] for model in models}
+    assert by_name["baseline"] < by_name["named without curl"] < by_name["named"]
+
+
+def test_where_nothing_is_missing_no_candidate_foretells_clearly_better(make_session):
+    found = discover(make_session(throws=12))
+    assert not found.effects
+    models = assess(found).as_dict()["models"]
+    assert {"baseline"} < {model["name"] for model in models}
+    baseline = next(model for model in models if model["name"] == "baseline")
+    assert baseline["difference"] > -3.0
+    assert "named" not in {model["name"] for model in models}
+
+
+@pytest.mark.parametrize("throws", [1, 3])
+def test_few_throws_are_assessed_too(make_session, throws):
+    assessed = assess(discover(make_session(throws=throws))).as_dict()
+    (model,) = assessed["models"]
+    assert model["name"] == "baseline"
+    assert len(assessed["loo_pit"]["throws"]) <= throws

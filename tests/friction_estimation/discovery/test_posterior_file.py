@@ -1,0 +1,78 @@
+"""The posterior's file as ArviZ and xarray read it."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery.evidence.posterior import draw_posterior
+from friction_estimation.discovery.evidence.predictive_density import left_out_densities
+from friction_estimation.discovery.model.baseline import base_model
+from friction_estimation.discovery.model.candidates import candidates
+from friction_estimation.discovery.posterior_file import write_posterior
+from friction_estimation.discovery.search.selection import fit_with_noise
+
+from .conftest import effect
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore")  # ArviZ announces its next version
+    arviz = pytest.importorskip("arviz", reason="make setup installs it")
+
+ORIGIN = {"version": "0.1.0", "command": "curling discover tracks.csv", "inputs": []}
+
+
+@pytest.fixture
+def fitted(make_session):
+    session = open_session(make_session([effect("curl", strength=0.006)], scatter=0.01))
+    model = base_model(None, session)
+    curl = next(t for t in candidates(session, model.terms) if t.label == "curl")
+    return fit_with_noise(model.with_terms(curl), session)
+
+
+def test_arviz_reads_it(fitted, tmp_path):
+    drawn = draw_posterior(fitted, np.random.default_rng(0))
+    write_posterior(drawn, fitted, tmp_path / "posterior.nc", provenance=ORIGIN)
+    data = arviz.from_netcdf(tmp_path / "posterior.nc")
+    assert {"posterior", "log_likelihood", "observed_data"} <= set(data.groups())
+    posterior = data.posterior
+    assert posterior["curl.strength"].dims == ("chain", "draw")
+    assert float(posterior["curl.strength"].mean()) == pytest.approx(0.006, rel=0.02)
+    assert posterior["ln_factor"].dims == ("chain", "draw", "throw")
+    release = posterior["release"].sel(state="vy", throw=int(fitted.session.throws[3]))
+    assert float(release.mean()) == pytest.approx(fitted.states[3, 3], abs=0.002)
+    assert data.observed_data["x"].values == pytest.approx(fitted.session.xy[:, 0])
+    assert json.loads(posterior.attrs["provenance"]) == ORIGIN
+    summary = arviz.summary(data, var_names=["mu", "curl.strength", "spread"])
+    assert (summary["r_hat"] < 1.02).all()
+
+
+def test_arviz_leaves_throws_out_to_the_same_densities(fitted, tmp_path):
+    """Its importance sampling shares nothing with our integrals but the draws' own likelihood."""
+    drawn = draw_posterior(fitted, np.random.default_rng(0), draws=4000)
+    write_posterior(drawn, fitted, tmp_path / "posterior.nc")
+    theirs = arviz.loo(arviz.from_netcdf(tmp_path / "posterior.nc"), pointwise=True)
+    ours = left_out_densities(fitted)
+    assert theirs.loo_i.values == pytest.approx(ours, abs=0.1)
+    assert theirs.elpd_loo == pytest.approx(ours.sum(), abs=0.5)
+
+
+def test_the_same_seed_gives_the_same_bytes(fitted, tmp_path):
+    for name in ("a.nc", "b.nc"):
+        drawn = draw_posterior(fitted, np.random.default_rng(3), draws=100)
+        write_posterior(drawn, fitted, tmp_path / name, provenance=ORIGIN)
+    assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
+
+
+def test_numbered_coefficients_are_one_variable(fitted, tmp_path):
+    drawn = draw_posterior(fitted, np.random.default_rng(3), draws=100)
+    names = [("", "ln_mu"), ("", "camera_0"), ("", "camera_1")]  # three as there were
+    odd = replace(drawn, names=names)
+    write_posterior(odd, fitted, tmp_path / "posterior.nc")
+    posterior = arviz.from_netcdf(tmp_path / "posterior.nc").posterior
+    assert posterior["camera_coefficients"].shape == (4, 25, 2)
+    assert "camera_0" not in posterior
