@@ -14,6 +14,7 @@ from curling_env.physics.one_stone.aim import Aim
 from curling_env.physics.one_stone.slide import edge_bounds
 from curling_env.physics.session import simulate
 from curling_env.throw import Release, Throw
+from curling_env.typing import Floats
 
 DRAW_SPIN = 1.5
 """Spin of the draw [rad/s]: two and a half turns on the way."""
@@ -65,8 +66,8 @@ def sweeping_gain(
         return None
     draw = Throw(speed=speed, spin=DRAW_SPIN).release(clock=clock, order=order, stone=stone)
     plain = simulate(ice, [draw])[0]
-    way = plain.xy[:, 1] - plain.xy[0, 1]
-    begin = float(np.interp((1.0 - SWEPT_PART) * way[-1], way, plain.t))
+    way: Floats = plain.xy[:, 1] - plain.xy[0, 1]
+    begin = float(np.interp((1.0 - SWEPT_PART) * float(way[-1]), way, plain.t))
     swept = replace(draw, sweep_start=begin, sweep_end=begin + LONG_ENOUGH)
 
     def rest(friction_factor: float) -> float:
