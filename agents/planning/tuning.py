@@ -38,8 +38,8 @@ MIN_BLUR = SKILLS["elite"].sigma_speed / 4, SKILLS["elite"].sigma_angle / 4
 
 CLOUD_TRIALS, RANKING_TRIALS, FINAL_TRIALS = 32, 128, 1024
 """Trials that guide a cloud, that rank the candidates, and that describe the best two."""
-SAMPLED_ICES = 32
-"""Ices drawn from the standard errors of an ice."""
+SAMPLED_ICES = 64
+"""Ices drawn from the standard errors of an ice: a miss that comes from them is known to 7 %."""
 BELIEF_MATTERS = 0.01
 """A plan depends on an effect if the stone would end farther than this away without it [m]."""
 

@@ -19,7 +19,7 @@ from curling_env.ice import MAX_FRICTION, ActiveEffect, FrictionMap, Ice
 from curling_env.physics.batch import release_table, throw_batch
 from curling_env.physics.effects import EffectCard, catalogue
 from curling_env.physics.one_stone.slide import SlideEnd
-from curling_env.physics.tuning import MAP_ERROR_LENGTH, MIN_FRICTION_SHARE, REST_ICES
+from curling_env.physics.tuning import LEAST_RESTED, MAP_ERROR_LENGTH, MIN_FRICTION_SHARE, REST_ICES
 from curling_env.throw import Release
 from curling_env.typing import Floats
 
@@ -77,17 +77,17 @@ def rest_spread(ice: Ice, release: Release, *, seed: int = 0) -> tuple[float, fl
 
     Returns
     -------
-    across and along the sheet [m]; None for ice without standard errors, and for a stone that does
-    not rest on the ice
+    across and along the sheet [m]; None for ice without standard errors, and for a stone that may
+    well not rest on the ice
     """
     ices = plausible_ices(ice, REST_ICES, np.random.default_rng(seed))
     if len(ices) == 1:
         return None
     table = release_table([release])
-    if throw_batch(ice, table).end[0] != SlideEnd.REST:
-        return None
     rests = throw_batch(ices, np.repeat(table, len(ices)), which=np.arange(len(ices)))
     rested = rests.end == SlideEnd.REST
+    if rested.mean() < LEAST_RESTED:
+        return None
     return float(rests.x[rested].std()), float(rests.y[rested].std())
 
 

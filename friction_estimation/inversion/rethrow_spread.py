@@ -18,6 +18,7 @@ from curling_env.ice import Ice
 from curling_env.physics.batch import release_table, throw_batch
 from curling_env.physics.ice_uncertainty import plausible_ices
 from curling_env.physics.one_stone.slide import SlideEnd
+from curling_env.physics.tuning import LEAST_RESTED
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Release
 from curling_env.typing import Flags, Floats
 from friction_estimation.inversion.noise import Noise, Residuals, estimate_noise, spaced_rows
@@ -125,7 +126,7 @@ def rest_spread(
 
     Returns
     -------
-    across and along the sheet [m]; None if the stone does not rest on the ice
+    across and along the sheet [m]; None if the stone may well not rest on the ice
     """
     rng = np.random.default_rng(throw.release.order)
     ices = plausible_ices(ice, SPREAD_ICES, rng)
@@ -159,7 +160,7 @@ def rest_spread(
     table["vy"] /= excess
     rests = throw_batch(ices, table, which=which)
     rested = rests.end == SlideEnd.REST
-    if rested.mean() < 0.9:
+    if rested.mean() < LEAST_RESTED:
         return None
     # The measured rest is the median of the last tenth of a second, some three rows.
     measured = 0.0 if noise is None else np.hypot(noise.white / np.sqrt(2.0), noise.slow)
