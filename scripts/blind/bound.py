@@ -114,10 +114,9 @@ def bound_of(sealed: dict[str, Any], tracks: list[Trajectory]) -> Bound:
     places = free_places(sealed)
     errors = {k: np.array(v) if k == "offset" else v for k, v in sealed["camera"].items()}
     lens = camera_steps(errors)
-    prior = np.concatenate(
-        [[1.0, 1.0], [WIDE[p] for p in places], [w for _, _, w in lens], np.ones(basis.shape[-1])]
-    )
-    information = np.diag(prior**-2.0)
+    widths = [1.0, 1.0, *(WIDE[place] for place in places), *(width for _, _, width in lens)]
+    prior: Floats = np.array([*widths, *np.ones(basis.shape[-1])], dtype=np.float64)
+    information: Floats = np.diag(1.0 / prior**2)
     paths = paths_of(sealed, len(tracks))
     for track, document, (passes, path) in zip(tracks, sealed["throws"], paths, strict=False):
         release = release_of(document)

@@ -13,6 +13,7 @@ from derivative_regression import names_found
 from blind.bound import Bound, crossed_cells, log_error
 from blind.families import Task
 from blind.hidden import SCATTER
+from blind.law import PATCH_X0, PATCH_X1, PATCH_Y0, PATCH_Y1
 from curling_env.ice import Ice
 from curling_env.sheet import PAPER_SHEET
 from curling_env.trajectory import Trajectory, read_tracks
@@ -24,6 +25,8 @@ from friction_estimation.discovery.tuning import CLEARLY_SEEN
 
 MAP = "friction_map"
 ALONG_PATHS = "pebble_wear:along paths"
+ELSEWHERE = " elsewhere"
+"""Added to the name of another stone, or of a patch at another place, than the true one."""
 COMPARED = {
     "speed_dependent_friction": ("exponent",),
     "curl": ("strength", "speed_exponent"),
@@ -61,6 +64,27 @@ def name_and_form(effect: dict[str, Any]) -> str:
     return ALONG_PATHS if along else effect["name"]
 
 
+def is_in_place(effect: dict[str, Any], truth: dict[str, Any]) -> bool:
+    """Whether a named stone is the one that differs, and a named patch lies where friction does.
+
+    Of the patch that was found and the true one, the centre of one has to lie in the other.
+    """
+    true = true_parameters(effect["name"], truth)
+    got = {name: p["value"] for name, p in effect["parameters"].items()}
+    if "stone" in got and "stone" in true:
+        return got["stone"] == true["stone"]
+    hidden = {name.partition(":")[0] for name in truth["effects"]}
+    if effect["name"] != "friction_patch" or effect["name"] not in hidden:
+        return True
+    q = truth["numbers"]
+    true_box = np.array([[q[PATCH_X0], q[PATCH_Y0]], [q[PATCH_X1], q[PATCH_Y1]]])
+    box = np.array([[got["x_min"], got["y_min"]], [got["x_max"], got["y_max"]]])
+    return any(
+        bool(((one[0] < other.mean(axis=0)) & (other.mean(axis=0) < one[1])).all())
+        for one, other in ((box, true_box), (true_box, box))
+    )
+
+
 def hidden_names(truth: dict[str, Any]) -> list[str]:
     """Names that the hidden effects should get; what is outside the catalogue has none."""
     names = [n if n in COMPARED else n.partition(":")[0] for n in truth["effects"]]
@@ -72,7 +96,13 @@ def hidden_names(truth: dict[str, Any]) -> list[str]:
 def score(report: dict[str, Any], truth: dict[str, Any], task: Task) -> dict[str, Any]:
     """What was named, whether that is right, and the sizes beside the true ones."""
     hidden = hidden_names(truth)
-    named = sorted({name_and_form(e) for e in report["effects"] if e["name"] != "unknown"})
+    named = sorted(
+        {
+            name_and_form(e) + ("" if is_in_place(e, truth) else ELSEWHERE)
+            for e in report["effects"]
+            if e["name"] != "unknown"
+        }
+    )
     row: dict[str, Any] = {
         "hidden": hidden,
         "named": named,

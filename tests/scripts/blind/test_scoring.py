@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from blind.bound import bound_of
 from blind.families import Task
-from blind.law import MU
+from blind.law import MU, PATCH_X0, PATCH_X1, PATCH_Y0, PATCH_Y1, SIZE
 from blind.scoring import hidden_names, map_scores, score
 from blind.sessions import make_session
 
@@ -71,6 +71,28 @@ def test_beside_a_map_only_the_effects_count():
     assert row["right"]
     assert row["exact"]
     assert not scored("map", hidden, CURL, effect("friction_patch"))["right"]
+
+
+def test_another_stone_is_a_wrong_name():
+    hidden = {"stone_bias": {"stone": 2.0, "factor": 1.02}}
+    for stone, right in ((2, True), (1, False)):
+        named = effect("stone_bias", stone=(stone, 0.0), factor=(1.02, 0.001))
+        row = scored("one", hidden, named)
+        assert row["right"] is right
+        assert row["wrong_name"] is not right
+
+
+def test_a_patch_at_another_place_is_a_wrong_name():
+    numbers = np.zeros(SIZE)
+    numbers[[PATCH_X0, PATCH_X1, PATCH_Y0, PATCH_Y1]] = -0.9, -0.1, -4.7, -1.4
+    for x, right in ((-0.8, True), (-0.05, False)):
+        sides = {"x_min": x, "x_max": x + 0.6, "y_min": -3.0, "y_max": -2.0}
+        named = effect("friction_patch", **{name: (value, 0.1) for name, value in sides.items()})
+        truth = {"effects": {"friction_patch": {"factor": 0.9}}, "numbers": numbers}
+        report = {"effects": [named], "smallest_detectable": {}}
+        row = score(report, truth, Task(kind="one", index=0, throws=16))
+        assert row["right"] is right
+        assert row["wrong_name"] is not right
 
 
 def test_friction_that_ripples_is_a_friction_map():
