@@ -103,7 +103,7 @@ class Task:
 def plan(
     kinds: list[str], sessions: int, *, throws: int = 20, others: tuple[int, ...] = ()
 ) -> list[Task]:
-    """What is hidden in every session.
+    """What is hidden in every session; more sessions add to those that fewer have.
 
     Parameters
     ----------
@@ -124,13 +124,13 @@ def plan(
         "model given, nothing hidden": [()] * (4 * sessions),
         "map": [
             ("friction_map", *others)
-            for count in range(4)
-            for others in islice(combinations(count), 4 * sessions)
+            for four in islice(zip(*map(combinations, range(4)), strict=True), 4 * sessions)
+            for others in four
         ],
         "weak": singles(NAMES, 2 * sessions),
         "known beside unknown": beside_unknown(sessions),
         "one way": list(ONE_WAY) * sessions,
-        "badly measured": [()] * (4 * sessions) + singles(NAMES, sessions),
+        "badly measured": [*([()] * 4), *singles(NAMES, 1)] * sessions,
         "24 throws": [(), ("curl",), ("friction_map", "curl", "slope"), ("sweeping",)] * half,
     }
     tasks = [

@@ -21,6 +21,12 @@ def test_a_session_does_not_depend_on_the_other_families():
     assert alone[3].make(4, film=False) == among[3].make(4, film=False)
 
 
+def test_more_sessions_add_to_those_that_fewer_have():
+    fewer, more = (plan(list(KINDS), count) for count in (2, 4))
+    assert len(fewer) < len(more)
+    assert all(task in more for task in fewer)
+
+
 def test_sessions_of_one_family_differ():
     first, second, *_ = plan(["none"], 1)
     assert first.make(4, film=False)[0]["x"] != second.make(4, film=False)[0]["x"]
