@@ -21,7 +21,7 @@ from curling_env.throw import Skill, skill_named
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats, Progress, no_progress, part_of_progress
 from friction_estimation.discovery.joint import JointEstimate, estimate_jointly
-from friction_estimation.discovery.report import sentence
+from friction_estimation.discovery.verdict import sentence
 from friction_estimation.inversion import estimate_ice
 
 KNOWLEDGE = ("uniform", "map", "map and effects", "truth")

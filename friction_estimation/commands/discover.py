@@ -121,4 +121,4 @@ def discover(
     for reason in found.session.left_out:
         say(f"left out: {reason}")
     say(f"{folder}: {', '.join(names)}")
-    print_json({key: report[key] for key in ("verdict", "effects", "gap")})
+    print_json({key: report[key] for key in ("verdict", "effects", "gap", "next_throws")})

@@ -1,12 +1,12 @@
-"""What a finished discovery is worth: how well its models foretell, and whether they say so."""
+"""What a finished discovery is worth: how well its models foretell, and what would tell more."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.evidence.loo_pit import LooPit, loo_pit
+from friction_estimation.discovery.evidence.next_throws import NextThrow, next_throws
 from friction_estimation.discovery.evidence.predictive_density import (
     PredictiveScore,
     compare_models,
@@ -27,35 +27,21 @@ class Assessment:
     ----------
     models : expected log predictive density of every model that was in question, the best first
     pit : whether the forecasts of the improved model err as often as they say
+    next_throws : throws that would teach most beside these
     """
 
     models: list[PredictiveScore]
     pit: LooPit
-
-    def as_dict(self) -> dict[str, Any]:
-        """The part of the report that says it."""
-        return {
-            "models": [
-                {
-                    "name": score.name,
-                    "elpd": _number(score.elpd),
-                    "se": _number(score.se),
-                    "difference": _number(score.difference),
-                    "difference_se": _number(score.difference_se),
-                }
-                for score in self.models
-            ],
-            "loo_pit": {
-                "throws": self.pit.throws.tolist(),
-                "along": [round(value, 4) for value in self.pit.along.tolist()],
-                "across": [round(value, 4) for value in self.pit.across.tolist()],
-            },
-        }
+    next_throws: list[NextThrow]
 
 
 def assess(found: Discovery) -> Assessment:
     """Assess a discovery, on all its throws and with the noise of the improved model."""
-    return Assessment(models=compare_models(models_in_question(found)), pit=loo_pit(found.final))
+    return Assessment(
+        models=compare_models(models_in_question(found)),
+        pit=loo_pit(found.final),
+        next_throws=next_throws(found.final),
+    )
 
 
 def models_in_question(found: Discovery) -> dict[str, SessionFit]:
@@ -90,7 +76,3 @@ def _add(fits: dict[str, SessionFit], name: str, fitted: SessionFit) -> None:
 
 def _labels(model: Model) -> set[str]:
     return {term.label for term in model.terms}
-
-
-def _number(value: float) -> float:
-    return float(f"{value:.6g}")

@@ -12,6 +12,7 @@ from scipy.stats import kstwo
 from curling_env.render.figures import INK, new_figure, plain_axes
 from curling_env.typing import Floats
 from friction_estimation.discovery.assessment import BASELINE, NAMED
+from friction_estimation.discovery.verdict import readable
 from friction_estimation.reports.html import picture, table
 
 BAND, STEPS = "#8a97a6", "#2b7a4b"
@@ -29,6 +30,8 @@ def assessment_sections(report: dict[str, Any]) -> list[str]:
     checked = report.get("loo_pit", {"throws": []})
     if len(checked["throws"]) >= LEAST_CHECKED:
         sections.append(pit_section(checked))
+    if report.get("next_throws"):
+        sections.append(next_section(report["next_throws"]))
     return sections
 
 
@@ -54,11 +57,14 @@ def models_section(models: list[dict[str, Any]]) -> str:
 
 
 def _model_in_words(name: str) -> str:
-    words = name.replace("_", " ")
-    for short, long in ((BASELINE, "the model as it was"), (NAMED, "the improved model")):
-        if words.startswith(short):
-            return long + words[len(short) :].replace(" + ", " with ")
-    return words
+    """A model of a report in words, such as "the improved model without curl"."""
+    for short, words in ((BASELINE, "the model as it was"), (NAMED, "the improved model")):
+        if name == short:
+            return words
+        for sign, between in ((" + ", "with"), (" without ", "without")):
+            if name.startswith(short + sign):
+                return f"{words} {between} {readable(name.removeprefix(short + sign))}"
+    return name
 
 
 def pit_section(checked: dict[str, Any]) -> str:
@@ -79,6 +85,27 @@ def pit_section(checked: dict[str, Any]) -> str:
         f"session of twenty. {escape(verdict)}</p>"
         + picture(pit_picture(values), "share of throws over the place in their forecast")
     )
+
+
+def next_section(throws: list[dict[str, Any]]) -> str:
+    """The throws that would teach most."""
+    rows = [
+        [
+            str(place),
+            escape(throw["words"]),
+            escape(", ".join(_taught(name, part) for name, part in throw["teaches"].items())),
+        ]
+        for place, throw in enumerate(throws, start=1)
+    ]
+    return (
+        "<h2>The next throws that would teach most</h2><p class=faint>Of throws in both "
+        "directions, at five weights, with quick and slow turns and on five lines; each in "
+        "addition to those above it.</p>" + table(["", "throw", "removes of the variance"], rows)
+    )
+
+
+def _taught(name: str, part: float) -> str:
+    return f"{readable(name)} {100 * part:.0f} %"
 
 
 def pit_picture(values: dict[str, Floats]) -> Figure:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from friction_estimation.discovery.discover import Discovery
-from friction_estimation.discovery.report import gain_in_words, readable
+from friction_estimation.discovery.verdict import gain_in_words, readable
 from friction_estimation.reports.assessment_sections import assessment_sections
 from friction_estimation.reports.discovery_draw import draw_shift
 from friction_estimation.reports.discovery_figures import (

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
 from curling_env.physics.state import State
-from curling_env.sheet import HOG_LINE_Y
+from curling_env.sheet import HOG_LINE_Y, Direction
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
+from friction_estimation.discovery.evidence.trial_throws import TrialThrow, lay_out
 from friction_estimation.discovery.model.candidates import candidates, effect_of
 from friction_estimation.discovery.model.fit import SessionFit, fit
 from friction_estimation.discovery.model.model import predict
 from friction_estimation.discovery.search.score_test import left_out_scores, score_candidates
 from friction_estimation.discovery.search.selection import refit, try_term
-from friction_estimation.discovery.tuning import RIVAL_GAIN, RULED_OUT, USUAL_SPIN
+from friction_estimation.discovery.tuning import RIVAL_GAIN, RULED_OUT
 
 TRIAL_SPEEDS = (1.3, 1.8, 2.4, 3.1)
 TRIAL_SPINS = (-2.2, -0.8, 0.8, 2.2)
@@ -110,41 +112,26 @@ def _lines(fitted: SessionFit) -> tuple[float, float]:
 
 def _trial_throws(fitted: SessionFit) -> tuple[Session, Floats]:
     """Throws that could be played next, and their releases."""
-    session = fitted.session
-    t = np.arange(0.0, 25.0, 1.0 / 15.0)
-    stones = np.unique(session.stones)
-    swept_too = (False, True) if session.swept.any() else (False,)
-    grid = [
-        (direction, speed, spin, swept, wait, line)
-        for direction in (1.0, -1.0)
-        for speed in TRIAL_SPEEDS
-        for spin in TRIAL_SPINS
-        for swept in swept_too
-        for wait in (60.0, 3600.0)
-        for line in _lines(fitted)
+    stones = np.unique(fitted.session.stones).tolist()
+    swept_too = (False, True) if fitted.session.swept.any() else (False,)
+    grid = product(
+        (Direction.AWAY, Direction.HOME),
+        TRIAL_SPEEDS,
+        TRIAL_SPINS,
+        swept_too,
+        (60.0, 3600.0),
+        _lines(fitted),
+    )
+    throws = [
+        TrialThrow(
+            direction=direction,
+            speed=speed,
+            spin=spin,
+            line=line,
+            stone=stones[k % len(stones)],
+            swept=swept,
+            wait=wait,
+        )
+        for k, (direction, speed, spin, swept, wait, line) in enumerate(grid)
     ]
-    n = len(grid)
-    states = np.array(
-        [
-            [line, -direction * HOG_LINE_Y, 0.0, direction * speed, 0.0, spin]
-            for direction, speed, spin, _, _, line in grid
-        ]
-    )
-    swept = np.concatenate(
-        [((t > 2.0) & (t < 8.0)).astype(np.float64) * entry[3] for entry in grid]
-    )
-    return Session(
-        throws=np.arange(n),
-        orders=np.full(n, int(session.orders.max()) + 1),
-        stones=stones[np.arange(n) % len(stones)],
-        clocks=np.array([session.clocks.max() + entry[4] for entry in grid]),
-        rests=np.zeros(n, dtype=bool),
-        usual_spins=np.full(n, USUAL_SPIN),
-        times=np.tile(t, n),
-        xy=np.zeros((n * len(t), 2)),
-        theta=np.zeros(n * len(t)),
-        swept=swept,
-        sigma=np.ones((n * len(t), 2)),
-        starts=np.arange(n + 1) * len(t),
-        wear_tracks=session.wear_tracks,
-    ), states
+    return lay_out(fitted.session, throws, np.arange(0.0, 25.0, 1.0 / 15.0))

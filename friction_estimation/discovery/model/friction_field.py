@@ -168,4 +168,5 @@ def _correlation(sheet: Sheet, length: float, smoothness: float) -> Floats:
     """Correlation of the field between all cells of a sheet, (cells, cells)."""
     y, x = np.meshgrid(sheet.y_centres, sheet.x_centres, indexing="ij")
     places = np.column_stack([x.ravel(), y.ravel()])
-    return matern(cdist(places, places), length, smoothness)
+    apart: Floats = np.asarray(cdist(places, places), dtype=np.float64)
+    return matern(apart, length, smoothness)

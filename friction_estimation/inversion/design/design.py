@@ -17,12 +17,17 @@ from curling_env.errors import InputError
 from curling_env.physics.effects.motion import GRAVITY
 from curling_env.sheet import HOG_LINE_Y, PAPER_SHEET, TEE_Y, Direction, Sheet
 from curling_env.throw import MAX_SPEED, Release, Throw
-from curling_env.typing import Flags, Floats, Indices, Progress, no_progress
+from curling_env.typing import Flags, Floats, Progress, no_progress
 from friction_estimation.inversion.design.cramer_rao import (
     ThrowResponse,
     field_covariance,
     throw_response,
     uniform_bound,
+)
+from friction_estimation.inversion.design.greedy import (
+    Informative,
+    covariance_after,
+    variance_removed,
 )
 
 _MAX_THROWS = 200
@@ -197,12 +202,8 @@ def design_throws(
     thrown: list[int] = []
     errors: list[float] = []
     while len(thrown) < _MAX_THROWS:
-        gains = [_gain(covariance, touched, own, played) for touched, own in rows]
-        best = int(np.argmax(gains))
-        touched, own = rows[best]
-        spreading = covariance[:, touched] @ own.T
-        inner = np.eye(len(own)) + own @ spreading[touched]
-        covariance = covariance - spreading @ np.linalg.solve(inner, spreading.T)
+        best = int(np.argmax([variance_removed(covariance, row, played) for row in rows]))
+        covariance = covariance_after(covariance, rows[best])
         thrown.append(best)
         errors.append(float(np.sqrt(np.diag(covariance)[played].mean())))
         progress("choose throws", min(1.0, precision / errors[-1]))
@@ -238,15 +239,8 @@ def _played(sheet: Sheet) -> Flags:
     return (np.abs(x) <= _HALF_WIDTH_PLAYED) & (np.abs(y) <= TEE_Y)
 
 
-def _informative_rows(throw: ThrowResponse, noise: float) -> tuple[Indices, Floats]:
+def _informative_rows(throw: ThrowResponse, noise: float) -> Informative:
     """The response in units of the noise, compressed to the directions that tell anything."""
     _, size, across = np.linalg.svd(throw.response / noise, full_matrices=False)
     informed = size > 0.3  # a smaller one explains less than a tenth of the variance of any cell
-    return throw.touched, size[informed, None] * across[informed]
-
-
-def _gain(covariance: Floats, touched: Indices, own: Floats, played: Indices) -> float:
-    """Reduction of the summed variance over the ice played on by one throw."""
-    across = covariance[np.ix_(played, touched)] @ own.T
-    inner = np.eye(len(own)) + own @ covariance[np.ix_(touched, touched)] @ own.T
-    return float((across * np.linalg.solve(inner, across.T).T).sum())
+    return Informative(throw.touched, size[informed, None] * across[informed])

@@ -6,6 +6,7 @@ import pytest
 
 from friction_estimation.discovery.assessment import assess, models_in_question
 from friction_estimation.discovery.discover import discover
+from friction_estimation.discovery.report import document
 
 from .conftest import effect
 
@@ -22,7 +23,7 @@ def test_models_of_two_effects_are_named_and_ranked(make_session):
     assert len({fitted.noise for fitted in fits.values()}) == 1
     base = fits["baseline"]
     assert all(f.deviance < base.deviance + 100 for f in fits.values())
-    models = assess(found).as_dict()["models"]
+    models = document(found, assess(found))["models"]
     assert models[0]["name"] == "named"
     assert models[0]["difference"] == 0.0
     for model in models[1:]:
@@ -35,7 +36,7 @@ def test_models_of_two_effects_are_named_and_ranked(make_session):
 def test_where_nothing_is_missing_no_candidate_foretells_clearly_better(make_session):
     found = discover(make_session(throws=12))
     assert not found.effects
-    models = assess(found).as_dict()["models"]
+    models = document(found, assess(found))["models"]
     assert {"baseline"} < {model["name"] for model in models}
     baseline = next(model for model in models if model["name"] == "baseline")
     assert baseline["difference"] > -3.0
@@ -44,7 +45,8 @@ def test_where_nothing_is_missing_no_candidate_foretells_clearly_better(make_ses
 
 @pytest.mark.parametrize("throws", [1, 3])
 def test_few_throws_are_assessed_too(make_session, throws):
-    assessed = assess(discover(make_session(throws=throws))).as_dict()
+    found = discover(make_session(throws=throws))
+    assessed = document(found, assess(found))
     (model,) = assessed["models"]
     assert model["name"] == "baseline"
     assert len(assessed["loo_pit"]["throws"]) <= throws

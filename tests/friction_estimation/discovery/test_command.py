@@ -33,6 +33,10 @@ def test_report_ice_and_page(curling, make_session, tmp_path):
     assert best["difference"] == 0.0
     (given,) = [model for model in others if model["name"] == "baseline"]
     assert given["difference"] < -3 * given["difference_se"] < 0
+    assert len(report["next_throws"]) == 3
+    assert report["next_throws"][0]["words"] in report["verdict"]
+    assert {"curl", "friction"} == set(report["next_throws"][0]["teaches"])
+    assert result.json()["next_throws"] == report["next_throws"]
     assert len(report["loo_pit"]["along"]) == len(report["loo_pit"]["throws"]) > 8
     assert load_ice(tmp_path / "found" / "ice.json").effect("curl") is not None
     assert not load_ice(tmp_path / "found" / "baseline.json").effects

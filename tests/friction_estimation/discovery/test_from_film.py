@@ -19,7 +19,8 @@ from friction_estimation.discovery.discover import discover
 from friction_estimation.discovery.evidence.intervals import standard_errors
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.noise import estimate_noise
-from friction_estimation.discovery.report import NO_SCENE, document, sentence
+from friction_estimation.discovery.report import document
+from friction_estimation.discovery.verdict import NO_SCENE, sentence
 from friction_estimation.synthetic.cameras import named_camera
 
 from .conftest import effect

@@ -36,6 +36,13 @@ def test_values_are_even_as_kolmogorov_says():
         assert _is_even(values) == (kstest(values, "uniform").pvalue > 0.05)
 
 
+def test_next_throws_say_what_they_teach():
+    throw = {"words": "draw weight, towards the away end", "teaches": {"spin_drag": 0.31}}
+    (section,) = assessment_sections({"next_throws": [throw]})
+    assert "draw weight, towards the away end" in section
+    assert "spin that fades faster than the band explains 31 %" in section
+
+
 def test_a_report_that_says_nothing_has_no_sections():
     assert assessment_sections({}) == []
     few = {"throws": [1, 2], "along": [0.2, 0.8], "across": [0.1, 0.5]}
