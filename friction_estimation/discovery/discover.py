@@ -34,6 +34,8 @@ from friction_estimation.discovery.evidence.unknown import Dependence, find_depe
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import candidates, way_of
 from friction_estimation.discovery.model.fit import SessionFit, fit
+from friction_estimation.discovery.model.noise import estimate_noise
+from friction_estimation.discovery.search.maps import renew_map
 from friction_estimation.discovery.search.residuals import Misfit
 from friction_estimation.discovery.search.score_test import holm, score_candidates
 from friction_estimation.discovery.search.selection import (
@@ -45,6 +47,7 @@ from friction_estimation.discovery.search.selection import (
     misfit_of,
     place_sides,
     prune,
+    refine,
     refit,
     select,
 )
@@ -199,9 +202,24 @@ def _discover(
     progress("reading tracks", 0.0)
     session = open_session(tracks, scene)
     progress("fitting the baseline", 0.05)
-    start = base_model(ice, session)
-    everything = fit_with_noise(start, session)
-    session = everything.session
+    return search_session(fit_with_noise(base_model(ice, session), session), rng, progress)
+
+
+def search_session(
+    everything: SessionFit, rng: np.random.Generator, progress: Progress = no_progress
+) -> Discovery:
+    """Find what a model lacks that was fitted to all throws of a session.
+
+    Parameters
+    ----------
+    everything : the fit
+    rng : source of the choice of held-out throws and of permutations
+    progress : progress
+    """
+    if everything.model.terms and not misfit_of(everything).white:
+        everything = refine(everything)
+    everything = renew_map(everything)
+    start, session = everything.model, everything.session
     if len(session) < LEAST_THROWS:
         return _too_few(everything)
     found = _search(everything, rng, progress)
@@ -329,6 +347,8 @@ def _name(
     """The effects that may be named: proved throw by throw, and no proxies of something unknown."""
     named, effects, unproved = _proved(selection, unseen, whole, rng)
     after, structure = misfit_of(named), friction_structure(named, rng)
+    if not after.white:
+        named, after = _with_lasting_noise(named, after, rng)
     unknown = _is_open(after, structure)
     dependences = _dependences(named, after, structure, rng, progress) if unknown else []
     doubtful: list[str] = []
@@ -358,6 +378,23 @@ def _name(
         dependences=dependences,
         unknown=unknown,
     )
+
+
+def _with_lasting_noise(
+    named: SessionFit, after: Misfit, rng: np.random.Generator
+) -> tuple[SessionFit, Misfit]:
+    """The fit and its misfit with noise that lasts for seconds, if that is all that was left.
+
+    Noise differs from throw to throw. What all throws share is no noise, however slow.
+    """
+    if named.session.errs_slowly:
+        return named, after
+    noise = estimate_noise(named.session, named.residuals, lasting=True)
+    calm = refit(replace(named, noise=noise), named.model)
+    left = misfit_of(calm)
+    if left.white and not find_dependences(calm, rng):
+        return calm, left
+    return named, after
 
 
 def _is_open(after: Misfit, structure: Structure) -> bool:

@@ -84,9 +84,14 @@ SYSTEMATIC_AMPLITUDES = 6
 """Number of amplitudes that are tried."""
 
 # --- fit ---------------------------------------------------------------------------------------
-TRIED_SPREADS = np.concatenate([[0.0], np.geomspace(2e-4, 0.3, 30)])
+LEAST_SPREAD = 4e-4
+"""Least throw-to-throw spread of ln μ. No two throws are alike; with a spread of exactly zero an
+error of a tenth of a per mille would count as an effect."""
+USUAL_SPREAD, LEAST_THROWS_FOR_SPREAD = 0.004, 4
+"""Spread that is taken where throws are too few to show one, and from how many they are enough."""
+TRIED_SPREADS = np.geomspace(LEAST_SPREAD, 0.3, 30)
 """Throw-to-throw spreads of ln μ that a fit tries."""
-INTEGRATED_SPREADS = np.concatenate([[0.0], np.geomspace(1e-4, 0.3, 80)])
+INTEGRATED_SPREADS = np.geomspace(LEAST_SPREAD, 0.3, 80)
 """Throw-to-throw spreads of ln μ over which intervals integrate. All are equally likely beforehand
 (Gelman, Prior distributions for variance parameters, Bayesian Analysis 1 (2006))."""
 COUPLING_SIGMA = 0.15
@@ -120,6 +125,8 @@ MOST_EFFECTS = 4
 RULED_OUT = 12.0
 """A candidate whose −2 ln likelihood is worse than the chosen one's by this is ruled out (a
 likelihood ratio of 400)."""
+STILL_BELIEVED = 0.7
+"""Standard error over the prior's from which on a parameter counts as believed, not measured."""
 CLEARLY_CHANGED = 2.0
 """Standard errors from which on a parameter of a given model counts as changed."""
 CLEARLY_SEEN = 5.0
@@ -199,6 +206,8 @@ MAP_AMPLITUDES = np.geomspace(0.002, 0.16, 14)
 """Standard deviations of ln μ over the sheet that are tried."""
 MAP_LENGTHS = (1.2, 2.0, 3.2, 5.0, 8.0)
 """Correlation lengths that are tried [m]."""
+USUAL_MAP_LENGTH = 3.2
+"""The one with which a fit begins [m]."""
 MAP_SMOOTHNESS = 2.5
 """Order of the Matérn correlation of the field."""
 MAP_SHARE = 0.98

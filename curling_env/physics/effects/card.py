@@ -55,6 +55,7 @@ class Parameter:
         from the other end of the sheet it has the other sign
     scales : push of other effects that the parameter multiplies; where nothing pushes so, it
         cannot be measured
+    usual : its value on the ice of a usual rink, for what every ice has; else None
     spread : standard deviation of the parameter among the ices of rinks, about the value that is
         given or usual; None where nothing is known of it
     """
@@ -69,6 +70,7 @@ class Parameter:
     held: bool = False
     axis: Literal["x", "y"] | None = None
     scales: Push | None = None
+    usual: float | None = None
     spread: float | None = None
 
 
@@ -235,6 +237,11 @@ class EffectCard:
     def neutral(self) -> dict[str, float]:
         """The parameters that can switch it off, at the values that do."""
         return {p.name: p.neutral for p in self.parameters if p.neutral is not None}
+
+    @property
+    def usual(self) -> dict[str, float]:
+        """Parameters of the effect on the ice of a usual rink; empty if not every ice has it."""
+        return {p.name: p.usual for p in self.parameters if p.usual is not None}
 
     @property
     def shape(self) -> tuple[str, ...]:

@@ -33,6 +33,8 @@ CARD = EffectCard(
             low=-0.1,
             high=0.1,
             neutral=0.0,
+            usual=0.0075,
+            spread=0.0025,
         ),
         Parameter(
             name="speed_exponent",

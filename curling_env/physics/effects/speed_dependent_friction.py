@@ -56,6 +56,8 @@ CARD = EffectCard(
             low=-1.0,
             high=2.0,
             neutral=0.0,
+            usual=0.25,
+            spread=0.12,
         ),
         Parameter(
             name="speed_offset",

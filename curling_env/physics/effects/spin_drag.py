@@ -34,6 +34,8 @@ CARD = EffectCard(
             low=0.0,
             high=0.5,
             neutral=0.0,
+            usual=0.0115,
+            spread=0.006,
         ),
         Parameter(
             name="speed_exponent",

@@ -185,6 +185,18 @@ class Session:
                 spins = np.where(bends * with_turn.mean() < 0, -USUAL_SPIN, USUAL_SPIN)
         return replace(self, usual_spins=spins)
 
+    def with_spins_by_bends(self) -> Session:
+        """The session with stones taken to turn to the side to which their paths bend.
+
+        For throws whose heading was not measured, on ice that is known to curl.
+        """
+        bends = np.zeros(len(self))
+        for i in range(len(self)):
+            t, xy = self.times[self.rows(i)], self.xy[self.rows(i)]
+            travel = xy[-1] - xy[0]
+            bends[i] = np.polyfit(t, xy @ np.array([-travel[1], travel[0]]), 2)[0]
+        return replace(self, usual_spins=np.where(bends < 0, -USUAL_SPIN, USUAL_SPIN))
+
     def without_rows(self, dropped: Flags) -> Session:
         """The session without some rows, among which is no first row of a throw."""
         keep = ~dropped

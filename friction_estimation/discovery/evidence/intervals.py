@@ -45,6 +45,23 @@ def map_errors(fitted: SessionFit) -> Floats | None:
     field = fitted.model.map_field
     if field is None:
         return None
+    covariance = _map_covariance(fitted)
+    columns = np.column_stack([np.ones(len(field.patterns)), field.patterns])
+    variance = np.einsum("ci,ij,cj->c", columns, covariance, columns)
+    variance += field.amplitude**2 * field.unresolved()
+    return np.sqrt(np.maximum(variance, 0.0)).reshape(field.sheet.shape)
+
+
+def level_error(fitted: SessionFit) -> float:
+    """Standard error of the mean ln μ of the cells that stones crossed."""
+    field, covariance = fitted.model.map_field, _map_covariance(fitted)
+    patterns = np.empty(0) if field is None else field.patterns[field.crossed].mean(axis=0)
+    mean = np.append(1.0, patterns)
+    return float(np.sqrt(mean @ covariance @ mean))
+
+
+def _map_covariance(fitted: SessionFit) -> Floats:
+    """Covariance of the friction of the whole and of the coefficients of the map."""
     area = fitted.model.map_slice
     grams, _ = eliminate_factor(
         eliminate_states(fitted.grams), fitted.ln_factors, fitted.model.spread
@@ -52,10 +69,7 @@ def map_errors(fitted: SessionFit) -> Floats | None:
     total = grams.sum(axis=0) + prior_gram(fitted.model, grams.shape[1])
     covariance = gaussian(total).covariance
     own = np.r_[GLOBALS.index("ln_mu"), area]
-    columns = np.column_stack([np.ones(len(field.patterns)), field.patterns])
-    variance = np.einsum("ci,ij,cj->c", columns, covariance[np.ix_(own, own)], columns)
-    variance += field.amplitude**2 * field.unresolved()
-    return np.sqrt(np.maximum(variance, 0.0)).reshape(field.sheet.shape)
+    return covariance[np.ix_(own, own)]
 
 
 def _half_widths(weights: Floats, steps: Floats, deviations: Floats) -> Floats:

@@ -19,7 +19,11 @@ from friction_estimation.discovery.model.fit import (
     eliminate_states,
     prior_gram,
 )
-from friction_estimation.discovery.tuning import INTEGRATED_SPREADS
+from friction_estimation.discovery.tuning import (
+    INTEGRATED_SPREADS,
+    LEAST_THROWS_FOR_SPREAD,
+    USUAL_SPREAD,
+)
 
 
 class Gaussian(NamedTuple):
@@ -76,8 +80,8 @@ def mixture(fitted: SessionFit) -> Mixture:
 
 def integrated_spreads(fitted: SessionFit) -> Floats:
     """Spreads over which the posterior of a fit is integrated."""
-    lone = fitted.model.spread <= 0.0 and len(fitted.session) < 4
-    return np.array([0.0]) if lone else INTEGRATED_SPREADS
+    few = len(fitted.session) < LEAST_THROWS_FOR_SPREAD
+    return np.array([USUAL_SPREAD]) if few else INTEGRATED_SPREADS
 
 
 def gaussian(totals: Floats) -> Gaussian:

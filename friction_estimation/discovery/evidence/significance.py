@@ -34,6 +34,7 @@ from friction_estimation.discovery.search.selection import refit, try_term
 from friction_estimation.discovery.tuning import (
     LARGEST_P_BETWEEN_THROWS,
     LEAST_LINEAR_GAIN,
+    LEAST_SPREAD,
     PERMUTATIONS,
 )
 
@@ -250,7 +251,7 @@ def _best_of(
 
 def friction_structure(fitted: SessionFit, rng: np.random.Generator) -> tuple[str, float]:
     """The circumstance that the throws' own frictions follow most, and p that it is chance."""
-    if fitted.model.spread <= 0.0 or len(fitted.session) < 8:
+    if fitted.model.spread <= 1.01 * LEAST_SPREAD or len(fitted.session) < 8:
         return "", 1.0
     columns = throw_covariates(fitted.session, fitted.states)
     which, p = _best_of(np.column_stack(list(columns.values())), own_frictions(fitted)[0], rng)

@@ -19,6 +19,7 @@ from friction_estimation.discovery.data.measurement import measurement_effects
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
 from friction_estimation.discovery.model.friction_field import FrictionField
+from friction_estimation.discovery.tuning import STILL_BELIEVED
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +92,15 @@ class Term:
 
     def effect(self, sigma: Mapping[str, float] | None = None) -> ActiveEffect:
         """The term as it stands in an ice file."""
-        return ActiveEffect(name=self.name, parameters=dict(self.values), sigma=dict(sigma or {}))
+        errors = dict(sigma or {})
+        believed = tuple(
+            name
+            for name, belief in self.beliefs.items()
+            if errors.get(name, 0.0) > STILL_BELIEVED * belief.sd
+        )
+        return ActiveEffect(
+            name=self.name, parameters=dict(self.values), sigma=errors, believed=believed
+        )
 
 
 def effect_of(label: str) -> str:

@@ -207,6 +207,7 @@ def estimate_noise(
     *,
     throws: int = NOISE_THROWS,
     start: SessionNoise | None = None,
+    lasting: bool = False,
 ) -> SessionNoise:
     """The noise that makes the fast part of the residuals most likely.
 
@@ -220,7 +221,9 @@ def estimate_noise(
     residuals : (rows, 3) measured less predicted x, y, theta
     throws : most throws that are used, spread over the session
     start : an earlier estimate, from which fewer steps are needed
+    lasting : whether the noise of raw tracks, too, may last for seconds, as that of films
     """
+    slow = lasting or session.errs_slowly
     chosen = np.unique(np.linspace(0, len(session) - 1, min(throws, len(session))).astype(int))
     together = ((0,), (1,), (2,)) if session.errs_slowly else ((0, 1), (2,))
     found = {
@@ -231,6 +234,7 @@ def estimate_noise(
             channels,
             start
             and (start.white[channels[0]], start.fading[channels[0]], start.memory[channels[0]]),
+            slow,
         )
         for channels in together
     }
@@ -249,10 +253,10 @@ def _estimate_channel(
     chosen: Indices,
     channels: tuple[int, ...],
     before: tuple[float, float, float] | None,
+    slow: bool,
 ) -> tuple[float, float, float]:
     """White part, fading part and memory of some of the channels x, y, theta together."""
     least = LEAST_NOISE[channels[0] // 2]
-    slow = session.errs_slowly
     bounds = FILM_MEMORY_BOUNDS if slow else MEMORY_BOUNDS
     parts: list[tuple[Floats, Floats, Floats]] = []
     for i in chosen:

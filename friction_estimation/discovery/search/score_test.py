@@ -27,6 +27,7 @@ from friction_estimation.discovery.model.fit import (
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.tuning import (
     CLEARLY_SEEN,
+    LEAST_SPREAD,
     LEFT_OUT_INFORMATION,
 )
 
@@ -96,7 +97,7 @@ def _least(reduced: Floats, fitted: SessionFit, prior: Floats, kept: list[int]) 
     columns = np.concatenate([[0], chosen + 1])
     part = reduced[:, columns[:, None], columns]
     model = fitted.model
-    spreads = np.array([0.0, 2e-4, *np.geomspace(5e-4, 0.3, 12), max(model.spread, 1e-4)])
+    spreads = np.array([*np.geomspace(LEAST_SPREAD, 0.3, 14), max(model.spread, LEAST_SPREAD)])
     own = prior[np.ix_(chosen, chosen)]
     spread, _, least = profile_spread(part, fitted.ln_factors, own, spreads)
     if not model.fields:
