@@ -8,7 +8,7 @@ From films of throws to the ice they ran on:
 
     films = sorted(Path("films").glob("*.mp4"))       # one throw each, in order of play
     tracks = track_films(films, "end.scene.json")     # the scene: where the camera sees the sheet
-    estimate = estimate_ice(tracks)                   # friction and its standard error per cell
+    estimate = estimate_ice(tracks)                   # friction per cell, curl, and the rest
     save_ice(estimate.ice, "ice.json")
 
 Tracks that were written to a file come back with `curling_env.read_tracks`. `discover(tracks)`
@@ -24,7 +24,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from friction_estimation.camera.scene import Scene, load_scene
     from friction_estimation.discovery.discover import Discovery, discover
-    from friction_estimation.inversion.estimate import Estimate, estimate_ice
+    from friction_estimation.discovery.whole_ice import estimate_ice
+    from friction_estimation.inversion.estimate import Estimate
     from friction_estimation.tracking import FilmTrack, track_film, track_films
 
 __all__ = [
@@ -42,7 +43,8 @@ __all__ = [
 _MODULES = {
     "camera.scene": ("Scene", "load_scene"),
     "discovery.discover": ("Discovery", "discover"),
-    "inversion.estimate": ("Estimate", "estimate_ice"),
+    "discovery.whole_ice": ("estimate_ice",),
+    "inversion.estimate": ("Estimate",),
     "tracking": ("FilmTrack", "track_film", "track_films"),
 }
 

@@ -20,9 +20,8 @@ from curling_env.sheet import TEE_Y
 from curling_env.throw import Skill, skill_named
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats, Progress, no_progress, part_of_progress
-from friction_estimation.discovery.joint import JointEstimate, estimate_jointly
-from friction_estimation.discovery.verdict import sentence
-from friction_estimation.inversion import estimate_ice
+from friction_estimation.discovery.whole_ice import WholeIce, fit_whole_ice
+from friction_estimation.inversion import estimate_friction
 
 KNOWLEDGE = ("uniform", "map", "map and effects", "truth")
 """What a throw is planned on: one friction, the estimated map, map and effects, the true ice."""
@@ -62,7 +61,7 @@ class ClosedLoopResult:
     tracks: list[Trajectory]
     track_errors: Floats
     ices: dict[str, Ice]
-    joint: JointEstimate
+    joint: WholeIce
     requests: list[Request]
     plans: dict[str, list[Plan]]
     exact: dict[str, list[ExecutedThrows]]
@@ -101,11 +100,13 @@ class ClosedLoopResult:
             "seed": self.seed,
             "hidden": self.hidden.as_dict(),
             "track_rms_m": [float(error) for error in self.track_errors],
-            "kept_along": self.joint.along,
-            "dropped_along": self.joint.dropped,
-            "verdict": sentence(self.joint.discovery),
             "effects": [
-                {"name": e.name, "parameters": dict(e.parameters), "sigma": dict(e.sigma)}
+                {
+                    "name": e.name,
+                    "parameters": dict(e.parameters),
+                    "sigma": dict(e.sigma),
+                    "believed": list(e.believed),
+                }
                 for e in self.joint.ice.effects
             ],
             "skill": self.skill.name,
@@ -197,9 +198,9 @@ def run_experiment(
     progress("practice throws", 0.0)
     tracks = camera(hidden, releases, camera_rng, part_of_progress(progress, 0.0, 0.05))
     progress("estimating the map", 0.05)
-    uniform = estimate_ice(tracks, uniform=True).ice
-    mapped = estimate_ice(tracks).ice
-    joint = estimate_jointly(tracks, seed=seed, progress=part_of_progress(progress, 0.1, 0.5))
+    uniform = estimate_friction(tracks, uniform=True).ice
+    mapped = estimate_friction(tracks).ice
+    joint = fit_whole_ice(tracks, seed=seed, progress=part_of_progress(progress, 0.1, 0.5))
     truth = hidden.truth()
     ices: dict[str, Ice] = dict(zip(KNOWLEDGE, (uniform, mapped, joint.ice, truth), strict=True))
     requests = _requests(request_rng, draws, guards, takeouts)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from curling_env.commands.cli import print_json, progress_bar, say
+from curling_env.commands.cli import SeedOption, print_json, progress_bar, say
 from curling_env.errors import InputError
 from friction_estimation.commands.track import (
     CameraOption,
@@ -33,6 +33,13 @@ class MethodChoice(StrEnum):
 
     trajectory = "trajectory"
     paper = "paper"
+
+
+class EffectsOption(StrEnum):
+    """What is estimated beside the friction map."""
+
+    all = "all"
+    none = "none"
 
 
 class CameraBiasOption(StrEnum):
@@ -73,7 +80,7 @@ def estimate(
         str | None,
         typer.Option(
             metavar="ICE",
-            help="An ice whose sheet, stone and effects (curl, slope, ...) are kept.",
+            help="An ice whose sheet and stone are kept, and whose effects are expected.",
         ),
     ] = None,
     prior: Annotated[
@@ -89,10 +96,13 @@ def estimate(
             metavar="ICE", help="An ice estimated before, to which these throws are added."
         ),
     ] = None,
-    refit: Annotated[
-        bool,
-        typer.Option("--refit", help="Also fit the strengths of the effects of the --start ice."),
-    ] = False,
+    effects: Annotated[
+        EffectsOption,
+        typer.Option(
+            help="all: the map and the effects of the ice together; none: the map alone, the "
+            "effects of the --start ice being known."
+        ),
+    ] = EffectsOption.all,
     camera_bias: Annotated[
         CameraBiasOption,
         typer.Option(
@@ -105,8 +115,9 @@ def estimate(
         Path | None,
         typer.Option(metavar="DIR", help="Also write a page, pictures and tables here."),
     ] = None,
+    seed: SeedOption = 0,
 ) -> None:
-    """Estimate the friction of the ice, cell by cell, from measured throws.
+    """Estimate the ice from measured throws: friction cell by cell, curl, and the rest.
 
     Give the tracks file that `curling track` wrote, or the films themselves with --scene: one throw
     each, in order of play. If tracking many films is interrupted, repeat the command: films that
@@ -123,27 +134,31 @@ def estimate(
     Throws at several speeds, in both directions and on several lines tell the most. `curling
     design` says how many are needed.
 
+    Effects: what the ice of every rink has (friction that falls with speed, curl, a drag of the
+    spin, the air) is fitted together with the map, about what is usual. With 8 throws or more,
+    whatever else they prove is added. Each parameter has a sigma; one that the throws did not
+    measure is marked as believed. The effects of a --start ice take the place of the usual ones.
+    mu is then the friction at 1 m/s.
+
+    The map alone: with --effects none the effects of the --start ice stay as they are, and only
+    friction is estimated. So it is with --uniform, --prior, --camera-bias and --method paper.
+
     Later throws: the command writes ice.evidence.npz beside the ice, and --update uses it to add
     later throws of the same session without the earlier tracks. --prior starts from the ice of
     another day: where no stone ran today, its pattern stays, with a sigma that has grown by the
-    change seen elsewhere. Both keep the sheet, the stone and the effects of the earlier ice.
-
-    Effects: those of the --start ice stay as they are. With --refit, effects that act along the
-    travel (friction that depends on speed, air drag, a slope along the sheet) are fitted together
-    with the map, so that neither is mistaken for the other. Curl acts across the travel and stays,
-    because the stone is followed along the line that it was seen to take.
+    change seen elsewhere.
 
     Camera: an error of some millimetres that varies smoothly along the sheet and is the same for
     all throws looks like uneven ice, and more throws do not average it away. Throws in both
-    directions, or at clearly different speeds, tell it from the ice. It is fitted with the map
-    where all throws show it clearly and each half of them shows the same. The JSON says what was
-    found, and how large an error would have been noticed.
+    directions, or at clearly different speeds, tell it from the ice. Where the map alone is
+    estimated, --camera-bias says whether it is sought; the JSON says what was found, and how large
+    an error would have been noticed.
 
     \b
     Example:
         curling estimate tracks.csv -o ice.json --report runs/report
         curling estimate tracks.csv -o ice.json --uniform
-        curling estimate tracks.csv --start found/ice.json --refit -o ice.json
+        curling estimate tracks.csv --start standard --effects none -o ice.json
         curling estimate later.csv --update ice.json -o ice.json
         curling estimate end-0.mp4 end-1.mp4 --scene end.scene.json -o ice.json
     """
@@ -151,13 +166,15 @@ def estimate(
     from curling_env.infrastructure.provenance import provenance
     from curling_env.infrastructure.storage import make_directory
     from curling_env.trajectory import read_tracks
-    from friction_estimation.inversion import estimate_ice
+    from friction_estimation.discovery.data.evidence_file import save_evidence, with_later_throws
+    from friction_estimation.discovery.whole_ice import estimate_ice
+    from friction_estimation.inversion import estimate_friction
     from friction_estimation.inversion.friction.information import (
         information_path,
         save_information,
     )
 
-    first, stored = _earlier_ice(start, prior, update)
+    first, stored, throws_before = _earlier_ice(start, prior, update)
     earlier = None if update is None else information_path(update)
     tables = [path for path in inputs if path.suffix.lower() == ".csv"]
     if tables and len(inputs) > 1:
@@ -178,21 +195,39 @@ def estimate(
             )
         films_shown = 0 if report is None else FILMS_SHOWN
         tracks, stills, checkpoints = _track(inputs, scene, camera, tracker, output, films_shown)
-    origin = provenance([*inputs, *(scene or []), camera, start, prior, update, earlier])
+    origin = provenance([*inputs, *(scene or []), camera, start, prior, update, earlier], seed=seed)
+    map_alone = (
+        effects is EffectsOption.none
+        or uniform
+        or stored is not None
+        or prior is not None
+        or method is not MethodChoice.trajectory
+        or camera_bias is not CameraBiasOption.auto
+    )
+    if throws_before:
+        if map_alone:
+            raise InputError("these throws were fitted with effects: update them with effects too")
+        tracks, remarks = with_later_throws(throws_before, tracks)
+        for remark in remarks:
+            say(remark)
     with progress_bar() as bar:
-        found = estimate_ice(
-            tracks,
-            start=first,
-            method=method.value,
-            uniform=uniform or (stored is not None and stored.uniform),
-            prior=first.friction if prior is not None and first is not None else None,
-            update=stored,
-            refit=refit,
-            camera_bias=camera_bias.value,
-            progress=bar,
-        )
+        if map_alone:
+            found = estimate_friction(
+                tracks,
+                start=first,
+                method=method.value,
+                uniform=uniform or (stored is not None and stored.uniform),
+                prior=first.friction if prior is not None and first is not None else None,
+                update=stored,
+                camera_bias=camera_bias.value,
+                progress=bar,
+            )
+        else:
+            found = estimate_ice(tracks, start=first, seed=seed, progress=bar)
     save_ice(found.ice, output, provenance=origin)
-    if found.information is not None:
+    if not map_alone:
+        save_evidence(tracks, found.ice, output)
+    elif found.information is not None:
         save_information(found.information, information_path(output))
     if report is not None:
         from friction_estimation.reports.estimate_page import write_report
@@ -212,17 +247,23 @@ def estimate(
 
 def _earlier_ice(
     start: str | None, prior: str | None, update: Path | None
-) -> tuple[Ice | None, StoredInformation | None]:
-    """The ice to start from, and the information of its throws if they are to be added to."""
-    from curling_env.ice import load_ice
+) -> tuple[Ice | None, StoredInformation | None, list[Trajectory]]:
+    """The ice to start from, and its throws or their information if they are to be added to."""
+    from curling_env.ice import Ice, load_ice
+    from friction_estimation.discovery.data.evidence_file import load_evidence
     from friction_estimation.inversion.friction.information import load_information
 
     given = [name for name in (start, prior, update) if name is not None]
     if len(given) > 1:
         raise InputError("give one of --start, --prior and --update")
     ice = load_ice(given[0]) if given else None
-    stored = load_information(ice, update) if update is not None and ice is not None else None
-    return ice, stored
+    if update is None or ice is None:
+        return ice, None, []
+    throws = load_evidence(ice, update)
+    if throws is None:
+        return ice, load_information(ice, update), []
+    # What the earlier throws say of effects comes from the throws themselves, once.
+    return Ice.uniform(0.0082, ice.sheet), None, throws
 
 
 def _track(

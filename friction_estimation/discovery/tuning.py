@@ -57,10 +57,6 @@ USUAL_SPIN_SIGMA = 0.6
 USUAL_FRICTION = 0.009
 """μ from which a plain baseline is fitted: that of a draw of 25 s."""
 
-# --- joint estimation --------------------------------------------------------------------------
-CLEARLY_SHOWN = 4.0
-"""Standard errors from zero at which an effect stays beside the map; there are four candidates."""
-
 # --- references --------------------------------------------------------------------------------
 LENGTH_ERROR = 0.02
 """Usual standard error of a length that is read off the tracks [m]: the width of a line."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -30,10 +30,12 @@ from friction_estimation.discovery.model.friction_field import field_along
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.search.selection import fit_with_noise
 from friction_estimation.discovery.tuning import MAP_SMOOTHNESS, USUAL_MAP_LENGTH
-from friction_estimation.inversion.estimate import Estimate
+from friction_estimation.inversion.estimate import Estimate, estimate_friction
 from friction_estimation.inversion.friction.posterior import Hyperparameters
 from friction_estimation.inversion.noise import Noise
 from friction_estimation.tracks.free_slide import free_slides
+
+EffectsChoice = Literal["all", "none"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,7 +90,45 @@ class WholeIce(Estimate):
         return each
 
 
-def estimate_whole_ice(
+def estimate_ice(
+    tracks: Sequence[Trajectory],
+    *,
+    effects: EffectsChoice = "all",
+    start: Ice | None = None,
+    uniform: bool = False,
+    scene: Scene | None = None,
+    seed: int = 0,
+    progress: Progress = no_progress,
+) -> Estimate:
+    """Estimate an ice from the tracks of throws on it: friction per cell, curl, and the rest.
+
+    The tracks may come straight from `curling_env.read_tracks` or from `track_film`. Every number
+    comes with a standard error; what the throws did not measure is marked as believed.
+
+    Parameters
+    ----------
+    tracks : tracks of one session, in order of play; lead-in, rest and wild rows are found and left
+        out
+    effects : ``all``, the map together with the effects; ``none``, the map alone, the effects of
+        `start` being known
+    start : sheet and stone, and effects that are expected about their values; the paper's sheet by
+        default
+    uniform : whether one μ for the sheet is wanted instead of a map; it goes with no effects
+    scene : scene of the camera that filmed the tracks, where it is known
+    seed : seed of the choice of held-out throws and of permutations
+    progress : called as the fit advances
+
+    Raises
+    ------
+    TrackTooShortError : no throw has a free slide that is long enough
+    InputError : tracks that lie off the sheet, an effect that is not known
+    """
+    if effects == "none" or uniform:
+        return estimate_friction(tracks, start=start, uniform=uniform, progress=progress)
+    return fit_whole_ice(tracks, start=start, scene=scene, seed=seed, progress=progress)
+
+
+def fit_whole_ice(
     tracks: Sequence[Trajectory],
     *,
     start: Ice | None = None,

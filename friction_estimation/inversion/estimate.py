@@ -1,4 +1,4 @@
-"""From measured paths to the ice they ran on; `estimate_ice` is the entry point."""
+"""From measured paths to the friction of the ice they ran on, its effects being known."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.ice import FrictionMap, Ice
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Progress, no_progress
+from curling_env.typing import Floats, Progress, no_progress
 from friction_estimation.inversion.friction.information import StoredInformation
 from friction_estimation.inversion.friction.posterior import Hyperparameters
 from friction_estimation.inversion.noise import Noise
@@ -76,6 +76,11 @@ class Estimate:
             return self.mu - _NORMAL_95 * self.sigma, self.mu + _NORMAL_95 * self.sigma
         factor = float(np.exp(_NORMAL_95 * self.sigma / self.mu))
         return self.mu / factor, self.mu * factor
+
+    @property
+    def leftovers(self) -> list[tuple[Floats, Floats]]:
+        """For each throw the times of its fitted rows [s] and what is left along its travel [m]."""
+        return [(throw.t[throw.keep], throw.residual[throw.keep]) for throw in self.throws]
 
     @property
     def resolution(self) -> float:
@@ -154,7 +159,7 @@ class Estimate:
         return each
 
 
-def estimate_ice(
+def estimate_friction(
     tracks: Sequence[Trajectory],
     *,
     start: Ice | None = None,

@@ -17,7 +17,7 @@ from curling_env.errors import CurlingError, TrackTooShortError
 from curling_env.trajectory import Trajectory
 from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.scene import Scene
-from friction_estimation.inversion import estimate_ice
+from friction_estimation.discovery.whole_ice import estimate_ice
 from friction_estimation.live.feed import Feed
 from friction_estimation.live.motion import MotionDetector
 from friction_estimation.live.recorder import Clip, Recorder

@@ -24,7 +24,7 @@ from curling_env.render.figures import (
     show_lengthwise,
 )
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
-from friction_estimation.inversion import Estimate, estimate_ice
+from friction_estimation.inversion import Estimate, estimate_friction
 from friction_estimation.inversion.throw.camera_bias import CameraBias
 from friction_estimation.reports.draw_weight import draw_weight
 from friction_estimation.tracks.smoothing import smooth_motion
@@ -45,7 +45,7 @@ def write_pictures(found: Estimate, folder: Path) -> list[str]:
     save_map(found, folder / "map.png")
     save_motion(found, folder / "motion.png")
     names = ["map.png", "motion.png"]
-    if found.throws:
+    if found.leftovers:
         save_residuals(found, folder / "residuals.png")
         names.append("residuals.png")
     if found.method == "trajectory" and not found.uniform:
@@ -189,10 +189,10 @@ def save_residuals(found: Estimate, path: Path) -> None:
     left, right = figure.subplots(1, 2, width_ratios=(2, 1))
     lags = np.arange(0, 31)
     sums, counts = np.zeros(len(lags)), np.zeros(len(lags))
-    for k, throw in enumerate(found.throws):
+    for k, (t, residual) in enumerate(found.leftovers):
         colour = TRACK_COLOURS[k % len(TRACK_COLOURS)]
-        rest = 1000 * throw.residual[throw.keep]
-        left.plot(throw.t[throw.keep], rest, ".", color=colour, ms=1.5, alpha=0.5)
+        rest = 1000 * residual
+        left.plot(t, rest, ".", color=colour, ms=1.5, alpha=0.5)
         for lag in lags[: len(rest) - 1]:
             sums[lag] += float((rest[lag:] * rest[: len(rest) - lag]).sum())
             counts[lag] += len(rest) - lag
@@ -218,7 +218,7 @@ def save_residuals(found: Estimate, path: Path) -> None:
 def paper_estimate(found: Estimate) -> Estimate:
     """What the paper's method, differentiating and averaging, makes of the same throws."""
     tracks = [part.track for part in found.slides]
-    return estimate_ice(tracks, start=found.ice, method="paper", uniform=found.uniform)
+    return estimate_friction(tracks, start=found.ice, method="paper", uniform=found.uniform)
 
 
 def save_profile(found: Estimate, plain: Estimate, path: Path) -> None:

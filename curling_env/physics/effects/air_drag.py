@@ -25,6 +25,8 @@ CARD = EffectCard(
             low=0.0,
             high=0.02,
             neutral=0.0,
+            usual=9.5e-4,
+            spread=5e-4,
         ),
     ),
     source="drag of a short cylinder at Reynolds number 2e4 to 6e4; 1 % of friction at 1 m/s, "

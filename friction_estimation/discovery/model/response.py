@@ -100,7 +100,7 @@ class LinearisedPaths(NamedTuple):
             push = np.zeros((count, 6, 1))
             push[:, [State.VX, State.VY, State.OMEGA], 0] = pushes[own][:count]
             transition = self.transition[own]
-            initial = np.linalg.solve(transition[:count], push)[:, :, 0]
+            initial = _solve(transition[:count], push)[:, :, 0]
             rate = initial[:, :, None] * sizes[own][:count, None, :]
             step = np.diff(t[:count])[:, None, None]
             held = np.zeros((len(t), 6, sizes.shape[1]))
@@ -112,3 +112,11 @@ class LinearisedPaths(NamedTuple):
             share = (place - before)[:, None, None]
             out[rows] = (1.0 - share) * change[before] + share * change[before + 1]
         return out
+
+
+def _solve(transition: Floats, push: Floats) -> Floats:
+    """Ψ⁻¹ f, (n, 6, 1); of least size where Ψ has no inverse, for a stone about to stop."""
+    try:
+        return np.linalg.solve(transition, push)
+    except np.linalg.LinAlgError:
+        return np.linalg.pinv(transition, rcond=1e-9) @ push

@@ -27,7 +27,7 @@ from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import TEE_Y
 from curling_env.throw import Throw
 from curling_env.typing import no_progress
-from friction_estimation.discovery.joint import estimate_jointly
+from friction_estimation.discovery.whole_ice import fit_whole_ice
 
 
 @pytest.mark.parametrize("effects", [True, False])
@@ -99,9 +99,10 @@ def test_map_and_effects_are_told_apart() -> None:
     hidden = draw_hidden_ice(np.random.default_rng(5))
     rng = np.random.default_rng(6)
     tracks = [noisy_track(hidden, r, k, rng) for k, r in enumerate(mixed_practice(10, rng))]
-    whole = estimate_jointly(tracks)
-    assert "speed_dependent_friction" in whole.along
-    assert {"air_drag", "time_drift"} <= whole.dropped.keys()  # there is neither
+    whole = fit_whole_ice(tracks)
+    assert whole.ice.effect("time_drift") is None  # there is none
+    air = whole.ice.effect("air_drag")  # nor this, but every ice is believed to have it
+    assert air.parameters["coefficient"] < 3 * air.sigma["coefficient"]
     found, curl = (whole.ice.effect(name) for name in ("speed_dependent_friction", "curl"))
     # Ten throws tell it to 0.03 (20 to 0.001); without it all of 0.2 would be read as heavy ice.
     assert found.parameters["exponent"] == pytest.approx(hidden.exponent, abs=0.05)
@@ -144,7 +145,10 @@ def test_the_script_reports_every_kind_of_knowledge(script, tmp_path: Path) -> N
     assert "map and effects" in table
     (report,) = json.loads((tmp_path / "report.json").read_text())
     assert set(report["chains"]) == set(KNOWLEDGE)
-    assert report["effects"] == []  # nothing is missing, nothing is named
+    for effect in report["effects"]:  # what every ice is believed to have is not there
+        for name in ("exponent", "strength", "rate", "coefficient"):
+            size = effect["parameters"].get(name, 0.0)
+            assert abs(size) <= 3 * effect["sigma"].get(name, 0.0) + 1e-4
     for chain in KNOWLEDGE:
         assert report["chains"][chain]["exact"]["mean_miss_m"]["mean"] >= 0
     assert report["chains"]["truth"]["exact"]["mean_miss_m"]["mean"] < 0.02

@@ -13,7 +13,7 @@ from curling_env.ice import ActiveEffect, Ice
 from curling_env.sheet import PAPER_SHEET
 from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
-from friction_estimation.inversion import cell_bound, estimate_ice, uniform_bound
+from friction_estimation.inversion import cell_bound, estimate_friction, uniform_bound
 
 HOG = 10.9725
 
@@ -36,7 +36,7 @@ def test_one_friction_at_the_papers_throws_reaches_the_bound(sliding, rng, pitch
         tracks = sliding.measured_throws(
             sliding.uniform(mu), straight(pitches, 1.6), rng, until=HOG
         )
-        found = estimate_ice(tracks, uniform=True)
+        found = estimate_friction(tracks, uniform=True)
         bound = uniform_bound([1.6] * pitches, mu=mu, noise=0.005, fps=30, distance=2 * HOG)
         errors.append(100 * abs(found.mu / mu - 1))
         normed.append((found.mu - mu) / bound)
@@ -53,7 +53,7 @@ def test_interval_holds_the_truth(sliding, rng):
         tracks = sliding.measured_throws(
             sliding.uniform(mu), sliding.varied_starts(rng, 2), rng, noise=0.008
         )
-        low, high = estimate_ice(tracks, uniform=True).interval
+        low, high = estimate_friction(tracks, uniform=True).interval
         inside += low < mu < high
     assert inside >= 10
 
@@ -61,8 +61,10 @@ def test_interval_holds_the_truth(sliding, rng):
 def test_scatter_between_throws_widens_the_interval(sliding, rng):
     starts = sliding.varied_starts(rng, 10)
     factor = np.exp(rng.normal(0, 0.01, 10))
-    even = estimate_ice(sliding.measured_throws(sliding.uniform(0.009), starts, rng), uniform=True)
-    scattered = estimate_ice(
+    even = estimate_friction(
+        sliding.measured_throws(sliding.uniform(0.009), starts, rng), uniform=True
+    )
+    scattered = estimate_friction(
         sliding.measured_throws(sliding.uniform(0.009), starts, rng, factor=factor), uniform=True
     )
     assert even.scatter < 0.001
@@ -74,7 +76,7 @@ def test_scatter_between_throws_widens_the_interval(sliding, rng):
 def test_curl_that_no_model_knows_does_not_bias_friction(sliding, rng):
     starts = sliding.varied_starts(rng, 6)
     tracks = sliding.measured_throws(sliding.uniform(0.009), starts, rng, curl=0.009)
-    found = estimate_ice(tracks, uniform=True)
+    found = estimate_friction(tracks, uniform=True)
     assert abs(found.mu / 0.009 - 1) < 5e-4
 
 
@@ -82,8 +84,8 @@ def test_effects_of_the_start_stay_in_the_law(sliding, rng):
     starts = sliding.varied_starts(rng, 6, spin=0.0)
     tracks = sliding.measured_throws(sliding.uniform(0.008), starts, rng, exponent=0.3)
     law = ActiveEffect(name="speed_dependent_friction", parameters={"exponent": 0.3})
-    found = estimate_ice(tracks, start=Ice.uniform(0.01, effects=(law,)), uniform=True)
-    ignorant = estimate_ice(tracks, uniform=True)
+    found = estimate_friction(tracks, start=Ice.uniform(0.01, effects=(law,)), uniform=True)
+    ignorant = estimate_friction(tracks, uniform=True)
     assert found.ice.effects == (law,)
     assert abs(found.mu / 0.008 - 1) < 2e-3
     assert abs(ignorant.mu / 0.008 - 1) > 0.02
@@ -105,7 +107,7 @@ def test_wild_rows_lost_frames_lead_in_and_no_heading(sliding, rng):
         xy[wild] += rng.normal(0, 1.0, (int(wild.sum()), 2))
         kept = rng.random(len(t)) > 0.1
         tracks.append(Trajectory(t=t[kept], xy=xy[kept], throw=clean.throw))
-    found = estimate_ice(tracks, uniform=True)
+    found = estimate_friction(tracks, uniform=True)
     assert abs(found.mu / 0.009 - 1) < 2e-3
     assert abs(found.mu - 0.009) < 4 * found.sigma
     for slide in found.slides:
@@ -127,7 +129,7 @@ def test_noise_that_lasts_is_seen_and_makes_sigma_honest(sliding, rng):
             tracks.append(
                 Trajectory(t=clean.t, xy=clean.xy + noise, theta=clean.theta, throw=clean.throw)
             )
-        found = estimate_ice(tracks, uniform=True)
+        found = estimate_friction(tracks, uniform=True)
         normed.append((found.mu - 0.009) / found.sigma)
         colours.append(found.noise.time if found.noise.slow > found.noise.white else 0.0)
     assert np.median(colours) == pytest.approx(0.3, rel=0.35)
@@ -141,7 +143,7 @@ def test_even_ice_is_found_even_on_film(sliding, as_filmed):
         rng = np.random.default_rng([61, seed])
         starts = sliding.varied_starts(rng, 2)
         tracks = sliding.measured_throws(sliding.uniform(0.009), starts, rng, noise=1e-5, fps=15)
-        friction = estimate_ice(as_filmed(tracks, seed), camera_bias="off").ice.friction
+        friction = estimate_friction(as_filmed(tracks, seed), camera_bias="off").ice.friction
         off = (friction.mu - 0.009)[friction.observed]
         left.append(np.sqrt(np.mean(off**2)) / 0.009)
         inside.append(np.abs(off) < 1.96 * friction.sigma[friction.observed])
@@ -162,7 +164,9 @@ def test_rows_that_are_said_to_err_more_count_less(sliding, rng):
         seen = [replace(k, xy=k.xy + e) for k, e in zip(tracks, off, strict=True)]
         said = [replace(k, sigma_xy=s) for k, s in zip(seen, size, strict=True)]
         for name, measured in (("seen", seen), ("said", said)):
-            errors.setdefault(name, []).append(estimate_ice(measured, uniform=True).mu / 0.009 - 1)
+            errors.setdefault(name, []).append(
+                estimate_friction(measured, uniform=True).mu / 0.009 - 1
+            )
     spread = {name: np.sqrt(np.mean(np.square(e))) for name, e in errors.items()}
     assert spread["said"] < 0.85 * spread["seen"]
 
@@ -182,7 +186,7 @@ def mapped(sliding) -> list[SimpleNamespace]:
         tracks = sliding.measured_throws(field, starts, rng, curl=0.0065)
         out.append(
             SimpleNamespace(
-                found=estimate_ice(tracks),
+                found=estimate_friction(tracks),
                 tracks=tracks,
                 starts=starts,
                 truth=field(*centres()),
@@ -238,7 +242,7 @@ def test_cells_never_crossed_are_marked_and_less_known(mapped):
 
 def test_the_papers_method_is_there_and_worse(mapped):
     case = mapped[0]
-    paper = estimate_ice(case.tracks, method="paper").ice.friction
+    paper = estimate_friction(case.tracks, method="paper").ice.friction
     joint = case.found.ice.friction
     both = paper.observed & joint.observed
 
@@ -251,22 +255,24 @@ def test_the_papers_method_is_there_and_worse(mapped):
 
 def test_uniform_ice_is_found_even(sliding, rng):
     tracks = sliding.measured_throws(sliding.uniform(0.009), sliding.varied_starts(rng, 8), rng)
-    friction = estimate_ice(tracks).ice.friction
+    friction = estimate_friction(tracks).ice.friction
     assert np.abs(friction.mu[friction.observed] / 0.009 - 1).max() < 0.01
 
 
 def test_same_tracks_same_ice(mapped):
-    again = estimate_ice(mapped[0].tracks[:4])
-    assert np.array_equal(again.ice.friction.mu, estimate_ice(mapped[0].tracks[:4]).ice.friction.mu)
+    again = estimate_friction(mapped[0].tracks[:4])
+    assert np.array_equal(
+        again.ice.friction.mu, estimate_friction(mapped[0].tracks[:4]).ice.friction.mu
+    )
 
 
 def test_half_turn_of_the_sheet_turns_the_map(mapped):
     tracks = mapped[0].tracks[:5]
     turned = [Trajectory(t=k.t, xy=-k.xy, theta=k.theta, throw=k.throw) for k in tracks]
-    one, other = estimate_ice(tracks).ice.friction, estimate_ice(turned).ice.friction
+    one, other = estimate_friction(tracks).ice.friction, estimate_friction(turned).ice.friction
     assert np.allclose(one.mu, other.mu[::-1, ::-1], rtol=2e-3)
 
 
 def test_unknown_method_is_refused(mapped):
     with pytest.raises(InputError, match="method must be one of"):
-        estimate_ice(mapped[0].tracks, method="guess")  # type: ignore[arg-type]
+        estimate_friction(mapped[0].tracks, method="guess")  # type: ignore[arg-type]

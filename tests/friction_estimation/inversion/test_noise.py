@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from curling_env.trajectory import Trajectory
-from friction_estimation.inversion import estimate_ice
+from friction_estimation.inversion import estimate_friction
 from friction_estimation.inversion.noise import Noise, estimate_noise
 
 
@@ -48,7 +48,7 @@ def test_smoothed_track_is_not_taken_for_a_better_one(sliding, rng):
             tracks.append(
                 Trajectory(t=rough.t[8:-8], xy=xy, theta=rough.theta[8:-8], throw=rough.throw)
             )
-        found = estimate_ice(tracks, uniform=True)
+        found = estimate_friction(tracks, uniform=True)
         assert found.noise.spacing > 0.1
         normed.append((found.mu - 0.009) / found.sigma)
     assert np.sqrt(np.mean(np.square(normed))) < 2.0

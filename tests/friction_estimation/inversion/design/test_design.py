@@ -9,7 +9,7 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.sheet import PAPER_SHEET, Direction
-from friction_estimation.inversion import cell_bound, estimate_ice
+from friction_estimation.inversion import cell_bound, estimate_friction
 from friction_estimation.inversion.design.design import (
     Design,
     ThrowKind,
@@ -39,7 +39,7 @@ def test_the_estimator_keeps_what_the_plan_promises(sliding):
     for seed in range(3):
         rng = np.random.default_rng(seed)
         field = sliding.random_field(rng, mu=0.009, spread=0.05, length=2.0, rough=True)
-        found = estimate_ice(sliding.measured_throws(field, starts, rng)).ice.friction
+        found = estimate_friction(sliding.measured_throws(field, starts, rng)).ice.friction
         squares.append(((found.mu / field(x, y) - 1)[played] ** 2).mean())
     # A Matérn 3/2 field is rougher than the plan's 5/2; a few throws leave hyperparameters open.
     assert np.sqrt(np.mean(squares)) < 1.6 * 0.015

@@ -11,7 +11,7 @@ from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice, save_ice
 from curling_env.sheet import PAPER_SHEET
 from curling_env.trajectory import write_tracks
-from friction_estimation.inversion import estimate_ice
+from friction_estimation.inversion import estimate_friction
 from friction_estimation.inversion.friction.information import (
     information_path,
     load_information,
@@ -33,14 +33,14 @@ def session(sliding) -> SimpleNamespace:
         field=field,
         truth=field(*np.meshgrid(PAPER_SHEET.x_centres, PAPER_SHEET.y_centres)),
         tracks=tracks,
-        first=estimate_ice(tracks[:10]),
-        joint=estimate_ice(tracks),
+        first=estimate_friction(tracks[:10]),
+        joint=estimate_friction(tracks),
     )
 
 
 def test_an_update_is_the_joint_fit(session):
     first = session.first
-    updated = estimate_ice(session.tracks[10:], start=first.ice, update=first.information)
+    updated = estimate_friction(session.tracks[10:], start=first.ice, update=first.information)
     one, other = updated.ice.friction, session.joint.ice.friction
     assert np.array_equal(one.observed, other.observed)
     seen = one.observed
@@ -54,7 +54,7 @@ def test_an_update_is_the_joint_fit(session):
 
 
 def test_only_the_new_throws_are_looked_at(session):
-    updated = estimate_ice(
+    updated = estimate_friction(
         session.tracks[10:], start=session.first.ice, update=session.first.information
     )
     assert len(updated.throws) == len(updated.slides) == 2
@@ -63,9 +63,9 @@ def test_only_the_new_throws_are_looked_at(session):
 
 
 def test_one_number_is_updated_as_well(session):
-    joint = estimate_ice(session.tracks, uniform=True)
-    first = estimate_ice(session.tracks[:10], uniform=True)
-    updated = estimate_ice(
+    joint = estimate_friction(session.tracks, uniform=True)
+    first = estimate_friction(session.tracks[:10], uniform=True)
+    updated = estimate_friction(
         session.tracks[10:], start=first.ice, update=first.information, uniform=True
     )
     assert abs(updated.mu - joint.mu) < 0.3 * joint.sigma
@@ -82,8 +82,8 @@ def test_yesterdays_pattern_serves_today(sliding, session):
 
     truth = today(*np.meshgrid(PAPER_SHEET.x_centres, PAPER_SHEET.y_centres))
     tracks = sliding.measured_throws(today, sliding.varied_starts(rng, 3), rng)
-    alone = estimate_ice(tracks).ice.friction
-    found = estimate_ice(tracks, start=session.joint.ice, prior=session.joint.ice.friction)
+    alone = estimate_friction(tracks).ice.friction
+    found = estimate_friction(tracks, start=session.joint.ice, prior=session.joint.ice.friction)
     friction = found.ice.friction
     yesterday = session.joint.ice.friction.observed
     assert error(friction, truth, yesterday) < 0.7 * error(alone, truth, yesterday)
@@ -118,13 +118,13 @@ def test_what_is_kept_comes_back_and_belongs_to_its_ice(session, tmp_path):
 def test_what_does_not_go_together_is_refused(session):
     first, new = session.first, session.tracks[10:]
     with pytest.raises(InputError, match="stays so"):
-        estimate_ice(new, start=first.ice, update=first.information, uniform=True)
+        estimate_friction(new, start=first.ice, update=first.information, uniform=True)
     with pytest.raises(InputError, match="not both"):
-        estimate_ice(new, start=first.ice, update=first.information, prior=first.ice.friction)
+        estimate_friction(new, start=first.ice, update=first.information, prior=first.ice.friction)
     with pytest.raises(InputError, match="one number"):
-        estimate_ice(new, prior=first.ice.friction, uniform=True)
+        estimate_friction(new, prior=first.ice.friction, uniform=True)
     with pytest.raises(InputError, match="paper's method"):
-        estimate_ice(new, prior=first.ice.friction, method="paper")
+        estimate_friction(new, prior=first.ice.friction, method="paper")
 
 
 def test_command_updates_and_starts_from_yesterday(curling, session, tmp_path):

@@ -11,7 +11,7 @@ import pytest
 
 from curling_env.ice import Ice
 from curling_env.trajectory import Trajectory, write_tracks
-from friction_estimation.inversion import estimate_ice
+from friction_estimation.inversion import estimate_friction
 from friction_estimation.inversion.systematic.camera_bias_evidence import split_throws, variety
 from friction_estimation.inversion.throw.camera_bias import bias_root, zero_bias_over
 from friction_estimation.inversion.throw.path import fit_path
@@ -66,8 +66,8 @@ def seen_badly(sliding) -> SimpleNamespace:
         wave=wave,
         field=field,
         tracks=tracks,
-        found=estimate_ice(tracks, camera_bias="auto"),
-        without=estimate_ice(tracks, camera_bias="off"),
+        found=estimate_friction(tracks, camera_bias="auto"),
+        without=estimate_friction(tracks, camera_bias="off"),
     )
 
 
@@ -108,7 +108,7 @@ def test_sigma_of_cells_is_true_where_all_throws_have_one_speed(sliding):
     starts = sliding.varied_starts(rng, 12)
     starts[:, 2:4] *= (2.1 / np.hypot(starts[:, 2], starts[:, 3]))[:, None]
     tracks = with_camera_bias(sliding.measured_throws(field, starts, rng, fps=15), 0.005, 4.0, 1.0)
-    found = estimate_ice(tracks)
+    found = estimate_friction(tracks)
     assert found.bias_search.outcome == "found"
     assert error(found.ice, field) < 0.006  # 1 % where a row's own noise was in its column
     friction = found.ice.friction
@@ -123,7 +123,7 @@ def test_information_of_the_throws_is_freed_of_the_bias(seen_badly):
     assert found.information is not None
     assert found.information.hyperparameters is not None
     assert found.information.hyperparameters.bias_sd == 0.0
-    again = estimate_ice(
+    again = estimate_friction(
         with_camera_bias(seen_badly.tracks[:1], -seen_badly.amplitude, seen_badly.wave, 1.0),
         start=found.ice,
         update=found.information,
@@ -147,10 +147,10 @@ def test_without_a_ripple_none_is_found(sliding, seed, kind):
     )  # fmt: skip
     if kind == "coloured":
         tracks = wandering(tracks, rng, 0.2)
-    found = estimate_ice(tracks)
+    found = estimate_friction(tracks)
     assert found.bias_search.outcome == "none"
     if kind == "rough":  # what was looked for in vain leaves no trace
-        other = estimate_ice(tracks, camera_bias="off")
+        other = estimate_friction(tracks, camera_bias="off")
         assert np.array_equal(found.ice.friction.mu, other.ice.friction.mu)
         assert np.array_equal(found.ice.friction.sigma, other.ice.friction.sigma)
         assert found.bias_search.seen_from < 0.002
@@ -186,7 +186,7 @@ def test_speeds_well_apart_tell_it_one_way(sliding):
     field = sliding.random_field(rng, mu=0.0095, spread=0.06, length=3.0)
     starts = one_way(sliding, rng, 10)
     tracks = with_camera_bias(sliding.measured_throws(field, starts, rng, fps=15), 0.005, 6.0, 1.0)
-    found, without = estimate_ice(tracks), estimate_ice(tracks, camera_bias="off")
+    found, without = estimate_friction(tracks), estimate_friction(tracks, camera_bias="off")
     assert found.bias_search.outcome == "found"
     assert error(found.ice, field) < 0.5 * error(without.ice, field)
 

@@ -9,7 +9,7 @@ import pytest
 
 from curling_env.sheet import PAPER_SHEET
 from curling_env.trajectory import Trajectory
-from friction_estimation.inversion import estimate_ice
+from friction_estimation.inversion import estimate_friction
 from friction_estimation.inversion.friction.information import load_information, save_information
 from friction_estimation.inversion.systematic.stated_error import stated_error
 
@@ -49,7 +49,7 @@ def cameras(sliding):
 
 def departures(sessions):
     """Errors of μ in standard errors."""
-    found = [(mu, estimate_ice(tracks, uniform=True)) for mu, tracks in sessions]
+    found = [(mu, estimate_friction(tracks, uniform=True)) for mu, tracks in sessions]
     return np.array([(e.mu - mu) / e.sigma for mu, e in found])
 
 
@@ -69,7 +69,7 @@ def test_more_throws_do_not_average_it_away(sliding):
         sliding.uniform(0.009), sliding.varied_starts(rng, 8)[::2], rng, noise=NOISE, fps=15
     )
     tracks = misplaced(tracks, rng, STATED)
-    one, all_ = (estimate_ice(t, uniform=True) for t in (tracks[:1], tracks))
+    one, all_ = (estimate_friction(t, uniform=True) for t in (tracks[:1], tracks))
     assert all_.sigma > 0.6 * one.sigma
 
 
@@ -78,7 +78,7 @@ def test_what_is_seen_as_noise_counts_once(sliding):
     rng = np.random.default_rng(73)
     tracks = sliding.measured_throws(sliding.uniform(0.009), sliding.varied_starts(rng, 3), rng)
     stated = [replace(track, sigma_xy=np.full(len(track), 0.005)) for track in tracks]
-    plain, found = estimate_ice(tracks, uniform=True), estimate_ice(stated, uniform=True)
+    plain, found = estimate_friction(tracks, uniform=True), estimate_friction(stated, uniform=True)
     assert found.mu == plain.mu
     assert found.sigma == pytest.approx(plain.sigma, rel=0.1)
 
@@ -87,9 +87,9 @@ def test_level_of_a_map_knows_of_it_and_the_map_stays(sliding):
     rng = np.random.default_rng(74)
     field = sliding.random_field(rng, mu=0.009, spread=0.06, length=4.0)
     tracks = sliding.measured_throws(field, sliding.varied_starts(rng, 4), rng, noise=NOISE, fps=15)
-    plain = estimate_ice(tracks)
+    plain = estimate_friction(tracks)
     stated = [replace(track, sigma_xy=np.full(len(track), STATED)) for track in tracks]
-    found = estimate_ice(stated)
+    found = estimate_friction(stated)
     assert np.array_equal(found.ice.friction.mu, plain.ice.friction.mu)
     assert (found.ice.friction.sigma >= plain.ice.friction.sigma).all()
     # 8 mm in waves of 30 m bend a path at 2 m/s as 1.6 % of μ do, now so, now so.
@@ -106,15 +106,15 @@ def test_an_update_remembers_it(sliding, uniform, tmp_path):
     tracks = misplaced(
         sliding.measured_throws(field, starts, rng, noise=NOISE, fps=15), rng, STATED
     )
-    first = estimate_ice(tracks[:4], uniform=uniform)
+    first = estimate_friction(tracks[:4], uniform=uniform)
     save_information(first.information, tmp_path / "ice.evidence.npz")
     known = load_information(first.ice, tmp_path / "ice.json")
-    later = estimate_ice(tracks[4:], start=first.ice, update=known, uniform=uniform)
-    together = estimate_ice(tracks, uniform=uniform)
+    later = estimate_friction(tracks[4:], start=first.ice, update=known, uniform=uniform)
+    together = estimate_friction(tracks, uniform=uniform)
     assert later.sigma == pytest.approx(together.sigma, rel=0.25)
     forgotten = replace(known, systematic=None)
     unsaid = [replace(track, sigma_xy=np.empty(0)) for track in tracks[4:]]
-    alone = estimate_ice(unsaid, start=first.ice, update=forgotten, uniform=uniform)
+    alone = estimate_friction(unsaid, start=first.ice, update=forgotten, uniform=uniform)
     assert later.sigma > 1.3 * alone.sigma
 
 
@@ -136,7 +136,10 @@ def test_a_stone_whose_turn_was_not_seen_is_known_less_well(sliding):
         starts = sliding.varied_starts(rng, 2, spin=1.0)
         tracks = sliding.measured_throws(sliding.uniform(mu), starts, rng, noise=NOISE, fps=15)
         blind = [replace(track, theta=np.full(len(track), np.nan)) for track in tracks]
-        found, seen = estimate_ice(blind, uniform=True), estimate_ice(tracks, uniform=True)
+        found, seen = (
+            estimate_friction(blind, uniform=True),
+            estimate_friction(tracks, uniform=True),
+        )
         assert found.sigma > 2 * seen.sigma
         inside += abs(found.mu - mu) < 1.96 * found.sigma
         normed.append((found.mu - mu) / found.sigma)

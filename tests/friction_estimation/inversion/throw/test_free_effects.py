@@ -11,7 +11,7 @@ import pytest
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, Ice, save_ice
 from curling_env.trajectory import write_tracks
-from friction_estimation.inversion import estimate_ice
+from friction_estimation.inversion import estimate_friction
 
 UNKNOWN = Ice.uniform(
     0.0085,
@@ -33,7 +33,7 @@ def thrown(sliding) -> dict[float, SimpleNamespace]:
         field = sliding.random_field(rng, mu=0.009, spread=0.06, length=3.0)
         starts = sliding.varied_starts(rng, 16, spin=0.0)
         tracks = sliding.measured_throws(field, starts, rng, exponent=exponent)
-        found = estimate_ice(tracks, start=UNKNOWN, refit=True)
+        found = estimate_friction(tracks, start=UNKNOWN, refit=True)
         sheet = found.ice.sheet
         truth = field(*np.meshgrid(sheet.x_centres, sheet.y_centres))
         out[exponent] = SimpleNamespace(tracks=tracks, found=found, truth=truth)
@@ -58,8 +58,8 @@ def test_map_is_as_good_as_if_the_effect_were_known(thrown):
         return float(np.sqrt(np.mean((ice.friction.mu / case.truth - 1)[seen] ** 2)))
 
     law = ActiveEffect(name="speed_dependent_friction", parameters={"exponent": 0.25})
-    given = estimate_ice(case.tracks, start=Ice.uniform(0.0085, effects=(law,))).ice
-    ignorant = estimate_ice(case.tracks).ice
+    given = estimate_friction(case.tracks, start=Ice.uniform(0.0085, effects=(law,))).ice
+    ignorant = estimate_friction(case.tracks).ice
     assert error(case.found.ice) < 1.2 * error(given) + 2e-3
     assert error(ignorant) > 3 * error(case.found.ice)
 
@@ -72,13 +72,13 @@ def test_what_acts_across_the_travel_is_left_alone(thrown):
 
 
 def test_without_refit_effects_stay(thrown):
-    found = estimate_ice(thrown[0.25].tracks[:6], start=UNKNOWN)
+    found = estimate_friction(thrown[0.25].tracks[:6], start=UNKNOWN)
     assert found.ice.effects == UNKNOWN.effects
 
 
 def test_knowledge_of_a_refitted_ice_takes_later_throws(thrown, sliding):
     case = thrown[0.25]
-    again = estimate_ice(case.tracks[:1], start=case.found.ice, update=case.found.information)
+    again = estimate_friction(case.tracks[:1], start=case.found.ice, update=case.found.information)
     assert again.ice.effects == case.found.ice.effects
     # A throw that was there before can hardly move the map.
     np.testing.assert_allclose(again.ice.friction.mu, case.found.ice.friction.mu, rtol=0.01)
@@ -87,9 +87,9 @@ def test_knowledge_of_a_refitted_ice_takes_later_throws(thrown, sliding):
 def test_what_cannot_be_refitted_is_refused(thrown):
     tracks = thrown[0.0].tracks[:2]
     with pytest.raises(InputError, match="no effect to refit"):
-        estimate_ice(tracks, refit=True)
+        estimate_friction(tracks, refit=True)
     with pytest.raises(InputError, match="together with a map"):
-        estimate_ice(tracks, start=UNKNOWN, refit=True, uniform=True)
+        estimate_friction(tracks, start=UNKNOWN, refit=True, uniform=True)
 
 
 def test_command_refits(curling, thrown, tmp_path):
