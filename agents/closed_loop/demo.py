@@ -30,7 +30,8 @@ from curling_env.typing import Floats, Progress, no_progress, part_of_progress, 
 from friction_estimation.discovery.assessment import assess
 from friction_estimation.discovery.discover import discover
 from friction_estimation.discovery.report import write_files
-from friction_estimation.inversion import estimate_ice
+from friction_estimation.discovery.whole_ice import estimate_ice
+from friction_estimation.inversion import estimate_friction
 from friction_estimation.reports.discovery_page import write_report_page
 
 BUTTON = np.array([0.0, TEE_Y])
@@ -93,10 +94,10 @@ def run_demo(
     write_tracks(folder / "tracks.csv", films.tracks)
 
     progress("estimating the ice from the tracks", 0.77)
-    # The law of the ice is taken as known; where it is heavy and keen is not.
+    estimated = estimate_ice(films.tracks, seed=seed).ice
+    # The average is told the law of the ice, and knows nothing of where it is heavy and keen.
     even = np.full(truth.sheet.shape, ASSUMED_FRICTION)
     law = replace(truth, friction=replace(truth.friction, mu=even))
-    estimated = estimate_ice(films.tracks, start=law).ice
     average = estimate_ice(films.tracks, start=law, uniform=True).ice
     save_ice(estimated, folder / "ice.json", provenance=origin)
 
@@ -173,7 +174,7 @@ def find_missing_effect(
     OutputError : a file cannot be written
     """
     folder = make_directory(folder)
-    found = discover(list(tracks), estimate_ice(list(tracks), start=start).ice, seed=seed)
+    found = discover(list(tracks), estimate_friction(list(tracks), start=start).ice, seed=seed)
     report = write_files(found, folder, assessment=assess(found), provenance=provenance(seed=seed))
     write_report_page(found, report, folder / "report.html")
     draw = _compare(truth, target, found.improved_ice(), found.baseline_ice())

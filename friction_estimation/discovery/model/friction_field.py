@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 from scipy.linalg import eigh
@@ -43,6 +42,10 @@ CARD = EffectCard(
     dissipative=True,
 )
 """The map as a finding of discovery. In an ice file it is the friction itself, not an effect."""
+
+
+LEAST_SPACING = 0.3
+"""Least distance between the places by which the field is described [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -104,7 +107,8 @@ class FrictionField:
 
     def unresolved_covariance(self) -> Floats:
         """The part of the prior's correlation that the patterns leave out, (cells, cells)."""
-        whole = _correlation(self.sheet, self.length, self.smoothness)
+        centres = _centres(self.sheet)
+        whole = _correlation(centres, centres, self.length, self.smoothness)
         return whole - self.patterns @ self.patterns.T
 
     def patterns_at(self, xy: Floats) -> Floats:
@@ -140,33 +144,40 @@ def field_along(
     paths : positions of stones, (n, 2) each [m]
     length, smoothness : of the field's correlation
     """
-    cells, weights = cells_at(sheet, np.concatenate(list(paths)))
+    xy = np.concatenate(list(paths))
+    cells, weights = cells_at(sheet, xy)
     visits = np.bincount(cells.ravel(), weights=weights.ravel(), minlength=np.prod(sheet.shape))
-    crossed = np.flatnonzero(visits > 0.0)
-    # A cell that was crossed twice as often does not deserve twice the detail.
-    root = (visits[crossed] / visits[crossed].mean()) ** 0.25
-    correlation = _correlation(sheet, length, smoothness)
-    inner = root[:, None] * correlation[np.ix_(crossed, crossed)] * root
-    most = min(len(crossed), MOST_MAP_PATTERNS)
-    values, vectors = eigh(inner, subset_by_index=(len(crossed) - most, len(crossed) - 1))
+    # The places that stand for the ice are no closer than a stone is wide, however small the cells.
+    spacing = max(sheet.cell_size, LEAST_SPACING)
+    places, counts = np.unique(np.round(xy / spacing), axis=0, return_counts=True)
+    places = places * spacing
+    # A place that was crossed twice as often does not deserve twice the detail.
+    root = (counts / counts.mean()) ** 0.25
+    alike = _correlation(places, places, length, smoothness)
+    inner = root[:, None] * alike * root
+    most = min(len(places), MOST_MAP_PATTERNS)
+    values, vectors = eigh(inner, subset_by_index=(len(places) - most, len(places) - 1))
     values, vectors = values[::-1], vectors[:, ::-1]
     enough = int(np.searchsorted(np.cumsum(values), MAP_SHARE * np.trace(inner))) + 1
     values, vectors = values[:enough], vectors[:, :enough]
-    patterns = correlation[:, crossed] @ (root[:, None] * vectors / np.sqrt(values))
+    to_cells = _correlation(_centres(sheet), places, length, smoothness)
+    patterns = to_cells @ (root[:, None] * vectors / np.sqrt(values))
     return FrictionField(
         sheet=sheet,
         length=length,
         smoothness=smoothness,
-        crossed=crossed,
+        crossed=np.flatnonzero(visits > 0.0),
         patterns=patterns,
         values=np.zeros(patterns.shape[1]),
     )
 
 
-@lru_cache(maxsize=12)
-def _correlation(sheet: Sheet, length: float, smoothness: float) -> Floats:
-    """Correlation of the field between all cells of a sheet, (cells, cells)."""
+def _centres(sheet: Sheet) -> Floats:
+    """Centres of all cells of a sheet, (cells, 2) [m]."""
     y, x = np.meshgrid(sheet.y_centres, sheet.x_centres, indexing="ij")
-    places = np.column_stack([x.ravel(), y.ravel()])
-    apart: Floats = np.asarray(cdist(places, places), dtype=np.float64)
-    return matern(apart, length, smoothness)
+    return np.column_stack([x.ravel(), y.ravel()])
+
+
+def _correlation(some: Floats, others: Floats, length: float, smoothness: float) -> Floats:
+    """Correlation of the field between places (n, 2) and others (m, 2), (n, m)."""
+    return matern(np.asarray(cdist(some, others), dtype=np.float64), length, smoothness)
