@@ -342,6 +342,8 @@ def fit(
     damping = 1.0
     for _ in range(iterations):
         _, grams, reduced = linearise(model, session, noise, states, ln_factors)
+        if shared:
+            model = replace(model, spread=_likeliest_spread(model, reduced, ln_factors, spreads))
         prior = prior_gram(model, reduced.shape[1] - 1)
         here = _deviance(model, reduced, ln_factors, prior)
         if present is not None and not here < present.deviance + 1e-6:
@@ -386,6 +388,24 @@ def refit(fitted: SessionFit, model: Model, *, iterations: int = 12) -> SessionF
         ln_factors=fitted.ln_factors,
         iterations=iterations,
     )
+
+
+def _likeliest_spread(model: Model, reduced: Floats, ln_factors: Floats, spreads: Floats) -> float:
+    """The spread that minimises F at the present parameters.
+
+    The spread that a step foresees is that of its end as if all were linear. Where it is nearly
+    zero, what is not linear in the step would count a hundredfold, and the step be refused.
+
+    Parameters
+    ----------
+    model : model, whose own spread is tried too
+    reduced, ln_factors, spreads : as of `profile_spread`
+    """
+    h = reduced[:, 0, 0]
+    own = ln_factors + reduced[:, 0, -1] / h
+    tried = np.append(spreads, model.spread if len(spreads) > 1 else spreads[0])[:, None]
+    values = own**2 / (tried**2 + 1.0 / h) + np.log1p(tried**2 * h)
+    return float(tried[int(np.argmin(values.sum(axis=1))), 0])
 
 
 def _moved(grams: Floats, state_step: Floats, factor_step: Floats) -> Floats:

@@ -4,14 +4,16 @@ import numpy as np
 import pytest
 
 from curling_env.ice import Ice
+from curling_env.physics.effects import catalogue
 from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
 from friction_estimation.discovery.data.session import open_session
 from friction_estimation.discovery.evidence.intervals import standard_errors
 from friction_estimation.discovery.model.baseline import base_model
+from friction_estimation.discovery.model.candidates import Term, neutral_values
 from friction_estimation.discovery.model.model import predict
-from friction_estimation.discovery.search.selection import fit_with_noise, misfit_of
+from friction_estimation.discovery.search.selection import fit_with_noise, misfit_of, refit
 
 from ..conftest import effect
 
@@ -76,6 +78,20 @@ def test_of_a_stones_friction_and_curl_in_an_ice_file_what_it_has_is_fitted(make
     assert terms(factor=1.02) == [("stone_bias[1]", ("factor",))]
     assert terms(curl_factor=1.2) == [("stone_bias[1, curl_factor]", ("curl_factor",))]
     assert terms(factor=1.02, curl_factor=1.2) == [("stone_bias[1]", ("factor", "curl_factor"))]
+
+
+def test_what_only_differs_between_throws_is_fitted_where_nothing_else_does(make_session):
+    """Without a scatter the spread falls to nothing with the step that explains it."""
+    tracks = make_session([effect("stone_bias", stone=1, factor=1.07)], scatter=0.0)
+    session = open_session(tracks)
+    plain = fit_with_noise(base_model(None, session), session)
+    assert plain.model.spread > 0.02
+    card = catalogue()["stone_bias"]
+    term = Term(card=card, values=neutral_values(card, stone=1.0), free=("factor",))
+    fitted = refit(plain, plain.model.with_terms(term))
+    assert fitted.model.terms[0].values["factor"] == pytest.approx(1.07, abs=2e-3)
+    assert fitted.model.spread < 2e-3
+    assert plain.deviance - fitted.deviance > 50
 
 
 def test_base_ice_is_scaled_to_the_throws(make_session):
