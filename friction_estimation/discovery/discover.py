@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from curling_env.ice import ActiveEffect, Ice
 from curling_env.trajectory import Trajectory
@@ -182,7 +183,10 @@ def discover(
     """
     calibrations = {c.name: c for c in (*calibrations_of(ice), *references)}
     known = tuple(calibrations.values())
-    found = _discover(corrected(tracks, known), ice, scene, np.random.default_rng(seed), progress)
+    # The matrices are too small to share: more threads of linear algebra only wait for each other.
+    with threadpool_limits(limits=1, user_api="blas"):
+        rng = np.random.default_rng(seed)
+        found = _discover(corrected(tracks, known), ice, scene, rng, progress)
     return replace(
         found,
         calibrations=known,

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from curling_env.ice import ActiveEffect, Ice
 from curling_env.physics.effects import catalogue
@@ -159,12 +160,11 @@ def fit_whole_ice(
     if not session.turns.any():
         session = session.with_spins_by_bends()
     progress("map and effects together", 0.1)
-    everything = fit_with_noise(model, session)
-    found = search_session(
-        everything,
-        np.random.default_rng(seed),
-        part_of_progress(progress, 0.2, 1.0),
-    )
+    with threadpool_limits(limits=1, user_api="blas"):
+        everything = fit_with_noise(model, session)
+        found = search_session(
+            everything, np.random.default_rng(seed), part_of_progress(progress, 0.2, 1.0)
+        )
     return _as_estimate(found, tracks)
 
 

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from curling_env.physics.state import State
-from curling_env.typing import Floats
+from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.model import (
     GLOBALS,
@@ -150,14 +150,43 @@ def eliminate_factor(reduced: Floats, ln_factors: Floats, spread: float) -> tupl
     return out, np.log1p(spread**2 * h)
 
 
-def prior_gram(model: Model, size: int) -> Floats:
-    """Gram matrix of the priors on the shared parameters, (size, size)."""
+def pooled_without_factor(
+    reduced: Floats, ln_factors: Floats, spread: float
+) -> tuple[Floats, float]:
+    """The sums over all throws of what `eliminate_factor` gives.
+
+    Parameters
+    ----------
+    reduced, ln_factors, spread : as of `eliminate_factor`
+    """
+    if spread <= 0.0:
+        grams, log_terms = eliminate_factor(reduced, ln_factors, spread)
+        return grams.sum(axis=0), float(log_terms.sum())
+    h = reduced[:, 0, 0]
+    cross = reduced[:, 0, 1:].copy()
+    cross[:, -1] -= ln_factors / spread**2
+    total = reduced[:, 1:, 1:].sum(axis=0) - cross.T @ (cross / (h + spread**-2)[:, None])
+    total[-1, -1] += float((ln_factors**2).sum()) / spread**2
+    return total, float(np.log1p(spread**2 * h).sum())
+
+
+def prior_gram(model: Model, size: int, *, fields: bool = True) -> Floats:
+    """Gram matrix of the priors on the shared parameters, (size, size).
+
+    Parameters
+    ----------
+    model : model
+    size : number of shared parameters, and one for the residual
+    fields : whether the friction map is among them
+    """
     gram = np.zeros((size, size))
     at = GLOBALS.index("ln_coupling")
     gram[at, at] = COUPLING_SIGMA**-2
     gram[at, -1] = gram[-1, at] = -model.ln_coupling / COUPLING_SIGMA**2
     gram[-1, -1] = (model.ln_coupling / COUPLING_SIGMA) ** 2
     for place, field in model.fields:
+        if field is model.map_field and not fields:
+            continue
         places = np.arange(size)[place]
         precision = field.deviations**-2
         gram[places, places] += precision
@@ -203,6 +232,11 @@ def profile_amplitudes(model: Model, total: Floats) -> tuple[Model, float]:
     best, least = model, np.inf
     for _ in range(len(model.fields)):
         for which, (_, field) in enumerate(model.fields):
+            if field is best.map_field:
+                amplitude, value = _profile_map(best, total)
+                if value < least:
+                    best, least = best.with_amplitude(which, amplitude), value
+                continue
             for amplitude in field.amplitudes:
                 other = best.with_amplitude(which, float(amplitude))
                 whole = total + prior_gram(other, len(total))
@@ -210,6 +244,68 @@ def profile_amplitudes(model: Model, total: Floats) -> tuple[Model, float]:
                 if value < least:
                     best, least = other, value
     return best, least
+
+
+def _profile_map(model: Model, total: Floats) -> tuple[float, float]:
+    """The amplitude of the friction map that minimises F, and that part of F.
+
+    All coefficients of the map have the same prior. Once everything else is projected out, F is a
+    sum over the eigenvectors of their information, whatever the amplitude.
+    """
+    field, size = model.map_field, len(total)
+    assert field is not None
+    own = np.arange(size)[model.map_slice]
+    whole = total + prior_gram(model, size, fields=False)
+    inner, right, least = _projected(whole, own, np.setdiff1d(np.arange(size - 1), own))
+    # As a function of the coefficients themselves, and not of a step from the present ones.
+    least += float(field.values @ (2.0 * right + inner @ field.values))
+    right = right + inner @ field.values
+    values, vectors = np.linalg.eigh(inner)
+    shown = (vectors.T @ right) ** 2
+    others = [place for place, other in model.fields if other is not field]
+    beside = np.concatenate([np.arange(size)[place] for place in others] or [own[:0]])
+    integrated = np.linalg.eigvalsh(_projected(whole, own, beside)[0])
+    best = (field.amplitude, np.inf)
+    for amplitude in field.amplitudes:
+        trial = field.with_amplitude(float(amplitude))
+        value = least - float((shown / (np.maximum(values, 0.0) + amplitude**-2)).sum())
+        value += float(np.log1p(amplitude**2 * np.maximum(integrated, 0.0)).sum())
+        if value + trial.hyperprior < best[1]:
+            best = (float(amplitude), value + trial.hyperprior)
+    for place, other in model.fields:
+        if other is not field:
+            sizes, at = other.deviations, np.arange(size)[place]
+            information = total[np.ix_(at, at)] * sizes[:, None] * sizes
+            cost = float(np.linalg.slogdet(np.eye(len(at)) + information)[1])
+            best = (best[0], best[1] + cost + other.hyperprior)
+    return best
+
+
+def _projected(whole: Floats, kept: Indices, others: Indices) -> tuple[Floats, Floats, float]:
+    """A quadratic in some parameters, at the best of others; the rest stay as they are.
+
+    Parameters
+    ----------
+    whole : (P + 1, P + 1) Gram matrix of the parameters and the residual
+    kept, others : their places
+
+    Returns
+    -------
+    inner, right, least : the quadratic ``least - 2 right·step + step·inner·step``
+    """
+    inner, right, least = whole[np.ix_(kept, kept)], whole[kept, -1], float(whole[-1, -1])
+    if not len(others):
+        return inner, right, least
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(whole)[others], 1e-300))
+    scaled = whole[np.ix_(others, others)] * scale[:, None] * scale + 1e-10 * np.eye(len(others))
+    cross = scale[:, None] * np.column_stack([whole[np.ix_(others, kept)], whole[others, -1]])
+    solved = np.linalg.solve(scaled, cross)
+    reduction = cross.T @ solved
+    return (
+        inner - reduction[:-1, :-1],
+        right - reduction[:-1, -1],
+        least - float(reduction[-1, -1]),
+    )
 
 
 def solve_shared(total: Floats) -> tuple[Floats, float]:
@@ -272,9 +368,9 @@ def profile_spread(
     tried: Floats = spreads
     for round_ in range(2):
         for spread in tried:
-            grams, log_terms = eliminate_factor(reduced, ln_factors, float(spread))
-            step, least = solve_shared(grams.sum(axis=0) + prior)
-            value = least + float(log_terms.sum())
+            total, log_terms = pooled_without_factor(reduced, ln_factors, float(spread))
+            step, least = solve_shared(total + prior)
+            value = least + log_terms
             if best is None or value < best[2]:
                 best = (float(spread), step, value)
         assert best is not None
