@@ -11,12 +11,15 @@ from friction_estimation.discovery.evidence.predictive_density import (
     PredictiveScore,
     compare_models,
 )
-from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.fit import SessionFit, refit
 from friction_estimation.discovery.model.model import Model
-from friction_estimation.discovery.search.selection import refit
+from friction_estimation.discovery.search.selection import SelectionRound, Trial
 
 BASELINE, NAMED = "baseline", "named"
 """Names of the model that was given and of the one with all that was found."""
+
+CLOSEST = 3
+"""Candidates of the last round that are compared beside the improved model."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -48,7 +51,8 @@ def models_in_question(found: Discovery) -> dict[str, SessionFit]:
     """Fits of all models that were in question, by name, of the same throws with the same noise.
 
     The baseline; the baseline with each candidate that was fitted beside it first; the improved
-    model; and the improved model without each of the effects that it names.
+    model; that without each of the effects that it names; and that with each of the candidates that
+    came closest to being taken too.
     """
     base, final = found.final_base, found.final
     fits = {BASELINE: base}
@@ -57,15 +61,34 @@ def models_in_question(found: Discovery) -> dict[str, SessionFit]:
     for effect in found.effects:
         without = final.model.without(effect.label)
         _add(fits, f"{NAMED} without {effect.label}", refit(final, without))
-    first = found.selection.rounds[0] if found.selection.rounds else None
-    neutral = {score.term.label: score.term for score in first.scores} if first else {}
-    for trial in first.trials if first else []:
-        tried = refit(base, trial.fit.model)
-        if tried.deviance > base.deviance:  # it was fitted to fewer throws and went astray
-            begin = neutral.get(trial.term.label, trial.term)
-            tried = refit(base, base.model.with_terms(begin))
-        _add(fits, f"{BASELINE} + {trial.term.label}", tried)
+    rounds = found.selection.rounds
+    for trial in rounds[0].trials if rounds else []:
+        model = trial.fit.model
+        _add(fits, f"{BASELINE} + {trial.term.label}", _beside(base, model, trial, rounds[0]))
+    own = _labels(final.model)
+    rivals = [trial for trial in rounds[-1].trials if trial.term.label not in own] if rounds else []
+    for trial in rivals[:CLOSEST]:
+        model = final.model.with_terms(trial.term)
+        name = NAMED if NAMED in fits else BASELINE
+        _add(fits, f"{name} + {trial.term.label}", _beside(final, model, trial, rounds[-1]))
     return fits
+
+
+def _beside(start: SessionFit, model: Model, trial: Trial, tried: SelectionRound) -> SessionFit:
+    """The fit of a model that has one term more than a fitted one.
+
+    Parameters
+    ----------
+    start : the fit without the term
+    model : model with it, at the values of its trial
+    trial, tried : the trial and its round
+    """
+    fitted = refit(start, model)
+    if fitted.deviance > start.deviance:  # its trial had fewer throws, and went astray
+        scores = {score.term.label: score.term for score in tried.scores}
+        begin = scores.get(trial.term.label, trial.term)
+        fitted = refit(start, start.model.with_terms(begin))
+    return fitted
 
 
 def _add(fits: dict[str, SessionFit], name: str, fitted: SessionFit) -> None:
