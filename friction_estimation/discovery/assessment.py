@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from threadpoolctl import threadpool_limits
+
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.evidence.loo_pit import LooPit, loo_pit
 from friction_estimation.discovery.evidence.next_throws import NextThrow, next_throws
@@ -40,11 +42,13 @@ class Assessment:
 
 def assess(found: Discovery) -> Assessment:
     """Assess a discovery, on all its throws and with the noise of the improved model."""
-    return Assessment(
-        models=compare_models(models_in_question(found)),
-        pit=loo_pit(found.final),
-        next_throws=next_throws(found.final),
-    )
+    # As in `discover`: more threads of linear algebra only wait for each other.
+    with threadpool_limits(limits=1, user_api="blas"):
+        return Assessment(
+            models=compare_models(models_in_question(found)),
+            pit=loo_pit(found.final),
+            next_throws=next_throws(found.final),
+        )
 
 
 def models_in_question(found: Discovery) -> dict[str, SessionFit]:
