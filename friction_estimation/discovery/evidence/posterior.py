@@ -27,6 +27,9 @@ from friction_estimation.discovery.tuning import RELEASE_SIGMA, USUAL_SPIN_SIGMA
 DRAWS = 2000
 """Draws of a posterior: quantiles of 2.5 % are then good to a twentieth of a standard deviation."""
 
+MOST_CELLS = 4000
+"""Cells beyond which their frictions are not drawn: they would fill a hundred megabytes."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Posterior:
@@ -39,7 +42,7 @@ class Posterior:
     spreads : (n,) standard deviation of ln μ between throws
     ln_factors : (n, k) deviation of ln μ of each throw
     states : (n, k, 6) release of each throw: x, y, vx, vy, theta, omega
-    mu : (n, rows, columns) friction of the cells; None for a model without a map
+    mu : (n, rows, columns) friction of the cells; None without a map, or with too many cells
     log_likelihood : (n, k) ln of the density of each throw's rows, with its release and its own
         friction integrated out [ln of 1/m and 1/rad per value]
     """
@@ -153,7 +156,9 @@ def log_variances(session: Session, noise: SessionNoise) -> Floats:
 
 
 def cells_of(model: Model, vectors: Floats, rng: np.random.Generator) -> Floats | None:
-    """Friction of every cell of the map, (n, rows, columns); None for a model without a map.
+    """Friction of every cell of the map, (n, rows, columns).
+
+    None for a model without a map, and for one of more than `MOST_CELLS` cells.
 
     Parameters
     ----------
@@ -162,7 +167,7 @@ def cells_of(model: Model, vectors: Floats, rng: np.random.Generator) -> Floats 
     rng : randomness of what the patterns of the map leave out
     """
     field = model.map_field
-    if field is None:
+    if field is None or len(field.patterns) > MOST_CELLS:
         return None
     level = vectors[:, GLOBALS.index("ln_mu"), None]
     finer = rng.standard_normal((len(vectors), len(field.patterns)))

@@ -12,18 +12,21 @@ from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
 from friction_estimation.discovery.data.session import open_session
-from friction_estimation.discovery.evidence.intervals import standard_errors
+from friction_estimation.discovery.evidence.intervals import map_errors, standard_errors
 from friction_estimation.discovery.evidence.posterior import (
     draw_posterior,
     log_variances,
     throw_constants,
 )
 from friction_estimation.discovery.model.baseline import base_model
-from friction_estimation.discovery.model.fit import linearise
+from friction_estimation.discovery.model.candidates import Term
+from friction_estimation.discovery.model.fit import linearise, refit
+from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
+from friction_estimation.discovery.model.friction_field import field_along
 from friction_estimation.discovery.model.model import predict, sensitivities
 from friction_estimation.discovery.model.noise import SessionNoise
 from friction_estimation.discovery.search.selection import fit_with_noise
-from friction_estimation.discovery.tuning import RELEASE_SIGMA
+from friction_estimation.discovery.tuning import RELEASE_SIGMA, USUAL_SPREAD
 
 WHITE = SessionNoise(white=(0.004, 0.004, 0.02), fading=(0.0,) * 3, memory=(0.1,) * 3)
 
@@ -71,20 +74,18 @@ def test_releases_lie_around_the_fitted_ones_and_predict_the_tracks(curl_fit):
     assert float(np.sqrt((miss**2).mean())) < 1.5 * fitted.noise.position
 
 
-def test_without_a_spread_no_throw_has_a_friction_of_its_own(curl_fit):
+def test_few_throws_have_the_usual_spread(curl_fit):
     fitted = curl_fit(throws=8)
-    few = fitted.session.only([0, 1, 2])
     alone = replace(
         fitted,
-        session=few,
+        session=fitted.session.only([0, 1, 2]),
         grams=fitted.grams[:3],
         states=fitted.states[:3],
         ln_factors=np.zeros(3),
-        model=replace(fitted.model, spread=0.0),
     )
-    drawn = draw_posterior(alone, np.random.default_rng(1), draws=50)
-    assert not drawn.ln_factors.any()
-    assert not drawn.spreads.any()
+    drawn = draw_posterior(alone, np.random.default_rng(1), draws=400)
+    assert (drawn.spreads == USUAL_SPREAD).all()
+    assert 0.0 < drawn.ln_factors.std() < 1.2 * USUAL_SPREAD
 
 
 def test_the_likelihood_is_a_density_of_the_rows(curl_fit):
@@ -113,3 +114,20 @@ def test_ln_variance_counts_what_was_measured(curl_fit):
     place, turn = (np.log(session.sigma[:n]).sum(axis=0) + n * np.log([0.004, 0.02])).tolist()
     assert log_variances(session, WHITE)[0] == pytest.approx(2 * (2 * place + turn))
     assert log_variances(replace(session, theta=heading), WHITE)[0] == pytest.approx(4 * place)
+
+
+def test_the_map_is_drawn_with_its_standard_errors(curl_fit):
+    fitted = curl_fit(throws=10)
+    paths = [fitted.session.xy[fitted.session.rows(i)] for i in range(10)]
+    field = field_along(fitted.model.ice.sheet, paths, 2.0, 1.5)
+    mapped = refit(fitted, fitted.model.with_terms(Term(card=MAP_CARD, map_field=field)))
+    drawn = draw_posterior(mapped, np.random.default_rng(1))
+    assert drawn.mu is not None
+    assert drawn.mu.shape == (2000, *fitted.model.ice.sheet.shape)
+    sigma = map_errors(mapped)
+    assert sigma is not None
+    ratio = np.log(drawn.mu).std(axis=0) / sigma
+    assert np.median(ratio) == pytest.approx(1.0, abs=0.05)
+    assert 0.8 < ratio.min() < ratio.max() < 1.3
+    off = np.abs(np.log(drawn.mu / 0.009).mean(axis=0)) / sigma
+    assert np.median(off) < 1.5  # the ice has no map
