@@ -58,6 +58,8 @@ from friction_estimation.discovery.tuning import (
     LEAST_CLOSURE,
     LEAST_CLOSURE_BESIDE_UNKNOWN,
     LEAST_THROWS,
+    MEMORY_BOUNDS,
+    NEARLY_LONGEST,
     RULED_OUT,
     SURPRISING_THROW,
 )
@@ -350,9 +352,10 @@ def _name(
 ) -> _Named:
     """The effects that may be named: proved throw by throw, and no proxies of something unknown."""
     named, effects, unproved = _proved(selection, unseen, whole, rng)
-    after, structure = misfit_of(named), friction_structure(named, rng)
-    if not after.white:
+    after = misfit_of(named)
+    if not after.white or max(named.noise.memory[:2]) > NEARLY_LONGEST * MEMORY_BOUNDS[1]:
         named, after = _with_lasting_noise(named, after, rng)
+    structure = _structure(named, whole, rng)
     unknown = _is_open(after, structure)
     dependences = _dependences(named, after, structure, rng, progress) if unknown else []
     doubtful: list[str] = []
@@ -369,7 +372,7 @@ def _name(
             named.model, terms=tuple(t for t in named.model.terms if t.label not in doubtful)
         )
         named, unknown = refit(named, model) if effects else selection.base, True
-        after, structure = misfit_of(named), friction_structure(named, rng)
+        after, structure = misfit_of(named), _structure(named, whole, rng)
         # Without its proxies the unknown may be too large for a linear response; then the
         # variables that it follows beside them stand.
         dependences = _dependences(named, after, structure, rng, progress) or dependences
@@ -399,6 +402,11 @@ def _with_lasting_noise(
     if left.white and not find_dependences(calm, rng):
         return calm, left
     return named, after
+
+
+def _structure(named: SessionFit, whole: Session, rng: np.random.Generator) -> Structure:
+    """What the throws' own frictions follow, by all throws: those of training alone are few."""
+    return friction_structure(fit(named.model, whole, named.noise), rng)
 
 
 def _is_open(after: Misfit, structure: Structure) -> bool:

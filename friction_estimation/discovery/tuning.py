@@ -24,6 +24,8 @@ LEAST_TRACK_NOISE = (1e-3, 5e-3)
 """The same for a track before any fit: slow cosines leave a little where it begins and ends."""
 MEMORY_BOUNDS = (0.05, 0.7)
 """Shortest and longest memory of the noise [s]: a longer one looks like physics."""
+NEARLY_LONGEST = 0.95
+"""Part of the longest memory from which on it may be longer."""
 FILM_MEMORY_BOUNDS = (0.05, 2.0)
 """The same for tracks from film."""
 SLOWEST_FILM_NOISE_PERIOD = 6.0

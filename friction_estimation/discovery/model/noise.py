@@ -67,6 +67,11 @@ class SessionNoise:
         """Whether the noise of positions has a memory."""
         return max(self.fading[:2]) > 0.0
 
+    @property
+    def lasts(self) -> bool:
+        """Whether the noise of positions has a longer memory than raw tracks usually have."""
+        return self.remembers and max(self.memory[:2]) > MEMORY_BOUNDS[1]
+
     def table(self) -> Floats:
         """Columns white, fading and memory; rows x, y and theta; (3, 3), for the kernel."""
         return np.ascontiguousarray(np.array([self.white, self.fading, self.memory]).T)
@@ -223,7 +228,7 @@ def estimate_noise(
     start : an earlier estimate, from which fewer steps are needed
     lasting : whether the noise of raw tracks, too, may last for seconds, as that of films
     """
-    slow = lasting or session.errs_slowly
+    slow = lasting or session.errs_slowly or (start is not None and start.lasts)
     chosen = np.unique(np.linspace(0, len(session) - 1, min(throws, len(session))).astype(int))
     together = ((0,), (1,), (2,)) if session.errs_slowly else ((0, 1), (2,))
     found = {

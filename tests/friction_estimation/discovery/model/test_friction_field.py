@@ -1,0 +1,121 @@
+"""The friction map as a Gaussian field, and how paths respond to it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from curling_env.sheet import PAPER_SHEET, Sheet
+from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery.model.baseline import base_model
+from friction_estimation.discovery.model.candidates import Term
+from friction_estimation.discovery.model.fit import (
+    eliminate_factor,
+    eliminate_states,
+    integration_cost,
+    prior_gram,
+    profile_amplitudes,
+    solve_shared,
+)
+from friction_estimation.discovery.model.friction_field import CARD, cells_at, field_along
+from friction_estimation.discovery.model.model import MEASURED, linearised_paths, predict
+from friction_estimation.discovery.search.selection import fit_with_noise, refit
+
+
+@pytest.fixture(scope="module")
+def lane() -> np.ndarray:
+    y = np.linspace(-11.0, 17.0, 400)
+    return np.column_stack([0.3 + 0.02 * y, y])
+
+
+def test_where_stones_ran_the_patterns_hold_the_prior_of_the_field(lane) -> None:
+    field = field_along(PAPER_SHEET, [lane], 3.0, 2.5)
+    on_lane = field.patterns_at(lane)
+    own = on_lane @ on_lane.T
+    apart = np.abs(lane[:, 1][:, None] - lane[:, 1])
+    r = np.sqrt(5.0) * apart / 3.0
+    expected = (1.0 + r + r**2 / 3.0) * np.exp(-r)  # Matérn of order 5/2
+    assert np.abs(own - expected).max() < 0.15
+    assert np.diag(own).mean() > 0.9
+    assert field.unresolved().max() == pytest.approx(1.0, abs=0.02)  # far from every stone
+
+
+def test_small_cells_need_no_more_patterns(lane) -> None:
+    fine = field_along(Sheet(cell_size=0.1), [lane], 3.0, 2.5)
+    coarse = field_along(PAPER_SHEET, [lane], 3.0, 2.5)
+    assert abs(len(fine) - len(coarse)) <= 3
+    assert fine.patterns.shape[0] == 45 * 445
+
+
+def test_the_four_cells_around_a_point_interpolate_its_place() -> None:
+    points = np.array([[0.13, -3.4], [-1.9, 20.2]])
+    cells, weights = cells_at(PAPER_SHEET, points)
+    y, x = np.meshgrid(PAPER_SHEET.y_centres, PAPER_SHEET.x_centres, indexing="ij")
+    assert (weights * x.ravel()[cells]).sum(axis=1) == pytest.approx(points[:, 0])
+    assert (weights * y.ravel()[cells]).sum(axis=1) == pytest.approx(points[:, 1])
+
+
+@pytest.fixture(scope="module")
+def mapped():
+    """A fit with a map, and its session."""
+    from curling_env.ice import Ice
+    from curling_env.physics.one_stone.slide import slide
+    from curling_env.sheet import Direction
+    from curling_env.throw import Throw
+
+    rng = np.random.default_rng(4)
+    y, x = np.meshgrid(PAPER_SHEET.y_centres, PAPER_SHEET.x_centres, indexing="ij")
+    even = Ice.uniform(0.009)
+    wavy = replace(even.friction, mu=even.friction.mu * np.exp(0.05 * np.sin(y / 2.5 + x)))
+    tracks = []
+    for k in range(6):
+        throw = Throw(speed=rng.uniform(1.6, 2.6), angle=0.01 * (k - 2), spin=1.5)
+        way = Direction.AWAY if k % 2 else Direction.HOME
+        path = slide(replace(even, friction=wavy), throw.release(way), fps=15, throw=k).trajectory
+        tracks.append(replace(path, xy=path.xy + rng.normal(0, 0.002, path.xy.shape)))
+    plain = base_model(None, open_session(tracks))
+    base = fit_with_noise(plain, open_session(tracks))
+    session = base.session
+    paths = [session.xy[session.rows(i)] for i in range(len(session))]
+    field = field_along(PAPER_SHEET, paths, 2.0, 2.5)
+    return refit(base, base.model.with_terms(Term(card=CARD, map_field=field))), wavy.mu / 0.009
+
+
+def test_the_map_is_found_where_stones_ran(mapped) -> None:
+    fitted, true = mapped
+    field = fitted.model.map_field
+    error = field.ln_mu + fitted.model.ln_mu - np.log(true * 0.009 / fitted.model.ice.friction.mu)
+    error = error.ravel()[field.crossed]
+    assert np.sqrt(np.mean((error - error.mean()) ** 2)) < 0.015  # of 0.035
+
+
+def test_paths_respond_to_a_pattern_as_paths_on_the_changed_map_do(mapped) -> None:
+    fitted, _ = mapped
+    model, session = fitted.model, fitted.session
+    paths = linearised_paths(model, session, fitted.states, fitted.ln_factors)
+    columns = paths.responses_to_friction(model.map_field.patterns_at(paths.xy))
+    here = predict(model, session, fitted.states, fitted.ln_factors)[:, MEASURED]
+    for j in (0, 4, 9):
+        moved = model.vector
+        moved[model.map_slice.start + j] += 1e-4
+        there = predict(model.at(moved), session, fitted.states, fitted.ln_factors)[:, MEASURED]
+        change = (there - here) / 1e-4
+        assert np.abs(change - columns[:, :, j])[:, :2].max() < 0.004 * np.abs(change).max()
+
+
+def test_the_best_amplitude_is_that_of_a_search_over_all(mapped) -> None:
+    fitted, _ = mapped
+    grams, _ = eliminate_factor(
+        eliminate_states(fitted.grams), fitted.ln_factors, fitted.model.spread
+    )
+    total = grams.sum(axis=0)
+    found, least = profile_amplitudes(fitted.model, total)
+    tried = {}
+    for amplitude in fitted.model.map_field.amplitudes:
+        other = fitted.model.with_amplitude(0, float(amplitude))
+        whole = total + prior_gram(other, len(total))
+        tried[amplitude] = solve_shared(whole)[1] + integration_cost(other, total)
+    assert found.map_field.amplitude == min(tried, key=lambda a: tried[a])
+    assert least == pytest.approx(min(tried.values()), rel=1e-8)
