@@ -162,12 +162,16 @@ def estimate(
         curling estimate later.csv --update ice.json -o ice.json
         curling estimate end-0.mp4 end-1.mp4 --scene end.scene.json -o ice.json
     """
+    import numpy as np
+
     from curling_env.ice import save_ice
     from curling_env.infrastructure.provenance import provenance
     from curling_env.infrastructure.storage import make_directory
     from curling_env.trajectory import read_tracks
     from friction_estimation.discovery.data.evidence_file import save_evidence, with_later_throws
-    from friction_estimation.discovery.whole_ice import estimate_ice
+    from friction_estimation.discovery.evidence.posterior import draw_posterior
+    from friction_estimation.discovery.posterior_file import can_write_posterior, write_posterior
+    from friction_estimation.discovery.whole_ice import WholeIce, estimate_ice
     from friction_estimation.inversion import estimate_friction
     from friction_estimation.inversion.friction.information import (
         information_path,
@@ -225,8 +229,13 @@ def estimate(
         else:
             found = estimate_ice(tracks, start=first, seed=seed, progress=bar)
     save_ice(found.ice, output, provenance=origin)
-    if not map_alone:
+    if isinstance(found, WholeIce):
         save_evidence(tracks, found.ice, output)
+        if report is not None and can_write_posterior():
+            fitted = found.discovery.final
+            drawn = draw_posterior(fitted, np.random.default_rng(seed))
+            target = make_directory(report) / "posterior.nc"
+            write_posterior(drawn, fitted, target, provenance=origin)
     elif found.information is not None:
         save_information(found.information, information_path(output))
     if report is not None:

@@ -10,6 +10,7 @@ import zipfile
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -34,7 +35,9 @@ def save_evidence(tracks: Sequence[Trajectory], ice: Ice, source: str | Path) ->
     source : its file
     """
     path = information_path(source)
-    rows = {name: [_column(track, name) for track in tracks] for name in _ROWS}
+    rows: dict[str, Any] = {
+        name: np.concatenate([_column(track, name) for track in tracks]) for name in _ROWS
+    }
     with atomic_path(path) as temporary:
         np.savez_compressed(
             temporary,
@@ -43,7 +46,7 @@ def save_evidence(tracks: Sequence[Trajectory], ice: Ice, source: str | Path) ->
             stone=[track.stone for track in tracks],
             clock=[track.clock for track in tracks],
             rows=[len(track) for track in tracks],
-            **{name: np.concatenate(columns) for name, columns in rows.items()},
+            **rows,
         )
     return path
 

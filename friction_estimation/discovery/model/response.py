@@ -117,6 +117,7 @@ class LinearisedPaths(NamedTuple):
 def _solve(transition: Floats, push: Floats) -> Floats:
     """Ψ⁻¹ f, (n, 6, 1); of least size where Ψ has no inverse, for a stone about to stop."""
     try:
-        return np.linalg.solve(transition, push)
+        solved = np.linalg.solve(transition, push)
     except np.linalg.LinAlgError:
-        return np.linalg.pinv(transition, rcond=1e-9) @ push
+        solved = np.linalg.pinv(transition, rcond=1e-9) @ push
+    return np.asarray(solved, dtype=np.float64)
