@@ -202,13 +202,14 @@ USUAL_MAP_SD, LOG_MAP_SD_SPREAD = 0.04, 1.0
 of its logarithm. Published measurements give 2 to 5 %."""
 MAP_AMPLITUDES = np.geomspace(0.002, 0.16, 14)
 """Standard deviations of ln μ over the sheet that are tried."""
-MAP_LENGTHS = (1.2, 2.0, 3.2, 5.0, 8.0)
-"""Correlation lengths that are tried [m]."""
-USUAL_MAP_LENGTH = 3.2
-"""The one with which a fit begins [m]."""
-MAP_SMOOTHNESS = 2.5
-"""Order of the Matérn correlation of the field."""
-MAP_SHARE = 0.98
+MAP_SHAPES = (
+    *((length, 2.5) for length in (1.2, 2.0, 3.2, 5.0, 8.0)),
+    *((length, np.inf) for length in (1.0, 1.5, 2.1, 3.0, 4.2, 6.0)),
+)
+"""Correlation lengths [m] and Matérn orders that are tried."""
+USUAL_MAP_SHAPE = (3.2, 2.5)
+"""The one with which a fit begins."""
+MAP_SHARE = 0.9999
 """Part of the field's variance, where stones ran, that its patterns must hold."""
 MOST_MAP_PATTERNS = 120
 """Most patterns of a field."""

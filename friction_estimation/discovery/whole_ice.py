@@ -30,7 +30,7 @@ from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
 from friction_estimation.discovery.model.friction_field import field_along
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.search.selection import fit_with_noise
-from friction_estimation.discovery.tuning import MAP_SMOOTHNESS, USUAL_MAP_LENGTH
+from friction_estimation.discovery.tuning import USUAL_MAP_SHAPE
 from friction_estimation.inversion.estimate import Estimate, estimate_friction
 from friction_estimation.inversion.friction.posterior import Hyperparameters
 from friction_estimation.inversion.noise import Noise
@@ -183,7 +183,7 @@ def believed_model(start: Ice, session: Session) -> Model:
     )
     model = base_model(replace(start, effects=(*start.effects, *usual)), session)
     paths = [session.xy[session.rows(i)] for i in range(len(session))]
-    field = field_along(start.sheet, paths, USUAL_MAP_LENGTH, MAP_SMOOTHNESS)
+    field = field_along(start.sheet, paths, *USUAL_MAP_SHAPE)
     return model.with_terms(Term(card=MAP_CARD, map_field=field))
 
 

@@ -167,7 +167,6 @@ def estimate_friction(
     uniform: bool = False,
     prior: FrictionMap | None = None,
     update: StoredInformation | None = None,
-    refit: bool = False,
     camera_bias: CameraBiasChoice = "auto",
     progress: Progress = no_progress,
 ) -> Estimate:
@@ -187,8 +186,6 @@ def estimate_friction(
     prior : an earlier map of the sheet, such as yesterday's; its pattern holds within its sigma and
         what the throws show to have changed since
     update : information of the throws from which `start` was estimated, to which these are added
-    refit : whether to fit, together with the map, the strengths of the start's effects that act
-        along the travel (friction that follows the speed, air drag, a slope along the sheet)
     camera_bias : when to fit a smooth bias of the camera along the sheet with the map: ``auto``, if
         the throws clearly show one; ``on``, if they could show one; ``off``, never
     progress : called as the fit advances
@@ -203,8 +200,6 @@ def estimate_friction(
     start = Ice.uniform(0.0082) if start is None else start
     if update is not None or prior is not None:
         _check_earlier(start, method, uniform, prior, update)
-    if refit:
-        _check_refit(start, method, uniform, update)
     if camera_bias == "on" and (method != "trajectory" or uniform):
         raise InputError("a bias of the camera is fitted with a map, by the trajectory method")
     slides, skipped = free_slides(tracks)
@@ -225,7 +220,6 @@ def estimate_friction(
         uniform=uniform,
         prior=prior,
         earlier=update,
-        refit=refit,
         camera_bias=camera_bias,
         progress=progress,
     )
@@ -244,17 +238,6 @@ def estimate_friction(
         information=fit.information,
         bias_search=fit.bias_search,
     )
-
-
-def _check_refit(
-    start: Ice, method: Method, uniform: bool, update: StoredInformation | None
-) -> None:
-    if method != "trajectory" or uniform:
-        raise InputError("effects are refitted together with a map, by the trajectory method")
-    if update is not None:
-        raise InputError("an update keeps the effects of the ice: they cannot be refitted with it")
-    if not start.effects:
-        raise InputError("there is no effect to refit: give an ice that has some as the start")
 
 
 def _check_earlier(

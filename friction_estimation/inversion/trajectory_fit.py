@@ -32,7 +32,7 @@ from friction_estimation.inversion.throw.fitted import (
     initialise_throw,
 )
 from friction_estimation.inversion.throw.forward import LawOnMap
-from friction_estimation.inversion.throw.free_effects import free_effects, no_effects
+from friction_estimation.inversion.throw.free_effects import no_effects
 from friction_estimation.tracks.free_slide import FreeSlide
 
 CameraBiasChoice = Literal["auto", "on", "off"]
@@ -44,7 +44,7 @@ class TrajectoryFit:
 
     Parameters
     ----------
-    ice : the estimate; effects of the start kept or refitted
+    ice : the estimate; effects of the start kept
     mu, sigma : level of μ over the crossed cells and its standard error
     scatter : standard deviation of ln μ from throw to throw
     noise : noise of a measured distance
@@ -73,7 +73,6 @@ def fit_trajectories(
     scatter: bool = True,
     prior: FrictionMap | None = None,
     earlier: StoredInformation | None = None,
-    refit: bool = False,
     camera_bias: CameraBiasChoice = "off",
     progress: Progress = no_progress,
 ) -> TrajectoryFit:
@@ -88,7 +87,6 @@ def fit_trajectories(
     prior : an earlier map of this sheet; its pattern holds within its sigma and what the throws
         show to have changed, its level need not
     earlier : information of earlier throws on the ice, to which these are added
-    refit : whether to fit the strengths of the effects that act along the travel with the map
     camera_bias : when to fit a bias of the camera with the map: ``auto``, if the throws clearly
         show one; ``on``, if they could show one; ``off``, never
     progress : called as the fit advances
@@ -103,7 +101,7 @@ def fit_trajectories(
         if uniform:
             return _uniform_result(one, earlier)
         problem = _map_problem(one, start, prior, earlier)
-        free = free_effects(start, one.throws) if refit else no_effects(start)
+        free = no_effects(start)
         field = problem.first_field
         law = law.with_field(problem.level, field)
         state = MapState(throws=one.throws, law=law, field=field, free=free)

@@ -18,7 +18,7 @@ from friction_estimation.discovery.model.fit import (
 from friction_estimation.discovery.model.friction_field import CARD, FrictionField, field_along
 from friction_estimation.discovery.model.model import Model, linearised_paths, sensitivities
 from friction_estimation.discovery.search.score_test import least_deviance
-from friction_estimation.discovery.tuning import BETTER_MAP, MAP_LENGTHS, MAP_SMOOTHNESS
+from friction_estimation.discovery.tuning import BETTER_MAP, MAP_SHAPES
 
 
 def find_map(fitted: SessionFit) -> tuple[Term, float] | None:
@@ -43,7 +43,7 @@ def renew_map(fitted: SessionFit) -> SessionFit:
     # Around the present map the other fields are deviations from it.
     scores = _deviances(fitted, bare)
     field = min(scores, key=lambda f: scores[f])
-    if field.length == present.length:
+    if (field.length, field.smoothness) == (present.length, present.smoothness):
         return fitted
     other = refit(fitted, bare.with_terms(Term(card=CARD, map_field=field)))
     return other if other.deviance < fitted.deviance - BETTER_MAP else fitted
@@ -70,8 +70,8 @@ def _deviances(fitted: SessionFit, bare: Model) -> dict[FrictionField, float]:
     at = 7 + bare.map_slice.start
     places = [session.xy[session.rows(i)] for i in range(len(session))]
     found: dict[FrictionField, float] = {}
-    for length in MAP_LENGTHS:
-        field = field_along(model.ice.sheet, places, length, MAP_SMOOTHNESS)
+    for length, smoothness in MAP_SHAPES:
+        field = field_along(model.ice.sheet, places, length, smoothness)
         mapped = bare.with_terms(Term(card=CARD, map_field=field))
         response = paths.responses_to_friction(field.patterns_at(paths.xy))
         stacked = np.concatenate(
