@@ -144,9 +144,8 @@ def field_along(
     paths : positions of stones, (n, 2) each [m]
     length, smoothness : of the field's correlation
     """
-    xy = np.concatenate(list(paths))
-    cells, weights = cells_at(sheet, xy)
-    visits = np.bincount(cells.ravel(), weights=weights.ravel(), minlength=np.prod(sheet.shape))
+    xy = np.concatenate([_filled(path) for path in paths])
+    row, column = sheet.cell_of(xy)
     # The places that stand for the ice are no closer than a stone is wide, however small the cells.
     spacing = max(sheet.cell_size, LEAST_SPACING)
     places, counts = np.unique(np.round(xy / spacing), axis=0, return_counts=True)
@@ -166,10 +165,17 @@ def field_along(
         sheet=sheet,
         length=length,
         smoothness=smoothness,
-        crossed=np.flatnonzero(visits > 0.0),
+        crossed=np.unique(row * sheet.shape[1] + column),
         patterns=patterns,
         values=np.zeros(patterns.shape[1]),
     )
+
+
+def _filled(path: Floats) -> Floats:
+    """A path (n, 2) with points in between, so that none of its cells is passed over."""
+    place = np.linspace(0.0, len(path) - 1.0, 12 * len(path))
+    at = np.arange(len(path))
+    return np.column_stack([np.interp(place, at, path[:, axis]) for axis in range(2)])
 
 
 def _centres(sheet: Sheet) -> Floats:
