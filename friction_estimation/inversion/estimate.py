@@ -131,7 +131,12 @@ class Estimate:
             document["camera_bias"] = self.bias_search.summary()
         if self.ice.effects:
             document["effects"] = [
-                {"name": e.name, "parameters": dict(e.parameters), "sigma": dict(e.sigma)}
+                {
+                    "name": e.name,
+                    "parameters": dict(e.parameters),
+                    "sigma": dict(e.sigma),
+                    **({"believed": list(e.believed)} if e.believed else {}),
+                }
                 for e in self.ice.effects
             ]
         document["each"] = self._each()

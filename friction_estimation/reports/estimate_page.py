@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from curling_env.ice import write_cells
 from curling_env.infrastructure.storage import write_json, write_table
+from curling_env.physics.effects import catalogue
 from friction_estimation.inversion import Estimate
 from friction_estimation.reports.draw_weight import draw_weight, worth_of_a_per_cent
 from friction_estimation.reports.estimate_figures import paper_estimate, per_cent, write_pictures
@@ -105,6 +106,8 @@ def _write_page(
     sections = [f"<h1>{escape(headline(found))}</h1>{facts(_facts(found))}{_remarks(found)}"]
     if "map.png" in pictures and not found.uniform:
         sections.append(_picture_section(folder, "map.png"))
+    if found.ice.effects:
+        sections.append(f"<h2>What else acts on the stones</h2>{_effects(found)}")
     if stills:
         shown = "".join(
             picture(
@@ -214,6 +217,33 @@ def _remarks(found: Estimate) -> str:
         items = "".join(f"<li>{escape(reason)}</li>" for reason in found.skipped)
         remarks += f"<p class=faint>Left out:</p><ul class=faint>{items}</ul>"
     return remarks
+
+
+def _effects(found: Estimate) -> str:
+    """The effects of the ice with their parameters; the map's μ is the friction at 1 m/s."""
+    cards = catalogue()
+    rows: list[list[str]] = []
+    for effect in found.ice.effects:
+        name = cards[effect.name].title if effect.name in cards else effect.name
+        for parameter, value in effect.parameters.items():
+            sigma = effect.sigma.get(parameter)
+            if not sigma:
+                continue
+            how = "believed of every ice" if parameter in effect.believed else "measured"
+            unit = cards[effect.name].parameter(parameter).unit if effect.name in cards else ""
+            unit = "" if unit == "1" else f" {unit}"
+            words = parameter.replace("_", " ")
+            value = value if abs(value) > 1e-3 * sigma else 0.0
+            rows.append([name, words, f"{value:.4g}{unit}", f"{sigma:.2g}", how])
+            name = ""
+    if not rows:
+        return "<p>The effects of the ice that was given are kept as they are.</p>"
+    head = ["", "", "value", "standard error", ""]
+    return table(head, rows, numeric={2, 3}) + (
+        "<p class=faint>Map and effects are fitted together: the friction of the map is that at "
+        "1 m/s where friction follows the speed. What the throws did not measure is what is "
+        "believed of every ice, with the spread that rinks have.</p>"
+    )
 
 
 def _beside(found: Estimate) -> str:

@@ -17,12 +17,9 @@ import numpy as np
 from scipy.stats import norm
 
 from curling_env.typing import Floats
-from friction_estimation.discovery.evidence.mixture import gaussian, mixture
+from friction_estimation.discovery.evidence.mixture import mixture
 from friction_estimation.discovery.model.fit import (
     SessionFit,
-    eliminate_factor,
-    eliminate_states,
-    prior_gram,
 )
 from friction_estimation.discovery.model.model import GLOBALS
 from friction_estimation.discovery.search.selection import refit, sides_along, with_side
@@ -62,14 +59,10 @@ def level_error(fitted: SessionFit) -> float:
 
 def _map_covariance(fitted: SessionFit) -> Floats:
     """Covariance of the friction of the whole and of the coefficients of the map."""
-    area = fitted.model.map_slice
-    grams, _ = eliminate_factor(
-        eliminate_states(fitted.grams), fitted.ln_factors, fitted.model.spread
-    )
-    total = grams.sum(axis=0) + prior_gram(fitted.model, grams.shape[1])
-    covariance = gaussian(total).covariance
-    own = np.r_[GLOBALS.index("ln_mu"), area]
-    return covariance[np.ix_(own, own)]
+    posterior, own = mixture(fitted), np.r_[GLOBALS.index("ln_mu"), fitted.model.map_slice]
+    steps = posterior.steps[:, own]
+    within = np.einsum("s,sij->ij", posterior.weights, posterior.covariances[:, own][:, :, own])
+    return within + np.einsum("s,si,sj->ij", posterior.weights, steps, steps)
 
 
 def _half_widths(weights: Floats, steps: Floats, deviations: Floats) -> Floats:
