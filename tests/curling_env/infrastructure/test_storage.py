@@ -310,6 +310,12 @@ def test_identifiers_are_exact_up_to_the_largest_whole_number_of_a_float(tmp_pat
         )
 
 
+def test_a_whole_number_is_never_blank(tmp_path: Path) -> None:
+    path = table_of(tmp_path, "throw,x\n1,2\n,3\n")
+    with pytest.raises(InputError, match="row 3, column throw: expected a number, found an empty"):
+        read_table(path, required=["throw", "x"]).integers("throw")
+
+
 def test_the_same_table_as_parquet(tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     write_table(tmp_path / "a.parquet", {"a": [None, 2.5], "b": np.array([True, False])})

@@ -73,6 +73,13 @@ def test_scatter_between_throws_widens_the_interval(sliding, rng):
     assert abs(scattered.mu - 0.009) < 3 * scattered.sigma
 
 
+def test_a_map_finds_the_scatter_between_throws_too(sliding, rng):
+    starts = sliding.varied_starts(rng, 10)
+    factor = np.exp(rng.normal(0, 0.01, 10))
+    measured = sliding.measured_throws(sliding.uniform(0.009), starts, rng, factor=factor)
+    assert 0.004 < estimate_friction(measured).scatter < 0.02
+
+
 def test_curl_that_no_model_knows_does_not_bias_friction(sliding, rng):
     starts = sliding.varied_starts(rng, 6)
     tracks = sliding.measured_throws(sliding.uniform(0.009), starts, rng, curl=0.009)
