@@ -376,7 +376,7 @@ def profile_spread(
         assert best is not None
         if round_ == 0 and best[0] > 0 and len(spreads) > 1:
             ratio = float(spreads[2] / spreads[1])
-            tried = best[0] * np.geomspace(1 / ratio, ratio, 9)
+            tried = best[0] * np.geomspace(1 / ratio, ratio, 13)
         else:
             break
     assert best is not None
