@@ -7,6 +7,7 @@ another, so that an update fits all throws together once more.
 from __future__ import annotations
 
 import zipfile
+import zlib
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -71,13 +72,17 @@ def load_evidence(ice: Ice, source: str | Path) -> list[Trajectory] | None:
             columns = {name: stored[name] for name in (*_ROWS, *_THROWS, "mu")}
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, zipfile.BadZipFile) as error:
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         problem = f"cannot be read as the evidence of an ice: {error}"
         raise InputError(problem, source=path) from error
     mu, counts = columns["mu"], columns["rows"]
     if mu.shape != ice.friction.mu.shape or not np.allclose(mu, ice.friction.mu, rtol=1e-9):
         raise InputError(f"belongs to another ice than {source}", source=path)
-    if any(len(columns[name]) != counts.sum() for name in _ROWS):
+    if (
+        any(len(columns[name]) != len(counts) for name in _THROWS)
+        or any(len(columns[name]) != counts.sum() for name in _ROWS)
+        or (counts < 1).any()
+    ):
         raise InputError("is not the whole evidence of an ice", source=path)
     tracks: list[Trajectory] = []
     ends = np.cumsum(counts)

@@ -169,12 +169,9 @@ class Session:
         A stone is taken to turn to the side to which its path bends, if the throws whose rotation
         was measured clearly bend with it.
         """
-        bends, sides = np.zeros(len(self)), np.zeros(len(self))
+        bends, sides = self._bends, np.zeros(len(self))
         for i in range(len(self)):
-            rows = self.rows(i)
-            t, xy, theta = self.times[rows], self.xy[rows], self.theta[rows]
-            travel = (xy[-1] - xy[0]) / max(float(np.hypot(*(xy[-1] - xy[0]))), 1e-9)
-            bends[i] = np.polyfit(t, xy @ np.array([-travel[1], travel[0]]), 2)[0]
+            theta = self.theta[self.rows(i)]
             known = np.flatnonzero(np.isfinite(theta))
             sides[i] = np.sign(theta[known[-1]] - theta[known[0]]) if len(known) > 1 else 0.0
         with_turn = (bends * sides)[self.turns]
@@ -190,12 +187,17 @@ class Session:
 
         For throws whose heading was not measured, on ice that is known to curl.
         """
+        return replace(self, usual_spins=np.where(self._bends < 0, -USUAL_SPIN, USUAL_SPIN))
+
+    @cached_property
+    def _bends(self) -> Floats:
+        """How the path of each throw bends to the left of its travel, (k,) [m/s²]."""
         bends = np.zeros(len(self))
         for i in range(len(self)):
             t, xy = self.times[self.rows(i)], self.xy[self.rows(i)]
-            travel = xy[-1] - xy[0]
+            travel = (xy[-1] - xy[0]) / max(float(np.hypot(*(xy[-1] - xy[0]))), 1e-9)
             bends[i] = np.polyfit(t, xy @ np.array([-travel[1], travel[0]]), 2)[0]
-        return replace(self, usual_spins=np.where(bends < 0, -USUAL_SPIN, USUAL_SPIN))
+        return bends
 
     def without_rows(self, dropped: Flags) -> Session:
         """The session without some rows, among which is no first row of a throw."""

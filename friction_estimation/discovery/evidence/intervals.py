@@ -18,9 +18,7 @@ from scipy.stats import norm
 
 from curling_env.typing import Floats
 from friction_estimation.discovery.evidence.mixture import mixture
-from friction_estimation.discovery.model.fit import (
-    SessionFit,
-)
+from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.model.model import GLOBALS
 from friction_estimation.discovery.search.selection import refit, sides_along, with_side
 from friction_estimation.discovery.tuning import SIDE_SHIFTS

@@ -25,7 +25,8 @@ from friction_estimation.discovery.evidence.predictive_density import (
     left_out,
     tried_spreads,
 )
-from friction_estimation.discovery.model.fit import SessionFit, gram_matrices
+from friction_estimation.discovery.model.elimination import gram_matrices
+from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.model.model import sensitivities
 from friction_estimation.discovery.tuning import FORECAST_SECONDS, LEAST_ROWS, RELEASE_SIGMA
 

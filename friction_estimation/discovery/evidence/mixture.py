@@ -13,12 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from curling_env.typing import Floats
-from friction_estimation.discovery.model.fit import (
-    SessionFit,
-    eliminate_factor,
-    eliminate_states,
-    prior_gram,
-)
+from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
+from friction_estimation.discovery.model.fit import SessionFit, prior_gram
 from friction_estimation.discovery.tuning import (
     INTEGRATED_SPREADS,
     LEAST_THROWS_FOR_SPREAD,

@@ -22,13 +22,12 @@ from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.evidence.mixture import gaussian, mixture
 from friction_estimation.discovery.evidence.predictive_density import broad_prior
 from friction_estimation.discovery.evidence.trial_throws import TrialThrow, lay_out
-from friction_estimation.discovery.model.fit import (
-    SessionFit,
+from friction_estimation.discovery.model.elimination import (
     eliminate_factor,
     eliminate_states,
     gram_matrices,
-    prior_gram,
 )
+from friction_estimation.discovery.model.fit import SessionFit, prior_gram
 from friction_estimation.discovery.model.model import Model, predict, sensitivities
 from friction_estimation.discovery.model.noise import SessionNoise
 from friction_estimation.inversion.design.greedy import (

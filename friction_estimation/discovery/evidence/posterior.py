@@ -14,12 +14,8 @@ from curling_env.physics.state import State
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.evidence.mixture import mixture
-from friction_estimation.discovery.model.fit import (
-    FROZEN,
-    SessionFit,
-    eliminate_factor,
-    eliminate_states,
-)
+from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
+from friction_estimation.discovery.model.fit import FROZEN, SessionFit
 from friction_estimation.discovery.model.model import GLOBALS, Model
 from friction_estimation.discovery.model.noise import SessionNoise, whiten_session
 from friction_estimation.discovery.tuning import RELEASE_SIGMA, USUAL_SPIN_SIGMA

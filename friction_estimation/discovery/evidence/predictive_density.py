@@ -28,12 +28,8 @@ from friction_estimation.discovery.evidence.mixture import (
     widths,
 )
 from friction_estimation.discovery.evidence.posterior import throw_constants
-from friction_estimation.discovery.model.fit import (
-    SessionFit,
-    eliminate_factor,
-    eliminate_states,
-    prior_gram,
-)
+from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
+from friction_estimation.discovery.model.fit import SessionFit, prior_gram
 from friction_estimation.discovery.model.model import Model
 
 EVERY_SPREAD = 3

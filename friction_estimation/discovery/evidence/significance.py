@@ -18,13 +18,8 @@ from curling_env.physics.state import State
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.candidates import Term, candidates, neutral_values
-from friction_estimation.discovery.model.fit import (
-    SessionFit,
-    eliminate_factor,
-    eliminate_states,
-    fit,
-    linearise,
-)
+from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
+from friction_estimation.discovery.model.fit import SessionFit, fit, linearise
 from friction_estimation.discovery.search.score_test import (
     left_out_scores,
     score_candidates,

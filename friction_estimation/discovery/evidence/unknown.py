@@ -14,14 +14,12 @@ import numpy as np
 from curling_env.physics.effects.card import Push
 from curling_env.physics.state import State
 from curling_env.typing import Floats, Indices
-from friction_estimation.discovery.model.fit import (
-    SessionFit,
+from friction_estimation.discovery.model.elimination import (
     eliminate_factor,
     eliminate_states,
     gram_matrices,
-    prior_gram,
-    solve_shared,
 )
+from friction_estimation.discovery.model.fit import SessionFit, prior_gram, solve_shared
 from friction_estimation.discovery.model.model import sensitivities
 from friction_estimation.discovery.search.score_test import sign_flip_p
 from friction_estimation.discovery.tuning import (

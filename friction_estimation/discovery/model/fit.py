@@ -23,6 +23,12 @@ import numpy as np
 from curling_env.physics.state import State
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
+from friction_estimation.discovery.model.elimination import (
+    eliminate_factor,
+    eliminate_states,
+    gram_matrices,
+    pooled_without_factor,
+)
 from friction_estimation.discovery.model.model import (
     GLOBALS,
     MEASURED,
@@ -30,7 +36,7 @@ from friction_estimation.discovery.model.model import (
     predict,
     sensitivities,
 )
-from friction_estimation.discovery.model.noise import SessionNoise, whiten_session
+from friction_estimation.discovery.model.noise import SessionNoise
 from friction_estimation.discovery.tuning import (
     CONVERGED,
     COUPLING_SIGMA,
@@ -90,84 +96,6 @@ class Point(NamedTuple):
     ln_factors: Floats
     grams: Floats
     deviance: float
-
-
-def gram_matrices(session: Session, noise: SessionNoise, columns: Floats) -> Floats:
-    """Whitened Gram matrices of each throw, (k, m, m).
-
-    Parameters
-    ----------
-    session, noise : throws, and the noise that whitens
-    columns : (rows, 3, m) values for x, y and theta; the last column is NaN if nothing was measured
-    """
-    work = np.ascontiguousarray(columns).copy()
-    m = work.shape[2]
-    whiten_session(work, session.times, session.sigma, session.starts, noise.table(), np.empty(m))
-    out = np.empty((len(session), m, m))
-    for i in range(len(session)):
-        part = work[session.rows(i)].reshape(-1, m)
-        out[i] = part.T @ part
-    return out
-
-
-def eliminate_states(grams: Floats) -> Floats:
-    """Gram matrices with the release states projected out, (k, m-6, m-6)."""
-    states = grams[:, :6, :6] + np.diag(1.0 / RELEASE_SIGMA**2)
-    scale = 1.0 / np.sqrt(np.einsum("ijj->ij", states))
-    scaled = states * scale[:, :, None] * scale[:, None, :] + 1e-13 * np.eye(6)
-    cross = grams[:, :6, 6:] * scale[:, :, None]
-    return grams[:, 6:, 6:] - np.swapaxes(cross, 1, 2) @ np.linalg.solve(scaled, cross)
-
-
-def eliminate_factor(reduced: Floats, ln_factors: Floats, spread: float) -> tuple[Floats, Floats]:
-    """Gram matrices with the random factor integrated out.
-
-    Parameters
-    ----------
-    reduced : (k, m-6, m-6) from `eliminate_states`; factor first, residual last
-    ln_factors : (k,) ln factors around which the columns were computed
-    spread : τ
-
-    Returns
-    -------
-    grams : (k, m-7, m-7)
-    log_terms : (k,) ln(1 + τ²h)
-    """
-    if spread <= 0.0:
-        # Without a spread the factor is one: the residual is that without the present deviation.
-        out = reduced[:, 1:, 1:].copy()
-        u = ln_factors[:, None]
-        out[:, :, -1] += u * reduced[:, 0, 1:]
-        out[:, -1, :] += u * reduced[:, 0, 1:]
-        out[:, -1, -1] += ln_factors**2 * reduced[:, 0, 0]
-        return out, np.zeros(len(reduced))
-    h = reduced[:, 0, 0]
-    own = h + spread**-2
-    cross = reduced[:, 0, 1:].copy()
-    cross[:, -1] -= ln_factors / spread**2
-    out = reduced[:, 1:, 1:] - cross[:, :, None] * cross[:, None, :] / own[:, None, None]
-    out[:, -1, -1] += ln_factors**2 / spread**2
-    return out, np.log1p(spread**2 * h)
-
-
-def pooled_without_factor(
-    reduced: Floats, ln_factors: Floats, spread: float
-) -> tuple[Floats, float]:
-    """The sums over all throws of what `eliminate_factor` gives.
-
-    Parameters
-    ----------
-    reduced, ln_factors, spread : as of `eliminate_factor`
-    """
-    if spread <= 0.0:
-        grams, log_terms = eliminate_factor(reduced, ln_factors, spread)
-        return grams.sum(axis=0), float(log_terms.sum())
-    h = reduced[:, 0, 0]
-    cross = reduced[:, 0, 1:].copy()
-    cross[:, -1] -= ln_factors / spread**2
-    total = reduced[:, 1:, 1:].sum(axis=0) - cross.T @ (cross / (h + spread**-2)[:, None])
-    total[-1, -1] += float((ln_factors**2).sum()) / spread**2
-    return total, float(np.log1p(spread**2 * h).sum())
 
 
 def prior_gram(model: Model, size: int, *, fields: bool = True) -> Floats:

@@ -9,12 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from friction_estimation.discovery.model.candidates import Term
-from friction_estimation.discovery.model.fit import (
-    SessionFit,
-    eliminate_states,
-    gram_matrices,
-    refit,
-)
+from friction_estimation.discovery.model.elimination import eliminate_states, gram_matrices
+from friction_estimation.discovery.model.fit import SessionFit, refit
 from friction_estimation.discovery.model.friction_field import CARD, FrictionField, field_along
 from friction_estimation.discovery.model.model import Model, linearised_paths, sensitivities
 from friction_estimation.discovery.search.score_test import least_deviance

@@ -11,7 +11,8 @@ import numpy as np
 
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.model.candidates import Term, known_effects
-from friction_estimation.discovery.model.fit import SessionFit, gram_matrices, prior_gram
+from friction_estimation.discovery.model.elimination import gram_matrices
+from friction_estimation.discovery.model.fit import SessionFit, prior_gram
 from friction_estimation.discovery.model.model import sensitivities
 from friction_estimation.discovery.tuning import LONGEST_PATCH, PATCH_CELL
 

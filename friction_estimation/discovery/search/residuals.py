@@ -8,7 +8,8 @@ import numpy as np
 
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.model.fit import SessionFit, gram_matrices
+from friction_estimation.discovery.model.elimination import gram_matrices
+from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.tuning import (
     NOT_WHITE,
     SLOWEST_NOISE_PERIOD,

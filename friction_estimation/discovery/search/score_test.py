@@ -14,10 +14,9 @@ import numpy as np
 
 from curling_env.typing import Floats
 from friction_estimation.discovery.model.candidates import Term
+from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
 from friction_estimation.discovery.model.fit import (
     SessionFit,
-    eliminate_factor,
-    eliminate_states,
     linearise,
     prior_gram,
     profile_amplitudes,

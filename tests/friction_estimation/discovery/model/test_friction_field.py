@@ -11,9 +11,8 @@ from curling_env.sheet import PAPER_SHEET, Sheet
 from friction_estimation.discovery.data.session import open_session
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import Term
+from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
 from friction_estimation.discovery.model.fit import (
-    eliminate_factor,
-    eliminate_states,
     integration_cost,
     prior_gram,
     profile_amplitudes,
