@@ -7,26 +7,35 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
-from fractions import Fraction
-from functools import cached_property
-from itertools import chain, dropwhile, islice
+from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 
 import av
 import cv2
 import numpy as np
-from av.container import InputContainer
-from av.error import FFmpegError
 from av.packet import Packet
-from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
 from curling_env.errors import InputError, OutputError
 from curling_env.infrastructure.storage import atomic_path, read_table
 from curling_env.typing import Image
+from friction_estimation.film.decoding import (
+    decoded,
+    decoded_from,
+    moments_of,
+    opened,
+    packets,
+    rate,
+    seek_before,
+    slow_motion,
+    stamp,
+    start,
+    undamaged,
+    unit,
+)
 from friction_estimation.film.frame import LazyFrame
 
 DEFAULT_FPS = 30.0
@@ -34,8 +43,6 @@ DEFAULT_FPS = 30.0
 SEEK_BEYOND = 40
 """Fewer frames than this are decoded rather than skipped by a seek, which goes back to a key frame.
 """
-SEEK_BACK = 4.0
-"""How much earlier a seek begins if it came too late [s]."""
 MIN_KEY_FRAMES = 0.8
 """A sample is made of key frames alone if there are this share of the frames asked for."""
 TIMES_SUFFIX = ".times.csv"
@@ -50,11 +57,14 @@ class Film:
     ----------
     path : path of the file
     size : width and height [px]
-    fps : nominal frames per second
+    fps : nominal frames per second, as they were taken
     frame_count : as the container says; the film may end earlier
     fps_given : whether the caller's rate replaces the container's times
     times : time of every frame [s], from the table `TIMES_SUFFIX` beside the film; empty if there
         is no table
+    slow : how many times slower than life it plays; its times are those of life
+    first : number of the file's frame with which it begins; above 0 in a part of a film
+    whole : whether it goes to the end of its file, however many frames that has
     """
 
     path: Path
@@ -63,14 +73,18 @@ class Film:
     frame_count: int
     fps_given: bool = False
     times: tuple[float, ...] = ()
+    slow: float = 1.0
+    first: int = 0
+    whole: bool = True
 
     @classmethod
-    def open(cls, path: str | Path, fps: float | None = None) -> Film:
+    def open(cls, path: str | Path, fps: float | None = None, slow: float | None = None) -> Film:
         """Look at a film: it must exist, be a film, and have a first frame.
 
         Parameters
         ----------
         fps : rate that replaces the container's own times; None trusts the container
+        slow : how many times slower than life it plays; None goes by what the camera noted
 
         Raises
         ------
@@ -81,25 +95,84 @@ class Film:
             raise InputError("no such film", source=path)
         if path.is_dir():
             raise InputError("is a directory; expected a film", source=path)
-        with _opened(path) as (container, stream):
-            first = next(_decoded(container, stream), None)
+        with opened(path) as (container, stream):
+            first = next(decoded(container, stream), None)
             if first is None:
                 raise InputError("not a film that can be decoded", source=path)
             height, width, _ = LazyFrame(first).shape
-            said = _rate(stream)
+            said = rate(stream)
             length = (container.duration or 0) / av.time_base
             frame_count = stream.frames or round(length * (said or DEFAULT_FPS))
             if frame_count == 0:
-                frame_count = 1 + sum(packet.size > 0 for packet in _packets(container, stream))
+                frame_count = 1 + sum(packet.size > 0 for packet in packets(container, stream))
+            noted = slow_motion(container, stream)
         usable = 1 <= said <= 1000
+        times = () if fps is not None else _times_beside(path)
+        if fps is not None or times:
+            noted = 1.0  # these times are those of life already
+        slow = noted if slow is None else slow
         return cls(
             path=path,
             size=(width, height),
-            fps=fps or (said if usable else DEFAULT_FPS),
+            fps=(fps or (said if usable else DEFAULT_FPS)) * slow,
             frame_count=max(frame_count, 1),
             fps_given=fps is not None,
-            times=() if fps is not None else _times_beside(path),
+            times=tuple(t / slow for t in times),
+            slow=slow,
         )
+
+    @property
+    def duration(self) -> float:
+        """About how long it lasts [s]."""
+        return self.times[-1] if self.times else self.frame_count / self.fps
+
+    @property
+    def _moments(self) -> tuple[int, ...]:
+        """When each frame of the whole file is due, in the container's own unit; may be empty."""
+        return moments_of(self.path)
+
+    @property
+    def _begin(self) -> int | None:
+        """When the first frame of a part is due; None for a film from its file's beginning."""
+        return self._moments[self.first] if 0 < self.first < len(self._moments) else None
+
+    def part(self, low: float, high: float) -> Film:
+        """What is between two times [s], as a film of its own whose times begin at 0.
+
+        What lies before it is not decoded, except for what its first frame builds on.
+        """
+        first, last = self._nearest(low), self._nearest(high)
+        times = self.times[first : last + 1]
+        return replace(
+            self,
+            frame_count=last - first + 1,
+            first=self.first + first,
+            times=tuple(t - times[0] for t in times),
+            whole=self.whole and last >= self.frame_count - 1,
+        )
+
+    def begin_of(self, part: Film) -> float:
+        """When a part of this film begins [s]."""
+        index = part.first - self.first
+        if index < len(self.times):
+            return self.times[index]
+        if self.fps_given or part.first >= len(self._moments):
+            return index / self.fps
+        ticks = self._moments[part.first] - self._moments[self.first]
+        return ticks * self._tick
+
+    @property
+    def _tick(self) -> float:
+        """The unit of the container's times [s of life]."""
+        with opened(self.path) as (_, stream):
+            return float(unit(stream)) / self.slow
+
+    def _nearest(self, t: float) -> int:
+        """The number of the frame nearest to a time [s], as exactly as the container tells it."""
+        if self.times or self.fps_given or not self._moments:
+            return self.index_at(t)
+        moments = np.array(self._moments[self.first :][: None if self.whole else self.frame_count])
+        return int(np.argmin(np.abs((moments - moments[0]) * self._tick - t)))
 
     def frames(self) -> Iterator[tuple[float, Image]]:
         """Every frame, (height, width, 3) BGR, with its time since the first one [s].
@@ -115,16 +188,23 @@ class Film:
         """The same as `frames`, with colours converted only where they are looked at."""
         first: float | None = None
         last = -np.inf
-        with _opened(self.path) as (container, stream):
-            for index, frame in _undamaged(container, stream):
+        with opened(self.path) as (container, stream):
+            begin = self._begin
+            skipped = 0 if begin is not None else self.first
+            for number, frame in undamaged(container, stream, begin):
+                index = number - skipped
+                if index < 0:
+                    continue
+                if not self.whole and index >= self.frame_count:
+                    return
                 if index < len(self.times):
                     yield self.times[index], LazyFrame(frame)
                     continue
-                stamp = _stamp(frame, stream)
+                moment = stamp(frame, stream) / self.slow
                 if first is None:
-                    first, t = stamp, 0.0
+                    first, t = moment, 0.0
                 else:
-                    t = stamp - first
+                    t = moment - first
                     if self.fps_given or not t > last + 0.05 / self.fps:
                         t = last + 1 / self.fps
                 last = t
@@ -151,31 +231,40 @@ class Film:
 
     def _key_frames(self, count: int) -> list[tuple[float, Image]]:
         """At most `count` of the key frames, with approximate times [s]."""
+        if self.first and self._begin is None:
+            return []
         step, due = max((self.frame_count - 1) / max(count - 1, 1), 1.0), 0.0
         frames: list[tuple[float, Image]] = []
-        with _opened(self.path) as (container, stream):
-            said = _rate(stream) or DEFAULT_FPS
+        with opened(self.path) as (container, stream):
+            begin = start(stream) if self._begin is None else self._begin
+            said = rate(stream) or DEFAULT_FPS
+            until = None
+            if not self.whole:
+                until = begin + round((self.frame_count - 0.5) / said / unit(stream))
+            if self.first:
+                seek_before(container, stream, begin)
 
             def is_due(packet: Packet[VideoStream]) -> bool:
                 nonlocal due
-                stamp = _stamp(packet, stream)
-                if not packet.is_keyframe or np.isnan(stamp) or round(stamp * said) + 0.5 < due:
+                t = stamp(packet, stream, begin)
+                early = np.isnan(t) or round(t * said) + 0.5 < due
+                if not packet.is_keyframe or early:
                     return packet.size == 0  # the last one, which asks for what is still held back
-                due = step * ((round(stamp * said) + 0.5) // step + 1)
+                due = step * ((round(t * said) + 0.5) // step + 1)
                 return True
 
-            for frame in _decoded(container, stream, is_due):
-                stamp = _stamp(frame, stream)
+            for frame in decoded(container, stream, is_due, until):
+                t = stamp(frame, stream, begin)
                 raw = LazyFrame(frame)
-                if np.isfinite(stamp) and (raw.shape[1], raw.shape[0]) == self.size:
-                    frames.append((self._time_of(round(stamp * said), stamp), raw.whole()))
+                if np.isfinite(t) and (raw.shape[1], raw.shape[0]) == self.size:
+                    frames.append((self._time_of(round(t * said), t), raw.whole()))
         return frames
 
-    def _time_of(self, index: int, stamp: float) -> float:
+    def _time_of(self, index: int, t: float) -> float:
         """Time of a frame whose number and time the container tells [s]."""
         if index < len(self.times):
             return self.times[index]
-        return index / self.fps if self.fps_given or np.isnan(stamp) else stamp
+        return index / self.fps if self.fps_given or np.isnan(t) else t / self.slow
 
     def pick(self, wanted: Sequence[int]) -> list[tuple[float, Image]]:
         """The frames of these numbers that the film has, with approximate times [s]."""
@@ -188,29 +277,19 @@ class Film:
 
     def picked(self, wanted: Sequence[int]) -> Iterator[tuple[float, Image]]:
         """The same as `pick`, one after the other."""
-        with _opened(self.path) as (container, stream):
-            frames, at = _decoded(container, stream), 0
+        with opened(self.path) as (container, stream):
+            begin = start(stream) if self._begin is None else self._begin
+            frames, at = decoded(container, stream), -self.first
             for index in sorted(set(wanted)):
-                if index - at > SEEK_BEYOND and index < len(self._moments):
-                    frames, at = _decoded_from(container, stream, self._moments[index]), index
+                number = self.first + index
+                if index - at > SEEK_BEYOND and number < len(self._moments):
+                    frames, at = decoded_from(container, stream, self._moments[number]), index
                 frame = next(islice(frames, index - at, None), None)
                 if frame is None:
                     return
                 at, raw = index + 1, LazyFrame(frame)
                 if (raw.shape[1], raw.shape[0]) == self.size:
-                    yield self._time_of(index, _stamp(frame, stream)), raw.whole()
-
-    @cached_property
-    def _moments(self) -> list[int]:
-        """When each frame is due, in the container's own unit; empty where it does not say."""
-        with _opened(self.path) as (container, stream):
-            found = [
-                timestamp_of(packet)
-                for packet in _packets(container, stream)
-                if packet.size and not packet.is_discard
-            ]
-        said = [moment for moment in found if moment is not None]
-        return sorted(said) if len(said) == len(found) else []
+                    yield self._time_of(index, stamp(frame, stream, begin)), raw.whole()
 
 
 def _times_beside(film: Path) -> tuple[float, ...]:
@@ -231,106 +310,6 @@ def is_stream(source: str) -> bool:
     return (
         source.isdecimal() or re.match(r"[a-z][a-z0-9+.-]*://", source, re.IGNORECASE) is not None
     )
-
-
-@contextmanager
-def _opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
-    try:
-        container = av.open(str(path), metadata_errors="replace")
-    except (FFmpegError, OSError) as fault:
-        raise InputError("not a film that can be decoded", source=path) from fault
-    with container:
-        if not container.streams.video:
-            raise InputError("not a film that can be decoded", source=path)
-        stream = container.streams.video[0]
-        stream.thread_type = "AUTO"
-        stream.codec_context.thread_count = cv2.getNumThreads()  # one setting for all that is done
-        yield container, stream
-
-
-def _packets(container: InputContainer, stream: VideoStream) -> Iterator[Packet[VideoStream]]:
-    """The packets of the film from here on, up to its end or to where it breaks off."""
-    packets = container.demux(stream)
-    while True:
-        try:
-            packet = next(packets)
-        except (StopIteration, FFmpegError):
-            return
-        yield packet
-
-
-def _decoded(
-    container: InputContainer,
-    stream: VideoStream,
-    wanted: Callable[[Packet[VideoStream]], bool] | None = None,
-) -> Iterator[VideoFrame]:
-    """All frames from here on that can be decoded, or only those of the packets that are wanted."""
-    for packet in _packets(container, stream):
-        if wanted is not None and not wanted(packet):
-            continue
-        try:
-            frames = packet.decode()
-        except FFmpegError:  # this packet holds no picture, the next one may
-            continue
-        yield from frames
-
-
-def _undamaged(container: InputContainer, stream: VideoStream) -> Iterator[tuple[int, VideoFrame]]:
-    """Numbers and frames, without those that depend on a lost or damaged one."""
-    damaged, index = False, 0
-    for packet in _packets(container, stream):
-        try:
-            frames = packet.decode()
-        except FFmpegError:
-            damaged = True
-            continue
-        for frame in frames:
-            damaged = frame.is_corrupt or (damaged and not frame.key_frame)
-            if not damaged:
-                yield index, frame
-            index += 1
-
-
-def _decoded_from(
-    container: InputContainer, stream: VideoStream, moment: int
-) -> Iterator[VideoFrame]:
-    """The same from the frame on that is due at a moment."""
-    back = round(SEEK_BACK / _unit(stream))
-    for begin in (moment, moment - back, _start(stream)):
-        # Some containers have no table of their whole pictures, and go where it seems best.
-        container.seek(begin, stream=stream)
-        frames = _decoded(container, stream)
-        first = next(frames, None)
-        if first is not None and (timestamp_of(first) or 0) <= moment:
-            break
-    else:
-        return iter(())
-    return dropwhile(lambda frame: (timestamp_of(frame) or 0) < moment, chain([first], frames))
-
-
-def timestamp_of(stored: VideoFrame | Packet[VideoStream]) -> int | None:
-    """When a frame is due, in the container's own unit; None if it does not say."""
-    return stored.dts if stored.pts is None else stored.pts
-
-
-def _stamp(stored: VideoFrame | Packet[VideoStream], stream: VideoStream) -> float:
-    """When a frame is due since the film began [s]; NaN if the container does not say."""
-    moment = timestamp_of(stored)
-    return np.nan if moment is None else float((moment - _start(stream)) * _unit(stream))
-
-
-def _start(stream: VideoStream) -> int:
-    return stream.start_time or 0
-
-
-def _unit(stream: VideoStream) -> Fraction:
-    """The unit of the container's times [s]."""
-    return stream.time_base or Fraction(1, 1000)
-
-
-def _rate(stream: VideoStream) -> float:
-    """Nominal frames per second as the container says; 0 if it does not."""
-    return float(stream.guessed_rate or stream.average_rate or 0)
 
 
 class FilmWriter:

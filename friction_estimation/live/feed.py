@@ -24,8 +24,9 @@ from av.error import FFmpegError
 
 from curling_env.errors import InputError
 from curling_env.typing import Image
+from friction_estimation.film.decoding import timestamp_of
 from friction_estimation.film.frame import brightness_of
-from friction_estimation.film.video import DEFAULT_FPS, timestamp_of
+from friction_estimation.film.video import DEFAULT_FPS
 from friction_estimation.live import tuning
 
 CLOCKLESS_FORMATS = ("mpjpeg", "mjpeg")

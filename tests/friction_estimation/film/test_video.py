@@ -160,3 +160,42 @@ def test_no_frame_shows_what_was_before_a_damaged_part(tmp_path):
 def test_a_single_picture_is_a_film_of_one_frame(tmp_path):
     film = Film.open(stored(tmp_path / "a.mp4", speckled(1)))
     assert [t for t, _ in film.sample(10)] == [0.0]
+
+
+@pytest.mark.parametrize(("codec", "suffix"), [("libx264", ".mp4"), ("mjpeg", ".avi")])
+def test_a_part_of_a_film_is_a_film_of_the_same_pictures(tmp_path, codec, suffix):
+    pixels = "yuv420p" if codec == "libx264" else "yuvj422p"
+    path = stored(tmp_path / f"a{suffix}", speckled(150), codec=codec, pixels=pixels)
+    film = Film.open(path)
+    whole = list(film.frames())
+    part = film.part(2.03, 4.0)
+    first = round(25 * 2.03)
+    assert part.frame_count == 100 - first + 1
+    assert film.begin_of(part) == pytest.approx(whole[first][0], abs=1e-6)
+    frames = list(part.frames())
+    assert [t for t, _ in frames] == pytest.approx(np.arange(100 - first + 1) / 25, abs=1e-6)
+    for (_, frame), (_, same) in zip(frames, whole[first:], strict=False):
+        assert np.array_equal(frame, same)
+    inner = part.part(1.0, 1.2)
+    assert film.begin_of(inner) == pytest.approx(whole[first + 25][0], abs=1e-6)
+    assert np.array_equal(next(inner.frames())[1], whole[first + 25][1])
+    for t, frame in (*part.sample(5), *part.pick([0, 45, 49])):
+        assert np.array_equal(frame, whole[first + round(25 * t)][1])
+
+
+def test_slow_motion_that_the_camera_noted_is_played_at_the_speed_of_life(tmp_path):
+    path = tmp_path / "slow.mp4"
+    options = {"movflags": "use_metadata_tags"}
+    with av.open(str(path), "w", options=options) as container:
+        container.metadata["com.android.capture.fps"] = "100.000000"
+        stream = container.add_stream("libx264", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
+        for picture in speckled(50):
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="bgr24")))
+        container.mux(stream.encode())
+    film = Film.open(path)
+    assert (film.slow, film.fps) == (4.0, 100.0)
+    assert [t for t, _ in film.frames()] == pytest.approx(np.arange(50) / 100, abs=1e-6)
+    assert [t for t, _ in film.pick([10])] == pytest.approx([0.1], abs=1e-6)
+    assert Film.open(path, slow=1.0).fps == 25.0
+    assert Film.open(path, slow=2.0).part(0.2, 0.4).frame_count == 11

@@ -1,0 +1,197 @@
+"""Decoding films: frames from any place on, damaged data, and times as the container has them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+from functools import lru_cache
+from itertools import dropwhile
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+from av.container import InputContainer
+from av.error import FFmpegError
+from av.packet import Packet
+from av.video.frame import VideoFrame
+from av.video.stream import VideoStream
+
+from curling_env.errors import InputError
+
+CAPTURE_RATE = "com.android.capture.fps"
+"""The key under which Android's cameras note how many frames they took in a second."""
+MIN_SLOW, MAX_SLOW = 1.5, 64.0
+"""Ratios of the rates of taking and playing that mean slow motion."""
+SEEK_BACK = 4.0
+"""How much earlier a seek begins if it came too late [s]."""
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
+    try:
+        container = av.open(str(path), metadata_errors="replace")
+    except (FFmpegError, OSError) as fault:
+        raise InputError("not a film that can be decoded", source=path) from fault
+    with container:
+        if not container.streams.video:
+            raise InputError("not a film that can be decoded", source=path)
+        stream = container.streams.video[0]
+        stream.thread_type = "AUTO"
+        stream.codec_context.thread_count = cv2.getNumThreads()  # one setting for all that is done
+        yield container, stream
+
+
+def packets(container: InputContainer, stream: VideoStream) -> Iterator[Packet[VideoStream]]:
+    """The packets of the film from here on, up to its end or to where it breaks off."""
+    packets = container.demux(stream)
+    while True:
+        try:
+            packet = next(packets)
+        except (StopIteration, FFmpegError):
+            return
+        yield packet
+
+
+def decoded(
+    container: InputContainer,
+    stream: VideoStream,
+    wanted: Callable[[Packet[VideoStream]], bool] | None = None,
+    until: int | None = None,
+) -> Iterator[VideoFrame]:
+    """All frames from here on that can be decoded, or only those of the packets that are wanted.
+
+    Parameters
+    ----------
+    until : packets due later than this, in the container's own unit, end it
+    """
+    for packet in packets(container, stream):
+        ended = until is not None and packet.size and (timestamp_of(packet) or 0) > until
+        if not ended and wanted is not None and not wanted(packet):
+            continue
+        try:
+            frames = stream.codec_context.decode(None) if ended else packet.decode()
+        except FFmpegError:  # this packet holds no picture, the next one may
+            continue
+        yield from frames
+        if ended:
+            return
+
+
+def undamaged(
+    container: InputContainer, stream: VideoStream, begin: int | None = None
+) -> Iterator[tuple[int, VideoFrame]]:
+    """Numbers and frames, without those that depend on a lost or damaged one.
+
+    Parameters
+    ----------
+    begin : when the frame is due from which on they are numbered, in the container's own unit; with
+        None that is the first frame of the file
+    """
+    damaged, index = False, 0
+    if begin is not None:
+        seek_before(container, stream, begin)
+    for packet in packets(container, stream):
+        try:
+            frames = packet.decode()
+        except FFmpegError:
+            damaged = True
+            continue
+        for frame in frames:
+            damaged = frame.is_corrupt or (damaged and not frame.key_frame)
+            if begin is not None and (timestamp_of(frame) or 0) < begin:
+                continue
+            if not damaged:
+                yield index, frame
+            index += 1
+
+
+def decoded_from(
+    container: InputContainer, stream: VideoStream, moment: int
+) -> Iterator[VideoFrame]:
+    """The same from the frame on that is due at a moment."""
+    seek_before(container, stream, moment)
+    frames = decoded(container, stream)
+    return dropwhile(lambda frame: (timestamp_of(frame) or 0) < moment, frames)
+
+
+def seek_before(container: InputContainer, stream: VideoStream, moment: int) -> None:
+    """Go to a whole picture from which on a frame can be decoded that is due at a moment."""
+    back = round(SEEK_BACK / unit(stream))
+    for begin in (moment, moment - back):
+        # Some containers have no table of their whole pictures, and go where it seems best.
+        container.seek(begin, stream=stream)
+        first = next(decoded(container, stream), None)
+        if first is not None and (timestamp_of(first) or 0) <= moment:
+            break
+    else:
+        begin = start(stream)
+    container.seek(begin, stream=stream)
+
+
+def moments_of(path: Path) -> tuple[int, ...]:
+    """When each frame of a film is due, in order, in the container's own unit.
+
+    Empty where the container does not say it of every frame.
+    """
+    return _moments_of(path, path.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=4)
+def _moments_of(path: Path, changed: int) -> tuple[int, ...]:
+    with opened(path) as (container, stream):
+        found = [
+            timestamp_of(packet)
+            for packet in packets(container, stream)
+            if packet.size and not packet.is_discard
+        ]
+    said = [moment for moment in found if moment is not None]
+    return tuple(sorted(said)) if len(said) == len(found) else ()
+
+
+def timestamp_of(stored: VideoFrame | Packet[VideoStream]) -> int | None:
+    """When a frame is due, in the container's own unit; None if it does not say."""
+    return stored.dts if stored.pts is None else stored.pts
+
+
+def stamp(
+    stored: VideoFrame | Packet[VideoStream], stream: VideoStream, begin: int | None = None
+) -> float:
+    """When a frame is due since the film began, or since a moment [s].
+
+    NaN if the container does not say.
+    """
+    moment = timestamp_of(stored)
+    begin = start(stream) if begin is None else begin
+    return np.nan if moment is None else float((moment - begin) * unit(stream))
+
+
+def slow_motion(container: InputContainer, stream: VideoStream) -> float:
+    """How many times slower than life a film plays, as its camera noted; 1 where it says nothing.
+
+    Android's cameras note the rate at which the frames were taken.
+    """
+    for notes in (container.metadata, stream.metadata):
+        try:
+            taken = float(notes.get(CAPTURE_RATE, "nan"))
+        except ValueError:
+            continue
+        played = rate(stream)
+        if played > 0 and MIN_SLOW < taken / played < MAX_SLOW:
+            return taken / played
+    return 1.0
+
+
+def start(stream: VideoStream) -> int:
+    return stream.start_time or 0
+
+
+def unit(stream: VideoStream) -> Fraction:
+    """The unit of the container's times [s]."""
+    return stream.time_base or Fraction(1, 1000)
+
+
+def rate(stream: VideoStream) -> float:
+    """Nominal frames per second as the container says; 0 if it does not."""
+    return float(stream.guessed_rate or stream.average_rate or 0)
