@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from curling_env.commands.cli import IceOption, print_json, say, say_what_is_unknown
+from curling_env.errors import InputError
 
 
 def compare(
@@ -34,6 +35,9 @@ def compare(
     the throw was unlike the others. rest_error_sigmas is their root mean square, about 1 for an ice
     that knows what it does not know.
 
+    What a table throws.csv beside the tracks notes of each throw (athlete, called, note) is told
+    with it.
+
     With -o, DIR receives throws.csv (a row per throw), paths.csv (both paths, frame by frame)
     and comparison.png.
 
@@ -43,19 +47,26 @@ def compare(
     """
     from curling_env.ice import load_ice
     from curling_env.infrastructure.storage import make_directory
-    from curling_env.trajectory import read_tracks
     from friction_estimation.inversion.rethrow import compare_tracks, write_comparison
+    from friction_estimation.tracks.throw_list import THROW_LIST, load_tracks, throws_beside
 
     known = load_ice(ice)
-    comparison = compare_tracks(read_tracks(tracks), known, window=window)
+    noted = {throw: note.row for throw, note in throws_beside(tracks).items()}
+    if noted and output is not None and output.resolve() == tracks.resolve().parent:
+        raise InputError(
+            f"holds the {THROW_LIST} of these tracks; name another folder", source="-o"
+        )
+    comparison = compare_tracks(load_tracks(tracks), known, window=window)
     if output is not None:
         from friction_estimation.reports.rethrow_figures import save_comparison
 
         folder = make_directory(output)
-        write_comparison(comparison, folder)
+        write_comparison(comparison, folder, noted)
         save_comparison(comparison, known, folder / "comparison.png")
         say(f"{folder}: throws.csv, paths.csv, comparison.png")
     for reason in comparison.skipped:
         say(f"left out: {reason}")
     say_what_is_unknown(known)
-    print_json(comparison.summary())
+    summary = comparison.summary()
+    summary["each"] = [{**each, **noted.get(each["throw"], {})} for each in summary["each"]]
+    print_json(summary)

@@ -77,7 +77,6 @@ def discover(
     from curling_env.ice import load_ice
     from curling_env.infrastructure.provenance import provenance
     from curling_env.infrastructure.storage import make_directory
-    from curling_env.trajectory import read_tracks
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.discovery.assessment import assess
     from friction_estimation.discovery.data.references import (
@@ -90,6 +89,7 @@ def discover(
     from friction_estimation.discovery.posterior_file import can_write_posterior, write_posterior
     from friction_estimation.discovery.report import write_files
     from friction_estimation.reports.discovery_page import write_report_page
+    from friction_estimation.tracks.throw_list import load_tracks
 
     given: dict[QuantityError, list[str]] = {
         "scale_error": known_length or [],
@@ -100,7 +100,7 @@ def discover(
         for name, texts in given.items()
         if texts
     ]
-    measured = read_tracks(tracks)
+    measured = load_tracks(tracks)
     view = load_scene(scene) if scene is not None else None
     base = load_ice(ice) if ice is not None else None
     origin = provenance([tracks, ice, scene], seed=seed)

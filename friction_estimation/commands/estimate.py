@@ -167,7 +167,6 @@ def estimate(
     from curling_env.ice import save_ice
     from curling_env.infrastructure.provenance import provenance
     from curling_env.infrastructure.storage import make_directory
-    from curling_env.trajectory import read_tracks
     from friction_estimation.discovery.data.evidence_file import save_evidence, with_later_throws
     from friction_estimation.discovery.evidence.posterior import draw_posterior
     from friction_estimation.discovery.posterior_file import can_write_posterior, write_posterior
@@ -177,6 +176,7 @@ def estimate(
         information_path,
         save_information,
     )
+    from friction_estimation.tracks.throw_list import load_tracks
 
     first, stored, throws_before = _earlier_ice(start, prior, update)
     earlier = None if update is None else information_path(update)
@@ -189,7 +189,7 @@ def estimate(
         if scene or camera:
             source = "--scene" if scene else "--camera"
             raise InputError("a scene and a camera belong to films, not to tracks", source=source)
-        tracks = read_tracks(inputs[0])
+        tracks = load_tracks(inputs[0])
     else:
         if not scene:
             raise InputError(

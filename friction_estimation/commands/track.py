@@ -38,6 +38,17 @@ RefineOption = Annotated[
 ]
 
 
+SlowOption = Annotated[
+    float | None,
+    typer.Option(
+        metavar="N",
+        min=0.05,
+        help="The film plays N times slower than life: 4 for 120 frames a second played at 30. "
+        "Otherwise what the camera noted is believed.",
+    ),
+]
+
+
 class FlowChoice(StrEnum):
     """The forms of Lucas-Kanade optical flow."""
 
@@ -48,7 +59,10 @@ class FlowChoice(StrEnum):
 def track(
     films: Annotated[
         list[str],
-        typer.Argument(metavar="VIDEO...", help="Films of one throw each, in order of play."),
+        typer.Argument(
+            metavar="VIDEO...",
+            help="Films, or folders of films, in order of play; of one throw or many.",
+        ),
     ],
     scene: Annotated[
         list[Path],
@@ -70,22 +84,28 @@ def track(
         FlowChoice,
         typer.Option(help="Optical flow that predicts where the stone is in the next frame."),
     ] = FlowChoice.pyramidal,
+    slow: SlowOption = None,
     tracker: TrackerOption = "built-in",
 ) -> None:
     """Follow the thrown stone through films: from video to positions in metres.
 
-    Each film shows one throw. No click is needed: the stone is what slides along the ice and has
-    a stone's size. The scene file holds the four corners of the ice in the picture (corners_px),
+    A film may show one throw or a whole practice: a long film is cut into its throws, and empty ice
+    is passed quickly. Instead of films, name a folder of films. No click is needed: the stone is
+    what slides along the ice and has a stone's size; one that is carried or slid back is no throw.
+    The scene file holds the four corners of the ice in the picture (corners_px),
     or four or more known points (points); `curling corners` helps to mark them. It may also hold
     the camera matrix and the distortion of the lens, see `curling calibrate`. Points may be some
     pixels off: the paint on the ice corrects them, and measures a lens that is not known.
 
     The tracks file has one row for each frame in which the stone was seen: throw, t (seconds since
-    the first frame of the film), x and y (metres from the middle of the sheet), theta (heading of
+    the first frame of the film, or of the part of it that shows this throw; clock says where in
+    the film that part begins), x and y (metres from the middle of the sheet), theta (heading of
     the handle), and the standard errors sigma_xy and sigma_theta. sigma_xy includes errors that
     are the same in every frame: those of the camera's position and of the stone's shape. Other
-    stones on the sheet have rows of their own. The column stone tells them apart; the thrown stone
-    is 0. A stone that was hit has rows from the contact on; one that nobody touched has two rows,
+    stones on the sheet have rows of their own, after the thrown one's. The column stone tells them
+    apart: stones are numbered in order of play, and known again by the colour of the handle or by
+    where they lie. A table throws.csv beside the tracks (athlete, stone, called, note; a row for
+    each throw) is joined to every later table. A stone that was hit has rows from the contact on; one that nobody touched has two rows,
     for the first and the last frame.
 
     If tracking many films is interrupted, repeat the command: films that were tracked before are
@@ -99,6 +119,7 @@ def track(
 
     \b
     Example:
+        curling track practice.mp4 --scene end.scene.json -o tracks.csv
         curling track end-0.mp4 end-1.mp4 --scene end.scene.json -o tracks.csv
         curling track end-0.mp4 --scene end.scene.json --overlay seen.mp4
         curling track end-0.mp4 --scene end.scene.json --tracker our_tracker:track
@@ -107,31 +128,34 @@ def track(
 
     from curling_env.trajectory import write_tracks
     from friction_estimation.camera.scene import load_scene
-    from friction_estimation.film.video import is_stream
+    from friction_estimation.film.video import films_in, is_stream
     from friction_estimation.tracking import track_each
     from friction_estimation.tracking.overlay import write_overlay
     from friction_estimation.tracking.resume import Checkpoints
+    from friction_estimation.tracks.throw_list import ThrowNote, throws_beside
 
     for film in films:
         if is_stream(film):
             raise InputError("is a camera or a stream; `curling live` follows it", source=film)
-    if overlay is not None and len(films) > 1:
+    paths = films_in(films)
+    if overlay is not None and len(paths) > 1:
         raise InputError("an overlay is drawn for one film at a time", source="--overlay")
     cv2.setNumThreads(1)
     scenes = [load_scene(path, camera) for path in scene]
-    function = choose_tracker(tracker, refine=refine, flow=flow)
+    function = choose_tracker(tracker, refine=refine, flow=flow, slow=slow)
     checkpoints = Checkpoints(output)
     tracked: list[TrackedFilm] = []
     with progress_bar("frame") as bar:
         for one in track_each(
-            [Path(film) for film in films],
+            paths,
             scenes,
             tracker=function,
             checkpoints=checkpoints,
             always_track=0 if overlay is None else 1,
+            left_out=lambda why: say(f"left out: {why}"),
             progress=bar,
         ):
-            say(f"{one.film.name}: {describe(one)}")
+            say(f"{one.name}: {describe(one)}")
             tracked.append(one)
             if overlay is not None:
                 if one.found is None:
@@ -139,19 +163,29 @@ def track(
                         "this tracker returns tracks alone, which do not suffice for an overlay",
                         source="--overlay",
                     )
-                write_overlay(one.film, scenes[0], one.found, overlay, progress=bar)
+                write_overlay(one.shown or one.film, scenes[0], one.found, overlay, progress=bar)
     write_tracks(output, [track for one in tracked for track in one.tracks])
     checkpoints.delete()
+    noted = throws_beside(output)
     print_json(
         [
-            {"film": film, "throw": one.thrown.throw, **one.summary}
-            for film, one in zip(films, tracked, strict=True)
+            {
+                "film": str(one.film),
+                "throw": one.thrown.throw,
+                **one.summary,
+                **noted.get(one.thrown.throw, ThrowNote()).row,
+            }
+            for one in tracked
         ]
     )
 
 
 def choose_tracker(
-    name: str, *, refine: bool = True, flow: FlowChoice = FlowChoice.pyramidal
+    name: str,
+    *,
+    refine: bool = True,
+    flow: FlowChoice = FlowChoice.pyramidal,
+    slow: float | None = None,
 ) -> Tracker:
     """The tracker of a name; the built-in one with the options that were chosen for it.
 
@@ -164,10 +198,12 @@ def choose_tracker(
 
     function = load_tracker(name)
     if name == BUILT_IN:
-        options = TrackingOptions(flow=flow.value, refine=refine)
+        options = TrackingOptions(flow=flow.value, refine=refine, slow=slow)
         return partial(function, options=options)  # pyright: ignore[reportCallIssue]
-    if not refine or flow is not FlowChoice.pyramidal:
-        raise InputError("--as-marked and --flow are options of the built-in tracker", source=name)
+    if not refine or flow is not FlowChoice.pyramidal or slow is not None:
+        raise InputError(
+            "--as-marked, --flow and --slow are options of the built-in tracker", source=name
+        )
     return function
 
 

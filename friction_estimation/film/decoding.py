@@ -8,6 +8,7 @@ from fractions import Fraction
 from functools import lru_cache
 from itertools import dropwhile
 from pathlib import Path
+from typing import NamedTuple
 
 import av
 import cv2
@@ -130,24 +131,36 @@ def seek_before(container: InputContainer, stream: VideoStream, moment: int) -> 
     container.seek(begin, stream=stream)
 
 
-def moments_of(path: Path) -> tuple[int, ...]:
-    """When each frame of a film is due, in order, in the container's own unit.
+class Timetable(NamedTuple):
+    """When the frames of a film are due, in the container's own unit.
 
-    Empty where the container does not say it of every frame.
+    Parameters
+    ----------
+    moments : every frame's, in order; empty where the container does not say it of every frame
+    keys : those of the key frames, in order
     """
-    return _moments_of(path, path.stat().st_mtime_ns)
+
+    moments: tuple[int, ...]
+    keys: tuple[int, ...]
+
+
+def timetable_of(path: Path) -> Timetable:
+    """When the frames of a film are due; nothing is decoded."""
+    return _timetable_of(path, path.stat().st_mtime_ns)
 
 
 @lru_cache(maxsize=4)
-def _moments_of(path: Path, changed: int) -> tuple[int, ...]:
+def _timetable_of(path: Path, changed: int) -> Timetable:
     with opened(path) as (container, stream):
         found = [
-            timestamp_of(packet)
+            (timestamp_of(packet), packet.is_keyframe)
             for packet in packets(container, stream)
             if packet.size and not packet.is_discard
         ]
-    said = [moment for moment in found if moment is not None]
-    return tuple(sorted(said)) if len(said) == len(found) else ()
+    said = sorted((moment, key) for moment, key in found if moment is not None)
+    if len(said) < len(found):
+        return Timetable((), ())
+    return Timetable(tuple(m for m, _ in said), tuple(m for m, key in said if key))
 
 
 def timestamp_of(stored: VideoFrame | Packet[VideoStream]) -> int | None:

@@ -25,7 +25,6 @@ from curling_env.typing import Image
 from friction_estimation.film.decoding import (
     decoded,
     decoded_from,
-    moments_of,
     opened,
     packets,
     rate,
@@ -33,6 +32,7 @@ from friction_estimation.film.decoding import (
     slow_motion,
     stamp,
     start,
+    timetable_of,
     undamaged,
     unit,
 )
@@ -45,6 +45,8 @@ SEEK_BEYOND = 40
 """
 MIN_KEY_FRAMES = 0.8
 """A sample is made of key frames alone if there are this share of the frames asked for."""
+SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".avi", ".webm", ".mts", ".m2ts", ".ts", ".mpg", ".3gp")
+"""Endings of the files that count as films in a folder."""
 TIMES_SUFFIX = ".times.csv"
 """Added to a film's name: a table with the time of every frame, where its container lost them."""
 
@@ -129,7 +131,7 @@ class Film:
     @property
     def _moments(self) -> tuple[int, ...]:
         """When each frame of the whole file is due, in the container's own unit; may be empty."""
-        return moments_of(self.path)
+        return timetable_of(self.path).moments
 
     @property
     def _begin(self) -> int | None:
@@ -303,6 +305,32 @@ def _times_beside(film: Path) -> tuple[float, ...]:
             "times of frames must increase", source=path, where=f"row {backwards[0] + 3}"
         )
     return tuple((times - times[0]).tolist()) if len(times) else ()
+
+
+def films_in(places: Sequence[str | Path]) -> list[Path]:
+    """Films, where each place is a film or a folder; those of a folder in the order of their names.
+
+    Numbers in names count as numbers, so that film 10 comes after film 9.
+
+    Raises
+    ------
+    InputError : a folder without films
+    """
+    films: list[Path] = []
+    for place in map(Path, places):
+        if not place.is_dir():
+            films.append(place)
+            continue
+        within = [path for path in place.iterdir() if path.suffix.lower() in SUFFIXES]
+        if not within:
+            raise InputError(f"a folder without films ({', '.join(SUFFIXES)})", source=place)
+        films += sorted(within, key=_name_in_order)
+    return films
+
+
+def _name_in_order(path: Path) -> list[tuple[int, str]]:
+    parts = re.split(r"(\d+)", path.name.lower())
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts]
 
 
 def is_stream(source: str) -> bool:

@@ -6,9 +6,10 @@ stone rests, is a prediction and is compared with what was measured.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from friction_estimation.inversion.throw.spin import fit_spin, has_heading
 from friction_estimation.tracks.free_slide import FreeSlide, free_slides
 from friction_estimation.tracks.outliers import robust_deviation
 
+NOTHING_NOTED: Mapping[int, Mapping[str, str]] = MappingProxyType({})
 RELEASE_WINDOW = 2.5
 """Stretch of a free slide to which its release is fitted [s]. With 5 mm of noise the speed is then
 known to about a millimetre a second, which moves a draw by 2 cm."""
@@ -247,9 +249,20 @@ def rethrow(part: FreeSlide, ice: Ice, order: int, window: float = RELEASE_WINDO
     )
 
 
-def write_comparison(comparison: Comparison, folder: Path) -> None:
-    """Write `throws.csv` with a row per throw, and `paths.csv` with both paths of every throw."""
-    rows = [rethrow.summary() for rethrow in comparison.rethrows]
+def write_comparison(
+    comparison: Comparison, folder: Path, noted: Mapping[int, Mapping[str, str]] = NOTHING_NOTED
+) -> None:
+    """Write `throws.csv` with a row per throw, and `paths.csv` with both paths of every throw.
+
+    Parameters
+    ----------
+    noted : further columns of throws, by their numbers
+    """
+    names = dict.fromkeys(name for columns in noted.values() for name in columns)
+    rows = [
+        {**rethrow.summary(), **dict.fromkeys(names, ""), **noted.get(rethrow.throw, {})}
+        for rethrow in comparison.rethrows
+    ]
     write_table(
         folder / "throws.csv",
         {name: ["" if row[name] is None else row[name] for row in rows] for name in rows[0]},

@@ -4,7 +4,8 @@ The path of a throw is known best when all of it has been seen, and on the ice t
 minute until the next one. So nothing is tracked in a hurry: while one throw is recorded, the throw
 before it is tracked in another process, as any film is, and the ice is estimated there from all
 throws so far. A recording begins when something moves on the ice and ends when all has been still
-for some seconds. Films without a thrown stone are reported and kept.
+for some seconds. If the ice is never quiet between throws, the recording is cut into them as any
+long film is. Films without a thrown stone are reported and kept.
 """
 
 from friction_estimation.live.feed import Feed, LiveFrame, Packet, open_feed

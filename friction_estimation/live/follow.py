@@ -15,24 +15,26 @@ import cv2
 
 from curling_env.errors import CurlingError, TrackTooShortError
 from curling_env.trajectory import Trajectory
+from curling_env.typing import Image
 from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.scene import Scene
 from friction_estimation.discovery.whole_ice import estimate_ice
 from friction_estimation.live.feed import Feed
-from friction_estimation.live.motion import MotionDetector
 from friction_estimation.live.recorder import Clip, Recorder
 from friction_estimation.reports.estimate_page import Still, write_report
-from friction_estimation.tracking import Tracker, track_each, track_film
+from friction_estimation.tracking import TrackedFilm, Tracker, track_each, track_film
+from friction_estimation.tracking.cutting.motion import MotionDetector
 from friction_estimation.tracking.overlay import draw_stills
+from friction_estimation.tracking.stone_numbers import StoneNumbers
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrackedClip:
-    """What became of one recorded film.
+    """A throw in a recorded film, or why there is none.
 
     Parameters
     ----------
-    clip : the film
+    clip : the film; it holds several throws where the ice was never quiet between them
     tracks : the thrown stone's track, then those of other stones; empty where none was thrown
     reason : why there are no tracks
     """
@@ -112,9 +114,9 @@ def follow_stream(
 
 @dataclass(frozen=True, kw_only=True)
 class _Result:
-    """What tracking a film gave: tracks, and pictures for the page."""
+    """What tracking a film gave: its throws, and pictures of the last one for the page."""
 
-    tracks: tuple[Trajectory, ...]
+    throws: tuple[TrackedFilm, ...]
     stills: tuple[Still, ...]
 
 
@@ -136,6 +138,7 @@ class _Analysis:
         self._stills: tuple[Still, ...] = ()
         self._estimate: Future[IceSoFar] | None = None
         self._throws_estimated = 0
+        self._stones = StoneNumbers()
         self.throws = 0
 
     @property
@@ -155,7 +158,7 @@ class _Analysis:
     def finished(self) -> Iterator[TrackedClip | IceSoFar]:
         """What has been finished since the last call."""
         while self._films and self._films[0][1].done():
-            yield self._next_clip()
+            yield from self._next_clip()
         if self._estimate is not None and self._estimate.done():
             yield self._estimate.result()
             self._estimate = None
@@ -165,7 +168,7 @@ class _Analysis:
     def remaining(self) -> Iterator[TrackedClip | IceSoFar]:
         """Wait for all that is not finished; the page is then written without reloading itself."""
         while self._films:
-            yield self._next_clip()
+            yield from self._next_clip()
         if self._estimate is not None:
             yield self._estimate.result()
         news = self._throws_estimated < self.throws
@@ -174,19 +177,23 @@ class _Analysis:
             if news:
                 yield ice
 
-    def _next_clip(self) -> TrackedClip:
+    def _next_clip(self) -> Iterator[TrackedClip]:
         clip, pending = self._films.popleft()
         try:
             result = pending.result()
         except CurlingError as error:
-            return TrackedClip(clip=clip, reason=str(error))
-        tracks = tuple(
-            replace(track, throw=self.throws, clock=round(clip.clock, 3)) for track in result.tracks
-        )
-        self.throws += 1
-        self._tracks += tracks
+            yield TrackedClip(clip=clip, reason=str(error))
+            return
         self._stills = result.stills
-        return TrackedClip(clip=clip, tracks=tracks)
+        for one in result.throws:
+            stones = self._stones.of(one.tracks, one.handles)
+            tracks = tuple(
+                replace(track, throw=self.throws, stone=n, clock=round(clip.clock + track.clock, 3))
+                for track, n in zip(one.tracks, stones, strict=True)
+            )
+            self.throws += 1
+            self._tracks += tracks
+            yield TrackedClip(clip=clip, tracks=tracks)
 
     def _estimate_ice(self, reload_seconds: float | None) -> Future[IceSoFar]:
         self._throws_estimated = self.throws
@@ -201,11 +208,14 @@ def _ignore_interrupts() -> None:
 
 def _track(path: Path, scene: Scene, tracker: Tracker, with_stills: bool) -> _Result:
     cv2.setNumThreads(1)
-    (tracked,) = track_each([path], scene, tracker=tracker)
-    found = tracked.found if with_stills else None
-    shown = [] if found is None else draw_stills(path, scene, found)
+    throws = list(track_each([path], scene, tracker=tracker))
+    last = throws[-1]
+    shown: list[tuple[float, Image]] = []
+    if with_stills and last.found is not None:
+        shown = draw_stills(last.shown or path, scene, last.found)
     return _Result(
-        tracks=tracked.tracks, stills=tuple(Still.of(path.name, t, image) for t, image in shown)
+        throws=tuple(replace(one, found=None) for one in throws),
+        stills=tuple(Still.of(path.name, t, image) for t, image in shown),
     )
 
 

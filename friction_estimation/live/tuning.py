@@ -2,24 +2,6 @@
 
 from __future__ import annotations
 
-# --- motion on the ice -------------------------------------------------------------------------
-
-SQUARE_PX = 2
-"""Brightness is averaged over squares of this many pixels."""
-MIN_CHANGE = 12.0
-"""Least change of brightness that counts, of 255, beyond the change that all of the ice shares."""
-CHANGE_SIGMAS = 6.0
-"""A change must also be this many times the camera's noise."""
-MOVING_STONE_SHARE = 0.2
-"""Share of a stone's picture that must change."""
-MIN_CHANGED_SQUARES = 3
-"""Number of squares that must change, however small a stone is there."""
-LOOK_INTERVAL = 0.1
-"""Time between two looks [s]."""
-COMPARED_AFTER = 2.0
-"""A look is compared with the one this long before [s]: far from the camera, a stone on its last
-metre has then moved by a pixel."""
-
 # --- recording ---------------------------------------------------------------------------------
 
 QUIET_SECONDS = 3.0

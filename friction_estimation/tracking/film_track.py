@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import numpy as np
+
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats, Integers
 from friction_estimation.appearance import Appearance
@@ -12,6 +14,8 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.film.stabilisation import Stabiliser
 
+HANDLE = 4
+"""Row of the handle among the colours of an appearance."""
 FlowMethod = Literal["plain", "pyramidal"]
 """Lucas-Kanade optical flow at one scale, or from coarse to fine."""
 
@@ -28,6 +32,7 @@ class TrackingOptions:
     min_inside : least share of the stone's outline that must lie in the picture, 0 to 1
     refine : whether the paint on the ice corrects the points in the scene, and finds what is
         unknown of the lens
+    slow : how many times slower than life the film plays; None goes by what the camera noted
     """
 
     flow: FlowMethod = "pyramidal"
@@ -35,6 +40,7 @@ class TrackingOptions:
     min_visible: float = 0.5
     min_inside: float = 0.98
     refine: bool = True
+    slow: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -67,6 +73,15 @@ class FilmTrack:
     contacts: tuple[float, ...] = ()
     others: tuple[FilmTrack, ...] = ()
     stabiliser: Stabiliser | None = None
+
+    @property
+    def handle_colour(self) -> Floats:
+        """Colour of the handle, (3,): brightness and two colour differences, as films store it.
+
+        NaN where no handle is seen.
+        """
+        seen = self.appearance.has_handle
+        return self.appearance.colours[HANDLE].copy() if seen else np.full(3, np.nan)
 
     @property
     def trajectories(self) -> tuple[Trajectory, ...]:

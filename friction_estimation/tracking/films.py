@@ -1,8 +1,8 @@
-"""Many films to tracks, one after the other, with what an interrupted call has already tracked."""
+"""Films to tracks, throw by throw, with what an interrupted call has already tracked."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -12,14 +12,18 @@ from curling_env.errors import InputError
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Progress, no_progress
 from friction_estimation.camera.scene import Scene, load_scene
+from friction_estimation.film.video import Film
+from friction_estimation.tracking.cutting.pieces import Piece, cut, minutes
 from friction_estimation.tracking.film_track import FilmTrack
+from friction_estimation.tracking.pipeline import track_film
 from friction_estimation.tracking.resume import Checkpoints, digest
+from friction_estimation.tracking.stone_numbers import StoneNumbers, handle_code
 from friction_estimation.tracking.tracker import Tracker, load_tracker, tracks_in
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TrackedFilm:
-    """What tracking one of several films gave.
+    """What tracking one throw gave.
 
     Parameters
     ----------
@@ -29,6 +33,7 @@ class TrackedFilm:
     found : everything that the built-in tracker found; None for a tracker that returns tracks
         alone, and for a resumed film
     resumed : whether an earlier, interrupted call had tracked the film
+    shown : the film, or the part of it that shows this throw; None for a resumed film
     """
 
     film: Path
@@ -36,11 +41,25 @@ class TrackedFilm:
     summary: dict[str, Any]
     found: FilmTrack | None = None
     resumed: bool = False
+    shown: Film | Path | None = None
 
     @property
     def thrown(self) -> Trajectory:
         """The thrown stone's track."""
         return self.tracks[0]
+
+    @property
+    def name(self) -> str:
+        """The film, and where in a longer one the throw is."""
+        at = self.summary.get("clock")
+        return self.film.name if at is None else f"{self.film.name} at {minutes(at)}"
+
+    @property
+    def handles(self) -> list[str | None]:
+        """Colour of the handle of each stone, see `handle_code`; None where it is not known."""
+        seen: list[dict[str, Any]] = [self.summary, *self.summary.get("others", [])]
+        codes = [about.get("handle") for about in seen]
+        return [*codes, *[None] * len(self.tracks)][: len(self.tracks)]
 
 
 SceneLike: TypeAlias = Scene | str | Path
@@ -55,7 +74,7 @@ def track_films(
     resume_beside: str | Path | None = None,
     progress: Progress = no_progress,
 ) -> list[Trajectory]:
-    """Track films of one throw each.
+    """Track films, of one throw each or of many.
 
     Parameters
     ----------
@@ -68,8 +87,8 @@ def track_films(
 
     Returns
     -------
-    The tracks of all stones in all films, numbered by throw from 0; the thrown stone of each film
-    comes first and is stone 0.
+    The tracks of all stones in all throws, numbered by throw from 0; the thrown stone comes first.
+    Stones are numbered in order of play, and told apart by the colours of their handles.
 
     Raises
     ------
@@ -99,20 +118,25 @@ def track_each(
     tracker: Tracker | None = None,
     checkpoints: Checkpoints | None = None,
     always_track: int = 0,
+    left_out: Callable[[str], object] = lambda why: None,
     progress: Progress = no_progress,
 ) -> Iterator[TrackedFilm]:
-    """Track films of one throw each, and yield what is found in each film as soon as it is known.
+    """Track films, and yield what is found of each throw as soon as it is known.
+
+    The built-in tracker cuts a film of several throws into these. Another tracker is given whole
+    films, as is the built-in one where `throws` numbers them.
 
     Parameters
     ----------
     films : in order of play
     scenes : one for all films, or one for each
-    throws : number of the throw in each film; 0, 1, 2, ... by default
+    throws : number of the throw in each film, which then shows one throw each
     tracker : finds the stones in a film; by default the built-in one, `track_film`
-    checkpoints : keeps the tracks of each film until all films are done, so that an interrupted
+    checkpoints : keeps the tracks of each throw until all films are done, so that an interrupted
         call can be repeated; the caller deletes them at the end. None: nothing is kept
-    always_track : as many of the first films are tracked even if checkpoints hold their tracks,
+    always_track : as many of the first throws are tracked even if checkpoints hold their tracks,
         for callers that need `found`
+    left_out : called with what is no throw after all in a film of several, and why
 
     Raises
     ------
@@ -126,43 +150,105 @@ def track_each(
             source="--scene",
         )
     scenes *= len(films) // len(scenes)
-    numbers = range(len(films)) if throws is None else throws
     tracker = load_tracker() if tracker is None else tracker
-    return _track_each(
-        list(zip(films, scenes, numbers, strict=True)), tracker, checkpoints, always_track, progress
+    jobs = list(zip(films, scenes, strict=True))
+    found = _track_each(
+        jobs, tracker, throws, checkpoints, always_track, left_out=left_out, progress=progress
     )
+    return found if throws is not None else _with_stones(found)
 
 
 def _track_each(
-    jobs: Sequence[tuple[Path, Scene, int]],
+    films: Sequence[tuple[Path, Scene]],
     tracker: Tracker,
+    throws: Sequence[int] | None,
     checkpoints: Checkpoints | None,
     always_track: int,
+    *,
+    left_out: Callable[[str], object],
     progress: Progress,
 ) -> Iterator[TrackedFilm]:
-    for i, (film, scene, throw) in enumerate(jobs):
-        key = ""
-        if checkpoints is not None:
-            choices = {"scene": asdict(replace(scene, source=None)), "throw": throw}
-            key = digest(film, tracker=_identity(tracker), **choices)
-            kept = None if i < always_track else checkpoints.load(i, key)
-            if kept is not None:
-                tracks, summary = kept
-                yield TrackedFilm(film=film, tracks=tuple(tracks), summary=summary, resumed=True)
-                continue
-        found = tracker(film, scene, progress=progress)
-        numbered = tuple(
-            replace(track, throw=throw, stone=k) for k, track in enumerate(tracks_in(found, film))
-        )
-        tracked = TrackedFilm(
-            film=film,
-            tracks=numbered,
-            summary=_summary(found if isinstance(found, FilmTrack) else numbered[0]),
-            found=found if isinstance(found, FilmTrack) else None,
-        )
-        if checkpoints is not None and len(jobs) > 1:
-            checkpoints.save(i, key, tracked.tracks, tracked.summary)
-        yield tracked
+    index = throw = 0
+    for k, (film, scene) in enumerate(films):
+        pieces = _pieces(film, scene, tracker, progress) if throws is None else [Piece.whole(film)]
+        refused: list[InputError] = []
+        for piece in pieces:
+            number = throw if throws is None else throws[k]
+            one = None
+            key = ""
+            if checkpoints is not None:
+                choices = {"scene": asdict(replace(scene, source=None)), "piece": piece.key}
+                key = digest(film, tracker=_identity(tracker), **choices)
+                kept = None if index < always_track else checkpoints.load(index, key)
+                if kept is not None:
+                    tracks, summary = kept
+                    one = TrackedFilm(
+                        film=film, tracks=tuple(tracks), summary=summary, resumed=True
+                    )
+            if one is None:
+                try:
+                    one = _track(piece, scene, tracker, progress)
+                except InputError as error:
+                    if len(pieces) == 1:
+                        raise
+                    refused.append(error)
+                    left_out(f"{film.name}, {piece.name}: {error.problem}")
+                    continue
+                if checkpoints is not None and len(films) * len(pieces) > 1:
+                    checkpoints.save(index, key, one.tracks, one.summary)
+            yield _numbered(one, number, piece)
+            index, throw = index + 1, throw + 1
+        if len(refused) == len(pieces):
+            raise refused[0]
+
+
+def _pieces(film: Path, scene: Scene, tracker: Tracker, progress: Progress) -> list[Piece]:
+    """The throws of a film, or all of it where it shows one throw only."""
+    function, options = tracker, None
+    if isinstance(tracker, partial):
+        function, options = tracker.func, tracker.keywords.get("options")
+    if function is not track_film:
+        return [Piece.whole(film)]
+    opened = Film.open(film, scene.fps, None if options is None else options.slow)
+    return cut(opened, scene, progress=progress)
+
+
+def _track(piece: Piece, scene: Scene, tracker: Tracker, progress: Progress) -> TrackedFilm:
+    # Only the built-in tracker is given parts of films.
+    found = tracker(piece.film, scene, progress=progress)  # pyright: ignore[reportArgumentType]
+    tracks = tracks_in(found, piece.path)
+    about = found if isinstance(found, FilmTrack) else None
+    return TrackedFilm(
+        film=piece.path,
+        tracks=tracks,
+        summary=_summary(about or tracks[0]),
+        found=about,
+        shown=piece.film,
+    )
+
+
+def _numbered(one: TrackedFilm, throw: int, piece: Piece) -> TrackedFilm:
+    """With the number of the throw, and the time at which it begins."""
+    tracks = tuple(
+        replace(track, throw=throw, stone=k, clock=piece.begin or track.clock)
+        for k, track in enumerate(one.tracks)
+    )
+    return replace(one, tracks=tracks, summary={**piece.summary, **one.summary})
+
+
+def _with_stones(films: Iterable[TrackedFilm]) -> Iterator[TrackedFilm]:
+    """With the stones numbered in order of play, and told apart by the colours of their handles."""
+    numbers = StoneNumbers()
+    for one in films:
+        given = numbers.of(one.tracks, one.handles)
+        tracks = tuple(replace(k, stone=n) for k, n in zip(one.tracks, given, strict=True))
+        summary = {"stone": given[0], **one.summary}
+        others: list[dict[str, Any]] = one.summary.get("others", [])
+        if others:
+            summary["others"] = [
+                {**about, "stone": n} for about, n in zip(others, given[1:], strict=True)
+            ]
+        yield replace(one, tracks=tracks, summary=summary)
 
 
 def _identity(tracker: Any) -> str:
@@ -180,7 +266,7 @@ def _summary(found: FilmTrack | Trajectory) -> dict[str, Any]:
         "to_s": float(thrown.t[-1]),
     }
     if isinstance(found, FilmTrack):
-        about = {"frames": found.frame_count, **about}
+        about = {"frames": found.frame_count, **about, **_handle(found)}
         if found.contacts:
             about["contacts_s"] = [float(t) for t in found.contacts]
         if found.others:
@@ -192,9 +278,16 @@ def _summary_of_other(other: FilmTrack) -> dict[str, Any]:
     begin, end = other.trajectory.xy[0], other.trajectory.xy[-1]
     about: dict[str, Any] = {
         "stone": int(other.trajectory.stone),
+        **_handle(other),
         "struck": bool(other.contacts),
         "lay": [round(float(value), 4) for value in begin],
     }
     if other.contacts:
         about["rests"] = [round(float(value), 4) for value in end]
     return about
+
+
+def _handle(found: FilmTrack) -> dict[str, str]:
+    """The colour of a stone's handle, where it is seen."""
+    code = handle_code(found.handle_colour)
+    return {} if code is None else {"handle": code}

@@ -28,7 +28,7 @@ BLUE, RED, LINE = (190, 120, 50), (60, 60, 205), (150, 150, 150)
 
 
 def write_overlay(
-    film_path: str | Path,
+    film_path: str | Path | Film,
     scene: Scene,
     track: FilmTrack,
     output: str | Path,
@@ -49,7 +49,7 @@ def write_overlay(
     ------
     OutputError : `output` cannot be written as a film
     """
-    film = Film.open(film_path, scene.fps)
+    film = film_path if isinstance(film_path, Film) else Film.open(film_path, scene.fps)
     picture = _Overlay(track, scene, film.size, largest_px)
     frames = with_progress(film.frames(), "overlay", progress, film.frame_count)
     with film_writer(output, picture.size, film.fps) as writer:
@@ -58,7 +58,7 @@ def write_overlay(
 
 
 def draw_stills(
-    film_path: str | Path, scene: Scene, track: FilmTrack, count: int = 3
+    film_path: str | Path | Film, scene: Scene, track: FilmTrack, count: int = 3
 ) -> list[tuple[float, Image]]:
     """Draw a track into a few frames, spread over the slide of the stone.
 
@@ -71,7 +71,7 @@ def draw_stills(
     -------
     Time since the first frame [s] and picture (height, width, 3), BGR, of each.
     """
-    film = Film.open(film_path, scene.fps)
+    film = film_path if isinstance(film_path, Film) else Film.open(film_path, scene.fps)
     picture = _Overlay(track, scene, film.size, max(film.size))
     rows = np.linspace(0, len(track.frame) - 1, count + 2).round().astype(int)[1:-1]
     wanted = np.unique(track.frame[rows]).tolist()

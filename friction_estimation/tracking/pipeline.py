@@ -59,7 +59,7 @@ from friction_estimation.tracking.several.moving_stones import MovingStone, Ston
 
 
 def track_film(
-    film: str | Path,
+    film: str | Path | Film,
     scene: Scene,
     *,
     throw: int = 0,
@@ -70,7 +70,7 @@ def track_film(
 
     Parameters
     ----------
-    film : path of the film
+    film : path of the film, or the film itself, which may be a part of a longer one
     scene : its camera's view of the sheet
     throw : number of the throw, for the tracks
     options : what may be chosen; the defaults if None
@@ -81,7 +81,9 @@ def track_film(
     InputError : no film, points that do not fit it, a camera that moves, or no thrown stone
     """
     options = options or TrackingOptions()
-    steady = _SteadyFilm(film, scene)
+    if not isinstance(film, Film):
+        film = Film.open(film, scene.fps, options.slow)
+    steady = _SteadyFilm(film)
     refined, background = _empty_ice(steady, scene, options.refine)
     stone = _find_stone(steady, scene, refined.camera, background)
     if refined.log_focal_sigma > tuning.OPEN_FOCAL_SIGMA and stone.crops(refined.camera):
@@ -96,7 +98,7 @@ def track_film(
     track = _track_alone if learnt.context is None else _track_several
     found = track(frames, learnt, refined, options, compression)
     if found is None:
-        raise InputError("the thrown stone is seen in fewer than five frames", source=film)
+        raise InputError("the thrown stone is seen in fewer than five frames", source=film.path)
     return replace(found, stabiliser=steady.stabiliser).numbered(throw)
 
 
@@ -108,18 +110,17 @@ class _SteadyFilm:
 
     Parameters
     ----------
-    path : path of the film
-    scene : may override its frame rate
+    film : as it was taken
     """
 
-    def __init__(self, path: str | Path, scene: Scene) -> None:
-        self.path = Path(path)
-        self._film = Film.open(path, scene.fps)
-        sample = self._film.sample(tuning.SAMPLE_FRAMES)
+    def __init__(self, film: Film) -> None:
+        self.path = film.path
+        self._film = film
+        sample = film.sample(tuning.SAMPLE_FRAMES)
         self._deflicker = deflicker_for(sample)
         if self._deflicker is not None:
             sample = [(t, self._deflicker.corrected(frame)) for t, frame in sample]
-        self.stabiliser = stabiliser_for(sample, path)
+        self.stabiliser = stabiliser_for(sample, film.path)
         if self.stabiliser is not None:
             sample = [(t, self.stabiliser.stabilised(frame)) for t, frame in sample]
         self.sample = sample

@@ -218,6 +218,11 @@ COPIED_LAG_PX = 0.5
 """Error of a stone's place where all pixels repeat [px]; set on a throw that was encoded as H.264
 and H.265 in seven qualities."""
 
+# --- which stone it is --------------------------------------------------------------------------
+
+SAME_HANDLE = 30.0
+"""Handles whose colours differ by more are of two stones [of 255, without brightness]."""
+
 # --- stones in a single picture ---------------------------------------------------------------
 
 MIN_PICTURE_SHARE = 0.5

@@ -215,17 +215,24 @@ def _as_stone(
     return Sighting(frame=0, t=0.0, xy=xy, likeness=float(np.exp(-((misfit / 0.45) ** 2))))
 
 
-def likeliest_path(sightings: Sequence[Sighting]) -> RoughPath | None:
+def likeliest_path(
+    sightings: Sequence[Sighting], max_unseen: float = np.inf, max_gain: float = np.inf
+) -> RoughPath | None:
     """The path that a thrown stone most likely took through the sightings.
 
     It is the chain of greatest likeness in which every link is the motion of a stone: along the
     sheet in one direction, never faster than any throw, hardly sideways. None where nothing travels
     like a stone.
+
+    Parameters
+    ----------
+    max_unseen : longest time between two of its sightings [s]
+    max_gain : most speed that it may seem to gain from one sighting to the next [m/s]
     """
     best: RoughPath | None = None
     best_score = 0.0
     for direction in (1.0, -1.0):
-        chain, score = _best_chain(sightings, direction)
+        chain, score = _best_chain(sightings, direction, max_unseen, max_gain)
         if len(chain) < tuning.MIN_SIGHTINGS or score <= best_score:
             continue
         if np.linalg.norm(chain[-1].xy - chain[0].xy) < tuning.MIN_TRAVEL:
@@ -234,14 +241,19 @@ def likeliest_path(sightings: Sequence[Sighting]) -> RoughPath | None:
     return best
 
 
-def _best_chain(sightings: Sequence[Sighting], direction: float) -> tuple[list[Sighting], float]:
+def _best_chain(
+    sightings: Sequence[Sighting], direction: float, max_unseen: float, max_gain: float
+) -> tuple[list[Sighting], float]:
     """The best chain in one direction along y (1 or -1), and its score, by dynamic programming."""
     ordered = sorted(sightings, key=lambda s: s.frame)
     score = [s.likeness for s in ordered]
     speed = [tuning.MAX_THROW_SPEED] * len(ordered)
     before = [-1] * len(ordered)
+    earliest = 0
     for i, now in enumerate(ordered):
-        for j in range(i):
+        while now.t - ordered[earliest].t > max_unseen:
+            earliest += 1
+        for j in range(earliest, i):
             earlier = ordered[j]
             gap = now.frame - earlier.frame
             dt = now.t - earlier.t
@@ -259,6 +271,8 @@ def _best_chain(sightings: Sequence[Sighting], direction: float) -> tuple[list[S
                 continue
             # A stone never gains speed once it is thrown; a person beside it may.
             gain = max(pace - speed[j] * 1.05 - 0.2 / dt, 0.0)
+            if before[j] >= 0 and gain > max_gain:
+                continue
             missed = tuning.MISSED_FRAME_COST * (gap - 1)
             value = score[j] + now.likeness - missed - min(gain, 2.0)
             if value > score[i]:

@@ -23,15 +23,10 @@ from friction_estimation.camera.scene import load_scene, save_scene
 from friction_estimation.film.frame import brightness_of
 from friction_estimation.film.video import Film, is_stream
 from friction_estimation.live import IceSoFar, Recorder, TrackedClip, follow_stream, open_feed
-from friction_estimation.live.motion import MotionDetector
-from friction_estimation.live.tuning import (
-    COMPARED_AFTER,
-    LEAD_IN_SECONDS,
-    LOOK_INTERVAL,
-    MAX_FILM_SECONDS,
-    QUIET_SECONDS,
-)
+from friction_estimation.live.tuning import LEAD_IN_SECONDS, MAX_FILM_SECONDS, QUIET_SECONDS
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, on_film, scene_of, write_film
+from friction_estimation.tracking.cutting.motion import MotionDetector
+from friction_estimation.tracking.cutting.tuning import COMPARED_AFTER, LOOK_INTERVAL
 
 FPS = 20.0
 WHOLE_EVERY = 12 / FPS

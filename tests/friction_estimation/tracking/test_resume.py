@@ -35,7 +35,7 @@ def tracked_film(throw=0):
         spin=np.zeros(5),
         frame_count=9,
         camera=None,
-        appearance=None,
+        appearance=SimpleNamespace(has_handle=False),
         refined=SimpleNamespace(measured=0),
     )
 

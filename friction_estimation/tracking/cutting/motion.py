@@ -13,7 +13,7 @@ import numpy as np
 from curling_env.typing import Floats, Image
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
-from friction_estimation.live import tuning
+from friction_estimation.tracking.cutting import tuning
 from friction_estimation.tracking.detection.background import sheet_region
 
 
@@ -72,8 +72,9 @@ class MotionDetector:
         while len(self._looks) > 1 and self._looks[1][0] <= t - tuning.COMPARED_AFTER:
             self._looks.popleft()
         change = (now - self._looks[0][1])[self._on_sheet]
-        change = np.abs(change - int(np.median(change)))
-        noise = 1.48 * float(np.median(change))
+        step = max(1, min(tuning.LEVEL_STEP, change.size // tuning.LEVEL_SQUARES))
+        change = np.abs(change - int(np.median(change[::step])))
+        noise = 1.48 * float(np.median(change[::step]))
         changed = change > max(tuning.MIN_CHANGE, tuning.CHANGE_SIGMAS * noise)
         moved = float(self._stones[changed].sum())
         enough = int(np.count_nonzero(changed)) >= tuning.MIN_CHANGED_SQUARES

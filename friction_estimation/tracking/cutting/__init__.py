@@ -1,0 +1,1 @@
+"""Long films, and where in them stones are thrown."""

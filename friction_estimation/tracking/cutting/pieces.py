@@ -1,0 +1,89 @@
+"""A film cut into its throws, each of which is then tracked as a film of its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from curling_env.errors import InputError
+from curling_env.typing import Progress, no_progress
+from friction_estimation.camera.pose import camera_from_scene
+from friction_estimation.camera.scene import Scene
+from friction_estimation.film.video import Film
+from friction_estimation.tracking.cutting import tuning
+from friction_estimation.tracking.cutting.throws import find_throws
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Piece:
+    """What shows one throw: a film, or a part of one.
+
+    Parameters
+    ----------
+    path : the film's file
+    film : what is tracked; the path for all of a film that is not opened yet
+    begin, end : where the part lies in the film [s]; None for all of it
+    """
+
+    path: Path
+    film: Film | Path
+    begin: float | None = None
+    end: float | None = None
+
+    @classmethod
+    def whole(cls, film: Film | Path) -> Piece:
+        """All of a film."""
+        return cls(path=film.path if isinstance(film, Film) else film, film=film)
+
+    @property
+    def name(self) -> str:
+        """From when to when, in words."""
+        if self.begin is None or self.end is None:
+            return "all of it"
+        return f"{minutes(self.begin)} to {minutes(self.end)}"
+
+    @property
+    def key(self) -> list[float] | None:
+        """What tells it from other parts of the film, for JSON."""
+        if not isinstance(self.film, Film) or (self.film.whole and not self.film.first):
+            return None
+        return [self.film.first, self.film.frame_count]
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Where it lies in the film, for JSON."""
+        return {} if self.begin is None else {"clock": round(self.begin, 3)}
+
+
+def cut(film: Film, scene: Scene, *, progress: Progress = no_progress) -> list[Piece]:
+    """The throws of a film in order; all of it where it is short and shows no more than one.
+
+    Raises
+    ------
+    InputError : points that do not fit the film, or a long film in which nothing is thrown
+    """
+    throws = find_throws(film, scene, camera_from_scene(scene, film.size), progress=progress)
+    if len(throws) <= 1 and film.duration <= tuning.ONE_THROW_SECONDS:
+        return [Piece.whole(film)]
+    if not throws:
+        raise InputError(
+            f"no throw found in {minutes(film.duration)} of film: nothing slides along the ice as a "
+            "stone does",
+            source=film.path,
+        )
+    pieces: list[Piece] = []
+    for throw in throws:
+        part = film.part(throw.begin, throw.end)
+        begin = film.begin_of(part)
+        pieces.append(
+            Piece(path=film.path, film=part, begin=begin, end=begin + part.frame_count / part.fps)
+        )
+    return pieces
+
+
+def minutes(t: float) -> str:
+    """A time as minutes and seconds."""
+    minutes, seconds = divmod(t, 60)
+    hours, minutes = divmod(int(minutes), 60)
+    return f"{hours}:{minutes:02d}:{seconds:04.1f}" if hours else f"{minutes}:{seconds:04.1f}"

@@ -1,0 +1,75 @@
+"""The tuned numbers of cutting, set on streams and films that are rendered here."""
+
+from __future__ import annotations
+
+# --- motion on the ice -------------------------------------------------------------------------
+
+SQUARE_PX = 2
+"""Brightness is averaged over squares of this many pixels."""
+MIN_CHANGE = 12.0
+"""Least change of brightness that counts, of 255, beyond the change that all of the ice shares."""
+CHANGE_SIGMAS = 6.0
+"""A change must also be this many times the camera's noise."""
+MOVING_STONE_SHARE = 0.2
+"""Share of a stone's picture that must change."""
+MIN_CHANGED_SQUARES = 3
+"""Number of squares that must change, however small a stone is there."""
+LOOK_INTERVAL = 0.1
+"""Least time between two looks at a stream [s]."""
+LEVEL_STEP = 7
+"""The change that all of the ice shares, and the noise, are taken from every so many squares."""
+LEVEL_SQUARES = 2000
+"""They are taken from at least so many squares, or from all."""
+COMPARED_AFTER = 2.0
+"""A look is compared with the one this long before [s]: far from the camera, a stone on its last
+metre has then moved by a pixel."""
+
+# --- looks at a long film -----------------------------------------------------------------------
+
+LOOK_STEP = 0.4
+"""Time between two looks, where key frames come so often [s]."""
+MAX_KEY_GAP = 1.05
+"""Where key frames are further apart, frames between them are decoded too [s]."""
+FINE_LINES = 800
+"""Pictures are looked at in halves, quarters, ... until they have fewer lines."""
+STRETCH_MARGIN = 3.0
+"""A stretch of film with motion begins and ends this long before and after it [s]."""
+WINDOW = 80.0
+"""Longest piece of such a stretch that is looked through at once [s]."""
+WINDOW_MARGIN = 6.0
+"""A throw that ends so close to the end of a piece may go on in the next one [s]."""
+BACKGROUND_LOOKS = 15
+"""Looks whose median is the empty ice of a piece."""
+
+# --- what is a throw ----------------------------------------------------------------------------
+
+MAX_UNSEEN = 3.0
+"""Longest time that a sliding stone is hidden [s]; what appears later is another one."""
+REST_SECONDS, REST_DISTANCE = 3.0, 0.15
+"""What stays within this distance [m] for this time [s] lies still."""
+REST_SHARE = 0.75
+"""Share of the looks in that time in which it must be seen there."""
+MAX_GAIN = 0.4
+"""Speed that a stone may seem to gain between two looks, beyond what its blob jitters [m/s]."""
+MIN_PATH = 3.0
+"""Something that moves less is no throw [m]."""
+MAX_TRIES = 16
+"""So many paths in one piece are judged, the likeliest first."""
+MOVING_SHARE = 0.95
+"""Share of a path after which its stone counts as at rest: blobs of stones at rest still jitter."""
+MIN_SLOWING = 0.15
+"""Share of its mean speed that a sliding stone loses in sight; who carries a stone keeps to one
+pace."""
+WALKING_SPEED = 2.2
+"""Nobody walks faster on ice [m/s]."""
+RETURN_DISTANCE = 0.8
+"""A stone that sets out from within this of where the one before it came to rest, and goes the
+other way, is slid back [m]."""
+LEAD_SECONDS = 2.0
+"""A throw begins this long before its stone is first seen [s]."""
+TAIL_SECONDS = 4.0
+"""A throw ends this long after its stone was last seen to move [s]: it creeps on for a while."""
+APART_SECONDS = 0.5
+"""Two throws are at least so far apart [s]."""
+ONE_THROW_SECONDS = 60.0
+"""A film of one throw that is no longer than this is tracked as it is [s]."""

@@ -1,0 +1,102 @@
+"""Stones numbered in order of play, over all throws of a session.
+
+A stone that lies where one came to rest is that one. A thrown stone whose handle has the colour of
+one that was thrown before, and that lies on the sheet no more, is that one again: stones of one
+colour cannot be told apart otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from curling_env.trajectory import Trajectory
+from curling_env.typing import Floats
+from friction_estimation.tracking import tuning
+
+
+@dataclass(eq=False)
+class StoneNumbers:
+    """The stones of a session so far.
+
+    Parameters
+    ----------
+    colours : code of the handle's colour of each stone, by its number; None where it is not seen
+    lying : where stones lay when the last throw was over, by their numbers, each (2,) [m]
+    thrown : numbers of the thrown stones, in order of play
+    """
+
+    colours: list[str | None] = field(default_factory=list)
+    lying: dict[int, Floats] = field(default_factory=dict)
+    thrown: list[int] = field(default_factory=list)
+
+    def of(self, tracks: Sequence[Trajectory], handles: Sequence[str | None]) -> list[int]:
+        """The numbers of the stones in the next throw.
+
+        Parameters
+        ----------
+        tracks : the thrown stone's, then those of the others
+        handles : colour of the handle of each, as `handle_code` writes it; None where not seen
+        """
+        lay = [self._lay(track.xy[0], set()) for track in tracks[1:]]
+        taken = {number for number in lay if number is not None}
+        first = self._again(handles[0], taken)
+        numbers = [self._new(handles[0]) if first is None else first]
+        for number, handle in zip(lay, handles[1:], strict=True):
+            known = number is not None and number not in numbers
+            numbers.append(number if known and number is not None else self._new(handle))
+        self.thrown.append(numbers[0])
+        self.lying = {n: track.xy[-1] for n, track in zip(numbers, tracks, strict=True)}
+        return numbers
+
+    def _lay(self, xy: Floats, taken: set[int]) -> int | None:
+        """The stone that lay at a place [m]."""
+        apart = {n: float(np.linalg.norm(xy - place)) for n, place in self.lying.items()}
+        near = [n for n in sorted(apart, key=apart.__getitem__) if n not in taken]
+        return near[0] if near and apart[near[0]] < tuning.SAME_PLACE else None
+
+    def _again(self, handle: str | None, lying: set[int]) -> int | None:
+        """The stone of a handle's colour whose last throw is longest ago, if it is free."""
+        latest = {number: k for k, number in enumerate(self.thrown)}
+        for number in sorted(latest, key=latest.__getitem__):
+            if number not in lying and same_handle(handle, self.colours[number]):
+                return number
+        return None
+
+    def _new(self, handle: str | None) -> int:
+        self.colours.append(handle)
+        return len(self.colours) - 1
+
+
+def same_handle(one: str | None, other: str | None) -> bool:
+    """Whether two handles may be of one colour; a handle that is not seen may be of any.
+
+    Shadows change the brightness of a handle, and so only the rest of its colour counts.
+    """
+    if one is None or other is None:
+        return True
+    apart = np.linalg.norm(_chroma(one) - _chroma(other))
+    return bool(apart < tuning.SAME_HANDLE)
+
+
+def handle_code(colour: Floats) -> str | None:
+    """A colour as web pages write it, ``#rrggbb``; None where it is not known.
+
+    Parameters
+    ----------
+    colour : (3,) brightness, and blue and red differences (ITU-R BT.601), of 255
+    """
+    if not np.isfinite(colour).all():
+        return None
+    light, blue, red = colour
+    b, r = light + blue / 0.564, light + red / 0.713
+    g = (light - 0.114 * b - 0.299 * r) / 0.587
+    return "#" + "".join(f"{round(float(np.clip(value, 0, 255))):02x}" for value in (r, g, b))
+
+
+def _chroma(code: str) -> Floats:
+    r, g, b = (int(code[k : k + 2], 16) for k in (1, 3, 5))
+    light = 0.299 * r + 0.587 * g + 0.114 * b
+    return np.array([0.564 * (b - light), 0.713 * (r - light)])

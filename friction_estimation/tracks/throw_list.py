@@ -1,0 +1,110 @@
+"""What a coach notes of each throw, in a table `throws.csv` beside the tracks.
+
+Its columns are `athlete, stone, called, note`, all of which may be missing or empty, and `throw`,
+the number of the throw in the tracks; without that column its rows are the throws in order of play.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+from pathlib import Path
+from types import MappingProxyType
+
+from curling_env.errors import InputError
+from curling_env.infrastructure.storage import read_table
+from curling_env.trajectory import Trajectory, read_tracks
+
+THROW_LIST = "throws.csv"
+"""Name of the table, in the folder of the tracks."""
+NOTED = ("athlete", "stone", "called", "note")
+"""Its columns besides the number of the throw."""
+NO_NOTES: Mapping[int, ThrowNote] = MappingProxyType({})
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThrowNote:
+    """What is noted of a throw; empty where nothing is.
+
+    Parameters
+    ----------
+    athlete : who threw it
+    stone : which stone it was, by any name
+    called : the shot that was called
+    note : anything else
+    """
+
+    athlete: str = ""
+    stone: str = ""
+    called: str = ""
+    note: str = ""
+
+    @property
+    def row(self) -> dict[str, str]:
+        """What is noted besides the stone, by column: to join a table of throws."""
+        columns = {name: getattr(self, name) for name in NOTED if name != "stone"}
+        return {name: value for name, value in columns.items() if value}
+
+
+def throws_beside(tracks: str | Path) -> Mapping[int, ThrowNote]:
+    """What is noted of the throws in a tracks file, by their numbers; nothing without a table.
+
+    Raises
+    ------
+    InputError : a table that cannot be read, that has none of its columns, or a throw given twice
+    """
+    path = Path(tracks).with_name(THROW_LIST)
+    if not path.exists():
+        return NO_NOTES
+    table = read_table(path, required=(), optional=("throw", *NOTED))
+    given = [name for name in NOTED if name in table]
+    if not given:
+        raise InputError(f"has none of the columns {', '.join(NOTED)}", source=path, where="row 1")
+    numbers = table.integers("throw").tolist() if "throw" in table else list(range(len(table)))
+    notes: dict[int, ThrowNote] = {}
+    for k, number in enumerate(numbers):
+        if number in notes:
+            raise InputError(
+                f"throw {number} is given twice", source=path, where=table.where(k, "throw")
+            )
+        notes[number] = ThrowNote(**{name: table.text(name)[k] for name in given})
+    return notes
+
+
+def load_tracks(path: str | Path) -> list[Trajectory]:
+    """The tracks of a file, with the stones that the table beside it names.
+
+    Raises
+    ------
+    InputError : see `read_tracks` and `throws_beside`
+    """
+    return with_noted_stones(read_tracks(path), throws_beside(path))
+
+
+def with_noted_stones(
+    tracks: Sequence[Trajectory], notes: Mapping[int, ThrowNote]
+) -> list[Trajectory]:
+    """Tracks whose thrown stones have the numbers that are noted.
+
+    Names that are not all whole numbers are numbered in order of play.
+
+    Parameters
+    ----------
+    tracks : of a session; the thrown stone comes first in each throw
+    notes : see `throws_beside`
+    """
+    names = [note.stone for _, note in sorted(notes.items()) if note.stone]
+    if not names:
+        return list(tracks)
+    whole = all(name.isdecimal() for name in names)
+    number = {name: int(name) if whole else k for k, name in enumerate(dict.fromkeys(names))}
+    found: list[Trajectory] = []
+    for throw, group in groupby(tracks, key=lambda track: track.throw):
+        thrown, *others = group
+        noted = notes.get(throw, ThrowNote()).stone
+        stone = number[noted] if noted else thrown.stone
+        found.append(replace(thrown, stone=stone))
+        # Two stones of a throw never share a number.
+        found += [replace(k, stone=thrown.stone) if k.stone == stone else k for k in others]
+    return found

@@ -1,0 +1,95 @@
+"""A practice film: three throws; one stone is picked up, one is carried back, one stays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from curling_env.ice import Ice
+from curling_env.physics.one_stone.slide import slide
+from curling_env.throw import Throw
+from curling_env.trajectory import Trajectory
+from friction_estimation.camera.scene import Scene, save_scene
+from friction_estimation.synthetic import (
+    FilmRenderer,
+    FilmSpec,
+    StoneOnIce,
+    on_film,
+    scene_of,
+    write_film,
+)
+from friction_estimation.synthetic.tuning import HANDLE_COLOURS
+
+FPS = 8.0
+SPEC = FilmSpec(camera="gantry", people=False, size=(960, 540), fps=FPS, lead_in=0.0, tail=0.5)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PracticeFilm:
+    """A film of several throws.
+
+    Parameters
+    ----------
+    path, scene : the film, and its camera's view
+    begins : when each stone appears [s]
+    truths : where it then is in each frame
+    """
+
+    path: Path
+    scene: Scene
+    begins: tuple[float, ...]
+    truths: tuple[Trajectory, ...]
+
+
+@pytest.fixture(scope="session")
+def practice(tmp_path_factory: pytest.TempPathFactory) -> PracticeFilm:
+    folder = tmp_path_factory.mktemp("practice")
+    ice = Ice.uniform(0.03)
+    throws = [
+        slide(ice, Throw(speed=speed, angle=angle, spin=1.2).release(), fps=120, throw=k).trajectory
+        for k, (speed, angle) in enumerate([(1.9, 0.02), (2.2, -0.02), (2.0, 0.03)])
+    ]
+    red, yellow, again = (k for k in throws if k is not None)
+    yellow = replace(yellow, stone=1)
+    t = np.linspace(0.0, 7.0, 30)
+    carried = Trajectory(t=t, xy=np.column_stack([np.full(30, 0.4), 2.0 - 1.3 * t]))
+    lying = StoneOnIce(
+        x=yellow.xy[-1, 0],
+        y=yellow.xy[-1, 1],
+        theta=float(yellow.theta[-1]),
+        vx=0.0,
+        vy=0.0,
+        colour=HANDLE_COLOURS[1],
+    )
+    bare = FilmRenderer(SPEC)
+    beside = FilmRenderer(SPEC, resting=[lying])
+    begins: list[float] = []
+
+    def pictures() -> Iterator[np.ndarray]:
+        empty = np.asarray(bare.still, dtype=np.uint8)
+        count = 0
+        for renderer, path, after, rests in (
+            (bare, None, 5.0, False),
+            (bare, red, 0.0, False),
+            (bare, None, 4.0, False),
+            (bare, carried, 3.0, False),
+            (bare, yellow, 4.0, True),
+            (beside, again, 1.0, True),
+        ):
+            shown = [] if path is None else list(renderer.frames(path, seed=len(begins)))
+            if path is not None and path is not carried:
+                begins.append(count / FPS)
+            shown += [shown[-1] if rests else empty] * int(after * FPS)
+            count += len(shown)
+            yield from shown
+
+    film = folder / "practice.mp4"
+    write_film(film, pictures(), FPS)
+    truths = tuple(on_film(path, SPEC) for path in (red, yellow, again))
+    scene = scene_of(bare.camera)
+    save_scene(scene, folder / "scene.json")
+    return PracticeFilm(path=film, scene=scene, begins=tuple(begins), truths=truths)

@@ -1,0 +1,81 @@
+"""A practice film is cut into its throws."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from curling_env.errors import InputError
+from friction_estimation.camera.pose import camera_from_scene
+from friction_estimation.film.video import Film
+from friction_estimation.tracking import track_each
+from friction_estimation.tracking.cutting.pieces import cut
+from friction_estimation.tracking.cutting.throws import find_throws, is_thrown
+from friction_estimation.tracking.detection.thrown_stone import RoughPath, Sighting
+
+FPS = 8.0
+"""Frames per second of the practice film."""
+
+
+def path_of(t, y):
+    places = [np.array([0.1, value]) for value in y]
+    sightings = (
+        Sighting(frame=k, t=float(moment), xy=xy, likeness=1.0)
+        for k, (moment, xy) in enumerate(zip(t, places, strict=True))
+    )
+    return RoughPath(sightings=tuple(sightings))
+
+
+def test_every_throw_is_found_and_nothing_else(practice):
+    film = Film.open(practice.path)
+    camera = camera_from_scene(practice.scene, film.size)
+    throws = find_throws(film, practice.scene, camera)
+    assert len(throws) == 3
+    for throw, begin, truth in zip(throws, practice.begins, practice.truths, strict=True):
+        assert begin - 3 < throw.begin < begin + 1
+        moving = truth.t[np.hypot(*truth.velocity.T) > 0.2][-1]
+        assert begin + moving < throw.end < begin + truth.t[-1] + 5
+    ends = [throw.end for throw in throws]
+    assert all(later.begin >= end for later, end in zip(throws[1:], ends, strict=False))
+
+
+def test_each_throw_has_its_own_track_clock_and_stone(practice):
+    found = list(track_each([practice.path], practice.scene))
+    assert [one.thrown.throw for one in found] == [0, 1, 2]
+    # The red one was picked up and is thrown again past the yellow one, which stays where it is.
+    assert [one.thrown.stone for one in found] == [0, 1, 0]
+    assert [[k.stone for k in one.tracks[1:]] for one in found] == [[], [], [1]]
+    for one, begin, truth in zip(found, practice.begins, practice.truths, strict=True):
+        t = one.thrown.clock + one.thrown.t - begin
+        assert -0.01 < t[0] < 1.5
+        assert len(t) > 0.8 * len(truth)
+        # The first stone vanishes when it has come to rest, the others stay in the picture.
+        assert t[-1] < truth.t[-1] + (0.01 if one is found[0] else 4.01)
+        rows = np.minimum(np.rint(FPS * t).astype(int), len(truth) - 1)
+        assert np.hypot(*(one.thrown.xy - truth.xy[rows]).T).max() < 0.03
+
+
+def test_a_short_film_of_one_throw_is_tracked_as_it_is(practice):
+    film = Film.open(practice.path).part(3.0, 14.0)
+    (piece,) = cut(film, practice.scene)
+    assert piece.begin is None
+    assert piece.film is film
+
+
+def test_a_long_film_without_a_throw_is_refused(practice, monkeypatch):
+    monkeypatch.setattr("friction_estimation.tracking.cutting.tuning.ONE_THROW_SECONDS", 2.0)
+    film = Film.open(practice.path).part(0.0, 4.5)
+    with pytest.raises(InputError, match=r"practice\.mp4: no throw found in 0:04\.6 of film"):
+        cut(film, practice.scene)
+
+
+@pytest.mark.parametrize(("slows", "thrown"), [(0.09, True), (0.0, False), (-0.05, False)])
+def test_what_keeps_its_pace_is_carried_and_what_slows_down_is_thrown(slows, thrown):
+    t = np.arange(0.0, 12.0, 0.5)
+    jitter = 0.05 * np.random.default_rng(1).standard_normal(len(t))
+    assert is_thrown(path_of(t, 1.4 * t - slows * t**2 / 2 + jitter)) == thrown
+
+
+def test_a_stone_that_is_pushed_aside_is_no_throw():
+    t = np.arange(0.0, 3.0, 0.4)
+    assert not is_thrown(path_of(t, 1.0 * t - 0.16 * t**2))
