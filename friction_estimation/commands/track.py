@@ -61,7 +61,7 @@ def track(
         list[str],
         typer.Argument(
             metavar="VIDEO...",
-            help="Films, or folders of films, in order of play; of one throw or many.",
+            help="Films of one throw or of many, or folders of films, in order of play.",
         ),
     ],
     scene: Annotated[
@@ -105,8 +105,8 @@ def track(
     stones on the sheet have rows of their own, after the thrown one's. The column stone tells them
     apart: stones are numbered in order of play, and known again by the colour of the handle or by
     where they lie. A table throws.csv beside the tracks (athlete, stone, called, note; a row for
-    each throw) is joined to every later table. A stone that was hit has rows from the contact on; one that nobody touched has two rows,
-    for the first and the last frame.
+    each throw) is joined to every later table. A stone that was hit has rows from the contact on;
+    one that nobody touched has two rows, for the first and the last frame.
 
     If tracking many films is interrupted, repeat the command: films that were tracked before are
     not tracked again.
@@ -137,11 +137,14 @@ def track(
     for film in films:
         if is_stream(film):
             raise InputError("is a camera or a stream; `curling live` follows it", source=film)
-    paths = films_in(films)
+    within = [films_in([film]) for film in films]
+    paths = [path for some in within for path in some]
     if overlay is not None and len(paths) > 1:
         raise InputError("an overlay is drawn for one film at a time", source="--overlay")
     cv2.setNumThreads(1)
     scenes = [load_scene(path, camera) for path in scene]
+    if len(scenes) == len(films):
+        scenes = [one for one, some in zip(scenes, within, strict=True) for _ in some]
     function = choose_tracker(tracker, refine=refine, flow=flow, slow=slow)
     checkpoints = Checkpoints(output)
     tracked: list[TrackedFilm] = []

@@ -68,8 +68,8 @@ def cut(film: Film, scene: Scene, *, progress: Progress = no_progress) -> list[P
         return [Piece.whole(film)]
     if not throws:
         raise InputError(
-            f"no throw found in {minutes(film.duration)} of film: nothing slides along the ice as a "
-            "stone does",
+            f"no throw found in {minutes(film.duration)} of film: nothing slides along the ice as "
+            "a stone does",
             source=film.path,
         )
     pieces: list[Piece] = []

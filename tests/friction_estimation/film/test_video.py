@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError, OutputError
-from friction_estimation.film.video import Film, film_writer
+from friction_estimation.film.video import Film, film_writer, films_in
 
 
 def film_of(path, grey_levels, fps=25.0):
@@ -199,3 +199,16 @@ def test_slow_motion_that_the_camera_noted_is_played_at_the_speed_of_life(tmp_pa
     assert [t for t, _ in film.pick([10])] == pytest.approx([0.1], abs=1e-6)
     assert Film.open(path, slow=1.0).fps == 25.0
     assert Film.open(path, slow=2.0).part(0.2, 0.4).frame_count == 11
+
+
+def test_films_of_a_folder_come_in_the_order_of_their_numbers(tmp_path):
+    evening = tmp_path / "evening"
+    evening.mkdir()
+    for name in ("throw 10.MP4", "throw 9.mov", "notes.txt", "throw 9.scene.json"):
+        (evening / name).touch()
+    first = tmp_path / "first.mp4"
+    found = films_in([first, str(evening)])
+    assert found == [first, evening / "throw 9.mov", evening / "throw 10.MP4"]
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match=r"empty: a folder without films \(\.mp4, "):
+        films_in([tmp_path / "empty"])
