@@ -313,3 +313,13 @@ def skill_named(name: str | Skill) -> Skill:
     if name not in SKILLS:
         raise InputError(f"no skill is named {name!r}; there are {', '.join(SKILLS)}")
     return SKILLS[name]
+
+
+def handles(spin: float) -> tuple[str, str]:
+    """The handle for a right-hander and for a left-hander.
+
+    A right-hander's in-turn is clockwise, a left-hander's counter-clockwise.
+    """
+    if spin == 0:
+        return "no turn", "no turn"
+    return ("out-turn", "in-turn") if spin > 0 else ("in-turn", "out-turn")

@@ -7,7 +7,14 @@ from typing import Annotated, Any
 
 import typer
 
-from curling_env.commands.cli import IceOption, OutputDirectory, print_json, progress_bar, say
+from curling_env.commands.cli import (
+    IceOption,
+    JsonOption,
+    OutputDirectory,
+    conclude,
+    progress_bar,
+    say,
+)
 from curling_env.errors import InputError
 
 
@@ -51,6 +58,7 @@ def train(
         int | None,
         typer.Option(min=0, help="Seed of all randomness; by default as configured."),
     ] = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Train an agent to draw.
 
@@ -131,11 +139,11 @@ def train(
         f"{name} {100 * result[who]['mean_miss_with_error_m']:.0f} cm"
         for name, who in (("agent", "agent"), ("planner", "planner"), ("best possible", "best"))
     )
-    say(
+    words = (
         f"mean miss with skill {settings.skill}, {result['draws']} draws: {misses}; agent over "
         f"best {over['ratio']:.2f} ({over['low']:.2f}-{over['high']:.2f})"
     )
-    print_json(result)
+    conclude(result, words, as_json=as_json)
 
 
 def _rllib_workers(text: str) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 from curling_env.ice import Ice
 from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import HOG_LINE_Y, HOUSE_RADIUS, TEE_Y, Direction, to_delivery
-from curling_env.throw import Throw
+from curling_env.throw import Throw, handles
 from curling_env.typing import Floats
 
 
@@ -42,16 +42,6 @@ class Description:
             key: round(value, 3) if isinstance(value, float) else value
             for key, value in asdict(self).items()
         }
-
-
-def handles(spin: float) -> tuple[str, str]:
-    """The handle for a right-hander and for a left-hander.
-
-    A right-hander's in-turn is clockwise, a left-hander's counter-clockwise.
-    """
-    if spin == 0:
-        return "no turn", "no turn"
-    return ("out-turn", "in-turn") if spin > 0 else ("in-turn", "out-turn")
 
 
 def describe(ice: Ice, throw: Throw, target: Floats, direction: Direction) -> Description:

@@ -24,6 +24,7 @@ from curling_env.errors import CurlingError
 from curling_env.infrastructure.provenance import typed
 from curling_env.infrastructure.storage import format_json
 from curling_env.typing import Progress
+from curling_env.units import Units
 
 if TYPE_CHECKING:
     from curling_env.ice import Ice
@@ -57,8 +58,10 @@ HELP = """From film to throw: measure the friction of curling ice, simulate ston
 
 \b
 A first look:       curling demo
-Film to ice:        curling track FILM.mp4 --scene SCENE.json -o tracks.csv
-                    curling estimate tracks.csv -o ice.json
+Film to throws:     curling corners FILM.mp4 -o SCENE.json
+                    curling track FILM.mp4 --scene SCENE.json -o tracks.csv
+                    curling throws tracks.csv
+Throws to ice:      curling estimate tracks.csv -o ice.json
 Ice to throw:       curling plan --ice ice.json --target 0,17.37
                     curling throw --ice ice.json --speed 2.1 --angle 0 --spin 1.5
 
@@ -86,8 +89,38 @@ OutputDirectory = Annotated[
 ]
 
 
+JsonOption = Annotated[
+    bool,
+    typer.Option("--json", help="Print the result as JSON, as it is where stdout is no terminal."),
+]
+UnitsOption = Annotated[
+    Units, typer.Option("--units", help="What lengths are told in where people read them.")
+]
+
+
+def conclude(document: Any, *sentences: str, as_json: bool = False) -> None:
+    """Print the result of a command: its sentences on a terminal, and JSON for programs.
+
+    Where stdout is no terminal it gets the JSON, and the sentences go to stderr.
+
+    Parameters
+    ----------
+    document : the result as plain numbers, lists and dictionaries
+    sentences : what a person wants to know of it, in one sentence or two
+    as_json : whether the JSON is wanted on a terminal too, and no sentence
+    """
+    if sys.stdout.isatty() and not as_json:
+        for sentence in sentences:
+            print(sentence)
+        return
+    if not as_json:
+        for sentence in sentences:
+            say(sentence)
+    print_json(document)
+
+
 def print_json(document: Any) -> None:
-    """Print a result as JSON on stdout."""
+    """Print JSON on stdout."""
     print(format_json(document))
 
 
@@ -174,6 +207,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except CurlingError as error:
         return _complain(str(error))
     except (KeyboardInterrupt, typer.Abort):
+        if sys.stderr.isatty():  # a person pressed Ctrl-C, and a program asked for it
+            print("curling: stopped; no half-written file is left behind", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:
         _mute_stdout()

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import IceOption, OutputFile, progress_bar
+from curling_env.commands.cli import IceOption, OutputFile, progress_bar, say
 
 
 def simulate(
@@ -58,3 +58,4 @@ def simulate(
         except InputError as error:
             raise InputError(error.problem, source=releases, where=error.where) from error
         write_tracks(draft, tracks)
+    say(f"{len(tracks)} throws: {output}")

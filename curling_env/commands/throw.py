@@ -4,11 +4,22 @@ from __future__ import annotations
 
 import sys
 from enum import StrEnum
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from curling_env.commands.cli import IceOption, print_json, say, say_what_is_unknown
+from curling_env.commands.cli import (
+    IceOption,
+    JsonOption,
+    UnitsOption,
+    print_json,
+    say_what_is_unknown,
+)
+from curling_env.units import Units, short_length, side
+
+if TYPE_CHECKING:
+    from curling_env.physics.shot_times import Shot
+    from curling_env.sheet import Direction
 
 
 class PlayedEnd(StrEnum):
@@ -35,10 +46,13 @@ def throw(
     direction: Annotated[
         PlayedEnd, typer.Option(help="The end that is played to.")
     ] = PlayedEnd.AWAY,
+    units: UnitsOption = Units.METRES,
+    as_json: JsonOption = False,
 ) -> None:
-    """Throw one stone on an empty sheet and print where it comes to rest.
+    """Throw one stone on an empty sheet and say where it comes to rest.
 
-    The stone is released with its centre on the hog line. The result is JSON:
+    The stone is released with its centre on the hog line. For programs (--json, or where stdout is
+    no terminal) the result is JSON:
 
     \b
         x, y         where it ended [m]; origin mid-sheet, y towards the away end
@@ -70,16 +84,38 @@ def throw(
 
     end = Direction.AWAY if direction is PlayedEnd.AWAY else Direction.HOME
     known, thrown = load_ice(ice), Throw(speed=speed, angle=angle, spin=spin, x=x)
-    document: dict[str, object] = {**shoot(known, thrown, end).as_dict()}
+    shot = shoot(known, thrown, end)
+    document: dict[str, object] = {**shot.as_dict()}
     spread = None
     if is_uncertain(known):
         spread = rest_spread(known, thrown.release(end))
         across, along = spread or (None, None)
         document |= {"rest_sigma_x_m": across, "rest_sigma_y_m": along}
     say_what_is_unknown(known)
-    print_json(document)
-    if spread is not None and sys.stdout.isatty():
-        say(
-            f"what is not known of the ice moves its rest by {100 * spread[1]:.0f} cm along the "
-            f"sheet and {100 * spread[0]:.0f} cm across (one standard deviation)"
+    sentences = [_in_words(shot, end, units)]
+    if spread is not None:
+        along, across = (short_length(sigma, units) for sigma in reversed(spread))
+        sentences.append(
+            f"what is not known of the ice moves its rest by {along} along the sheet and {across} "
+            "across (one standard deviation)"
         )
+    if sys.stdout.isatty() and not as_json:
+        print("\n".join(sentences))
+    else:  # programs call it often, and want nothing else
+        print_json(document)
+
+
+def _in_words(shot: Shot, end: Direction, units: Units) -> str:
+    """How the throw went, in a sentence."""
+    from curling_env.sheet import TEE_Y
+
+    weight = "" if shot.hog_to_hog is None else f"{shot.hog_to_hog:.1f} s hog to hog; "
+    if shot.status == "out_side":
+        return f"{weight}it touches the side line"
+    if shot.status == "out_back":
+        return f"{weight}it runs through the house"
+    along = side(end * shot.y - TEE_Y, units, right="past")
+    across = side(end * shot.x, units).replace("on the line", "on the centre line")
+    tee = "" if "tee" in along else " the tee" if " past" in along else " of the tee"
+    hogged = "hogged, it stops" if shot.status == "hogged" else "it comes to rest"
+    return f"{weight}{hogged} {along}{tee}, {across}"

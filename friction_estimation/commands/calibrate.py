@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import OutputFile, print_json, progress_bar, say
+from curling_env.commands.cli import JsonOption, OutputFile, conclude, progress_bar, say
 from curling_env.errors import InputError
 
 
@@ -44,6 +44,7 @@ def calibrate(
         str, typer.Option(help="Dictionary of the ChArUco markers, by its name in OpenCV.")
     ] = "4X4_250",
     output: OutputFile = Path("camera.json"),
+    as_json: JsonOption = False,
 ) -> None:
     """Measure the lens of a camera from pictures of a chessboard or ChArUco board.
 
@@ -82,12 +83,12 @@ def calibrate(
     lens = found.lens
     for name in found.unused:
         say(f"{name}: no board found")
-    say(
+    words = (
         f"board found in {len(found.used)} of {len(images)} pictures; focal length "
         f"{lens.focal_px:.1f} ± {found.focal_sigma_px:.1f} px, corners met to "
         f"{found.rms_px:.2f} px"
     )
-    print_json(
+    conclude(
         {
             "camera": str(output),
             "focal_px": [lens.matrix[0, 0], lens.matrix[1, 1]],
@@ -96,5 +97,7 @@ def calibrate(
             "reprojection_px": found.rms_px,
             "used": list(found.used),
             "unused": list(found.unused),
-        }
+        },
+        words,
+        as_json=as_json,
     )

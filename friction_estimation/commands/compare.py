@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from curling_env.commands.cli import IceOption, print_json, say, say_what_is_unknown
+from curling_env.commands.cli import (
+    IceOption,
+    JsonOption,
+    UnitsOption,
+    conclude,
+    say,
+    say_what_is_unknown,
+)
 from curling_env.errors import InputError
+from curling_env.units import Units, length
+
+NOT_YOUR_ICE = 5.0
+"""Mean error of the places of rest beyond which an ice is another one [m]."""
 
 
 def compare(
@@ -21,6 +32,8 @@ def compare(
     window: Annotated[
         float, typer.Option(help="Seconds of each throw to which its release is fitted.", min=0.3)
     ] = 2.5,
+    units: UnitsOption = Units.METRES,
+    as_json: JsonOption = False,
 ) -> None:
     """Throw every measured throw again on an ice, and compare prediction and measurement.
 
@@ -69,4 +82,21 @@ def compare(
     say_what_is_unknown(known)
     summary = comparison.summary()
     summary["each"] = [{**each, **noted.get(each["throw"], {})} for each in summary["each"]]
-    print_json(summary)
+    conclude(summary, _in_words(summary, units), as_json=as_json)
+
+
+def _in_words(found: dict[str, Any], units: Units) -> str:
+    """How well the ice predicts, in a sentence."""
+    error, path = found["rest_error_m"], found["path_rms_m"]
+    count = "one throw" if found["throws"] == 1 else f"{found['throws']} throws"
+    if error is None:
+        if path is None:
+            return f"{count}: too little is seen beyond the release to compare"
+        return f"{count}: the predicted paths are {length(path, units)} off (root mean square)"
+    words = f"{count}: stones came to rest {length(error, units)} from where this ice says"
+    mean = found["too_long_mean_m"]
+    if mean is not None and abs(mean) > 0.5 * error:
+        words += f", {length(mean, units)} {'short of' if mean > 0 else 'past'} it on average"
+    if error > NOT_YOUR_ICE:
+        words += ": this is not the ice that these stones ran on"
+    return words

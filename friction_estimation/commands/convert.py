@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import OutputFile, print_json, say
+from curling_env.commands.cli import JsonOption, OutputFile, conclude, say
 from curling_env.errors import InputError
 from friction_estimation.tracks.importers import Along
 
@@ -49,6 +49,7 @@ def convert(
             help="The other program's axis that points from the home end to the away end."
         ),
     ] = Along.x,
+    as_json: JsonOption = False,
 ) -> None:
     """Read what other programs tracked, or write tables that other programs read.
 
@@ -77,7 +78,8 @@ def convert(
     if table.suffix.lower() == ".json":
         ice = load_ice(table)
         write_cells(output, ice)
-        print_json({"written": str(output), "rows": ice.friction.mu.size})
+        words = f"{ice.friction.mu.size} cells: {output}"
+        conclude({"written": str(output), "rows": ice.friction.mu.size}, words, as_json=as_json)
         return
     if is_tracks(table):
         tracks = read_tracks(table)
@@ -103,7 +105,12 @@ def convert(
         for i, k in enumerate(series):
             say(f"throw {i}: {k.name}, {len(k.t)} rows")
     write_tracks(output, tracks)
-    print_json({"written": str(output), "throws": len(tracks), "rows": sum(map(len, tracks))})
+    rows = sum(map(len, tracks))
+    conclude(
+        {"written": str(output), "throws": len(tracks), "rows": rows},
+        f"{len(tracks)} throws, {rows} rows: {output}",
+        as_json=as_json,
+    )
 
 
 def _place(text: str) -> tuple[float, float]:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import print_json, progress_bar, say
+from curling_env.commands.cli import JsonOption, conclude, progress_bar
 from curling_env.errors import InputError
 
 
@@ -42,6 +42,7 @@ def design(
         str | None,
         typer.Option(metavar="ICE", help="An ice with the sheet; the paper's sheet by default."),
     ] = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Say how many throws of which kind are needed to measure a friction map.
 
@@ -79,8 +80,7 @@ def design(
         )
     if output is not None:
         write_releases(output, [kind.release for kind in found.kinds])
-    say(found.words)
-    print_json(found.summary())
+    conclude(found.summary(), found.words, as_json=as_json)
 
 
 def _numbers(text: str) -> list[float]:

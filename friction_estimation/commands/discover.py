@@ -8,9 +8,10 @@ from typing import Annotated
 import typer
 
 from curling_env.commands.cli import (
+    JsonOption,
     OutputDirectory,
     SeedOption,
-    print_json,
+    conclude,
     progress_bar,
     say,
 )
@@ -49,6 +50,7 @@ def discover(
         ),
     ] = None,
     seed: SeedOption = 0,
+    as_json: JsonOption = False,
 ) -> None:
     """Find what a model of the ice lacks, name it, add it, and show the gap shrink.
 
@@ -121,4 +123,5 @@ def discover(
     for reason in found.session.left_out:
         say(f"left out: {reason}")
     say(f"{folder}: {', '.join(names)}")
-    print_json({key: report[key] for key in ("verdict", "effects", "gap", "next_throws")})
+    told = {key: report[key] for key in ("verdict", "effects", "gap", "next_throws")}
+    conclude(told, str(report["verdict"]), as_json=as_json)

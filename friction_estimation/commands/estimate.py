@@ -8,8 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from curling_env.commands.cli import SeedOption, print_json, progress_bar, say
+from curling_env.commands.cli import (
+    JsonOption,
+    SeedOption,
+    UnitsOption,
+    conclude,
+    progress_bar,
+    say,
+)
 from curling_env.errors import InputError
+from curling_env.units import Units
 from friction_estimation.commands.track import (
     CameraOption,
     TrackerOption,
@@ -115,6 +123,8 @@ def estimate(
         Path | None,
         typer.Option(metavar="DIR", help="Also write a page, pictures and tables here."),
     ] = None,
+    units: UnitsOption = Units.METRES,
+    as_json: JsonOption = False,
     seed: SeedOption = 0,
 ) -> None:
     """Estimate the ice from measured throws: friction cell by cell, curl, and the rest.
@@ -176,6 +186,7 @@ def estimate(
         information_path,
         save_information,
     )
+    from friction_estimation.reports.estimate_page import headline, write_report
     from friction_estimation.tracks.throw_list import load_tracks
 
     first, stored, throws_before = _earlier_ice(start, prior, update)
@@ -239,10 +250,8 @@ def estimate(
     elif found.information is not None:
         save_information(found.information, information_path(output))
     if report is not None:
-        from friction_estimation.reports.estimate_page import write_report
-
         folder = make_directory(report)
-        names = write_report(found, folder, stills, provenance=origin)
+        names = write_report(found, folder, stills, provenance=origin, units=units)
         say(f"{folder}: {', '.join(names)}")
     search = found.bias_search
     if search is not None and (search.outcome == "found" or camera_bias == CameraBiasOption.on):
@@ -251,7 +260,7 @@ def estimate(
         say(f"left out: {reason}")
     if checkpoints is not None:
         checkpoints.delete()
-    print_json(found.summary())
+    conclude(found.summary(), headline(found), as_json=as_json)
 
 
 def _earlier_ice(

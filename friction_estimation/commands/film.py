@@ -10,9 +10,10 @@ import typer
 
 from curling_env.commands.cli import (
     IceOption,
+    JsonOption,
     OutputDirectory,
     SeedOption,
-    print_json,
+    conclude,
     progress_bar,
 )
 from curling_env.errors import InputError
@@ -39,6 +40,7 @@ def film(
         bool, typer.Option(help="A thrower, sweepers and walkers in the picture, or nobody.")
     ] = True,
     seed: SeedOption = 0,
+    as_json: JsonOption = False,
 ) -> None:
     """Render films of throws on known ice, as a camera before the sheet would see them.
 
@@ -93,14 +95,16 @@ def film(
             progress=progress,
         )
     save_ice(known, folder / f"{spec.name}.ice.json")
-    print_json(
+    conclude(
         {
             "films": [str(path) for path in films],
             "truth": [str(path.with_suffix(".truth.csv")) for path in films],
             "scene": str(folder / f"{spec.name}.scene.json"),
             "camera_truth": str(folder / f"{spec.name}.truth.json"),
             "ice": str(folder / f"{spec.name}.ice.json"),
-        }
+        },
+        f"{len(films)} film{'s' * (len(films) != 1)} with scene and true paths: {folder}",
+        as_json=as_json,
     )
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from curling_env.commands.cli import OutputFile, print_json, progress_bar, say
+from curling_env.commands.cli import JsonOption, OutputFile, conclude, progress_bar, say
 from curling_env.errors import InputError
 from friction_estimation.commands.track import (
     CameraOption,
@@ -38,6 +38,7 @@ def join_cameras(
     camera: CameraOption = None,
     refine: RefineOption = True,
     tracker: TrackerOption = "built-in",
+    as_json: JsonOption = False,
 ) -> None:
     """Join films of one throw, by cameras that see a part of the sheet each, to one track.
 
@@ -94,4 +95,6 @@ def join_cameras(
         )
     write_tracks(output, [joined.whole if bridge else joined.trajectory])
     checkpoints.delete()
-    print_json(result)
+    seen = joined.whole if bridge else joined.trajectory
+    words = f"one throw by {len(tracked)} cameras, {len(seen)} rows: {output}"
+    conclude(result, words, as_json=as_json)

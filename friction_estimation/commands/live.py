@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from curling_env.commands.cli import OutputFile, print_json, say
+from curling_env.commands.cli import JsonOption, OutputFile, conclude, say
 from curling_env.errors import InputError
 from friction_estimation.commands.track import CameraOption, TrackerOption
 
@@ -40,6 +40,7 @@ def live(
     ] = None,
     camera: CameraOption = None,
     tracker: TrackerOption = "built-in",
+    as_json: JsonOption = False,
 ) -> None:
     """Track throws from a camera or a stream while they are played.
 
@@ -99,12 +100,13 @@ def live(
             thrown.append(news.tracks[0])
             write_tracks(output, tracks)
             say(f"{name}: {_describe(news.tracks)}")
-    say(f"{source} is no longer watched; {len(thrown)} throws")
-    print_json(
+    conclude(
         [
             {"throw": k.throw, "clock": k.clock, "tracked": len(k), "to_s": float(k.t[-1])}
             for k in thrown
-        ]
+        ],
+        f"{source} is no longer watched; {len(thrown)} throws",
+        as_json=as_json,
     )
 
 

@@ -8,8 +8,9 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import OutputFile, print_json, say
+from curling_env.commands.cli import JsonOption, OutputFile, UnitsOption, conclude
 from curling_env.errors import InputError
+from curling_env.units import Units, length
 
 UNSURE_HEIGHT = 0.05
 """A height whose standard error is a larger share than this is mentioned as uncertain."""
@@ -38,6 +39,8 @@ def locate(
         typer.Option(metavar="P.png", help="Draw the rings and lines found into the photo."),
     ] = None,
     output: OutputFile = Path("scene.json"),
+    units: UnitsOption = Units.METRES,
+    as_json: JsonOption = False,
 ) -> None:
     """Locate a camera that sees one house and its hog line, from one photo of the empty ice.
 
@@ -88,13 +91,16 @@ def locate(
     lens = found.camera.lens
     x, y, z = found.camera.position.tolist()
     spread = found.refined.log_focal_sigma
-    say(
+    words = [
         f"{found.refined.measured} places on rings and lines agree to "
-        f"{found.refined.rms_px:.2f} px; the camera hangs {z:.1f} m above ({x:.1f}, {y:.1f}) m"
-    )
+        f"{found.refined.rms_px:.2f} px; the camera hangs {length(z, units)} above "
+        f"({x:.1f}, {y:.1f}) m"
+    ]
     if spread > UNSURE_HEIGHT and height is None:
-        say(f"its height is uncertain by {100 * spread:.0f} %: measure it and give --height")
-    print_json(
+        words.append(
+            f"its height is uncertain by {100 * spread:.0f} %: measure it and give --height"
+        )
+    conclude(
         {
             "scene": str(output),
             "picture": None if picture is None else str(picture),
@@ -104,7 +110,9 @@ def locate(
             "focal_px": [lens.matrix[0, 0], lens.matrix[1, 1]],
             "principal_point_px": lens.matrix[:2, 2].tolist(),
             "distortion": lens.distortion.tolist(),
-        }
+        },
+        *words,
+        as_json=as_json,
     )
 
 

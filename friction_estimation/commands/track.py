@@ -9,8 +9,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from curling_env.commands.cli import OutputFile, print_json, progress_bar, say
+from curling_env.commands.cli import (
+    JsonOption,
+    OutputFile,
+    UnitsOption,
+    conclude,
+    progress_bar,
+    say,
+)
 from curling_env.errors import InputError
+from curling_env.units import Units
 
 if TYPE_CHECKING:
     from friction_estimation.tracking import FilmTrack, TrackedFilm, Tracker
@@ -86,6 +94,8 @@ def track(
     ] = FlowChoice.pyramidal,
     slow: SlowOption = None,
     tracker: TrackerOption = "built-in",
+    units: UnitsOption = Units.METRES,
+    as_json: JsonOption = False,
 ) -> None:
     """Follow the thrown stone through films: from video to positions in metres.
 
@@ -166,11 +176,13 @@ def track(
                         "this tracker returns tracks alone, which do not suffice for an overlay",
                         source="--overlay",
                     )
-                write_overlay(one.shown or one.film, scenes[0], one.found, overlay, progress=bar)
+                write_overlay(
+                    one.shown or one.film, scenes[0], one.found, overlay, units=units, progress=bar
+                )
     write_tracks(output, [track for one in tracked for track in one.tracks])
     checkpoints.delete()
     noted = throws_beside(output)
-    print_json(
+    conclude(
         [
             {
                 "film": str(one.film),
@@ -179,7 +191,10 @@ def track(
                 **noted.get(one.thrown.throw, ThrowNote()).row,
             }
             for one in tracked
-        ]
+        ],
+        f"{len(tracked)} throw{'s' * (len(tracked) != 1)}: {output}; `curling throws {output}` "
+        "shows what they were",
+        as_json=as_json,
     )
 
 

@@ -25,7 +25,7 @@ from curling_env.typing import Floats, Image
 FEATURES = 160
 FEATURE_QUALITY = 0.02
 FEATURE_DISTANCE_PX = 16
-MIN_FIRST_CORNERS = 30
+MIN_FIRST_CORNERS = 20
 """Fewer corners in the first frame cannot tell the camera's motion from that of people."""
 MIN_MOTION_CORNERS = 6
 """Fewer corners that move together are no motion of the camera."""

@@ -1,4 +1,4 @@
-"""Films in and out: frames with their own times, and films written whole or not at all."""
+"""Films in: frames with their own times."""
 
 # OpenCV's stubs widen the element type of every array that they return.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportReturnType=false
@@ -8,19 +8,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 
 import av
-import cv2
 import numpy as np
 from av.packet import Packet
 from av.video.stream import VideoStream
 
-from curling_env.errors import InputError, OutputError
-from curling_env.infrastructure.storage import atomic_path, read_table
+from curling_env.errors import InputError
+from curling_env.infrastructure.storage import read_table
 from curling_env.typing import Image
 from friction_estimation.film.decoding import (
     decoded,
@@ -338,45 +336,3 @@ def is_stream(source: str) -> bool:
     return (
         source.isdecimal() or re.match(r"[a-z][a-z0-9+.-]*://", source, re.IGNORECASE) is not None
     )
-
-
-class FilmWriter:
-    """Writes BGR frames of one size to a film; see `film_writer`."""
-
-    def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:
-        codec = "MJPG" if path.suffix.lower() == ".avi" else "mp4v"
-        self._size = size
-        self._writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*codec), fps, size)
-        if not self._writer.isOpened():
-            raise OutputError(f"{path}: cannot be written as a film; name it .mp4 or .avi")
-
-    def write(self, frame: Image) -> None:
-        """Append one frame, (height, width, 3) BGR."""
-        if (frame.shape[1], frame.shape[0]) != self._size:
-            raise ValueError(f"expected frames of {self._size} px, got {frame.shape}")
-        self._writer.write(frame)
-
-    def close(self) -> None:
-        self._writer.release()
-
-
-@contextmanager
-def film_writer(path: str | Path, size: tuple[int, int], fps: float) -> Iterator[FilmWriter]:
-    """A film being written, which appears under its name only when it is complete.
-
-    Parameters
-    ----------
-    path : ending in .mp4 or .avi
-    size : width and height of every frame [px]
-    fps : frames per second
-
-    Raises
-    ------
-    OutputError : not writable, or a suffix that OpenCV cannot write
-    """
-    with atomic_path(path) as draft:
-        writer = FilmWriter(draft, size, fps)
-        try:
-            yield writer
-        finally:
-            writer.close()

@@ -14,6 +14,9 @@ from curling_env.physics.one_stone.tuning import FINE_TOLERANCE
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.throw import Throw
 
+DRAW_TURNS = 3.0
+"""Turns of a usual draw on its way."""
+
 
 class DrawWeight(NamedTuple):
     """A draw to the tee.
@@ -71,3 +74,27 @@ def worth_of_a_per_cent(ice: Ice, mu: float) -> tuple[float, float] | None:
     even = replace(ice, friction=FrictionMap.uniform(0.99 * mu, ice.sheet))
     rest = slide(even, Throw(speed=usual.speed).release(), bounds=NO_BOUNDS)
     return rest.y - TEE_Y, keener.hog_to_hog - usual.hog_to_hog
+
+
+def curl_of_a_draw(ice: Ice, mu: float) -> float | None:
+    """How far a draw to the tee with a usual turn comes to rest beside its line of delivery [m].
+
+    Parameters
+    ----------
+    ice : sheet, stone and effects
+    mu : friction of the even ice
+
+    Returns
+    -------
+    None on ice that does not curl, or where no draw comes to rest at the tee
+    """
+    usual = draw_weight(ice, mu) if ice.effect("curl") else None
+    if usual is None:
+        return None
+    even = replace(ice, friction=FrictionMap.uniform(mu, ice.sheet))
+    spin = 2 * np.pi * DRAW_TURNS / usual.seconds
+    across = [
+        slide(even, Throw(speed=usual.speed, spin=sign * spin).release(), bounds=NO_BOUNDS).x
+        for sign in (1, -1)
+    ]
+    return abs(across[1] - across[0]) / 2

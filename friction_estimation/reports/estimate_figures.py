@@ -24,25 +24,28 @@ from curling_env.render.figures import (
     show_lengthwise,
 )
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
+from curling_env.units import Units, length
+from curling_env.units import speed as speed_in
 from friction_estimation.inversion import Estimate, estimate_friction
 from friction_estimation.inversion.throw.camera_bias import CameraBias
 from friction_estimation.reports.draw_weight import draw_weight
 from friction_estimation.tracks.smoothing import smooth_motion
 
 
-def write_pictures(found: Estimate, folder: Path) -> list[str]:
+def write_pictures(found: Estimate, folder: Path, units: Units = Units.METRES) -> list[str]:
     """All figures of an estimate.
 
     Parameters
     ----------
     found : the estimate
     folder : existing folder to write to
+    units : what lengths and speeds of a draw are told in
 
     Returns
     -------
     names of the files written
     """
-    save_map(found, folder / "map.png")
+    save_map(found, folder / "map.png", units)
     save_motion(found, folder / "motion.png")
     names = ["map.png", "motion.png"]
     if found.leftovers:
@@ -57,7 +60,7 @@ def write_pictures(found: Estimate, folder: Path) -> list[str]:
     return names
 
 
-def save_map(found: Estimate, path: Path) -> None:
+def save_map(found: Estimate, path: Path, units: Units = Units.METRES) -> None:
     """The friction map as a curler reads it, its uncertainty, and the measured paths."""
     sheet, friction = found.ice.sheet, found.ice.friction
     figure = new_figure(13, 4.5)
@@ -106,15 +109,15 @@ def save_map(found: Estimate, path: Path) -> None:
         fontsize=13,
         color=INK,
     )
-    top.set_title(_caption(found), fontsize=9.5, color="#55606b", loc="left")
+    top.set_title(_caption(found, units), fontsize=9.5, color="#55606b", loc="left")
     note = "standard error and the paths that were measured; pale above: no stone crossed"
     if found.hyperparameters is not None:
-        note += f"; details below {found.resolution:.1f} m are not resolved"
+        note += f"; details below {length(found.resolution, units)} are not resolved"
     bottom.set_title(note, fontsize=9.5, color="#55606b", loc="left")
     save_figure(figure, path)
 
 
-def _caption(found: Estimate) -> str:
+def _caption(found: Estimate, units: Units) -> str:
     """The level of the ice in a curler's numbers, and how far the keenest and heaviest places
     differ.
     """
@@ -123,15 +126,15 @@ def _caption(found: Estimate) -> str:
     if draw is not None:
         speed, seconds, hog_to_hog = draw
         words = (
-            f"a draw to the tee: {speed:.2f} m/s at the hog line, {seconds:.1f} s from hog line to "
-            f"rest, {hog_to_hog:.1f} s from hog line to hog line"
+            f"a draw to the tee: {speed_in(speed, units)} at the hog line, {seconds:.1f} s from "
+            f"hog line to rest, {hog_to_hog:.1f} s from hog line to hog line"
         )
     friction = found.ice.friction
     if not found.uniform and friction.observed.any():
         mu = friction.mu[friction.observed]
         words += (
-            f";  keenest {per_cent(mu.min() / found.mu - 1)}, "
-            f"heaviest {per_cent(mu.max() / found.mu - 1)} where stones ran"
+            f";  keenest cell that a stone crossed {per_cent(mu.min() / found.mu - 1)}, "
+            f"heaviest {per_cent(mu.max() / found.mu - 1)}"
         )
     return words.lstrip("; ")
 

@@ -14,10 +14,19 @@ from numpy.typing import ArrayLike, NDArray
 from curling_env.ice import write_cells
 from curling_env.infrastructure.storage import write_json, write_table
 from curling_env.physics.effects import catalogue
+from curling_env.units import Units, length, short_length
+from curling_env.units import speed as speed_in
 from friction_estimation.inversion import Estimate
-from friction_estimation.reports.draw_weight import draw_weight, worth_of_a_per_cent
+from friction_estimation.reports.draw_weight import (
+    DRAW_TURNS,
+    curl_of_a_draw,
+    draw_weight,
+    worth_of_a_per_cent,
+)
 from friction_estimation.reports.estimate_figures import paper_estimate, per_cent, write_pictures
 from friction_estimation.reports.html import facts, picture, table, write_page
+from friction_estimation.reports.throws_section import Labels, throws_section, write_measures
+from friction_estimation.tracks.throw_table import throw_table
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,6 +79,8 @@ def write_report(
     *,
     reload: float | None = None,
     provenance: Mapping[str, Any] | None = None,
+    units: Units = Units.METRES,
+    labels: Labels | None = None,
 ) -> list[str]:
     """All figures and tables of an estimate, and the page that shows them, `report.html`.
 
@@ -81,18 +92,23 @@ def write_report(
     reload : time after which the browser loads the page again, while more is measured [s]; None for
         a page that stays as it is
     provenance : where the estimate comes from, where that is known
+    units : what the page tells lengths in; tables and JSON are in metres
+    labels : what people wrote down of the throws
 
     Returns
     -------
     names of the files written
     """
-    pictures = write_pictures(found, folder)
+    pictures = write_pictures(found, folder, units)
     write_cells(folder / "cells.csv", found.ice)
     write_table(folder / "rows.csv", row_table(found))
     origin = {"provenance": dict(provenance)} if provenance else {}
     write_json(folder / "estimate.json", {**found.summary(), **origin})
-    _write_page(found, folder, pictures, stills, reload, provenance)
-    return ["report.html", *pictures, "cells.csv", "rows.csv", "estimate.json"]
+    measured = throw_table([part.track for part in found.slides])
+    write_measures(folder / "throw_table.csv", measured, labels)
+    throws = throws_section(measured, units, labels) if measured else ""
+    _write_page(found, folder, pictures, stills, throws, units, reload, provenance)
+    return ["report.html", "throw_table.csv", *pictures, "cells.csv", "rows.csv", "estimate.json"]
 
 
 def _write_page(
@@ -100,12 +116,16 @@ def _write_page(
     folder: Path,
     pictures: Sequence[str],
     stills: Sequence[Still],
+    throws: str,
+    units: Units,
     reload: float | None,
     provenance: Mapping[str, Any] | None,
 ) -> None:
-    sections = [f"<h1>{escape(headline(found))}</h1>{facts(_facts(found))}{_remarks(found)}"]
+    sections = [f"<h1>{escape(headline(found))}</h1>{facts(_facts(found, units))}{_remarks(found)}"]
     if "map.png" in pictures and not found.uniform:
         sections.append(_picture_section(folder, "map.png"))
+    if throws:
+        sections.append(throws)
     if found.ice.effects:
         sections.append(f"<h2>What else acts on the stones</h2>{_effects(found)}")
     if stills:
@@ -125,7 +145,7 @@ def _write_page(
     sections += [_picture_section(folder, name) for name in pictures if name != "map.png"]
     if found.method == "trajectory":
         sections.append(f"<h2>The paper's method beside it</h2>{_beside(found)}")
-    sections.append(f"<h2>The throws</h2>{_throws(found)}")
+    sections.append(f"<h2>How each throw was fitted</h2>{_throws(found)}")
     write_page(
         folder / "report.html",
         "Friction of the ice",
@@ -175,12 +195,12 @@ def headline(found: Estimate) -> str:
     mu = found.ice.friction.mu[seen]
     low, high = np.percentile(mu, [2, 98])
     return (
-        f"This ice is {speed}: μ = {found.mu:.5f}, from {per_cent(low / found.mu - 1)} to "
-        f"{per_cent(high / found.mu - 1)} where stones ran."
+        f"This ice is {speed}: μ = {found.mu:.5f}, and {per_cent(low / found.mu - 1)} to "
+        f"{per_cent(high / found.mu - 1)} of that in 96 % of the cells that stones crossed."
     )
 
 
-def _facts(found: Estimate) -> list[tuple[str, str]]:
+def _facts(found: Estimate, units: Units) -> list[tuple[str, str]]:
     low, high = found.interval
     pairs = [(f"{found.mu:.5f}", f"friction μ, known to ± {50 * (high - low) / found.mu:.2g} %")]
     draw = draw_weight(found.ice, found.mu) if found.mu > 0 else None
@@ -189,17 +209,20 @@ def _facts(found: Estimate) -> list[tuple[str, str]]:
         pairs += [
             (f"{hog_to_hog:.1f} s", "hog line to hog line, draw to the tee"),
             (f"{seconds:.1f} s", "hog line to rest at the tee"),
-            (f"{speed:.2f} m/s", "draw weight at the hog line"),
+            (speed_in(speed, units), "draw weight at the hog line"),
         ]
+        curl = curl_of_a_draw(found.ice, found.mu)
+        if curl is not None:
+            pairs.append((length(curl, units), f"curl of a draw that turns {DRAW_TURNS:g} times"))
         worth = worth_of_a_per_cent(found.ice, found.mu)
         if worth is not None:
             pairs += [
-                (f"{worth[0]:.2f} m", "further for a draw where it is 1 % keener"),
-                (f"{worth[1]:.2f} s", "longer split of a draw on ice 1 % keener"),
+                (short_length(worth[0], units), "further for a draw where it is 1 % keener"),
+                (f"{worth[1]:.2f} s", "longer from hog to hog for a draw on ice 1 % keener"),
             ]
     pairs.append((str(len(found.slides)), "throws measured"))
     if found.hyperparameters is not None:
-        pairs.append((f"{found.resolution:.1f} m", "finest detail that is resolved"))
+        pairs.append((length(found.resolution, units), "finest detail that is resolved"))
     if found.noise is not None:
         pairs.append((f"{1000 * found.noise.total:.1f} mm", "noise of a measured position"))
     search = found.bias_search

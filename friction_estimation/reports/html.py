@@ -17,7 +17,7 @@ from curling_env.infrastructure.storage import write_text
 
 STYLE = """
 body{font:16px/1.5 system-ui,sans-serif;color:#22313f;background:#eef3f7;margin:0}
-main{max-width:64rem;margin:0 auto;padding:1.5rem}
+main{max-width:74rem;margin:0 auto;padding:1.5rem}
 section{overflow-x:auto;background:#fff;border-radius:10px;padding:1.1rem 1.4rem;margin:1rem 0;
 box-shadow:0 1px 3px #0002}
 h1{font-size:1.55rem;line-height:1.3;margin:.4rem 0}
@@ -36,6 +36,13 @@ margin:1rem 0 0}
 .facts div{border-left:3px solid #7fa8cf;padding-left:.7rem}
 .facts b{display:block;font-size:1.35rem;font-variant-numeric:tabular-nums}
 footer{overflow-wrap:anywhere}
+.throws{font-size:.86rem}
+.throws td,.throws th{padding:.3rem .45rem;vertical-align:top}
+.throws .k,.throws .n{white-space:nowrap}
+.throws th{white-space:nowrap}
+.throws small{color:#66727f}
+@media print{body,section{background:#fff;box-shadow:none}section{break-inside:avoid;
+padding:.4rem 0}.throws{font-size:8pt}main{max-width:none;padding:0}}
 .tag{background:#e3edf6;border-radius:5px;padding:.1rem .5rem;font-size:.9rem}
 """
 
@@ -105,23 +112,31 @@ def picture(content: bytes | Figure, alt: str, *, kind: str = "png", caption: st
     return f"<figure>{image}{below}</figure>"
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]], numeric: Collection[int] = ()) -> str:
+def table(
+    head: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    numeric: Collection[int] = (),
+    *,
+    kept: Collection[int] = (),
+    kind: str = "",
+) -> str:
     """A table as HTML.
 
     Parameters
     ----------
     head, rows : HTML of the cells
     numeric : numbers of the columns that are aligned to the right
+    kept : numbers of the columns whose cells stay on one line
+    kind : class of the table in the style of the pages
     """
+    kinds = {**dict.fromkeys(kept, " class=k"), **dict.fromkeys(numeric, " class=n")}
 
     def cells(row: Sequence[str], tag: str) -> str:
-        return "".join(
-            f"<{tag}{' class=n' if k in numeric else ''}>{cell}</{tag}>"
-            for k, cell in enumerate(row)
-        )
+        return "".join(f"<{tag}{kinds.get(k, '')}>{cell}</{tag}>" for k, cell in enumerate(row))
 
     body = "".join(f"<tr>{cells(row, 'td')}</tr>" for row in rows)
-    return f"<table><tr>{cells(head, 'th')}</tr>{body}</table>"
+    named = f" class={kind}" if kind else ""
+    return f"<table{named}><tr>{cells(head, 'th')}</tr>{body}</table>"
 
 
 def facts(pairs: Sequence[tuple[str, str]]) -> str:

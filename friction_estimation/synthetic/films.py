@@ -3,26 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 
-from curling_env.errors import InputError, OutputError
-from curling_env.infrastructure.storage import atomic_path, make_directory, write_json, write_table
+from curling_env.errors import InputError
+from curling_env.infrastructure.storage import make_directory, write_json, write_table
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Image, Progress, no_progress, with_progress
 from friction_estimation.camera.scene import save_scene
+from friction_estimation.film.writer import film_writer
 from friction_estimation.synthetic.cameras import scene_of
 from friction_estimation.synthetic.film_spec import FilmSpec, on_film
 from friction_estimation.synthetic.renderer import FilmRenderer
 from friction_estimation.synthetic.stone_drawing import StoneOnIce
 
+FILM_QUALITY = 18.0
+"""Constant rate factor of rendered films: as a good camera compresses."""
+
 
 def write_film(path: str | Path, pictures: Iterable[Image], fps: float) -> int:
-    """Write frames to an MPEG-4 file, atomically.
+    """Write frames to a film, complete or not at all.
 
     Returns
     -------
@@ -32,28 +36,16 @@ def write_film(path: str | Path, pictures: Iterable[Image], fps: float) -> int:
     ------
     OutputError : the file cannot be written
     """
+    pictures = iter(pictures)
+    first = next(pictures, None)
+    if first is None:
+        raise InputError("a film needs at least one picture")
     count = 0
-    with atomic_path(path) as draft:
-        writer: cv2.VideoWriter | None = None
-        try:
-            for picture in pictures:
-                if writer is None:
-                    size = (picture.shape[1], picture.shape[0])
-                    code = cv2.VideoWriter.fourcc(*"mp4v")
-                    writer = cv2.VideoWriter(str(draft), code, fps, size)
-                    if not writer.isOpened():
-                        raise OutputError(f"{path}: cannot be written as a film")
-                writer.write(picture)
-                count += 1
-        finally:
-            if writer is not None:
-                writer.release()
-        # The encoder does not report a full disk, so the written frames are counted.
-        reader = cv2.VideoCapture(str(draft))
-        whole = int(reader.get(cv2.CAP_PROP_FRAME_COUNT)) == count
-        reader.release()
-        if not whole:
-            raise OutputError(f"{path}: the film could not be written in full; is the disk full?")
+    size = (first.shape[1], first.shape[0])
+    with film_writer(path, size, fps, quality=FILM_QUALITY) as writer:
+        for picture in chain([first], pictures):
+            writer.write(picture)
+            count += 1
     return count
 
 

@@ -11,10 +11,13 @@ from numpy.typing import ArrayLike
 
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, RING_RADII, TEE_Y
 from curling_env.typing import Floats, Image, Progress, no_progress, with_progress
+from curling_env.units import Units
 from friction_estimation.camera.scene import Scene
 from friction_estimation.camera.top_view import TopView
-from friction_estimation.film.video import Film, film_writer
+from friction_estimation.film.video import Film
+from friction_estimation.film.writer import film_writer
 from friction_estimation.tracking.film_track import FilmTrack
+from friction_estimation.tracking.overlay_numbers import RunningNumbers
 
 # Colours, blue-green-red.
 PATH = (40, 170, 255)
@@ -33,7 +36,8 @@ def write_overlay(
     track: FilmTrack,
     output: str | Path,
     *,
-    largest_px: int = 1280,
+    largest_px: int = 1920,
+    units: Units = Units.METRES,
     progress: Progress = no_progress,
 ) -> None:
     """Draw a track into a copy of its film.
@@ -42,7 +46,8 @@ def write_overlay(
     ----------
     film_path, scene, track : what was tracked, and what was found
     output : the film that is written
-    largest_px : larger films are drawn at this width or height; encoding takes most of the time
+    largest_px : larger films are drawn at this width or height
+    units : what lengths are told in
     progress : called with the number of frames done and the expected number of all
 
     Raises
@@ -50,15 +55,19 @@ def write_overlay(
     OutputError : `output` cannot be written as a film
     """
     film = film_path if isinstance(film_path, Film) else Film.open(film_path, scene.fps)
-    picture = _Overlay(track, scene, film.size, largest_px)
+    picture = _Overlay(track, scene, film.size, largest_px, units)
     frames = with_progress(film.frames(), "overlay", progress, film.frame_count)
     with film_writer(output, picture.size, film.fps) as writer:
         for index, (t, frame) in enumerate(frames):
-            writer.write(picture.draw(frame, index, t))
+            writer.write(picture.draw(frame, index, t), t)
 
 
 def draw_stills(
-    film_path: str | Path | Film, scene: Scene, track: FilmTrack, count: int = 3
+    film_path: str | Path | Film,
+    scene: Scene,
+    track: FilmTrack,
+    count: int = 3,
+    units: Units = Units.METRES,
 ) -> list[tuple[float, Image]]:
     """Draw a track into a few frames, spread over the slide of the stone.
 
@@ -66,13 +75,14 @@ def draw_stills(
     ----------
     film_path, scene, track : what was tracked, and what was found
     count : how many pictures, at most
+    units : what lengths are told in
 
     Returns
     -------
     Time since the first frame [s] and picture (height, width, 3), BGR, of each.
     """
     film = film_path if isinstance(film_path, Film) else Film.open(film_path, scene.fps)
-    picture = _Overlay(track, scene, film.size, max(film.size))
+    picture = _Overlay(track, scene, film.size, max(film.size), units)
     rows = np.linspace(0, len(track.frame) - 1, count + 2).round().astype(int)[1:-1]
     wanted = np.unique(track.frame[rows]).tolist()
     found = film.pick(wanted)
@@ -83,9 +93,15 @@ class _Overlay:
     """Draws a track into the frames of its film, which come in order."""
 
     def __init__(
-        self, track: FilmTrack, scene: Scene, film_size: tuple[int, int], largest: int
+        self,
+        track: FilmTrack,
+        scene: Scene,
+        film_size: tuple[int, int],
+        largest: int,
+        units: Units,
     ) -> None:
         self._track, self._scene = track, scene
+        self._numbers = RunningNumbers(track, units)
         self._scale = min(1.0, largest / max(film_size))
         size = film_size
         if self._scale < 1:  # codecs want even sides
@@ -219,19 +235,16 @@ class _Overlay:
         track = self._track
         lines = [f"{t:.2f} s"]
         if row is not None:
-            v = track.velocity[row]
-            x, y = track.trajectory.xy[row]
-            lines.append(f"{np.hypot(*v):.2f} m/s")
-            if np.isfinite(track.spin[row]):
-                lines.append(f"spin {track.spin[row]:+.2f} rad/s")
-            lines.append(f"x {x:+.2f}  y {y:+.2f} m")
+            lines += self._numbers.at(row)
+        elif until == len(track.frame):
+            lines.append("out of view")
         else:
-            lines.append("not seen" if 0 < until < len(track.frame) else "no stone yet")
-            if until == len(track.frame):
-                lines[-1] = "out of view"
-        unit = self._unit
+            lines += self._numbers.before(until > 0)
+        unit, font = self._unit, cv2.FONT_HERSHEY_DUPLEX
         step, left, top = round(40 * unit), round(28 * unit), round(28 * unit)
-        width, height = round(350 * unit), step * len(lines) + round(24 * unit)
+        widest = max(cv2.getTextSize(text, font, 0.95 * unit, 1)[0][0] for text in lines)
+        width = max(round(350 * unit), widest + round(36 * unit))
+        height = step * len(lines) + round(24 * unit)
         panel = frame[top : top + height, left : left + width]
         tint = np.full_like(panel, PANEL)
         panel[:] = cv2.addWeighted(panel, 0.25, tint, 0.75, 0.0)
@@ -241,7 +254,7 @@ class _Overlay:
                 frame,
                 text,
                 origin,
-                cv2.FONT_HERSHEY_DUPLEX,
+                font,
                 0.95 * unit,
                 TEXT,
                 max(1, round(unit)),

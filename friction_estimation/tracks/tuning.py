@@ -27,6 +27,22 @@ some per cent; a hand takes the deceleration away altogether."""
 CLEAR_DEVIATIONS = 6.0
 """Standard errors by which the end of a push, or a stop, must stand out."""
 
+# --- what a coach reads ------------------------------------------------------------------------
+
+CROSSING_WINDOW = 0.3
+"""Time on either side of a line within which rows tell when the stone crosses it [s]."""
+MAX_CROSSING_GAP = 2.0
+"""Longest time without rows in which a line may have been crossed [s]; a parabola bridges it."""
+MAX_EXTRAPOLATION = 0.25
+"""How far past a line a track may begin for its crossing to be told [m]."""
+LINE_WINDOW = 3.0
+"""Time after the hog line within which the line of delivery is read [s]: longer, and the change of
+the curl bends it; shorter, and the noise of single rows does."""
+SPIN_WINDOW = 3.0
+"""Time after the hog line within which the spin is read [s]."""
+MIN_TURN = 0.3
+"""Least turn of a stone from which its handle is named [rad]."""
+
 # --- contacts between stones -------------------------------------------------------------------
 
 TOUCHING_DISTANCE = 0.6

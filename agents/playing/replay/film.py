@@ -112,7 +112,7 @@ def write_film(
     ------
     the number of each delivery once it is written, so that a caller can show progress
     """
-    from friction_estimation.film.video import film_writer
+    from friction_estimation.film.writer import film_writer
 
     last = -1
     with film_writer(path, SheetRenderer.size, FPS) as film:

@@ -25,6 +25,11 @@ def greet(name: str, loud: Annotated[bool, typer.Option(help="Shout.")] = False)
     cli.print_json({"hello": name.upper() if loud else name})
 
 
+def measure(as_json: cli.JsonOption = False) -> None:
+    """Measure a draw."""
+    cli.conclude({"hog_to_hog": 14.2}, "14.2 s hog to hog", as_json=as_json)
+
+
 def refuse() -> None:
     """Refuse."""
     raise InputError("expected μ > 0,\nfound -1", source="ice.json", where="row 3")
@@ -59,6 +64,7 @@ def declared(monkeypatch: pytest.MonkeyPatch) -> None:
     """The commands of this file in place of the installed ones, and one that does not exist."""
     functions = (
         greet,
+        measure,
         refuse,
         fill_the_disk,
         lose_a_file,
@@ -84,6 +90,28 @@ def test_a_command_writes_its_result_to_stdout(curling: Callable[..., Any]) -> N
     result = curling("greet", "Ada", "--loud")
     assert (result.status, result.err) == (0, "")
     assert result.json() == {"hello": "ADA"}
+
+
+@pytest.mark.parametrize(
+    ("terminal", "arguments", "out", "err"),
+    [
+        (True, [], "14.2 s hog to hog\n", ""),
+        (True, ["--json"], '{\n  "hog_to_hog": 14.2\n}\n', ""),
+        (False, [], '{\n  "hog_to_hog": 14.2\n}\n', "14.2 s hog to hog\n"),
+        (False, ["--json"], '{\n  "hog_to_hog": 14.2\n}\n', ""),
+    ],
+)
+def test_a_terminal_gets_the_sentence_and_a_program_the_json(
+    curling: Callable[..., Any],
+    monkeypatch: pytest.MonkeyPatch,
+    terminal: bool,
+    arguments: list[str],
+    out: str,
+    err: str,
+) -> None:
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: terminal, raising=False)
+    result = curling("measure", *arguments)
+    assert (result.status, result.out, result.err) == (0, out, err)
 
 
 @pytest.mark.parametrize("arguments", [[], ["--help"], ["-h"]])

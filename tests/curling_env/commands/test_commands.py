@@ -74,10 +74,11 @@ def test_a_throw_on_ice_that_is_not_known_exactly_says_how_far_its_rest_may_be_o
     assert shot["rest_sigma_y_m"] < 0.3 * shot["rest_sigma_x_m"]
     assert result.err == ""
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
-    assert re.search(r"by \d+ cm along the sheet and \d+ cm across", curling(*call, 2.1).err)
-    gone = curling(*call, 4.0).json()
+    assert re.search(r"by \d+ cm along the sheet and \d+ cm across", curling(*call, 2.1).out)
+    gone = curling(*call, 4.0, "--json").json()
     assert gone["rest_sigma_x_m"] is gone["rest_sigma_y_m"] is None
-    assert "rest_sigma_x_m" not in curling("throw", "--ice", "standard", "--speed", 2.1).json()
+    certain = curling("throw", "--ice", "standard", "--speed", 2.1, "--json").json()
+    assert "rest_sigma_x_m" not in certain
 
 
 def test_a_throw_on_ice_that_lacks_something_says_so(curling, tmp_path):

@@ -53,8 +53,9 @@ def test_the_page_opens_alone_with_all_its_pictures(found, page, tmp_path):
     captions = page.locator("figcaption").all_inner_texts()
     assert "<end>.mp4, 9.5 s" in captions
     assert page.locator("table").last.locator("tr").count() == 1 + len(found.slides)
-    assert "the paper's method" in page.locator("table").first.inner_text()
+    assert "the paper's method" in page.locator("table").nth(-2).inner_text()
     assert "further for a draw" in page.inner_text(".facts")
+    assert "hog to hog" in page.locator("table").first.inner_text()
     # Nothing lies beside the screen, at a desk or on a telephone.
     for width in (1280, 390):
         page.set_viewport_size({"width": width, "height": 800})

@@ -1,0 +1,70 @@
+"""Lengths as people read them: metres and centimetres, or feet and inches.
+
+Inside, and in files, lengths are metres; only what is read by people goes through here.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import StrEnum
+
+FOOT = 0.3048
+"""A foot [m] (international, exact)."""
+INCH = FOOT / 12
+"""An inch [m]."""
+
+
+class Units(StrEnum):
+    """What lengths are told in."""
+
+    METRES = "metres"
+    FEET = "feet"
+
+
+def length(metres: float, units: Units = Units.METRES) -> str:
+    """A length on the ice: ``1.23 m`` or ``4 ft 0 in``; without sign.
+
+    Parameters
+    ----------
+    metres : the length [m]
+    units : what it is told in
+    """
+    if units is Units.METRES:
+        return f"{abs(metres):.2f} m"
+    inches = round(abs(metres) / INCH)
+    feet, rest = divmod(inches, 12)
+    return f"{feet} ft {rest} in" if feet else f"{rest} in"
+
+
+def short_length(metres: float, units: Units = Units.METRES) -> str:
+    """A length that is told to the centimetre or inch: ``12 cm`` or ``5 in``; without sign.
+
+    From a metre, or a foot, on it is told as `length` does.
+    """
+    size = abs(metres)
+    if units is Units.METRES:
+        return f"{100 * size:.0f} cm" if size < 0.995 else length(metres, units)
+    return f"{size / INCH:.0f} in" if size < FOOT - INCH / 2 else length(metres, units)
+
+
+def speed(metres_per_second: float, units: Units = Units.METRES) -> str:
+    """A speed: ``2.13 m/s`` or ``7.0 ft/s``."""
+    if units is Units.METRES:
+        return f"{metres_per_second:.2f} m/s"
+    return f"{metres_per_second / FOOT:.1f} ft/s"
+
+
+def side(metres: float, units: Units = Units.METRES, *, right: str = "right") -> str:
+    """A length with its side: ``0.34 m right``, ``1 ft 1 in left``, or ``on the line``.
+
+    Parameters
+    ----------
+    metres : the length, positive to the right [m]
+    units : what it is told in
+    right : the word for positive ones; ``past`` gives ``short`` for negative ones
+    """
+    other = {"right": "left", "left": "right", "past": "short"}[right]
+    told = short_length(metres, units)
+    if told in ("0 cm", "0 in") or not math.isfinite(metres):
+        return {"past": "on the tee line"}.get(right, "on the line")
+    return f"{told} {right if metres > 0 else other}"

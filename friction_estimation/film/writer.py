@@ -1,0 +1,136 @@
+"""Films out: H.264 in MP4, as browsers, phones and editors play it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+from av.error import FFmpegError
+from av.video.frame import VideoFrame
+from av.video.stream import VideoStream
+
+from curling_env.errors import OutputError
+from curling_env.infrastructure.storage import atomic_path
+from curling_env.typing import Image
+
+CONTAINERS = {".mp4": ("mp4", "libx264", "yuv420p"), ".avi": ("avi", "mjpeg", "yuvj420p")}
+"""By the suffix of a film: its container, its codec, and how its pixels are stored. Players that
+know H.264 often know it with halved colours (yuv420p) only."""
+TIME_UNIT = Fraction(1, 90_000)
+"""Unit of the times in an MP4 film [s]."""
+QUALITY = 20
+"""Constant rate factor of H.264: lower is better and larger, 18 looks like the original."""
+
+
+class FilmWriter:
+    """Writes BGR frames of one size to a film; see `film_writer`."""
+
+    def __init__(
+        self, path: Path, size: tuple[int, int], fps: float, quality: float = QUALITY
+    ) -> None:
+        kind, codec, pixels = CONTAINERS[path.suffix.lower()]
+        self._path, self._size = path, size
+        self._even = (size[0] // 2 * 2, size[1] // 2 * 2)
+        self._rate = Fraction(fps).limit_denominator(1001)
+        self._unit = TIME_UNIT if kind == "mp4" else 1 / self._rate
+        self._count, self._last = 0, -1
+        # The table of pictures goes before them, so that a film plays while it is still loading.
+        options = {"movflags": "+faststart"} if kind == "mp4" else {}
+        with self._told():
+            self._container = av.open(str(path), "w", format=kind, options=options)
+            stream = self._container.add_stream(codec, rate=self._rate)
+        assert isinstance(stream, VideoStream)  # a video codec was asked for
+        stream.width, stream.height = self._even
+        stream.pix_fmt = pixels
+        stream.codec_context.thread_count = cv2.getNumThreads()  # one setting for all that is done
+        stream.codec_context.time_base = self._unit
+        stream.options = (
+            {"preset": "veryfast", "crf": f"{quality:g}"} if kind == "mp4" else {"q:v": "3"}
+        )
+        self._stream = stream
+
+    def write(self, frame: Image, t: float | None = None) -> None:
+        """Append one frame.
+
+        Parameters
+        ----------
+        frame : (height, width, 3) BGR; of an odd size the last row or column is left out, because
+            colours are stored for two rows and columns at a time
+        t : when it is shown, since the film began [s]; by default one after the other
+
+        Raises
+        ------
+        OutputError : the disk is full
+        """
+        if (frame.shape[1], frame.shape[0]) != self._size:
+            raise ValueError(f"expected frames of {self._size} px, got {frame.shape}")
+        when = Fraction(self._count) / self._rate if t is None else Fraction(float(t))
+        width, height = self._even
+        stored = VideoFrame.from_ndarray(np.ascontiguousarray(frame[:height, :width]), "bgr24")
+        stored.time_base = self._unit
+        stored.pts = self._last = max(round(when / self._unit), self._last + 1)
+        self._count += 1
+        with self._told():
+            self._container.mux(self._stream.encode(stored))
+
+    def finish(self) -> None:
+        """Write what is still being compressed, and the table of the film's pictures.
+
+        Raises
+        ------
+        OutputError : the disk is full
+        """
+        with self._told():
+            if self._count:
+                self._container.mux(self._stream.encode(None))
+            self._container.close()
+
+    def abandon(self) -> None:
+        """Let go of a film that will not be finished."""
+        with suppress(FFmpegError, OSError):
+            self._container.close()
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        try:
+            yield
+        except (FFmpegError, OSError) as fault:
+            reason = (fault.strerror or str(fault)).lower()
+            raise OutputError(f"{self._path.name}: the film cannot be written: {reason}") from fault
+
+
+@contextmanager
+def film_writer(
+    path: str | Path, size: tuple[int, int], fps: float, *, quality: float = QUALITY
+) -> Iterator[FilmWriter]:
+    """A film being written, which appears under its name only when it is complete.
+
+    An MP4 film is H.264 with its table of pictures in front, so that it plays in browsers, on
+    phones and while it is being loaded. An AVI film is a row of JPEG pictures.
+
+    Parameters
+    ----------
+    path : ending in .mp4 or .avi
+    size : width and height of every frame [px]
+    fps : frames per second
+    quality : constant rate factor of H.264; 0 loses nothing, 51 is the worst
+
+    Raises
+    ------
+    OutputError : not writable, a full disk, or a suffix of another kind
+    """
+    if Path(path).suffix.lower() not in CONTAINERS:
+        raise OutputError(f"{path}: cannot be written as a film; name it .mp4 or .avi")
+    with atomic_path(path) as draft:
+        writer = FilmWriter(draft, size, fps, quality)
+        try:
+            yield writer
+        except BaseException:
+            writer.abandon()
+            raise
+        writer.finish()

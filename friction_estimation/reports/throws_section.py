@@ -1,0 +1,276 @@
+"""The table of throws that a coach reads, on pages and in the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from curling_env.infrastructure.storage import write_table
+from curling_env.sheet import HOUSE_RADIUS, RULE_BOOK_STONE, Direction
+from curling_env.throw import handles
+from curling_env.units import Units, length, short_length, side, speed
+from friction_estimation.reports.html import table
+from friction_estimation.tracks.throw_table import FAR_HOG, Measured, ThrowMeasures
+from friction_estimation.tracks.tuning import MIN_TURN
+
+LABELS = ("athlete", "stone", "called", "note")
+"""What people write down beside the throws, in the order of the columns."""
+NOT_SEEN = "–"
+
+Labels = Mapping[int, Mapping[str, str]]
+"""What people wrote down of a throw, by its number."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThrowRows:
+    """A table of throws in words.
+
+    Parameters
+    ----------
+    head : names of the columns
+    rows : plain text of the cells
+    numeric : numbers of the columns that hold numbers
+    """
+
+    head: list[str]
+    rows: list[list[str]]
+    numeric: set[int]
+
+
+def throw_rows(
+    throws: Sequence[ThrowMeasures],
+    units: Units = Units.METRES,
+    labels: Labels | None = None,
+    *,
+    errors: bool = True,
+) -> ThrowRows:
+    """The table of throws in words.
+
+    A column that no throw fills is left out.
+
+    Parameters
+    ----------
+    throws : the measured throws
+    units : what lengths are told in
+    labels : what people wrote down of the throws
+    errors : whether line and curl are told with their standard errors
+    """
+    known = labels or {}
+    said = [name for name in LABELS if any(known.get(one.throw, {}).get(name) for one in throws)]
+    columns: list[tuple[str, list[str], bool]] = [
+        ("throw", [str(one.throw) for one in throws], True)
+    ]
+    columns += [
+        (name, [known.get(one.throw, {}).get(name, "") for one in throws], False)
+        for name in said
+        if name != "note"
+    ]
+    columns += [
+        ("back to hog", [_seconds(one.back_to_hog) for one in throws], True),
+        ("hog to hog", [_seconds(one.hog_to_hog) for one in throws], True),
+        ("hog to tee", [_seconds(one.hog_to_tee) for one in throws], True),
+        (
+            "speed",
+            [NOT_SEEN if one.speed is None else speed(one.speed.value, units) for one in throws],
+            True,
+        ),
+        ("handle", [handle_of(one) for one in throws], False),
+        ("turns", [_plain(one.turns, "{:.1f}") for one in throws], True),
+        ("line", [_side(one.line, units, errors) for one in throws], False),
+        ("curl", [_side(one.curl, units, errors, positive="left") for one in throws], False),
+        ("rest", [rest_of(one, units) for one in throws], False),
+    ]
+    if "note" in said:
+        columns.append(
+            ("note", [known.get(one.throw, {}).get("note", "") for one in throws], False)
+        )
+    columns = [
+        column for column in columns if any(cell not in ("", NOT_SEEN) for cell in column[1])
+    ]
+    return ThrowRows(
+        head=[name for name, _, _ in columns],
+        rows=[list(cells) for cells in zip(*(cells for _, cells, _ in columns), strict=True)],
+        numeric={k for k, (_, _, numeric) in enumerate(columns) if numeric},
+    )
+
+
+def throws_section(
+    throws: Sequence[ThrowMeasures],
+    units: Units = Units.METRES,
+    labels: Labels | None = None,
+) -> str:
+    """The table of throws with what its columns mean, as HTML.
+
+    Parameters
+    ----------
+    throws : the measured throws
+    units : what lengths are told in
+    labels : what people wrote down of the throws
+    """
+    told = throw_rows(throws, units, labels)
+    cells = [[_cell(cell) for cell in row] for row in told.rows]
+    means = "".join(f"<p>{escape(sentence)}</p>" for sentence in curl_in_words(throws, units))
+    kept = {
+        told.head.index(name) for name in ("handle", "line", "curl", "rest") if name in told.head
+    }
+    shape = table(
+        [escape(name) for name in told.head], cells, told.numeric, kept=kept, kind="throws"
+    )
+    return (
+        f"<h2>The throws</h2>{means}{shape}<p class=faint>{escape(EXPLANATION)} "
+        f"{escape(_errors(throws))}</p>"
+    )
+
+
+def _cell(text: str) -> str:
+    """A cell as HTML, with its standard error in small print and its places line by line."""
+    value, plus_minus, error = text.partition(" ± ")
+    shown = escape(value).replace(", ", ",<br>") if " tee, " in value else escape(value)
+    return f"{shown} <small>± {escape(error)}</small>" if plus_minus else shown
+
+
+EXPLANATION = (
+    "Times are those of the stone's centre over the lines: back to hog is the split at the "
+    "thrower's end, hog to tee is from the first hog line to the far tee line. The speed is that "
+    "over the first hog line. Handles are a right-hander's. The line is where the stone was sent: "
+    "its "
+    "first metres beyond the hog line, drawn on to the far tee line. The curl is how far from that "
+    "line it came to rest, to its left or right. Left and right are the thrower's."
+)
+
+
+def write_measures(
+    path: str | Path, throws: Sequence[ThrowMeasures], labels: Labels | None = None
+) -> None:
+    """Write the table as CSV: SI units, the sheet frame's names, and every standard error.
+
+    Parameters
+    ----------
+    path : file to write
+    throws : the measured throws
+    labels : what people wrote down of the throws, as columns of their own
+    """
+    rows = [one.as_dict() for one in throws]
+    names = list(ThrowMeasures(throw=0, stone=0, clock=0.0, direction=Direction.AWAY).as_dict())
+    columns: dict[str, list[Any]] = {
+        name: [np.nan if row[name] is None else row[name] for row in rows] for name in names
+    }
+    for name in LABELS:
+        said = [(labels or {}).get(one.throw, {}).get(name, "") for one in throws]
+        if any(said) and name != "stone":
+            columns[name] = list(said)
+    write_table(path, {name: _column(cells) for name, cells in columns.items()})
+
+
+def _column(cells: list[Any]) -> list[Any]:
+    return [round(cell, 5) if isinstance(cell, float) else cell for cell in cells]
+
+
+def as_text(told: ThrowRows) -> str:
+    """The table for a terminal."""
+    widths = [
+        max(len(name), *(len(row[k]) for row in told.rows)) for k, name in enumerate(told.head)
+    ]
+
+    def line(cells: Sequence[str]) -> str:
+        parts = (
+            cell.rjust(width) if k in told.numeric else cell.ljust(width)
+            for k, (cell, width) in enumerate(zip(cells, widths, strict=True))
+        )
+        return "  ".join(parts).rstrip()
+
+    return "\n".join(line(row) for row in [told.head, *told.rows])
+
+
+def handle_of(one: ThrowMeasures) -> str:
+    """The handle of a right-hander, and the way the stone turned."""
+    spin = one.spin
+    if spin is None or abs(spin.value) * 3 < MIN_TURN or abs(spin.value) < 3 * (spin.sigma or 0.0):
+        return NOT_SEEN if spin is None else "hardly turns"
+    return f"{handles(spin.value)[0]} {'↺' if spin.value > 0 else '↻'}"
+
+
+def rest_of(one: ThrowMeasures, units: Units = Units.METRES) -> str:
+    """Where the stone came to rest: past or short of the tee line and beside the centre line."""
+    if one.past is None or one.right is None or one.from_tee is None:
+        return NOT_SEEN
+    if one.from_tee.value < 0.05:
+        return "on the pin"
+    along = side(one.past.value, units, right="past")
+    if "tee" not in along:
+        along += " the tee" if one.past.value > 0 else " of the tee"
+    across = side(one.right.value, units).replace("on the line", "on the centre line")
+    place = f"{along}, {across}"
+    if one.past.value < FAR_HOG + RULE_BOOK_STONE.radius:
+        return f"hogged: {place}"
+    through = one.past.value > HOUSE_RADIUS + RULE_BOOK_STONE.radius
+    return f"through the house: {place}" if through else place
+
+
+def curl_in_words(throws: Sequence[ThrowMeasures], units: Units = Units.METRES) -> list[str]:
+    """How far draws curl, by handle; empty where no draw came to rest near the house."""
+    sentences: list[str] = []
+    parts: list[str] = []
+    for sign, name in ((-1, "in-turn"), (1, "out-turn")):
+        curls = [
+            sign * one.curl.value
+            for one in throws
+            if one.curl is not None
+            and one.spin is not None
+            and one.from_tee is not None
+            and one.from_tee.value < 2 * HOUSE_RADIUS
+            and sign * one.spin.value > MIN_TURN / 3
+        ]
+        if curls:
+            spread = f" (from {length(min(curls), units)} to {length(max(curls), units)})"
+            count = "one draw" if len(curls) == 1 else f"{len(curls)} draws"
+            mean = float(np.mean(curls))
+            with_spin = "" if mean >= 0 else " against its turn"
+            parts.append(
+                f"{name} {length(mean, units)}{with_spin} in {count}"
+                f"{spread if len(curls) > 1 else ''}"
+            )
+    if parts:
+        sentences.append(f"Curl of draws into or near the house: {'; '.join(parts)}.")
+    return sentences
+
+
+def _errors(throws: Sequence[ThrowMeasures]) -> str:
+    """How well the numbers are known, in one sentence; empty where nothing says it."""
+    parts: list[str] = []
+    for name, field in (("hog to hog", "hog_to_hog"), ("back line to hog", "back_to_hog")):
+        sigmas = [
+            value.sigma
+            for one in throws
+            if (value := getattr(one, field)) is not None and value.sigma is not None
+        ]
+        if sigmas:
+            told = max(float(np.median(sigmas)), 0.001)
+            parts.append(f"{name} to about {told:.3f} s")
+    return f"Known are {' and '.join(parts)} (one standard error)." if parts else ""
+
+
+def _seconds(value: Measured | None) -> str:
+    if value is None:
+        return NOT_SEEN
+    # A time known to less than a hundredth is not told to one.
+    digits = 2 if value.sigma is None or value.sigma < 0.02 else 1
+    return f"{value.value:.{digits}f} s"
+
+
+def _plain(value: Measured | None, form: str) -> str:
+    return NOT_SEEN if value is None else form.format(value.value)
+
+
+def _side(value: Measured | None, units: Units, errors: bool, *, positive: str = "right") -> str:
+    if value is None:
+        return NOT_SEEN
+    told = side(value.value, units, right=positive)
+    if not errors or value.sigma is None or told == "on the line":
+        return told
+    return f"{told} ± {short_length(value.sigma, units)}"

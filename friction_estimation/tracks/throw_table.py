@@ -1,0 +1,411 @@
+"""What a coach wants to know of each throw, measured from its track.
+
+Times are those of the stone's centre over the lines of the ice. Everything is seen by the thrower:
+right is the thrower's right, and past is farther than the tee. A number that the track does not
+show is None.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+
+from curling_env.errors import TrackTooShortError
+from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, HOG_TO_TEE, TEE_Y, Direction, to_delivery
+from curling_env.trajectory import Trajectory
+from curling_env.typing import Floats
+from friction_estimation.tracks.contacts import contacts_of, stays_at_rest
+from friction_estimation.tracks.free_slide import FreeSlide, free_slide
+from friction_estimation.tracks.outliers import wild_rows
+from friction_estimation.tracks.tuning import (
+    CROSSING_WINDOW,
+    LINE_WINDOW,
+    MAX_CROSSING_GAP,
+    MAX_EXTRAPOLATION,
+    SPIN_WINDOW,
+)
+
+NEAR_BACK, NEAR_TEE, NEAR_HOG = (-TEE_Y - line for line in (BACK_LINE_Y, TEE_Y, HOG_LINE_Y))
+"""The lines at the thrower's end, along the direction of play from the tee played to [m]."""
+FAR_HOG, FAR_TEE = -HOG_TO_TEE, 0.0
+"""The lines at the end played to [m]."""
+
+
+class Measured(NamedTuple):
+    """A measured number.
+
+    Parameters
+    ----------
+    value : in SI units
+    sigma : its standard error; None where the track states no errors and too few rows show them
+    """
+
+    value: float
+    sigma: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThrowMeasures:
+    """One throw in a coach's numbers; None stands for what was not seen.
+
+    Parameters
+    ----------
+    throw, stone : numbers in the tracks file
+    clock : when it began, since the session began [s]
+    direction : the end played to
+    back_to_hog : the split, from the back line to the hog line at the thrower's end [s]
+    tee_to_hog : the shorter split, from the tee line to the hog line there [s]
+    hog_to_hog : from hog line to hog line [s]
+    hog_to_tee : from the first hog line to the tee line played to [s]
+    hog_to_rest : from the first hog line until the stone rests [s]
+    speed : over the first hog line [m/s]
+    spin : over the first hog line, counter-clockwise positive [rad/s]
+    turns : full turns from the first hog line until it rests, without sign
+    line : where the line of delivery crosses the tee line played to, right of the centre line [m]
+    angle : the line of delivery, counter-clockwise from the direction of play [rad]
+    curl : distance of its rest from the line of delivery, to the left [m]
+    right : place of its rest, right of the centre line [m]
+    past : place of its rest, past the tee line [m]
+    from_tee : distance of its rest from the tee [m]
+    touched : whether it touched another stone on its way
+    origin : (2,) where the line of delivery leaves the first hog line, right of the centre line and
+        past the tee played to [m]; None without a line
+    """
+
+    throw: int
+    stone: int
+    clock: float
+    direction: Direction
+    back_to_hog: Measured | None = None
+    tee_to_hog: Measured | None = None
+    hog_to_hog: Measured | None = None
+    hog_to_tee: Measured | None = None
+    hog_to_rest: Measured | None = None
+    speed: Measured | None = None
+    spin: Measured | None = None
+    turns: Measured | None = None
+    line: Measured | None = None
+    angle: Measured | None = None
+    curl: Measured | None = None
+    right: Measured | None = None
+    past: Measured | None = None
+    from_tee: Measured | None = None
+    touched: bool = False
+    origin: Floats | None = None
+
+    @property
+    def rests(self) -> bool:
+        """Whether it was seen to come to rest."""
+        return self.past is not None
+
+    def curl_at(self, xy: Floats) -> Floats:
+        """Distance of places (..., 2), sheet frame, to the left of the line of delivery [m].
+
+        Raises
+        ------
+        ValueError : the line of delivery was not seen
+        """
+        if self.origin is None or self.angle is None:
+            raise ValueError("the line of delivery was not seen")
+        away = to_delivery(xy, self.direction) - self.origin
+        ahead = np.array([-np.sin(self.angle.value), np.cos(self.angle.value)])
+        return np.asarray(ahead[0] * away[..., 1] - ahead[1] * away[..., 0])
+
+    def as_dict(self) -> dict[str, object]:
+        """The numbers by name in SI units, each measured one followed by `NAME_sigma`."""
+        document: dict[str, object] = {}
+        for name in (field.name for field in fields(self) if field.name != "origin"):
+            value = getattr(self, name)
+            if name in _MEASURED:
+                document[name] = None if value is None else value.value
+                document[f"{name}_sigma"] = None if value is None else value.sigma
+            else:
+                document[name] = value.name.lower() if name == "direction" else value
+        return document
+
+
+_MEASURED = tuple(
+    field.name for field in fields(ThrowMeasures) if str(field.type) == "Measured | None"
+)
+
+
+def throw_table(tracks: Sequence[Trajectory]) -> list[ThrowMeasures]:
+    """Measure every throw of a session, in the order of the tracks.
+
+    Of the stones of a throw the one that moves first was thrown. Throws whose stone never slides
+    freely are left out.
+
+    Parameters
+    ----------
+    tracks : tracks of a session; the stones of one throw share its number and stand together
+    """
+    return list(_measured(tracks))
+
+
+def _measured(tracks: Sequence[Trajectory]) -> Iterator[ThrowMeasures]:
+    contacts = contacts_of(tracks)
+    for _, group in groupby(range(len(tracks)), key=lambda k: tracks[k].throw):
+        moving = [k for k in group if len(tracks[k]) > 1 and not stays_at_rest(tracks[k])]
+        if moving:
+            thrown = min(moving, key=lambda k: tracks[k].t[0])
+            try:
+                yield measure_throw(tracks[thrown], contacts[thrown])
+            except TrackTooShortError:
+                continue
+
+
+def measure_throw(track: Trajectory, contacts: Sequence[float] = ()) -> ThrowMeasures:
+    """Measure one throw.
+
+    Parameters
+    ----------
+    track : track of the thrown stone
+    contacts : times at which it touched another stone [s]; what it would have done without is not
+        told
+
+    Raises
+    ------
+    TrackTooShortError : no free slide of a metre and 20 samples
+    """
+    before = [time for time in contacts if time > track.t[0]]
+    first = _until(track, min(before, default=np.inf))
+    slide = free_slide(first)
+    seen = _Seen(first, slide)
+    found: dict[str, Measured | None] = {}
+    hog = seen.crossing(NEAR_HOG)
+    for name, start, stop in (
+        ("back_to_hog", seen.crossing(NEAR_BACK), hog),
+        ("tee_to_hog", seen.crossing(NEAR_TEE), hog),
+        ("hog_to_hog", hog, seen.crossing(FAR_HOG)),
+        ("hog_to_tee", hog, seen.crossing(FAR_TEE)),
+        ("hog_to_rest", hog, None if before else seen.time_of_rest()),
+    ):
+        found[name] = _difference(start, stop)
+    origin = None
+    if hog is not None and (line := seen.line(hog.value)) is not None:
+        origin, found["speed"], found["angle"], found["line"] = line
+    found["spin"] = None if hog is None else seen.spin(hog.value)
+    rest = _Seen(track, slide).place_of_rest() if before else seen.place_of_rest()
+    if rest is not None:
+        place, sigma = rest
+        found |= {
+            "right": Measured(float(place[0]), sigma),
+            "past": Measured(float(place[1]), sigma),
+            "from_tee": Measured(float(np.hypot(*place)), sigma),
+        }
+    if rest is not None and not before:
+        found["turns"] = None if hog is None else seen.turns(hog.value)
+        if origin is not None and found["angle"] is not None:
+            found["curl"] = _curl(origin, found["angle"], *rest)
+    return ThrowMeasures(
+        throw=track.throw,
+        stone=track.stone,
+        clock=track.clock,
+        direction=seen.direction,
+        touched=bool(before),
+        origin=origin,
+        **found,
+    )
+
+
+def _curl(origin: Floats, angle: Measured, place: Floats, sigma: float | None) -> Measured:
+    away = place - origin
+    left = -np.sin(angle.value) * away[1] - np.cos(angle.value) * away[0]
+    return Measured(float(left), _together(sigma, _times(angle.sigma, float(np.hypot(*away)))))
+
+
+class _Seen:
+    """The rows of a track that are not wild, in the delivery frame.
+
+    Parameters
+    ----------
+    track : what was seen
+    slide : its free slide, or that of its first part
+    """
+
+    def __init__(self, track: Trajectory, slide: FreeSlide) -> None:
+        wild, self._noise = wild_rows(track.t, track.xy)
+        kept = np.flatnonzero(~wild)
+        self.direction = Direction.AWAY if slide.xy[-1, 1] >= slide.xy[0, 1] else Direction.HOME
+        self._t, self._xy = track.t[kept], to_delivery(track.xy[kept], self.direction)
+        self._theta = track.theta[kept]
+        self._sigma = track.sigma_xy[kept] if track.sigma_xy.size else None
+        self._slide = slide
+
+    def _sigma_at(self, t: float) -> float | None:
+        """Stated standard error of a coordinate [m]."""
+        if self._sigma is None:
+            return None
+        known = np.isfinite(self._sigma)
+        return float(np.interp(t, self._t[known], self._sigma[known])) if known.any() else None
+
+    def crossing(self, line: float) -> Measured | None:
+        """When the centre crosses a line across the sheet [s].
+
+        Parameters
+        ----------
+        line : its place along the direction of play, from the tee played to [m]
+        """
+        t, ahead = self._t, self._xy[:, 1]
+        past = np.flatnonzero(ahead >= line)
+        if not past.size:
+            return None
+        k = int(past[0])
+        if k == 0:
+            # The track may begin at the line, or a frame after it.
+            if ahead[0] - line > MAX_EXTRAPOLATION:
+                return None
+            low = high = float(t[0])
+        else:
+            low, high = float(t[k - 1]), float(t[k])
+        if high - low > MAX_CROSSING_GAP:
+            return None
+        near = (t >= low - CROSSING_WINDOW) & (t <= high + CROSSING_WINDOW)
+        if near.sum() < 5:
+            return None
+        middle = (low + high) / 2
+        fit = _fit(t[near] - middle, ahead[near], self._noise)
+        here = _root(fit.value[0] - line, *fit.value[1:], about=(high - low) / 2 + 0.2)
+        if here is None:
+            return None
+        speed = fit.value[1] + 2 * fit.value[2] * here
+        when = middle + here
+        sigma = _together(fit.sigma_at(here), self._sigma_at(when))
+        return Measured(when, _times(sigma, 1 / speed))
+
+    def line(self, hog: float) -> tuple[Floats, Measured, Measured, Measured] | None:
+        """Origin, speed, angle and the crossing with the far tee line of the line of delivery.
+
+        Parameters
+        ----------
+        hog : when the stone crosses the first hog line [s]
+        """
+        # The rules want the stone released by now; before, the hand may still steer it.
+        slides = self._t >= max(self._slide.released_at, hog) - 1e-9
+        near = slides & (self._t <= hog + LINE_WINDOW)
+        if near.sum() < 8 or self._t[near][0] - hog > CROSSING_WINDOW:
+            return None
+        u = self._t[near] - hog
+        across, ahead = (_fit(u, self._xy[near, k], self._noise) for k in (0, 1))
+        vx, vy = across.value[1], ahead.value[1]
+        speed = float(np.hypot(vx, vy))
+        angle = float(np.arctan2(-vx, vy))
+        # A stated error is one that lasts: it tilts the line by its change on the way, and a
+        # parabola read at its end doubles that.
+        stated, half = self._sigma_at(hog), 0.5 * speed * float(np.ptp(u))
+        tilt = _together(across.slope_sigma / speed, _times(stated, 2 / half))
+        origin = np.array([across.value[0], ahead.value[0]])
+        run = FAR_TEE - origin[1]
+        at_tee = float(origin[0] - run * np.tan(angle))
+        sigma = _together(_times(tilt, run), stated, across.sigma_at(0.0))
+        return (
+            origin,
+            Measured(speed, _together(ahead.slope_sigma, _times(stated, 2 * speed / half))),
+            Measured(angle, tilt),
+            Measured(at_tee, sigma),
+        )
+
+    def spin(self, hog: float) -> Measured | None:
+        """Spin over the first hog line [rad/s]."""
+        known = np.isfinite(self._theta)
+        near = known & (self._t >= hog - 1e-9) & (self._t <= hog + SPIN_WINDOW)
+        if near.sum() < 8 or np.ptp(self._t[near]) < 0.5 * SPIN_WINDOW:
+            return None
+        fit = _fit(self._t[near] - hog, self._theta[near], 0.0)
+        return Measured(float(fit.value[1]), fit.slope_sigma)
+
+    def turns(self, hog: float) -> Measured | None:
+        """Full turns from the first hog line until the stone rests."""
+        rest = self.time_of_rest()
+        t, theta = self._t[np.isfinite(self._theta)], self._theta[np.isfinite(self._theta)]
+        during = t >= hog - 0.2
+        if rest is None or during.sum() < 8:
+            return None
+        t, theta = t[during], theta[during]
+        # A heading seen from the line on but lost long before the rest tells no turns.
+        seen = t[-1] >= rest.value - 1.0 and t[0] <= hog + 1.0
+        return Measured(abs(float(theta[-1] - theta[0])) / (2 * np.pi)) if seen else None
+
+    def time_of_rest(self) -> Measured | None:
+        """When it has come to rest by itself [s]."""
+        if not self._slide.rests:
+            return None
+        # The last centimetres take long: the place is known far better than the moment.
+        return Measured(float(self._slide.t[-1]), 0.3)
+
+    def place_of_rest(self) -> tuple[Floats, float | None] | None:
+        """Where the stone lies in the end, (2,) [m], and the standard error of a coordinate."""
+        last = self._t >= self._t[-1] - 0.7
+        still = last.sum() >= 4 and float(np.hypot(*np.ptp(self._xy[last], axis=0))) < 0.05
+        if not (still or (self._slide.rests and self._slide.t[-1] >= self._t[-1] - 1e-6)):
+            return None
+        rows = np.flatnonzero(self._t >= self._t[-1] - (0.5 if still else 0.1))
+        place = np.median(self._xy[rows], axis=0)
+        stated = self._sigma_at(float(self._t[-1]))
+        return place, self._noise / np.sqrt(len(rows)) if stated is None else stated
+
+
+class _Fit(NamedTuple):
+    """A parabola through values: its coefficients and their covariance."""
+
+    value: Floats
+    covariance: Floats
+
+    def sigma_at(self, u: float) -> float:
+        basis = np.array([1.0, u, u * u])
+        return float(np.sqrt(basis @ self.covariance @ basis))
+
+    @property
+    def slope_sigma(self) -> float:
+        return float(np.sqrt(self.covariance[1, 1]))
+
+
+def _fit(u: Floats, values: Floats, noise: float) -> _Fit:
+    """Fit a parabola; the noise is at least the one given."""
+    basis = np.column_stack([np.ones_like(u), u, u * u])
+    inverse: Floats = np.asarray(np.linalg.pinv(basis.T @ basis), dtype=np.float64)
+    value = inverse @ (basis.T @ values)
+    left = values - basis @ value
+    spread = np.sqrt(float(left @ left) / max(len(u) - 3, 1))
+    return _Fit(value, inverse * float(max(noise, spread) ** 2))
+
+
+def _root(c: float, b: float, a: float, about: float) -> float | None:
+    """Where c + b·u + a·u² rises through nought within ±about; None where it does not."""
+    roots = np.roots([a, b, c]) if abs(a) > 1e-12 else np.array([-c / b if b else np.nan])
+    rising = [float(r.real) for r in roots if abs(r.imag) < 1e-9 and b + 2 * a * r.real > 0.05]
+    near = [r for r in rising if abs(r) <= about]
+    return min(near, key=abs) if near else None
+
+
+def _difference(start: Measured | None, stop: Measured | None) -> Measured | None:
+    if start is None or stop is None or stop.value <= start.value:
+        return None
+    return Measured(stop.value - start.value, _together(start.sigma, stop.sigma))
+
+
+def _together(*sigmas: float | None) -> float | None:
+    """The standard error of a sum; what is not known is left out."""
+    known = [sigma for sigma in sigmas if sigma is not None]
+    return float(np.sqrt(sum(sigma**2 for sigma in known))) if known else None
+
+
+def _times(sigma: float | None, factor: float) -> float | None:
+    return None if sigma is None else abs(factor) * sigma
+
+
+def _until(track: Trajectory, time: float) -> Trajectory:
+    """The rows of a track before a time."""
+    if time > track.t[-1]:
+        return track
+    rows = track.t < time - 0.02
+    columns = ("t", "xy", "theta", "swept", "sigma_xy", "sigma_theta")
+    part = {
+        name: getattr(track, name)[rows] if getattr(track, name).size else getattr(track, name)
+        for name in columns
+    }
+    return Trajectory(throw=track.throw, stone=track.stone, clock=track.clock, **part)

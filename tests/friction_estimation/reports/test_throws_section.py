@@ -1,0 +1,121 @@
+"""The table of throws reads as a coach says it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from curling_env.infrastructure.storage import read_table
+from curling_env.sheet import Direction
+from curling_env.trajectory import write_tracks
+from curling_env.units import Units
+from friction_estimation.reports.throws_section import (
+    as_text,
+    curl_in_words,
+    handle_of,
+    rest_of,
+    throw_rows,
+    throws_section,
+    write_measures,
+)
+from friction_estimation.tracks.throw_table import Measured, ThrowMeasures
+
+
+def thrown(throw=0, **numbers):
+    measured = {name: Measured(*np.atleast_1d(value).tolist()) for name, value in numbers.items()}
+    return ThrowMeasures(throw=throw, stone=0, clock=0.0, direction=Direction.AWAY, **measured)
+
+
+DRAW = thrown(
+    hog_to_hog=(14.234, 0.003), back_to_hog=(3.61, 0.05), speed=(2.13, 0.003), spin=-1.1,
+    turns=3.24, line=(0.91, 0.02), curl=(-1.22, 0.03), right=-0.305, past=0.61, from_tee=0.68,
+)  # fmt: skip
+
+
+def test_a_draw_reads_as_it_is_called():
+    told = throw_rows([DRAW])
+    assert dict(zip(told.head, told.rows[0], strict=True)) == {
+        "throw": "0",
+        "back to hog": "3.6 s",
+        "hog to hog": "14.23 s",
+        "speed": "2.13 m/s",
+        "handle": "in-turn ↻",
+        "turns": "3.2",
+        "line": "91 cm right ± 2 cm",
+        "curl": "1.22 m right ± 3 cm",
+        "rest": "61 cm past the tee, 30 cm left",
+    }
+
+
+def test_the_same_in_feet():
+    told = throw_rows([DRAW], Units.FEET, errors=False)
+    row = dict(zip(told.head, told.rows[0], strict=True))
+    assert row["curl"] == "4 ft 0 in right"
+    assert row["rest"] == "2 ft 0 in past the tee, 1 ft 0 in left"
+    assert row["speed"] == "7.0 ft/s"
+
+
+@pytest.mark.parametrize(
+    ("right", "past", "told"),
+    [
+        (0.0, 0.0, "on the pin"),
+        (0.0, -6.5, "hogged: 6.50 m short of the tee, on the centre line"),
+        (-1.0, 3.0, "through the house: 3.00 m past the tee, 1.00 m left"),
+        (0.5, 0.001, "on the tee line, 50 cm right"),
+    ],
+)
+def test_places_of_rest(right, past, told):
+    assert rest_of(thrown(right=right, past=past, from_tee=float(np.hypot(right, past)))) == told
+
+
+def test_handles_are_a_right_handers():
+    assert handle_of(thrown(spin=1.5)) == "out-turn ↺"
+    assert handle_of(thrown(spin=0.01)) == "hardly turns"
+    assert handle_of(thrown()) == "–"
+
+
+def test_the_curl_of_draws_is_told_by_handle():
+    throws = [
+        thrown(0, curl=-1.1, spin=-1.0, from_tee=0.5),
+        thrown(1, curl=-1.3, spin=-1.0, from_tee=1.0),
+        thrown(2, curl=1.0, spin=1.0, from_tee=1.0),
+        thrown(3, curl=0.3, spin=1.0, from_tee=9.0),
+    ]
+    assert curl_in_words(throws) == [
+        "Curl of draws into or near the house: in-turn 1.20 m in 2 draws (from 1.10 m to 1.30 m); "
+        "out-turn 1.00 m in one draw."
+    ]
+    assert curl_in_words([thrown()]) == []
+
+
+def test_what_people_wrote_down_joins_the_table(tmp_path):
+    labels = {0: {"athlete": "<Ann>", "called": "draw to the button", "note": "swept"}}
+    told = throw_rows([DRAW, thrown(1)], labels=labels)
+    assert told.head[1:3] == ["athlete", "called"]
+    assert told.head[-1] == "note"
+    assert told.rows[1][1] == ""
+    assert "&lt;Ann&gt;" in throws_section([DRAW], labels=labels)
+    write_measures(tmp_path / "t.csv", [DRAW], labels)
+    table = read_table(tmp_path / "t.csv", required=("hog_to_hog", "hog_to_hog_sigma", "athlete"))
+    assert table.numbers("hog_to_hog")[0] == pytest.approx(14.234)
+    assert table.text("athlete") == ["<Ann>"]
+
+
+def test_columns_that_no_throw_fills_are_left_out():
+    assert "hog to tee" not in throw_rows([DRAW]).head
+    assert len(set(map(len, as_text(throw_rows([DRAW, thrown(1)])).splitlines()))) <= 3
+
+
+def test_the_command_shows_the_table(curling, sliding, tmp_path):
+    rng = np.random.default_rng(3)
+    starts = sliding.varied_starts(rng, 2)
+    write_tracks(
+        tmp_path / "tracks.csv",
+        sliding.measured_throws(sliding.uniform(0.0085), starts, rng, rest=1.0),
+    )
+    run = curling("throws", tmp_path / "tracks.csv", "-o", tmp_path / "table.csv")
+    assert run.status == 0, run.err
+    assert [one["direction"] for one in run.json()] == ["away", "home"]
+    assert "handle" in run.err.splitlines()[0]
+    assert len((tmp_path / "table.csv").read_text().splitlines()) == 3
+    assert curling("throws", tmp_path / "tracks.csv", "--json").err == ""
