@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import IceOption, SeedOption, print_json, say
+from curling_env.commands.cli import IceOption, SeedOption, UnitsOption, conclude
 from curling_env.errors import InputError
+from curling_env.units import Units
 
 
 def plan(
@@ -34,7 +35,7 @@ def plan(
         typer.Option(
             metavar="S.json",
             help='Stones on the sheet: [{"x": 0.3, "y": 15.2, "team": "own"}, …]; a team is own or '
-            "other.",
+            "other, and needed for score; `curling stones --own red` writes such a file.",
         ),
     ] = None,
     skill: Annotated[
@@ -56,16 +57,17 @@ def plan(
         Path | None,
         typer.Option(metavar="P.png", help="Draw the path and where the stone comes to rest."),
     ] = None,
+    units: UnitsOption = Units.METRES,
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print only the JSON, without the call on stderr.")
+        bool, typer.Option("--json", help="Print only the JSON, without the call.")
     ] = False,
     seed: SeedOption = 0,
 ) -> None:
     """Find the best throw for a target or a task.
 
     It simulates throws of both handles and takes the one with the best expected result, given the
-    player's execution error (--skill) and the standard errors of the ice. The result is JSON on
-    stdout; stderr has the call in a curler's words.
+    player's execution error (--skill) and the standard errors of the ice. A terminal gets
+    the call in a curler's words, programs JSON (--json, or where stdout is no terminal).
 
     With --target alone the stone comes to rest there without touching another. With --task the
     throw may move stones, and is judged as in CurlingSheet-v0:
@@ -80,8 +82,10 @@ def plan(
         score         the most points, as the stones lie after the throw
 
     A takeout or a freeze is about the stone nearest to the target, or without a target about the
-    opponents' best stone; without --stones there is one at the target. For score, stones have a
-    team.
+    opponents' best stone; without --stones there is one at the target. For score, every stone must
+    say its team. expected_miss_m is a distance as miss_means says, chance_of_success what
+    success_means says; a takeout succeeds or not, and how far its stones run is no miss of it. The
+    second choice is another shot: of the other handle, another weight, or swept otherwise.
 
     The end played to is the half of the sheet in which the target lies. speed [m/s], angle [rad,
     counter-clockwise from the direction of play] and spin [rad/s] can be passed to `curling throw`
@@ -99,6 +103,7 @@ def plan(
     """
     from agents.planning import plan as find
     from agents.planning import plan_task
+    from agents.planning.planner import check_stones
     from agents.planning.stones_file import read_stones
     from agents.planning.tuning import SPINS
     from curling_env.ice import load_ice
@@ -109,10 +114,13 @@ def plan(
     known = load_ice(ice)
     aim = None if target is None else _numbers(target, "--target", count=2)
     places, own = (NO_OBSTACLES, None) if stones is None else read_stones(stones)
+    if stones is not None and task == "score":
+        check_stones(known, places)
+        places, own = read_stones(stones, teams_needed=True)
     tried = SPINS if spin is None else _numbers(spin, "--spin")
     if task is None:
         assert aim is not None  # one of the two was given
-        result = find(known, aim, stones=places, skill=skill, spins=tried, x=x, seed=seed)
+        result = find(known, aim, stones=places, own=own, skill=skill, spins=tried, x=x, seed=seed)
     else:
         result = plan_task(
             known, task, aim, stones=places, own=own, skill=skill, spins=tried, x=x, seed=seed
@@ -120,16 +128,10 @@ def plan(
     if picture is not None:
         from agents.planning.plan_figure import draw_plan
 
-        draw_plan(known, result, picture)
-    if not as_json:
-        best = result.best
-        say(best.description.call)
-        if best.trials.miss.size > 1:
-            success = "" if task is None else f"{100 * best.trials.success.mean():.0f} % succeed; "
-            say(f"{success}expect to miss by {100 * best.expected_miss:.0f} cm")
-        for remark in result.remarks:
-            say(remark)
-    print_json(result.as_dict())
+        draw_plan(known, result, picture, units)
+    sentences = [result.best.description.call_in(units), result.expectation(result.best, units)]
+    sentences = [sentence for sentence in sentences if sentence] + result.remarks
+    conclude(result.as_dict(), *sentences, as_json=as_json)
 
 
 def _numbers(text: str, option: str, count: int | None = None) -> list[float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import HOG_LINE_Y, HOUSE_RADIUS, TEE_Y, Direction, to_delivery
 from curling_env.throw import Throw, handles
 from curling_env.typing import Floats
+from curling_env.units import Units, length
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,7 +26,7 @@ class Description:
     ice_m : distance along the tee line from the target to the broom: the ice that is given
     turns : turns of the stone on its way
     right_hander, left_hander : the handle, ``in-turn``, ``out-turn`` or ``no turn``
-    call : all of it in a sentence
+    ice_on_the_right : whether the broom is to the right of the target
     """
 
     hog_to_hog_s: float | None
@@ -34,14 +35,77 @@ class Description:
     turns: float
     right_hander: str
     left_hander: str
-    call: str
+    ice_on_the_right: bool
+
+    @property
+    def call(self) -> str:
+        """All of it in a sentence, in metres."""
+        return self.call_in(Units.METRES)
+
+    def call_in(self, units: Units) -> str:
+        """All of it in a sentence."""
+        weight = "a stone that stops before the hog line"
+        if self.hog_to_hog_s is not None:
+            weight = f"{self.hog_to_hog_s:.1f} s hog to hog"
+        given = "no ice"
+        if self.ice_m >= 0.01:
+            which = "right" if self.ice_on_the_right else "left"
+            given = f"{length(self.ice_m, units)} of ice on the {which}"
+        return f"{weight}; {given}: the broom {self.broom_in(units)}; {self.handle}"
+
+    def broom_in(self, units: Units) -> str:
+        """Where the broom is held."""
+        if abs(self.broom_m) < 0.01:
+            return "on the centre line"
+        which = "right" if self.broom_m > 0 else "left"
+        outside = ", outside the house" if abs(self.broom_m) > HOUSE_RADIUS else ""
+        return f"{length(self.broom_m, units)} {which} of the centre line{outside}"
+
+    @property
+    def handle(self) -> str:
+        """The handle for either hand, and the turns."""
+        if self.right_hander == "no turn":
+            return "no turn"
+        return (
+            f"{self.right_hander} for a right-hander, {self.left_hander} for a left-hander, "
+            f"{self.turns:.1f} turns"
+        )
 
     def as_dict(self) -> dict[str, object]:
         """The fields, with numbers rounded to what a person can use."""
-        return {
+        told = {
             key: round(value, 3) if isinstance(value, float) else value
             for key, value in asdict(self).items()
         }
+        return {**told, "call": self.call}
+
+
+def seconds_per_speed(ice: Ice, throw: Throw, direction: Direction) -> float | None:
+    """How the time from hog line to hog line changes with the speed of a throw [s per m/s].
+
+    Parameters
+    ----------
+    direction : the end played to
+
+    Returns
+    -------
+    None where a slightly slower throw stops before the hog line
+    """
+    step = 0.02
+    slower, faster = (
+        _hog_to_hog(ice, replace(throw, speed=throw.speed + change), direction)
+        for change in (-step, step)
+    )
+    return None if slower is None or faster is None else (faster - slower) / (2 * step)
+
+
+def _hog_to_hog(ice: Ice, throw: Throw, direction: Direction) -> float | None:
+    path = slide(ice, throw.release(direction), fps=50.0).trajectory
+    assert path is not None  # a rate was given
+    travelled = direction * path.xy[:, 1]
+    if travelled[-1] <= HOG_LINE_Y:
+        return None
+    return float(np.interp(HOG_LINE_Y, travelled, path.t))
 
 
 def describe(ice: Ice, throw: Throw, target: Floats, direction: Direction) -> Description:
@@ -69,27 +133,5 @@ def describe(ice: Ice, throw: Throw, target: Floats, direction: Direction) -> De
         turns=turns,
         right_hander=right,
         left_hander=left,
-        call=_call(crossing, broom, aim, turns, right, left),
+        ice_on_the_right=broom > aim,
     )
-
-
-def _call(
-    crossing: float | None, broom: float, aim: float, turns: float, right: str, left: str
-) -> str:
-    weight = (
-        f"{crossing:.1f} s hog to hog" if crossing else "a stone that stops before the hog line"
-    )
-    ice = abs(broom - aim)
-    side = "right" if broom > aim else "left"
-    given = f"{ice:.2f} m of ice on the {side}" if ice >= 0.01 else "no ice"
-    place = f"{abs(broom):.2f} m {'right' if broom > 0 else 'left'} of the centre line"
-    if abs(broom) < 0.01:
-        place = "on the centre line"
-    elif abs(broom) > HOUSE_RADIUS:
-        place += ", outside the house"
-    handle = (
-        "no turn"
-        if right == "no turn"
-        else f"{right} for a right-hander, {left} for a left-hander, {turns:.1f} turns"
-    )
-    return f"{weight}; {given}: the broom {place}; {handle}"

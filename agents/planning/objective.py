@@ -19,6 +19,16 @@ from curling_env.game.rules.scoring import points_of
 from curling_env.sheet import Direction, to_delivery, to_sheet
 from curling_env.typing import Flags, Floats
 
+SUCCESS_MEANS = {
+    "draw": "it rests within the radius of the 4-foot ring around the target",
+    "guard": "it rests before the house and covers the place",
+    "takeout": "the stone that was hit is out of play",
+    "hit_and_stay": "the stone that was hit is out of play and the thrown one stays",
+    "peel": "both the stone that was hit and the thrown one are out of play",
+    "freeze": "it rests against the stone without driving it back",
+}
+"""What counts as a success, by the name of the environment's task."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class JudgedThrows:
@@ -60,6 +70,21 @@ class Objective(Protocol):
         ...
 
     @property
+    def own(self) -> Flags | None:
+        """Whether each of them belongs to the thrower's team, (k,); None where that is not told."""
+        ...
+
+    @property
+    def miss_means(self) -> str | None:
+        """What a miss is the distance of, in words; None where none tells how well it went."""
+        ...
+
+    @property
+    def success_means(self) -> str:
+        """What counts as a success, in words."""
+        ...
+
+    @property
     def aim_margin(self) -> float:
         """How far beside the target a throw may have to be aimed [m]."""
         ...
@@ -92,10 +117,13 @@ class RestAtTarget:
     target: Floats
     direction: Direction
     stones: Floats
+    own: Flags | None = None
     name: str = "rest"
     aim_margin: float = 0.8
     max_weight: float = 1.1
     comes_to_rest: bool = True
+    miss_means: str | None = "from the target to where the stone rests"
+    success_means: str = "it rests within the radius of the 4-foot ring around the target"
 
     def judge(self, ended: Rollouts, radius: float) -> JudgedThrows:
         """Value minus the miss; a success, as for a draw, within the radius of the 4-foot ring."""
@@ -119,6 +147,7 @@ class TaskDone:
     mark: Floats
     direction: Direction
     stones: Floats
+    own: Flags | None = None
     given: int | None = None
     radius: float = 0.145
 
@@ -135,6 +164,18 @@ class TaskDone:
     def comes_to_rest(self) -> bool:
         """Whether it is aimed at a place and not, as a takeout is, at a stone."""
         return self.given is None or bool(_distance(self.target, self.mark) > self.radius)
+
+    @property
+    def miss_means(self) -> str | None:
+        # How far a stone runs after a takeout says nothing of the takeout.
+        if not self.comes_to_rest:
+            return None
+        place = "the target" if self.given is None else "the place against the stone"
+        return f"from {place} to where the thrown stone rests"
+
+    @property
+    def success_means(self) -> str:
+        return SUCCESS_MEANS.get(self.task.name, f"the task {self.name} is done")
 
     @property
     def aim_margin(self) -> float:
@@ -183,6 +224,8 @@ class MostPoints:
     aim_margin: float = 2.2
     max_weight: float = 1.8
     comes_to_rest: bool = True
+    miss_means: str | None = None
+    success_means: str = "the thrower's team scores"
 
     def judge(self, ended: Rollouts, radius: float) -> JudgedThrows:
         """Value in points of the thrower's team, negative where the opponents score."""

@@ -7,22 +7,31 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.figure import Figure
 from scipy.ndimage import gaussian_filter
 
+from agents.planning.description import seconds_per_speed
 from agents.planning.planned_throw import Plan, PlannedThrow
 from curling_env.ice import Ice
 from curling_env.infrastructure.storage import atomic_path
 from curling_env.physics.one_stone.slide import SlideEnd, play_bounds, slide
 from curling_env.render import figures
-from curling_env.sheet import TEE_Y
+from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.typing import Floats
+from curling_env.units import FOOT, INCH, Units, length, short_length, speed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def draw_plan(ice: Ice, plan: Plan, path: str | Path) -> None:
+OWN_COLOUR, OTHER_COLOUR, NO_TEAM_COLOUR = "#c8433f", "#f2c230", "#7d8894"
+"""Handles of the thrower's stones, of the opponents', and of stones whose team is not told."""
+CONTACT_MATTERS = 0.05
+"""Share of trials that touch a stone from which on their ends are no ellipse."""
+
+
+def draw_plan(ice: Ice, plan: Plan, path: str | Path, units: Units = Units.METRES) -> None:
     """Write the picture of a plan; the suffix chooses the format.
 
     Parameters
@@ -30,6 +39,7 @@ def draw_plan(ice: Ice, plan: Plan, path: str | Path) -> None:
     ice : ice that the plan was made on
     plan : the plan to show
     path : picture file to write
+    units : what lengths are told in
 
     Raises
     ------
@@ -39,16 +49,16 @@ def draw_plan(ice: Ice, plan: Plan, path: str | Path) -> None:
     exact = len(plan.best.trials.miss) < 2 or plan.skill.is_exact
     grid = figure.add_gridspec(3, 2, height_ratios=[1.2, 4.6, 2.4], width_ratios=[1.0, 1])
     _draw_path(figure, figure.add_subplot(grid[0, :]), ice, plan)
-    _draw_landing(figure.add_subplot(grid[1:, 0]), ice, plan)
-    _write_call(figure.add_subplot(grid[1:, 1] if exact else grid[1, 1]), plan)
+    _draw_landing(figure.add_subplot(grid[1:, 0]), ice, plan, units)
+    _write_call(figure.add_subplot(grid[1:, 1] if exact else grid[1, 1]), ice, plan, units)
     if not exact:
-        _draw_forgiveness(figure.add_subplot(grid[2, 1]), plan)
-    figure.suptitle(_title(plan), fontsize=14, fontweight="bold", color=figures.PATH_COLOUR)
+        _draw_forgiveness(figure.add_subplot(grid[2, 1]), ice, plan, units)
+    figure.suptitle(_title(plan, units), fontsize=14, fontweight="bold", color=figures.PATH_COLOUR)
     with atomic_path(path) as draft:
         figure.savefig(draft)
 
 
-def _title(plan: Plan) -> str:
+def _title(plan: Plan, units: Units) -> str:
     x, y = plan.target
     side = plan.direction * x
     past = plan.direction * y - TEE_Y
@@ -58,14 +68,15 @@ def _title(plan: Plan) -> str:
         parts = []
         if abs(past) >= 0.02:
             parts.append(
-                f"{abs(past):.2f} m {'behind' if past > 0 else 'in front of'} the tee line"
+                f"{length(past, units)} {'behind' if past > 0 else 'in front of'} the tee line"
             )
         if abs(side) >= 0.02:
-            parts.append(f"{abs(side):.2f} m {'right' if side > 0 else 'left'} of the centre line")
+            which = "right" if side > 0 else "left"
+            parts.append(f"{length(side, units)} {which} of the centre line")
         place = ", ".join(parts)
     if plan.objective.name == "score":
         return "The most points"
-    name = {"rest": "stone"}.get(plan.objective.name, plan.objective.name)
+    name = {"rest": "draw"}.get(plan.objective.name, plan.objective.name)
     return f"{name.capitalize()}: {place}"
 
 
@@ -109,13 +120,13 @@ def _draw_path(figure: Figure, ax: Axes, ice: Ice, plan: Plan) -> None:
     if plan.second is not None:
         ax.plot(*view(_path_of(ice, plan, plan.second)).T, color="#777", lw=1.2, ls="--")
     ax.plot(*view(_path_of(ice, plan, plan.best)).T, color=figures.PATH_COLOUR, lw=2)
-    for stone in plan.stones:
-        figures.draw_stone(ax, ice.stone.radius, stone, view, colour="#c9a400")
-    figures.draw_stone(ax, ice.stone.radius, plan.best.rest, view, colour="#c8433f")
+    for stone, colour in zip(plan.stones, _colours(plan), strict=True):
+        figures.draw_stone(ax, ice.stone.radius, stone, view, colour=colour)
+    figures.draw_stone(ax, ice.stone.radius, plan.best.rest, view, colour=OWN_COLOUR)
     figures.show_lengthwise(ax, ice.sheet)
 
 
-def _draw_landing(ax: Axes, ice: Ice, plan: Plan) -> None:
+def _draw_landing(ax: Axes, ice: Ice, plan: Plan, units: Units) -> None:
     view = figures.from_the_thrower(plan.direction)
     figures.draw_sheet(ax, ice.sheet, view)
     trials, best = plan.best.trials, plan.best
@@ -126,28 +137,75 @@ def _draw_landing(ax: Axes, ice: Ice, plan: Plan) -> None:
         for end in (SlideEnd.REST, SlideEnd.CONTACT, SlideEnd.LEFT_BOUNDS):
             dots = view(trials.ends[trials.why == end])
             ax.plot(*dots.T, ".", ms=2.5, color=colours.get(end, "#c8433f"), alpha=0.3, zorder=3)
+        _draw_moved_stones(ax, plan, view)
         for share, style in ((0.5, "-"), (0.9, "--")):
-            figures.draw_landing_ellipse(
-                ax, rested, share, view, edgecolor=figures.PATH_COLOUR, lw=1.6, ls=style, zorder=5
-            )
+            if _is_cloud(plan):
+                figures.draw_landing_cloud(
+                    ax, rested, share, view, colors=figures.PATH_COLOUR, linewidths=1.4,
+                    linestyles=style, zorder=5,
+                )  # fmt: skip
+            else:
+                figures.draw_landing_ellipse(
+                    ax, rested, share, view, edgecolor=figures.PATH_COLOUR, lw=1.6, ls=style,
+                    zorder=5,
+                )  # fmt: skip
     if plan.second is not None:
         ax.plot(*view(_path_of(ice, plan, plan.second)).T, color="#777", lw=1.3, ls="--", zorder=4)
     ax.plot(*view(_path_of(ice, plan, best)).T, color=figures.PATH_COLOUR, lw=2, zorder=4)
-    for before, after in zip(plan.stones, best.stones, strict=True):
+    for before, after, colour in zip(plan.stones, best.stones, _colours(plan), strict=True):
         moved = not np.hypot(*(after - before)) < 1e-3
         alpha = 0.45 if moved else 1.0
-        figures.draw_stone(ax, ice.stone.radius, before, view, colour="#c9a400", alpha=alpha)
+        figures.draw_stone(ax, ice.stone.radius, before, view, colour=colour, alpha=alpha)
         if moved and not np.isnan(after[0]):
-            figures.draw_stone(ax, ice.stone.radius, after, view, colour="#c9a400")
-    figures.draw_stone(ax, ice.stone.radius, best.rest, view, colour="#c8433f", alpha=0.85)
+            figures.draw_stone(ax, ice.stone.radius, after, view, colour=colour)
+    figures.draw_stone(ax, ice.stone.radius, best.rest, view, colour=OWN_COLOUR, alpha=0.85)
     figures.draw_target(ax, plan.target, view)
     lowest = min(
         float(view(plan.target)[1]),
         float(np.quantile(view(trials.ends)[:, 1], 0.02)),
         *(float(y) for y in view(plan.stones)[:, 1]),
     )
-    figures.show_house(ax, ice.sheet, short=float(np.clip(1.0 - lowest, 2.6, 9.0)))
+    figures.show_house(ax, ice.sheet, short=float(np.clip(1.0 - lowest, 2.6, 9.0)), units=units)
+    _draw_legend(ax, plan)
     ax.set_title("Where it comes to rest, seen by the thrower", fontsize=10, loc="left")
+
+
+def _colours(plan: Plan) -> list[str]:
+    """The handle of each resting stone."""
+    if plan.own is None:
+        return [NO_TEAM_COLOUR] * len(plan.stones)
+    return [OWN_COLOUR if own else OTHER_COLOUR for own in plan.own]
+
+
+def _is_cloud(plan: Plan) -> bool:
+    """Whether the ends are those of stones that touched another: they lie in any shape."""
+    return plan.best.trials.chance(SlideEnd.CONTACT) > CONTACT_MATTERS
+
+
+def _draw_moved_stones(ax: Axes, plan: Plan, view: figures.Projection) -> None:
+    """Where the other stones lie after the trials that moved them."""
+    after = plan.best.trials.stones
+    for k, (before, colour) in enumerate(zip(plan.stones, _colours(plan), strict=True)):
+        apart = np.hypot(*(after[:, k] - before).T)
+        moved = after[apart > 0.02, k]
+        if len(moved):
+            ax.plot(*view(moved).T, ".", ms=3, color=colour, alpha=0.35, zorder=3.5, mec="#3c4248",
+                    mew=0.15)  # fmt: skip
+
+
+def _draw_legend(ax: Axes, plan: Plan) -> None:
+    """Whose stones are drawn in which colour."""
+    if not len(plan.stones):
+        return
+    kinds = [(OWN_COLOUR, "own")]
+    if plan.own is None:
+        kinds.append((NO_TEAM_COLOUR, "team not told"))
+    elif not all(plan.own):
+        kinds.append((OTHER_COLOUR, "theirs"))
+    for colour, name in kinds:
+        ax.plot([], [], "o", ms=8, mfc=colour, mec="#3c4248", ls="", label=name)
+    legend = ax.legend(fontsize=8, loc="upper left", framealpha=0.9)
+    legend.set_zorder(10)
 
 
 def _draw_density(ax: Axes, places: Floats) -> None:
@@ -157,23 +215,23 @@ def _draw_density(ax: Axes, places: Floats) -> None:
     cells = np.maximum(np.ceil((high - low) / cell).astype(int), 4)
     heat, x, y = np.histogram2d(*places.T, bins=cells, range=list(zip(low, high, strict=True)))
     heat = gaussian_filter(heat, 0.06 / cell)
-    ax.pcolormesh(
-        x,
-        y,
-        np.ma.masked_less(heat.T, 0.03 * heat.max()),
-        cmap="YlOrRd",
-        alpha=0.55,
-        zorder=2.5,
-        rasterized=True,
-        linewidth=0,
-    )
+    share = heat.T / heat.max()
+    picture = colormaps["YlOrRd"](share)
+    picture[..., 3] = 0.6 * np.clip(4 * share, 0, 1)  # it fades out instead of ending at an edge
+    extent = (x[0], x[-1], y[0], y[-1])
+    ax.imshow(picture, extent=extent, origin="lower", interpolation="bilinear", zorder=2.5)
 
 
-def _draw_forgiveness(ax: Axes, plan: Plan) -> None:
+def _draw_forgiveness(ax: Axes, ice: Ice, plan: Plan, units: Units) -> None:
     """What small errors of weight and line cost: the trials, sorted by their errors."""
     trials = plan.best.trials
-    errors = trials.errors[:, :2] * [1.0, 1e3]
-    values = trials.value if plan.objective.name != "rest" else 100 * trials.miss
+    weight, weight_name = _weight_unit(ice, plan, units)
+    unit, unit_name = (0.01, "cm") if units is Units.METRES else (INCH, "in")
+    errors = trials.errors[:, :2] * [weight, (HOG_LINE_Y + TEE_Y) / unit]
+    rests, scores = plan.objective.name == "rest", plan.objective.name == "score"
+    values = 100.0 * trials.success
+    if rests or scores:
+        values = trials.miss / unit if rests else trials.value
     limit = np.quantile(np.abs(errors), 0.985, axis=0)
     edges = [np.linspace(-end, end, 16) for end in limit]
     total, _, _ = np.histogram2d(*errors.T, bins=edges, weights=values)
@@ -181,25 +239,35 @@ def _draw_forgiveness(ax: Axes, plan: Plan) -> None:
     blur = 0.8
     total, count = gaussian_filter(total, blur), gaussian_filter(count, blur)
     mean = np.ma.masked_where(count < 0.15, total / np.maximum(count, 1e-9))
-    layer = ax.pcolormesh(
-        -edges[1], edges[0], mean, cmap="viridis" if plan.objective.name != "rest" else "viridis_r"
-    )
+    limits = (None, None) if rests or scores else (0.0, 100.0)
+    shades = "viridis_r" if rests else "viridis"
+    layer = ax.pcolormesh(-edges[1], edges[0], mean, cmap=shades, vmin=limits[0], vmax=limits[1])
     ax.axhline(0, color="white", lw=0.6)
     ax.axvline(0, color="white", lw=0.6)
-    ax.set_xlabel("line, to the right of the broom [mrad]", fontsize=8)
-    ax.set_ylabel("weight [m/s]", fontsize=8)
+    ax.set_xlabel(f"line: right of the broom at the far tee [{unit_name}]", fontsize=8)
+    ax.set_ylabel(weight_name, fontsize=8)
     ax.tick_params(labelsize=7)
     bar = ax.figure.colorbar(layer, ax=ax, pad=0.01, aspect=12)
-    bar.set_label("miss [cm]" if plan.objective.name == "rest" else _value_label(plan), fontsize=8)
+    told = f"miss [{unit_name}]" if rests else "points" if scores else "succeeds [%]"
+    bar.set_label(told, fontsize=8)
     bar.ax.tick_params(labelsize=7)
     ax.set_title("What small errors cost", fontsize=10, loc="left")
 
 
-def _value_label(plan: Plan) -> str:
-    return "points" if plan.objective.name == "score" else "reward of the task"
+def _weight_unit(ice: Ice, plan: Plan, units: Units) -> tuple[float, str]:
+    """What an error of weight is told in: its factor per m/s, and a label for an axis.
+
+    A draw's is told in seconds from hog line to hog line, where less is heavier.
+    """
+    slope = seconds_per_speed(ice, plan.best.throw, plan.direction)
+    if slope is not None:
+        return -slope, "heavier by [s hog to hog]"
+    if units is Units.FEET:
+        return 1 / FOOT, "weight [ft/s]"
+    return 1.0, "weight [m/s]"
 
 
-def _write_call(ax: Axes, plan: Plan) -> None:
+def _write_call(ax: Axes, ice: Ice, plan: Plan, units: Units) -> None:
     ax.axis("off")
     place = 1.0
 
@@ -220,13 +288,8 @@ def _write_call(ax: Axes, plan: Plan) -> None:
         time = "stops before the hog line"
         if words.hog_to_hog_s is not None:
             time = f"{words.hog_to_hog_s:.1f} s hog to hog"
-        line(f"Weight: {time} ({planned.throw.speed:.3f} m/s)", size)
-        side = "right" if words.broom_m > 0 else "left"
-        line(
-            f"Broom: {abs(words.broom_m):.2f} m {side} of the centre line, "
-            f"{words.ice_m:.2f} m of ice",
-            size,
-        )
+        line(f"Weight: {time} ({speed(planned.throw.speed, units)} at the hog line)", size)
+        line(f"Broom: {words.broom_in(units)}; {length(words.ice_m, units)} of ice", size)
         if planned.throw.spin:
             line(
                 f"Handle: {words.right_hander} (right-hander), {words.left_hander} (left-hander), "
@@ -238,18 +301,12 @@ def _write_call(ax: Axes, plan: Plan) -> None:
         if planned.sweep is not None:
             start, end = planned.sweep[0], min(planned.sweep[1], planned.time)
             line(f"Sweep from {start:.0f} to {end:.0f} s after the release", size)
-        if plan.objective.name == "score":
-            line(f"Expect {trials.expected_value:+.2f} points", size, color=figures.TARGET_COLOUR)
-        elif len(trials.miss) > 1 and plan.objective.name != "rest":
-            share = f"Succeeds: {100 * trials.success.mean():.0f} %"
-            line(share, size, color=figures.TARGET_COLOUR)
-        if len(trials.miss) > 1 and plan.objective.comes_to_rest and plan.objective.name != "score":
-            line(
-                f"Expected miss: {100 * trials.expected_miss:.0f} cm; nine in ten within "
-                f"{100 * float(np.quantile(trials.miss, 0.9)):.0f} cm",
-                size,
-                color=figures.TARGET_COLOUR,
-            )
+        told = plan.expectation(planned, units)
+        for part in told.split("; ") if told else []:
+            line(part[0].upper() + part[1:], size, color=figures.TARGET_COLOUR)
+        if len(trials.miss) > 1 and plan.objective.miss_means is not None:
+            within = short_length(float(np.quantile(trials.miss, 0.9)), units)
+            line(f"Nine in ten miss by less than {within}", size)
         if len(trials.miss) > 1:
             if plan.stones.size:
                 line(f"Touches a stone: {100 * trials.chance(SlideEnd.CONTACT):.0f} %", size)
@@ -266,11 +323,22 @@ def _write_call(ax: Axes, plan: Plan) -> None:
         place -= 0.045
     skill = plan.skill
     player = (
-        "exact throws"
-        if skill.is_exact
-        else f"skill “{skill.name}”: weight ±{skill.sigma_speed:g} m/s, line "
-        f"±{np.degrees(skill.sigma_angle):.2f}°, spin ±{skill.sigma_spin:g} rad/s"
+        "exact throws" if skill.is_exact else f"skill “{skill.name}”: {_skill(ice, plan, units)}"
     )
-    ice = "and what is not known of the ice" if plan.ice_is_uncertain else "on ice known exactly"
-    line(f"Dots: {len(plan.best.trials.miss)} trials with {player}, {ice}.", 8.5, color="#55606b")
-    line("Solid ellipse: half of them; dashed: nine in ten.", 8.5, color="#55606b")
+    known = "and what is not known of the ice" if plan.ice_is_uncertain else "on ice known exactly"
+    line(f"Dots: {len(plan.best.trials.miss)} trials with {player}, {known}.", 8.5, color="#55606b")
+    shape = "line holds" if _is_cloud(plan) else "ellipse holds"
+    line(f"The solid {shape} half of them, the dashed one nine in ten.", 8.5, color="#55606b")
+
+
+def _skill(ice: Ice, plan: Plan, units: Units) -> str:
+    """One standard deviation of a player's errors, as a coach sees them."""
+    skill = plan.skill
+    slope = seconds_per_speed(ice, plan.best.throw, plan.direction)
+    weight = (
+        f"weight ± {speed(skill.sigma_speed, units)}"
+        if slope is None
+        else f"weight ± {abs(slope) * skill.sigma_speed:.2f} s hog to hog"
+    )
+    line = short_length(skill.sigma_angle * (HOG_LINE_Y + TEE_Y), units)
+    return f"{weight}, line ± {line} at the broom, spin ± {skill.sigma_spin:g} rad/s"

@@ -14,7 +14,8 @@ from curling_env.physics.ice_remarks import NO_CURL, UNKNOWN, belief_in_words
 from curling_env.physics.one_stone.slide import SlideEnd
 from curling_env.sheet import Direction
 from curling_env.throw import Skill, Throw
-from curling_env.typing import Floats
+from curling_env.typing import Flags, Floats
+from curling_env.units import Units, short_length
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,7 +98,7 @@ class Plan:
     objective : what is wanted of the throw
     skill : the player for whom it was planned
     best : the throw with the largest expected value
-    second : the best throw of the other handle, or of another weight; None if there is no other
+    second : the best throw of another handle, weight or sweeping; None if there is no other
     ice_is_uncertain : whether the ice had standard errors, which the trials then include
     map_is_uncertain : whether its map had some
     lacks_something : whether the ice is marked as lacking something that its tracks show
@@ -132,6 +133,30 @@ class Plan:
         return self.objective.stones
 
     @property
+    def own(self) -> Flags | None:
+        """Whether each of them belongs to the thrower's team, (k,); None where that is not told."""
+        return self.objective.own
+
+    def expectation(self, planned: PlannedThrow, units: Units = Units.METRES) -> str:
+        """What to expect of one of the throws, in words; empty where it is thrown exactly."""
+        trials = planned.trials
+        if trials.miss.size < 2:
+            return ""
+        if self.objective.name == "score":
+            share = f"{100 * trials.success.mean():.0f} %"
+            means = self.objective.success_means
+            return f"expect {trials.expected_value:+.1f} points; in {share} of the trials {means}"
+        parts: list[str] = []
+        if self.objective.name != "rest":
+            parts.append(
+                f"{100 * trials.success.mean():.0f} % succeed ({self.objective.success_means})"
+            )
+        if self.objective.miss_means is not None:
+            told = short_length(trials.expected_miss, units)
+            parts.append(f"expect to miss by {told} ({self.objective.miss_means})")
+        return "; ".join(parts)
+
+    @property
     def remarks(self) -> list[str]:
         """What the thrower should know of the ice, in sentences."""
         return [
@@ -145,6 +170,8 @@ class Plan:
         return {
             **self.best.as_dict(),
             "task": self.objective.name,
+            "miss_means": self.objective.miss_means,
+            "success_means": self.objective.success_means,
             "target": {"x": float(self.target[0]), "y": float(self.target[1])},
             "direction": self.direction.name.lower(),
             "skill": {

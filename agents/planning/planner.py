@@ -13,7 +13,7 @@ from agents.planning.monte_carlo import Trials, run_trials
 from agents.planning.objective import MostPoints, Objective, RestAtTarget, TaskDone
 from agents.planning.planned_throw import Plan, PlannedThrow
 from agents.planning.reward_map import cross_entropy_search, reward_peaks
-from agents.planning.rollouts import SPIN, SWEEP, SWEEP_END, roll_out_in_play
+from agents.planning.rollouts import SPEED, SPIN, SWEEP, SWEEP_END, roll_out_in_play
 from agents.planning.target_search import check_target, direction_to, find_throws, handles_of
 from agents.planning.tuning import (
     BELIEF_MATTERS,
@@ -22,6 +22,7 @@ from agents.planning.tuning import (
     EQUAL_VALUE_DIFFERENCE,
     FINAL_TRIALS,
     GRID_THROWS,
+    OTHER_WEIGHT,
     RANKING_TRIALS,
     REFINED_PEAKS,
     SAMPLED_ICES,
@@ -45,6 +46,7 @@ def plan(
     target: ArrayLike,
     *,
     stones: ArrayLike = NO_OBSTACLES,
+    own: ArrayLike | None = None,
     skill: str | Skill = "elite",
     spins: Sequence[float] = SPINS,
     x: float = 0.0,
@@ -60,6 +62,7 @@ def plan(
     ice : known or estimated ice
     target : (2,) target, sheet frame [m]; the end played to is the half of the sheet it lies in
     stones : (k, 2) centres of resting stones, sheet frame [m]
+    own : (k,) whether each belongs to the thrower's team, for the picture; None if that is not told
     skill : name in `SKILLS`, or a skill
     spins : spins to try [rad/s]
     x : offset of the release at the hog line, delivery frame [m]
@@ -73,11 +76,12 @@ def plan(
     stones = np.asarray(stones, dtype=np.float64).reshape(-1, 2)
     skill = _checked(skill, spins)
     check_target(ice, target)
-    _check_stones(ice, stones)
+    check_stones(ice, stones)
     _check_room(ice, target, stones)
     direction = direction_to(target)
     throws = find_throws(ice, target, spins=spins, x=x).throws
-    objective = RestAtTarget(target=target, direction=direction, stones=stones)
+    teams = None if own is None else np.asarray(own, dtype=np.bool_)
+    objective = RestAtTarget(target=target, direction=direction, stones=stones, own=teams)
     return _choose(ice, objective, _clear_throws(ice, throws, objective), skill, seed)
 
 
@@ -107,25 +111,29 @@ def plan_task(
         it, or puts one there if no stones are given. Without a target: the opponents' stone nearest
         to the tee, or for other tasks the task's usual mark at the away end
     stones : (k, 2) centres of resting stones, sheet frame [m]
-    own : (k,) whether each stone belongs to the thrower's team; by default none does
+    own : (k,) whether each stone belongs to the thrower's team; None if that is not told, as which
+        all are the opponents' where a task is about one of theirs, and which ``score`` refuses
     skill, spins, x, seed : see `plan`
     candidates : number of throws in the grid
 
     Raises
     ------
-    InputError : unknown task, impossible mark or stones, or no throw that gets there
+    InputError : unknown task, impossible mark or stones, stones without teams where points are
+        asked for, or no throw that gets there
     """
     skill = _checked(skill, spins)
     stones = np.asarray(stones, dtype=np.float64).reshape(-1, 2)
-    own = np.zeros(len(stones), dtype=np.bool_) if own is None else np.asarray(own, dtype=np.bool_)
+    teams = None if own is None else np.asarray(own, dtype=np.bool_)
+    if task == "score" and len(stones) and teams is None:
+        raise InputError("points need each stone's team: say which stones are own")
     mark = None if target is None else np.asarray(target, dtype=np.float64)
     if mark is not None:
         check_target(ice, mark)
-    _check_stones(ice, stones)
-    objective = _objective(ice, task, mark, stones, own)
+    check_stones(ice, stones)
+    objective = _objective(ice, task, mark, stones, teams)
     handles = handles_of(ice, spins)
     peaks = reward_peaks(ice, objective, skill, handles, x=x, grid_throws=candidates)
-    peaks = peaks[:REFINED_PEAKS]
+    peaks = _best_peaks(peaks)
     ices = _sampled(ice, seed)
 
     def expected_value(throws: Floats) -> Floats:
@@ -160,7 +168,7 @@ def plan_throw(
         ``"takeout"``, or ``"score"`` for the most points
     mark : (2,) mark of the task, see `plan_task`
     stones : (k, 2) centres of resting stones, sheet frame [m]
-    own : (k,) whether each stone belongs to the thrower's team; by default none does
+    own : (k,) whether each stone belongs to the thrower's team, see `plan_task`
     skill : the player who throws: ``none``, ``elite``, ``champion``, ``club``, or a `Skill`
     seed : seed of the trials; the same seed gives the same plan
 
@@ -175,15 +183,16 @@ def plan_throw(
     known = load_ice(ice)
     if isinstance(target, str | Task):
         return plan_task(known, target, mark, stones=stones, own=own, skill=skill, seed=seed)
-    return plan(known, target, stones=stones, skill=skill, seed=seed)
+    return plan(known, target, stones=stones, own=own, skill=skill, seed=seed)
 
 
 # --- what is wanted ------------------------------------------------------------------------------
 
 
 def _objective(
-    ice: Ice, task: str | Task, mark: Floats | None, stones: Floats, own: Flags
+    ice: Ice, task: str | Task, mark: Floats | None, stones: Floats, teams: Flags | None
 ) -> Objective:
+    own = np.zeros(len(stones), dtype=np.bool_) if teams is None else teams
     nearest = stones[:, 1] if mark is None else np.atleast_1d(mark[1])
     direction = Direction.AWAY if nearest.sum() >= 0 else Direction.HOME
     if task == "score":
@@ -198,7 +207,7 @@ def _objective(
                     f"the task {known.name} needs a stone: give stones, or a target where one lies"
                 )
             stones = mark[None]
-            own = np.zeros(1, dtype=np.bool_)
+            own, teams = np.zeros(1, dtype=np.bool_), None
         candidates = np.flatnonzero(~own) if mark is None and not own.all() else np.arange(len(own))
         aim = tee(direction) if mark is None else mark
         given = int(candidates[np.argmin(np.hypot(*(stones[candidates] - aim).T))])
@@ -210,6 +219,7 @@ def _objective(
         mark=mark,
         direction=direction,
         stones=stones,
+        own=teams,
         given=given,
         radius=ice.stone.radius,
     )
@@ -226,7 +236,13 @@ def _checked(skill: str | Skill, spins: Sequence[float]) -> Skill:
     return skill_named(skill)
 
 
-def _check_stones(ice: Ice, stones: Floats) -> None:
+def check_stones(ice: Ice, stones: Floats) -> None:
+    """Refuse stones (k, 2) that lie off the ice or in each other.
+
+    Raises
+    ------
+    InputError : the first stone that does
+    """
     for k, stone in enumerate(stones):
         place = f"({stone[0]:g}, {stone[1]:g}) m"
         if not bool(ice.sheet.contains(stone)):
@@ -250,6 +266,14 @@ def _check_room(ice: Ice, target: Floats, stones: Floats) -> None:
 
 
 # --- candidates ----------------------------------------------------------------------------------
+
+
+def _best_peaks(peaks: Floats) -> Floats:
+    """The first peaks (n, 6), and the first of the other handle if they all have the same."""
+    best = peaks[:REFINED_PEAKS]
+    other = peaks[peaks[:, SPIN] * peaks[:1, SPIN] < 0][:1]
+    alike = (best[:, SPIN] * best[:1, SPIN] >= 0).all()
+    return np.concatenate([best, other]) if alike else best
 
 
 def _throws_to(ice: Ice, target: Floats, spins: Sequence[float], x: float) -> Floats:
@@ -300,9 +324,15 @@ def _choose(ice: Ice, objective: Objective, throws: Floats, skill: Skill, seed: 
     ranking = run_trials(ices, throws, objective, skill, n=RANKING_TRIALS, seed=seed)
     order = _best_first(throws, ranking, isinstance(objective, RestAtTarget))
     best = order[0]
-    others = [i for i in order[1:] if throws[i, SPIN] * throws[best, SPIN] <= 0] or order[1:]
+    others = [i for i in order[1:] if _is_another_shot(throws[i], throws[best])]
     chosen = throws[[best, *others[:1]]]
     final = run_trials(ices, chosen, objective, skill, n=FINAL_TRIALS, seed=seed)
+    if (
+        len(final) > 1
+        and final[1].expected_value > final[0].expected_value + EQUAL_VALUE_DIFFERENCE
+    ):
+        # The trials that rank the candidates are few; what all of them say counts.
+        chosen, final = chosen[::-1], final[::-1]
     player = final
     if len(ices) > 1:
         player = run_trials([ice], chosen, objective, skill, n=FINAL_TRIALS, seed=seed)
@@ -324,6 +354,14 @@ def _choose(ice: Ice, objective: Objective, throws: Floats, skill: Skill, seed: 
         lacks_curl=lacks_curl(ice),
         believed=_beliefs_that_matter(ice, chosen[0], objective),
     )
+
+
+def _is_another_shot(throw: Floats, best: Floats) -> bool:
+    """Whether a throw (6,) is another shot: of another handle or weight, or swept otherwise."""
+    handle = np.sign(throw[SPIN]) != np.sign(best[SPIN])
+    weight = abs(throw[SPEED] / best[SPEED] - 1) > OTHER_WEIGHT
+    swept = (throw[SWEEP_END] > throw[SWEEP]) != (best[SWEEP_END] > best[SWEEP])
+    return bool(handle or weight or swept)
 
 
 def _beliefs_that_matter(

@@ -47,6 +47,8 @@ BELIEF_MATTERS = 0.01
 
 USUAL_SPIN = 1.0
 """Spin of the standard draw [rad/s], about three turns; preferred among equally good throws."""
+OTHER_WEIGHT = 0.1
+"""Share by which weights differ for a throw to be another shot: a hit of another weight."""
 EQUAL_MISS_RATIO = 1.03
 """Expected misses within this ratio count as equal: the ranking trials cannot tell them apart."""
 EQUAL_VALUE_DIFFERENCE = 0.02

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Circle, Ellipse
 from numpy.typing import ArrayLike
-from scipy.ndimage import map_coordinates
+from scipy.ndimage import gaussian_filter, map_coordinates
 
 from curling_env.infrastructure.storage import atomic_path
 from curling_env.sheet import (
@@ -30,6 +30,7 @@ from curling_env.sheet import (
     to_delivery,
 )
 from curling_env.typing import Floats
+from curling_env.units import FOOT, Units
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -106,15 +107,25 @@ def show_lengthwise(ax: Axes, sheet: Sheet) -> None:
     ax.tick_params(length=0, labelsize=8, colors=SOFT)
 
 
-def show_house(ax: Axes, sheet: Sheet, *, short: float = 4.0, past: float = 2.6) -> None:
+def show_house(
+    ax: Axes,
+    sheet: Sheet,
+    *,
+    short: float = 4.0,
+    past: float = 2.6,
+    units: Units = Units.METRES,
+) -> None:
     """Set limits to the house seen by the thrower, from `short` of the tee to `past` it [m]."""
     ax.set_xlim(-sheet.width / 2 - 0.05, sheet.width / 2 + 0.05)
     ax.set_ylim(-short, past)
-    ax.set_xticks([-2, -1, 0, 1, 2])
-    ax.set_yticks(np.arange(-np.floor(short), past, 1))
+    unit, name, step = (1.0, "m", 1) if units is Units.METRES else (FOOT, "ft", 2)
+    across = np.arange(-2, 3) if units is Units.METRES else np.arange(-6, 7, 2)
+    along = np.arange(-step * np.floor(short / unit / step), past / unit, step)
+    ax.set_xticks(across * unit, [f"{value:g}" for value in across])
+    ax.set_yticks(along * unit, [f"{value:g}" for value in along])
     ax.tick_params(length=2, labelsize=8, colors=SOFT)
-    ax.set_xlabel("right of the centre line [m]", fontsize=8, color=SOFT)
-    ax.set_ylabel("past the tee [m]", fontsize=8, color=SOFT)
+    ax.set_xlabel(f"right of the centre line [{name}]", fontsize=8, color=SOFT)
+    ax.set_ylabel(f"past the tee [{name}]", fontsize=8, color=SOFT)
 
 
 def draw_map(
@@ -194,6 +205,24 @@ def draw_landing_ellipse(
             **style,
         )
     )
+
+
+def draw_landing_cloud(
+    ax: Axes, points: Floats, share: float, view: Projection, **style: Any
+) -> None:
+    """Draw the line around the densest places that hold a share of points (n, 2) of any shape."""
+    seen = view(points)
+    if len(seen) < 3:
+        return
+    cell, blur = 0.04, 0.1
+    low, high = seen.min(axis=0) - 4 * blur, seen.max(axis=0) + 4 * blur
+    cells = np.maximum(np.ceil((high - low) / cell).astype(int), 4)
+    count, x, y = np.histogram2d(*seen.T, bins=cells, range=list(zip(low, high, strict=True)))
+    density = gaussian_filter(count, blur / cell, mode="constant")
+    ranked = np.sort(density, axis=None)[::-1]
+    level = float(ranked[np.searchsorted(np.cumsum(ranked), share * ranked.sum())])
+    middle_x, middle_y = (x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2
+    ax.contour(middle_x, middle_y, density.T, levels=[level], **style)
 
 
 def new_figure(width: float, height: float) -> Figure:

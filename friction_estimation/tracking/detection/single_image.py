@@ -12,6 +12,7 @@ from curling_env.errors import InputError
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Image
 from friction_estimation.appearance import StoneModel
+from friction_estimation.appearance.colour_names import HandleColour, colour_name, handle_colour
 from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background, Blob, moving_blobs
@@ -29,13 +30,15 @@ class DetectedStone:
     xy : (2,) its place on the ice [m]
     sigma : standard error of each coordinate [m]
     px : (2,) centre of what is seen of it [px]
-    colour : (3,) median colour of what is seen of it, blue-green-red; it tells the teams apart
+    colour : (3,) median colour of what is seen of it, blue-green-red
+    handle : the colour of its handle by name; it tells the teams apart
     """
 
     xy: Floats
     sigma: float
     px: Floats
     colour: Floats
+    handle: HandleColour
 
 
 def find_stones_in_image(
@@ -102,7 +105,7 @@ def _as_stone(
     ):
         return None
     (u, v), (right, below) = blob.low_px.astype(int), blob.high_px.astype(int)
-    inner = picture[v : below + 1, u : right + 1].reshape(-1, 3)
+    inner = picture[v : below + 1, u : right + 1]
     metre_px = float(np.sqrt(abs(np.linalg.det(camera.px_per_metre(xy, model.height / 2)))))
     # All that is missing of the outline may be missing on one side.
     off_px = max(1.0, float(np.abs(expected + rim / 2 - extent).max()) / 2)
@@ -110,7 +113,8 @@ def _as_stone(
         xy=xy,
         sigma=float(off_px / metre_px / np.sqrt(2)),
         px=middle,
-        colour=np.median(inner, axis=0),
+        colour=np.median(inner.reshape(-1, 3), axis=0),
+        handle=colour_name(handle_colour(inner)),
     )
 
 
@@ -126,7 +130,7 @@ def draw_stones(
         outline = cv2.convexHull(px.astype(np.float32))
         cv2.polylines(sketch, [np.round(outline).astype(np.int32)], True, RED, 2, cv2.LINE_AA)
         at = px.max(axis=0) + 4
-        text = f"{stone.xy[0]:.2f}, {stone.xy[1]:.2f} m"
+        text = f"{stone.xy[0]:.2f}, {stone.xy[1]:.2f} m, {stone.handle}"
         where = (int(min(at[0], size[0] - 160)), int(min(at[1] + 12, size[1] - 6)))
         cv2.putText(sketch, text, where, cv2.FONT_HERSHEY_SIMPLEX, 0.55, RED, 1, cv2.LINE_AA)
     return sketch

@@ -9,10 +9,12 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 import pytest
+from matplotlib.image import imread
 
 from agents.planning import plan, plan_task
-from agents.planning.description import handles
+from agents.planning.description import describe, handles
 from agents.planning.monte_carlo import run_trials
+from agents.planning.plan_figure import draw_plan
 from agents.planning.rollouts import releases_of, roll_out
 from agents.planning.target_search import find_throws
 from curling_env.envs.sheet.action import ThrowRange
@@ -21,6 +23,7 @@ from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice, save_ice
 from curling_env.physics.one_stone.slide import play_bounds, slide
 from curling_env.sheet import PAPER_SHEET, TEE_Y, Direction, to_delivery
 from curling_env.throw import SKILLS, Skill, Throw
+from curling_env.units import Units
 
 
 def uneven(spread: float = 0.1, interpolation: str = "bilinear") -> Ice:
@@ -322,6 +325,48 @@ def test_hand_and_map_are_told_apart() -> None:
     assert chart > 0.1
 
 
+def test_the_second_choice_is_another_shot() -> None:
+    ice = load_ice("standard")
+    stones = [(0.3, 17.6), (0.1, 14.2)]
+    for found in (
+        plan_task(ice, "takeout", STONE, stones=stones, skill="club"),
+        plan(ice, (0.0, TEE_Y), skill="club"),
+    ):
+        best, second = found.best.throw, found.second.throw
+        assert best.spin * second.spin < 0 or abs(second.speed / best.speed - 1) > 0.1
+        value = found.second.trials.expected_value
+        assert value <= found.best.trials.expected_value + 0.05 * abs(value)
+
+
+def test_what_a_miss_is_the_distance_of_is_said() -> None:
+    ice = load_ice("standard")
+    draw = plan(ice, (0.0, TEE_Y), skill="club")
+    assert "from the target to where the stone rests" in draw.expectation(draw.best)
+    assert " in (" in draw.expectation(draw.best, Units.FEET)
+    hit = plan_task(ice, "takeout", STONE, skill="club")
+    said = hit.expectation(hit.best)
+    assert "succeed (the stone that was hit is out of play)" in said
+    assert "miss" not in said
+    assert hit.as_dict()["miss_means"] is None
+    exact = plan(ice, (0.0, TEE_Y), skill="none")
+    assert exact.expectation(exact.best) == ""
+
+
+def test_points_need_to_know_whose_stones_lie() -> None:
+    with pytest.raises(InputError, match="team"):
+        plan_task(load_ice("standard"), "score", stones=[(0.0, TEE_Y)])
+
+
+def test_a_call_in_feet() -> None:
+    words = describe(load_ice("standard"), Throw(speed=2.1, angle=-0.05, spin=1.0),
+                     np.array([0.0, TEE_Y]), Direction.AWAY)  # fmt: skip
+    assert "m of ice" in words.call
+    assert words.as_dict()["call"] == words.call
+    told = words.call_in(Units.FEET)
+    assert f"{int(words.ice_m / 0.3048)} ft" in told
+    assert " m of ice" not in told
+
+
 # --- the command -------------------------------------------------------------------------------
 
 
@@ -385,6 +430,30 @@ def test_command_takes_a_spin_and_plays_home(curling) -> None:
 )
 def test_command_refuses_in_one_line(curling, arguments: list[str], words: str) -> None:
     assert words in curling("plan", "--ice", "standard", *arguments).complaint
+
+
+def test_the_picture_tells_whose_stones_are_whose(tmp_path) -> None:
+    """Own stones are red, the opponents' yellow, and neither where no team is told."""
+    ice, stones = load_ice("standard"), [(-0.9, 16.6), (0.9, 17.6)]
+    red, yellow = np.array([200, 67, 63]), np.array([242, 194, 48])
+    seen = []
+    for own in ([True, False], [False, False], None):
+        found = plan(ice, (0.0, TEE_Y), stones=stones, own=own, skill="none")
+        draw_plan(ice, found, tmp_path / "plan.png")
+        picture = imread(tmp_path / "plan.png")[..., :3] * 255
+        seen.append([int((np.abs(picture - c).max(axis=2) < 3).sum()) for c in (red, yellow)])
+    both, theirs, untold = seen
+    assert both[0] > theirs[0] + 100
+    assert theirs[1] > both[1] + 100
+    assert untold[1] == 0
+
+
+def test_score_refuses_stones_without_a_team(curling, tmp_path) -> None:
+    stones = tmp_path / "stones.json"
+    stones.write_text(json.dumps([{"x": 0.3, "y": 17.6, "team": "own"}, {"x": 0.9, "y": 17.6}]))
+    run = curling("plan", "--ice", "standard", "--task", "score", "--stones", stones)
+    assert "stone 2: no team" in run.complaint
+    assert "curling stones --own" in run.complaint
 
 
 def test_command_plans_a_task_and_refuses_overlapping_stones(curling, tmp_path) -> None:

@@ -65,11 +65,16 @@ def test_the_command_writes_stones_that_the_planner_reads(club_photo, known, tmp
             [
                 *("stones", str(paths["now.png"]), "--empty", str(paths["empty.png"])),
                 *("--scene", str(paths["scene.json"]), "-o", str(paths["s.json"])),
-                *("--picture", str(tmp_path / "drawn.png")),
+                *("--picture", str(tmp_path / "drawn.png"), "--own", "yellow"),
             ]
         )
         == 0
     )
     told = json.loads(capsys.readouterr().out)
-    assert len(told) == len(read_stones(paths["s.json"])[0]) >= 2
+    places, own = read_stones(paths["s.json"], teams_needed=True)
+    assert len(told) == len(places) >= 2
+    # The one in the house has a yellow handle, the guard a red one.
+    near = np.linalg.norm(places[:, None] - club_photo.stones[None, :2], axis=2).argmin(axis=0)
+    assert own[near].tolist() == [True, False]
+    assert [told[k]["handle"] for k in near] == ["yellow", "red"]
     assert cv2.imread(str(tmp_path / "drawn.png")) is not None
