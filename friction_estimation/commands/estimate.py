@@ -187,7 +187,7 @@ def estimate(
         save_information,
     )
     from friction_estimation.reports.estimate_page import headline, write_report
-    from friction_estimation.tracks.throw_list import load_tracks
+    from friction_estimation.tracks.throw_list import NO_NOTES, load_tracks, throws_beside
 
     first, stored, throws_before = _earlier_ice(start, prior, update)
     earlier = None if update is None else information_path(update)
@@ -195,12 +195,13 @@ def estimate(
     if tables and len(inputs) > 1:
         raise InputError("give one tracks file, or films, not both or several", source=inputs[1])
     stills: list[Still] = []
+    notes = NO_NOTES
     checkpoints: Checkpoints | None = None
     if tables:
         if scene or camera:
             source = "--scene" if scene else "--camera"
             raise InputError("a scene and a camera belong to films, not to tracks", source=source)
-        tracks = load_tracks(inputs[0])
+        tracks, notes = load_tracks(inputs[0]), throws_beside(inputs[0])
     else:
         if not scene:
             raise InputError(
@@ -251,7 +252,7 @@ def estimate(
         save_information(found.information, information_path(output))
     if report is not None:
         folder = make_directory(report)
-        names = write_report(found, folder, stills, provenance=origin, units=units)
+        names = write_report(found, folder, stills, provenance=origin, units=units, notes=notes)
         say(f"{folder}: {', '.join(names)}")
     search = found.bias_search
     if search is not None and (search.outcome == "found" or camera_bias == CameraBiasOption.on):

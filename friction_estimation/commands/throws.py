@@ -35,7 +35,8 @@ def throws(
         rest               past or short of the tee, right or left of the centre line
 
     Times are those of the stone's centre; left and right are the thrower's. What a camera did not
-    see is left blank. A throw that touched another stone tells what it was until then. JSON and
+    see is left blank. What a table throws.csv beside the tracks notes (athlete, stone, called,
+    note) is shown too. A throw that touched another stone tells what it was until then. JSON and
     CSV are in metres, seconds and radians, each number with its standard error (NAME_sigma).
 
     \b
@@ -44,19 +45,33 @@ def throws(
         curling throws tracks.csv --units feet
         curling throws tracks.csv -o table.csv
     """
-    from curling_env.trajectory import read_tracks
     from friction_estimation.reports.throws_section import (
         as_text,
         curl_in_words,
         throw_rows,
         write_measures,
     )
+    from friction_estimation.tracks.throw_list import (
+        THROW_LIST,
+        ThrowNote,
+        load_tracks,
+        throws_beside,
+    )
     from friction_estimation.tracks.throw_table import throw_table
 
-    measured = throw_table(read_tracks(tracks))
+    if output is not None and output.resolve() == tracks.with_name(THROW_LIST).resolve():
+        raise InputError(
+            "is where notes of the throws stand; name the table otherwise", source=output
+        )
+    measured = throw_table(load_tracks(tracks))
+    notes = throws_beside(tracks)
     if not measured:
         raise InputError("no throw slides freely in these tracks", source=tracks)
     if output is not None:
-        write_measures(output, measured)
-    words = [as_text(throw_rows(measured, units, errors=False)), *curl_in_words(measured, units)]
-    conclude([one.as_dict() for one in measured], *words, as_json=as_json)
+        write_measures(output, measured, notes)
+    words = [
+        as_text(throw_rows(measured, units, notes, errors=False)),
+        *curl_in_words(measured, units),
+    ]
+    each = [{**one.as_dict(), **notes.get(one.throw, ThrowNote()).row} for one in measured]
+    conclude(each, *words, as_json=as_json)

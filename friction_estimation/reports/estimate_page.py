@@ -25,7 +25,8 @@ from friction_estimation.reports.draw_weight import (
 )
 from friction_estimation.reports.estimate_figures import paper_estimate, per_cent, write_pictures
 from friction_estimation.reports.html import facts, picture, table, write_page
-from friction_estimation.reports.throws_section import Labels, throws_section, write_measures
+from friction_estimation.reports.throws_section import Notes, throws_section, write_measures
+from friction_estimation.tracks.throw_list import NO_NOTES
 from friction_estimation.tracks.throw_table import throw_table
 
 
@@ -80,7 +81,7 @@ def write_report(
     reload: float | None = None,
     provenance: Mapping[str, Any] | None = None,
     units: Units = Units.METRES,
-    labels: Labels | None = None,
+    notes: Notes = NO_NOTES,
 ) -> list[str]:
     """All figures and tables of an estimate, and the page that shows them, `report.html`.
 
@@ -93,7 +94,7 @@ def write_report(
         a page that stays as it is
     provenance : where the estimate comes from, where that is known
     units : what the page tells lengths in; tables and JSON are in metres
-    labels : what people wrote down of the throws
+    notes : what a coach noted of the throws
 
     Returns
     -------
@@ -105,8 +106,8 @@ def write_report(
     origin = {"provenance": dict(provenance)} if provenance else {}
     write_json(folder / "estimate.json", {**found.summary(), **origin})
     measured = throw_table([part.track for part in found.slides])
-    write_measures(folder / "throw_table.csv", measured, labels)
-    throws = throws_section(measured, units, labels) if measured else ""
+    write_measures(folder / "throw_table.csv", measured, notes)
+    throws = throws_section(measured, units, notes) if measured else ""
     _write_page(found, folder, pictures, stills, throws, units, reload, provenance)
     return ["report.html", "throw_table.csv", *pictures, "cells.csv", "rows.csv", "estimate.json"]
 

@@ -15,15 +15,14 @@ from curling_env.sheet import HOUSE_RADIUS, RULE_BOOK_STONE, Direction
 from curling_env.throw import handles
 from curling_env.units import Units, length, short_length, side, speed
 from friction_estimation.reports.html import table
+from friction_estimation.tracks.throw_list import NO_NOTES, NOTED, ThrowNote
 from friction_estimation.tracks.throw_table import FAR_HOG, Measured, ThrowMeasures
 from friction_estimation.tracks.tuning import MIN_TURN
 
-LABELS = ("athlete", "stone", "called", "note")
-"""What people write down beside the throws, in the order of the columns."""
 NOT_SEEN = "–"
 
-Labels = Mapping[int, Mapping[str, str]]
-"""What people wrote down of a throw, by its number."""
+Notes = Mapping[int, ThrowNote]
+"""What a coach noted of throws, by their numbers."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +44,7 @@ class ThrowRows:
 def throw_rows(
     throws: Sequence[ThrowMeasures],
     units: Units = Units.METRES,
-    labels: Labels | None = None,
+    notes: Notes = NO_NOTES,
     *,
     errors: bool = True,
 ) -> ThrowRows:
@@ -57,19 +56,17 @@ def throw_rows(
     ----------
     throws : the measured throws
     units : what lengths are told in
-    labels : what people wrote down of the throws
+    notes : what a coach noted of the throws
     errors : whether line and curl are told with their standard errors
     """
-    known = labels or {}
-    said = [name for name in LABELS if any(known.get(one.throw, {}).get(name) for one in throws)]
+
+    def noted(name: str) -> list[str]:
+        return [getattr(notes.get(one.throw, ThrowNote()), name) for one in throws]
+
     columns: list[tuple[str, list[str], bool]] = [
         ("throw", [str(one.throw) for one in throws], True)
     ]
-    columns += [
-        (name, [known.get(one.throw, {}).get(name, "") for one in throws], False)
-        for name in said
-        if name != "note"
-    ]
+    columns += [(name, noted(name), False) for name in NOTED if name != "note"]
     columns += [
         ("back to hog", [_seconds(one.back_to_hog) for one in throws], True),
         ("hog to hog", [_seconds(one.hog_to_hog) for one in throws], True),
@@ -85,10 +82,7 @@ def throw_rows(
         ("curl", [_side(one.curl, units, errors, positive="left") for one in throws], False),
         ("rest", [rest_of(one, units) for one in throws], False),
     ]
-    if "note" in said:
-        columns.append(
-            ("note", [known.get(one.throw, {}).get("note", "") for one in throws], False)
-        )
+    columns.append(("note", noted("note"), False))
     columns = [
         column for column in columns if any(cell not in ("", NOT_SEEN) for cell in column[1])
     ]
@@ -102,7 +96,7 @@ def throw_rows(
 def throws_section(
     throws: Sequence[ThrowMeasures],
     units: Units = Units.METRES,
-    labels: Labels | None = None,
+    notes: Notes = NO_NOTES,
 ) -> str:
     """The table of throws with what its columns mean, as HTML.
 
@@ -110,9 +104,9 @@ def throws_section(
     ----------
     throws : the measured throws
     units : what lengths are told in
-    labels : what people wrote down of the throws
+    notes : what a coach noted of the throws
     """
-    told = throw_rows(throws, units, labels)
+    told = throw_rows(throws, units, notes)
     cells = [[_cell(cell) for cell in row] for row in told.rows]
     means = "".join(f"<p>{escape(sentence)}</p>" for sentence in curl_in_words(throws, units))
     kept = {
@@ -145,7 +139,7 @@ EXPLANATION = (
 
 
 def write_measures(
-    path: str | Path, throws: Sequence[ThrowMeasures], labels: Labels | None = None
+    path: str | Path, throws: Sequence[ThrowMeasures], notes: Notes = NO_NOTES
 ) -> None:
     """Write the table as CSV: SI units, the sheet frame's names, and every standard error.
 
@@ -153,17 +147,17 @@ def write_measures(
     ----------
     path : file to write
     throws : the measured throws
-    labels : what people wrote down of the throws, as columns of their own
+    notes : what a coach noted of the throws, as columns of their own
     """
     rows = [one.as_dict() for one in throws]
     names = list(ThrowMeasures(throw=0, stone=0, clock=0.0, direction=Direction.AWAY).as_dict())
     columns: dict[str, list[Any]] = {
         name: [np.nan if row[name] is None else row[name] for row in rows] for name in names
     }
-    for name in LABELS:
-        said = [(labels or {}).get(one.throw, {}).get(name, "") for one in throws]
-        if any(said) and name != "stone":
-            columns[name] = list(said)
+    for name in NOTED:
+        said = [getattr(notes.get(one.throw, ThrowNote()), name) for one in throws]
+        if any(said):
+            columns["stone_name" if name == "stone" else name] = list(said)
     write_table(path, {name: _column(cells) for name, cells in columns.items()})
 
 

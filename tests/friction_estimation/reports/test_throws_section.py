@@ -18,6 +18,7 @@ from friction_estimation.reports.throws_section import (
     throws_section,
     write_measures,
 )
+from friction_estimation.tracks.throw_list import ThrowNote
 from friction_estimation.tracks.throw_table import Measured, ThrowMeasures
 
 
@@ -89,13 +90,13 @@ def test_the_curl_of_draws_is_told_by_handle():
 
 
 def test_what_people_wrote_down_joins_the_table(tmp_path):
-    labels = {0: {"athlete": "<Ann>", "called": "draw to the button", "note": "swept"}}
-    told = throw_rows([DRAW, thrown(1)], labels=labels)
+    notes = {0: ThrowNote(athlete="<Ann>", called="draw to the button", note="swept")}
+    told = throw_rows([DRAW, thrown(1)], notes=notes)
     assert told.head[1:3] == ["athlete", "called"]
     assert told.head[-1] == "note"
     assert told.rows[1][1] == ""
-    assert "&lt;Ann&gt;" in throws_section([DRAW], labels=labels)
-    write_measures(tmp_path / "t.csv", [DRAW], labels)
+    assert "&lt;Ann&gt;" in throws_section([DRAW], notes=notes)
+    write_measures(tmp_path / "t.csv", [DRAW], notes)
     table = read_table(tmp_path / "t.csv", required=("hog_to_hog", "hog_to_hog_sigma", "athlete"))
     assert table.numbers("hog_to_hog")[0] == pytest.approx(14.234)
     assert table.text("athlete") == ["<Ann>"]
@@ -119,3 +120,9 @@ def test_the_command_shows_the_table(curling, sliding, tmp_path):
     assert "handle" in run.err.splitlines()[0]
     assert len((tmp_path / "table.csv").read_text().splitlines()) == 3
     assert curling("throws", tmp_path / "tracks.csv", "--json").err == ""
+    notes = tmp_path / "throws.csv"
+    notes.write_text("athlete\nAnn\n")
+    assert curling("throws", tmp_path / "tracks.csv").json()[0]["athlete"] == "Ann"
+    refused = curling("throws", tmp_path / "tracks.csv", "-o", notes)
+    assert "notes of the throws" in refused.complaint
+    assert notes.read_text() == "athlete\nAnn\n"
