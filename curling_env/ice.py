@@ -247,9 +247,14 @@ def save_ice(ice: Ice, path: str | Path, *, provenance: Mapping[str, Any] | None
     provenance : where the ice comes from; None: as the ice itself says
     """
     origin = ice.provenance if provenance is None else provenance
-    document: dict[str, Any] = {
+    write_json(path, ice_document(replace(ice, provenance=origin)))
+
+
+def ice_document(ice: Ice) -> dict[str, Any]:
+    """The ice as an ice file holds it, for JSON; `parse_ice` reads it."""
+    return {
         "format": ICE_FORMAT,
-        **({"provenance": dict(origin)} if origin else {}),
+        **({"provenance": dict(ice.provenance)} if ice.provenance else {}),
         "sheet": {"length": ice.sheet.length, "width": ice.sheet.width},
         "stone": asdict(ice.stone),
         "friction": {
@@ -269,7 +274,6 @@ def save_ice(ice: Ice, path: str | Path, *, provenance: Mapping[str, Any] | None
             for e in ice.effects
         ],
     }
-    write_json(path, document)
 
 
 def preset_names() -> list[str]:
@@ -305,19 +309,29 @@ def load_ice(source: str | Path | Ice) -> Ice:
         return source
     presets = preset_names()
     if str(source) in presets:
-        return _parse_ice(json.loads((_PRESETS / f"{source}.json").read_text(encoding="utf-8")))
+        return parse_ice(json.loads((_PRESETS / f"{source}.json").read_text(encoding="utf-8")))
     if not Path(source).exists():
         raise InputError(
             f"no such ice file, and not one of the presets {', '.join(presets)}", source=source
         )
     document = read_json(source)
     try:
-        return _parse_ice(document)
+        return parse_ice(document)
     except InputError as error:
         raise InputError(error.problem, source=source, where=error.where) from error
 
 
-def _parse_ice(document: Any) -> Ice:
+def parse_ice(document: Any) -> Ice:
+    """The ice that a document describes.
+
+    Parameters
+    ----------
+    document : content of an ice file
+
+    Raises
+    ------
+    InputError : it does not describe an ice
+    """
     found = cast("dict[str, Any]", document).get("format") if isinstance(document, dict) else None
     if found != ICE_FORMAT:
         raise InputError(f"expected an ice file of format {ICE_FORMAT!r}, found {found!r}")

@@ -24,8 +24,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from friction_estimation.camera.scene import Scene, load_scene
     from friction_estimation.discovery.discover import Discovery, discover
-    from friction_estimation.discovery.whole_ice import estimate_ice
-    from friction_estimation.inversion.estimate import Estimate
+    from friction_estimation.estimation.estimate import Estimate
+    from friction_estimation.estimation.whole_ice import estimate_ice
     from friction_estimation.tracking import FilmTrack, track_film, track_films
 
 __all__ = [
@@ -43,8 +43,8 @@ __all__ = [
 _MODULES = {
     "camera.scene": ("Scene", "load_scene"),
     "discovery.discover": ("Discovery", "discover"),
-    "discovery.whole_ice": ("estimate_ice",),
-    "inversion.estimate": ("Estimate",),
+    "estimation.estimate": ("Estimate",),
+    "estimation.whole_ice": ("estimate_ice",),
     "tracking": ("FilmTrack", "track_film", "track_films"),
 }
 

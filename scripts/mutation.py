@@ -49,8 +49,16 @@ AREAS = {
     "rules": ["curling_env/game/rules/*.py"],
     "storage": ["curling_env/infrastructure/storage.py"],
     "frames": ["curling_env/sheet.py"],
-    "inversion": ["friction_estimation/inversion/**/*.py"],
-    "discovery": ["friction_estimation/discovery/**/*.py"],
+    "inversion": [
+        "friction_estimation/estimation/*.py",
+        "friction_estimation/discovery/model/*.py",
+        "friction_estimation/discovery/data/*.py",
+    ],
+    "discovery": [
+        "friction_estimation/discovery/*.py",
+        "friction_estimation/discovery/search/*.py",
+        "friction_estimation/discovery/evidence/*.py",
+    ],
 }
 """Area -> patterns of its modules."""
 STARTING_TIME = 60.0

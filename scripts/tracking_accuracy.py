@@ -31,8 +31,8 @@ from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
 from curling_env.typing import Floats, with_progress
+from friction_estimation import estimate_ice
 from friction_estimation.camera.scene import Scene, load_scene
-from friction_estimation.inversion import estimate_friction
 from friction_estimation.synthetic import CAMERAS, FilmSpec, render_films
 from friction_estimation.tracking import track_film
 
@@ -162,7 +162,7 @@ def score(case: Case) -> dict[str, Any]:
     }
     if t[-1] - t[0] >= LEAST_SLIDE:
         try:
-            estimate = estimate_friction([path], uniform=True)
+            estimate = estimate_ice([path], uniform=True)
             row["mu_error_percent"] = 100 * (estimate.mu / about["mu"] - 1)
         except CurlingError as error:
             row["said"] = str(error)

@@ -30,8 +30,7 @@ from curling_env.typing import Floats, Progress, no_progress, part_of_progress, 
 from friction_estimation.discovery.assessment import assess
 from friction_estimation.discovery.discover import discover
 from friction_estimation.discovery.report import write_files
-from friction_estimation.discovery.whole_ice import estimate_ice
-from friction_estimation.inversion import estimate_friction
+from friction_estimation.estimation.whole_ice import estimate_ice
 from friction_estimation.reports.discovery_page import write_report_page
 
 BUTTON = np.array([0.0, TEE_Y])
@@ -174,7 +173,9 @@ def find_missing_effect(
     OutputError : a file cannot be written
     """
     folder = make_directory(folder)
-    found = discover(list(tracks), estimate_friction(list(tracks), start=start).ice, seed=seed)
+    found = discover(
+        list(tracks), estimate_ice(list(tracks), effects="none", start=start).ice, seed=seed
+    )
     report = write_files(found, folder, assessment=assess(found), provenance=provenance(seed=seed))
     write_report_page(found, report, folder / "report.html")
     draw = _compare(truth, target, found.improved_ice(), found.baseline_ice())

@@ -20,8 +20,8 @@ from curling_env.sheet import TEE_Y
 from curling_env.throw import Skill, skill_named
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats, Progress, no_progress, part_of_progress
-from friction_estimation.discovery.whole_ice import WholeIce, fit_whole_ice
-from friction_estimation.inversion import estimate_friction
+from friction_estimation.estimation.estimate import Estimate
+from friction_estimation.estimation.whole_ice import estimate_ice
 
 KNOWLEDGE = ("uniform", "map", "map and effects", "truth")
 """What a throw is planned on: one friction, the estimated map, map and effects, the true ice."""
@@ -61,7 +61,7 @@ class ClosedLoopResult:
     tracks: list[Trajectory]
     track_errors: Floats
     ices: dict[str, Ice]
-    joint: WholeIce
+    joint: Estimate
     requests: list[Request]
     plans: dict[str, list[Plan]]
     exact: dict[str, list[ExecutedThrows]]
@@ -198,9 +198,9 @@ def run_experiment(
     progress("practice throws", 0.0)
     tracks = camera(hidden, releases, camera_rng, part_of_progress(progress, 0.0, 0.05))
     progress("estimating the map", 0.05)
-    uniform = estimate_friction(tracks, uniform=True).ice
-    mapped = estimate_friction(tracks).ice
-    joint = fit_whole_ice(tracks, seed=seed, progress=part_of_progress(progress, 0.1, 0.5))
+    uniform = estimate_ice(tracks, uniform=True).ice
+    mapped = estimate_ice(tracks, effects="none").ice
+    joint = estimate_ice(tracks, seed=seed, progress=part_of_progress(progress, 0.1, 0.5))
     truth = hidden.truth()
     ices: dict[str, Ice] = dict(zip(KNOWLEDGE, (uniform, mapped, joint.ice, truth), strict=True))
     requests = _requests(request_rng, draws, guards, takeouts)

@@ -60,7 +60,7 @@ def compare(
     """
     from curling_env.ice import load_ice
     from curling_env.infrastructure.storage import make_directory
-    from friction_estimation.inversion.rethrow import compare_tracks, write_comparison
+    from friction_estimation.comparison.rethrow import compare_tracks, write_comparison
     from friction_estimation.tracks.throw_list import THROW_LIST, load_tracks, throws_beside
 
     known = load_ice(ice)

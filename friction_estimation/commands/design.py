@@ -64,7 +64,7 @@ def design(
     from curling_env.ice import load_ice
     from curling_env.sheet import PAPER_SHEET
     from curling_env.throw import write_releases
-    from friction_estimation.inversion.design.design import design_throws
+    from friction_estimation.design.design import design_throws
 
     with progress_bar() as bar:
         found = design_throws(

@@ -25,9 +25,8 @@ from friction_estimation.commands.track import (
 )
 
 if TYPE_CHECKING:
-    from curling_env.ice import Ice
     from curling_env.trajectory import Trajectory
-    from friction_estimation.inversion import StoredInformation
+    from friction_estimation.estimation.evidence_file import Choices
     from friction_estimation.reports.estimate_page import Still
     from friction_estimation.tracking.resume import Checkpoints
 
@@ -54,7 +53,6 @@ class CameraBiasOption(StrEnum):
     """When a bias of the camera is fitted with the map."""
 
     auto = "auto"
-    on = "on"
     off = "off"
 
 
@@ -95,7 +93,8 @@ def estimate(
         str | None,
         typer.Option(
             metavar="ICE",
-            help="The ice of another day: its pattern is expected within its sigma, its level not.",
+            help="The ice of another day: its pattern and effects are expected within their sigma, "
+            "its level is not.",
         ),
     ] = None,
     update: Annotated[
@@ -107,7 +106,7 @@ def estimate(
     effects: Annotated[
         EffectsOption,
         typer.Option(
-            help="all: the map and the effects of the ice together; none: the map alone, the "
+            help="all: the map and the effects of the ice together; none: the friction alone, the "
             "effects of the --start ice being known."
         ),
     ] = EffectsOption.all,
@@ -115,8 +114,8 @@ def estimate(
         CameraBiasOption,
         typer.Option(
             "--camera-bias",
-            help="Also fit a smooth error of the camera along the sheet: where the throws clearly "
-            "show one (auto), wherever they could (on), or never (off).",
+            help="auto: fit a smooth error of the camera along the sheet too, if the throws "
+            "clearly show one; off: never.",
         ),
     ] = CameraBiasOption.auto,
     report: Annotated[
@@ -150,19 +149,18 @@ def estimate(
     measure is marked as believed. The effects of a --start ice take the place of the usual ones.
     mu is then the friction at 1 m/s.
 
-    The map alone: with --effects none the effects of the --start ice stay as they are, and only
-    friction is estimated. So it is with --uniform, --prior, --camera-bias and --method paper.
+    Friction alone: with --effects none the effects of the --start ice stay as they are, and only
+    friction is estimated; --uniform makes it one number for the sheet.
 
     Later throws: the command writes ice.evidence.npz beside the ice, and --update uses it to add
-    later throws of the same session without the earlier tracks. --prior starts from the ice of
-    another day: where no stone ran today, its pattern stays, with a sigma that has grown by the
-    change seen elsewhere.
+    later throws of the same session without the earlier tracks; what was asked for then is asked
+    for again. --prior starts from the ice of another day: where no stone ran today, its pattern
+    stays, with a sigma that has grown by the change seen elsewhere.
 
     Camera: an error of some millimetres that varies smoothly along the sheet and is the same for
     all throws looks like uneven ice, and more throws do not average it away. Throws in both
-    directions, or at clearly different speeds, tell it from the ice. Where the map alone is
-    estimated, --camera-bias says whether it is sought; the JSON says what was found, and how large
-    an error would have been noticed.
+    directions, or at clearly different speeds, tell it from the ice. The JSON says what was found,
+    and how large an error would have been noticed.
 
     \b
     Example:
@@ -174,23 +172,40 @@ def estimate(
     """
     import numpy as np
 
-    from curling_env.ice import save_ice
+    from curling_env.ice import load_ice, save_ice
     from curling_env.infrastructure.provenance import provenance
     from curling_env.infrastructure.storage import make_directory
-    from friction_estimation.discovery.data.evidence_file import save_evidence, with_later_throws
     from friction_estimation.discovery.evidence.posterior import draw_posterior
     from friction_estimation.discovery.posterior_file import can_write_posterior, write_posterior
-    from friction_estimation.discovery.whole_ice import WholeIce, estimate_ice
-    from friction_estimation.inversion import estimate_friction
-    from friction_estimation.inversion.friction.information import (
-        information_path,
-        save_information,
+    from friction_estimation.estimation.evidence_file import (
+        Choices,
+        evidence_path,
+        load_evidence,
+        save_evidence,
+        with_later_throws,
     )
+    from friction_estimation.estimation.paper_method import estimate_by_paper
+    from friction_estimation.estimation.whole_ice import estimate_ice
     from friction_estimation.reports.estimate_page import headline, write_report
     from friction_estimation.tracks.throw_list import NO_NOTES, load_tracks, throws_beside
 
-    first, stored, throws_before = _earlier_ice(start, prior, update)
-    earlier = None if update is None else information_path(update)
+    if len([name for name in (start, prior, update) if name is not None]) > 1:
+        raise InputError("give one of --start, --prior and --update")
+    choices = Choices(
+        effects=effects.value,
+        uniform=uniform,
+        camera_bias=camera_bias.value,
+        start=None if start is None else load_ice(start),
+        prior=None if prior is None else load_ice(prior),
+    )
+    earlier: list[Trajectory] = []
+    if update is not None:
+        evidence = load_evidence(load_ice(update), update)
+        _check_update(choices, evidence.choices, update)
+        earlier, choices = evidence.tracks, evidence.choices
+    by_paper = method is MethodChoice.paper
+    if by_paper and (prior is not None or update is not None):
+        raise InputError("the paper's method knows neither a prior nor an update")
     tables = [path for path in inputs if path.suffix.lower() == ".csv"]
     if tables and len(inputs) > 1:
         raise InputError("give one tracks file, or films, not both or several", source=inputs[1])
@@ -211,78 +226,61 @@ def estimate(
             )
         films_shown = 0 if report is None else FILMS_SHOWN
         tracks, stills, checkpoints = _track(inputs, scene, camera, tracker, output, films_shown)
-    origin = provenance([*inputs, *(scene or []), camera, start, prior, update, earlier], seed=seed)
-    map_alone = (
-        effects is EffectsOption.none
-        or uniform
-        or stored is not None
-        or prior is not None
-        or method is not MethodChoice.trajectory
-        or camera_bias is not CameraBiasOption.auto
-    )
-    if throws_before:
-        if map_alone:
-            raise InputError("these throws were fitted with effects: update them with effects too")
-        tracks, remarks = with_later_throws(throws_before, tracks)
+    before = None if update is None else evidence_path(update)
+    origin = provenance([*inputs, *(scene or []), camera, start, prior, update, before], seed=seed)
+    if earlier:
+        tracks, remarks = with_later_throws(earlier, tracks)
         for remark in remarks:
             say(remark)
     with progress_bar() as bar:
-        if map_alone:
-            found = estimate_friction(
+        if by_paper:
+            found = estimate_by_paper(tracks, start=choices.start, uniform=uniform)
+        else:
+            found = estimate_ice(
                 tracks,
-                start=first,
-                method=method.value,
-                uniform=uniform or (stored is not None and stored.uniform),
-                prior=first.friction if prior is not None and first is not None else None,
-                update=stored,
-                camera_bias=camera_bias.value,
+                effects=choices.effects,
+                start=choices.start,
+                uniform=choices.uniform,
+                prior=choices.prior,
+                camera_bias=choices.camera_bias,
+                seed=seed,
                 progress=bar,
             )
-        else:
-            found = estimate_ice(tracks, start=first, seed=seed, progress=bar)
     save_ice(found.ice, output, provenance=origin)
-    if isinstance(found, WholeIce):
-        save_evidence(tracks, found.ice, output)
-        if report is not None and can_write_posterior():
-            fitted = found.discovery.final
-            drawn = draw_posterior(fitted, np.random.default_rng(seed))
-            target = make_directory(report) / "posterior.nc"
-            write_posterior(drawn, fitted, target, provenance=origin)
-    elif found.information is not None:
-        save_information(found.information, information_path(output))
+    if not by_paper:
+        save_evidence(tracks, choices, found.ice, output)
     if report is not None:
         folder = make_directory(report)
+        if found.discovery is not None and found.fit is not None and can_write_posterior():
+            drawn = draw_posterior(found.fit, np.random.default_rng(seed))
+            write_posterior(drawn, found.fit, folder / "posterior.nc", provenance=origin)
         names = write_report(found, folder, stills, provenance=origin, units=units, notes=notes)
         say(f"{folder}: {', '.join(names)}")
-    search = found.bias_search
-    if search is not None and (search.outcome == "found" or camera_bias == CameraBiasOption.on):
-        say(search.words)
+    if found.camera_bias is not None and found.camera_bias.found:
+        say(found.camera_bias.words)
     for reason in found.skipped:
         say(f"left out: {reason}")
     if checkpoints is not None:
         checkpoints.delete()
-    conclude(found.summary(), headline(found), as_json=as_json)
+    numbers = {**found.summary(), **({"throws_before": len(earlier)} if earlier else {})}
+    conclude(numbers, headline(found), as_json=as_json)
 
 
-def _earlier_ice(
-    start: str | None, prior: str | None, update: Path | None
-) -> tuple[Ice | None, StoredInformation | None, list[Trajectory]]:
-    """The ice to start from, and its throws or their information if they are to be added to."""
-    from curling_env.ice import Ice, load_ice
-    from friction_estimation.discovery.data.evidence_file import load_evidence
-    from friction_estimation.inversion.friction.information import load_information
+def _check_update(asked: Choices, before: Choices, update: Path) -> None:
+    """Refuse choices that differ from those of the estimate that is added to."""
+    from friction_estimation.estimation.evidence_file import Choices
 
-    given = [name for name in (start, prior, update) if name is not None]
-    if len(given) > 1:
-        raise InputError("give one of --start, --prior and --update")
-    ice = load_ice(given[0]) if given else None
-    if update is None or ice is None:
-        return ice, None, []
-    throws = load_evidence(ice, update)
-    if throws is None:
-        return ice, load_information(ice, update), []
-    # What the earlier throws say of effects comes from the throws themselves, once.
-    return Ice.uniform(0.0082, ice.sheet), None, throws
+    plain = Choices()
+    for name, option in (
+        ("uniform", "--uniform"),
+        ("effects", "--effects"),
+        ("camera_bias", "--camera-bias"),
+    ):
+        now, then = getattr(asked, name), getattr(before, name)
+        if now not in (getattr(plain, name), then):
+            raise InputError(
+                f"this ice was estimated with another {option}, and stays so", source=update
+            )
 
 
 def _track(

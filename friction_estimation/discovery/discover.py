@@ -140,11 +140,11 @@ class Discovery:
 
     def baseline_ice(self) -> Ice:
         """The baseline as fitted to all throws."""
-        return _ice_of(self.final_base)
+        return ice_of(self.final_base)
 
     def improved_ice(self) -> Ice:
         """The model with everything that was found, fitted to all throws."""
-        ice = _ice_of(self.final)
+        ice = ice_of(self.final)
         for calibration in self.calibrations:
             if calibration.clearly_off:
                 ice = ice.with_effect(calibration.as_effect())
@@ -153,7 +153,7 @@ class Discovery:
         return ice
 
 
-def _ice_of(fitted: SessionFit) -> Ice:
+def ice_of(fitted: SessionFit) -> Ice:
     """The ice of a fit, with its standard errors."""
     return fitted.model.improved_ice(standard_errors(fitted), map_errors(fitted))
 

@@ -81,6 +81,27 @@ is wrong claims decimetres."""
 SYSTEMATIC_AMPLITUDES = 6
 """Number of amplitudes that are tried."""
 
+# --- ripple of the camera ----------------------------------------------------------------------
+RIPPLE_NODE_SPACING = 0.75
+"""Distance between its nodes along the sheet [m]; the spline between them follows waves from 2 m
+on."""
+USUAL_RIPPLE = 0.003
+"""Scale of the half-Cauchy prior of its amplitude [m]."""
+RIPPLE_AMPLITUDES = np.geomspace(3e-4, 0.02, 8)
+"""Amplitudes that are tried [m]. A smaller one changes μ by one per cent at most."""
+RIPPLE_LENGTHS = (0.8, 1.5, 3.0)
+"""Distances over which it changes that are tried [m]; the second is the usual one."""
+CLEAR_RIPPLE_GAIN = 30.0
+"""Fall of −2 ln likelihood from which on a ripple is clear. Real ones of 2 mm bring hundreds; waves
+of 1 mm in smoothed tracks bring up to 20."""
+LEAST_LIKENESS_OF_HALVES = 0.6
+"""Least correlation between the ripples that two halves of the throws find."""
+LEAST_THROWS_FOR_RIPPLE = 6
+"""Throws from which on two halves can be compared."""
+LEAST_VARIETY = 0.2
+"""Least variety of the signed v² at which throws pass the same places, for a ripple to be told from
+the ice. Equal draws one way have 0.03, one way at 1.3 to 2.4 m/s 0.35, both ways 1."""
+
 # --- fit ---------------------------------------------------------------------------------------
 LEAST_SPREAD = 4e-4
 """Least throw-to-throw spread of ln μ. No two throws are alike; with a spread of exactly zero an
@@ -207,8 +228,10 @@ MAP_SHAPES = (
     *((length, np.inf) for length in (1.0, 1.5, 2.1, 3.0, 4.2, 6.0)),
 )
 """Correlation lengths [m] and Matérn orders that are tried."""
-USUAL_MAP_SHAPE = (3.2, 2.5)
-"""The one with which a fit begins."""
+MAP_CHANGES = (0.004, 0.008, 0.015, 0.03, 0.06)
+"""Standard deviations of the change of ln μ since an earlier map that are tried."""
+CHANGE_SHAPES = ((2.0, 2.5), (3.2, 2.5), (5.0, 2.5))
+"""Shapes of that change that are tried."""
 MAP_SHARE = 0.9999
 """Part of the field's variance, where stones ran, that its patterns must hold."""
 MOST_MAP_PATTERNS = 120

@@ -18,7 +18,7 @@ from curling_env.trajectory import Trajectory
 from curling_env.typing import Image
 from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.scene import Scene
-from friction_estimation.discovery.whole_ice import estimate_ice
+from friction_estimation.estimation.whole_ice import estimate_ice
 from friction_estimation.live.feed import Feed
 from friction_estimation.live.recorder import Clip, Recorder
 from friction_estimation.reports.estimate_page import Still, write_report

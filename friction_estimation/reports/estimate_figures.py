@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.patheffects import Normal, Stroke
+from scipy.interpolate import CubicSpline
 
 from curling_env.ice import Ice
 from curling_env.physics.effects.motion import GRAVITY
@@ -26,8 +27,9 @@ from curling_env.render.figures import (
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.units import Units, length
 from curling_env.units import speed as speed_in
-from friction_estimation.inversion import Estimate, estimate_friction
-from friction_estimation.inversion.throw.camera_bias import CameraBias
+from friction_estimation.estimation.camera_bias import CameraBias
+from friction_estimation.estimation.estimate import Estimate
+from friction_estimation.estimation.paper_method import estimate_by_paper
 from friction_estimation.reports.draw_weight import draw_weight
 from friction_estimation.tracks.smoothing import smooth_motion
 
@@ -54,8 +56,8 @@ def write_pictures(found: Estimate, folder: Path, units: Units = Units.METRES) -
     if found.method == "trajectory" and not found.uniform:
         save_profile(found, paper_estimate(found), folder / "profile.png")
         names.append("profile.png")
-    if found.bias_search is not None and len(found.bias_search.bias):
-        save_camera_bias(found.bias_search.bias, found.ice, folder / "camera.png")
+    if found.camera_bias is not None and found.camera_bias.found:
+        save_camera_bias(found.camera_bias, found.ice, folder / "camera.png")
         names.append("camera.png")
     return names
 
@@ -111,7 +113,7 @@ def save_map(found: Estimate, path: Path, units: Units = Units.METRES) -> None:
     )
     top.set_title(_caption(found, units), fontsize=9.5, color="#55606b", loc="left")
     note = "standard error and the paths that were measured; pale above: no stone crossed"
-    if found.hyperparameters is not None:
+    if found.resolution is not None:
         note += f"; details below {length(found.resolution, units)} are not resolved"
     bottom.set_title(note, fontsize=9.5, color="#55606b", loc="left")
     save_figure(figure, path)
@@ -221,7 +223,7 @@ def save_residuals(found: Estimate, path: Path) -> None:
 def paper_estimate(found: Estimate) -> Estimate:
     """What the paper's method, differentiating and averaging, makes of the same throws."""
     tracks = [part.track for part in found.slides]
-    return estimate_friction(tracks, start=found.ice, method="paper", uniform=found.uniform)
+    return estimate_by_paper(tracks, start=found.ice, uniform=found.uniform)
 
 
 def save_profile(found: Estimate, plain: Estimate, path: Path) -> None:
@@ -278,7 +280,8 @@ def save_camera_bias(bias: CameraBias, ice: Ice, path: Path) -> None:
     figure = new_figure(13, 3.4)
     ax = figure.subplots()
     y = np.linspace(bias.nodes[0], bias.nodes[-1], 400)
-    shown, error = 1000 * bias.at(y), 1000 * np.interp(y, bias.nodes, bias.sigma)
+    shown = 1000 * CubicSpline(bias.nodes, bias.values, bc_type="natural")(y)
+    error = 1000 * np.interp(y, bias.nodes, bias.sigma)
     ax.fill_between(
         y, shown - 1.96 * error, shown + 1.96 * error, color=TRACK_COLOURS[0], alpha=0.2, lw=0
     )

@@ -16,7 +16,7 @@ from curling_env.infrastructure.storage import write_json, write_table
 from curling_env.physics.effects import catalogue
 from curling_env.units import Units, length, short_length
 from curling_env.units import speed as speed_in
-from friction_estimation.inversion import Estimate
+from friction_estimation.estimation.estimate import Estimate
 from friction_estimation.reports.draw_weight import (
     DRAW_TURNS,
     curl_of_a_draw,
@@ -164,23 +164,29 @@ def _picture_section(folder: Path, name: str) -> str:
 def row_table(found: Estimate) -> dict[str, ArrayLike]:
     """Every row of every track, and what became of it: columns for `write_table`.
 
-    `use` is ``used``, ``before`` or ``after`` the free slide, ``wild`` (a jump from its neighbours)
-    or ``unlike`` all that the fit expects. `left_m` is the residual of the fit [m].
+    `use` is ``used``, ``before`` or ``after`` the free slide, ``wild``, a jump,
+    ``unlike`` all that the fit expects, or ``between`` rows that say as much in a track that a
+    smoother or a fast camera made. `left_m` is the residual of the fit along the travel [m].
     """
     columns: dict[str, list[NDArray[Any]]] = {
         name: [] for name in ("throw", "t", "x", "y", "use", "left_m")
     }
-    for k, part in enumerate(found.slides):
+    leftovers = found.leftovers
+    for part in found.slides:
         track = part.track
         place = np.arange(len(track))
         use = np.full(len(track), "wild", dtype=object)
         use[place < part.rows[0]], use[place > part.rows[-1]] = "before", "after"
         use[part.rows] = "used"
         residual = np.full(len(track), np.nan)
-        if found.throws:
-            fitted = found.throws[k]
-            residual[part.rows] = fitted.residual
-            use[part.rows[~fitted.keep]] = "unlike"
+        which = found.place(part)
+        if found.fit is not None and which is not None:
+            t, left = leftovers[which]
+            begin = float(found.fit.session.clocks[which] - track.clock)
+            rows = np.searchsorted(track.t, t + begin - 1e-6)
+            thinned = np.diff(rows).min() > 1 if len(rows) > 1 else False
+            use[part.rows] = "between" if thinned else "unlike"
+            use[rows], residual[rows] = "used", left
         own = (np.full(len(track), track.throw), track.t, *track.xy.T, use, residual)
         for name, values in zip(columns, own, strict=True):
             columns[name].append(values)
@@ -222,21 +228,21 @@ def _facts(found: Estimate, units: Units) -> list[tuple[str, str]]:
                 (f"{worth[1]:.2f} s", "longer from hog to hog for a draw on ice 1 % keener"),
             ]
     pairs.append((str(len(found.slides)), "throws measured"))
-    if found.hyperparameters is not None:
+    if found.resolution is not None:
         pairs.append((length(found.resolution, units), "finest detail that is resolved"))
     if found.noise is not None:
         pairs.append((f"{1000 * found.noise.total:.1f} mm", "noise of a measured position"))
-    search = found.bias_search
-    if search is not None and search.outcome == "found":
-        pairs.append((f"{1000 * search.bias.size:.1f} mm", "bias of the camera, corrected"))
+    bias = found.camera_bias
+    if bias is not None and bias.found:
+        pairs.append((f"{1000 * bias.size:.1f} mm", "bias of the camera, corrected"))
     return pairs
 
 
 def _remarks(found: Estimate) -> str:
     remarks = ""
-    search = found.bias_search
-    if search is not None and search.outcome != "found":
-        remarks = f"<p class=faint>{escape(search.words.capitalize())}.</p>"
+    bias = found.camera_bias
+    if bias is not None and not bias.found:
+        remarks = f"<p class=faint>{escape(bias.words.capitalize())}.</p>"
     if found.skipped:
         items = "".join(f"<li>{escape(reason)}</li>" for reason in found.skipped)
         remarks += f"<p class=faint>Left out:</p><ul class=faint>{items}</ul>"

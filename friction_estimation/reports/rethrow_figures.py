@@ -22,7 +22,7 @@ from curling_env.render.figures import (
     save_figure,
     show_lengthwise,
 )
-from friction_estimation.inversion.rethrow import Comparison
+from friction_estimation.comparison.rethrow import Comparison
 
 
 def save_comparison(comparison: Comparison, ice: Ice, path: Path) -> None:

@@ -43,6 +43,13 @@ SPIN_WINDOW = 3.0
 MIN_TURN = 0.3
 """Least turn of a stone from which its handle is named [rad]."""
 
+# --- spin ----------------------------------------------------------------------------------------
+
+MIN_HEADINGS = 20
+"""Rows with a heading that are needed to estimate the spin."""
+USUAL_SPIN = 0.9
+"""Spin of a stone whose heading was not measured [rad/s]: three to four turns in 25 s."""
+
 # --- contacts between stones -------------------------------------------------------------------
 
 TOUCHING_DISTANCE = 0.6

@@ -26,7 +26,9 @@ from curling_env.sheet import HOG_LINE_Y, PAPER_STONE
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats, Progress, no_progress, with_progress
-from friction_estimation.inversion import estimate_friction, uniform_bound
+from friction_estimation import estimate_ice
+from friction_estimation.design.cramer_rao import uniform_bound
+from friction_estimation.estimation.paper_method import estimate_by_paper
 
 THEORETICAL = np.round(np.arange(0.00182, 0.002001, 0.00002), 5)
 """The ten frictions of the paper's tables."""
@@ -110,10 +112,10 @@ def repeat_table(
     start = Ice.uniform(0.0082, stone=PAPER_STONE)
     for k, mu in enumerate(with_progress(THEORETICAL.tolist(), f"{pitches} pitches", progress)):
         tracks = [pitch(mu, rng, number) for number in range(pitches)]
-        found = estimate_friction(tracks, start=start, uniform=True)
+        found = estimate_ice(tracks, start=start, uniform=True)
         joint[k] = found.mu
         interval[k] = found.interval
-        averaged[k] = estimate_friction(tracks, start=start, uniform=True, method="paper").mu
+        averaged[k] = estimate_by_paper(tracks, start=start, uniform=True).mu
         bound[k] = uniform_bound(
             [SPEED] * pitches, mu=mu, noise=NOISE, fps=FPS, distance=2 * HOG_LINE_Y
         )

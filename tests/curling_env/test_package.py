@@ -73,7 +73,7 @@ def test_the_entry_point_registers_the_environments():
         "curling_env.physics.batch",
         "curling_env.physics.engine",
         "curling_env.game",
-        "friction_estimation.inversion.estimate",
+        "friction_estimation.estimation.whole_ice",
         "friction_estimation.discovery.discover",
         "friction_estimation.tracking",
     ],

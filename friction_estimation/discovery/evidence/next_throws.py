@@ -19,6 +19,11 @@ import numpy as np
 from curling_env.physics.state import State
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, TEE_Y, Direction, Sheet
 from curling_env.typing import Floats, Indices
+from friction_estimation.design.greedy import (
+    Informative,
+    covariance_after,
+    variance_removed,
+)
 from friction_estimation.discovery.evidence.mixture import gaussian, mixture
 from friction_estimation.discovery.evidence.predictive_density import broad_prior
 from friction_estimation.discovery.evidence.trial_throws import TrialThrow, lay_out
@@ -30,11 +35,6 @@ from friction_estimation.discovery.model.elimination import (
 from friction_estimation.discovery.model.fit import SessionFit, prior_gram
 from friction_estimation.discovery.model.model import Model, predict, sensitivities
 from friction_estimation.discovery.model.noise import SessionNoise
-from friction_estimation.inversion.design.greedy import (
-    Informative,
-    covariance_after,
-    variance_removed,
-)
 
 WEIGHTS = {
     "guard weight": 0.93,

@@ -37,7 +37,7 @@ def base_model(ice: Ice | None, session: Session) -> Model:
     InputError : an effect that is not known, or without a parameter that it needs
     """
     if ice is None:
-        plain = Ice.uniform(_first_friction(session))
+        plain = Ice.uniform(first_friction(session))
         return Model(ice=plain, systematic_error=systematic_error_of(session))
     known = known_effects(session.measurements)
     terms: list[Term] = []
@@ -90,8 +90,8 @@ def _term(card: EffectCard, given: Mapping[str, float], uncertain: set[str]) -> 
     )
 
 
-def _first_friction(session: Session) -> float:
-    """Median deceleration of the throws over g."""
+def first_friction(session: Session) -> float:
+    """Median deceleration of the throws over g, from which a fit begins."""
     found: list[float] = []
     for i in range(len(session)):
         rows = session.rows(i)

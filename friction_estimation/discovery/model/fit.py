@@ -184,7 +184,7 @@ def _profile_map(model: Model, total: Floats) -> tuple[float, float]:
     assert field is not None
     own = np.arange(size)[model.map_slice]
     whole = total + prior_gram(model, size, fields=False)
-    inner, right, least = _projected(whole, own, np.setdiff1d(np.arange(size - 1), own))
+    inner, right, least = projected(whole, own, np.setdiff1d(np.arange(size - 1), own))
     # As a function of the coefficients themselves, and not of a step from the present ones.
     least += float(field.values @ (2.0 * right + inner @ field.values))
     right = right + inner @ field.values
@@ -192,7 +192,7 @@ def _profile_map(model: Model, total: Floats) -> tuple[float, float]:
     shown = (vectors.T @ right) ** 2
     others = [place for place, other in model.fields if other is not field]
     beside = np.concatenate([np.arange(size)[place] for place in others] or [own[:0]])
-    integrated = np.linalg.eigvalsh(_projected(whole, own, beside)[0])
+    integrated = np.linalg.eigvalsh(projected(whole, own, beside)[0])
     best = (field.amplitude, np.inf)
     for amplitude in field.amplitudes:
         trial = field.with_amplitude(float(amplitude))
@@ -209,7 +209,7 @@ def _profile_map(model: Model, total: Floats) -> tuple[float, float]:
     return best
 
 
-def _projected(whole: Floats, kept: Indices, others: Indices) -> tuple[Floats, Floats, float]:
+def projected(whole: Floats, kept: Indices, others: Indices) -> tuple[Floats, Floats, float]:
     """A quadratic in some parameters, at the best of others; the rest stay as they are.
 
     Parameters

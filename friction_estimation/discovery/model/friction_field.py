@@ -3,7 +3,8 @@
 Over the sheet ln μ deviates from the map of the ice by a Matérn field. It is written as a sum of
 patterns, the strongest ones of its prior where stones ran. Their coefficients are shared parameters
 with a prior, found beside the effects; the size of the field is the most likely one, and so is its
-correlation length.
+correlation length. If the map of the ice is that of another day, its errors are part of the field:
+where it was known well, the field deviates only by what has changed since.
 """
 
 from __future__ import annotations
@@ -18,14 +19,17 @@ from scipy.spatial.distance import cdist
 from curling_env.physics.effects import EffectCard
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Indices
+from friction_estimation.design.matern import matern
 from friction_estimation.discovery.tuning import (
+    CHANGE_SHAPES,
     LOG_MAP_SD_SPREAD,
     MAP_AMPLITUDES,
+    MAP_CHANGES,
+    MAP_SHAPES,
     MAP_SHARE,
     MOST_MAP_PATTERNS,
     USUAL_MAP_SD,
 )
-from friction_estimation.inversion.matern import matern
 
 CARD = EffectCard(
     name="friction_map",
@@ -60,6 +64,8 @@ class FrictionField:
     patterns : (cells, r) ln μ of each cell by one unit of each coefficient, at unit deviation
     amplitude : prior standard deviation of ln μ over the sheet
     values : (r,) coefficients
+    known : (cells,) standard error of ln μ in the map of the ice, if that holds but for a change of
+        the size of `amplitude`; None if it is no more than a first guess
     """
 
     sheet: Sheet
@@ -69,14 +75,15 @@ class FrictionField:
     patterns: Floats
     amplitude: float = USUAL_MAP_SD
     values: Floats
+    known: Floats | None = None
 
     def __len__(self) -> int:
         return len(self.values)
 
     @property
     def amplitudes(self) -> Floats:
-        """Amplitudes that may be tried."""
-        return MAP_AMPLITUDES
+        """Amplitudes that may be tried with these patterns."""
+        return MAP_AMPLITUDES if self.known is None else np.array([self.amplitude])
 
     @property
     def deviations(self) -> Floats:
@@ -102,14 +109,19 @@ class FrictionField:
         return replace(self, amplitude=amplitude)
 
     def unresolved(self) -> Floats:
-        """Part of the prior variance of each cell that the patterns leave out, (cells,)."""
-        return np.maximum(1.0 - (self.patterns**2).sum(axis=1), 0.0)
+        """Part of the prior variance of each cell that the patterns leave out, (cells,).
+
+        In units of the squared amplitude, as the patterns are.
+        """
+        whole = _relative_deviations(self.known, self.amplitude, len(self.patterns)) ** 2
+        return np.maximum(whole - (self.patterns**2).sum(axis=1), 0.0)
 
     def unresolved_covariance(self) -> Floats:
         """The part of the prior's correlation that the patterns leave out, (cells, cells)."""
         centres = _centres(self.sheet)
+        size = _relative_deviations(self.known, self.amplitude, len(centres))
         whole = _correlation(centres, centres, self.length, self.smoothness)
-        return whole - self.patterns @ self.patterns.T
+        return size[:, None] * whole * size - self.patterns @ self.patterns.T
 
     def patterns_at(self, xy: Floats) -> Floats:
         """The patterns at points of the sheet, (n, r), bilinear between the centres of cells.
@@ -133,8 +145,19 @@ def cells_at(sheet: Sheet, xy: Floats) -> tuple[Indices, Floats]:
     return cells, weights
 
 
+def _relative_deviations(known: Floats | None, amplitude: float, cells: int) -> Floats:
+    """Prior standard deviation of ln μ of each cell over the amplitude, (cells,)."""
+    return np.ones(cells) if known is None else np.hypot(1.0, known / amplitude)
+
+
 def field_along(
-    sheet: Sheet, paths: Sequence[Floats], length: float, smoothness: float
+    sheet: Sheet,
+    paths: Sequence[Floats],
+    length: float,
+    smoothness: float,
+    *,
+    known: Floats | None = None,
+    change: float = USUAL_MAP_SD,
 ) -> FrictionField:
     """A field of zero whose patterns are the strongest ones where stones ran.
 
@@ -143,6 +166,8 @@ def field_along(
     sheet : sheet with its cells
     paths : positions of stones, (n, 2) each [m]
     length, smoothness : of the field's correlation
+    known : (cells,) standard error of ln μ in an earlier map, which holds but for a change
+    change : standard deviation of that change; else the amplitude with which a fit begins
     """
     xy = np.concatenate([_filled(path) for path in paths])
     row, column = sheet.cell_of(xy)
@@ -152,14 +177,16 @@ def field_along(
     places = places * spacing
     # A place that was crossed twice as often does not deserve twice the detail.
     root = (counts / counts.mean()) ** 0.25
-    alike = _correlation(places, places, length, smoothness)
+    size = _relative_deviations(known, change, sheet.shape[0] * sheet.shape[1])
+    here = size[np.ravel_multi_index(sheet.cell_of(places), sheet.shape)]
+    alike = here[:, None] * _correlation(places, places, length, smoothness) * here
     inner = root[:, None] * alike * root
     most = min(len(places), MOST_MAP_PATTERNS)
     values, vectors = eigh(inner, subset_by_index=(len(places) - most, len(places) - 1))
     values, vectors = values[::-1], vectors[:, ::-1]
     enough = int(np.searchsorted(np.cumsum(values), MAP_SHARE * np.trace(inner))) + 1
     values, vectors = values[:enough], vectors[:, :enough]
-    to_cells = _correlation(_centres(sheet), places, length, smoothness)
+    to_cells = size[:, None] * _correlation(_centres(sheet), places, length, smoothness) * here
     patterns = to_cells @ (root[:, None] * vectors / np.sqrt(values))
     return FrictionField(
         sheet=sheet,
@@ -167,8 +194,28 @@ def field_along(
         smoothness=smoothness,
         crossed=np.unique(row * sheet.shape[1] + column),
         patterns=patterns,
+        amplitude=change,
         values=np.zeros(patterns.shape[1]),
+        known=known,
     )
+
+
+def fields_to_try(
+    sheet: Sheet, paths: Sequence[Floats], known: Floats | None = None
+) -> list[FrictionField]:
+    """Fields of zero of all shapes that are tried.
+
+    Parameters
+    ----------
+    sheet, paths, known : as of `field_along`
+    """
+    if known is None:
+        return [field_along(sheet, paths, *shape) for shape in MAP_SHAPES]
+    return [
+        field_along(sheet, paths, *shape, known=known, change=change)
+        for shape in CHANGE_SHAPES
+        for change in MAP_CHANGES
+    ]
 
 
 def _filled(path: Floats) -> Floats:

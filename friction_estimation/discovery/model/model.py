@@ -16,6 +16,7 @@ from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.data.wear_tracks import wear_refinement
+from friction_estimation.discovery.model.camera_ripple import CameraRipple
 from friction_estimation.discovery.model.candidates import Belief, Term
 from friction_estimation.discovery.model.forward import (
     ThrowInputs,
@@ -29,6 +30,8 @@ from friction_estimation.discovery.model.response import LinearisedPaths, instan
 from friction_estimation.discovery.model.systematic_error import SystematicError
 from friction_estimation.discovery.tuning import PATH_STEP
 
+CameraField = SystematicError | CameraRipple
+"""A displacement that all throws share, whose coefficients are fitted."""
 GLOBALS = ("ln_mu", "ln_coupling")
 """Shared parameters of every model: logarithms of a factor on the friction of the whole map, and of
 one on m·r²/I, which says how friction turns a stone and is known to ten per cent at best."""
@@ -51,6 +54,7 @@ class Model:
     ln_mu, ln_coupling : the shared parameters `GLOBALS`
     spread : standard deviation of ln μ from throw to throw
     systematic_error : displacement of places that all throws share; None for tracks without
+    ripple : the same along the sheet, in shorter waves; None for a camera without
     own_cells_wear : whether wear along paths is kept in the map's own cells, however wide, and not
         in cells as narrow as a worn track
     steps : steps of finite differences that were found, by (term, parameter)
@@ -62,6 +66,7 @@ class Model:
     ln_coupling: float = 0.0
     spread: float = 0.0
     systematic_error: SystematicError | None = None
+    ripple: CameraRipple | None = None
     own_cells_wear: bool = False
     steps: dict[tuple[str, str], float] = field(default_factory=dict, repr=False)
 
@@ -72,9 +77,15 @@ class Model:
         return slice(len(GLOBALS), len(GLOBALS) + count)
 
     @property
+    def ripple_slice(self) -> slice:
+        """Where the coefficients of the camera's ripple are among the shared parameters."""
+        begin = self.systematic_slice.stop
+        return slice(begin, begin + (len(self.ripple) if self.ripple else 0))
+
+    @property
     def map_slice(self) -> slice:
         """Where the coefficients of the friction map are among the shared parameters."""
-        begin = self.systematic_slice.stop
+        begin = self.ripple_slice.stop
         return slice(begin, begin + (len(self.map_field) if self.map_field else 0))
 
     @property
@@ -88,12 +99,19 @@ class Model:
             self, terms=tuple(replace(t, map_field=field) if t.map_field else t for t in self.terms)
         )
 
+    @property
+    def camera_fields(self) -> list[tuple[slice, CameraField]]:
+        """The fields that displace what the camera sees, and where their coefficients are."""
+        both = (
+            (self.systematic_slice, self.systematic_error),
+            (self.ripple_slice, self.ripple),
+        )
+        return [(place, field) for place, field in both if field is not None and len(field)]
+
     @cached_property
-    def fields(self) -> tuple[tuple[slice, SystematicError | FrictionField], ...]:
+    def fields(self) -> tuple[tuple[slice, CameraField | FrictionField], ...]:
         """The Gaussian fields whose coefficients are fitted, and where these are."""
-        found: list[tuple[slice, SystematicError | FrictionField]] = []
-        if self.systematic_error and len(self.systematic_error):
-            found.append((self.systematic_slice, self.systematic_error))
+        found: list[tuple[slice, CameraField | FrictionField]] = [*self.camera_fields]
         if self.map_field:
             found.append((self.map_slice, self.map_field))
         return tuple(found)
@@ -103,18 +121,25 @@ class Model:
         field = self.fields[which][1].with_amplitude(amplitude)
         if isinstance(field, FrictionField):
             return self.with_field(field)
+        if isinstance(field, CameraRipple):
+            return replace(self, ripple=field)
         return replace(self, systematic_error=field)
 
     @property
     def names(self) -> list[tuple[str, str]]:
         """(term, parameter) of every shared parameter; the term is empty where there is none."""
-        own, area = self.systematic_slice, self.map_slice
-        fields = [("", f"systematic_error_{k}") for k in range(own.stop - own.start)]
-        patterns = [("", f"map_{k}") for k in range(area.stop - area.start)]
+        places = {
+            "systematic_error": self.systematic_slice,
+            "ripple": self.ripple_slice,
+            "map": self.map_slice,
+        }
         return (
             [("", name) for name in GLOBALS]
-            + fields
-            + patterns
+            + [
+                ("", f"{name}_{k}")
+                for name, place in places.items()
+                for k in range(place.stop - place.start)
+            ]
             + [(term.label, name) for term in self.terms for name in term.free]
         )
 
@@ -168,6 +193,7 @@ class Model:
             systematic_error=self.systematic_error.at(vector[self.systematic_slice])
             if self.systematic_error
             else self.systematic_error,
+            ripple=self.ripple.at(vector[self.ripple_slice]) if self.ripple else None,
         )
 
     def with_terms(self, *terms: Term) -> Model:
@@ -345,8 +371,9 @@ def _reported(model: Model, true: Floats) -> Floats:
     for term in model.terms:
         if term.card.displacement is not None:
             out[:, :2] += term.card.displacement(xy, true[:, State.THETA], term.values)
-    if model.systematic_error is not None:
-        out[:, :2] += model.systematic_error.displacement(xy, true[:, State.THETA])
+    for shift in (model.systematic_error, model.ripple):
+        if shift is not None:
+            out[:, :2] += shift.displacement(xy, true[:, State.THETA])
     return out
 
 
@@ -416,16 +443,14 @@ def sensitivities(
         predict(model, session, states, ln_factors + step)[:, MEASURED] - measured
     ) / step
     columns[:, :, 7] = columns[:, :, 6]  # the map's friction acts as that of every throw
-    fields = model.systematic_slice
     if model.map_field:
         paths = linearised_paths(model, session, states, ln_factors)
         area = slice(7 + model.map_slice.start, 7 + model.map_slice.stop)
         columns[:, :, area] = paths.responses_to_friction(model.map_field.patterns_at(paths.xy))
-    if model.systematic_error and len(model.systematic_error):
-        columns[:, 2, 7 + fields.start : 7 + fields.stop] = 0.0
-        columns[:, :2, 7 + fields.start : 7 + fields.stop] = model.systematic_error.columns(
-            base[:, :2], base[:, State.THETA]
-        )
+    for place, shift in model.camera_fields:
+        at = slice(7 + place.start, 7 + place.stop)
+        columns[:, 2, at] = 0.0
+        columns[:, :2, at] = shift.columns(base[:, :2], base[:, State.THETA])
     for j in (1, *range(model.map_slice.stop, len(vector))):
         step = _step(model, session, states, ln_factors, measured, j)
         moved = vector.copy()

@@ -14,9 +14,10 @@ noise. Errors slower than that belong to places (`systematic_error.py`).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize
@@ -35,6 +36,42 @@ from friction_estimation.discovery.tuning import (
     SLOWEST_FILM_NOISE_PERIOD,
     SMOOTHED_PERIOD,
 )
+
+
+@dataclass(frozen=True, kw_only=True)
+class CoordinateNoise:
+    """Noise of one measured coordinate.
+
+    Parameters
+    ----------
+    white : standard deviation of the independent part [m]
+    slow : standard deviation of the part with a memory [m]
+    time : time in which that part fades to 1/e [s]
+    """
+
+    white: float
+    slow: float = 0.0
+    time: float = 0.0
+
+    @property
+    def total(self) -> float:
+        """Standard deviation of a row [m]."""
+        return float(np.hypot(self.white, self.slow))
+
+
+class Series(NamedTuple):
+    """One coordinate of a throw, from which its noise is learnt.
+
+    Parameters
+    ----------
+    t : (n,) times [s]
+    sigma : (n,) relative noise of the rows
+    columns : (n, k + 1) what may be no noise, k curves, and the values
+    """
+
+    t: Floats
+    sigma: Floats
+    columns: Floats
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,6 +98,14 @@ class SessionNoise:
     def position(self) -> float:
         """Standard deviation of a coordinate, over x and y [m]."""
         return float(np.sqrt((self.total[:2] ** 2).mean()))
+
+    @property
+    def coordinate(self) -> CoordinateNoise:
+        """The noise of a coordinate, over x and y."""
+        white, slow = (
+            float(np.sqrt(np.mean(np.square(part[:2])))) for part in (self.white, self.fading)
+        )
+        return CoordinateNoise(white=white, slow=slow, time=max(self.memory[:2]) if slow else 0.0)
 
     @property
     def remembers(self) -> bool:
@@ -263,7 +308,7 @@ def _estimate_channel(
     """White part, fading part and memory of some of the channels x, y, theta together."""
     least = LEAST_NOISE[channels[0] // 2]
     bounds = FILM_MEMORY_BOUNDS if slow else MEMORY_BOUNDS
-    parts: list[tuple[Floats, Floats, Floats]] = []
+    series: list[Series] = []
     for i in chosen:
         rows = session.rows(int(i))
         for channel in channels:
@@ -276,27 +321,47 @@ def _estimate_channel(
             if session.smoothed:
                 basis = np.column_stack([basis, fast_cosines(t)])
             sigma = session.sigma[rows, channel // 2][known]
-            parts.append((t, sigma, np.column_stack([basis, values[known]])))
-    if not parts:
+            series.append(Series(t, sigma, np.column_stack([basis, values[known]])))
+    if not series:
         return least, 0.0, 0.1
     fast = fast_part(session, residuals)[:, list(channels)]
-    start = max(1.4826 * float(np.nanmedian(np.abs(fast))), least)
+    size = max(1.4826 * float(np.nanmedian(np.abs(fast))), least)
+    white, fading, memory = likeliest_noise(series, size, memory=bounds, before=before)
+    return max(white, 0.1 * least), fading, memory
+
+
+def likeliest_noise(
+    series: Sequence[Series],
+    size: float,
+    *,
+    memory: tuple[float, float],
+    before: tuple[float, float, float] | None = None,
+) -> tuple[float, float, float]:
+    """White part, fading part and memory of a noise, by restricted maximum likelihood.
+
+    Parameters
+    ----------
+    series : coordinates with this noise
+    size : rough standard deviation of the noise [m or rad]
+    memory : shortest and longest memory [s]
+    before : an earlier estimate, from which fewer steps are needed
+    """
 
     def deviance(guess: Floats) -> float:
         white, fading = np.exp(guess[:2])
-        memory = float(np.exp(np.clip(guess[2], *np.log(bounds))))
+        lasts = float(np.exp(np.clip(guess[2], *np.log(memory))))
         total = 0.0
-        for t, sigma, columns in parts:
+        for t, sigma, columns in series:
             work = columns.copy()
-            log_variance = _whiten(work, t, sigma, white, fading, memory, np.empty(work.shape[1]))
+            log_variance = _whiten(work, t, sigma, white, fading, lasts, np.empty(work.shape[1]))
             gram = work.T @ work
             inner = gram[:-1, :-1] + 1e-9 * np.trace(gram[:-1, :-1]) * np.eye(len(gram) - 1)
             residual = gram[-1, -1] - gram[-1, :-1] @ np.linalg.solve(inner, gram[:-1, -1])
             total += log_variance + residual + float(np.linalg.slogdet(inner)[1])
-        outside = guess[2] - np.clip(guess[2], *np.log(bounds))
+        outside = guess[2] - np.clip(guess[2], *np.log(memory))
         return total + 1e3 * outside**2
 
-    begins = [(start * np.sqrt(1 - share), start * np.sqrt(share), 0.15) for share in (0.1, 0.9)]
+    begins = [(size * np.sqrt(1 - share), size * np.sqrt(share), 0.15) for share in (0.1, 0.9)]
     if before is not None:
         begins = [(before[0], max(before[1], 0.05 * before[0]), before[2])]
     best: Any = None
@@ -317,7 +382,5 @@ def _estimate_channel(
         if best is None or found.fun < best.fun:
             best = found
     white, fading = np.exp(best.x[:2])
-    memory = float(np.exp(np.clip(best.x[2], *np.log(bounds))))
-    if fading < 0.05 * white:
-        fading = 0.0
-    return max(float(white), 0.1 * least), float(fading), memory
+    lasts = float(np.exp(np.clip(best.x[2], *np.log(memory))))
+    return float(white), float(fading) if fading >= 0.05 * white else 0.0, lasts

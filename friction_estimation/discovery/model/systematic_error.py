@@ -16,6 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
+from curling_env.sheet import TEE_Y
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.tuning import (
@@ -29,22 +30,25 @@ from friction_estimation.discovery.tuning import (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SystematicError:
-    """A displacement of measured places, smooth along the sheet and linear across it, and another
-    that turns with the stone.
+    """A displacement of measured places, smooth along the sheet and linear across it, one of a
+    wrong scale and a bent one over the whole sheet, and another that turns with the stone.
 
     Parameters
     ----------
     nodes : (n,) places along the sheet [m]
     amplitudes : amplitudes that may be tried [m]
     amplitude : standard deviation of each coordinate on the centre line [m]
-    values : (4 n + 2,) coefficients; the last two are ahead of the centre and to the left of the
-        heading
+    slow : standard deviation of the parts that span the whole sheet [m]: throws hardly show them,
+        so that these are as large as the tracks claim
+    values : (4 n + 6,) coefficients; the last six are the parts over the whole sheet, scale and
+        bend, of x and of y, and ahead of the centre and to the left of the heading
     held : whether the coefficients stay as they are, and are no parameters of a fit
     """
 
     nodes: Floats
     amplitudes: Floats
     amplitude: float
+    slow: float
     values: Floats
     held: bool = False
 
@@ -59,11 +63,12 @@ class SystematicError:
         return vectors / np.sqrt(np.maximum(values, 1e-6))
 
     def columns(self, xy: Floats, theta: Floats) -> Floats:
-        """Displacements per unit of each coefficient, (rows, 2, 4 n + 2)."""
-        shape = self._shape(xy)
+        """Displacements per unit of each coefficient, (rows, 2, 4 n + 6)."""
+        shape, slow = self._shape(xy), _over_the_sheet(xy)
         count = shape.shape[1]
-        out = np.zeros((len(xy), 2, 2 * count + 2))
+        out = np.zeros((len(xy), 2, 2 * count + 6))
         out[:, 0, :count] = out[:, 1, count : 2 * count] = shape
+        out[:, 0, -6:-4] = out[:, 1, -4:-2] = slow
         out[:, 0, -2], out[:, 1, -2] = np.cos(theta), np.sin(theta)
         out[:, 0, -1], out[:, 1, -1] = -np.sin(theta), np.cos(theta)
         return out
@@ -73,7 +78,8 @@ class SystematicError:
         ahead, left = self.values[-2:]
         cosine, sine = np.cos(theta), np.sin(theta)
         turning = np.column_stack([ahead * cosine - left * sine, ahead * sine + left * cosine])
-        return self._shape(xy) @ self.values[:-2].reshape(2, -1).T + turning
+        slow = _over_the_sheet(xy) @ self.values[-6:-2].reshape(2, -1).T
+        return self._shape(xy) @ self.values[:-6].reshape(2, -1).T + slow + turning
 
     def _shape(self, xy: Floats) -> Floats:
         along = _correlation(xy[:, 1], self.nodes) @ self._root
@@ -81,12 +87,13 @@ class SystematicError:
 
     @property
     def deviations(self) -> Floats:
-        """Prior standard deviation of each coefficient, (4 n + 2,) [m].
+        """Prior standard deviation of each coefficient, (4 n + 6,) [m].
 
         For the two that turn with the stone it stays at the least amplitude: more is a tracked
         point beside the centre, which is an effect and is to be found.
         """
         out = np.full(len(self.values), self.amplitude)
+        out[-6:-2] = self.slow
         out[-2:] = self.amplitudes[0]
         return out
 
@@ -105,7 +112,14 @@ class SystematicError:
 
 
 def _correlation(y: Floats, nodes: Floats) -> Floats:
+    """How alike the displacement is at places (k,) and (n,) along the sheet, (k, n)."""
     return np.exp(-0.5 * ((y[:, None] - nodes) / SYSTEMATIC_LENGTH) ** 2)
+
+
+def _over_the_sheet(xy: Floats) -> Floats:
+    """A displacement that grows evenly along the sheet, and a bent one, (rows, 2)."""
+    along = xy[:, 1] / TEE_Y
+    return np.column_stack([along, along**2])
 
 
 def systematic_error_of(session: Session) -> SystematicError | None:
@@ -120,5 +134,6 @@ def systematic_error_of(session: Session) -> SystematicError | None:
         nodes=nodes,
         amplitudes=amplitudes,
         amplitude=float(amplitudes[0]),
-        values=np.zeros(4 * len(nodes) + 2),
+        slow=float(np.clip(session.claimed, *SYSTEMATIC_LIMITS)),
+        values=np.zeros(4 * len(nodes) + 6),
     )

@@ -6,15 +6,18 @@ several lengths can be compared without fitting any of them.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from curling_env.typing import Floats
 from friction_estimation.discovery.model.candidates import Term
 from friction_estimation.discovery.model.elimination import eliminate_states, gram_matrices
 from friction_estimation.discovery.model.fit import SessionFit, refit
-from friction_estimation.discovery.model.friction_field import CARD, FrictionField, field_along
+from friction_estimation.discovery.model.friction_field import CARD, FrictionField, fields_to_try
 from friction_estimation.discovery.model.model import Model, linearised_paths, sensitivities
 from friction_estimation.discovery.search.score_test import least_deviance
-from friction_estimation.discovery.tuning import BETTER_MAP, MAP_SHAPES
+from friction_estimation.discovery.tuning import BETTER_MAP
 
 
 def find_map(fitted: SessionFit) -> tuple[Term, float] | None:
@@ -25,7 +28,8 @@ def find_map(fitted: SessionFit) -> tuple[Term, float] | None:
     if fitted.model.map_field is not None:
         return None
     without = least_deviance(fitted, fitted.model, eliminate_states(fitted.grams))
-    scores = _deviances(fitted, fitted.model)
+    fields = fields_to_try(fitted.model.ice.sheet, _paths(fitted))
+    scores = _deviances(fitted, fitted.model, fields)
     field = min(scores, key=lambda f: scores[f])
     return Term(card=CARD, map_field=field), without - scores[field]
 
@@ -37,21 +41,31 @@ def renew_map(fitted: SessionFit) -> SessionFit:
         return fitted
     bare = fitted.model.without(CARD.name)
     # Around the present map the other fields are deviations from it.
-    scores = _deviances(fitted, bare)
+    scores = _deviances(fitted, bare, fields_to_try(present.sheet, _paths(fitted), present.known))
     field = min(scores, key=lambda f: scores[f])
-    if (field.length, field.smoothness) == (present.length, present.smoothness):
+    alike = (field.length, field.smoothness) == (present.length, present.smoothness)
+    if alike and (present.known is None or field.amplitude == present.amplitude):
         return fitted
     other = refit(fitted, bare.with_terms(Term(card=CARD, map_field=field)))
     return other if other.deviance < fitted.deviance - BETTER_MAP else fitted
 
 
-def _deviances(fitted: SessionFit, bare: Model) -> dict[FrictionField, float]:
+def _paths(fitted: SessionFit) -> list[Floats]:
+    """Measured positions of every throw, (n, 2) each."""
+    session = fitted.session
+    return [session.xy[session.rows(i)] for i in range(len(session))]
+
+
+def _deviances(
+    fitted: SessionFit, bare: Model, fields: Sequence[FrictionField]
+) -> dict[FrictionField, float]:
     """F with fields of several lengths if everything stays linear around a fit.
 
     Parameters
     ----------
     fitted : fit, with or without a map
     bare : its model without a map
+    fields : the fields
     """
     session, model = fitted.session, fitted.model
     _, columns = sensitivities(model, session, fitted.states, fitted.ln_factors)
@@ -64,10 +78,8 @@ def _deviances(fitted: SessionFit, bare: Model) -> dict[FrictionField, float]:
         residual = residual + columns[:, :, area] @ model.map_field.values
         own = np.delete(columns, np.r_[area], axis=2)
     at = 7 + bare.map_slice.start
-    places = [session.xy[session.rows(i)] for i in range(len(session))]
     found: dict[FrictionField, float] = {}
-    for length, smoothness in MAP_SHAPES:
-        field = field_along(model.ice.sheet, places, length, smoothness)
+    for field in fields:
         mapped = bare.with_terms(Term(card=CARD, map_field=field))
         response = paths.responses_to_friction(field.patterns_at(paths.xy))
         stacked = np.concatenate(

@@ -27,7 +27,7 @@ from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import TEE_Y
 from curling_env.throw import Throw
 from curling_env.typing import no_progress
-from friction_estimation.discovery.whole_ice import fit_whole_ice
+from friction_estimation.estimation.whole_ice import estimate_ice
 
 
 @pytest.mark.parametrize("effects", [True, False])
@@ -99,7 +99,7 @@ def test_map_and_effects_are_told_apart() -> None:
     hidden = draw_hidden_ice(np.random.default_rng(5))
     rng = np.random.default_rng(6)
     tracks = [noisy_track(hidden, r, k, rng) for k, r in enumerate(mixed_practice(10, rng))]
-    whole = fit_whole_ice(tracks)
+    whole = estimate_ice(tracks)
     assert whole.ice.effect("time_drift") is None  # there is none
     air = whole.ice.effect("air_drag")  # nor this, but every ice is believed to have it
     assert air.parameters["coefficient"] < 3 * air.sigma["coefficient"]

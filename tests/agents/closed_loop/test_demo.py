@@ -18,7 +18,7 @@ from curling_env.physics.one_stone.slide import SlideEnd, slide
 from curling_env.sheet import PAPER_SHEET, TEE_Y
 from curling_env.throw import Throw
 from curling_env.trajectory import read_tracks
-from friction_estimation.discovery.whole_ice import estimate_ice
+from friction_estimation.estimation.whole_ice import estimate_ice
 
 
 def believed(difference: np.ndarray, sigma: float = 0.005) -> Ice:

@@ -11,7 +11,7 @@ import pytest
 from curling_env.ice import Ice
 from curling_env.infrastructure.storage import read_table
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
-from friction_estimation.inversion import estimate_friction
+from friction_estimation.estimation.whole_ice import estimate_ice
 from friction_estimation.reports.draw_weight import draw_weight, worth_of_a_per_cent
 from friction_estimation.reports.estimate_page import Still, headline, write_report
 
@@ -22,7 +22,7 @@ def found(sliding):
     tracks = sliding.measured_throws(
         sliding.uniform(0.0085), sliding.varied_starts(rng, 4), rng, rest=0.5
     )
-    return estimate_friction(tracks)
+    return estimate_ice(tracks, effects="none")
 
 
 @pytest.mark.parametrize(
@@ -31,7 +31,7 @@ def found(sliding):
 def test_the_headline_says_how_fast_the_ice_is(sliding, mu, word):
     rng = np.random.default_rng(6)
     tracks = sliding.measured_throws(sliding.uniform(mu), sliding.varied_starts(rng, 3), rng)
-    said = headline(estimate_friction(tracks, uniform=True))
+    said = headline(estimate_ice(tracks, uniform=True))
     assert word in said
     assert float(said.rsplit("= ")[1].rstrip(".")) == pytest.approx(mu, rel=0.01)
 
@@ -68,7 +68,7 @@ def test_what_was_left_out_is_said(found, sliding, tmp_path):
         sliding.uniform(0.0085), sliding.varied_starts(rng, 3), rng, rest=0.5
     )
     short = type(tracks[0])(t=tracks[0].t[:8], xy=tracks[0].xy[:8], throw=9)
-    write_report(estimate_friction([*tracks, short], uniform=True), tmp_path)
+    write_report(estimate_ice([*tracks, short], uniform=True), tmp_path)
     text = (tmp_path / "report.html").read_text()
     assert "Left out" in text
     assert "throw 9" in text
@@ -83,7 +83,7 @@ def test_every_row_says_whether_it_was_used(sliding, tmp_path):
     jumped = tracks[0].xy.copy()
     jumped[[100, 250]] += 0.8
     wild = replace(tracks[0], xy=jumped)
-    found = estimate_friction([wild, *tracks[1:]], uniform=True)
+    found = estimate_ice([wild, *tracks[1:]], uniform=True)
     write_report(found, tmp_path)
     table = read_table(tmp_path / "rows.csv", required=("throw", "t", "use", "left_m"))
     use = np.array(table.text("use"))

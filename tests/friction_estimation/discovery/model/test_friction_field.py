@@ -18,7 +18,12 @@ from friction_estimation.discovery.model.fit import (
     profile_amplitudes,
     solve_shared,
 )
-from friction_estimation.discovery.model.friction_field import CARD, cells_at, field_along
+from friction_estimation.discovery.model.friction_field import (
+    CARD,
+    cells_at,
+    field_along,
+    fields_to_try,
+)
 from friction_estimation.discovery.model.model import MEASURED, linearised_paths, predict
 from friction_estimation.discovery.search.selection import fit_with_noise, refit
 
@@ -118,3 +123,21 @@ def test_the_best_amplitude_is_that_of_a_search_over_all(mapped) -> None:
         tried[amplitude] = solve_shared(whole)[1] + integration_cost(other, total)
     assert found.map_field.amplitude == min(tried, key=lambda a: tried[a])
     assert least == pytest.approx(min(tried.values()), rel=1e-8)
+
+
+def test_an_earlier_map_holds_where_it_was_known() -> None:
+    """The prior of the deviation is what was not known of a cell, and what changed since."""
+    y = np.linspace(-15.0, 15.0, 200)
+    paths = [np.column_stack([np.full(200, x), y]) for x in (-1.0, 0.0, 1.0)]
+    cells = PAPER_SHEET.shape[0] * PAPER_SHEET.shape[1]
+    known = np.full(cells, 0.05)
+    known[PAPER_SHEET.shape[1] * 40 :] = 0.001
+    field = field_along(PAPER_SHEET, paths, 3.2, 2.5, known=known, change=0.01)
+    assert field.amplitudes.tolist() == [0.01]
+    variance = (field.patterns**2).sum(axis=1) + field.unresolved()
+    expected = 1.0 + (known / 0.01) ** 2
+    assert variance == pytest.approx(expected, rel=1e-6)
+    shown = (field.patterns**2).sum(axis=1)[field.crossed]
+    assert np.median(shown / expected[field.crossed]) > 0.95
+    tried = fields_to_try(PAPER_SHEET, paths, known)
+    assert len({f.amplitude for f in tried}) == 5

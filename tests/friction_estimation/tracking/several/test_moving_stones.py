@@ -15,7 +15,7 @@ from curling_env.throw import Throw
 from curling_env.trajectory import read_tracks
 from friction_estimation import tracking
 from friction_estimation.camera.scene import save_scene
-from friction_estimation.inversion import estimate_friction
+from friction_estimation.estimation.whole_ice import estimate_ice
 from friction_estimation.synthetic import (
     FilmRenderer,
     FilmSpec,
@@ -106,7 +106,7 @@ def test_places_are_right_before_and_after_the_contact(hit):
 def test_friction_is_estimated_on_either_side_of_the_contact(hit):
     """From the slide before it and that of the hit stone; a fit across it would be far off."""
     thrown, struck, still = hit[-1].trajectories
-    found = estimate_friction([thrown, struck, still], uniform=True)
+    found = estimate_ice([thrown, struck, still], uniform=True)
     assert found.ice.friction.mu.mean() == pytest.approx(MU, rel=0.02)
     assert not found.skipped
     contacts = contacts_of([thrown, struck, still])

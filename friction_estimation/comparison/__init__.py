@@ -1,0 +1,1 @@
+"""Measured throws beside those that an estimated ice predicts."""

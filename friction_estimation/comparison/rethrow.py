@@ -1,0 +1,347 @@
+"""Every measured throw thrown again on an estimated ice, as the last step of the paper does.
+
+The release is fitted to the first seconds of the free slide only. All that follows, to where the
+stone rests, is a prediction and is compared with what was measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from curling_env.errors import InputError
+from curling_env.ice import Ice
+from curling_env.infrastructure.storage import write_table
+from curling_env.physics.one_stone.slide import NO_BOUNDS, Slide, slide
+from curling_env.physics.wear import wear_along_path, wear_of, worn
+from curling_env.throw import MAX_SPEED, MAX_SPIN, Release
+from curling_env.trajectory import Trajectory
+from curling_env.typing import Flags, Floats
+from friction_estimation.comparison.rethrow_spread import position_noise, rest_spread
+from friction_estimation.tracks.free_slide import FreeSlide, free_slides
+from friction_estimation.tracks.outliers import robust_deviation
+from friction_estimation.tracks.spin import fit_spin, has_heading
+
+NOTHING_NOTED: Mapping[int, Mapping[str, str]] = MappingProxyType({})
+RELEASE_WINDOW = 2.5
+"""Stretch of a free slide to which its release is fitted [s]. With 5 mm of noise the speed is then
+known to about a millimetre a second, which moves a draw by 2 cm."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rethrow:
+    """One measured throw and its prediction.
+
+    Parameters
+    ----------
+    throw, stone : numbers of the throw and of its stone in the tracks
+    release : release fitted to the first seconds
+    t : (n,) time since the release [s]
+    measured, predicted : (n, 2) paths in the sheet frame [m]
+    tested : (n,) rows after the release window, which test the prediction
+    rest : (2,) measured place of rest [m]; None if the track ends before
+    predicted_rest : (2,) predicted place of rest [m]
+    rest_time : time from the release until the stone was 5 cm from its rest [s], which noise blurs
+        less than the very end; None if the track ends before
+    predicted_time : the same time as predicted [s]
+    rest_sigma : standard deviations of the predicted less the measured place of rest, across and
+        along the sheet [m], that follow from those of the ice and from the noise of the positions;
+        None where it is not known
+    """
+
+    throw: int
+    stone: int
+    release: Release
+    t: Floats
+    measured: Floats
+    predicted: Floats
+    tested: Flags
+    rest: Floats | None
+    predicted_rest: Floats
+    rest_time: float | None
+    predicted_time: float
+    rest_sigma: tuple[float, float] | None = None
+
+    @property
+    def path_rms(self) -> float:
+        """Root-mean-square distance of the paths at equal times, after the release window [m]."""
+        apart = (self.predicted - self.measured)[self.tested]
+        return float(np.sqrt((apart**2).sum(axis=1).mean())) if len(apart) else float("nan")
+
+    @property
+    def rest_error(self) -> float | None:
+        """Distance between predicted and measured place of rest [m]."""
+        return None if self.rest is None else float(np.hypot(*(self.predicted_rest - self.rest)))
+
+    @property
+    def too_long(self) -> float | None:
+        """Distance by which the prediction runs beyond the measured rest, along the play [m]."""
+        if self.rest is None:
+            return None
+        return float(self.release.direction * (self.predicted_rest - self.rest)[1])
+
+    @property
+    def too_far_left(self) -> float | None:
+        """Distance by which the prediction ends left of the measured rest, as the thrower sees it
+        [m].
+        """
+        if self.rest is None:
+            return None
+        return float(-self.release.direction * (self.predicted_rest - self.rest)[0])
+
+    @property
+    def sigmas_too_long(self) -> float | None:
+        """`too_long` in standard deviations."""
+        along = None if self.rest_sigma is None else self.rest_sigma[1]
+        return self.too_long / along if self.too_long is not None and along else None
+
+    @property
+    def sigmas_too_far_left(self) -> float | None:
+        """`too_far_left` in standard deviations."""
+        across = None if self.rest_sigma is None else self.rest_sigma[0]
+        return self.too_far_left / across if self.too_far_left is not None and across else None
+
+    def summary(self) -> dict[str, Any]:
+        """The throw in numbers, for JSON and CSV."""
+        rest = (None, None) if self.rest is None else (float(self.rest[0]), float(self.rest[1]))
+        return {
+            "throw": self.throw,
+            "stone": self.stone,
+            "speed": self.release.speed,
+            "spin": self.release.omega,
+            "rest_x": rest[0],
+            "rest_y": rest[1],
+            "predicted_x": float(self.predicted_rest[0]),
+            "predicted_y": float(self.predicted_rest[1]),
+            "rest_sigma_x_m": None if self.rest_sigma is None else self.rest_sigma[0],
+            "rest_sigma_y_m": None if self.rest_sigma is None else self.rest_sigma[1],
+            "rest_error_m": self.rest_error,
+            "too_long_m": self.too_long,
+            "too_far_left_m": self.too_far_left,
+            "sigmas_too_long": self.sigmas_too_long,
+            "sigmas_too_far_left": self.sigmas_too_far_left,
+            "path_rms_m": self.path_rms,
+            "rest_time_s": self.rest_time,
+            "predicted_time_s": self.predicted_time,
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """All measured throws beside their predictions.
+
+    Parameters
+    ----------
+    rethrows : throws in order of play
+    skipped : reasons why other throws were not thrown again
+    window : stretch of each free slide to which its release was fitted [s]
+    """
+
+    rethrows: tuple[Rethrow, ...]
+    skipped: tuple[str, ...]
+    window: float
+
+    def summary(self) -> dict[str, Any]:
+        """Totals and each throw in numbers, for JSON."""
+        errors = [k.rest_error for k in self.rethrows if k.rest_error is not None]
+        longs = [k.too_long for k in self.rethrows if k.too_long is not None]
+        lefts = [k.too_far_left for k in self.rethrows if k.too_far_left is not None]
+        both = [s for k in self.rethrows for s in (k.sigmas_too_long, k.sigmas_too_far_left)]
+        sigmas = [s for s in both if s is not None]
+        squares = np.concatenate(
+            [((k.predicted - k.measured)[k.tested] ** 2).sum(axis=1) for k in self.rethrows]
+        )
+
+        def rms(values: list[float]) -> float | None:
+            return float(np.sqrt(np.mean(np.square(values)))) if values else None
+
+        return {
+            "throws": len(self.rethrows),
+            "path_rms_m": float(np.sqrt(squares.mean())) if squares.size else None,
+            "rested": len(errors),
+            "rest_error_m": rms(errors),
+            "rest_error_median_m": float(np.median(errors)) if errors else None,
+            "rest_error_worst_m": max(errors) if errors else None,
+            "too_long_mean_m": float(np.mean(longs)) if longs else None,
+            "too_far_left_mean_m": float(np.mean(lefts)) if lefts else None,
+            "rest_error_sigmas": rms(sigmas),
+            "release_window_s": self.window,
+            "each": [rethrow.summary() for rethrow in self.rethrows],
+            **({"skipped": list(self.skipped)} if self.skipped else {}),
+        }
+
+
+def compare_tracks(
+    tracks: Sequence[Trajectory], ice: Ice, *, window: float = RELEASE_WINDOW
+) -> Comparison:
+    """Throw every measured throw again on an ice, from its measured release.
+
+    Parameters
+    ----------
+    tracks : tracks of one session, in order of play
+    ice : ice on which they are thrown again
+    window : stretch of each free slide to which its release is fitted [s]
+
+    Raises
+    ------
+    TrackTooShortError : no throw has a free slide
+    InputError : a window that is not positive, or ice on which a stone never stops
+    """
+    if not window > 0:
+        raise InputError(f"the release window must be positive, got {window} s")
+    slides, skipped = free_slides(tracks)
+    again: list[Rethrow] = []
+    ices: list[Ice] = []
+    wear = np.zeros(ice.sheet.shape)
+    for order, part in enumerate(slides):
+        ices.append(worn(ice, wear))
+        again.append(rethrow(part, ices[-1], order, window))
+        if wear_along_path(ice):
+            wear += wear_of(ice, [again[-1].predicted])
+    noise = position_noise(again)
+    rethrows = tuple(
+        replace(throw, rest_sigma=rest_spread(throw, known, noise, heading_seen=has_heading(part)))
+        for throw, known, part in zip(again, ices, slides, strict=True)
+    )
+    return Comparison(rethrows=rethrows, skipped=tuple(skipped), window=window)
+
+
+def rethrow(part: FreeSlide, ice: Ice, order: int, window: float = RELEASE_WINDOW) -> Rethrow:
+    """Throw one measured throw again.
+
+    Parameters
+    ----------
+    part : free slide of the throw
+    ice : ice on which it is thrown again
+    order : number of throws played before
+    window : stretch of the free slide to which the release is fitted [s]
+    """
+    t = part.t - part.t[0]
+    early = t <= max(window, t[min(len(t), 12) - 1])
+    release = _fit_release(part, t, early, ice, order)
+    again = _throw(ice, release)
+    path = again.trajectory
+    assert path is not None
+    if part.rests:
+        last = part.track.t > part.t[-1] - 0.1
+        rest = np.median(part.track.xy[last], axis=0)
+        rest_time = _arrival(t, part.xy, rest)
+    else:
+        rest, rest_time = None, None
+    return Rethrow(
+        throw=part.track.throw,
+        stone=part.track.stone,
+        release=release,
+        t=t,
+        measured=part.xy,
+        predicted=_path_at(again, t),
+        tested=~early,
+        rest=rest,
+        predicted_rest=np.array([again.x, again.y]),
+        rest_time=rest_time,
+        predicted_time=_arrival(path.t, path.xy, np.array([again.x, again.y])),
+    )
+
+
+def write_comparison(
+    comparison: Comparison, folder: Path, noted: Mapping[int, Mapping[str, str]] = NOTHING_NOTED
+) -> None:
+    """Write `throws.csv` with a row per throw, and `paths.csv` with both paths of every throw.
+
+    Parameters
+    ----------
+    noted : further columns of throws, by their numbers
+    """
+    names = dict.fromkeys(name for columns in noted.values() for name in columns)
+    rows = [
+        {**rethrow.summary(), **dict.fromkeys(names, ""), **noted.get(rethrow.throw, {})}
+        for rethrow in comparison.rethrows
+    ]
+    write_table(
+        folder / "throws.csv",
+        {name: ["" if row[name] is None else row[name] for row in rows] for name in rows[0]},
+    )
+    counts = [len(k.t) for k in comparison.rethrows]
+    measured = np.concatenate([k.measured for k in comparison.rethrows])
+    predicted = np.concatenate([k.predicted for k in comparison.rethrows])
+    write_table(
+        folder / "paths.csv",
+        {
+            "throw": np.repeat([k.throw for k in comparison.rethrows], counts),
+            "t": np.round(np.concatenate([k.t for k in comparison.rethrows]), 5),
+            "x": np.round(measured[:, 0], 5),
+            "y": np.round(measured[:, 1], 5),
+            "predicted_x": np.round(predicted[:, 0], 5),
+            "predicted_y": np.round(predicted[:, 1], 5),
+        },
+    )
+
+
+def _fit_release(part: FreeSlide, t: Floats, early: Flags, ice: Ice, order: int) -> Release:
+    """The release whose path under the law fits the first seconds, robustly."""
+    at, xy = t[early], part.xy[early]
+    spin, _, _, heading = fit_spin(part)
+    sweeps = _swept_intervals(t, part.track.swept[part.rows])
+    basis = np.column_stack([np.ones_like(at), at])
+    curve = np.linalg.lstsq(np.column_stack([basis, at**2]), xy, rcond=None)[0]
+    state = np.asarray(curve[:2], dtype=np.float64)
+    release = _release(state, heading, spin, part, order, sweeps)
+    for _ in range(4):
+        residual = xy - _path_at(_throw(ice, release), at)
+        size = np.hypot(*residual.T)
+        limit = 2.5 * max(robust_deviation(residual.ravel() - np.median(residual)), 1e-6)
+        weights = np.sqrt(np.minimum(1.0, limit / np.maximum(size, 1e-12)))[:, None]
+        change = np.linalg.lstsq(basis * weights, residual * weights, rcond=None)[0]
+        state = np.asarray(state + change, dtype=np.float64)
+        release = _release(state, heading, spin, part, order, sweeps)
+    return release
+
+
+def _swept_intervals(t: Floats, swept: Floats) -> Floats:
+    """Beginnings and ends of sweeping, (k, 2) [s], from flags per row."""
+    edges = np.diff(np.concatenate([[0], (swept > 0.5).astype(int), [0]]))
+    first, last = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    ends = np.append(t, t[-1] + 1.0)
+    return np.column_stack([t[first], ends[last]]) if len(first) else np.empty((0, 2))
+
+
+def _release(
+    state: Floats, heading: float, spin: float, part: FreeSlide, order: int, sweeps: Floats
+) -> Release:
+    (x, y), (vx, vy) = state
+    excess = max(1.0, float(np.hypot(vx, vy)) / (0.999 * MAX_SPEED))
+    return Release(
+        x=float(x),
+        y=float(y),
+        vx=float(vx) / excess,
+        vy=float(vy) / excess,
+        theta=heading,
+        omega=float(np.clip(spin, -MAX_SPIN, MAX_SPIN)),
+        stone=part.track.stone,
+        clock=part.track.clock + float(part.t[0]),
+        order=order,
+        sweep_start=float(sweeps[0, 0]) if len(sweeps) else 0.0,
+        sweep_end=float(sweeps[-1, 1]) if len(sweeps) else 0.0,
+    )
+
+
+def _throw(ice: Ice, release: Release) -> Slide:
+    return slide(ice, release, bounds=NO_BOUNDS, fps=60.0)
+
+
+def _path_at(path: Slide, t: Floats) -> Floats:
+    """Positions at times, (n, 2) [m]; after its end, the place of rest."""
+    trajectory = path.trajectory
+    assert trajectory is not None
+    return np.column_stack([np.interp(t, trajectory.t, trajectory.xy[:, k]) for k in range(2)])
+
+
+def _arrival(t: Floats, xy: Floats, rest: Floats) -> float:
+    """First time at which a path is within 5 cm of its place of rest [s]."""
+    near = np.hypot(*(xy - rest).T) <= 0.05
+    return float(t[np.argmax(near)]) if near.any() else float(t[-1])

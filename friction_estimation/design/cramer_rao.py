@@ -1,0 +1,221 @@
+"""Cramér–Rao bounds of friction measured from tracks: the σ that no unbiased method can beat.
+
+They serve to plan a measurement before it is made, and to judge an estimator after it. Nothing here
+is shared with the estimator: stones slide straight under Coulomb friction, in closed form.
+
+Source
+------
+s(t) = s₀ + v₀t − ½gμt² along the path, release unknown; a field of friction enters by
+δs(t) = −g ∫∫ δμ dt dt. Bayesian where a prior field is given (van Trees).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from curling_env.errors import InputError
+from curling_env.physics.effects.motion import GRAVITY
+from curling_env.sheet import PAPER_SHEET, Sheet
+from curling_env.throw import Release
+from curling_env.typing import Flags, Floats, Indices
+from friction_estimation.design.matern import matern
+
+_TIME_STEP = 0.01
+"""Step of the double integrals [s]."""
+_LEVEL_PRIOR_SD = 1.0
+"""Prior standard deviation of the level of ln μ: a factor e either way."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CellBound:
+    """Smallest standard error of μ per cell.
+
+    Parameters
+    ----------
+    sigma : (rows, columns) standard error of μ
+    crossed : (rows, columns) cells that a stone's centre crosses
+    """
+
+    sigma: Floats
+    crossed: Flags
+
+    @property
+    def rmse(self) -> float:
+        """Root mean square of sigma over the crossed cells."""
+        return float(np.sqrt((self.sigma[self.crossed] ** 2).mean()))
+
+
+def uniform_bound(
+    speeds: ArrayLike, *, mu: float, noise: float, fps: float, distance: float = np.inf
+) -> float:
+    """Smallest standard error of one μ for the whole sheet.
+
+    Parameters
+    ----------
+    speeds : release speed of each throw [m/s]
+    mu : coefficient of friction
+    noise : standard deviation of a measured position [m], independent from frame to frame
+    fps : frames a second
+    distance : distance over which each throw is seen, at most until it rests [m]
+
+    Raises
+    ------
+    InputError : a number that is not positive, or throws too short to tell anything
+    """
+    _check_positive(mu=mu, noise=noise, fps=fps, distance=distance)
+    information = 0.0
+    for speed in np.atleast_1d(np.asarray(speeds, dtype=np.float64)):
+        _check_positive(speed=float(speed))
+        remaining = speed**2 - 2 * GRAVITY * mu * distance
+        end = (speed - (np.sqrt(remaining) if remaining > 0 else 0.0)) / (GRAVITY * mu)
+        t = np.arange(0.0, end + 1e-9, 1.0 / fps)
+        if len(t) < 4:
+            continue
+        response = _beyond_release(t, -0.5 * GRAVITY * t[:, None] ** 2)
+        information += float((response**2).sum()) / noise**2
+    if information == 0.0:
+        raise InputError("throws too short to tell friction: fewer than 4 frames each")
+    return information**-0.5
+
+
+def cell_bound(
+    releases: Sequence[Release],
+    *,
+    mu: float,
+    noise: float,
+    fps: float,
+    spread: float,
+    length: float,
+    smoothness: float = 2.5,
+    sheet: Sheet = PAPER_SHEET,
+) -> CellBound:
+    """Smallest standard error of μ in every cell of a map measured with given throws.
+
+    Parameters
+    ----------
+    releases : releases of the throws, sheet frame
+    mu : level of the friction
+    noise : standard deviation of a measured position [m], independent from frame to frame
+    fps : frames a second
+    spread : standard deviation of ln μ over the sheet
+    length : correlation length of the Matérn field [m]
+    smoothness : order of the Matérn field: 1.5, 2.5 or infinity
+    sheet : sheet with its cells
+
+    Raises
+    ------
+    InputError : a number that is not positive
+    """
+    _check_positive(mu=mu, noise=noise, fps=fps, spread=spread, length=length)
+    rows, columns = sheet.shape
+    information = np.zeros((rows * columns, rows * columns))
+    crossed = np.zeros((rows, columns), dtype=np.bool_)
+    for release in releases:
+        throw = throw_response(release, mu=mu, fps=fps, sheet=sheet)
+        crossed.flat[throw.crossed] = True
+        touched = throw.touched
+        information[np.ix_(touched, touched)] += throw.response.T @ throw.response / noise**2
+    prior = field_covariance(sheet, spread=spread, length=length, smoothness=smoothness)
+    values, vectors = np.linalg.eigh(information)
+    informed = values > 1e-3
+    basis = np.sqrt(values[informed])[:, None] * vectors[:, informed].T
+    seen_prior = basis @ prior
+    inner = np.eye(len(basis)) + seen_prior @ basis.T
+    gain = np.linalg.solve(inner, seen_prior)
+    variance = np.diag(prior) - (seen_prior * gain).sum(axis=0)
+    sigma = mu * np.sqrt(np.maximum(variance, 0.0)).reshape(rows, columns)
+    return CellBound(sigma=sigma, crossed=crossed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThrowResponse:
+    """What one throw with an unknown release can tell about the cells.
+
+    Parameters
+    ----------
+    touched : (m,) flat indices of the cells whose friction changes its path
+    response : (frames, m) part of ∂s/∂ln μ of those cells that no start and speed can imitate [m]
+    crossed : flat indices of the cells that its centre crosses
+    """
+
+    touched: Indices
+    response: Floats
+    crossed: Indices
+
+
+def throw_response(release: Release, *, mu: float, fps: float, sheet: Sheet) -> ThrowResponse:
+    """How the path of a straight throw responds to the friction of each cell.
+
+    Parameters
+    ----------
+    release : release of the throw, sheet frame
+    mu : level of the friction
+    fps : frames a second
+    sheet : sheet with its cells
+    """
+    t, xy = _straight_path(release, mu, sheet)
+    by_cell = -GRAVITY * mu * _bilinear_weights(xy, sheet)
+    touched = np.flatnonzero(np.abs(by_cell).max(axis=0) > 0)
+    seen = np.arange(0.0, t[-1] + 1e-9, 1.0 / fps)
+    at = np.clip(np.rint(seen / _TIME_STEP).astype(int), 0, len(t) - 1)
+    response = _integrate(_integrate(by_cell[:, touched]))
+    row, column = sheet.cell_of(xy)
+    return ThrowResponse(
+        touched=touched,
+        response=_beyond_release(t[at], response[at]),
+        crossed=np.unique(row * sheet.shape[1] + column),
+    )
+
+
+def field_covariance(
+    sheet: Sheet, *, spread: float, length: float, smoothness: float = 2.5
+) -> Floats:
+    """Prior covariance of ln μ between all cells: a Matérn field on a hardly known level."""
+    x = np.tile(sheet.x_centres, sheet.shape[0])
+    y = np.repeat(sheet.y_centres, sheet.shape[1])
+    apart = np.hypot(x[:, None] - x, y[:, None] - y)
+    return spread**2 * matern(apart, length, smoothness) + _LEVEL_PRIOR_SD**2
+
+
+def _straight_path(release: Release, mu: float, sheet: Sheet) -> tuple[Floats, Floats]:
+    """Times and places until the stone rests or leaves the sheet."""
+    t = np.arange(0.0, release.speed / (GRAVITY * mu), _TIME_STEP)
+    along = release.speed * t - 0.5 * GRAVITY * mu * t**2
+    travel = np.array([release.vx, release.vy]) / release.speed
+    xy = np.array([release.x, release.y]) + along[:, None] * travel
+    inside = sheet.contains(xy)
+    count = len(t) if inside.all() else max(int(np.argmin(inside)), 2)
+    return t[:count], xy[:count]
+
+
+def _bilinear_weights(xy: Floats, sheet: Sheet) -> Floats:
+    """Weight of every cell in the bilinear friction at each place, (n, cells)."""
+
+    def hat(at: Floats, centres: Floats) -> Floats:
+        held = np.clip(at, centres[0], centres[-1])
+        return np.maximum(0.0, 1.0 - np.abs(held[:, None] - centres) / sheet.cell_size)
+
+    across, along = hat(xy[:, 0], sheet.x_centres), hat(xy[:, 1], sheet.y_centres)
+    return (along[:, :, None] * across[:, None, :]).reshape(len(xy), -1)
+
+
+def _integrate(values: Floats) -> Floats:
+    """Running integral over time, zero at the start."""
+    mean = 0.5 * _TIME_STEP * (values[1:] + values[:-1])
+    return np.vstack([np.zeros((1, values.shape[1])), np.cumsum(mean, axis=0)])
+
+
+def _beyond_release(t: Floats, response: Floats) -> Floats:
+    """The part of a response that an unknown start and speed cannot imitate."""
+    q, _ = np.linalg.qr(np.column_stack([np.ones_like(t), t]))
+    return response - q @ (q.T @ response)
+
+
+def _check_positive(**numbers: float) -> None:
+    for name, value in numbers.items():
+        if not value > 0:
+            raise InputError(f"{name} must be positive, got {value}")

@@ -1,0 +1,246 @@
+"""How many throws of which kind a map of wanted detail needs, before any is made.
+
+Throws are chosen one by one, each time of the kind that leaves the least error over the ice that is
+played on (greedy A-optimal design), judged by the Cramér–Rao bound. The estimator comes within some
+10 % of that bound; throws that scatter from one to the next need more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from curling_env.errors import InputError
+from curling_env.physics.effects.motion import GRAVITY
+from curling_env.sheet import HOG_LINE_Y, PAPER_SHEET, TEE_Y, Direction, Sheet
+from curling_env.throw import MAX_SPEED, Release, Throw
+from curling_env.typing import Flags, Floats, Progress, no_progress
+from friction_estimation.design.cramer_rao import (
+    ThrowResponse,
+    field_covariance,
+    throw_response,
+    uniform_bound,
+)
+from friction_estimation.design.greedy import (
+    Informative,
+    covariance_after,
+    variance_removed,
+)
+
+_MAX_THROWS = 200
+"""A design that needs more throws counts as out of reach."""
+_HALF_WIDTH_PLAYED = 1.5
+"""Half the width of the ice that is played on [m]. A draw curls by a metre and a half at most, and
+nearer the side stones are seldom thrown."""
+_SPEEDS_TRIED = (0.8, 1.0, 1.25)
+"""Speeds tried when none are given, as parts of the speed of a draw to the tee."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThrowKind:
+    """A kind of throw: its speed [m/s], its line beside the centre line [m], and its direction."""
+
+    speed: float
+    line: float
+    direction: Direction
+
+    @property
+    def release(self) -> Release:
+        """Its release at the hog line, straight along the sheet."""
+        return Throw(speed=self.speed, x=self.direction * self.line).release(self.direction)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Design:
+    """The throws of a planned measurement.
+
+    Parameters
+    ----------
+    resolution, precision : wanted detail [m] and wanted error [part of μ]
+    kinds : every throw in the order chosen
+    error : (throws,) root-mean-square error of μ over the ice played on after each throw [part of
+        μ]
+    even_error : error of one number for the whole sheet from the same throws [part of μ]
+    """
+
+    resolution: float
+    precision: float
+    kinds: tuple[ThrowKind, ...]
+    error: tuple[float, ...]
+    even_error: float
+
+    @property
+    def reached(self) -> bool:
+        """Whether the throws reach the wanted precision."""
+        return self.error[-1] <= self.precision
+
+    @property
+    def counts(self) -> dict[ThrowKind, int]:
+        """How often each kind is thrown, the most frequent first."""
+        each = {kind: self.kinds.count(kind) for kind in dict.fromkeys(self.kinds)}
+        return dict(sorted(each.items(), key=lambda item: -item[1]))
+
+    @property
+    def words(self) -> str:
+        """The design in plain words."""
+        n = len(self.kinds)
+        wanted = f"{100 * self.precision:g} % at a resolution of {self.resolution:g} m"
+        if not self.reached:
+            return (
+                f"{wanted} is out of reach of {n} throws, which come to "
+                f"{100 * self.error[-1]:.2g} %: ask for coarser detail, measure more exactly, "
+                "or throw slower"
+            )
+        by_speed = {
+            speed: sum(kind.speed == speed for kind in self.kinds)
+            for speed in sorted({kind.speed for kind in self.kinds})
+        }
+        speeds = ", ".join(f"{count} at {speed:.2f} m/s" for speed, count in by_speed.items())
+        away = sum(kind.direction is Direction.AWAY for kind in self.kinds)
+        lines = sorted({kind.line for kind in self.kinds})
+        where = ", ".join(f"{line:+g}" if line else "0" for line in lines).replace("-", "−")
+        return (
+            f"{wanted} takes {n} {'throw' if n == 1 else 'throws'}: {speeds}; {away} of them from "
+            f"the home end and {n - away} from the away end; on lines {where} m beside the centre "
+            "line. Turn half of them in and half of them out."
+        )
+
+    def summary(self) -> dict[str, Any]:
+        """The design in numbers, for JSON."""
+        return {
+            "resolution_m": self.resolution,
+            "precision_percent": 100 * self.precision,
+            "reached": self.reached,
+            "throws": len(self.kinds),
+            "error_percent": 100 * self.error[-1],
+            "error_of_one_number_percent": 100 * self.even_error,
+            "error_percent_after_throws": [round(100 * error, 4) for error in self.error],
+            "kinds": [
+                {
+                    "times": times,
+                    "speed": kind.speed,
+                    "from": "home" if kind.direction is Direction.AWAY else "away",
+                    "line_x_m": kind.line,
+                }
+                for kind, times in self.counts.items()
+            ],
+            "words": self.words,
+        }
+
+
+def draw_speeds(mu: float) -> tuple[float, ...]:
+    """Speed of a draw to the tee on ice of this friction, and a slower and a faster one [m/s]."""
+    draw = float(np.sqrt(2 * GRAVITY * mu * (TEE_Y + HOG_LINE_Y)))
+    return tuple(round(min(part * draw, MAX_SPEED), 2) for part in _SPEEDS_TRIED)
+
+
+def design_throws(
+    *,
+    resolution: float,
+    precision: float,
+    noise: float = 0.005,
+    fps: float = 30.0,
+    mu: float = 0.009,
+    speeds: Sequence[float] | None = None,
+    spread: float = 0.05,
+    sheet: Sheet = PAPER_SHEET,
+    progress: Progress = no_progress,
+) -> Design:
+    """Choose the fewest throws that measure the friction of the ice with a wanted error.
+
+    Friction is assumed to vary by `spread` and to be alike over `resolution`. The error is the
+    root-mean-square error of a cell's μ over the ice between the tees and within 1.5 m of the
+    centre line.
+
+    Parameters
+    ----------
+    resolution : wanted detail, the length over which friction is alike [m]
+    precision : wanted error of μ, as a part of it
+    noise : standard deviation of a measured position [m], independent from frame to frame
+    fps : frames a second
+    mu : expected friction
+    speeds : speeds that can be thrown [m/s]; around a draw to the tee by default
+    spread : standard deviation of ln μ over the sheet; sheets vary by 2 to 5 %
+    sheet : sheet with its cells
+    progress : called after each throw chosen
+
+    Raises
+    ------
+    InputError : numbers that make no sense, or detail finer than a cell
+    """
+    for name, value in (
+        ("resolution", resolution),
+        ("precision", precision),
+        ("noise", noise),
+        ("fps", fps),
+        ("mu", mu),
+        ("spread", spread),
+    ):
+        if not (value > 0 and np.isfinite(value)):
+            raise InputError(f"{name} must be a positive number, got {value}")
+    if resolution < sheet.cell_size:
+        raise InputError(
+            f"the resolution cannot be finer than a cell of {sheet.cell_size:g} m, "
+            f"got {resolution:g} m"
+        )
+    chosen = tuple(speeds) if speeds else draw_speeds(mu)
+    kinds = [
+        ThrowKind(speed=speed, line=line, direction=direction)
+        for speed in chosen
+        for line in _lines(resolution)
+        for direction in (Direction.AWAY, Direction.HOME)
+    ]
+    rows = [
+        _informative_rows(throw_response(kind.release, mu=mu, fps=fps, sheet=sheet), noise)
+        for kind in kinds
+    ]
+    covariance = field_covariance(sheet, spread=spread, length=resolution)
+    played = np.flatnonzero(_played(sheet))
+    thrown: list[int] = []
+    errors: list[float] = []
+    while len(thrown) < _MAX_THROWS:
+        best = int(np.argmax([variance_removed(covariance, row, played) for row in rows]))
+        covariance = covariance_after(covariance, rows[best])
+        thrown.append(best)
+        errors.append(float(np.sqrt(np.diag(covariance)[played].mean())))
+        progress("choose throws", min(1.0, precision / errors[-1]))
+        if errors[-1] <= precision:
+            break
+    listed = tuple(kinds[k] for k in thrown)
+    even = uniform_bound(
+        [kind.speed for kind in listed],
+        mu=mu,
+        noise=noise,
+        fps=fps,
+        distance=HOG_LINE_Y + TEE_Y,
+    )
+    return Design(
+        resolution=resolution,
+        precision=precision,
+        kinds=listed,
+        error=tuple(errors),
+        even_error=even / mu,
+    )
+
+
+def _lines(resolution: float) -> Floats:
+    """Positions of lines over the ice played on, at most the detail or 1 m apart [m]."""
+    count = 1 + 2 * int(np.ceil(_HALF_WIDTH_PLAYED / min(resolution, 1.0)))
+    return np.linspace(-_HALF_WIDTH_PLAYED, _HALF_WIDTH_PLAYED, count)
+
+
+def _played(sheet: Sheet) -> Flags:
+    """Cells between the tees on the ice that is played on, (cells,)."""
+    x = np.tile(sheet.x_centres, sheet.shape[0])
+    y = np.repeat(sheet.y_centres, sheet.shape[1])
+    return (np.abs(x) <= _HALF_WIDTH_PLAYED) & (np.abs(y) <= TEE_Y)
+
+
+def _informative_rows(throw: ThrowResponse, noise: float) -> Informative:
+    """The response in units of the noise, compressed to the directions that tell anything."""
+    _, size, across = np.linalg.svd(throw.response / noise, full_matrices=False)
+    informed = size > 0.3  # a smaller one explains less than a tenth of the variance of any cell
+    return Informative(throw.touched, size[informed, None] * across[informed])

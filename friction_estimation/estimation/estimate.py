@@ -1,0 +1,185 @@
+"""An estimated ice, and how well it is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from curling_env.ice import Ice
+from curling_env.physics.state import State
+from curling_env.typing import Floats
+from friction_estimation.discovery.discover import Discovery
+from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.noise import CoordinateNoise
+from friction_estimation.estimation.camera_bias import CameraBias
+from friction_estimation.tracks.free_slide import FreeSlide
+
+Method = Literal["trajectory", "paper"]
+
+_NORMAL_95 = 1.959964
+"""Standard errors on either side of the mean that hold 95 % of a normal distribution."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Estimate:
+    """An ice estimated from throws, and how well it is known.
+
+    Parameters
+    ----------
+    ice : the estimate; friction.sigma and friction.observed for each cell
+    method : ``trajectory``, the joint fit of all throws, or ``paper``, differentiate and average
+    uniform : whether one μ was asked for
+    mu, sigma : level of μ over the cells that were crossed, and its standard error
+    slides : free slides that were used
+    skipped : reasons why other throws were not used
+    fit : the fitted model; None for the paper's method
+    camera_bias : result of the search for a bias of the camera; None without a search
+    discovery : the search for effects that throws prove; None where none were sought
+    """
+
+    ice: Ice
+    method: Method
+    uniform: bool
+    mu: float
+    sigma: float
+    slides: tuple[FreeSlide, ...]
+    skipped: tuple[str, ...] = ()
+    fit: SessionFit | None = None
+    camera_bias: CameraBias | None = None
+    discovery: Discovery | None = None
+
+    @property
+    def scatter(self) -> float:
+        """Standard deviation of ln μ from throw to throw."""
+        return 0.0 if self.fit is None else self.fit.model.spread
+
+    @property
+    def noise(self) -> CoordinateNoise | None:
+        """Noise of a measured coordinate; None for the paper's method."""
+        return None if self.fit is None else self.fit.noise.coordinate
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Interval that holds the level of μ with 95 % probability."""
+        if self.method == "paper":
+            return self.mu - _NORMAL_95 * self.sigma, self.mu + _NORMAL_95 * self.sigma
+        factor = float(np.exp(_NORMAL_95 * self.sigma / self.mu))
+        return self.mu / factor, self.mu * factor
+
+    @property
+    def leftovers(self) -> list[tuple[Floats, Floats]]:
+        """For each throw the times of its fitted rows [s] and what is left along its travel [m]."""
+        if self.fit is None:
+            return []
+        session = self.fit.session
+        out: list[tuple[Floats, Floats]] = []
+        for i in range(len(session)):
+            rows = session.rows(i)
+            velocity = self.fit.predicted[rows, State.VX : State.VY + 1]
+            travel = velocity / np.maximum(np.hypot(*velocity.T), 1e-6)[:, None]
+            along = (self.fit.residuals[rows, :2] * travel).sum(axis=1)
+            out.append((session.times[rows], along))
+        return out
+
+    @property
+    def resolved(self) -> float:
+        """Number of independent numbers that the data determine in the map."""
+        field = None if self.fit is None else self.fit.model.map_field
+        return 1.0 if field is None else float(((field.values / field.amplitude) ** 2).sum())
+
+    @property
+    def resolution(self) -> float | None:
+        """Side of the patch of crossed ice for which the data determine one number [m].
+
+        None without a map.
+        """
+        if self.fit is None or self.fit.model.map_field is None:
+            return None
+        crossed = int(self.ice.friction.observed.sum()) * self.ice.sheet.cell_size**2
+        return float(np.sqrt(crossed / max(self.resolved, 1.0)))
+
+    def summary(self) -> dict[str, Any]:
+        """The estimate in numbers, for JSON."""
+        low, high = self.interval
+        document: dict[str, Any] = {
+            "mu": self.mu,
+            "sigma": self.sigma,
+            "low": low,
+            "high": high,
+            "throws": len(self.slides),
+            "samples": sum(len(slide.rows) for slide in self.slides),
+            "method": self.method,
+        }
+        if self.noise is not None:
+            document["scatter"] = self.scatter
+            document["noise_m"] = {
+                "white": self.noise.white,
+                "slow": self.noise.slow,
+                "slow_time_s": self.noise.time,
+            }
+        if not self.uniform:
+            document["map"] = self._map()
+        if self.camera_bias is not None:
+            document["camera_bias"] = self.camera_bias.summary()
+        if self.ice.effects:
+            document["effects"] = [
+                {
+                    "name": e.name,
+                    "parameters": dict(e.parameters),
+                    "sigma": dict(e.sigma),
+                    **({"believed": list(e.believed)} if e.believed else {}),
+                }
+                for e in self.ice.effects
+            ]
+        document["each"] = [self._throw(slide) for slide in self.slides]
+        if self.skipped:
+            document["skipped"] = list(self.skipped)
+        return document
+
+    def _map(self) -> dict[str, Any]:
+        """The map in numbers, with its prior as the data chose it."""
+        friction = self.ice.friction
+        seen = friction.observed
+        found: dict[str, Any] = {
+            "observed_cells": int(seen.sum()),
+            "cells": int(seen.size),
+            "mu_keenest": float(friction.mu[seen].min()),
+            "mu_heaviest": float(friction.mu[seen].max()),
+            "sigma_median": float(np.median(friction.sigma[seen])),
+        }
+        field = None if self.fit is None else self.fit.model.map_field
+        if field is not None:
+            found |= {
+                "resolution_m": self.resolution,
+                "spread": field.amplitude,
+                "length_m": field.length,
+                "smoothness": field.smoothness if np.isfinite(field.smoothness) else "gaussian",
+            }
+        return found
+
+    def _throw(self, slide: FreeSlide) -> dict[str, Any]:
+        """One throw in numbers."""
+        entry: dict[str, Any] = {
+            "throw": slide.track.throw,
+            "released_at_s": slide.released_at,
+            "seconds": slide.duration,
+            "rests": slide.rests,
+            "wild_rows": slide.wild,
+        }
+        place = self.place(slide)
+        if self.fit is not None and place is not None:
+            session, state = self.fit.session, self.fit.states[place]
+            off = self.fit.residuals[session.rows(place), :2]
+            entry["speed"] = float(np.hypot(state[State.VX], state[State.VY]))
+            entry["mu_factor"] = float(np.exp(self.fit.ln_factors[place]))
+            entry["rms_m"] = float(np.sqrt(np.nanmean(off**2)))
+        return entry
+
+    def place(self, slide: FreeSlide) -> int | None:
+        """Which throw of the fit a free slide is; None if it is none of them."""
+        if self.fit is None:
+            return None
+        places = np.flatnonzero(self.fit.session.throws == slide.track.throw)
+        return int(places[0]) if len(places) else None

@@ -1,0 +1,206 @@
+"""The throws behind an ice, kept beside its file so that later throws can be added.
+
+Beside `ice.json` lies `ice.evidence.npz` with the tracks themselves and with what was asked for.
+Map and effects depend on one another, so that an update fits all throws together once more.
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from curling_env.errors import InputError
+from curling_env.ice import Ice, ice_document, parse_ice
+from curling_env.infrastructure.storage import atomic_path
+from curling_env.trajectory import Trajectory
+from curling_env.typing import Floats
+from friction_estimation.estimation.whole_ice import CameraBiasChoice, EffectsChoice
+
+
+@dataclass(frozen=True, kw_only=True)
+class Choices:
+    """What an estimate was asked for, so that an update asks for the same; as of `estimate_ice`."""
+
+    effects: EffectsChoice = "all"
+    uniform: bool = False
+    camera_bias: CameraBiasChoice = "auto"
+    start: Ice | None = None
+    prior: Ice | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evidence:
+    """What is behind an ice file.
+
+    Parameters
+    ----------
+    tracks : tracks that the ice was estimated from
+    choices : what was asked for
+    """
+
+    tracks: list[Trajectory]
+    choices: Choices
+
+
+def evidence_path(ice: str | Path) -> Path:
+    """Where the evidence of an ice file is kept."""
+    return Path(ice).with_suffix(".evidence.npz")
+
+
+_ROWS = ("t", "x", "y", "theta", "swept", "sigma_xy", "sigma_theta")
+_THROWS = ("throw", "stone", "clock", "rows")
+
+
+def save_evidence(
+    tracks: Sequence[Trajectory], choices: Choices, ice: Ice, source: str | Path
+) -> Path:
+    """Write the throws behind an ice file, complete or not at all, and return where.
+
+    Parameters
+    ----------
+    tracks, choices : as of `Evidence`
+    ice : the ice, by whose friction the evidence is recognised
+    source : its file
+    """
+    path = evidence_path(source)
+    rows: dict[str, Any] = {
+        name: np.concatenate([_column(track, name) for track in tracks]) for name in _ROWS
+    }
+    with atomic_path(path) as temporary:
+        np.savez_compressed(
+            temporary,
+            mu=ice.friction.mu,
+            choices=json.dumps(_choices_document(choices)),
+            throw=[track.throw for track in tracks],
+            stone=[track.stone for track in tracks],
+            clock=[track.clock for track in tracks],
+            rows=[len(track) for track in tracks],
+            **rows,
+        )
+    return path
+
+
+def load_evidence(ice: Ice, source: str | Path) -> Evidence:
+    """The throws behind an ice file, and what it was asked for.
+
+    Parameters
+    ----------
+    ice : ice as loaded from `source`
+    source : the ice file
+
+    Raises
+    ------
+    InputError : there is no evidence, it cannot be read, or it belongs to another ice
+    """
+    path = evidence_path(source)
+    if not path.exists():
+        raise InputError(
+            f"an update needs the evidence that `curling estimate` wrote beside the ice, {path}; "
+            "--prior needs only the ice",
+            source=source,
+        )
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            columns = {name: stored[name] for name in (*_ROWS, *_THROWS, "mu", "choices")}
+    except KeyError as error:
+        problem = "has no throws in it: estimate the ice once more from its tracks"
+        raise InputError(problem, source=path) from error
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+        problem = f"cannot be read as the evidence of an ice: {error}"
+        raise InputError(problem, source=path) from error
+    mu, counts = columns["mu"], columns["rows"]
+    if mu.shape != ice.friction.mu.shape or not np.allclose(mu, ice.friction.mu, rtol=1e-9):
+        raise InputError(f"belongs to another ice than {source}", source=path)
+    if (
+        any(len(columns[name]) != len(counts) for name in _THROWS)
+        or any(len(columns[name]) != counts.sum() for name in _ROWS)
+        or (counts < 1).any()
+    ):
+        raise InputError("is not the whole evidence of an ice", source=path)
+    tracks: list[Trajectory] = []
+    ends = np.cumsum(counts)
+    for k, end in enumerate(ends):
+        own = {name: columns[name][end - counts[k] : end] for name in _ROWS}
+        sigma = {
+            name: own[name] for name in ("sigma_xy", "sigma_theta") if np.isfinite(own[name]).any()
+        }
+        tracks.append(
+            Trajectory(
+                throw=int(columns["throw"][k]),
+                stone=int(columns["stone"][k]),
+                clock=float(columns["clock"][k]),
+                t=own["t"],
+                xy=np.column_stack([own["x"], own["y"]]),
+                theta=own["theta"],
+                swept=own["swept"],
+                **sigma,
+            )
+        )
+    return Evidence(tracks=tracks, choices=_parse_choices(str(columns["choices"]), path))
+
+
+def _choices_document(choices: Choices) -> dict[str, Any]:
+    """Choices for JSON."""
+    ices = {"start": choices.start, "prior": choices.prior}
+    return {
+        "effects": choices.effects,
+        "uniform": choices.uniform,
+        "camera_bias": choices.camera_bias,
+        **{name: None if ice is None else ice_document(ice) for name, ice in ices.items()},
+    }
+
+
+def _parse_choices(text: str, path: Path) -> Choices:
+    """Choices from JSON."""
+    try:
+        document = json.loads(text)
+        ices = {
+            name: None if document[name] is None else parse_ice(document[name])
+            for name in ("start", "prior")
+        }
+        effects, camera_bias = document["effects"], document["camera_bias"]
+        if effects not in ("all", "none") or camera_bias not in ("auto", "off"):
+            raise InputError("holds choices that are not known", source=path)
+        return Choices(
+            effects=effects, camera_bias=camera_bias, uniform=bool(document["uniform"]), **ices
+        )
+    except (ValueError, KeyError, TypeError, InputError) as error:
+        raise InputError("is not the whole evidence of an ice", source=path) from error
+
+
+def with_later_throws(
+    earlier: Sequence[Trajectory], later: Sequence[Trajectory]
+) -> tuple[list[Trajectory], list[str]]:
+    """Earlier and later throws as one session, and remarks on throws that were there before.
+
+    Later throws get numbers that go on from the earlier ones.
+    """
+    tracks, remarks = list(earlier), list[str]()
+    for track in later:
+        if any(_is_same(track, other) for other in earlier):
+            remarks.append(f"throw {track.throw} is among the earlier throws and counts once")
+            continue
+        number = max(other.throw for other in tracks) + 1
+        tracks.append(replace(track, throw=number))
+    return tracks, remarks
+
+
+def _is_same(one: Trajectory, other: Trajectory) -> bool:
+    return (
+        len(one) == len(other) and np.array_equal(one.t, other.t) and np.allclose(one.xy, other.xy)
+    )
+
+
+def _column(track: Trajectory, name: str) -> Floats:
+    """A column of a track; NaN where the track has none."""
+    if name in ("x", "y"):
+        return track.xy[:, "xy".index(name)]
+    values = np.asarray(getattr(track, name), dtype=np.float64)
+    return values if values.size else np.full(len(track), np.nan)

@@ -1,0 +1,83 @@
+"""The models that an estimate begins with, before they are fitted to the throws."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from curling_env.ice import ActiveEffect, FrictionMap, Ice
+from curling_env.physics.effects import catalogue
+from curling_env.typing import Floats
+from friction_estimation.discovery.data.session import Session
+from friction_estimation.discovery.model.baseline import base_model, first_friction
+from friction_estimation.discovery.model.candidates import Term
+from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
+from friction_estimation.discovery.model.friction_field import field_along, fields_to_try
+from friction_estimation.discovery.model.model import Model
+
+SIDEWAYS = "curl"
+"""The effect that bends paths. A fit of friction alone leaves it free and out of its result."""
+USUAL_MAP_SHAPE = (3.2, 2.5)
+"""Correlation length [m] and Matérn order with which a fit of a map begins."""
+
+
+def believed_model(start: Ice, session: Session, *, from_map: bool = False) -> Model:
+    """The model of an ice as rinks have it: with a map, and with the effects that every ice has.
+
+    Parameters
+    ----------
+    start : ice whose own effects take the place of the usual ones
+    session : throws that the model will be fitted to
+    from_map : whether the map of `start` holds, but for what has changed since
+    """
+    usual = tuple(
+        ActiveEffect(name=card.name, parameters=card.usual)
+        for card in catalogue().values()
+        if card.usual and start.effect(card.name) is None
+    )
+    ice = start if from_map else _level(start, session)
+    model = base_model(replace(ice, effects=(*start.effects, *usual)), session)
+    return _with_map(model, session, start if from_map else None)
+
+
+def known_effects_model(
+    start: Ice, session: Session, *, uniform: bool = False, from_map: bool = False
+) -> Model:
+    """The model of an ice of which only the friction is not known.
+
+    Parameters
+    ----------
+    start : ice whose effects stay as they are
+    session, from_map : as of `believed_model`
+    uniform : whether the friction is one number
+    """
+    bends = start.effect(SIDEWAYS) is None
+    card = catalogue()[SIDEWAYS]
+    beside = (ActiveEffect(name=SIDEWAYS, parameters=card.usual),) if bends else ()
+    ice = start if from_map else _level(start, session)
+    model = base_model(replace(ice, effects=(*start.effects, *beside)), session)
+    held = tuple(
+        replace(term, free=card.first if bends and term.name == SIDEWAYS else (), beliefs={})
+        for term in model.terms
+    )
+    model = replace(model, terms=held)
+    return model if uniform else _with_map(model, session, start if from_map else None)
+
+
+def _level(start: Ice, session: Session) -> Ice:
+    """The ice with one friction, as the throws roughly have it."""
+    return replace(start, friction=FrictionMap.uniform(first_friction(session), start.sheet))
+
+
+def _with_map(model: Model, session: Session, before: Ice | None) -> Model:
+    """The model with a friction map, that of an earlier ice if there is one."""
+    paths = [session.xy[session.rows(i)] for i in range(len(session))]
+    sheet = model.ice.sheet
+    if before is None:
+        field = field_along(sheet, paths, *USUAL_MAP_SHAPE)
+    else:
+        known: Floats = np.ravel(before.friction.sigma / before.friction.mu)
+        tried = fields_to_try(sheet, paths, known)
+        field = tried[len(tried) // 2]
+    return model.with_terms(Term(card=MAP_CARD, map_field=field))

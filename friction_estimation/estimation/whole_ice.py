@@ -1,0 +1,154 @@
+"""The ice of a session: its friction map and its effects, each with a standard error.
+
+What the ice of every rink has (friction that follows the speed, curl, a drag of the spin) is
+believed beforehand, with the spread that rinks have, and fitted together with the map. What else
+the throws prove is added as discovery adds it. A few throws one way therefore give an ice that
+curls; what they did not measure is marked as believed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from curling_env.errors import InputError
+from curling_env.ice import Ice
+from curling_env.trajectory import Trajectory
+from curling_env.typing import Progress, no_progress, part_of_progress
+from friction_estimation.camera.scene import Scene
+from friction_estimation.discovery.data.session import Session, open_session
+from friction_estimation.discovery.discover import Discovery, ice_of, search_session
+from friction_estimation.discovery.evidence.intervals import level_error
+from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.model import Model
+from friction_estimation.discovery.search.maps import renew_map
+from friction_estimation.discovery.search.ripple import RippleSearch, find_ripple
+from friction_estimation.discovery.search.selection import fit_with_noise
+from friction_estimation.estimation.camera_bias import camera_bias_of
+from friction_estimation.estimation.estimate import Estimate
+from friction_estimation.estimation.start import believed_model, known_effects_model
+from friction_estimation.tracks.free_slide import free_slides
+
+EffectsChoice = Literal["all", "none"]
+CameraBiasChoice = Literal["auto", "off"]
+
+
+def estimate_ice(
+    tracks: Sequence[Trajectory],
+    *,
+    effects: EffectsChoice = "all",
+    start: Ice | None = None,
+    uniform: bool = False,
+    prior: Ice | None = None,
+    camera_bias: CameraBiasChoice = "auto",
+    scene: Scene | None = None,
+    seed: int = 0,
+    progress: Progress = no_progress,
+) -> Estimate:
+    """Estimate an ice from the tracks of throws on it: friction per cell, curl, and the rest.
+
+    The tracks may come straight from `curling_env.read_tracks` or from `track_film`. Every number
+    comes with a standard error; what the throws did not measure is marked as believed.
+
+    Parameters
+    ----------
+    tracks : tracks of one session, in order of play; lead-in, rest and wild rows are found and left
+        out
+    effects : ``all``, the map together with the effects; ``none``, the friction alone, the effects
+        of `start` being known
+    start : sheet and stone, and effects that are expected about their values; the paper's sheet by
+        default
+    uniform : whether one μ for the sheet is wanted instead of a map; the effects of `start` are
+        then taken as known
+    prior : the ice of another day instead of `start`: its pattern holds within its sigma and what
+        the throws show to have changed since, its level does not
+    camera_bias : whether a smooth bias of the camera along the sheet is fitted with the map:
+        ``auto``, if the throws clearly show one; ``off``, never
+    scene : scene of the camera that filmed the tracks, where it is known
+    seed : seed of the choice of held-out throws and of permutations
+    progress : called as the fit advances
+
+    Raises
+    ------
+    TrackTooShortError : no throw has a free slide that is long enough
+    InputError : tracks that lie off the sheet, an effect that is not known, or choices that do not
+        go together
+    """
+    if prior is not None and (start is not None or uniform):
+        raise InputError(
+            "an earlier map as prior goes with no --uniform and with no other ice to start from"
+        )
+    first = start or prior or Ice.uniform(0.0082)
+    from_map = prior is not None
+    progress("reading tracks", 0.0)
+    session = open_session(tracks, scene)
+    if not session.turns.any():
+        session = session.with_spins_by_bends()
+    # The matrices are too small to share: more threads of linear algebra only wait for each other.
+    with threadpool_limits(limits=1, user_api="blas"):
+        if effects == "none" or uniform:
+            model = known_effects_model(first, session, uniform=uniform, from_map=from_map)
+            progress("friction of all throws together", 0.1)
+            fitted, search = _fit(model, session, camera_bias, uniform=uniform)
+            progress("standard errors", 0.9)
+            ice = replace(ice_of(fitted), effects=first.effects, stone=first.stone)
+            return _estimate(ice, fitted, search, tracks, uniform=uniform)
+        progress("map and effects together", 0.1)
+        model = believed_model(first, session, from_map=from_map)
+        fitted, search = _fit(model, session, camera_bias)
+        found = search_session(
+            fitted, np.random.default_rng(seed), part_of_progress(progress, 0.2, 1.0)
+        )
+        return _estimate(found.improved_ice(), found.final, search, tracks, discovery=found)
+
+
+def _fit(
+    model: Model, session: Session, camera_bias: CameraBiasChoice, *, uniform: bool = False
+) -> tuple[SessionFit, RippleSearch | None]:
+    """The fit of a model, with the likeliest map and the bias of the camera, if it has one."""
+    fitted = fit_with_noise(model, session)
+    if uniform:
+        return fitted, None
+    fitted = renew_map(fitted)
+    if camera_bias == "off":
+        return fitted, None
+    search = find_ripple(fitted)
+    if search.ripple is None:
+        return fitted, search
+    rippled = replace(fitted.model, ripple=search.ripple)
+    return renew_map(fit_with_noise(rippled, session, fitted.noise)), search
+
+
+def _estimate(
+    ice: Ice,
+    fitted: SessionFit,
+    search: RippleSearch | None,
+    tracks: Sequence[Trajectory],
+    *,
+    uniform: bool = False,
+    discovery: Discovery | None = None,
+) -> Estimate:
+    """A fit as the estimate of an ice."""
+    slides, skipped = free_slides(tracks)
+    events = [] if discovery is None else discovery.events
+    kept = {*fitted.session.throws.tolist(), *events}
+    friction = ice.friction
+    seen = friction.mu[friction.observed]
+    mu = float(friction.mu.flat[0] if uniform else np.exp(np.log(seen).mean()))
+    left_out = [reason for reason in fitted.session.left_out if reason not in skipped]
+    return Estimate(
+        ice=ice,
+        method="trajectory",
+        uniform=uniform,
+        mu=mu,
+        sigma=mu * level_error(fitted),
+        slides=tuple(slide for slide in slides if slide.track.throw in kept),
+        skipped=(*skipped, *left_out),
+        fit=fitted,
+        camera_bias=None if search is None else camera_bias_of(search, fitted),
+        discovery=discovery,
+    )

@@ -1,1 +1,0 @@
-"""The friction of the sheet, one number or a map, from throws that were linearised."""

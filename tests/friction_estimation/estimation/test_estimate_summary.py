@@ -1,0 +1,126 @@
+"""What an estimate says of itself in numbers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from curling_env.ice import ActiveEffect, FrictionMap, Ice
+from curling_env.sheet import PAPER_SHEET
+from curling_env.trajectory import Trajectory
+from friction_estimation.discovery.model.noise import CoordinateNoise, SessionNoise
+from friction_estimation.estimation.estimate import Estimate
+from friction_estimation.tracks.free_slide import FreeSlide
+
+
+def slide(throw: int, rows: int) -> FreeSlide:
+    t = np.arange(rows) / 10
+    return FreeSlide(
+        track=Trajectory(t=t, xy=np.column_stack([0 * t, t]), throw=throw),
+        rows=np.arange(rows),
+        released_at=1.5,
+        rests=throw == 4,
+        wild=3,
+        noise=0.002,
+    )
+
+
+def fitted(smoothness: float, field: bool = True) -> Any:
+    """As much of a fit as a summary needs."""
+    found = SimpleNamespace(
+        amplitude=0.05, length=3.0, smoothness=smoothness, values=0.05 * np.ones(5)
+    )
+    noise = SessionNoise(
+        white=(0.002, 0.002, 0.01), fading=(0.001, 0.001, 0.0), memory=(0.4, 0.4, 0.1)
+    )
+    return SimpleNamespace(
+        model=SimpleNamespace(spread=0.003, map_field=found if field else None),
+        noise=noise,
+        session=SimpleNamespace(throws=np.empty(0, dtype=int)),
+    )
+
+
+@pytest.fixture
+def estimate() -> Estimate:
+    observed = np.zeros(PAPER_SHEET.shape, dtype=bool)
+    observed[20:30, 4:6] = True
+    mu = np.full(PAPER_SHEET.shape, 0.009)
+    mu[20, 4], mu[21, 5], mu[0, 0] = 0.008, 0.011, 0.5
+    sigma = np.where(observed, 2e-4, 1.0)
+    effects = (ActiveEffect(name="slope", parameters={"x": 1e-4, "y": 0.0}, sigma={"x": 1e-5}),)
+    return Estimate(
+        ice=Ice(friction=FrictionMap(mu=mu, sigma=sigma, observed=observed), effects=effects),
+        method="trajectory",
+        uniform=False,
+        mu=0.009,
+        sigma=0.0002,
+        slides=(slide(3, 40), slide(4, 60)),
+        skipped=("throw 9: too short",),
+        fit=fitted(smoothness=2.5),
+    )
+
+
+def test_the_interval_holds_95_per_cent_in_ln_mu_or_for_the_paper_in_mu(estimate):
+    factor = np.exp(1.959964 * 0.0002 / 0.009)
+    assert estimate.interval == pytest.approx((0.009 / factor, 0.009 * factor), rel=1e-6)
+    paper = replace(estimate, method="paper")
+    assert paper.interval == pytest.approx(
+        (0.009 - 1.959964 * 0.0002, 0.009 + 1.959964 * 0.0002), rel=1e-6
+    )
+
+
+def test_the_resolution_is_the_side_of_the_patch_that_one_number_describes(estimate):
+    assert estimate.resolution == pytest.approx(np.sqrt(20 * 0.25 / 5.0))
+    even = fitted(2.5)
+    even.model.map_field.values = np.zeros(5)
+    assert replace(estimate, fit=even).resolution == pytest.approx(np.sqrt(5.0))
+    assert replace(estimate, fit=fitted(2.5, field=False)).resolution is None
+
+
+def test_the_summary_of_a_map(estimate):
+    found = estimate.summary()
+    assert (found["mu"], found["sigma"], found["throws"], found["samples"]) == (0.009, 2e-4, 2, 100)
+    assert (found["low"], found["high"]) == estimate.interval
+    assert found["method"] == "trajectory"
+    assert found["scatter"] == 0.003
+    assert found["noise_m"] == pytest.approx({"white": 0.002, "slow": 0.001, "slow_time_s": 0.4})
+    assert found["map"] == {
+        "observed_cells": 20,
+        "cells": PAPER_SHEET.shape[0] * PAPER_SHEET.shape[1],
+        "mu_keenest": 0.008,
+        "mu_heaviest": 0.011,
+        "sigma_median": 2e-4,
+        "resolution_m": estimate.resolution,
+        "spread": 0.05,
+        "length_m": 3.0,
+        "smoothness": 2.5,
+    }
+    assert found["effects"] == [
+        {"name": "slope", "parameters": {"x": 1e-4, "y": 0.0}, "sigma": {"x": 1e-5}}
+    ]
+    assert found["skipped"] == ["throw 9: too short"]
+    assert found["each"][1] == {
+        "throw": 4,
+        "released_at_s": 1.5,
+        "seconds": pytest.approx(5.9),
+        "rests": True,
+        "wild_rows": 3,
+    }
+    assert "camera_bias" not in found
+
+
+def test_what_there_is_not_is_left_out(estimate):
+    assert "skipped" not in replace(estimate, skipped=()).summary()
+    gaussian = replace(estimate, fit=fitted(np.inf))
+    assert gaussian.summary()["map"]["smoothness"] == "gaussian"
+    one = replace(estimate, ice=Ice.uniform(0.009), uniform=True, fit=None).summary()
+    assert not {"map", "noise_m", "effects"} & set(one)
+
+
+def test_noise_without_a_memory_has_no_time():
+    white = SessionNoise(white=(0.002, 0.002, 0.01), fading=(0.0, 0.0, 0.0), memory=(0.4,) * 3)
+    assert white.coordinate == CoordinateNoise(white=pytest.approx(0.002), slow=0.0, time=0.0)
