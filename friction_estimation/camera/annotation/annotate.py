@@ -17,6 +17,10 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, RING_RADII, TEE_Y, Sheet
 from curling_env.typing import Floats, Image
+from friction_estimation.camera.annotation.height_range import (
+    height_from_clicks,
+    height_from_paint,
+)
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.markings import (
     grey_levels,
@@ -56,11 +60,14 @@ class AnnotatedCamera:
     misfit_px : root mean square distance between the clicks and the projected keypoints [px]
     paint_px : root mean square distance between the paint and its projection [px]; None if the
         paint was not searched for, or too little of it is in view
+    height_range : between which heights the camera hangs with 95 % probability, as far as an
+        unknown lens leaves that open [m]
     """
 
     scene: Scene
     camera: Camera
     misfit_px: float
+    height_range: tuple[float, float]
     paint_px: float | None = None
 
 
@@ -172,10 +179,13 @@ class Annotation:
         """
         scene = self.scene(clicks)
         camera = camera_from_scene(scene, self.size)
-        paint_px = None
+        paint_px, heights = None, None
         if paint:
-            camera = refine(camera, scene, self.stills[0]).camera
+            refined = refine(camera, scene, self.stills[0])
+            camera = refined.camera
             paint_px = self._paint_px(camera)
+            if refined.measured:
+                heights = height_from_paint(refined)
         there = np.column_stack([scene.sheet_points, np.zeros(len(scene.sheet_points))])
         apart = camera.project(there) - scene.points_px
         return AnnotatedCamera(
@@ -183,6 +193,7 @@ class Annotation:
             camera=camera,
             misfit_px=float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))),
             paint_px=paint_px,
+            height_range=heights or height_from_clicks(scene, camera),
         )
 
     def _paint_px(self, camera: Camera) -> float | None:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from curling_env.errors import CurlingError, InputError, OutputError
 from friction_estimation.camera.annotation.annotate import VIEW_PX_PER_M, Annotation, Clicks
+from friction_estimation.camera.annotation.thrower import thrower, thrower_px
 from friction_estimation.camera.markings import keypoints_of
 from friction_estimation.camera.scene import Scene
 
@@ -120,6 +121,7 @@ class AnnotationServer:
             "clicks": dict(self.annotation.clicks),
             "lens": self.annotation.known.get("camera_matrix") is not None,
             "px_per_m": VIEW_PX_PER_M,
+            "thrower": [shape.tolist() for shape in thrower()],
         }
 
     def _solve(self, request: Any) -> dict[str, Any]:
@@ -139,6 +141,8 @@ class AnnotationServer:
             "view": "data:image/jpeg;base64," + base64.b64encode(view).decode(),
             "focal_px": camera.lens.focal_px,
             "position": camera.position.tolist(),
+            "height_range": found.height_range,
+            "thrower": [shape.tolist() for shape in thrower_px(camera)],
         }
 
     def _save_scene(self, request: Any) -> dict[str, Any]:

@@ -1,0 +1,72 @@
+"""How well marked points tell how high a camera hangs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.lens import Lens
+from friction_estimation.camera.pose import pose_from_points
+from friction_estimation.camera.refinement import RefinedCamera, log_height_prior
+from friction_estimation.camera.scene import Scene
+
+CLICK_PX, BENT_PX = 2.0, 4.0
+"""How far clicks may be off [px]; more where a lens that is not known may bend the picture."""
+LOG_FOCALS = np.linspace(np.log(0.1), np.log(8.0), 89)
+"""Logarithms of the focal lengths that are tried, in longer sides of the picture."""
+OUTSIDE = 0.025
+"""Probability of a height below the range, and of one above it."""
+
+
+def height_from_clicks(scene: Scene, camera: Camera) -> tuple[float, float]:
+    """The heights at which a camera may hang that sees points where they were marked [m].
+
+    Where a camera looks straight down, a long lens high up and a short one low down give the same
+    picture. The points then leave open what is usual: cameras hang a few metres above the ice.
+
+    Parameters
+    ----------
+    scene : the points, and the lens where it is known
+    camera : found from them
+
+    Returns
+    -------
+    the height is between these two with 95 % probability
+    """
+    if scene.camera_matrix is not None:
+        height = float(camera.position[2])
+        return height, height
+    side = max(camera.size)
+    click = BENT_PX if scene.distortion is None else CLICK_PX
+    heights, costs = np.full((2, len(LOG_FOCALS)), np.inf)
+    for k, log_focal in enumerate(LOG_FOCALS):
+        lens = Lens.centred(side * float(np.exp(log_focal)), camera.size, camera.lens.distortion)
+        pose = pose_from_points(scene.sheet_points, scene.points_px, lens)
+        if pose is None:
+            continue
+        seen = Camera(lens=lens, rotation=pose.rotation, translation=pose.translation)
+        heights[k] = seen.position[2]
+        misfit = len(scene.points_px) * (pose.rms_px / click) ** 2
+        costs[k] = misfit + log_height_prior(seen)
+    likely = np.isfinite(costs)
+    order = np.argsort(heights[likely])
+    weight = np.exp(-0.5 * (costs[likely] - costs[likely].min()))[order]
+    share = np.cumsum(weight) / weight.sum()
+    low, high = np.interp([OUTSIDE, 1 - OUTSIDE], share, heights[likely][order])
+    return float(low), float(high)
+
+
+def height_from_paint(refined: RefinedCamera) -> tuple[float, float]:
+    """The same for a camera that was fitted to the painted lines.
+
+    The lens is what leaves the height open: its standard error moves the camera up or down.
+    """
+    height, spread = float(refined.camera.position[2]), refined.log_focal_sigma
+    if spread == 0.0:
+        return height, height
+    drift = refined.covariance[:, 6] / refined.covariance[6, 6]
+    step = min(spread, 0.05)
+    moved = refined.camera.moved(drift * step, refined.lens)
+    per_focal = abs(np.log(float(moved.position[2]) / height)) / step
+    factor = float(np.exp(2 * spread * per_focal))
+    return height / factor, height * factor
