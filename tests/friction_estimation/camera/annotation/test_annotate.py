@@ -15,6 +15,7 @@ from curling_env.errors import InputError, OutputError
 from curling_env.sheet import PAPER_SHEET
 from friction_estimation.camera.annotation.annotate import Annotation
 from friction_estimation.camera.annotation.server import AnnotationServer
+from friction_estimation.camera.annotation.thrower import thrower, thrower_px
 from friction_estimation.camera.markings import keypoints_of
 from friction_estimation.camera.scene import CORNERS, load_scene, save_scene
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, scene_of
@@ -152,6 +153,7 @@ def test_the_page_makes_a_scene(annotation, seen, page, tmp_path):
         page.goto(server.url)
         page.wait_for_function("still.complete && still.naturalWidth > 0 && film")
         assert page.is_disabled("#save")
+        assert "the thrower's end" in page.inner_text("#task")
         for name in CORNERS[:3]:
             assert name.replace("_", " ") in page.inner_text("#task")
             click(name)
@@ -188,6 +190,126 @@ def test_a_keypoint_is_selected_on_the_small_sheet(annotation, seen, page):
         page.focus("circle[data-keypoint=away_hog_left]")
         page.keyboard.press("Enter")
         assert "away hog left" in page.inner_text("#task")
+
+
+READY = "still.complete && still.naturalWidth > 0 && film"
+
+
+def test_save_and_state_are_in_sight_on_a_small_laptop(annotation, page):
+    with AnnotationServer(annotation, lambda made: None) as server:
+        page.set_viewport_size({"width": 1366, "height": 768})
+        page.goto(server.url)
+        page.wait_for_function(READY)
+        for part in ("#save", "#state", "#task", "#picture", "#keypoints", "#above"):
+            box = page.locator(part).bounding_box()
+            assert box["y"] >= 0
+            assert box["y"] + box["height"] <= 768, part
+        assert page.locator("#picture").bounding_box()["height"] > 400
+
+
+def test_other_places_are_proposed_where_corners_are_hidden(annotation, seen, page):
+    _, camera, _ = seen
+    with AnnotationServer(annotation, lambda made: None) as server:
+        page.goto(server.url)
+        page.wait_for_function(READY)
+        asked = []
+        for _ in range(2):  # boards hide both corners of the far end
+            page.evaluate("selected = CORNERS.slice(2).find(name => !away.has(name))")
+            page.click("#hidden")
+        for _ in range(4):
+            name = page.evaluate("selected")
+            asked.append(name)
+            page.evaluate("px => addClick(px)", list(clicks_at(camera, [name])[name]))
+        assert asked[:2] == ["home_left", "home_right"]
+        assert all(name.startswith("away_") for name in asked[2:])
+        assert not set(asked[2:]) & set(CORNERS)
+        page.wait_for_selector("#save:enabled")
+        page.evaluate("draw()")
+        assert page.locator("circle.hidden").count() == 2
+
+
+def test_steps_can_be_taken_back_and_ends_swapped(annotation, seen, page):
+    _, camera, _ = seen
+    corners = ["home_left", "home_right", "away_right", "away_left"]
+    with AnnotationServer(annotation, lambda made: None) as server:
+        page.goto(server.url)
+        page.wait_for_function(READY)
+        assert page.is_disabled("#undo")
+        for name in corners:
+            page.evaluate("px => addClick(px)", list(clicks_at(camera, [name])[name]))
+        page.wait_for_selector("#save:enabled")
+        thrower = page.evaluate("thrower[5][0]")
+        before = page.evaluate("JSON.stringify(clicks)")
+        page.focus("#picture")
+        for _ in range(3):
+            page.keyboard.press("ArrowRight")
+        page.keyboard.press("Control+z")  # moves that follow each other are one step
+        assert page.evaluate("JSON.stringify(clicks)") == before
+        page.click("#swap")
+        page.wait_for_function("thrower.length > 0")
+        assert page.evaluate("clicks.away_right") == json.loads(before)["home_left"]
+        assert np.hypot(*np.subtract(page.evaluate("thrower[5][0]"), thrower)) > 100
+        page.click("#undo")
+        page.click("#undo")
+        assert page.evaluate("Object.keys(clicks)") == corners[:3]
+        page.wait_for_function("document.querySelector('#state').textContent.includes('1 more')")
+
+
+def test_two_fingers_zoom_about_the_place_between_them(annotation, browser):
+    context = browser.new_context(has_touch=True, viewport={"width": 820, "height": 1180})
+    page = context.new_page()
+    with AnnotationServer(annotation, lambda made: None) as server:
+        page.goto(server.url)
+        page.wait_for_function(READY)
+        box = page.locator("#picture").bounding_box()
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        fingers = context.new_cdp_session(page)
+
+        def touch(kind, apart):
+            points = [{"x": x - apart, "y": y, "id": 1}, {"x": x + apart, "y": y, "id": 2}]
+            fingers.send(
+                "Input.dispatchTouchEvent",
+                {"type": kind, "touchPoints": points if kind != "touchEnd" else []},
+            )
+
+        middle = "toPixel(picture.width / 2, picture.height / 2)"
+        before, at = page.evaluate("zoom"), page.evaluate(middle)
+        touch("touchStart", 50)
+        for apart in (70, 90, 100):
+            touch("touchMove", apart)
+        touch("touchEnd", 100)
+        assert page.evaluate("zoom") / before == pytest.approx(2.0, rel=0.05)
+        assert page.evaluate(middle) == pytest.approx(at, abs=2)
+        assert page.evaluate("Object.keys(clicks).length") == 0
+        page.touchscreen.tap(x, y)
+        assert page.evaluate("Object.keys(clicks)") == ["home_left"]
+    context.close()
+
+
+def test_a_height_that_is_not_seen_from_above_is_told_as_a_range():
+    """The truth is in it; where a slant view shows the height, the range is narrow."""
+    for name, wide, paint in (
+        ("gantry", True, False),
+        ("gantry", True, True),
+        ("end", False, False),
+    ):
+        renderer = FilmRenderer(FilmSpec(camera=name, people=False, size=(640, 360)))
+        still = np.asarray(renderer.still, dtype=np.uint8)
+        annotation = Annotation(name=name, stills=[still], sheet=PAPER_SHEET)
+        clicks = clicks_at(renderer.camera, CORNERS)
+        true = renderer.camera.position[2]
+        low, high = annotation.solve(clicks, paint=paint).height_range
+        assert low < true < high
+        assert (high / low > 1.5) == wide
+
+
+def test_the_thrower_stands_at_the_home_end(annotation, seen):
+    _, camera, _ = seen
+    assert all((shape[:, 1] < -11).all() for shape in thrower())
+    shapes = thrower_px(camera)
+    assert len(shapes) == len(thrower())
+    back = camera.on_plane(np.concatenate(shapes))
+    assert PAPER_SHEET.contains(back).all()
 
 
 def test_the_command_says_what_is_wrong(curling, tmp_path):
