@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Mapping, Set
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Annotated, Any, Literal, cast
 
+import msgspec
 import numpy as np
+from msgspec import Meta
 from numpy.typing import ArrayLike
 
 from curling_env.errors import InputError
+from curling_env.infrastructure.schema import Document, Short, checked, within
 from curling_env.infrastructure.storage import read_json, write_json, write_table
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
 from curling_env.typing import Flags, Floats
@@ -21,6 +23,9 @@ from curling_env.typing import Flags, Floats
 ICE_FORMAT = "curling-ice/1"
 MAX_FRICTION = 1.0
 """Largest μ accepted: far above any ice, but low enough to catch a file in other units."""
+
+MAX_PARAMETER = 1e9
+"""Largest parameter of an effect accepted, in the units of its card."""
 
 _PRESETS = files("curling_env") / "presets"
 
@@ -119,9 +124,10 @@ class ActiveEffect:
     def __post_init__(self) -> None:
         for kind, values in (("parameters", self.parameters), ("sigma", self.sigma)):
             for key, value in values.items():
-                if not math.isfinite(value):
+                if not abs(value) <= MAX_PARAMETER:
                     raise InputError(
-                        f"effect {self.name}: {kind}.{key} must be a finite number, got {value}"
+                        f"effect {self.name}: {kind}.{key} must be a finite number of at most "
+                        f"{MAX_PARAMETER:g}, got {value}"
                     )
                 if kind == "sigma" and value < 0:
                     raise InputError(
@@ -217,6 +223,64 @@ class Ice:
     def with_effect(self, effect: ActiveEffect) -> Ice:
         """The same ice with one more effect."""
         return replace(self, effects=(*self.effects, effect))
+
+
+# --- its file ------------------------------------------------------------------------------------
+
+
+class SheetDocument(Document):
+    """The size of the ice."""
+
+    length: Annotated[float, within(1.0, 1000.0, "m")]
+    width: Annotated[float, within(1.0, 1000.0, "m")]
+
+
+class StoneDocument(Document):
+    """The stone of an ice; what is not given is the rule book's."""
+
+    mass: Annotated[float, within(0.1, 1000.0, "kg")] | None = None
+    radius: Annotated[float, within(0.01, 1.0, "m")] | None = None
+    height: Annotated[float, within(0.001, 1.0, "m")] | None = None
+    band_radius: Annotated[float, within(0.0, 1.0, "m")] | None = None
+    inertia: Annotated[float, within(1e-6, 1000.0, "kg m²")] | None = None
+    restitution: Annotated[float, within(0.0, 1.0)] | None = None
+    stone_friction: Annotated[float, within(0.0, 100.0)] | None = None
+
+
+class FrictionDocument(Document):
+    """The friction of every cell, as rows from y=-L/2 upward, or one number for all."""
+
+    cell_size: Annotated[float, within(1e-3, 100.0, "m")]
+    mu: float | list[list[float]]
+    sigma: float | list[list[float]] = 0.0
+    observed: bool | float | list[list[bool | float]] = 1.0
+    interpolation: Interpolation = "bilinear"
+
+
+Strength = Annotated[float, within(-MAX_PARAMETER, MAX_PARAMETER)]
+"""A parameter of an effect, in the units of its card."""
+
+
+class EffectDocument(Document):
+    """An effect with its parameters, in the units of its card."""
+
+    name: Short
+    parameters: dict[Short, Strength] = msgspec.field(default_factory=dict[str, float])
+    sigma: dict[Short, Strength | None] = msgspec.field(default_factory=dict[str, float | None])
+    believed: tuple[Short, ...] = ()
+
+
+class IceDocument(Document):
+    """An ice file."""
+
+    format: Short
+    sheet: SheetDocument
+    friction: FrictionDocument
+    stone: StoneDocument = msgspec.field(default_factory=StoneDocument)
+    effects: Annotated[list[EffectDocument], Meta(max_length=200)] = msgspec.field(
+        default_factory=list[EffectDocument]
+    )
+    provenance: dict[str, Any] = msgspec.field(default_factory=dict[str, Any])
 
 
 def write_cells(path: str | Path, ice: Ice) -> None:
@@ -334,105 +398,44 @@ def parse_ice(document: Any) -> Ice:
     """
     found = cast("dict[str, Any]", document).get("format") if isinstance(document, dict) else None
     if found != ICE_FORMAT:
-        raise InputError(f"expected an ice file of format {ICE_FORMAT!r}, found {found!r}")
-    ice = _members(
-        document,
-        "",
-        required={"format", "sheet", "friction"},
-        optional={"stone", "effects", "provenance"},
-    )
-    lengths = _members(ice["sheet"], "sheet", required={"length", "width"})
-    friction = _members(
-        ice["friction"],
-        "friction",
-        required={"cell_size", "mu"},
-        optional={"sigma", "observed", "interpolation"},
-    )
-    stone = _members(ice.get("stone", {}), "stone", optional={f.name for f in fields(Stone)})
-    provenance = ice.get("provenance", {})
-    if not isinstance(provenance, dict):
-        raise InputError("expected an object", where="provenance")
-    effects = ice.get("effects", [])
-    if not isinstance(effects, list):
-        raise InputError("expected a list of effects", where="effects")
-    sheet = Sheet(
-        length=_number(lengths["length"], "sheet.length"),
-        width=_number(lengths["width"], "sheet.width"),
-        cell_size=_number(friction["cell_size"], "friction.cell_size"),
-    )
-    mu = _table(friction["mu"], "friction.mu", sheet.shape)
+        raise InputError(
+            f"expected an ice file of format {ICE_FORMAT!r}, found {str(found)[:40]!r}"
+        )
+    ice = checked(document, IceDocument)
+    sheet = Sheet(length=ice.sheet.length, width=ice.sheet.width, cell_size=ice.friction.cell_size)
+    mu = _table(ice.friction.mu, "friction.mu", sheet.shape)
+    stone = {
+        name: value
+        for name in (f.name for f in fields(Stone))
+        if (value := getattr(ice.stone, name)) is not None
+    }
     return Ice(
         sheet=sheet,
-        stone=Stone(**{key: _number(value, f"stone.{key}") for key, value in stone.items()}),
+        stone=Stone(**stone),
         friction=FrictionMap(
             mu=mu,
-            sigma=_table(friction.get("sigma", 0.0), "friction.sigma", mu.shape),
-            observed=_table(friction.get("observed", 1), "friction.observed", mu.shape) > 0,
-            interpolation=friction.get("interpolation", "bilinear"),
+            sigma=_table(ice.friction.sigma, "friction.sigma", mu.shape),
+            observed=_table(ice.friction.observed, "friction.observed", mu.shape) > 0,
+            interpolation=ice.friction.interpolation,
         ),
-        effects=tuple(
-            _parse_effect(effect, f"effects[{i}]")
-            for i, effect in enumerate(cast("list[Any]", effects))
-        ),
-        provenance=cast("dict[str, Any]", provenance),
+        effects=tuple(_effect_of(effect, f"effects[{i}]") for i, effect in enumerate(ice.effects)),
+        provenance=ice.provenance,
     )
 
 
-def _parse_effect(document: Any, where: str) -> ActiveEffect:
-    effect = _members(
-        document, where, required={"name"}, optional={"parameters", "sigma", "believed"}
-    )
-    values: dict[str, dict[str, float]] = {}
-    for kind in ("parameters", "sigma"):
-        given = effect.get(kind, {})
-        if not isinstance(given, dict):
-            raise InputError("expected an object of numbers", where=f"{where}.{kind}")
-        values[kind] = {
-            key: _number(value, f"{where}.{kind}.{key}")
-            for key, value in cast("dict[str, Any]", given).items()
-            if not (kind == "sigma" and value is None)
-        }
-    believed = effect.get("believed", [])
-    if not isinstance(believed, list) or not all(
-        isinstance(key, str) for key in cast("list[Any]", believed)
-    ):
-        raise InputError("expected a list of names of parameters", where=f"{where}.believed")
-    names = tuple(cast("list[str]", believed))
+def _effect_of(effect: EffectDocument, where: str) -> ActiveEffect:
+    sigma = {key: value for key, value in effect.sigma.items() if value is not None}
     try:
-        return ActiveEffect(name=str(effect["name"]), believed=names, **values)
+        return ActiveEffect(
+            name=effect.name, parameters=effect.parameters, sigma=sigma, believed=effect.believed
+        )
     except InputError as error:
         raise InputError(error.problem, where=error.where or where) from error
 
 
-def _members(
-    given: Any,
-    where: str,
-    *,
-    required: Set[str] = frozenset[str](),
-    optional: Set[str] = frozenset[str](),
-) -> dict[str, Any]:
-    """The members of a JSON object, after checking their names."""
-    if not isinstance(given, dict):
-        raise InputError(f"expected an object, found {type(given).__name__}", where=where or None)
-    members = cast("dict[str, Any]", given)
-    missing = sorted(required - members.keys())
-    unknown = sorted(members.keys() - required - optional)
-    if missing:
-        raise InputError(f"missing {', '.join(missing)}", where=where or None)
-    if unknown:
-        raise InputError(f"unknown key {', '.join(unknown)}", where=where or None)
-    return members
-
-
-def _number(value: Any, where: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputError(f"expected a finite number, found {value!r}", where=where)
-    return float(value)
-
-
 def _table(value: Any, where: str, shape: tuple[int, ...]) -> Floats:
     """Rows of numbers, or a table of that shape filled with the one number given."""
-    if isinstance(value, int | float) and not isinstance(value, bool):
+    if isinstance(value, float | int):
         return np.full(shape, float(value))
     try:
         table = np.asarray(value, dtype=np.float64)

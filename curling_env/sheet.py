@@ -41,6 +41,14 @@ LINE_WIDTH = 0.0127
 """Width of a painted tee, back or centre line [m]."""
 
 
+MAX_LENGTH = 500.0
+"""Longest sheet accepted [m]."""
+MAX_CELLS = 1e7
+"""Most cells of a sheet; at the usual 0.5 m there are 801."""
+MAX_STONE = {"mass": (0.1, 1000.0), "radius": (0.01, 1.0), "height": (0.001, 1.0)}
+"""Bounds of a stone [kg, m, m], far beyond the rule book's."""
+
+
 class Direction(IntEnum):
     """Which end is played to."""
 
@@ -82,8 +90,17 @@ class Sheet:
                 f"a sheet must hold both houses: at least {2 * BACK_LINE_Y:.2f} × "
                 f"{2 * HOUSE_RADIUS:.2f} m, got {self.length} × {self.width} m"
             )
+        if self.length > MAX_LENGTH or self.width > MAX_LENGTH:
+            raise InputError(
+                f"a sheet is at most {MAX_LENGTH:g} m long and wide, got {self.length} × "
+                f"{self.width} m"
+            )
         if self.cell_size > self.width:
             raise InputError(f"cell_size {self.cell_size} m is wider than the sheet")
+        if self.length * self.width / self.cell_size**2 > MAX_CELLS:
+            raise InputError(
+                f"cells of {self.cell_size} m are too small: a sheet has at most {MAX_CELLS:g}"
+            )
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -234,6 +251,14 @@ class Stone:
             value = getattr(self, name)
             if not (np.isfinite(value) and value > 0):
                 raise InputError(f"stone {name} must be positive, got {value}")
+        for name, (low, high) in MAX_STONE.items():
+            value = getattr(self, name)
+            if not low <= value <= high:
+                raise InputError(f"stone {name} must lie within {low:g} and {high:g}, got {value}")
+        if not 1e-6 <= self.inertia <= 1000.0:
+            raise InputError(
+                f"stone inertia must lie within 1e-6 and 1000 kg m², got {self.inertia}"
+            )
         if not 0 <= self.band_radius <= self.radius:
             raise InputError(
                 f"stone band_radius must lie within 0 and the radius {self.radius} m, "
@@ -241,8 +266,8 @@ class Stone:
             )
         if not 0 <= self.restitution <= 1:
             raise InputError(f"stone restitution must lie within 0 and 1, got {self.restitution}")
-        if not (np.isfinite(self.stone_friction) and self.stone_friction >= 0):
-            raise InputError(f"stone_friction must not be negative, got {self.stone_friction}")
+        if not 0 <= self.stone_friction <= 100:
+            raise InputError(f"stone_friction must lie within 0 and 100, got {self.stone_friction}")
 
     @property
     def spin_coupling(self) -> float:

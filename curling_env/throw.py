@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from curling_env.errors import InputError, OutOfRangeError
-from curling_env.infrastructure.storage import read_table, write_table
+from curling_env.infrastructure.storage import Column, read_table, write_table
 from curling_env.sheet import HOG_LINE_Y, Direction
 from curling_env.typing import Floats
 
@@ -19,8 +20,28 @@ MAX_SPEED = 6.0
 MAX_SPIN = 20.0
 """Largest |spin| accepted [rad/s]; a hard-spun stone turns at about 6 rad/s."""
 
-RELEASE_COLUMNS = ("throw", "x", "y", "vx", "vy", "theta", "omega")
-OPTIONAL_RELEASE_COLUMNS = ("stone", "clock", "sweep_start", "sweep_end")
+MAX_OFFSET = 100.0
+"""Largest |x| of a throw accepted [m]; a sheet is not 5 m wide."""
+
+RELEASE_TABLE = (
+    Column(name="throw"),
+    Column(name="x", unit="m", low=-1e3, high=1e3),
+    Column(name="y", unit="m", low=-1e3, high=1e3),
+    Column(name="vx", unit="m/s", low=-1e3, high=1e3),
+    Column(name="vy", unit="m/s", low=-1e3, high=1e3),
+    Column(name="theta", unit="rad", low=-1e6, high=1e6),
+    Column(name="omega", unit="rad/s", low=-1e3, high=1e3),
+    Column(name="stone", low=-1e9, high=1e9, required=False),
+    Column(name="clock", unit="s", low=-1e8, high=1e8, required=False),
+    Column(name="sweep_start", unit="s", low=-1e6, high=1e6, required=False),
+    Column(name="sweep_end", unit="s", low=-1e6, high=1e6, required=False),
+)
+"""The columns of a releases file."""
+RELEASE_COLUMNS = tuple(column.name for column in RELEASE_TABLE if column.required)
+OPTIONAL_RELEASE_COLUMNS = tuple(column.name for column in RELEASE_TABLE if not column.required)
+
+
+_NUMBERS = ("x", "y", "vx", "vy", "theta", "omega")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,12 +81,14 @@ class Release:
     throw: int = 0
 
     def __post_init__(self) -> None:
-        for name in ("x", "y", "vx", "vy", "theta", "omega", "clock", "sweep_start", "sweep_end"):
-            value = getattr(self, name)
-            if not np.isfinite(value):
-                raise InputError(f"release {name} must be a finite number, got {value}")
+        numbers = (self.x, self.y, self.vx, self.vy, self.theta, self.omega, self.clock)
+        if not math.isfinite(sum(numbers) + self.sweep_start + self.sweep_end):
+            for name in (*_NUMBERS, "clock", "sweep_start", "sweep_end"):
+                value = getattr(self, name)
+                if not math.isfinite(value):
+                    raise InputError(f"release {name} must be a finite number, got {value}")
         # The components of the fastest throw may round to a little more than its speed.
-        if self.speed > MAX_SPEED * (1 + 1e-12):
+        if math.hypot(self.vx, self.vy) > MAX_SPEED * (1 + 1e-12):
             raise OutOfRangeError(
                 f"release speed must be at most {MAX_SPEED} m/s, got {self.speed:.3g} m/s"
             )
@@ -119,8 +142,8 @@ class Throw:
             raise OutOfRangeError(f"angle must lie within ±π/2 rad, got {self.angle}")
         if not abs(self.spin) <= MAX_SPIN:
             raise OutOfRangeError(f"spin must lie within ±{MAX_SPIN} rad/s, got {self.spin}")
-        if not np.isfinite(self.x):
-            raise OutOfRangeError(f"x must be a finite offset in metres, got {self.x}")
+        if not abs(self.x) <= MAX_OFFSET:
+            raise OutOfRangeError(f"x must lie within ±{MAX_OFFSET:g} m, got {self.x}")
 
     def release(
         self,
@@ -165,30 +188,27 @@ def read_releases(path: str | Path) -> list[Release]:
     ------
     InputError : unreadable file, missing column, a row that is no release, or a number used twice
     """
-    table = read_table(path, required=RELEASE_COLUMNS, optional=OPTIONAL_RELEASE_COLUMNS)
-    columns = {
-        name: table.numbers(name)
-        for name in (*RELEASE_COLUMNS[1:], *OPTIONAL_RELEASE_COLUMNS)
-        if name in table
-    }
+    table = read_table(path, columns=RELEASE_TABLE)
+    names = [name for name in (*RELEASE_COLUMNS[1:], *OPTIONAL_RELEASE_COLUMNS) if name in table]
+    columns = {name: np.nan_to_num(table.numbers(name)).tolist() for name in names}
     if len(table) == 0:
         raise InputError("holds no release", source=path)
     throws = table.integers("throw").tolist()
+    if "stone" in columns:
+        columns["stone"] = [int(stone) for stone in columns["stone"]]
     releases: list[Release] = []
-    for row in range(len(table)):
-        if throws[row] in throws[:row]:
+    seen: set[int] = set()
+    for row, (throw, *values) in enumerate(zip(throws, *columns.values(), strict=True)):
+        if throw in seen:
             raise InputError(
-                f"throw {throws[row]} appears twice; a release is one row",
+                f"throw {throw} appears twice; a release is one row",
                 source=path,
                 where=table.where(row, "throw"),
             )
-        values = {
-            name: float(column[row]) for name, column in columns.items() if np.isfinite(column[row])
-        }
-        stone = int(values.pop("stone", 0))
+        seen.add(throw)
         try:
-            release = Release(**values, stone=stone, order=row, throw=throws[row])  # pyright: ignore[reportArgumentType]
-            if release.speed == 0:
+            release = Release(**dict(zip(names, values, strict=True)), order=row, throw=throw)  # pyright: ignore[reportArgumentType]
+            if release.vx == release.vy == 0:
                 raise InputError("a release needs a speed above 0, got vx = vy = 0")
             releases.append(release)
         except InputError as error:
@@ -310,8 +330,8 @@ def skill_named(name: str | Skill) -> Skill:
     """
     if isinstance(name, Skill):
         return name
-    if name not in SKILLS:
-        raise InputError(f"no skill is named {name!r}; there are {', '.join(SKILLS)}")
+    if not isinstance(name, str) or name not in SKILLS:  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise InputError(f"no skill is named {str(name)[:40]!r}; there are {', '.join(SKILLS)}")
     return SKILLS[name]
 
 

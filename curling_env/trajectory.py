@@ -9,11 +9,28 @@ from pathlib import Path
 import numpy as np
 
 from curling_env.errors import InputError
-from curling_env.infrastructure.storage import read_table, read_text, write_table
+from curling_env.infrastructure.storage import Column, Table, read_table, read_text, write_table
 from curling_env.typing import Floats
 
-TRACK_COLUMNS = ("throw", "t", "x", "y", "theta")
-OPTIONAL_TRACK_COLUMNS = ("stone", "clock", "swept", "sigma_xy", "sigma_theta")
+TRACK_TABLE = (
+    Column(name="throw"),
+    Column(name="t", unit="s", low=-1e8, high=1e8),
+    Column(name="x", unit="m", low=-1e6, high=1e6),
+    Column(name="y", unit="m", low=-1e6, high=1e6),
+    Column(name="theta", unit="rad", low=-1e6, high=1e6),
+    Column(name="stone", low=-1e9, high=1e9, required=False),
+    Column(name="clock", unit="s", low=-1e9, high=1e9, required=False),
+    Column(name="swept", low=0.0, high=1.0, required=False),
+    Column(name="sigma_xy", unit="m", low=0.0, high=1e3, required=False),
+    Column(name="sigma_theta", unit="rad", low=0.0, high=1e4, required=False),
+)
+"""The columns of a tracks file. Rows may be wild, but no camera is off by a thousand kilometres."""
+TRACK_COLUMNS = tuple(column.name for column in TRACK_TABLE if column.required)
+OPTIONAL_TRACK_COLUMNS = tuple(column.name for column in TRACK_TABLE if not column.required)
+FASTEST_TURN = 40.0
+"""No stone turns faster [rad/s]; a throw's spin is at most 20."""
+HEADING_SLACK = 8 * np.pi
+"""What wild rows and whole turns that were lost may add between two rows [rad]."""
 
 
 def _nothing() -> Floats:
@@ -110,7 +127,7 @@ def read_tracks(path: str | Path) -> list[Trajectory]:
     ------
     InputError : unreadable file, missing column, a number that is none, time running backwards
     """
-    table = read_table(path, required=TRACK_COLUMNS, optional=OPTIONAL_TRACK_COLUMNS)
+    table = read_table(path, columns=TRACK_TABLE)
     if len(table) == 0:
         raise InputError("holds no rows; expected one row per frame", source=path)
     throws = table.integers("throw")
@@ -145,6 +162,7 @@ def read_tracks(path: str | Path) -> list[Trajectory]:
                 where=table.where(row, "t"),
             )
         part = {name: column[start:end] for name, column in columns.items()}
+        _check_headings(table, start, part["t"], part["theta"])
         clock = part.pop("clock", None)
         part = {name: column for name, column in part.items() if not np.isnan(column).all()}
         if "swept" in part:
@@ -160,6 +178,28 @@ def read_tracks(path: str | Path) -> list[Trajectory]:
             )
         )
     return sorted(tracks, key=lambda track: track.throw)
+
+
+def _check_headings(table: Table, start: int, t: Floats, theta: Floats) -> None:
+    """Refuse a heading that no stone can have turned to since the row before.
+
+    Parameters
+    ----------
+    table : the file
+    start : its row at which the throw begins
+    t, theta : (n,) of the throw; headings may be NaN
+    """
+    known = np.flatnonzero(np.isfinite(theta))
+    turned = np.abs(np.diff(theta[known]))
+    jumps = np.flatnonzero(turned > FASTEST_TURN * np.diff(t[known]) + HEADING_SLACK)
+    if jumps.size:
+        before, after = int(known[jumps[0]]), int(known[jumps[0] + 1])
+        raise InputError(
+            f"the heading jumps by {abs(theta[after] - theta[before]):.3g} rad within "
+            f"{t[after] - t[before]:.3g} s; leave it empty where it is not known",
+            source=table.source,
+            where=table.where(start + after, "theta"),
+        )
 
 
 def is_tracks(path: str | Path) -> bool:

@@ -15,6 +15,8 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
 # Pictures are drawn to files only, and a window never opens.
 os.environ.setdefault("MPLBACKEND", "Agg")
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
+# A mistake of the program fails a test with its place, instead of becoming one line.
+os.environ.setdefault("CURLING_TRACEBACK", "1")
 
 import numpy as np
 import pytest
@@ -134,7 +136,8 @@ def browser() -> Iterator[Any]:
 @pytest.fixture
 def page(browser: Any) -> Iterator[Any]:
     """A new page of that browser; the test fails if the page reports an error."""
-    opened = browser.new_page(viewport={"width": 1280, "height": 800})
+    # The pages' own policy forbids the evaluation of text, by which Playwright waits for things.
+    opened = browser.new_page(viewport={"width": 1280, "height": 800}, bypass_csp=True)
     errors: list[str] = []
     opened.on("pageerror", lambda error: errors.append(str(error)))
     opened.on("console", lambda said: errors.append(said.text) if said.type == "error" else None)

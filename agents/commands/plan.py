@@ -7,7 +7,13 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import IceOption, SeedOption, UnitsOption, conclude
+from curling_env.commands.cli import (
+    IceOption,
+    SeedOption,
+    UnitsOption,
+    Writes,
+    conclude,
+)
 from curling_env.errors import InputError
 from curling_env.units import Units
 
@@ -56,6 +62,7 @@ def plan(
     picture: Annotated[
         Path | None,
         typer.Option(metavar="P.png", help="Draw the path and where the stone comes to rest."),
+        Writes(kinds=("picture",)),
     ] = None,
     units: UnitsOption = Units.METRES,
     as_json: Annotated[

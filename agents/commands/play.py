@@ -10,6 +10,7 @@ import typer
 from curling_env.commands.cli import (
     IceOption,
     SeedOption,
+    Writes,
     print_json,
     progress_bar,
     say,
@@ -67,6 +68,7 @@ def play(
             metavar="DIR",
             help="Directory for the record (game.jsonl) and its replay (game.html).",
         ),
+        Writes(folder=True),
     ] = None,
     film: Annotated[
         bool, typer.Option("--film", help="With -o, also make a film (game.mp4); it takes minutes.")
@@ -96,7 +98,7 @@ def play(
     from curling_env.errors import InputError
     from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator
     from curling_env.game.rules import Team, rule_set
-    from curling_env.infrastructure.storage import make_directory
+    from curling_env.infrastructure.storage import make_directory, together
 
     if film and output is None:
         raise InputError("--film needs a directory for it: -o DIR")
@@ -126,8 +128,9 @@ def play(
     played = PlayedGame(players=players, deliveries=deliveries, game=match.game)
     if output is not None:
         folder = make_directory(output)
-        lines = write_record(folder / "game.jsonl", played, simulator, ice=ice, seed=seed)
-        write_page(folder / "game.html", lines)
+        with together():
+            lines = write_record(folder / "game.jsonl", played, simulator, ice=ice, seed=seed)
+            write_page(folder / "game.html", lines)
         if film:
             shown = write_film(folder / "game.mp4", lines, simulator.known_ice)
             with progress_bar("stone") as progress:

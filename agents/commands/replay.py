@@ -39,7 +39,7 @@ def replay(
         curling replay runs/game/game.jsonl --end 8 --speed 4 -o last.mp4
         curling replay runs/game/game.jsonl -o game.html
     """
-    from agents.playing.record import read_record
+    from agents.playing.record import ice_of, read_record
     from agents.playing.replay.film import deliveries_of, write_film
     from agents.playing.replay.page import write_page
     from curling_env.errors import InputError
@@ -56,7 +56,7 @@ def replay(
     shown = write_film(
         output,
         lines,
-        load_ice(str(lines[0]["ice"]) if ice is None else ice),
+        load_ice(ice_of(lines, record) if ice is None else ice),
         ends=ends or None,
         speed=speed,
     )

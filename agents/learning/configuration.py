@@ -20,7 +20,7 @@ from curling_env.envs.sheet.action import ThrowRange
 from curling_env.envs.sheet.env import CurlingSheetEnv
 from curling_env.envs.sheet.reward import RewardWeights
 from curling_env.errors import InputError
-from curling_env.infrastructure.storage import read_text
+from curling_env.infrastructure.yaml_file import read_yaml
 from curling_env.throw import skill_named
 
 ALGORITHMS = ("sac", "td3", "ppo")
@@ -32,6 +32,29 @@ _NOT_HYPERPARAMETERS = frozenset(
     | {"replay_buffer_class", "replay_buffer_kwargs"}
 )
 """Parameters of the algorithms that are not hyperparameters, or that a file cannot give."""
+_RANGES: dict[str, tuple[float, float, bool]] = {
+    "learning_rate": (1e-12, 10.0, False),
+    "buffer_size": (1, 10**7, True),
+    "learning_starts": (0, 10**9, True),
+    "batch_size": (2, 10**6, True),
+    "tau": (0.0, 1.0, False),
+    "gamma": (0.0, 1.0, False),
+    "gae_lambda": (0.0, 1.0, False),
+    "train_freq": (1, 10**6, True),
+    "gradient_steps": (-1, 10**4, True),
+    "n_steps": (2, 10**6, True),
+    "n_epochs": (1, 1000, True),
+    "clip_range": (1e-6, 100.0, False),
+    "vf_coef": (0.0, 1e6, False),
+    "max_grad_norm": (1e-9, 1e9, False),
+    "policy_delay": (1, 1000, True),
+    "target_update_interval": (1, 10**6, True),
+    "stats_window_size": (1, 10**6, True),
+    "sde_sample_freq": (-1, 10**6, True),
+}
+"""Bounds of the algorithms' hyperparameters, and whether they are whole numbers."""
+_MOST = {"n_timesteps": 10**10, "n_envs": 2**16, "seed": 2**32 - 1, "checkpoint_every": 10**10}
+_MOST_LAYERS, _MOST_UNITS = 16, 8192
 _NOT_CONFIGURABLE = frozenset({"self", "ice", "known_ice", "fps", "render_mode"})
 """Parameters of the environment that a configuration cannot choose."""
 
@@ -100,20 +123,40 @@ class TrainingSettings:
             ("eval_freq", 0),
         ):
             value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise InputError(f"{name} must be a whole number of at least {least}, got {value}")
+            most = _MOST.get(name, 10**10)
+            if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+                raise InputError(
+                    f"{name} must be a whole number of at least {least} and at most {most}, got "
+                    f"{_brief(value)}"
+                )
+        for name in ("policy_kwargs", "env_kwargs", "hyperparameters"):
+            if not isinstance(getattr(self, name), Mapping):
+                raise InputError(f"{name} must be a mapping, got {_brief(getattr(self, name))}")
+        if not isinstance(self.normalize, bool):
+            raise InputError(f"normalize must be true or false, got {_brief(self.normalize)}")
+        if not isinstance(self.noise, int | float) or not 0 <= self.noise <= 10:
+            raise InputError(f"noise must lie within 0 and 10, got {_brief(self.noise)}")
         _known_keys("policy_kwargs", self.policy_kwargs, POLICY_KWARGS)
         _known_keys("env_kwargs", self.env_kwargs, _options_of_environment())
         _known_keys("the settings", self.hyperparameters, _hyperparameters_of(self.algorithm))
         layers = self.policy_kwargs.get("net_arch", [64])
-        if not isinstance(layers, list | tuple) or not all(
-            isinstance(units, int) and units >= 1 for units in layers
+        if (
+            not isinstance(layers, list | tuple)
+            or len(layers) > _MOST_LAYERS
+            or not all(isinstance(units, int) and 1 <= units <= _MOST_UNITS for units in layers)
         ):
-            raise InputError(f"net_arch must list layers of one unit or more, got {layers!r}")
+            raise InputError(
+                f"net_arch must list layers of one unit or more, at most {_MOST_LAYERS} of at most "
+                f"{_MOST_UNITS}, got {_brief(layers)}"
+            )
+        deviation = self.policy_kwargs.get("log_std_init", 0.0)
+        if not isinstance(deviation, int | float) or not -20 <= deviation <= 5:
+            raise InputError(f"log_std_init must lie within -20 and 5, got {_brief(deviation)}")
         if "activation_fn" in self.policy_kwargs:
             _one_of("activation_fn", self.policy_kwargs["activation_fn"], ACTIVATIONS)
         if self.ices is not None and self.env_kwargs.get("throws", 1) != 1:
             raise InputError("on random ices an episode has one throw")
+        _check_hyperparameters(self.hyperparameters)
         for value in self.hyperparameters.values():
             schedule_of(value)
         self.environment()
@@ -158,8 +201,13 @@ def settings_from(document: Any, **others: Any) -> TrainingSettings:
     rest = {name: _number(value) for name, value in given.items() if name not in ours}
     for name in ("policy_kwargs", "env_kwargs"):
         if not isinstance(settings.get(name, {}), dict):
-            raise InputError(f"{name} must be a mapping, got {settings[name]!r}")
-    return TrainingSettings(**settings, hyperparameters=rest)
+            raise InputError(f"{name} must be a mapping, got {_brief(settings[name])}")
+    try:
+        return TrainingSettings(**settings, hyperparameters=rest)
+    except (TypeError, ValueError, OverflowError) as error:  # a list where a number belongs
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"a setting makes no sense: {error}") from error
 
 
 def load_settings(name: str | Path, **others: Any) -> TrainingSettings:
@@ -188,21 +236,14 @@ def read_configuration(name: str | Path) -> Any:
     ------
     InputError : there is no such file, or it is not YAML
     """
-    import yaml
-
     where: Any = Path(name)
     if str(name) in configurations():
         where = files("agents.learning").joinpath("configurations", f"{name}.yml")
-    elif not where.is_file():
+    elif not where.exists():
         raise InputError(
             f"no such configuration file, and not one of {', '.join(configurations())}", source=name
         )
-    try:
-        return yaml.safe_load(read_text(where))
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        place = None if mark is None else f"line {mark.line + 1}"
-        raise InputError("is not YAML", source=name, where=place) from error
+    return read_yaml(where)
 
 
 def configurations() -> list[str]:
@@ -228,7 +269,7 @@ def schedule_of(value: Any) -> float | Callable[[float], float] | Any:
     except ValueError:
         first = np.nan
     if kind != "lin" or not np.isfinite(first):
-        raise InputError(f"a schedule is lin_ and a number, such as lin_1e-3, got {value!r}")
+        raise InputError(f"a schedule is lin_ and a number, such as lin_1e-3, got {_brief(value)}")
     return lambda remaining: first * remaining
 
 
@@ -252,8 +293,32 @@ def _options_of_environment() -> list[str]:
 
 
 def _one_of(name: str, value: Any, choices: tuple[str, ...]) -> None:
-    if value not in choices:
-        raise InputError(f"{name} must be one of {', '.join(choices)}, got {value!r}")
+    if not isinstance(value, str) or value not in choices:
+        raise InputError(f"{name} must be one of {', '.join(choices)}, got {_brief(value)}")
+
+
+def _brief(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _check_hyperparameters(given: Mapping[str, Any]) -> None:
+    """Refuse numbers with which no algorithm can learn, or that would take all memory."""
+    for name, value in given.items():
+        if isinstance(value, str) and "_" in value:
+            continue  # a schedule, which is checked where it is made
+        if isinstance(value, list) and len(value) <= 2:
+            continue  # train_freq: a number and its unit
+        low, high, whole = _RANGES.get(name, (-1e9, 1e9, False))
+        plain = value is None or isinstance(value, bool | str)
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            if low <= value <= high and (not whole or float(value).is_integer()):
+                continue
+            plain = False
+        if plain and name not in _RANGES:
+            continue
+        kind = "a whole number" if whole else "a number"
+        raise InputError(f"{name} must be {kind} from {low:g} to {high:g}, got {_brief(value)}")
 
 
 def _known_keys(where: str, given: Mapping[str, Any], known: Any) -> None:
@@ -265,12 +330,14 @@ def _known_keys(where: str, given: Mapping[str, Any], known: Any) -> None:
 def _dataclass_from(kind: type, name: str, given: Any) -> Any:
     """A dataclass from a mapping, in which lists become tuples."""
     if not isinstance(given, dict):
-        raise InputError(f"{name} must be a mapping, got {given!r}")
+        raise InputError(f"{name} must be a mapping, got {_brief(given)}")
     _known_keys(name, given, [f.name for f in fields(kind)])
     values = {k: tuple(v) if isinstance(v, list) else _number(v) for k, v in given.items()}
     try:
         return kind(**values)
-    except TypeError as error:
+    except (TypeError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
         raise InputError(f"{name}: {error}") from error
 
 

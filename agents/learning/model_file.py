@@ -8,7 +8,6 @@ document with the structure. Loading reads numbers and text only, whoever made t
 from __future__ import annotations
 
 import json
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.errors import InputError
-from curling_env.infrastructure.storage import atomic_path
+from curling_env.infrastructure.storage import parse_json, read_arrays, write_arrays
 
 MODEL_FORMAT = "curling-agent/1"
 _ARRAY = "$array"
@@ -37,8 +36,7 @@ def write_model(path: str | Path, document: Mapping[str, Any]) -> None:
     arrays: dict[str, NDArray[Any]] = {}
     layout = json.dumps({"format": MODEL_FORMAT, "content": _take_apart(document, arrays)})
     arrays[_DOCUMENT] = np.frombuffer(layout.encode(), dtype=np.uint8)
-    with atomic_path(path) as draft, draft.open("wb") as file:
-        np.savez_compressed(file, allow_pickle=False, **arrays)  # pyright: ignore[reportArgumentType]
+    write_arrays(path, arrays)
 
 
 def read_model(path: str | Path) -> dict[str, Any]:
@@ -48,20 +46,19 @@ def read_model(path: str | Path) -> dict[str, Any]:
     ------
     InputError : there is no such file, or it is not a model of this project
     """
-    if not Path(path).is_file():
-        raise InputError("no such file", source=path)
+    arrays = read_arrays(path, what="a trained model of this project")
+    if _DOCUMENT not in arrays:
+        raise InputError("is not a trained model of this project", source=path)
+    layout = parse_json(arrays[_DOCUMENT].tobytes(), source=path, where="its document")
+    if not isinstance(layout, dict) or layout.get("format") != MODEL_FORMAT:
+        raise InputError(f"expected a model of format {MODEL_FORMAT!r}", source=path)
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            if _DOCUMENT not in archive.files:
-                raise InputError("is not a trained model of this project", source=path)
-            layout = json.loads(archive[_DOCUMENT].tobytes().decode())
-            if not isinstance(layout, dict) or layout.get("format") != MODEL_FORMAT:
-                raise InputError(f"expected a model of format {MODEL_FORMAT!r}", source=path)
-            return _put_together(layout["content"], archive)
-    except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile) as error:
-        if isinstance(error, InputError):
-            raise
+        content = _put_together(layout["content"], arrays)
+    except (KeyError, TypeError, ValueError) as error:
         raise InputError("is not a trained model of this project", source=path) from error
+    if not isinstance(content, dict):
+        raise InputError("is not a trained model of this project", source=path)
+    return content
 
 
 def _take_apart(value: Any, arrays: dict[str, NDArray[Any]]) -> Any:
@@ -93,6 +90,9 @@ def _put_together(value: Any, archive: Any) -> Any:
         return [_put_together(item, archive) for item in value]
     if isinstance(value, dict):
         if _ARRAY in value:
-            return archive[str(value[_ARRAY])]
+            array = archive[str(value[_ARRAY])]
+            if array.dtype.kind == "f" and not np.isfinite(array).all():
+                raise ValueError("a number that is not finite")
+            return array
         return {key: _put_together(item, archive) for key, item in value["$dict"]}
     return value

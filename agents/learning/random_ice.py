@@ -51,12 +51,16 @@ class RandomIces:
     def __post_init__(self) -> None:
         for name in ("level", "areas", "curl", "error"):
             value = getattr(self, name)
-            if isinstance(value, str) or not 0 <= value < 1:
-                raise InputError(f"{name} must lie within 0 and 1, got {value!r}")
+            if not isinstance(value, int | float) or not 0 <= value < 1:
+                raise InputError(f"{name} must lie within 0 and 1, got {str(value)[:40]!r}")
         for name in ("length", "breadth", "error_length"):
             value = getattr(self, name)
-            if isinstance(value, str) or not value > 0:
-                raise InputError(f"{name} must be positive, got {value!r}")
+            if not isinstance(value, int | float) or not 1e-3 <= value <= 1e4:
+                raise InputError(
+                    f"{name} must be positive, within 0.001 and 10000 m, got {str(value)[:40]!r}"
+                )
+        if not isinstance(self.base, str):
+            raise InputError(f"base must name an ice, got {str(self.base)[:40]!r}")
 
     def draw(self, rng: np.random.Generator, knows: str = "map") -> tuple[Ice, Ice]:
         """Draw an ice and what is known of it.

@@ -10,6 +10,9 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import shutil
+from collections.abc import Generator
+from contextlib import contextmanager
 from math import gcd
 from pathlib import Path
 from typing import Any
@@ -27,8 +30,9 @@ from agents.learning.configuration import (
 from agents.learning.model_file import read_model, write_model
 from agents.learning.policy import TrainedPolicy, tensors, throw_range_of
 from curling_env.envs.sheet.vector_env import CurlingSheetVectorEnv
-from curling_env.errors import InputError
+from curling_env.errors import CurlingError, InputError
 from curling_env.ice import Ice, load_ice
+from curling_env.infrastructure.command_files import keep
 from curling_env.infrastructure.storage import make_directory
 from curling_env.typing import Progress, no_progress
 
@@ -104,11 +108,12 @@ def train(
     if begun is not None:
         _check_is_of(begun, settings, known, resume)
     folder = make_directory(output)
-    env = make_vec_env(settings, known)
-    model = new_model(env, settings)
+    with _faults_of("the environment and the algorithm"):
+        env = make_vec_env(settings, known)
+        model = new_model(env, settings)
     if begun is not None:
         _restore(model, begun, resume)
-    _keep_logs(model, folder)
+    logs = _keep_logs(model, folder)
 
     class Stretches(BaseCallback):
         """Begins each stretch, writes its checkpoint and reports the progress."""
@@ -122,6 +127,7 @@ def train(
                 return
             if stretch and self.stretch >= 0:
                 save_checkpoint(folder / f"checkpoint-{steps:08d}.npz", model, settings, known)
+                keep(f"{steps} throws are learnt; to go on: --resume {folder} -o {folder}")
             self.stretch = stretch
             state = np.random.SeedSequence((settings.seed, steps)).generate_state(1)
             model.set_random_seed(int(state[0] >> 1))
@@ -146,8 +152,14 @@ def train(
             )
         )
     left = settings.n_timesteps - model.num_timesteps
-    if left > 0:
-        model.learn(left, callback=callbacks, reset_num_timesteps=False, log_interval=8)
+    try:
+        with _faults_of("learning"):
+            if left > 0:
+                model.learn(left, callback=callbacks, reset_num_timesteps=False, log_interval=8)
+    except CurlingError:
+        model.logger.close()
+        shutil.rmtree(logs, ignore_errors=True)  # they tell of nothing
+        raise
     model.logger.close()
     save_model(folder / "model.npz", model, settings, known)
     env.close()
@@ -241,12 +253,26 @@ def _observation_statistics(env: Any, seed: int) -> tuple[Any, Any]:
     return every.mean(axis=0), every.std(axis=0)
 
 
-def _keep_logs(model: Any, folder: Path) -> None:
+def _keep_logs(model: Any, folder: Path) -> Path:
     from stable_baselines3.common.logger import configure
 
     kinds = ["csv", "tensorboard"] if has_tensorboard() else ["csv"]
     logs = make_directory(folder / "logs" / f"from-{model.num_timesteps:08d}")
     model.set_logger(configure(str(logs), kinds))
+    return logs
+
+
+@contextmanager
+def _faults_of(what: str) -> Generator[None]:
+    """Settings that a library refuses in its own way, as one line."""
+    try:
+        yield
+    except CurlingError:
+        raise
+    except (ArithmeticError, AssertionError, AttributeError, LookupError, NameError) as error:
+        raise InputError(f"{what} fails with these settings: {error}") from error
+    except (RuntimeError, TypeError, ValueError) as error:
+        raise InputError(f"{what} fails with these settings: {error}") from error
 
 
 # --- files ----------------------------------------------------------------------------------------
@@ -337,14 +363,23 @@ def _restore(model: Any, document: dict[str, Any], path: Any) -> None:
             buffer, filled = model.replay_buffer, len(replay["rewards"])
             if filled > buffer.buffer_size:
                 raise InputError("holds more throws than this run remembers", source=path)
+            if not 0 <= int(replay["pos"]) <= filled:
+                raise ValueError("the place in the memory lies outside of it")
             for name in _REPLAY:
                 getattr(buffer, name)[:filled] = replay[name]
             buffer.full = filled == buffer.buffer_size
             buffer.pos = int(replay["pos"])
-    except (KeyError, TypeError, ValueError, RuntimeError) as error:
+        _check_finite(model)
+    except (AttributeError, LookupError, TypeError, ValueError, RuntimeError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError("is not a checkpoint that fits this environment", source=path) from error
+
+
+def _check_finite(model: Any) -> None:
+    for weights in model.policy.state_dict().values():
+        if not bool(weights.isfinite().all()):
+            raise ValueError("a weight is not finite")
 
 
 __all__ = [

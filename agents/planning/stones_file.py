@@ -2,15 +2,27 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Literal
 
+import msgspec
 import numpy as np
 
 from curling_env.errors import InputError
+from curling_env.infrastructure.schema import checked, within
 from curling_env.infrastructure.storage import read_json
 from curling_env.typing import Flags, Floats
+
+MOST_STONES = 64
+"""Stones on a sheet; a game has sixteen."""
+
+
+class StoneDocument(msgspec.Struct, kw_only=True):
+    """A resting stone; `curling stones` writes more about each, which is passed over here."""
+
+    x: Annotated[float, within(-1e3, 1e3, "m")]
+    y: Annotated[float, within(-1e3, 1e3, "m")]
+    team: Literal["own", "other"] | None = None
 
 
 def read_stones(path: str | Path, *, teams_needed: bool = False) -> tuple[Floats, Flags | None]:
@@ -34,8 +46,16 @@ def read_stones(path: str | Path, *, teams_needed: bool = False) -> tuple[Floats
     document = read_json(path)
     if not isinstance(document, list):
         raise InputError('expected a list of stones, [{"x": …, "y": …}, …]', source=path)
-    places = [_place(stone, path, f"stone {k + 1}") for k, stone in enumerate(document)]
-    teams = [_team(stone, path, f"stone {k + 1}") for k, stone in enumerate(document)]
+    if len(document) > MOST_STONES:
+        raise InputError(f"lists {len(document)} stones; {MOST_STONES} are read", source=path)
+    try:
+        stones = [
+            checked(stone, StoneDocument, inside=f"stone {k + 1}")
+            for k, stone in enumerate(document)
+        ]
+    except InputError as error:
+        raise InputError(error.problem, source=path, where=error.where) from error
+    teams = [stone.team for stone in stones]
     if teams_needed and None in teams:
         raise InputError(
             'no team: points need "team": "own" or "other" for each stone; '
@@ -44,23 +64,5 @@ def read_stones(path: str | Path, *, teams_needed: bool = False) -> tuple[Floats
             where=f"stone {teams.index(None) + 1}",
         )
     own = np.array([team == "own" for team in teams], dtype=np.bool_) if any(teams) else None
-    return np.array(places, dtype=np.float64).reshape(-1, 2), own
-
-
-def _place(stone: Any, path: str | Path, where: str) -> tuple[float, float]:
-    if not isinstance(stone, dict) or not {"x", "y"} <= stone.keys():
-        raise InputError("expected an object with x and y", source=path, where=where)
-    x, y = stone["x"], stone["y"]
-    for name, value in (("x", x), ("y", y)):
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not number or not math.isfinite(value):
-            problem = f"{name} must be a finite number of metres, got {value!r}"
-            raise InputError(problem, source=path, where=where)
-    return float(x), float(y)
-
-
-def _team(stone: dict[str, Any], path: str | Path, where: str) -> str | None:
-    team = stone.get("team")
-    if team not in ("own", "other", None):
-        raise InputError(f'team must be "own" or "other", got {team!r}', source=path, where=where)
-    return team
+    places = np.array([(stone.x, stone.y) for stone in stones], dtype=np.float64)
+    return places.reshape(-1, 2), own

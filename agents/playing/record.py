@@ -16,11 +16,14 @@ from typing import Any, cast
 import numpy as np
 
 from agents.playing.match import PlayedDelivery, PlayedGame
+from agents.playing.record_schema import check_lines
 from curling_env.errors import InputError
 from curling_env.game import Call, GameSimulator, GameState, Player, PlayerView
 from curling_env.game.rules import Ruling, Team, concede
 from curling_env.game.simulator import state_on_sheet
-from curling_env.infrastructure.storage import read_text, write_text
+from curling_env.ice import preset_names
+from curling_env.infrastructure import limits
+from curling_env.infrastructure.storage import confined, parse_json, read_text, write_text
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 
@@ -89,13 +92,10 @@ def read_record(path: str | Path) -> list[dict[str, Any]]:
     InputError : the file cannot be read, or is not a recorded game
     """
     lines: list[dict[str, Any]] = []
-    for number, text in enumerate(read_text(path).splitlines(), start=1):
+    for number, text in enumerate(read_text(path, most=limits.MAX_JSON_BYTES).split("\n"), start=1):
         if not text.strip():
             continue
-        try:
-            line = json.loads(text)
-        except json.JSONDecodeError as error:
-            raise InputError("is not JSON", source=path, where=f"line {number}") from error
+        line = parse_json(text, source=path, where=f"line {number}")
         if not isinstance(line, dict):
             raise InputError("expected an object", source=path, where=f"line {number}")
         lines.append(cast("dict[str, Any]", line))
@@ -105,7 +105,29 @@ def read_record(path: str | Path) -> list[dict[str, Any]]:
         )
     if len(lines) < 2 or "line_score" not in lines[-1]:
         raise InputError("the game breaks off: its last line is no result", source=path)
+    try:
+        check_lines(lines)
+    except InputError as error:
+        raise InputError(error.problem, source=path, where=error.where) from error
     return lines
+
+
+def ice_of(lines: Sequence[dict[str, Any]], path: str | Path) -> str:
+    """The ice that a record names: a preset, or a file below the folder of the record.
+
+    Parameters
+    ----------
+    lines : lines of the game
+    path : file of the record
+
+    Raises
+    ------
+    InputError : a file elsewhere, which only the command line may name
+    """
+    name = str(lines[0]["ice"])
+    if name in preset_names():
+        return name
+    return str(confined(name, Path(path).absolute().parent, source=path))
 
 
 def play_again(lines: Sequence[dict[str, Any]], simulator: GameSimulator) -> GameState:

@@ -20,7 +20,10 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
+from curling_env.commands.outputs import Writes, guarded
+from curling_env.commands.terminal import only_our_words, say, shortened
 from curling_env.errors import CurlingError
+from curling_env.infrastructure.command_files import CommandFiles, command_files
 from curling_env.infrastructure.provenance import typed
 from curling_env.infrastructure.storage import format_json
 from curling_env.typing import Progress
@@ -29,6 +32,19 @@ from curling_env.units import Units
 if TYPE_CHECKING:
     from curling_env.ice import Ice
 
+__all__ = [
+    "IceOption",
+    "OutputDirectory",
+    "OutputFile",
+    "SeedOption",
+    "Writes",
+    "main",
+    "print_json",
+    "progress_bar",
+    "say",
+    "say_what_is_unknown",
+]
+
 COMMAND_GROUP = "curling.commands"
 
 BAD_INPUT = 2
@@ -36,8 +52,8 @@ BAD_INPUT = 2
 INTERRUPTED = 130
 TERMINATED = 143
 """128 + signal number, as shells report SIGINT and SIGTERM."""
-BROKEN_PIPE = 1
-"""The reader of stdout ended early. Typer gives the same status when it notices first."""
+TRACEBACK = "CURLING_TRACEBACK"
+"""Environment variable: where it is set, a mistake of the program shows its place in the code."""
 
 EXTRAS = {
     "torch": "train",
@@ -82,10 +98,12 @@ SeedOption = Annotated[
     ),
 ]
 OutputFile = Annotated[
-    Path, typer.Option("-o", "--output", metavar="FILE", help="File for the result.")
+    Path, typer.Option("-o", "--output", metavar="FILE", help="File for the result."), Writes()
 ]
 OutputDirectory = Annotated[
-    Path, typer.Option("-o", "--output", metavar="DIR", help="Directory for the results.")
+    Path,
+    typer.Option("-o", "--output", metavar="DIR", help="Directory for the results."),
+    Writes(folder=True),
 ]
 
 
@@ -161,13 +179,6 @@ def progress_bar(unit: str = "") -> Generator[Progress]:
             bar.close()
 
 
-def say(text: str) -> None:
-    """Print a remark for the person at the terminal on stderr; stdout is for results."""
-    tqdm = sys.modules.get("tqdm")
-    # A bar that is being drawn must not be written into.
-    (print if tqdm is None else tqdm.tqdm.write)(text, file=sys.stderr)
-
-
 def say_what_is_unknown(*ices: Ice) -> None:
     """Say once on stderr if any of the ices lacks something that its tracks show."""
     from curling_env.physics.ice_remarks import UNKNOWN, is_marked_unknown
@@ -198,34 +209,79 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # OpenCV and FFmpeg would report a bad film on stderr as well, beside our one line.
     os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+    files = CommandFiles()
     try:
-        with _orderly_termination(), typed(arguments):
+        with only_our_words():
+            return _run(arguments, files)
+    except KeyboardInterrupt:  # a second one, while the first is answered
+        return INTERRUPTED
+
+
+def _run(arguments: list[str], files: CommandFiles) -> int:
+    """Run a command and answer whatever it ends with."""
+    try:
+        with _orderly_termination(), typed(arguments), command_files(files):
             status = _app(arguments)(args=arguments, prog_name="curling", standalone_mode=False)
             sys.stdout.flush()  # a full disk behind a redirection is noticed here
+            if status == INTERRUPTED:  # so Typer reports an interrupt
+                raise KeyboardInterrupt
+            _say_what_is_not_kept()
+            return status if isinstance(status, int) else 0
     except typer.TyperException as error:
         return _complain(f"{error.format_message()} (`{_help_for(error)}` tells more)")
-    except CurlingError as error:
-        return _complain(str(error))
     except (KeyboardInterrupt, typer.Abort):
-        if sys.stderr.isatty():  # a person pressed Ctrl-C, and a program asked for it
-            print("curling: stopped; no half-written file is left behind", file=sys.stderr)
+        _remark(f"interrupted; {_what_stays(files)}")
         return INTERRUPTED
-    except BrokenPipeError:
-        _mute_stdout()
-        return BROKEN_PIPE
-    except ModuleNotFoundError as error:
-        extra = _extra_of(error)
-        if extra is None:
+    except (BrokenPipeError, SystemExit) as error:
+        # Typer, where it notices first, asks for an end without a word.
+        if isinstance(error, SystemExit) and not isinstance(error.__context__, BrokenPipeError):
             raise
-        return _complain(
+        _mute_stdout()
+        return _complain("whoever read the result has ended before all of it was written")
+    except Exception as error:  # every other end is one line too
+        return _complain(_words_for(error))
+
+
+def _say_what_is_not_kept() -> None:
+    """Say it where compiled code cannot be kept; a command without compiled code knows nothing."""
+    cache: Any = sys.modules.get("curling_env.infrastructure.kernel_cache")
+    if cache is not None:
+        for text in cache.remarks():
+            say(text)
+
+
+def _words_for(error: Exception) -> str:
+    """What an error means, in words; a mistake of the program is owned as one."""
+    if isinstance(error, CurlingError):
+        return str(error)
+    if isinstance(error, ModuleNotFoundError) and (extra := _extra_of(error)) is not None:
+        return (
             f"this needs {error.name}, which is not installed: pip install 'curling-sheet[{extra}]'"
         )
-    except OSError as error:
+    if isinstance(error, MemoryError):
+        return "this needs more memory than there is: give it less, or smaller files"
+    if isinstance(error, OSError):
         if error.errno == errno.ENOSPC:
             _mute_stdout()
         reason = (error.strerror or str(error)).lower()
-        return _complain(f"{error.filename}: {reason}" if error.filename else reason)
-    return status if isinstance(status, int) else 0
+        return f"{error.filename}: {reason}" if error.filename else reason
+    if os.environ.get(TRACEBACK):
+        raise error
+    return (
+        f"a mistake of this program, not of yours: {type(error).__name__}: "
+        f"{str(error)[:120]} (please report it; with {TRACEBACK}=1 its place is shown)"
+    )
+
+
+def _what_stays(files: CommandFiles) -> str:
+    """What an interrupted command leaves, and how to go on."""
+    if files.kept:
+        return files.kept
+    if files.written:
+        names = ", ".join(str(path) for path in files.written[:3])
+        more = "" if len(files.written) <= 3 else f" and {len(files.written) - 3} more"
+        return f"already written: {names}{more}; repeat the command to make the rest"
+    return "nothing was written; repeat the command to begin anew"
 
 
 def _app(arguments: Sequence[str]) -> typer.Typer:
@@ -251,7 +307,7 @@ def _app(arguments: Sequence[str]) -> typer.Typer:
         if isinstance(command, typer.Typer):
             app.add_typer(command, name=name)
         else:
-            app.command(name)(command)
+            app.command(name)(guarded(command))
     return app
 
 
@@ -272,7 +328,7 @@ def _version_option(
 
 def _unavailable(name: str, reason: Exception) -> Callable[..., NoReturn]:
     """What stands for a command that cannot be imported, in the list and when it is called."""
-    text = _one_line(str(reason)) or type(reason).__name__
+    text = shortened(str(reason)) or type(reason).__name__
 
     def command(context: typer.Context) -> NoReturn:
         if isinstance(reason, ModuleNotFoundError) and _extra_of(reason):
@@ -313,17 +369,23 @@ def _help_for(error: typer.TyperException) -> str:
 
 
 def _complain(problem: str) -> int:
-    print(f"curling: {_one_line(problem)}", file=sys.stderr)
+    _remark(problem)
     return BAD_INPUT
 
 
-def _one_line(text: str) -> str:
-    return " ".join(text.split())
+def _remark(text: str) -> None:
+    try:
+        print(shortened(f"curling: {text}"), file=sys.stderr, flush=True)
+    except (OSError, ValueError):  # nobody hears it
+        return
 
 
 def _mute_stdout() -> None:
     """Discard what is still buffered, which would fail again at exit: nobody reads it."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    try:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except (OSError, ValueError):  # no file behind it
+        return
 
 
 if __name__ == "__main__":

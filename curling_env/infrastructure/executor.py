@@ -20,7 +20,9 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from itertools import islice
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import wait
+from threading import Thread
 from typing import Any, Protocol, TypeVar, cast
 
 from curling_env.errors import CurlingError, InputError
@@ -140,7 +142,31 @@ class ProcessExecutor:
             pool.shutdown(cancel_futures=True)
 
     def _pool(self) -> ProcessPoolExecutor:
-        return ProcessPoolExecutor(self._count, mp_context=get_context("spawn"))
+        return ProcessPoolExecutor(
+            self._count, mp_context=get_context("spawn"), initializer=begin_worker
+        )
+
+
+def begin_worker() -> None:
+    """Make this worker process end with its parent, and hold nothing that others wait for.
+
+    A parent that was killed cannot tell its workers to end. They notice that it is gone, also while
+    they work. What they print has no reader: whoever reads the parent's output would else wait for
+    their end too.
+    """
+    parent = parent_process()
+    if parent is None:
+        return
+    nothing = os.open(os.devnull, os.O_RDWR)
+    for stream in (0, 1, 2):
+        os.dup2(nothing, stream)
+    os.close(nothing)
+    Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+
+
+def _end_with(sentinel: int) -> None:
+    wait([sentinel])
+    os._exit(1)
 
 
 def _succeeded(future: Future[Any]) -> bool:

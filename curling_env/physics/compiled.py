@@ -1,9 +1,8 @@
 """How kernels are compiled, where the machine code is kept, and their logarithm and exponential.
 
-Compiled code is cached on disk, so that a second start compiles nothing. numba notices a change
-only in the file a kernel stands in, but a kernel may call others of the physics and of its own
-folder. The name of its cache folder therefore holds a digest of all those sources, so that a
-change in any of them compiles it anew.
+Compiled code is cached on disk (`infrastructure.kernel_cache`), so that a second start compiles
+nothing. A kernel may call others of the physics and of its own folder. The name of its cache folder
+is therefore a digest of all those sources, so that a change in any of them compiles it anew.
 
 An effect's kernel is called through its address, so that any set of effects, those a user registers
 included, runs without compiling the engines again.
@@ -13,53 +12,64 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 from llvmlite import ir  # pyright: ignore[reportMissingTypeStubs]
-from numba import cfunc, config, njit, types  # pyright: ignore[reportMissingTypeStubs]
+from numba import njit, types  # pyright: ignore[reportMissingTypeStubs]
+from numba.core.ccallback import CFunc  # pyright: ignore[reportMissingTypeStubs]
 from numba.extending import intrinsic  # pyright: ignore[reportMissingTypeStubs]
+
+from curling_env.infrastructure.kernel_cache import kernel_cache
 
 _compile: Any = njit
 _DOUBLES = types.CPointer(types.float64)
-_KERNEL_SIGNATURE = types.void(_DOUBLES, _DOUBLES, _DOUBLES)
 
 
 _PHYSICS = Path(__file__).parent
 
 
 @cache
-def _cache_folder(folder: Path) -> Path:
-    """Where the machine code of kernels is kept whose source stands in that folder."""
-    sources = sorted(_PHYSICS.rglob("*.py"))
+def _cache_folder(folder: Path) -> Path | None:
+    """Where the machine code of kernels is kept whose source stands in that folder; None: nowhere.
+
+    Its name is a digest of all sources that such a kernel may be made of: the physics, its own
+    folder, and whatever else of its package holds kernels.
+    """
+    sources = set(_PHYSICS.rglob("*.py"))
     if not folder.is_relative_to(_PHYSICS):
-        sources += sorted(folder.glob("*.py"))
+        sources |= set(folder.glob("*.py"))
+        package = folder
+        while (package.parent / "__init__.py").exists():
+            package = package.parent
+        if (package / "__init__.py").exists():
+            sources |= {path for path in package.rglob("*.py") if _has_kernels(path)}
     content = hashlib.sha256()
-    for source in sources:
+    for source in sorted(sources):
         content.update(source.read_bytes())
+    try:
+        home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    except RuntimeError:  # a user without a home
+        return None
     chosen = os.environ.get("NUMBA_CACHE_DIR")
-    home = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
     return (Path(chosen) if chosen else home / "curling-sheet") / content.hexdigest()[:16]
 
 
+def _has_kernels(source: Path) -> bool:
+    content = source.read_bytes()
+    return b"compiled" in content or b"njit" in content
+
+
 CACHE_FOLDER = _cache_folder(_PHYSICS)
-"""Where the machine code of the physics' own kernels is kept."""
+"""Where the machine code of the physics' own kernels is kept; None where it is not."""
 
 
-@contextmanager
-def _cache_of(function: Callable[..., Any]) -> Generator[None]:
-    """Make numba cache what is compiled meanwhile where it belongs."""
-    settings: Any = config
-    before = settings.CACHE_DIR
-    settings.CACHE_DIR = str(_cache_folder(Path(function.__code__.co_filename).parent))
-    try:
-        yield
-    finally:
-        settings.CACHE_DIR = before
+def _cache_of(function: Callable[..., Any]) -> Any:
+    """The cache of what is compiled from a function."""
+    return kernel_cache(function, _cache_folder(Path(function.__code__.co_filename).parent))
 
 
 def compiled(
@@ -86,8 +96,10 @@ def compiled(
     if function is None:
         return partial(compiled, allocates=allocates, inline=inline, fastmath=fastmath)
     options: dict[str, Any] = {"_nrt": allocates, "forceinline": inline, "fastmath": fastmath}
-    with _cache_of(function):
-        return _compile(cache=True, nogil=True, error_model="numpy", **options)(function)
+    kernel = _compile(nogil=True, error_model="numpy", **options)(function)
+    if hasattr(kernel, "_cache"):  # not where numba is switched off
+        kernel._cache = _cache_of(function)
+    return kernel
 
 
 def inlined(function: Callable[..., Any]) -> Any:
@@ -100,8 +112,15 @@ def inlined(function: Callable[..., Any]) -> Any:
 
 def effect_kernel(function: Callable[..., None]) -> Any:
     """Compile the kernel of an effect, ``(motion, theta, push) -> None``; see `effects.motion`."""
-    with _cache_of(function):
-        return cfunc(_KERNEL_SIGNATURE, cache=True, error_model="numpy")(function)
+    kernel: Any = CFunc(
+        function,
+        ((_DOUBLES, _DOUBLES, _DOUBLES), types.void),
+        locals={},
+        options={"error_model": "numpy"},
+    )
+    kernel._cache = _cache_of(function)
+    kernel.compile()
+    return kernel
 
 
 @cast("Any", intrinsic)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Set
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import msgspec
 import numpy as np
+from msgspec import Meta
 
 from curling_env.errors import InputError
+from curling_env.infrastructure.schema import Document, checked, within
 from curling_env.infrastructure.storage import read_json, write_json
 from curling_env.sheet import PAPER_SHEET, Sheet
 from curling_env.typing import Floats
@@ -147,7 +149,7 @@ def load_lens(path: str | Path) -> dict[str, Any]:
     ------
     InputError : unreadable file, unknown or missing key, wrong shape
     """
-    return _lens(_camera_file(path))
+    return _lens(checked(_camera_file(path), LensDocument))
 
 
 def save_scene(scene: Scene, path: str | Path) -> None:
@@ -173,123 +175,133 @@ def save_scene(scene: Scene, path: str | Path) -> None:
     write_json(path, document)
 
 
+# --- their documents -----------------------------------------------------------------------------
+
+Metres = Annotated[float, within(-1e4, 1e4, "m")]
+Pixels = Annotated[float, within(-1e6, 1e6, "px")]
+Side = Annotated[float, within(1, 1e5, "px")]
+
+
+class CornersDocument(Document):
+    """Where the ice corners are in the picture."""
+
+    home_left: tuple[Pixels, Pixels]
+    home_right: tuple[Pixels, Pixels]
+    away_left: tuple[Pixels, Pixels]
+    away_right: tuple[Pixels, Pixels]
+
+
+class PointDocument(Document):
+    """A known place of the ice, and where it is in the picture."""
+
+    sheet: tuple[Metres, Metres]
+    px: tuple[Pixels, Pixels]
+
+
+class SceneStoneDocument(Document):
+    """The stone's body without its handle."""
+
+    radius: Annotated[float, within(0.01, 1.0, "m")] = 0.145
+    height: Annotated[float, within(0.001, 1.0, "m")] = 0.1143
+
+
+class SceneSheetDocument(Document):
+    """The size of the ice."""
+
+    length: Annotated[float, within(1.0, 1000.0, "m")]
+    width: Annotated[float, within(1.0, 1000.0, "m")]
+
+
+Row = tuple[Pixels, Pixels, Pixels]
+Term = Annotated[float, within(-1e6, 1e6)]
+
+
+class LensDocument(Document):
+    """The lens, as `curling calibrate` writes it."""
+
+    camera_matrix: tuple[Row, Row, Row] | None = None
+    distortion: Annotated[list[Term], Meta(min_length=4, max_length=len(TERMS))] | None = None
+    image_size: tuple[Side, Side] | None = None
+    reprojection_px: float | None = None
+
+
+class SceneDocument(LensDocument):
+    """A scene file."""
+
+    corners_px: CornersDocument | None = None
+    points: Annotated[list[PointDocument], Meta(max_length=10_000)] | None = None
+    stone: SceneStoneDocument = msgspec.field(default_factory=SceneStoneDocument)
+    sheet: SceneSheetDocument | None = None
+    fps: Annotated[float, within(0.01, 1e5, "1/s")] | None = None
+
+
 def _camera_file(path: str | Path) -> dict[str, Any]:
     document = read_json(path)
     try:
-        _check_keys(document, "", required={"camera_matrix"}, optional=set(LENS_KEYS))
-        _camera_matrix(document["camera_matrix"])
-        if "distortion" in document:
-            _distortion(document["distortion"])
+        lens = checked(document, LensDocument)
+        if lens.camera_matrix is None:
+            raise InputError("missing camera_matrix")
+        _lens(lens)
     except InputError as error:
         raise InputError(error.problem, source=path, where=error.where) from error
     return document
 
 
 def _parse(document: Any, source: str) -> Scene:
-    known = {"corners_px", "points", "stone", "sheet", "fps", *LENS_KEYS}
-    _check_keys(document, "", optional=known)
-    given: dict[str, Any] = {"source": source}
-    if "sheet" in document:
-        _check_keys(document["sheet"], "sheet", required={"length", "width"})
-        given["sheet"] = Sheet(
-            **{key: _number(value, f"sheet.{key}") for key, value in document["sheet"].items()}
-        )
-    if "stone" in document:
-        _check_keys(document["stone"], "stone", optional={"radius", "height"})
-        for key, value in document["stone"].items():
-            given[f"stone_{key}"] = _number(value, f"stone.{key}")
-    if "fps" in document:
-        given["fps"] = _number(document["fps"], "fps")
-    given |= _lens(document)
-    sheet_points, points_px = _points(document, given.get("sheet", PAPER_SHEET))
-    return Scene(sheet_points=sheet_points, points_px=points_px, **given)
+    scene = checked(document, SceneDocument)
+    sheet = PAPER_SHEET
+    if scene.sheet is not None:
+        sheet = Sheet(length=scene.sheet.length, width=scene.sheet.width)
+    sheet_points, points_px = _points(scene, sheet)
+    return Scene(
+        sheet_points=sheet_points,
+        points_px=points_px,
+        stone_radius=scene.stone.radius,
+        stone_height=scene.stone.height,
+        sheet=sheet,
+        fps=scene.fps,
+        source=source,
+        **_lens(scene),
+    )
 
 
-def _lens(document: Mapping[str, Any]) -> dict[str, Any]:
+def _lens(document: LensDocument) -> dict[str, Any]:
     given: dict[str, Any] = {}
-    if "camera_matrix" in document:
-        given["camera_matrix"] = _camera_matrix(document["camera_matrix"])
-    if "distortion" in document:
-        given["distortion"] = _distortion(document["distortion"])
-    if "image_size" in document:
-        width, height = _array(document["image_size"], (2,), "image_size")
-        if min(width, height) < 1:
-            raise InputError("expected width and height in pixels", where="image_size")
+    if document.camera_matrix is not None:
+        given["camera_matrix"] = _camera_matrix(document.camera_matrix)
+    if document.distortion is not None:
+        # OpenCV leaves out what follows p2 if it is 0.
+        terms = [*document.distortion, *[0.0] * (len(TERMS) - len(document.distortion))]
+        given["distortion"] = np.array(terms)
+    if document.image_size is not None:
+        width, height = document.image_size
         given["image_size"] = (int(width), int(height))
     return given
 
 
-def _points(document: Mapping[str, Any], sheet: Sheet) -> tuple[Floats, Floats]:
-    if ("corners_px" in document) == ("points" in document):
+def _points(scene: SceneDocument, sheet: Sheet) -> tuple[Floats, Floats]:
+    if (scene.corners_px is None) == (scene.points is None):
         raise InputError("expected either corners_px or points")
-    if "corners_px" in document:
-        corners = document["corners_px"]
-        _check_keys(corners, "corners_px", required=set(CORNERS))
+    if scene.corners_px is not None:
         return (
             np.array([sheet.corners[name] for name in CORNERS]),
-            np.array([_array(corners[name], (2,), f"corners_px.{name}") for name in CORNERS]),
+            np.array([getattr(scene.corners_px, name) for name in CORNERS]),
         )
-    points = document["points"]
-    if not isinstance(points, list):
-        raise InputError("expected a list of {sheet: [x, y], px: [u, v]}", where="points")
-    for i, point in enumerate(points):
-        _check_keys(point, f"points[{i}]", required={"sheet", "px"})
+    points = scene.points or []
     return (
-        np.array(
-            [_array(p["sheet"], (2,), f"points[{i}].sheet") for i, p in enumerate(points)]
-        ).reshape(-1, 2),
-        np.array([_array(p["px"], (2,), f"points[{i}].px") for i, p in enumerate(points)]).reshape(
-            -1, 2
-        ),
+        np.array([point.sheet for point in points], dtype=np.float64).reshape(-1, 2),
+        np.array([point.px for point in points], dtype=np.float64).reshape(-1, 2),
     )
 
 
-def _camera_matrix(value: Any) -> Floats:
-    matrix = _array(value, (3, 3), "camera_matrix")
+def _camera_matrix(rows: Any) -> Floats:
+    matrix = np.array(rows, dtype=np.float64)
     if not (matrix[0, 0] > 0 and matrix[1, 1] > 0 and np.array_equal(matrix[2], [0, 0, 1])):
         raise InputError(
             "expected [[f, 0, u], [0, f, v], [0, 0, 1]] with focal lengths above 0",
             where="camera_matrix",
         )
     return matrix
-
-
-def _distortion(value: Any) -> Floats:
-    if isinstance(value, list) and len(value) == 4:  # OpenCV leaves out what follows p2 if it is 0
-        value = [*value, *[0.0] * (len(TERMS) - 4)]
-    return _array(value, (len(TERMS),), "distortion")
-
-
-def _check_keys(
-    given: Any,
-    where: str,
-    *,
-    required: Set[str] = frozenset[str](),
-    optional: Set[str] = frozenset[str](),
-) -> None:
-    place = where or None
-    if not isinstance(given, dict):
-        raise InputError(f"expected an object, found {type(given).__name__}", where=place)
-    if missing := sorted(required - given.keys()):
-        raise InputError(f"missing {', '.join(missing)}", where=place)
-    if unknown := sorted(given.keys() - required - optional):
-        raise InputError(f"unknown key {', '.join(unknown)}", where=place)
-
-
-def _number(value: Any, where: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-        raise InputError(f"expected a finite number, found {value!r}", where=where)
-    return float(value)
-
-
-def _array(value: Any, shape: tuple[int, ...], where: str) -> Floats:
-    try:
-        array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        array = np.empty(0)
-    if array.shape != shape or not np.isfinite(array).all():
-        raise InputError(f"expected {' × '.join(map(str, shape))} finite numbers", where=where)
-    return array
 
 
 def _turns(corners_px: Floats) -> int:

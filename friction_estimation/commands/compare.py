@@ -11,6 +11,7 @@ from curling_env.commands.cli import (
     IceOption,
     JsonOption,
     UnitsOption,
+    Writes,
     conclude,
     say,
     say_what_is_unknown,
@@ -28,6 +29,7 @@ def compare(
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", metavar="DIR", help="Also write tables and a picture here."),
+        Writes(folder=True),
     ] = None,
     window: Annotated[
         float, typer.Option(help="Seconds of each throw to which its release is fitted.", min=0.3)
@@ -59,7 +61,7 @@ def compare(
         curling compare tracks.csv --ice ice.json -o runs/compare
     """
     from curling_env.ice import load_ice
-    from curling_env.infrastructure.storage import make_directory
+    from curling_env.infrastructure.storage import make_directory, together
     from friction_estimation.comparison.rethrow import compare_tracks, write_comparison
     from friction_estimation.tracks.throw_list import THROW_LIST, load_tracks, throws_beside
 
@@ -74,8 +76,9 @@ def compare(
         from friction_estimation.reports.rethrow_figures import save_comparison
 
         folder = make_directory(output)
-        write_comparison(comparison, folder, noted)
-        save_comparison(comparison, known, folder / "comparison.png")
+        with together():
+            write_comparison(comparison, folder, noted)
+            save_comparison(comparison, known, folder / "comparison.png")
         say(f"{folder}: throws.csv, paths.csv, comparison.png")
     for reason in comparison.skipped:
         say(f"left out: {reason}")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from curling_env.commands.cli import OutputFile, print_json, say
+from curling_env.commands.cli import Writes, print_json, say
 from curling_env.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,7 +18,11 @@ def corners(
     film: Annotated[
         Path, typer.Argument(metavar="VIDEO|PICTURE", help="A film of the camera, or one picture.")
     ],
-    output: OutputFile = Path("scene.json"),
+    output: Annotated[
+        Path,
+        typer.Option("-o", "--output", metavar="SCENE.json", help="The scene file to write."),
+        Writes(kinds=("scene",), rewrites=("start",)),
+    ] = Path("scene.json"),
     camera: Annotated[
         Path | None,
         typer.Option(metavar="CAMERA.json", help="The lens, from `curling calibrate`."),

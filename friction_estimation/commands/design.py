@@ -7,7 +7,12 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import JsonOption, conclude, progress_bar
+from curling_env.commands.cli import (
+    JsonOption,
+    Writes,
+    conclude,
+    progress_bar,
+)
 from curling_env.errors import InputError
 
 
@@ -17,6 +22,7 @@ def design(
         typer.Option(
             "-o", "--output", metavar="RELEASES.csv", help="Also write the throws as releases."
         ),
+        Writes(kinds=("releases",)),
     ] = None,
     resolution: Annotated[
         float, typer.Option(help="Wanted detail of the map: smallest structure resolved [m].")

@@ -78,7 +78,7 @@ def discover(
 
     from curling_env.ice import load_ice
     from curling_env.infrastructure.provenance import provenance
-    from curling_env.infrastructure.storage import make_directory
+    from curling_env.infrastructure.storage import make_directory, together
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.discovery.assessment import assess
     from friction_estimation.discovery.data.references import (
@@ -111,14 +111,16 @@ def discover(
         found = find(
             measured, base, scene=view, references=references, seed=seed, progress=progress
         )
-    report = write_files(found, folder, assessment=assess(found), provenance=origin)
-    write_report_page(found, report, folder / "report.html")
+    assessment = assess(found)
     names = ["report.html", "report.json", "baseline.json", "ice.json"]
-    if can_write_posterior():
-        drawn = draw_posterior(found.final, np.random.default_rng(seed))
-        write_posterior(drawn, found.final, folder / "posterior.nc", provenance=origin)
-        names.append("posterior.nc")
-    else:
+    with together():
+        report = write_files(found, folder, assessment=assessment, provenance=origin)
+        write_report_page(found, report, folder / "report.html")
+        if can_write_posterior():
+            drawn = draw_posterior(found.final, np.random.default_rng(seed))
+            write_posterior(drawn, found.final, folder / "posterior.nc", provenance=origin)
+            names.append("posterior.nc")
+    if "posterior.nc" not in names:
         say("no posterior.nc: that needs pip install 'curling-sheet[science]'")
     for reason in found.session.left_out:
         say(f"left out: {reason}")

@@ -12,6 +12,7 @@ from curling_env.commands.cli import (
     JsonOption,
     SeedOption,
     UnitsOption,
+    Writes,
     conclude,
     progress_bar,
     say,
@@ -62,7 +63,9 @@ def estimate(
         typer.Argument(metavar="TRACKS.csv|VIDEO...", help="One tracks file, or films."),
     ],
     output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="ICE.json", help="The ice file to write.")
+        Path,
+        typer.Option("-o", "--output", metavar="ICE.json", help="The ice file to write."),
+        Writes(kinds=("ice",), rewrites=("update",)),
     ],
     scene: Annotated[
         list[Path] | None,
@@ -121,6 +124,7 @@ def estimate(
     report: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Also write a page, pictures and tables here."),
+        Writes(folder=True),
     ] = None,
     units: UnitsOption = Units.METRES,
     as_json: JsonOption = False,
@@ -174,7 +178,7 @@ def estimate(
 
     from curling_env.ice import load_ice, save_ice
     from curling_env.infrastructure.provenance import provenance
-    from curling_env.infrastructure.storage import make_directory
+    from curling_env.infrastructure.storage import make_directory, together
     from friction_estimation.discovery.evidence.posterior import draw_posterior
     from friction_estimation.discovery.posterior_file import can_write_posterior, write_posterior
     from friction_estimation.estimation.evidence_file import (
@@ -246,16 +250,19 @@ def estimate(
                 seed=seed,
                 progress=bar,
             )
-    save_ice(found.ice, output, provenance=origin)
-    if not by_paper:
-        save_evidence(tracks, choices, found.ice, output)
-    if report is not None:
-        folder = make_directory(report)
-        if found.discovery is not None and found.fit is not None and can_write_posterior():
-            drawn = draw_posterior(found.fit, np.random.default_rng(seed))
-            write_posterior(drawn, found.fit, folder / "posterior.nc", provenance=origin)
-        names = write_report(found, folder, stills, provenance=origin, units=units, notes=notes)
-        say(f"{folder}: {', '.join(names)}")
+    names: list[str] = []
+    with together():
+        save_ice(found.ice, output, provenance=origin)
+        if not by_paper:
+            save_evidence(tracks, choices, found.ice, output)
+        if report is not None:
+            folder = make_directory(report)
+            if found.discovery is not None and found.fit is not None and can_write_posterior():
+                drawn = draw_posterior(found.fit, np.random.default_rng(seed))
+                write_posterior(drawn, found.fit, folder / "posterior.nc", provenance=origin)
+            names = write_report(found, folder, stills, provenance=origin, units=units, notes=notes)
+    if names:
+        say(f"{report}: {', '.join(names)}")
     if found.camera_bias is not None and found.camera_bias.found:
         say(found.camera_bias.words)
     for reason in found.skipped:

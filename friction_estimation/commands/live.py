@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from curling_env.commands.cli import JsonOption, OutputFile, conclude, say
+from curling_env.commands.cli import (
+    JsonOption,
+    OutputFile,
+    Writes,
+    conclude,
+    say,
+)
 from curling_env.errors import InputError
 from friction_estimation.commands.track import CameraOption, TrackerOption
 
@@ -32,11 +38,13 @@ def live(
         typer.Option(
             metavar="DIR", help="Write a page that shows the ice so far and reloads itself."
         ),
+        Writes(folder=True),
     ] = None,
     throws: Annotated[int | None, typer.Option(min=1, help="End after this many throws.")] = None,
     keep: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Where the films of the throws go; else beside -o."),
+        Writes(folder=True),
     ] = None,
     camera: CameraOption = None,
     tracker: TrackerOption = "built-in",

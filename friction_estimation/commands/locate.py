@@ -8,7 +8,12 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import JsonOption, OutputFile, UnitsOption, conclude
+from curling_env.commands.cli import (
+    JsonOption,
+    UnitsOption,
+    Writes,
+    conclude,
+)
 from curling_env.errors import InputError
 from curling_env.units import Units, length
 
@@ -37,8 +42,13 @@ def locate(
     picture: Annotated[
         Path | None,
         typer.Option(metavar="P.png", help="Draw the rings and lines found into the photo."),
+        Writes(kinds=("picture",)),
     ] = None,
-    output: OutputFile = Path("scene.json"),
+    output: Annotated[
+        Path,
+        typer.Option("-o", "--output", metavar="SCENE.json", help="The scene file to write."),
+        Writes(kinds=("scene",), rewrites=("start",)),
+    ] = Path("scene.json"),
     units: UnitsOption = Units.METRES,
     as_json: JsonOption = False,
 ) -> None:
@@ -62,6 +72,7 @@ def locate(
     """
     import cv2
 
+    from curling_env.infrastructure.storage import together
     from curling_env.sheet import PAPER_SHEET
     from friction_estimation.camera.annotation.annotate import Annotation
     from friction_estimation.camera.scene import load_scene, save_scene
@@ -84,10 +95,11 @@ def locate(
     clicks = {**known.clicks, **dict(_read_mark(text) for text in mark or [])}
     empty = known.stills[0]
     found = camera_from_photo(empty, clicks, sheet=known.sheet, height=height)
-    save_scene(found.scene, output)
-    if picture is not None:
-        scale = max(1, round(1200 / max(known.size)))
-        write_picture(picture, draw_markings(empty, found.camera, known.sheet, scale))
+    with together():
+        save_scene(found.scene, output)
+        if picture is not None:
+            scale = max(1, round(1200 / max(known.size)))
+            write_picture(picture, draw_markings(empty, found.camera, known.sheet, scale))
     lens = found.camera.lens
     x, y, z = found.camera.position.tolist()
     spread = found.refined.log_focal_sigma

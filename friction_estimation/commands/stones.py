@@ -8,7 +8,12 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import JsonOption, OutputFile, conclude
+from curling_env.commands.cli import (
+    JsonOption,
+    OutputFile,
+    Writes,
+    conclude,
+)
 from friction_estimation.appearance.colour_names import HandleColour
 
 
@@ -25,6 +30,7 @@ def stones(
     drawn: Annotated[
         Path | None,
         typer.Option("--picture", metavar="P.png", help="Draw what was found into the picture."),
+        Writes(kinds=("picture",)),
     ] = None,
     own: Annotated[
         HandleColour | None,
@@ -49,7 +55,7 @@ def stones(
     """
     import cv2
 
-    from curling_env.infrastructure.storage import write_json
+    from curling_env.infrastructure.storage import together, write_json
     from friction_estimation.appearance import StoneModel
     from friction_estimation.camera.annotation.annotate import Annotation
     from friction_estimation.camera.pose import camera_from_scene
@@ -78,9 +84,10 @@ def stones(
         }
         for stone in found
     ]
-    write_json(output, places)
-    if drawn is not None:
-        write_picture(drawn, draw_stones(images[0], found, camera, model))
+    with together():
+        write_json(output, places)
+        if drawn is not None:
+            write_picture(drawn, draw_stones(images[0], found, camera, model))
     seen = Counter(str(stone.handle) for stone in found)
     colours = ", ".join(f"{count} {name}" for name, count in sorted(seen.items()))
     words = f"{len(found)} stone{'s' * (len(found) != 1)} on the ice"

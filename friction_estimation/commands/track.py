@@ -13,6 +13,7 @@ from curling_env.commands.cli import (
     JsonOption,
     OutputFile,
     UnitsOption,
+    Writes,
     conclude,
     progress_bar,
     say,
@@ -85,6 +86,7 @@ def track(
         typer.Option(
             metavar="OUT.mp4", help="Also draw the track into a copy of the film; for one film."
         ),
+        Writes(kinds=("film",)),
     ] = None,
     camera: CameraOption = None,
     refine: RefineOption = True,

@@ -7,8 +7,6 @@ Map and effects depend on one another, so that an update fits all throws togethe
 from __future__ import annotations
 
 import json
-import zipfile
-import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,7 +16,7 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice, ice_document, parse_ice
-from curling_env.infrastructure.storage import atomic_path
+from curling_env.infrastructure.storage import parse_json, read_arrays, write_arrays
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.estimation.whole_ice import CameraBiasChoice, EffectsChoice
@@ -73,17 +71,18 @@ def save_evidence(
     rows: dict[str, Any] = {
         name: np.concatenate([_column(track, name) for track in tracks]) for name in _ROWS
     }
-    with atomic_path(path) as temporary:
-        np.savez_compressed(
-            temporary,
-            mu=ice.friction.mu,
-            choices=json.dumps(_choices_document(choices)),
-            throw=[track.throw for track in tracks],
-            stone=[track.stone for track in tracks],
-            clock=[track.clock for track in tracks],
-            rows=[len(track) for track in tracks],
+    write_arrays(
+        path,
+        {
+            "mu": ice.friction.mu,
+            "choices": json.dumps(_choices_document(choices)),
+            "throw": [track.throw for track in tracks],
+            "stone": [track.stone for track in tracks],
+            "clock": [track.clock for track in tracks],
+            "rows": [len(track) for track in tracks],
             **rows,
-        )
+        },
+    )
     return path
 
 
@@ -106,16 +105,15 @@ def load_evidence(ice: Ice, source: str | Path) -> Evidence:
             "--prior needs only the ice",
             source=source,
         )
-    try:
-        with np.load(path, allow_pickle=False) as stored:
-            columns = {name: stored[name] for name in (*_ROWS, *_THROWS, "mu", "choices")}
-    except KeyError as error:
+    columns = read_arrays(path, what="the evidence of an ice")
+    if not {*_ROWS, *_THROWS, "mu", "choices"} <= columns.keys():
         problem = "has no throws in it: estimate the ice once more from its tracks"
-        raise InputError(problem, source=path) from error
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
-        problem = f"cannot be read as the evidence of an ice: {error}"
-        raise InputError(problem, source=path) from error
+        raise InputError(problem, source=path)
     mu, counts = columns["mu"], columns["rows"]
+    flat = all(columns[name].ndim == 1 and columns[name].dtype.kind in "biuf" for name in _ROWS)
+    whole = all(columns[name].ndim == 1 for name in _THROWS) and counts.dtype.kind in "iu"
+    if not (flat and whole and mu.dtype.kind == "f"):
+        raise InputError("is not the whole evidence of an ice", source=path)
     if mu.shape != ice.friction.mu.shape or not np.allclose(mu, ice.friction.mu, rtol=1e-9):
         raise InputError(f"belongs to another ice than {source}", source=path)
     if (
@@ -127,22 +125,25 @@ def load_evidence(ice: Ice, source: str | Path) -> Evidence:
     tracks: list[Trajectory] = []
     ends = np.cumsum(counts)
     for k, end in enumerate(ends):
-        own = {name: columns[name][end - counts[k] : end] for name in _ROWS}
+        own = {name: columns[name][end - counts[k] : end].astype(np.float64) for name in _ROWS}
         sigma = {
             name: own[name] for name in ("sigma_xy", "sigma_theta") if np.isfinite(own[name]).any()
         }
-        tracks.append(
-            Trajectory(
-                throw=int(columns["throw"][k]),
-                stone=int(columns["stone"][k]),
-                clock=float(columns["clock"][k]),
-                t=own["t"],
-                xy=np.column_stack([own["x"], own["y"]]),
-                theta=own["theta"],
-                swept=own["swept"],
-                **sigma,
+        try:
+            tracks.append(
+                Trajectory(
+                    throw=int(columns["throw"][k]),
+                    stone=int(columns["stone"][k]),
+                    clock=float(columns["clock"][k]),
+                    t=own["t"],
+                    xy=np.column_stack([own["x"], own["y"]]),
+                    theta=own["theta"],
+                    swept=own["swept"],
+                    **sigma,
+                )
             )
-        )
+        except (InputError, ValueError, OverflowError) as error:
+            raise InputError(f"throw {k} in it is no path: {error}", source=path) from error
     return Evidence(tracks=tracks, choices=_parse_choices(str(columns["choices"]), path))
 
 
@@ -160,7 +161,7 @@ def _choices_document(choices: Choices) -> dict[str, Any]:
 def _parse_choices(text: str, path: Path) -> Choices:
     """Choices from JSON."""
     try:
-        document = json.loads(text)
+        document = parse_json(text, source=path, where="its choices")
         ices = {
             name: None if document[name] is None else parse_ice(document[name])
             for name in ("start", "prior")

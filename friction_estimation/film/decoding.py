@@ -8,7 +8,7 @@ from fractions import Fraction
 from functools import lru_cache
 from itertools import dropwhile
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 import av
 import cv2
@@ -20,27 +20,53 @@ from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
 from curling_env.errors import InputError
+from curling_env.infrastructure import limits
 
 CAPTURE_RATE = "com.android.capture.fps"
 """The key under which Android's cameras note how many frames they took in a second."""
 MIN_SLOW, MAX_SLOW = 1.5, 64.0
 """Ratios of the rates of taking and playing that mean slow motion."""
+FORMATS = (
+    "mov,matroska,webm,avi,mpegts,mpeg,mpegvideo,h264,hevc,m4v,flv,asf,ogg,mxf,gif,ivf,nut,dv,mjpeg"
+)
+"""Containers that hold their frames themselves: no playlist, which names other files."""
 SEEK_BACK = 4.0
 """How much earlier a seek begins if it came too late [s]."""
 
 
 @contextmanager
 def opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
+    """A film's container and its first stream of pictures.
+
+    Raises
+    ------
+    InputError : no film, one of a kind that names other files, or one of too large frames
+    """
     try:
-        container = av.open(str(path), metadata_errors="replace")
-    except (FFmpegError, OSError) as fault:
+        # No film names another file, wherever that may lie.
+        container = av.open(
+            f"file:{path}",
+            metadata_errors="replace",
+            options={"protocol_whitelist": "file", "format_whitelist": FORMATS},
+        )
+    except (FFmpegError, OSError, ValueError) as fault:
         raise InputError("not a film that can be decoded", source=path) from fault
     with container:
         if not container.streams.video:
             raise InputError("not a film that can be decoded", source=path)
         stream = container.streams.video[0]
+        codec = cast("Any", stream.codec_context)  # None for a damaged or unknown kind of film
+        if codec is None:
+            raise InputError("not a film that can be decoded", source=path)
+        if codec.width * codec.height > limits.MAX_FRAME_PIXELS:
+            raise InputError(
+                f"has frames of {codec.width} × {codec.height} pixels; "
+                f"{limits.MAX_FRAME_PIXELS // 10**6} million are read",
+                source=path,
+            )
+        codec.options = {"max_pixels": str(limits.MAX_FRAME_PIXELS)}  # it may change on the way
         stream.thread_type = "AUTO"
-        stream.codec_context.thread_count = cv2.getNumThreads()  # one setting for all that is done
+        codec.thread_count = cv2.getNumThreads()  # one setting for all that is done
         yield container, stream
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 
 import cv2
 import numpy as np
 
-from curling_env.errors import InputError
-from curling_env.infrastructure.storage import atomic_path
+from curling_env.errors import InputError, OutputError
+from curling_env.infrastructure import limits
+from curling_env.infrastructure.storage import atomic_path, ordinary_file, read_bytes
 from curling_env.typing import Image
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
@@ -20,13 +22,25 @@ def read_picture(path: str | Path, *, grey: bool = False) -> Image:
 
     Raises
     ------
-    InputError : missing, or not a picture
+    InputError : missing, not a picture (PNG, JPEG, BMP or TIFF), or one of too many pixels
     """
-    if not Path(path).exists():
-        raise InputError("no such picture", source=path)
+    ordinary_file(path, "picture")
+    content = read_bytes(path, most=limits.MAX_PICTURE_BYTES)
+    size = size_of_picture(content)
+    if size is None or min(size) < 1:
+        raise InputError("not a picture that can be read", source=path)
+    if size[0] * size[1] > limits.MAX_PICTURE_PIXELS:
+        raise InputError(
+            f"has {size[0]} × {size[1]} pixels; {limits.MAX_PICTURE_PIXELS // 10**6} million are "
+            "read",
+            source=path,
+        )
     try:
-        picture = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE if grey else cv2.IMREAD_COLOR)
-    except cv2.error:
+        picture = cv2.imdecode(
+            np.frombuffer(content, dtype=np.uint8),
+            cv2.IMREAD_GRAYSCALE if grey else cv2.IMREAD_COLOR,
+        )
+    except (cv2.error, MemoryError):
         picture = None
     if picture is None:
         raise InputError("not a picture that can be read", source=path)
@@ -34,6 +48,69 @@ def read_picture(path: str | Path, *, grey: bool = False) -> Image:
 
 
 def write_picture(path: str | Path, picture: Image) -> None:
-    """Write a picture as PNG, complete or not at all."""
+    """Write a picture as PNG, complete or not at all.
+
+    Raises
+    ------
+    OutputError : see `atomic_path`, or a picture without pixels
+    """
+    if not picture.size:
+        raise OutputError(f"{path}: a picture of no pixels cannot be written")
     with atomic_path(path) as draft:
         draft.write_bytes(cv2.imencode(".png", picture)[1].tobytes())
+
+
+# --- what a picture says of its size -------------------------------------------------------------
+
+
+def size_of_picture(content: bytes) -> tuple[int, int] | None:
+    """Width and height as the beginning of a PNG, JPEG, BMP or TIFF claims; None for another file.
+
+    It is looked at before the picture is decoded, because a few bytes can claim any size.
+    """
+    try:
+        if content[:8] == b"\x89PNG\r\n\x1a\n":
+            width, height = struct.unpack(">II", content[16:24])
+        elif content[:2] == b"\xff\xd8":
+            return _jpeg_size(content)
+        elif content[:2] == b"BM":
+            width, height = struct.unpack("<ii", content[18:26])
+        elif content[:4] in (b"II*\x00", b"MM\x00*"):
+            return _tiff_size(content)
+        else:
+            return None
+    except struct.error:
+        return None
+    return abs(width), abs(height)
+
+
+def _jpeg_size(content: bytes) -> tuple[int, int] | None:
+    at = 2
+    while at + 9 < len(content):
+        if content[at] != 0xFF:
+            return None
+        kind = content[at + 1]
+        if kind == 0xFF or kind == 0x01 or 0xD0 <= kind <= 0xD8:  # filling, or without a length
+            at += 1 if kind == 0xFF else 2
+            continue
+        if 0xC0 <= kind <= 0xCF and kind not in (0xC4, 0xC8, 0xCC):
+            height, width = struct.unpack(">HH", content[at + 5 : at + 9])
+            return width, height
+        at += 2 + struct.unpack(">H", content[at + 2 : at + 4])[0]
+    return None
+
+
+def _tiff_size(content: bytes) -> tuple[int, int] | None:
+    order = "<" if content[:2] == b"II" else ">"
+    start = struct.unpack(f"{order}I", content[4:8])[0]
+    count = struct.unpack(f"{order}H", content[start : start + 2])[0]
+    sides: dict[int, int] = {}
+    for k in range(count):
+        entry = content[start + 2 + 12 * k : start + 14 + 12 * k]
+        tag, kind = struct.unpack(f"{order}HH", entry[:4])
+        if tag in (256, 257):
+            short = kind == 3
+            sides[tag] = struct.unpack(
+                f"{order}{'H' if short else 'I'}", entry[8 : 10 if short else 12]
+            )[0]
+    return (sides[256], sides[257]) if len(sides) == 2 else None

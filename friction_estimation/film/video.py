@@ -18,7 +18,8 @@ from av.packet import Packet
 from av.video.stream import VideoStream
 
 from curling_env.errors import InputError
-from curling_env.infrastructure.storage import read_table
+from curling_env.infrastructure import limits
+from curling_env.infrastructure.storage import Column, ordinary_file, read_table
 from curling_env.typing import Image
 from friction_estimation.film.decoding import (
     decoded,
@@ -47,6 +48,10 @@ SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".avi", ".webm", ".mts", ".m2ts", ".
 """Endings of the files that count as films in a folder."""
 TIMES_SUFFIX = ".times.csv"
 """Added to a film's name: a table with the time of every frame, where its container lost them."""
+
+
+TIMES_TABLE = (Column(name="t", unit="s", low=-1e9, high=1e9),)
+"""The columns of that table: one row for every frame, without a hole."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,11 +95,7 @@ class Film:
         ------
         InputError : missing, not a film, or without a single frame that can be decoded
         """
-        path = Path(path)
-        if not path.exists():
-            raise InputError("no such film", source=path)
-        if path.is_dir():
-            raise InputError("is a directory; expected a film", source=path)
+        path = ordinary_file(path, "film")
         with opened(path) as (container, stream):
             first = next(decoded(container, stream), None)
             if first is None:
@@ -115,7 +116,7 @@ class Film:
             path=path,
             size=(width, height),
             fps=(fps or (said if usable else DEFAULT_FPS)) * slow,
-            frame_count=max(frame_count, 1),
+            frame_count=min(max(frame_count, 1), limits.MAX_FRAMES),
             fps_given=fps is not None,
             times=tuple(t / slow for t in times),
             slow=slow,
@@ -296,7 +297,7 @@ def _times_beside(film: Path) -> tuple[float, ...]:
     path = film.with_name(film.name + TIMES_SUFFIX)
     if not path.exists():
         return ()
-    times = read_table(path, required=("t",)).numbers("t")
+    times = read_table(path, columns=TIMES_TABLE, empty_rows=False).numbers("t")
     backwards = np.flatnonzero(np.diff(times) <= 0)
     if backwards.size:
         raise InputError(

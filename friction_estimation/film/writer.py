@@ -14,9 +14,10 @@ from av.error import FFmpegError
 from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
-from curling_env.errors import OutputError
+from curling_env.errors import InputError, OutputError
 from curling_env.infrastructure.storage import atomic_path
 from curling_env.typing import Image
+from friction_estimation.film.decoding import opened, packets
 
 CONTAINERS = {".mp4": ("mp4", "libx264", "yuv420p"), ".avi": ("avi", "mjpeg", "yuvj420p")}
 """By the suffix of a film: its container, its codec, and how its pixels are stored. Players that
@@ -31,10 +32,16 @@ class FilmWriter:
     """Writes BGR frames of one size to a film; see `film_writer`."""
 
     def __init__(
-        self, path: Path, size: tuple[int, int], fps: float, quality: float = QUALITY
+        self,
+        path: Path,
+        size: tuple[int, int],
+        fps: float,
+        quality: float = QUALITY,
+        *,
+        name: str | Path | None = None,
     ) -> None:
         kind, codec, pixels = CONTAINERS[path.suffix.lower()]
-        self._path, self._size = path, size
+        self._size, self._name = size, path if name is None else name
         self._even = (size[0] // 2 * 2, size[1] // 2 * 2)
         self._rate = Fraction(fps).limit_denominator(1001)
         self._unit = TIME_UNIT if kind == "mp4" else 1 / self._rate
@@ -53,6 +60,11 @@ class FilmWriter:
             {"preset": "veryfast", "crf": f"{quality:g}"} if kind == "mp4" else {"q:v": "3"}
         )
         self._stream = stream
+
+    @property
+    def frames(self) -> int:
+        """Number of frames written."""
+        return self._count
 
     def write(self, frame: Image, t: float | None = None) -> None:
         """Append one frame.
@@ -101,7 +113,7 @@ class FilmWriter:
             yield
         except (FFmpegError, OSError) as fault:
             reason = (fault.strerror or str(fault)).lower()
-            raise OutputError(f"{self._path.name}: the film cannot be written: {reason}") from fault
+            raise OutputError(f"{self._name}: the film cannot be written: {reason}") from fault
 
 
 @contextmanager
@@ -127,10 +139,25 @@ def film_writer(
     if Path(path).suffix.lower() not in CONTAINERS:
         raise OutputError(f"{path}: cannot be written as a film; name it .mp4 or .avi")
     with atomic_path(path) as draft:
-        writer = FilmWriter(draft, size, fps, quality)
+        writer = FilmWriter(draft, size, fps, quality, name=path)
         try:
             yield writer
         except BaseException:
             writer.abandon()
             raise
         writer.finish()
+        _check_written(draft, writer.frames, path)
+
+
+def _check_written(draft: Path, frames: int, name: str | Path) -> None:
+    """Refuse a film that does not hold what was written into it.
+
+    Raises
+    ------
+    OutputError : it cannot be read back, or frames are missing
+    """
+    found = 0
+    with suppress(InputError), opened(draft) as (container, stream):
+        found = sum(packet.size > 0 for packet in packets(container, stream))
+    if found < frames or not found:
+        raise OutputError(f"{name}: could not be written in full: {found} of {frames} frames")

@@ -14,6 +14,7 @@ from pathlib import Path
 import cv2
 
 from curling_env.errors import CurlingError, TrackTooShortError
+from curling_env.infrastructure.executor import begin_worker
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Image
 from friction_estimation.camera.pose import camera_from_scene
@@ -97,7 +98,7 @@ def follow_stream(
     recorder = Recorder(feed=feed, motion=motion, folder=folder)
     # A fresh process, because a forked one would share the camera.
     context = get_context("spawn")
-    with ProcessPoolExecutor(1, mp_context=context, initializer=_ignore_interrupts) as process:
+    with ProcessPoolExecutor(1, mp_context=context, initializer=_begin) as process:
         analysis = _Analysis(process, scene, report, reload_seconds, tracker)
         with closing(feed):
             with closing(feed.frames()) as frames, suppress(KeyboardInterrupt):
@@ -202,7 +203,8 @@ class _Analysis:
         )
 
 
-def _ignore_interrupts() -> None:
+def _begin() -> None:
+    begin_worker()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 

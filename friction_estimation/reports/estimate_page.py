@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from curling_env.ice import write_cells
-from curling_env.infrastructure.storage import write_json, write_table
+from curling_env.infrastructure.storage import write_json, write_table, written_so_far
 from curling_env.physics.effects import catalogue
 from curling_env.units import Units, length, short_length
 from curling_env.units import speed as speed_in
@@ -157,7 +157,7 @@ def _write_page(
 
 
 def _picture_section(folder: Path, name: str) -> str:
-    content = (folder / name).read_bytes()
+    content = written_so_far(folder / name).read_bytes()
     return f"<h2>{TITLES[name]}</h2>{picture(content, TITLES[name], caption=CAPTIONS[name])}"
 
 

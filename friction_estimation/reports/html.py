@@ -13,6 +13,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from curling_env.infrastructure.page_policy import policy_of
 from curling_env.infrastructure.storage import write_text
 
 STYLE = """
@@ -69,7 +70,8 @@ def write_page(
     cards = "".join(f"<section>{section}</section>" for section in sections)
     write_text(
         path,
-        f"<!doctype html><html lang=en><meta charset=utf-8><title>{escape(title)}</title>"
+        f"<!doctype html><html lang=en><meta charset=utf-8>{policy_of('')}"
+        f"<title>{escape(title)}</title>"
         f"{again}"
         "<meta name=viewport content='width=device-width'><link rel=icon href='data:,'>"
         f"<style>{STYLE}</style><main>{cards}{_origin(provenance)}</main></html>\n",

@@ -10,7 +10,12 @@ from typing import Any
 import numpy as np
 
 from curling_env.errors import InputError
-from curling_env.infrastructure.storage import make_directory, write_json, write_table
+from curling_env.infrastructure.storage import (
+    make_directory,
+    together,
+    write_json,
+    write_table,
+)
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Image, Progress, no_progress, with_progress
@@ -123,7 +128,6 @@ def render_films(
     renderer = FilmRenderer(spec, sheet=sheet, stone=stone, resting=resting)
     clicks = np.random.default_rng([spec.seed, 1])
     scene = scene_of(renderer.camera, sheet=sheet, stone=stone, click_px=spec.click_px, rng=clicks)
-    save_scene(scene, folder / f"{name}.scene.json")
     films: list[Path] = []
     throws: list[dict[str, Any]] = []
     for k, trajectory in enumerate(trajectories):
@@ -148,7 +152,9 @@ def render_films(
                 "rest": [float(value) for value in trajectory.xy[-1]],
             }
         )
-    write_json(folder / f"{name}.truth.json", _truth(renderer, throws, notes or {}))
+    with together():
+        save_scene(scene, folder / f"{name}.scene.json")
+        write_json(folder / f"{name}.truth.json", _truth(renderer, throws, notes or {}))
     return films
 
 

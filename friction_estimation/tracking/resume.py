@@ -8,9 +8,9 @@ of tracking those films again. The folder is deleted when the output has been wr
 from __future__ import annotations
 
 import hashlib
+import importlib.metadata
 import json
 import shutil
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -18,9 +18,11 @@ from typing import Any
 
 import numpy as np
 
-from curling_env.errors import InputError
-from curling_env.infrastructure.storage import atomic_path, make_directory
+from curling_env.infrastructure.command_files import keep
+from curling_env.infrastructure.provenance import sha256_of
+from curling_env.infrastructure.storage import make_directory, read_arrays, write_arrays
 from curling_env.trajectory import Trajectory
+from friction_estimation.film.video import TIMES_SUFFIX
 
 SUFFIX = ".unfinished"
 """What is added to the name of the output for the folder of checkpoints."""
@@ -46,15 +48,15 @@ class Checkpoints:
         key : what the tracks must have been made from, see `digest`
         """
         try:
-            with self._file(index).open("rb") as file, np.load(file, allow_pickle=False) as kept:
-                note = json.loads(str(kept["note"]))
-                if note["key"] != key:
-                    return None
-                tracks = [
-                    Trajectory(**{name: kept[f"{k}_{name}"] for name in _ARRAYS}, **labels)
-                    for k, labels in enumerate(note["tracks"])
-                ]
-        except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile, InputError):
+            kept = read_arrays(self._file(index))
+            note = json.loads(str(kept["note"]))
+            if note["key"] != key:
+                return None
+            tracks = [
+                Trajectory(**{name: kept[f"{k}_{name}"] for name in _ARRAYS}, **labels)
+                for k, labels in enumerate(note["tracks"])
+            ]
+        except (AttributeError, KeyError, TypeError, ValueError, RecursionError):
             return None
         return tracks, note["summary"]
 
@@ -70,8 +72,8 @@ class Checkpoints:
             for k, track in enumerate(tracks)
             for name in _ARRAYS
         }
-        with atomic_path(self._file(index)) as draft:
-            np.savez(draft, note=np.array(note), **arrays)
+        write_arrays(self._file(index), {"note": np.array(note), **arrays})
+        keep(f"what was tracked is kept in {self.folder}; repeat the command to go on from there")
 
     def delete(self) -> None:
         """Forget all tracks: they are written where they belong."""
@@ -90,12 +92,15 @@ def digest(film: Path, **choices: Any) -> str:
 
     Parameters
     ----------
-    film : its path, size and time of change count
+    film : its path, size and time of change count, and the content of a table of times beside it
     choices : whatever else decides the tracks, for JSON
     """
     stat = film.stat() if film.exists() else None
+    beside = film.with_name(film.name + TIMES_SUFFIX)
     made_from = {
         **choices,
+        "version": importlib.metadata.version("curling-sheet"),
+        "times": sha256_of(beside) if beside.exists() else None,
         "film": str(film.resolve()),
         "size": None if stat is None else stat.st_size,
         "changed": None if stat is None else stat.st_mtime_ns,

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -19,13 +19,19 @@ from pathlib import Path
 import numpy as np
 
 from curling_env.errors import InputError
+from curling_env.infrastructure import limits
 from curling_env.infrastructure.storage import read_text
+from curling_env.infrastructure.table import is_plain, quoted
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 
 _MAX_FRAME_TIME = 0.3
 """Times that step by more than this are milliseconds: no film has only three frames a second."""
 _MIN_ROWS = 3
+MAX_NUMBER = 1e9
+"""Largest time or position in an export, in its own units."""
+FARTHEST = 1e3
+"""How far from the middle of the sheet a position may lie [m]."""
 
 
 class Along(StrEnum):
@@ -101,12 +107,21 @@ def on_sheet(
     metres : length of the program's unit [m]
     origin : the point at which the program's axes cross, sheet frame [m]
     along : the program's axis that points from the home end to the away end
+
+    Raises
+    ------
+    InputError : a position far from any sheet
     """
     turn = TO_SHEET[along]
-    return [
+    tracks = [
         Trajectory(t=k.t - k.t[0], xy=metres * k.xy @ turn.T + np.array(origin), throw=i)
         for i, k in enumerate(series)
     ]
+    for k, track in zip(series, tracks, strict=True):
+        farthest = float(np.abs(track.xy).max())
+        if farthest > FARTHEST:
+            raise InputError(f"{k.name[:40]!r} is {farthest:.3g} m away from the sheet in one row")
+    return tracks
 
 
 # --- the formats -------------------------------------------------------------------------------
@@ -131,7 +146,7 @@ def _kinovea_text(lines: TextLines, path: str | Path) -> list[Series]:
 
 def _kinovea_table(lines: TextLines, path: str | Path) -> list[Series]:
     separator = ";" if lines[0][1].count(";") > lines[0][1].count(",") else ","
-    (_, header), *rows = _split(lines, separator)
+    (_, header), *rows = _split(lines, separator, path)
     scale = _seconds_in(header[0])
     return [
         _series(name.rsplit("/", 2)[0], rows, (0, i, i + 1), scale, path)
@@ -154,8 +169,8 @@ def _tracker(lines: TextLines, path: str | Path) -> list[Series]:
             source=path,
             where=f"row {lines[0][0]}",
         )
-    names = _split(lines[:1], separator)[0][1] if at else []
-    (_, header), *rows = _split(lines[at:], separator)
+    names = _split(lines[:1], separator, path)[0][1] if at else []
+    (_, header), *rows = _split(lines[at:], separator, path)
     words = [re.split(r"[\s(]", cell.strip(), maxsplit=1)[0].lower() for cell in header]
     found: list[Series] = []
     for i, word in enumerate(words):
@@ -166,14 +181,19 @@ def _tracker(lines: TextLines, path: str | Path) -> list[Series]:
     return found
 
 
-def _split(lines: TextLines, separator: str) -> list[tuple[int, list[str]]]:
-    reader: Iterator[list[str]] = csv.reader(
-        (line for _, line in lines), delimiter=separator, skipinitialspace=True
-    )
-    return [
-        (row, [cell.strip() for cell in cells])
-        for (row, _), cells in zip(lines, reader, strict=True)
-    ]
+def _split(lines: TextLines, separator: str, path: str | Path) -> list[tuple[int, list[str]]]:
+    return [(row, _cells(line, separator, row, path)) for row, line in lines]
+
+
+def _cells(line: str, separator: str, row: int, path: str | Path) -> list[str]:
+    """The cells of one line; quotes never reach beyond it in these exports."""
+    try:
+        cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True, strict=True))
+    except csv.Error as error:
+        raise InputError(f"not a table: {error}", source=path, where=f"row {row}") from error
+    if len(cells) > limits.MAX_COLUMNS * 8:
+        raise InputError(f"has {len(cells)} columns", source=path, where=f"row {row}")
+    return [cell.strip() for cell in cells]
 
 
 def _series(
@@ -199,7 +219,8 @@ def _series(
         values.append((t, x, y))
     if len(values) < _MIN_ROWS:
         raise InputError(
-            f"{name!r} has {len(values)} positions; a track needs {_MIN_ROWS} or more", source=path
+            f"{name[:40]!r} has {len(values)} positions; a track needs {_MIN_ROWS} or more",
+            source=path,
         )
     table = np.array(values)
     if seconds is None:
@@ -216,12 +237,12 @@ def _seconds_in(header: str) -> float | None:
 def _number(cell: str, row: int, path: str | Path) -> float:
     plain = cell.replace(",", ".") if "." not in cell and cell.count(",") == 1 else cell
     try:
-        number = float(plain)
+        number = float(plain) if is_plain(plain) else np.nan
     except ValueError:
         number = np.nan
-    if not np.isfinite(number):
+    if not abs(number) <= MAX_NUMBER:
         hint = "; export times in seconds or milliseconds" if ":" in cell else ""
         raise InputError(
-            f"expected a number, found {cell!r}{hint}", source=path, where=f"row {row}"
+            f"expected a number, found {quoted(cell)}{hint}", source=path, where=f"row {row}"
         )
     return number

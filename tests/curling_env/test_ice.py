@@ -147,7 +147,7 @@ def broken(document, path, value):
         (("friction", "interpolation"), "cubic", "interpolation"),
         (("friction", "colour"), 1, "unknown key colour"),
         (("stone",), {"weight": 19}, "unknown key weight"),
-        (("effects",), {}, "list of effects"),
+        (("effects",), {}, "effects: expected a list"),
         (("effects", 0, "name"), KeyError, r"effects\[0\]"),
         (("effects", 0, "parameters", "strength"), "strong", r"effects\[0\].parameters.strength"),
         (("effects", 0, "sigma", "strength"), -1e-4, r"effects\[0\].*at least 0"),

@@ -34,6 +34,7 @@ from agents.playing.league.tuning import ENDS_SIDE_BY_SIDE, LEAD_SPREAD, MAX_END
 from agents.playing.search.positions import EndSimulator
 from agents.playing.search.value_network import ValueNetwork, network_from
 from curling_env.errors import InputError
+from curling_env.infrastructure.command_files import keep
 from curling_env.infrastructure.storage import make_directory
 from curling_env.throw import skill_named
 from curling_env.typing import Integers, Progress, no_progress, with_progress
@@ -109,6 +110,7 @@ def run_league(
             )
             document = _document(network, settings)
             write_model(path, {**document, "ends": [_ends_document(ends) for ends in fresh]})
+            keep(f"{number + 1} generations are kept in {folder}; repeat the command to go on")
         players.append(network)
         experience = [*earlier, *fresh]
     newest = players[-1]
@@ -190,11 +192,26 @@ def _read_generation(path: Path, settings: LeagueSettings) -> tuple[ValueNetwork
     try:
         saved = league_settings(document["league"])
         ends = [_ends_from(played) for played in document["ends"]]
-    except (KeyError, TypeError, InputError) as error:
+        _check_ends(ends)
+    except (KeyError, TypeError, ValueError, InputError) as error:
         raise InputError("is not a generation of a league", source=path) from error
     if saved != settings:
         raise InputError("is of a league with other settings; choose another folder", source=path)
     return network_from(document, path), ends
+
+
+def _check_ends(played: list[PlayedEnds]) -> None:
+    """Refuse ends of which one array does not fit to the others."""
+    for ends in played:
+        arrays = [np.asarray(array) for array in ends]
+        if any(array.dtype.kind not in "biuf" for array in arrays):
+            raise ValueError("expected numbers")
+        stones, score, values, skill, greedy_from = arrays
+        n = len(score) if score.ndim == 1 else -1
+        if stones.ndim != 4 or stones.shape[1:] != (n, 16, 2) or values.shape[:1] != (n,):
+            raise ValueError("expected as many ends in each array")
+        if values.ndim != 2 or any(array.shape not in ((), (n,)) for array in (skill, greedy_from)):
+            raise ValueError("expected as many ends in each array")
 
 
 def _sentence(number: int, result: HeadToHead) -> str:

@@ -47,18 +47,36 @@ class LeagueSettings:
     def __post_init__(self) -> None:
         for name, least in (("generations", 1), ("layers", 1)):
             value = getattr(self, name)
-            if not value or not all(isinstance(n, int) and n >= least for n in value):
-                raise InputError(f"{name} must list whole numbers of 1 or more, got {value!r}")
+            listed = isinstance(value, tuple | list) and 0 < len(value) <= 100
+            if not listed or not all(_is_whole(n, least, _MOST[name]) for n in value):
+                raise InputError(
+                    f"{name} must list whole numbers from {least} to {_MOST[name]}, got "
+                    f"{str(value)[:60]}"
+                )
         if len(self.layers) != 4:
-            raise InputError(f"layers must be four, got {self.layers!r}")
-        if not 0 <= self.past <= 1:
-            raise InputError(f"past must lie within 0 and 1, got {self.past}")
-        if self.tried < REPEATED_SHOTS or self.epochs < 1 or not 0 < self.learning_rate < 1:
+            raise InputError(f"layers must be four, got {len(self.layers)}")
+        for name in ("past", "learning_rate"):
+            value = getattr(self, name)
+            if not isinstance(value, int | float) or not 0 <= value <= 1:
+                raise InputError(f"{name} must lie within 0 and 1, got {str(value)[:40]}")
+        good = _is_whole(self.tried, REPEATED_SHOTS, 10**6) and _is_whole(self.epochs, 1, 10**4)
+        if not (good and 0 < self.learning_rate < 1 and _is_whole(self.seed, 0, 2**32 - 1)):
             raise InputError(
-                f"tried is at least {REPEATED_SHOTS}, epochs 1, learning_rate within 0 and 1"
+                f"tried is a whole number of at least {REPEATED_SHOTS}, epochs of at least 1, seed "
+                "of at least 0, and learning_rate lies within 0 and 1"
             )
+        for name in ("ice", "skill", "rules"):
+            if not isinstance(getattr(self, name), str):
+                raise InputError(f"{name} must be a name, got {str(getattr(self, name))[:40]}")
         skill_named(self.skill)
         rule_set(self.rules)
+
+
+_MOST = {"generations": 10**7, "layers": 8192}
+
+
+def _is_whole(value: Any, least: int, most: int) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and least <= value <= most
 
 
 def league_settings(document: dict[str, Any], **others: Any) -> LeagueSettings:
@@ -73,6 +91,8 @@ def league_settings(document: dict[str, Any], **others: Any) -> LeagueSettings:
     ------
     InputError : an unknown key, or a value that makes no sense
     """
+    if not isinstance(document, dict) or not all(isinstance(key, str) for key in document):
+        raise InputError("expected settings by name")
     given = {**document, **others}
     given.pop("algorithm", None)
     known = [f.name for f in fields(LeagueSettings)]

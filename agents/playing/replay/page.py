@@ -8,8 +8,11 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from curling_env.infrastructure.page_policy import policy_of
 from curling_env.infrastructure.storage import write_text
 
+POLICY = "<!--POLICY-->"
+"""Place of the content security policy in the template."""
 PLACE = "/*RECORD*/"
 """Place of the record in the template."""
 
@@ -24,7 +27,8 @@ def page_of(lines: Sequence[dict[str, Any]]) -> str:
     template = files("agents.playing.replay").joinpath("replay.html").read_text(encoding="utf-8")
     # A name must not end the script element that holds the record.
     record = json.dumps(list(lines), separators=(",", ":")).replace("<", "\\u003c")
-    return template.replace(PLACE, record)
+    # Only the script that comes with the template may run, whatever the record holds.
+    return template.replace(POLICY, policy_of(template)).replace(PLACE, record)
 
 
 def write_page(path: str | Path, lines: Sequence[dict[str, Any]]) -> None:

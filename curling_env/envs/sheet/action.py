@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -42,7 +43,12 @@ class ThrowRange:
     def __post_init__(self) -> None:
         limits = {"speed": (0.0, MAX_SPEED), "angle": (-1.5, 1.5), "spin": (-MAX_SPIN, MAX_SPIN)}
         for name, (lowest, highest) in limits.items():
-            low, high = getattr(self, name)
+            given: Any = getattr(self, name)
+            try:
+                low, high = map(float, given)
+            except (TypeError, ValueError):
+                said = str(given)[:40]
+                raise InputError(f"the range of {name} must be two numbers, got {said}") from None
             if not (lowest <= low < high <= highest) or (name == "speed" and low <= 0):
                 raise InputError(
                     f"the range of {name} must rise within {lowest:g} and {highest:g}, "

@@ -38,6 +38,8 @@ from friction_estimation.film.video import Film
 
 STILLS = 9
 """Number of frames of a film that the page offers."""
+MAX_STILL_PIXELS = 60_000_000
+"""Pixels of all these frames together; of larger frames fewer are taken."""
 VIEW_PX_PER_M = 26.0
 """Scale of the view from above [px/m]."""
 PAINT_SEARCH_PX = 2.0
@@ -105,9 +107,12 @@ class Annotation:
         if path.suffix.lower() in SUFFIXES:
             stills = [read_picture(path)]
         else:
-            frames = [frame for _, frame in Film.open(path).sample(STILLS)]
-            empty = np.median(np.stack(frames), axis=0).astype(np.uint8)
-            stills = [empty, *frames]
+            film = Film.open(path)
+            most = max(3, MAX_STILL_PIXELS // (film.size[0] * film.size[1]))
+            frames = [frame for _, frame in film.sample(min(STILLS, most))]
+            if not frames:
+                raise InputError("not a film that can be decoded", source=path)
+            stills = [_median(frames), *frames]
         return cls(name=path.name, stills=stills, sheet=sheet, known=known or {})
 
     @classmethod
@@ -243,3 +248,12 @@ def curves_of(sheet: Sheet) -> list[Floats]:
             ring = radius * np.column_stack([np.cos(around), np.sin(around)])
             curves.append(ring + np.array([0.0, s * TEE_Y]))
     return curves
+
+
+def _median(frames: list[Image]) -> Image:
+    """The median of every pixel, some rows at a time: sorting takes several times their memory."""
+    empty = np.empty_like(frames[0])
+    for top in range(0, len(empty), 64):
+        rows = np.stack([frame[top : top + 64] for frame in frames])
+        empty[top : top + 64] = np.median(rows, axis=0).astype(np.uint8)
+    return empty

@@ -9,7 +9,6 @@ import json
 import secrets
 from collections.abc import Callable
 from http import HTTPStatus
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from threading import Event, Thread
 from typing import Any
@@ -19,14 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.errors import CurlingError, InputError, OutputError
+from curling_env.infrastructure.local_server import ADDRESS, LocalHandler, LocalServer
+from curling_env.infrastructure.page_policy import directives_of
+from curling_env.infrastructure.storage import parse_json
 from friction_estimation.camera.annotation.annotate import VIEW_PX_PER_M, Annotation, Clicks
 from friction_estimation.camera.annotation.thrower import thrower, thrower_px
 from friction_estimation.camera.markings import keypoints_of
 from friction_estimation.camera.scene import Scene
 
-MAX_REQUEST_BYTES = 100_000
-"""Longer requests are refused; the page sends only a few points."""
-ADDRESS = "127.0.0.1"
+MAX_PIXEL = 1e6
+"""Farther clicks are refused [px]."""
 
 
 class AnnotationServer:
@@ -59,7 +60,7 @@ class AnnotationServer:
         self._done = Event()
         self._secret = secrets.token_urlsafe(16)
         try:
-            self._server = ThreadingHTTPServer((ADDRESS, port), _handler(self))
+            self._server = LocalServer(_handler(self), port)
         except OSError as error:
             raise OutputError(f"port {port} cannot be used: {error.strerror}") from error
 
@@ -91,11 +92,10 @@ class AnnotationServer:
         """
         if request is None:
             if path == "":
-                page = files("friction_estimation.camera.annotation").joinpath("page.html")
-                return HTTPStatus.OK, "text/html; charset=utf-8", page.read_bytes()
+                return HTTPStatus.OK, "text/html; charset=utf-8", _page()
             if path == "film.json":
                 return _json(self._film())
-            if path.startswith("still/") and path[6:].isdecimal():
+            if path.startswith("still/") and path[6:].isdecimal() and len(path) < 12:
                 index = int(path[6:])
                 if index < len(self.annotation.stills):
                     return HTTPStatus.OK, "image/jpeg", _jpeg(self.annotation.stills[index], 95)
@@ -107,8 +107,9 @@ class AnnotationServer:
 
     def path_below_secret(self, path: str) -> str | None:
         """The part of a path that follows the secret; None where the secret is wrong."""
-        _, given, *rest = path.split("?")[0].split("/", 2)
-        return "/".join(rest) if secrets.compare_digest(given, self._secret) else None
+        _, given, *rest = [*path.split("?")[0].split("/", 2), ""][:3]
+        known = secrets.compare_digest(given.encode(errors="replace"), self._secret.encode())
+        return "/".join(rest) if known else None
 
     def _film(self) -> dict[str, Any]:
         sheet = self.annotation.sheet
@@ -126,7 +127,9 @@ class AnnotationServer:
 
     def _solve(self, request: Any) -> dict[str, Any]:
         try:
-            clicks, still = _clicks(request), int(request.get("still", 0))
+            clicks, still = _clicks(request), request.get("still", 0)
+            if not isinstance(still, int):
+                raise InputError("expected the number of a frame")
             found = self.annotation.solve(clicks, paint=bool(request.get("paint")))
         except CurlingError as error:
             return {"problem": _plain(error)}
@@ -163,10 +166,10 @@ def _plain(error: CurlingError) -> str:
 def _clicks(request: Any) -> Clicks:
     try:
         clicks = {str(k): (float(u), float(v)) for k, (u, v) in request["clicks"].items()}
-    except (TypeError, KeyError, ValueError, AttributeError) as error:
+    except (TypeError, KeyError, ValueError, AttributeError, OverflowError) as error:
         raise InputError("expected clicks as {keypoint: [u, v]}") from error
-    if not all(np.isfinite(px).all() for px in clicks.values()):
-        raise InputError("expected finite pixels")
+    if not all((np.abs(px) <= MAX_PIXEL).all() for px in clicks.values()):
+        raise InputError("expected finite pixels of this picture")
     return clicks
 
 
@@ -178,36 +181,24 @@ def _jpeg(image: NDArray[np.uint8], quality: int) -> bytes:
     return cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()
 
 
-def _handler(server: AnnotationServer) -> type[BaseHTTPRequestHandler]:
-    class Handler(BaseHTTPRequestHandler):
-        def do_GET(self) -> None:
-            self._reply(None)
+def _handler(server: AnnotationServer) -> type[LocalHandler]:
+    class Handler(LocalHandler):
+        policy = directives_of(_page().decode(), connect=True)
 
-        def do_POST(self) -> None:
-            length = self.headers.get("Content-Length", "")
-            if not length.isdecimal() or int(length) > MAX_REQUEST_BYTES:
-                self.send_error(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
-                return
+        def answer(self, path: str, body: bytes | None) -> tuple[HTTPStatus, str, bytes]:
+            below = server.path_below_secret(path)
+            if below is None:
+                return HTTPStatus.NOT_FOUND, "text/plain", b"not here"
+            if body is None:
+                return server.answer(below)
             try:
-                request = json.loads(self.rfile.read(int(length)))
-            except ValueError:
+                request = parse_json(body, source="the request")
+            except InputError:
                 request = {}
-            self._reply(request)
-
-        def _reply(self, request: Any) -> None:
-            path = server.path_below_secret(self.path)
-            if path is None:
-                self.send_error(HTTPStatus.NOT_FOUND)
-                return
-            status, kind, content = server.answer(path, request)
-            self.send_response(status)
-            self.send_header("Content-Type", kind)
-            self.send_header("Content-Length", str(len(content)))
-            self.send_header("Cache-Control", "no-store")
-            self.end_headers()
-            self.wfile.write(content)
-
-        def log_message(self, format: str, *args: Any) -> None:
-            """Log nothing, because standard error is for the user's messages."""
+            return server.answer(below, request)
 
     return Handler
+
+
+def _page() -> bytes:
+    return files("friction_estimation.camera.annotation").joinpath("page.html").read_bytes()

@@ -59,6 +59,18 @@ def have_a_bug() -> None:
     raise ZeroDivisionError
 
 
+def end_too_early() -> None:
+    raise EOFError
+
+
+def take_all_memory() -> None:
+    raise MemoryError
+
+
+def say_much() -> None:
+    raise InputError("\x1b[31m" + 1_000_000 * "sweep " + "the end")
+
+
 @pytest.fixture(autouse=True)
 def declared(monkeypatch: pytest.MonkeyPatch) -> None:
     """The commands of this file in place of the installed ones, and one that does not exist."""
@@ -72,6 +84,9 @@ def declared(monkeypatch: pytest.MonkeyPatch) -> None:
         break_the_pipe,
         want_torch,
         have_a_bug,
+        end_too_early,
+        take_all_memory,
+        say_much,
     )
     entries = [
         importlib.metadata.EntryPoint(f.__name__, f"{__name__}:{f.__name__}", cli.COMMAND_GROUP)
@@ -161,14 +176,43 @@ def test_what_is_wrong_is_said_in_one_line(
     assert result.out == ""
 
 
-def test_an_interrupt_is_quiet(curling: Callable[..., Any]) -> None:
+def test_an_interrupt_says_that_nothing_was_kept(curling: Callable[..., Any]) -> None:
     result = curling("interrupt")
-    assert (result.status, result.out, result.err) == (130, "", "")
+    said = "curling: interrupted; nothing was written; repeat the command to begin anew\n"
+    assert (result.status, result.out, result.err) == (130, "", said)
 
 
-def test_a_mistake_of_ours_is_not_hidden(curling: Callable[..., Any]) -> None:
-    with pytest.raises(ZeroDivisionError):
+def test_a_mistake_of_ours_is_not_hidden(
+    curling: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pytest.raises(ZeroDivisionError):  # as in all tests
         curling("have_a_bug")
+    monkeypatch.delenv(cli.TRACEBACK)
+    complaint = curling("have_a_bug").complaint
+    assert "a mistake of this program" in complaint
+    assert "ZeroDivisionError" in complaint
+
+
+@pytest.mark.parametrize(
+    ("command", "complaint"),
+    [
+        ("end_too_early", "a file ends before it is complete"),
+        ("take_all_memory", "more memory than there is"),
+    ],
+)
+def test_every_other_end_is_one_line_too(
+    curling: Callable[..., Any], command: str, complaint: str
+) -> None:
+    assert complaint in curling(command).complaint
+
+
+def test_a_line_has_at_most_300_characters_that_any_terminal_can_show(
+    curling: Callable[..., Any],
+) -> None:
+    said = curling("say_much").err
+    assert len(said) <= 301
+    assert said.endswith("the end\n")
+    assert "\x1b" not in said
 
 
 # --- the process as a whole
@@ -204,7 +248,10 @@ def test_a_reader_that_leaves_early_is_no_error(lines: int) -> None:
         "def work() -> None:\n"
         f"    for _ in range({lines}): print('sweep')\n" + ONLY_WORK
     )
-    assert (done.returncode, done.stderr) == (cli.BROKEN_PIPE, "")
+    assert (done.returncode, done.stderr) == (
+        2,
+        "curling: whoever read the result has ended before all of it was written\n",
+    )
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")

@@ -111,7 +111,7 @@ def test_a_throw_that_does_not_stay_in_play(curling, speed, angle, status):
         (("--speed", 2, "--angle", "nan"), "angle must lie within"),
         (("--speed", 2, "--spin", 100), "spin must lie within"),
         (("--speed", 2, "--x", 3), "inside the side lines"),
-        (("--speed", 2, "--x", "inf"), "finite offset"),
+        (("--speed", 2, "--x", "inf"), "within ±100 m"),
         (("--speed", 2, "--direction", "up"), "direction"),
         ((), "speed"),
         (("--speed", 2, "--ice", "no-such"), "no such ice file"),

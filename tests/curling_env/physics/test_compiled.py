@@ -88,6 +88,7 @@ def test_a_kernel_of_another_package_sees_a_change_in_its_neighbour(tmp_path: Pa
         "def ask(x):\n"
         "    return told(x)\n"
     )
+    (tmp_path / "cache").mkdir(mode=0o700)
     answers: list[float] = []
     for constant in (1, 2):
         (tmp_path / "neighbour.py").write_text(
@@ -99,3 +100,46 @@ def test_a_kernel_of_another_package_sees_a_change_in_its_neighbour(tmp_path: Pa
         program = OTHER.replace("sys.argv[1]", repr(str(tmp_path)))
         answers.append(run(program, tmp_path / "cache")["answer"])
     assert answers == [2.0, 3.0]
+
+
+SLIDE = """
+import json, sys
+from curling_env.infrastructure import kernel_cache
+from curling_env.physics.compiled import CACHE_FOLDER, quick_log, compiled
+@compiled
+def twice(x):
+    return 2 * quick_log(x)
+twice.py_func.__module__ = "curling_env.physics.trial"
+print(json.dumps({"twice": twice(1.0), "hits": sum(twice.stats.cache_hits.values())
+                  + sum(quick_log.stats.cache_hits.values()), "said": kernel_cache.remarks()}))
+"""
+
+
+def test_damaged_machine_code_is_compiled_again(tmp_path: Path) -> None:
+    first = run(SLIDE, tmp_path)
+    files = sorted(tmp_path.rglob("*.nb?"))
+    assert len(files) >= 4
+    for k, file in enumerate(files):
+        content = file.read_bytes()
+        at = len(content) // 2
+        flipped = content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :]
+        file.write_bytes([b"", content[:100], os.urandom(len(content)), flipped][k % 4])
+    assert run(SLIDE, tmp_path) == {**first, "hits": 0}
+    assert run(SLIDE, tmp_path)["hits"] > 0  # what was damaged has been replaced
+
+
+def test_where_nothing_can_be_kept_kernels_are_compiled_for_the_process(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    found = run(SLIDE, tmp_path / "file" / "cache")
+    assert (found["twice"], found["hits"]) == (0.0, 0)
+    assert len(found["said"]) == 1
+    assert "compiled code is not kept" in found["said"][0]
+
+
+def test_a_cache_that_others_can_write_is_refused(tmp_path: Path) -> None:
+    run(SLIDE, tmp_path)
+    for folder in [tmp_path, *filter(Path.is_dir, tmp_path.rglob("*"))]:
+        folder.chmod(0o777)
+    found = run(SLIDE, tmp_path)
+    assert found["hits"] == 0
+    assert "others can write" in found["said"][0]

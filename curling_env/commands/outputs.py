@@ -1,0 +1,116 @@
+"""Every output of a command is checked before its work begins.
+
+An option that names an output says so with `Writes` among its annotations. Whatever else on the
+command line names a file is an input, and no output may be one of those.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast, get_type_hints
+
+from curling_env.commands.terminal import say
+from curling_env.errors import InputError
+from curling_env.infrastructure.command_files import identity_of, note_output, refuse_to_write
+from curling_env.infrastructure.kinds import kind_of
+from curling_env.infrastructure.storage import check_writable, make_directory
+
+Command = Callable[..., Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Writes:
+    """Marks an option as the place of a result.
+
+    Parameters
+    ----------
+    kinds : names of `infrastructure.kinds` that the result may replace; empty for those of its own
+        kind, which is then found out when it is written
+    folder : whether it is a folder, which is made before the work
+    rewrites : options whose file this may be on purpose, such as the ice that is updated
+    """
+
+    kinds: tuple[str, ...] = ()
+    folder: bool = False
+    rewrites: tuple[str, ...] = ()
+
+
+def guarded(command: Command) -> Command:
+    """A command that refuses an impossible or harmful output before it does anything."""
+    outputs = _outputs_of(command)
+
+    @functools.wraps(command)
+    def run(*args: Any, **options: Any) -> Any:
+        given = inspect.signature(command).bind(*args, **options).arguments
+        earlier = _admit(given, outputs)
+        try:
+            result = command(*args, **options)
+        except EOFError as error:  # Typer would take it for an interrupt
+            raise InputError("a file ends before it is complete") from error
+        _say_what_was_replaced(earlier)
+        return result
+
+    return run
+
+
+def _outputs_of(command: Command) -> dict[str, Writes]:
+    try:
+        hints = get_type_hints(command, include_extras=True)
+    except (NameError, TypeError):  # a command of someone else, which Typer may yet understand
+        return {}
+    marks = {name: getattr(hint, "__metadata__", ()) for name, hint in hints.items()}
+    return {
+        name: mark for name, extras in marks.items() for mark in extras if isinstance(mark, Writes)
+    }
+
+
+def _admit(given: dict[str, Any], outputs: dict[str, Writes]) -> list[Path]:
+    """Refuse what must not be written; the files that are going to be replaced."""
+    inputs = {name: list(_files_in(value)) for name, value in given.items() if name not in outputs}
+    chosen = {name: Path(given[name]) for name in outputs if given.get(name) is not None}
+    earlier: list[Path] = []
+    for name, path in chosen.items():
+        how = outputs[name]
+        if how.folder:
+            continue
+        on_purpose = {identity_of(other) for key in how.rewrites for other in inputs.get(key, ())}
+        others = [
+            other
+            for files in inputs.values()
+            for other in files
+            if identity_of(other) not in on_purpose
+        ]
+        refuse_to_write(path, inputs=others)
+        check_writable(path, kinds=how.kinds)
+        if identity_of(path) in on_purpose:
+            note_output(path)
+        elif kind_of(path) is not None:
+            earlier.append(path)
+    names = [path.resolve() for name, path in chosen.items() if not outputs[name].folder]
+    twice = next((path for path in names if names.count(path) > 1), None)
+    if twice is not None:
+        raise InputError("is named for two results of one command", source=twice)
+    for name, path in chosen.items():
+        if outputs[name].folder:
+            make_directory(path)
+    return earlier
+
+
+def _files_in(value: Any) -> Iterator[Path]:
+    """The files that exist among what was given for an option."""
+    if isinstance(value, list | tuple):
+        for item in cast("list[Any]", value):
+            yield from _files_in(item)
+    elif isinstance(value, str | Path) and 0 < len(str(value)) < 4096:
+        path = Path(value)
+        if identity_of(path) is not None and not path.is_dir():
+            yield path
+
+
+def _say_what_was_replaced(earlier: list[Path]) -> None:
+    for path in earlier:
+        say(f"{path}: the earlier file of this name was replaced")

@@ -1,0 +1,70 @@
+"""What reaches the terminal: our own words, each remark in one line."""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+import warnings
+from collections.abc import Generator
+from contextlib import contextmanager
+
+MAX_LINE = 300
+"""Characters of a line that explains a refusal."""
+
+
+def say(text: str) -> None:
+    """Print a remark for the person at the terminal on stderr; stdout is for results."""
+    tqdm = sys.modules.get("tqdm")
+    # A bar that is being drawn must not be written into.
+    (print if tqdm is None else tqdm.tqdm.write)(text, file=sys.stderr)
+
+
+def shortened(text: str) -> str:
+    """A text as one line of at most 300 characters that any terminal can show."""
+    line = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in _words(text))
+    return line if len(line) <= MAX_LINE else f"{line[: MAX_LINE - 70]} ... {line[-60:]}"
+
+
+def _words(text: str) -> str:
+    # Cut first: a text of megabytes needs no care beyond what is shown.
+    if len(text) > 4 * MAX_LINE:
+        text = f"{text[: 2 * MAX_LINE]} ... {text[-MAX_LINE:]}"
+    return " ".join(text.split())
+
+
+@contextmanager
+def only_our_words() -> Generator[None]:
+    """Keep what libraries write to stderr from it; `sys.stderr` goes on to reach the terminal.
+
+    libpng, FFmpeg, OpenCV and Ray write to the process's stderr themselves, and NumPy warns. With
+    CURLING_TRACEBACK set all of that is shown. Worker processes inherit the silence, and so hold no
+    pipe to whoever reads our stderr.
+    """
+    try:
+        ours = sys.stderr.fileno() == 2 and not os.environ.get("CURLING_TRACEBACK")
+        terminal = os.dup(2) if ours else -1
+    except (AttributeError, OSError, ValueError):  # stderr is closed, or a test's own
+        ours, terminal = False, -1
+    if not ours:
+        yield
+        return
+    before, was_disabled = sys.stderr, logging.root.manager.disable
+    before.flush()
+    # Line by line, and whatever a file's name may hold can be printed.
+    sys.stderr = os.fdopen(terminal, "w", buffering=1, encoding=before.encoding, errors="replace")
+    nothing = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nothing, 2)
+    os.close(nothing)
+    logging.disable(logging.CRITICAL)
+    try:
+        with warnings.catch_warnings():
+            if not sys.warnoptions:
+                warnings.simplefilter("ignore")
+            yield
+    finally:
+        logging.disable(was_disabled)
+        sys.stderr.flush()
+        os.dup2(terminal, 2)
+        sys.stderr.close()
+        sys.stderr = before

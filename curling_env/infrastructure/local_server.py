@@ -1,0 +1,144 @@
+"""A server for pages on this machine: only for its own page, never longer or wider than it needs.
+
+It answers only requests that name it as their host and come from its own page, so that no other
+page in the same browser can reach it, by whatever name. A connection that stays silent is closed,
+and no number of connections holds more than a few threads.
+"""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections.abc import Collection
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from threading import Lock
+from typing import Any
+
+PATIENCE = 10.0
+"""Time after which a connection that has not been answered is closed [s]."""
+MAX_CONNECTIONS = 16
+"""Connections at one time; a browser opens six."""
+ADDRESS = "127.0.0.1"
+
+
+class LocalServer(ThreadingHTTPServer):
+    """An HTTP server with a bounded number of threads.
+
+    Parameters
+    ----------
+    handler : answers requests; derives from `LocalHandler`
+    port : 0 takes any free one
+    address : where it listens
+    hosts : further names, without a port, by which it may be called
+
+    Raises
+    ------
+    OSError : the port is taken
+    """
+
+    daemon_threads = True
+    block_on_close = False
+
+    def __init__(
+        self,
+        handler: type[LocalHandler],
+        port: int = 0,
+        *,
+        address: str = ADDRESS,
+        hosts: Collection[str] = (),
+    ) -> None:
+        self._open: dict[Any, float] = {}
+        self._lock = Lock()
+        super().__init__((address, port), handler)
+        names = {ADDRESS, "localhost", address, *hosts}
+        self.own_hosts = frozenset(f"{name}:{self.server_address[1]}" for name in names)
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Begin a thread, unless too many are busy; one that has idled too long makes room."""
+        with self._lock:
+            if len(self._open) >= MAX_CONNECTIONS:
+                oldest, begun = min(self._open.items(), key=lambda entry: entry[1])
+                if time.monotonic() - begun < PATIENCE:
+                    self.shutdown_request(request)
+                    return
+                _hang_up(oldest)
+                del self._open[oldest]
+            self._open[request] = time.monotonic()
+        super().process_request(request, client_address)
+
+    def close_request(self, request: Any) -> None:
+        """Forget a connection that has been answered."""
+        with self._lock:
+            self._open.pop(request, None)
+        super().close_request(request)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say nothing: a stranger's broken request is no matter for the terminal."""
+
+
+class LocalHandler(BaseHTTPRequestHandler):
+    """Answers requests of the server's own page; a subclass has `answer`."""
+
+    timeout = PATIENCE
+    max_body = 100_000
+    """Longer requests are refused [bytes]."""
+    policy = "default-src 'none'"
+    """Content security policy of what is served."""
+
+    def answer(self, path: str, body: bytes | None) -> tuple[HTTPStatus, str, bytes]:
+        """Status, content type and content for a path; `body` is None for a GET."""
+        raise NotImplementedError
+
+    def do_GET(self) -> None:
+        """Answer a GET."""
+        self._reply(None)
+
+    def do_POST(self) -> None:
+        """Answer a POST."""
+        length = self.headers.get("Content-Length", "")
+        if not (length.isascii() and length.isdecimal() and int(length[:10]) <= self.max_body):
+            self.send_error(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
+            return
+        self._reply(int(length))
+
+    def _reply(self, length: int | None) -> None:
+        if not self._is_ours():
+            self.send_error(HTTPStatus.FORBIDDEN)
+            return
+        try:
+            body = None if length is None else self.rfile.read(length)
+            status, kind, content = self.answer(self.path, body)
+        except (OSError, TimeoutError):
+            raise
+        except Exception:  # whatever a malformed request may lead to
+            self.send_error(HTTPStatus.BAD_REQUEST)
+            return
+        self.send_response(status)
+        self.send_header("Content-Type", kind)
+        self.send_header("Content-Length", str(len(content)))
+        self.send_header("Cache-Control", "no-store")
+        self.send_header("Content-Security-Policy", f"{self.policy}; frame-ancestors 'none'")
+        self.send_header("X-Content-Type-Options", "nosniff")
+        self.send_header("Referrer-Policy", "no-referrer")
+        self.end_headers()
+        self.wfile.write(content)
+
+    def _is_ours(self) -> bool:
+        """Whether a request names this server, and comes from its own page if from any."""
+        server = self.server
+        assert isinstance(server, LocalServer)
+        origin = self.headers.get("Origin")
+        return self.headers.get("Host", "").lower() in server.own_hosts and (
+            origin is None or origin.lower().removeprefix("http://") in server.own_hosts
+        )
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Log nothing, because standard error is for the user's messages."""
+
+
+def _hang_up(connection: Any) -> None:
+    try:
+        connection.shutdown(socket.SHUT_RDWR)
+    except OSError:  # it has gone already
+        return

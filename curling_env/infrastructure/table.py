@@ -1,0 +1,284 @@
+"""Tables with a header, from CSV files: text by column, and numbers on request."""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import io
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+
+from curling_env.errors import InputError
+from curling_env.infrastructure import limits
+from curling_env.infrastructure.reading import read_text
+from curling_env.typing import Floats, Integers
+
+MAX_INTEGER = 2**53
+"""Largest whole number that a float64 holds exactly (IEEE 754)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Column:
+    """What a column of a table means, and which numbers it can hold.
+
+    Parameters
+    ----------
+    name : as in the header
+    unit : unit of its numbers; empty for a count or a name
+    low, high : bounds of its numbers, far beyond what is measured
+    required : whether a table must have it
+    """
+
+    name: str
+    unit: str = ""
+    low: float = -math.inf
+    high: float = math.inf
+    required: bool = True
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """A CSV file as text by column; columns become numbers on request.
+
+    Parameters
+    ----------
+    source : the file
+    columns : one stripped text per row for each column asked for
+    rows : row numbers as in an editor (the header is row 1)
+    optional : names of the columns in which a cell may be empty
+    known : what is known of columns, by name
+    """
+
+    source: str
+    columns: Mapping[str, Sequence[str]]
+    rows: Sequence[int]
+    optional: frozenset[str] = frozenset()
+    known: Mapping[str, Column] = field(default_factory=dict[str, Column])
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.columns
+
+    def where(self, index: int, name: str | None = None) -> str:
+        """The place of a cell or row for an error message, such as ``row 12, column y``."""
+        row = f"row {self.rows[index]}"
+        return row if name is None else f"{row}, column {name}"
+
+    def text(self, name: str) -> Sequence[str]:
+        """The column as in the file, without spaces around its cells."""
+        return self.columns[name]
+
+    def numbers(self, name: str, *, blank: bool | None = None) -> Floats:
+        """The column as numbers.
+
+        Parameters
+        ----------
+        blank : whether an empty cell (or ``nan``) is accepted, as NaN; None: in optional columns
+
+        Returns
+        -------
+        (n,) : finite, or NaN where blank
+
+        Raises
+        ------
+        InputError : naming row and column, for text that is no number, or one that the column
+            cannot hold
+        """
+        cells = self.columns[name]
+        allowed = name in self.optional if blank is None else blank
+        try:
+            if not is_plain("".join(cells)):
+                raise ValueError
+            values = np.array([float(cell) if cell else np.nan for cell in cells], dtype=np.float64)
+        except ValueError:
+            values = np.array([_number_or_inf(cell) for cell in cells], dtype=np.float64)
+        bad = np.isinf(values) if allowed else ~np.isfinite(values)
+        if bad.any():
+            index = int(np.argmax(bad))
+            raise InputError(
+                f"expected a number, found {quoted(cells[index])}",
+                source=self.source,
+                where=self.where(index, name),
+            )
+        column = self.known.get(name, Column(name=name))
+        outside = (values < column.low) | (values > column.high)
+        if outside.any():
+            index = int(np.argmax(outside))
+            unit = f" {column.unit}" if column.unit else ""
+            raise InputError(
+                f"expected a number from {column.low:g} to {column.high:g}{unit}, found "
+                f"{quoted(cells[index])}",
+                source=self.source,
+                where=self.where(index, name),
+            )
+        return values
+
+    def integers(self, name: str) -> Integers:
+        """The column as whole numbers; ``3.0`` counts as 3.
+
+        Raises
+        ------
+        InputError : naming row and column, for an empty cell or anything that is not whole
+        """
+        values = self.numbers(name, blank=False)
+        bad = (values != np.round(values)) | (np.abs(values) > MAX_INTEGER)
+        if bad.any():
+            index = int(np.argmax(bad))
+            raise InputError(
+                f"expected a whole number, found {quoted(self.columns[name][index])}",
+                source=self.source,
+                where=self.where(index, name),
+            )
+        return values.astype(np.int64)
+
+
+def read_table(
+    path: str | Path,
+    *,
+    required: Iterable[str] = (),
+    optional: Iterable[str] = (),
+    columns: Sequence[Column] = (),
+    empty_rows: bool = True,
+) -> Table:
+    """A CSV file with a header.
+
+    Other columns than those asked for are left out, so that a file may hold more. But a column that
+    looks like an absent optional one is refused, because a misspelt header would otherwise change
+    the result silently.
+
+    Parameters
+    ----------
+    required, optional : names of columns
+    columns : columns of which more is known, besides those
+    empty_rows : whether empty rows are passed over; the last one always is
+
+    Raises
+    ------
+    InputError : unreadable, a required column missing, one given twice, a row too short or long,
+        more rows or longer cells than `limits` allow
+    """
+    required = (*required, *(column.name for column in columns if column.required))
+    optional = (*optional, *(column.name for column in columns if not column.required))
+    text = read_text(path)
+    lines = csv.reader(io.StringIO(text, newline=""), strict=True)
+    width = text.partition("\n")[0].count(",") + 1
+    if width > limits.MAX_COLUMNS:
+        raise InputError(
+            f"has {width} columns; {limits.MAX_COLUMNS} are read", source=path, where="row 1"
+        )
+    rows: list[int] = []
+    wanted: list[int] = []
+    kept: list[tuple[str, ...]] = []
+    header: list[str] = []
+    blank_row = 0
+    try:
+        with _cells_up_to(limits.MAX_CELL):
+            header = [name.strip() for name in next(lines, cast("list[str]", []))]
+            wanted = [i for i, name in enumerate(header) if name in required or name in optional]
+            for record in lines:
+                if not record:
+                    blank_row = blank_row or lines.line_num
+                    continue  # an empty line, usually the last
+                if blank_row and not empty_rows:
+                    raise InputError("is empty", source=path, where=f"row {blank_row}")
+                if len(record) != len(header):
+                    raise InputError(
+                        f"expected {len(header)} cells as in the header, found {len(record)}",
+                        source=path,
+                        where=f"row {lines.line_num}",
+                    )
+                rows.append(lines.line_num)
+                kept.append(tuple([record[i] for i in wanted]))
+                if len(rows) > limits.MAX_ROWS:
+                    raise InputError(
+                        f"has more than the {limits.MAX_ROWS} rows that are read", source=path
+                    )
+    except csv.Error as error:
+        problem = str(error)
+        if "field limit" in problem:
+            problem = f"a cell is longer than {limits.MAX_CELL} characters"
+        raise InputError(
+            f"not a CSV table: {problem}", source=path, where=f"row {lines.line_num}"
+        ) from error
+    _check_header(path, header, required, optional)
+    found = zip(*kept, strict=True) if kept else ((),) * len(wanted)
+    return Table(
+        source=str(path),
+        columns={
+            header[i]: [cell.strip() for cell in cells]
+            for i, cells in zip(wanted, found, strict=True)
+        },
+        rows=rows,
+        optional=frozenset(optional),
+        known={column.name: column for column in columns},
+    )
+
+
+def is_plain(text: str) -> bool:
+    """Whether a text has only what a number in a file is written with.
+
+    Python also reads ``1_000`` and the digits of other scripts, which a table does not mean.
+    """
+    return text.isascii() and "_" not in text
+
+
+def quoted(text: str) -> str:
+    """A cell for a one-line message, cut when it is long."""
+    return "an empty cell" if not text else repr(text if len(text) <= 40 else text[:37] + "...")
+
+
+class _cells_up_to:
+    """Let the csv module refuse longer cells meanwhile."""
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+
+    def __enter__(self) -> None:
+        self._before = csv.field_size_limit(self._most)
+
+    def __exit__(self, *_: object) -> None:
+        csv.field_size_limit(self._before)
+
+
+def _check_header(
+    path: str | Path, header: Sequence[str], required: Sequence[str], optional: Sequence[str]
+) -> None:
+    if not any(header):
+        raise InputError("is empty; expected a header row", source=path)
+    missing = [name for name in required if name not in header]
+    if missing:
+        raise InputError(
+            f"missing column{'s' if len(missing) > 1 else ''} {', '.join(missing)}; "
+            f"the header names {', '.join(name[:20] for name in header[:12])}",
+            source=path,
+            where="row 1",
+        )
+    twice = [name for name in (*required, *optional) if header.count(name) > 1]
+    if twice:
+        raise InputError(f"column {twice[0]} is given twice", source=path, where="row 1")
+    absent = [name for name in optional if name not in header]
+    for name in header:
+        if name in required or name in optional:
+            continue
+        near = difflib.get_close_matches(name.lower()[:40], absent, n=1, cutoff=0.8)
+        if near:
+            raise InputError(
+                f"unknown column {quoted(name)}; did you mean {near[0]}?",
+                source=path,
+                where="row 1",
+            )
+
+
+def _number_or_inf(cell: str) -> float:
+    """The number in a cell; infinity for other text, so that the bad cell is found."""
+    try:
+        return (float(cell) if is_plain(cell) else np.inf) if cell else float("nan")
+    except ValueError:
+        return float("inf")

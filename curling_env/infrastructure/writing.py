@@ -1,0 +1,365 @@
+"""Writing: a file appears under its name when it is complete, several of one result together.
+
+Every file is first written as a draft in the folder where it will lie. Drafts that a killed process
+left are removed the next time anything is read or written in that folder, and a result that was
+complete, but did not get all its names, gets them then.
+"""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import json
+import os
+import platform
+import re
+import secrets
+import shutil
+import tempfile
+from collections.abc import Generator
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, cast
+
+from curling_env.errors import OutputError
+from curling_env.infrastructure.command_files import (
+    note_directory,
+    note_output,
+    refuse_to_write,
+)
+from curling_env.infrastructure.kinds import KIND_NAMES, is_same_kind, kind_of
+
+_DISK_TROUBLE = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG, errno.EIO})
+_MACHINE = hashlib.sha256(platform.node().encode()).hexdigest()[:4]
+_DRAFT = re.compile(r"\..*~([0-9a-f]{4})-(\d+)-[0-9a-f]{8}(\.[^.~]*)?")
+"""A hidden name with the machine and the process that writes, and something random."""
+_NAMES_SUFFIX = ".names"
+"""Of the list of names that the drafts of a complete result are going to take."""
+
+
+@dataclass
+class _Result:
+    """Files of one result: drafts, and the names they will take."""
+
+    names: dict[Path, Path] = field(default_factory=dict[Path, Path])
+
+
+_RESULT: ContextVar[_Result | None] = ContextVar("_RESULT", default=None)
+_SETTLED: set[Path] = set()
+"""Folders in which this process has looked for what a killed one left."""
+
+
+@contextmanager
+def atomic_path(path: str | Path) -> Generator[Path]:
+    """A temporary path to write to, which becomes `path` only if the block succeeds.
+
+    It lies in the same directory and keeps the suffix, for writers that choose a format by suffix
+    (video, pictures). A device or pipe is written to, never replaced.
+
+    Raises
+    ------
+    OutputError : the directory is missing or not writable, the disk is full, the file is an input
+        of the running command, or a file of another kind lies there
+    """
+    path = Path(path)
+    target, stream = _target_of(path)
+    refuse_to_write(target)
+    directory = Path(tempfile.gettempdir()) if stream else target.parent
+    finish_interrupted(directory)
+    draft = _draft_in(directory, target.stem, target.suffix)
+    handed_over = False
+    try:
+        # Created at once: an unwritable directory is found before the long work, not after it.
+        draft.touch(exist_ok=False)
+        yield draft
+        _settle(draft)
+        if stream:
+            with draft.open("rb") as source, path.open("ab") as sink:
+                shutil.copyfileobj(source, sink)
+            return
+        refuse_to_write(target)
+        refuse_other_kind(draft, target)
+        result = _RESULT.get()
+        if result is None:
+            draft.replace(target)
+            note_output(target)
+        else:
+            earlier = [old for old, name in result.names.items() if name == target]
+            for old in earlier:
+                del result.names[old]
+                old.unlink(missing_ok=True)
+            result.names[draft] = target
+            handed_over = True
+    except OutputError:
+        raise
+    except OSError as error:
+        if _is_about(error, draft) or _is_about(error, path):
+            raise OutputError(f"{path}: cannot be written: {_reason(error)}") from error
+        raise
+    finally:
+        if not handed_over:
+            with suppress(OSError):
+                draft.unlink(missing_ok=True)
+
+
+@contextmanager
+def together() -> Generator[None]:
+    """Files written within it get their names at its end, all of them or none.
+
+    Their folders get a list of the names first. So if the process is killed while it gives the
+    names, whoever reads or writes there next gives the rest. Blocks within one another are one.
+
+    Raises
+    ------
+    OutputError : see `atomic_path`; the files that were there before are then as they were
+    """
+    if _RESULT.get() is not None:
+        yield
+        return
+    result = _Result()
+    token = _RESULT.set(result)
+    try:
+        try:
+            yield
+        finally:
+            _RESULT.reset(token)
+        _give_names(result.names)
+    finally:
+        for draft in result.names:
+            with suppress(OSError):
+                draft.unlink(missing_ok=True)
+
+
+def written_so_far(path: str | Path) -> Path:
+    """Where the content of a file lies that was written within `together`."""
+    result, path = _RESULT.get(), Path(path)
+    if result is not None:
+        for draft, name in result.names.items():
+            if name == _target_of(path)[0]:
+                return draft
+    return path
+
+
+def check_writable(path: str | Path, *, kinds: tuple[str, ...] = ()) -> None:
+    """Refuse an output before the work: what `atomic_path` would refuse after it.
+
+    Parameters
+    ----------
+    kinds : names of `kinds` that it may replace; empty for any
+
+    Raises
+    ------
+    OutputError : see `atomic_path`
+    """
+    path = Path(path)
+    target, stream = _target_of(path)
+    refuse_to_write(target, kinds=kinds)
+    if stream:
+        return
+    finish_interrupted(target.parent)
+    draft = _draft_in(target.parent, target.stem, target.suffix)
+    try:
+        draft.touch(exist_ok=False)
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written: {_reason(error)}") from error
+    finally:
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
+
+
+def make_directory(path: str | Path) -> Path:
+    """A directory for results, made with its parents if it does not exist.
+
+    Raises
+    ------
+    OutputError : it cannot be made, or a file is in its place
+    """
+    path = Path(path)
+    try:
+        missing = [folder for folder in (path, *path.parents) if not folder.exists()]
+        for folder in reversed(missing):
+            folder.mkdir(exist_ok=True)
+            note_directory(folder)
+        path.mkdir(exist_ok=True)
+    except (OSError, RuntimeError, ValueError) as error:
+        reason = "a file is in its place" if _is_file(path) else _reason(error)
+        raise OutputError(f"{path}: cannot make this directory: {reason}") from error
+    return path
+
+
+def refuse_other_kind(draft: Path, target: Path) -> None:
+    """Refuse to replace a file by one of another kind.
+
+    Raises
+    ------
+    OutputError : the file that lies there is of another kind
+    """
+    if not is_same_kind(draft, target):
+        there = KIND_NAMES.get(kind_of(target) or "other", "another file")
+        ours = KIND_NAMES.get(kind_of(draft) or "other", "another file")
+        raise OutputError(
+            f"{target}: is {there} and is not replaced by {ours}; give the result another name"
+        )
+
+
+def finish_interrupted(directory: Path) -> None:
+    """Clear what killed processes left in a folder, and give complete results their names.
+
+    Only files that this user made on this machine, in that folder itself, are touched.
+    """
+    if directory in _SETTLED:
+        return
+    _SETTLED.add(directory)
+    with suppress(OSError):
+        with os.scandir(directory) as entries:
+            found = [Path(entry.path) for entry in entries if _is_left_over(entry)]
+        for names in [path for path in found if path.suffix == _NAMES_SUFFIX]:
+            _give_remaining_names(names)
+        for path in found:
+            with suppress(OSError):
+                path.unlink(missing_ok=True)
+
+
+# --- details -----------------------------------------------------------------------------------
+
+
+def _target_of(path: Path) -> tuple[Path, bool]:
+    """The file that is going to be replaced, and whether it is a stream that is written to."""
+    try:
+        # /dev/stdout may stand for a regular file, but one that the shell holds open.
+        stream = path.exists() and (not path.is_file() or str(path.parent) in ("/dev", "/dev/fd"))
+        if path.is_dir():
+            raise OutputError(f"{path}: is a directory; expected the name of a file to write")
+        # A link keeps pointing where it did: what it points at is replaced.
+        target = path.resolve() if path.is_symlink() and not stream else path
+        if not stream and not target.parent.is_dir():
+            raise OutputError(f"{path}: cannot be written: no directory {target.parent}")
+    except OutputError:
+        raise
+    except RuntimeError as error:
+        raise OutputError(f"{path}: cannot be written: a link that leads to itself") from error
+    except (OSError, ValueError) as error:
+        raise OutputError(f"{path}: cannot be written: {_reason(error)}") from error
+    return target, stream
+
+
+def _draft_in(directory: Path, stem: str, suffix: str) -> Path:
+    # Forty characters of four bytes each leave room for the rest within a name's 255.
+    own = f"{_MACHINE}-{os.getpid()}-{secrets.token_hex(4)}"
+    return directory / f".{stem[:40]}~{own}{suffix if len(suffix) < 16 else ''}"
+
+
+def _give_names(names: dict[Path, Path]) -> None:
+    """Let every draft take its name, and undo all if one cannot."""
+    lists: list[Path] = []
+    before: dict[Path, Path | None] = {}
+    try:
+        for folder in {target.parent for target in names.values()} if len(names) > 1 else ():
+            chosen = {d.name: t.name for d, t in names.items() if t.parent == folder}
+            listed = _draft_in(folder, "result", _NAMES_SUFFIX)
+            lists.append(listed)
+            listed.write_text(json.dumps(chosen), encoding="utf-8")
+            _settle(listed)
+        for draft, target in names.items():
+            refuse_to_write(target)
+            before[target] = _kept_aside(target)
+            draft.replace(target)
+    except BaseException as error:
+        for target, kept in before.items():
+            with suppress(OSError):
+                if kept is not None:
+                    kept.replace(target)
+                elif target not in names.values() or _has_taken(names, target):
+                    target.unlink(missing_ok=True)
+        if isinstance(error, OSError) and not isinstance(error, OutputError):
+            place = next(iter(reversed(before)), next(iter(names.values())))
+            raise OutputError(f"{place}: cannot be written: {_reason(error)}") from error
+        raise
+    finally:
+        for path in (*lists, *(kept for kept in before.values() if kept is not None)):
+            with suppress(OSError):
+                path.unlink(missing_ok=True)
+    for target in names.values():
+        note_output(target)
+
+
+def _has_taken(names: dict[Path, Path], target: Path) -> bool:
+    """Whether the draft of a target is no longer there, because it became the target."""
+    return any(name == target and not draft.exists() for draft, name in names.items())
+
+
+def _kept_aside(target: Path) -> Path | None:
+    """A second name of the file that is going to be replaced, to put it back; None for none."""
+    if not target.exists():
+        return None
+    aside = _draft_in(target.parent, target.stem, ".before")
+    try:
+        os.link(target, aside)
+    except OSError:  # a disk without hard links
+        shutil.copy2(target, aside)
+    return aside
+
+
+def _give_remaining_names(listed: Path) -> None:
+    """Complete a result whose process was killed while its drafts took their names."""
+    try:
+        chosen: Any = json.loads(listed.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return
+    if not isinstance(chosen, dict):
+        return
+    for draft, name in cast("dict[str, Any]", chosen).items():
+        # Names only: such a list never reaches beyond its own folder.
+        plain = isinstance(name, str) and name not in ("", ".", "..") and Path(name).name == name
+        if plain and _DRAFT.fullmatch(draft) and Path(draft).name == draft:
+            with suppress(OSError):
+                (listed.parent / draft).replace(listed.parent / name)
+
+
+def _is_left_over(entry: os.DirEntry[str]) -> bool:
+    """Whether a file is a draft of a process of this user that has ended."""
+    found = _DRAFT.fullmatch(entry.name)
+    if found is None or found[1] != _MACHINE or _is_running(int(found[2])):
+        return False
+    status = entry.stat(follow_symlinks=False)
+    return entry.is_file(follow_symlinks=False) and status.st_uid == os.getuid()
+
+
+def _is_running(process: int) -> bool:
+    if process == os.getpid():
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):  # another user's
+        return True
+    return True
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def _settle(draft: Path) -> None:
+    """Force the bytes to the disk, where a full disk may only now be noticed."""
+    with draft.open("rb+") as file:
+        os.fsync(file.fileno())
+
+
+def _is_about(error: OSError, path: Path) -> bool:
+    return (
+        error.errno in _DISK_TROUBLE
+        or error.filename is None
+        or str(cast("object", error.filename)) == str(path)
+    )
+
+
+def _reason(error: BaseException) -> str:
+    said = error.strerror if isinstance(error, OSError) else None
+    return (said or str(error) or type(error).__name__).lower()
