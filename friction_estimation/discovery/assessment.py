@@ -46,7 +46,7 @@ def assess(found: Discovery) -> Assessment:
     with threadpool_limits(limits=1, user_api="blas"):
         return Assessment(
             models=compare_models(models_in_question(found)),
-            pit=loo_pit(found.final),
+            pit=loo_pit(found.seen),
             next_throws=next_throws(found.final),
         )
 
@@ -58,7 +58,7 @@ def models_in_question(found: Discovery) -> dict[str, SessionFit]:
     model; that without each of the effects that it names; and that with each of the candidates that
     came closest to being taken too.
     """
-    base, final = found.final_base, found.final
+    base, final = found.final_base, found.seen
     fits = {BASELINE: base}
     if _labels(final.model) != _labels(base.model):
         fits[NAMED] = final

@@ -28,44 +28,34 @@ from friction_estimation.discovery.evidence.residual_term import NAME, try_table
 from friction_estimation.discovery.evidence.significance import (
     EffectEvidence,
     add_effects_between_throws,
-    friction_structure,
-    weigh_evidence,
 )
-from friction_estimation.discovery.evidence.unknown import Dependence, find_dependences
+from friction_estimation.discovery.evidence.unknown import (
+    Dependence,
+    fit_beside,
+)
 from friction_estimation.discovery.model.baseline import base_model
-from friction_estimation.discovery.model.candidates import candidates, way_of
+from friction_estimation.discovery.model.candidates import candidates
 from friction_estimation.discovery.model.fit import SessionFit, fit
-from friction_estimation.discovery.model.noise import estimate_noise
+from friction_estimation.discovery.naming import Structure, name_effects
 from friction_estimation.discovery.search.maps import renew_map
 from friction_estimation.discovery.search.residuals import Misfit
-from friction_estimation.discovery.search.score_test import holm, score_candidates
+from friction_estimation.discovery.search.score_test import score_candidates
 from friction_estimation.discovery.search.selection import (
     Selection,
     SelectionRound,
     closure,
-    falls_short,
     fit_with_noise,
     misfit_of,
     place_sides,
-    prune,
     refine,
     refit,
     select,
 )
 from friction_estimation.discovery.tuning import (
-    LARGEST_P,
-    LARGEST_P_BETWEEN_THROWS,
-    LEAST_CLOSURE,
-    LEAST_CLOSURE_BESIDE_UNKNOWN,
     LEAST_THROWS,
-    MEMORY_BOUNDS,
-    NEARLY_LONGEST,
     RULED_OUT,
     SURPRISING_THROW,
 )
-
-Structure = tuple[str, float]
-"""The circumstance that the throws' own frictions follow most, and the p that it is chance."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -78,7 +68,9 @@ class Discovery:
     selection : how the effects were chosen, on the training throws
     named : fit of the training throws with the effects that are named
     base : fit of the baseline to the same throws with the same noise
-    final_base, final : fits of baseline and improved model to all throws, for the files
+    final_base, seen : fits of baseline and improved model to all throws
+    final : the same of the improved model, for the files, to the throws less what the unknown does
+        to their paths; without an unknown it is `seen`
     effects : evidence for the named effects
     unproved : labels that were selected but not proved: proxies of something else
     dependences : variables that the unknown follows; empty where nothing is unknown
@@ -102,6 +94,7 @@ class Discovery:
     named: SessionFit
     base: SessionFit
     final_base: SessionFit
+    seen: SessionFit
     final: SessionFit
     effects: list[EffectEvidence] = field(default_factory=list[EffectEvidence])
     unproved: list[str] = field(default_factory=list[str])
@@ -265,23 +258,11 @@ def _too_few(everything: SessionFit) -> Discovery:
         named=everything,
         base=everything,
         final_base=everything,
+        seen=everything,
         final=everything,
         before=misfit,
         after=misfit,
     )
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Named:
-    """The named effects of the training throws, and what they leave; as of `Discovery`."""
-
-    fit: SessionFit
-    effects: list[EffectEvidence]
-    unproved: list[str]
-    after: Misfit
-    structure: Structure
-    dependences: list[Dependence]
-    unknown: bool
 
 
 def _search(everything: SessionFit, rng: np.random.Generator, progress: Progress) -> Discovery:
@@ -297,7 +278,7 @@ def _search(everything: SessionFit, rng: np.random.Generator, progress: Progress
     )
     progress("testing throw by throw", 0.7)
     selection = replace(selection, best=add_effects_between_throws(selection.best, session, rng))
-    found = _name(selection, unseen, session, rng, progress)
+    found = name_effects(selection, unseen, session, rng, progress)
     base, named = selection.base, found.fit
     progress("forecasting throws held out", 0.9)
     gaps = {
@@ -320,14 +301,16 @@ def _search(everything: SessionFit, rng: np.random.Generator, progress: Progress
         named, gaps["after"] = described
         gaps["noise_floor"] = noise_floor(named, unseen)
     progress("fitting all throws", 0.96)
-    final = place_sides(fit_with_noise(named.model, session, named.noise))
+    seen = place_sides(fit_with_noise(named.model, session, named.noise))
+    final = fit_beside(seen, found.pushes) if found.pushes and table is None else seen
     return Discovery(
         session=session,
         selection=selection,
         named=named,
         base=base,
-        final_base=refit(final, base.model),
+        final_base=refit(seen, base.model),
         final=final,
+        seen=seen,
         effects=found.effects,
         unproved=found.unproved,
         unknown=found.unknown,
@@ -341,130 +324,3 @@ def _search(everything: SessionFit, rng: np.random.Generator, progress: Progress
         trial_closures=closures,
         residual_term=table,
     )
-
-
-def _name(
-    selection: Selection,
-    unseen: Session,
-    whole: Session,
-    rng: np.random.Generator,
-    progress: Progress,
-) -> _Named:
-    """The effects that may be named: proved throw by throw, and no proxies of something unknown."""
-    named, effects, unproved = _proved(selection, unseen, whole, rng)
-    after = misfit_of(named)
-    if not after.white or max(named.noise.memory[:2]) > NEARLY_LONGEST * MEMORY_BOUNDS[1]:
-        named, after = _with_lasting_noise(named, after, rng)
-    structure = _structure(named, whole, rng)
-    unknown = _is_open(after, structure)
-    dependences = _dependences(named, after, structure, rng, progress) if unknown else []
-    doubtful: list[str] = []
-    if unknown:
-        closes = closure(selection.before, after)
-        doubtful = _doubtful(effects, dependences, closes, after.excess)
-    if falls_short(selection.before, after, LEAST_CLOSURE):
-        doubtful = [effect.label for effect in effects]
-    if doubtful:
-        # A proxy of the unknown must not be named: the rest is fitted without it.
-        unproved = doubtful + unproved
-        effects = [effect for effect in effects if effect.label not in doubtful]
-        model = replace(
-            named.model, terms=tuple(t for t in named.model.terms if t.label not in doubtful)
-        )
-        named, unknown = refit(named, model) if effects else selection.base, True
-        after, structure = misfit_of(named), _structure(named, whole, rng)
-        # Without its proxies the unknown may be too large for a linear response; then the
-        # variables that it follows beside them stand.
-        dependences = _dependences(named, after, structure, rng, progress) or dependences
-    return _Named(
-        fit=named,
-        effects=effects,
-        unproved=unproved,
-        after=after,
-        structure=structure,
-        dependences=dependences,
-        unknown=unknown,
-    )
-
-
-def _with_lasting_noise(
-    named: SessionFit, after: Misfit, rng: np.random.Generator
-) -> tuple[SessionFit, Misfit]:
-    """The fit and its misfit with noise that lasts for seconds, if that is all that was left.
-
-    Noise differs from throw to throw. What all throws share is no noise, however slow.
-    """
-    if named.session.errs_slowly:
-        return named, after
-    noise = estimate_noise(named.session, named.residuals, lasting=True)
-    calm = refit(replace(named, noise=noise), named.model)
-    left = misfit_of(calm)
-    if left.white and not find_dependences(calm, rng):
-        return calm, left
-    return named, after
-
-
-def _structure(named: SessionFit, whole: Session, rng: np.random.Generator) -> Structure:
-    """What the throws' own frictions follow, by all throws: those of training alone are few."""
-    return friction_structure(fit(named.model, whole, named.noise), rng)
-
-
-def _is_open(after: Misfit, structure: Structure) -> bool:
-    """Whether something is left, within throws or between them."""
-    return not after.white or structure[1] < LARGEST_P_BETWEEN_THROWS
-
-
-def _dependences(
-    named: SessionFit,
-    after: Misfit,
-    structure: Structure,
-    rng: np.random.Generator,
-    progress: Progress,
-) -> list[Dependence]:
-    """The variables that the unknown follows, within throws and between them."""
-    progress("asking what the unknown follows", 0.8)
-    found = [] if after.white else find_dependences(named, rng)
-    if structure[1] < LARGEST_P_BETWEEN_THROWS:
-        variable = structure[0].split()[0].replace("direction", "y")
-        if variable not in {f.variable for f in found}:
-            own = Dependence(variable=variable, share=0.0, p=structure[1], push="along")
-            found.insert(0 if after.white else len(found), own)
-    return found
-
-
-def _doubtful(
-    effects: list[EffectEvidence], dependences: list[Dependence], closes: float, excess: float
-) -> list[str]:
-    """Labels of effects that may be proxies of the unknown.
-
-    They push in the direction in which the unknown pushes, or explain less than is left.
-    """
-    if not dependences and closes < LEAST_CLOSURE_BESIDE_UNKNOWN:
-        return [effect.label for effect in effects]
-    pushes = {dependence.push for dependence in dependences}
-
-    def pushes_alike(label: str) -> bool:
-        way = way_of(label)
-        return way is not None and not pushes.isdisjoint(way.pushes)
-
-    return [e.label for e in effects if e.gain < excess or pushes_alike(e.label)]
-
-
-def _proved(
-    selection: Selection, unseen: Session, whole: Session, rng: np.random.Generator
-) -> tuple[SessionFit, list[EffectEvidence], list[str]]:
-    """The fit with only those effects that throws prove one by one, and the labels of others."""
-    fitted = selection.best
-    own = {term.label for term in selection.base.model.terms}
-    unproved: list[str] = []
-    while True:
-        labels = [t.label for t in fitted.model.terms if t.label not in own]
-        effects = [weigh_evidence(fitted, label, unseen, whole, rng) for label in labels]
-        p_values = holm([effect.p for effect in effects])
-        effects = [replace(e, corrected=p) for e, p in zip(effects, p_values, strict=True)]
-        failed = [e for e in effects if e.corrected > LARGEST_P]
-        if not failed:
-            return fitted, effects, unproved
-        worst = max(failed, key=lambda e: (e.p, -e.gain))
-        unproved.append(worst.label)
-        fitted = prune(refit(fitted, fitted.model.without(worst.label)), own)

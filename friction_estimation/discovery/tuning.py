@@ -185,10 +185,9 @@ LARGEST_P_BETWEEN_THROWS = 0.004
 something. There are few throws and many such effects, and a wrong name is worse than none."""
 PERMUTATIONS = 4000
 """Permutations of the throws' frictions: p down to 1/4000."""
-LEAST_CLOSURE = 0.9
-"""Part of the misfit that named effects must close, noise allowed for."""
-LEAST_CLOSURE_BESIDE_UNKNOWN = 0.97
-"""The same where something unknown is left that follows no variable: a proxy closes up to 0.97."""
+LEAST_CLOSURE = 0.97
+"""Part of the misfit that effects must close to be named where no push describes what is left: a
+proxy closes up to 0.97."""
 SURPRISING_THROW = 6.0
 """Standard deviations of χ² beyond which a throw differs from the model."""
 EVENT_SHARE = 0.7
@@ -208,14 +207,21 @@ TABLE_WORTH = 0.9
 MOST_VARIABLES = 3
 """Most variables that are named."""
 FURTHER_VARIABLE_GAIN = 0.1
-"""Part of the first variable's gain that a further one must bring."""
-LEAST_VARIABLE_GAIN = 12.0
-"""Least fall of the left-out deviance that a variable must bring."""
-USUAL_PUSHES = np.array([0.004, 0.004, 0.01, 0.004, 0.004])
-"""Prior standard deviations of the pushes along, left, turn, along and across the sheet [m/s²,
-rad/s²]: some per cent of friction."""
+"""Part of the first variable's share that a further one must have."""
+USUAL_PUSHES = np.array([0.04, 0.004, 0.01, 0.04, 0.004])
+"""Prior standard deviations of the pushes along, left, turn, along and across the sheet [1, m/s²,
+rad/s², 1, m/s²]: some per cent of friction."""
 PUSH_SCALES = (0.1, 0.3, 1.0, 3.0)
 """Multiples of these that are tried; the best for throws not seen is taken."""
+NEARBY_SPREADS = np.geomspace(1e-3, 0.2, 10)
+"""Throw-to-throw spreads of ln μ that are tried."""
+MOST_PUSHES = 4
+"""Most pushes that are added to a model: an unknown that needs more is described by none."""
+COPY_ERROR = 0.003
+"""Part of what pushes explain that they may get wrong: they are no exact copy of what acts, and
+paths respond to them linearly in part only. A term that explains less may mend just that."""
+LARGEST_REST = 0.2
+"""Unless it leaves no more than this part of what was left."""
 
 # --- friction map ------------------------------------------------------------------------------
 USUAL_MAP_SD, LOG_MAP_SD_SPREAD = 0.04, 1.0

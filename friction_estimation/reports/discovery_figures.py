@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -142,7 +143,7 @@ def residual_pictures(found: Discovery) -> list[tuple[str, Figure]]:
     wanted = [(effect.label, _shown_over(effect.label)) for effect in found.effects]
     wanted += [("unknown", d.variable) for d in found.dependences if d.variable in LABELS]
     out: list[tuple[str, Figure]] = []
-    before, after = found.final_base, found.final
+    before, after = found.final_base, replace(found.final, session=found.seen.session)
     for label, variable in wanted:
         card = card_of(label)
         if card is not None and card.displacement is not None:

@@ -60,7 +60,11 @@ def score_unseen(fitted: SessionFit, session: Session) -> Floats:
 
 
 def weigh_evidence(
-    fitted: SessionFit, label: str, held_out: Session, whole: Session, rng: np.random.Generator
+    fitted: SessionFit,
+    label: str,
+    held_out: Session | None,
+    whole: Session,
+    rng: np.random.Generator,
 ) -> EffectEvidence:
     """Take an effect out again and see which throws fit worse without it.
 
@@ -68,7 +72,7 @@ def weigh_evidence(
     ----------
     fitted : fit with the effect
     label : label of its term
-    held_out : throws that no fit has seen, which count too
+    held_out : throws that no fit has seen, which count too, if there are some
     whole : all throws, for effects between throws and of one stone
     rng : source of the permutations
     """
@@ -80,7 +84,7 @@ def weigh_evidence(
     without = refit(fitted, model)
     improvements = left_out_scores(without) - left_out_scores(fitted)
     throws = fitted.session.throws
-    if len(held_out):
+    if held_out is not None and len(held_out):
         more = score_unseen(without, held_out) - score_unseen(fitted, held_out)
         improvements = np.concatenate([improvements, more])
         throws = np.concatenate([throws, held_out.throws])

@@ -1,37 +1,43 @@
-"""The variables that an unexplained discrepancy follows, when no candidate explains it.
+"""What the catalogue does not have: which variables it follows, and what is needed beside it.
 
-Pushes along the travel, to its left, of the rotation and fixed in the sheet, each a smooth function
-of one variable, are added to the model by their linear response. The variable that improves most
-the throws that the fit has not seen is taken, then the next one beside it.
+Something unknown bends whatever is fitted without it, and effects are chosen that stand for it.
+It is therefore a term of the model as well: pushes, each a smooth function of one variable. Effects
+and pushes are added and dropped together, as long as they pay for themselves.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from curling_env.physics.effects.card import Push
-from curling_env.physics.state import State
-from curling_env.typing import Floats, Indices
-from friction_estimation.discovery.model.elimination import (
-    eliminate_factor,
-    eliminate_states,
-    gram_matrices,
-)
-from friction_estimation.discovery.model.fit import SessionFit, prior_gram, solve_shared
-from friction_estimation.discovery.model.model import sensitivities
+from curling_env.typing import Floats
+from friction_estimation.discovery.data.session import Session
+from friction_estimation.discovery.evidence.nearby import Combination, Following, Nearby, nearby
+from friction_estimation.discovery.model.candidates import Term, candidates
+from friction_estimation.discovery.model.fit import SessionFit, fit, refit
+from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
+from friction_estimation.discovery.model.noise import estimate_noise
 from friction_estimation.discovery.search.score_test import sign_flip_p
+from friction_estimation.discovery.search.selection import refine, try_term
 from friction_estimation.discovery.tuning import (
+    COPY_ERROR,
     FURTHER_VARIABLE_GAIN,
     LARGEST_P,
-    LEAST_VARIABLE_GAIN,
+    LARGEST_REST,
+    LEAST_GAIN,
+    MOST_PUSHES,
     MOST_VARIABLES,
-    PUSH_SCALES,
-    USUAL_PUSHES,
 )
 
-PUSHES: tuple[Push, ...] = ("along", "left", "turn", "along the sheet", "across the sheet")
+SHORTLIST = 5
+"""Moves of a search whose spread and scales are found, those that promise most."""
+MOST_MOVES = 16
+"""Terms that a search adds or drops at most."""
+MOST_ROUNDS = 3
+"""Times that the models near a fit are laid out anew, because other effects were chosen."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,7 +47,7 @@ class Dependence:
     Parameters
     ----------
     variable : name of the variable, as in the `depends_on` of a report
-    share : part of the deviance of throws not seen that it removes beside those before it
+    share : part of the discrepancy that is left without it and not with it
     p : probability that chance does as well, by flipping the signs of throws
     push : push by which it acts most
     """
@@ -52,178 +58,234 @@ class Dependence:
     push: Push
 
 
-def variables(fitted: SessionFit) -> dict[str, Floats]:
-    """Centred functions of each variable at every row, (rows, b) each, by name."""
-    session, path = fitted.session, fitted.predicted
-    owner = session.owner
-    speed = np.hypot(path[:, 2], path[:, 3])
-    spin = path[:, State.OMEGA]
-    functions: dict[str, Floats] = {
-        "speed": _tents(speed, 5),
-        "t": _tents(session.times, 5),
-        "y": _tents(path[:, State.Y], 21),
-        "x": _powers(path[:, State.X], 3),
-        "spin": np.column_stack([np.tanh(spin / 0.1), _powers(spin, 2), _powers(np.abs(spin), 1)]),
-        "theta": np.column_stack([np.sin(path[:, State.THETA]), np.cos(path[:, State.THETA])]),
-        "clock": _powers((session.clocks[owner]), 2),
-        "order": _powers(session.orders[owner].astype(float), 2),
-        "swept": session.swept[:, None] - session.swept.mean(),
-    }
-    stones = np.unique(session.stones)
-    if len(stones) > 1:
-        functions["stone"] = (session.stones[owner][:, None] == stones[:-1]).astype(float)
-    if not session.turns.any():
-        functions.pop("theta")
-        functions.pop("spin")
-    return {k: v - v.mean(axis=0) for k, v in functions.items() if np.ptp(v, axis=0).max() > 1e-9}
+def search(
+    around: Nearby, start: Iterable[str], *, held: bool = False
+) -> tuple[Combination, float]:
+    """The combination of effects and pushes that explains most for what it costs.
 
+    Parameters
+    ----------
+    around : all models near a fit
+    start : effects with which the search begins
+    held : whether these effects stay, and no others are added
 
-def _powers(values: Floats, degree: int) -> Floats:
-    scaled = (values - values.mean()) / max(float(values.std()), 1e-9)
-    return np.column_stack([scaled**k for k in range(1, degree + 1)])
-
-
-def _tents(values: Floats, count: int) -> Floats:
-    """Piecewise linear functions on evenly spaced knots."""
-    place = (values - values.min()) / max(float(np.ptp(values)), 1e-9) * (count - 1)
-    return np.maximum(1.0 - np.abs(place[:, None] - np.arange(count)), 0.0)
-
-
-def responses(fitted: SessionFit, functions: Floats) -> Floats:
-    """Change of x, y, theta for pushes that follow functions (rows, b), (rows, 3, 5 b).
-
-    A sideways push turns the travel at the rate a/v, and friction acts along the new travel: the
-    sideways speed is v ∫ a/v dt.
+    Returns
+    -------
+    the combination, and the dispersion beside it
     """
-    session, path = fitted.session, fitted.predicted
-    b = functions.shape[1]
-    out = np.zeros((len(path), 3, 5 * b))
-    for i in range(len(session)):
-        rows = session.rows(i)
-        steps = np.diff(session.times[rows], prepend=session.times[rows][0])[:, None]
-        speed = np.maximum(np.hypot(path[rows, 2], path[rows, 3]), 0.02)[:, None]
-        moving = (speed > 0.03).astype(float)
-        travel = path[rows, 2:4] / speed
-        f = functions[rows] * moving
-        along = np.cumsum(np.cumsum(f * steps, axis=0) * steps * moving, axis=0)
-        turned = np.cumsum(f / speed * steps, axis=0)
-        left = np.cumsum(speed * turned * steps * moving, axis=0)
-        spun = np.cumsum(np.cumsum(f * steps, axis=0) * steps * moving, axis=0)
-        direction = 1.0 if travel[0, 1] >= 0 else -1.0
-        for push, (sideways, size) in enumerate(
-            ((False, 1.0), (True, 1.0), (None, 1.0), (False, direction), (True, direction))
-        ):
-            columns = slice(push * b, (push + 1) * b)
-            if sideways is None:
-                out[rows, 2, columns] = spun
-            elif sideways:
-                out[rows, 0, columns] = -travel[:, 1:] * left * size
-                out[rows, 1, columns] = travel[:, :1] * left * size
+    made = Combination(effects=frozenset(start))
+    dispersion = around.dispersion(made)
+    for _ in range(MOST_MOVES):
+        present, made = around.at_best(made, dispersion)
+        moves = _moves(around, made, held=held)
+        moves.sort(key=lambda move: around.value(move, dispersion))
+        tried = [around.at_best(move, dispersion) for move in moves[:SHORTLIST]]
+        better = [each for each in tried if each[0] < present - 1.0]
+        sound = [each for each in better if not _mends_copies(around, made, each[1])]
+        if not sound:
+            break
+        made = min(sound, key=lambda each: each[0])[1]
+        dispersion = min(dispersion, around.dispersion(made))
+    return made, dispersion
+
+
+def _mends_copies(around: Nearby, before: Combination, after: Combination) -> bool:
+    """Whether a further term may mend what is inexact in the pushes, and nothing else.
+
+    Paths respond to pushes linearly in part only. A term that mends this explains little beside
+    what the pushes explain, and leaves much of what was left.
+    """
+    terms = [len(made.effects) + len(made.pushes) for made in (before, after)]
+    if terms[1] <= terms[0]:
+        return False
+    had, has = (around.fall_short(made) for made in (before, after))
+    pushed = around.fall_short(replace(after, pushes=(), scales=())) - has
+    rest = has - around.values
+    return had - has < COPY_ERROR * pushed and rest > LARGEST_REST * (had - around.values)
+
+
+def _moves(around: Nearby, made: Combination, *, held: bool) -> list[Combination]:
+    """Combinations that have one term more or less."""
+    # A map would take over what pushes over the sheet describe.
+    names = [] if held else [label for label in around.optional if label != MAP_CARD.name]
+    effects = [made.toggled(label) for label in names]
+    fewer = [made.without(push) for push in made.pushes]
+    if len(made.pushes) == MOST_PUSHES:
+        return effects + fewer
+    further = [push for push in around.pushes if push not in made.pushes]
+    return effects + fewer + [made.following(p, scale) for p in further for scale in (0.3, 1.0)]
+
+
+def dependences(
+    around: Nearby, made: Combination, dispersion: float, rng: np.random.Generator
+) -> list[Dependence]:
+    """The variables that the pushes of a combination follow, at most three, the strongest first.
+
+    Parameters
+    ----------
+    around, made, dispersion : as of `search`
+    rng : source of the flipped signs
+    """
+    whole, scores = around.fall_short(made), around.scores(made, dispersion)
+    bare = replace(made, pushes=(), scales=())
+    lacking = max(around.fall_short(bare) - around.values, around.fall_short(bare) - whole, 1.0)
+    found: list[Dependence] = []
+    for variable in dict.fromkeys(
+        push.variable.split()[0] for push in made.pushes if push.variable
+    ):
+        own = [p for p in made.pushes if p.variable and p.variable.split()[0] == variable]
+        gains: dict[Following, float] = {}
+        for push in own:
+            gains[push] = around.fall_short(made.without(push)) - whole
+        without, alone = made, made
+        for push in made.pushes:
+            if push in own:
+                without = without.without(push)
             else:
-                out[rows, 0, columns] = travel[:, :1] * along * size
-                out[rows, 1, columns] = travel[:, 1:] * along * size
-    return out
+                alone = alone.without(push)
+        improvements = around.scores(without, dispersion) - scores
+        found.append(
+            Dependence(
+                variable=variable,
+                share=min((around.fall_short(bare) - around.fall_short(alone)) / lacking, 1.0),
+                p=sign_flip_p(improvements, rng),
+                push=max(own, key=lambda push: gains[push]).push,
+            )
+        )
+    found.sort(key=lambda dependence: -dependence.share)
+    return [
+        each
+        for each in found[:MOST_VARIABLES]
+        if each.share > FURTHER_VARIABLE_GAIN * found[0].share and each.p < LARGEST_P
+    ]
 
 
 def find_dependences(fitted: SessionFit, rng: np.random.Generator) -> list[Dependence]:
-    """The variables that the discrepancy follows, at most three, the strongest first.
-
-    Constant pushes follow nothing; they count as no variable and are always in the model.
+    """The variables that the discrepancy of a fit follows, at most three, the strongest first.
 
     Parameters
     ----------
     fitted : fit that leaves the discrepancy
     rng : source of the flipped signs
     """
-    functions = {"": np.ones((len(fitted.predicted), 1)), **variables(fitted)}
-    _, own = sensitivities(fitted.model, fitted.session, fitted.states, fitted.ln_factors)
-    columns, places = [own], dict[tuple[str, Push], Indices]()
-    position = own.shape[2] - 7
-    for name, f in functions.items():
-        b = f.shape[1]
-        columns.append(responses(fitted, f))
-        for k, push in enumerate(PUSHES):
-            places[name, push] = np.arange(position + k * b, position + (k + 1) * b)
-        position += len(PUSHES) * b
-    stacked = np.concatenate([*columns, fitted.residuals[:, :, None]], axis=2)
-    reduced = eliminate_states(gram_matrices(fitted.session, fitted.noise, stacked))
-    grams, _ = eliminate_factor(reduced, fitted.ln_factors, fitted.model.spread)
-    own_places = np.arange(own.shape[2] - 7)
-    plain = _scores(fitted, grams, own_places, np.empty(0))
-    chosen: list[tuple[str, Push]] = [("", push) for push in PUSHES]
-    present = _best_scores(fitted, grams, places, chosen)
-    found: list[Dependence] = []
-    first = 0.0
-    while len({f.variable for f in found}) < MOST_VARIABLES:
-        tried = {
-            pair: _best_scores(fitted, grams, places, [*chosen, pair])
-            for pair in places
-            if pair not in chosen and pair[0]
-        }
-        if not tried:
-            break
-        # By logarithms no single throw decides, and those that gain more still count for more.
-        best = min(tried, key=lambda pair: float(np.log1p(_excess(fitted, tried[pair])).sum()))
-        improvements = present - tried[best]
-        p = sign_flip_p(improvements, rng)
-        gain = float(improvements.sum())
-        first = first or gain
-        if p > LARGEST_P or gain < max(FURTHER_VARIABLE_GAIN * first, LEAST_VARIABLE_GAIN):
-            break
-        share = gain / max(float(plain.sum() - _dof(fitted).sum()), gain)
-        found.append(Dependence(variable=best[0], share=share, p=p, push=best[1]))
-        chosen.append(best)
-        present = tried[best]
-    return found
+    around = nearby(fitted, ())
+    made, dispersion = search(around, (), held=True)
+    return dependences(around, made, dispersion, rng)
 
 
-def _dof(fitted: SessionFit) -> Floats:
-    """Number of measured values of each throw: the deviance that noise alone would leave, (k,)."""
-    values = np.isfinite(fitted.session.observed).sum(axis=1)
-    return np.add.reduceat(values, fitted.session.starts[:-1]).astype(np.float64)
-
-
-def _excess(fitted: SessionFit, scores: Floats) -> Floats:
-    """Deviance of each throw beyond that of noise, in standard deviations, (k,)."""
-    dof = _dof(fitted)
-    return np.maximum(scores - dof, 0.0) / np.sqrt(2.0 * dof)
-
-
-def _best_scores(
-    fitted: SessionFit,
-    grams: Floats,
-    places: dict[tuple[str, Push], Indices],
-    chosen: list[tuple[str, Push]],
-) -> Floats:
-    """Left-out deviance per throw with the chosen pushes, at the best of their scales, (k,)."""
-    own = np.arange(len(fitted.model.vector))
-    kept = np.concatenate([own, *(places[pair] for pair in chosen)])
-    sizes = np.concatenate(
-        [np.full(len(places[pair]), USUAL_PUSHES[PUSHES.index(pair[1])]) for pair in chosen]
-    )
-    tried = [_scores(fitted, grams, kept, scale * sizes) for scale in PUSH_SCALES]
-    return min(tried, key=lambda scores: float(scores.sum()))
-
-
-def _scores(fitted: SessionFit, grams: Floats, kept: Indices, sizes: Floats) -> Floats:
-    """Left-out deviance per throw with some of the columns, (k,).
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Explanation:
+    """Effects and an unknown that together explain a session.
 
     Parameters
     ----------
-    fitted : fit of the model
-    grams : (k, m, m) Gram matrices of all columns
-    kept : columns that are used, those of the model first
-    sizes : prior standard deviations of the others
+    fit : fit of the effects to the session less what the unknown does to its paths
+    pushes : pushes of the unknown
+    dependences : variables that these follow
+    beats_map : whether they explain more than a friction map in the fit that they began with; a map
+        is never among these effects
     """
-    columns = np.concatenate([kept, [grams.shape[1] - 1]])
-    part = grams[:, columns[:, None], columns]
-    size = len(columns)
-    prior = prior_gram(fitted.model, size)
-    extra = np.arange(size - 1 - len(sizes), size - 1)
-    prior[extra, extra] += sizes**-2
-    total = part.sum(axis=0) + prior
-    scores = np.empty(len(part))
-    for i, gram in enumerate(part):
-        move, _ = solve_shared(total - gram)
-        scores[i] = gram[-1, -1] - 2 * gram[:-1, -1] @ move + move @ gram[:-1, :-1] @ move
-    return scores
+
+    fit: SessionFit
+    pushes: tuple[Following, ...]
+    beats_map: bool
+    dependences: list[Dependence]
+
+
+def explain(fitted: SessionFit, given: Iterable[str], rng: np.random.Generator) -> Explanation:
+    """Effects and an unknown that together explain a session.
+
+    Parameters
+    ----------
+    fitted : fit with effects that were selected without the unknown
+    given : labels of terms that stay in any case
+    rng : source of the flipped signs
+    """
+    session, kept = fitted.session, set(given)
+    tried: list[frozenset[str]] = []
+    beats_map = True
+    while True:
+        optional = [term.label for term in fitted.model.terms if term.label not in kept]
+        own = [label for label in optional if label != MAP_CARD.name]
+        others = candidates(session, fitted.model.terms)
+        around = nearby(fitted, optional, others)
+        found = [search(around, start) for start in {tuple(own), ()}]
+        least = min(dispersion for _, dispersion in found)
+        made, dispersion = min(found, key=lambda each: around.value(each[0], least))
+        if MAP_CARD.name in optional:
+            with_map = around.at_best(Combination(effects=frozenset(optional)), least)[0]
+            beats_map = around.value(made, least) < with_map - LEAST_GAIN
+        calm = _fit_beside(around, made, dispersion, others, shaped=True)
+        if len(tried) == MOST_ROUNDS or (tried and made.effects in tried):
+            break
+        tried.append(made.effects)
+        fitted = replace(calm, session=session)
+    return Explanation(
+        fit=calm,
+        pushes=made.pushes,
+        beats_map=beats_map,
+        dependences=dependences(around, made, dispersion, rng),
+    )
+
+
+def _fit_beside(
+    around: Nearby,
+    made: Combination,
+    dispersion: float,
+    others: Sequence[Term] = (),
+    *,
+    shaped: bool = False,
+) -> SessionFit:
+    """The fit of the effects of a combination to a session less what its pushes do.
+
+    Parameters
+    ----------
+    around, made, dispersion : as of `search`
+    others : candidates of which the combination may have some
+    shaped : whether finer forms of the effects are tried too
+    """
+    start, session = around.fitted, around.fitted.session
+    dropped = {label for label in around.optional if label not in made.effects}
+    model = replace(
+        start.model, terms=tuple(t for t in start.model.terms if t.label not in dropped)
+    )
+    calm = less(session, around.displacement(made, dispersion))
+    fitted = fit(model, calm, start.noise, states=start.states, ln_factors=start.ln_factors)
+    for term in others:
+        if term.label in made.effects:
+            fitted = try_term(fitted, term).fit
+    fitted = refine(fitted) if shaped else fitted
+    noise = estimate_noise(calm, fitted.residuals, start=fitted.noise)
+    return refit(replace(fitted, noise=noise), fitted.model)
+
+
+def less(session: Session, displacement: Floats) -> Session:
+    """A session whose stones were displaced less, by (rows, 3) in x, y and heading."""
+    return replace(
+        session, xy=session.xy - displacement[:, :2], theta=session.theta - displacement[:, 2]
+    )
+
+
+def fit_beside(fitted: SessionFit, pushes: Sequence[Following]) -> SessionFit:
+    """The fit of the same effects to a session less what pushes of an unknown do to its paths.
+
+    What the pushes could do in place of an effect is no information on that effect.
+
+    Parameters
+    ----------
+    fitted : fit to the session as it is
+    pushes : the pushes
+    """
+    around = nearby(fitted, ())
+    made = Combination()
+    for push in pushes:
+        if push in around.pushes:
+            made = made.following(push)
+    dispersion = around.dispersion(made)
+    made = around.at_best(made, dispersion)[1]
+    calm = _fit_beside(around, made, around.dispersion(made))
+    again = nearby(replace(calm, session=fitted.session), ())
+    grams = calm.grams.copy()
+    shared = slice(7, 7 + len(calm.model.vector))
+    grams[:, shared, shared] -= again.taken_over(made) / len(grams)
+    return replace(calm, grams=grams)

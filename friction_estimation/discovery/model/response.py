@@ -88,30 +88,59 @@ class LinearisedPaths(NamedTuple):
         -------
         (rows, 3, r)
         """
-        session, (times, starts) = self.session, self.instants
-        out = np.empty((len(session.times), 3, sizes.shape[1]))
-        speed = np.hypot(self.path[:, State.VX], self.path[:, State.VY])
-        for i in range(len(session)):
-            own = slice(int(starts[i]), int(starts[i + 1]))
-            rows, t = session.rows(i), times[own]
-            moving = np.flatnonzero(speed[own] > NEARLY_AT_REST)
-            # A stone at rest has lost the memory of its release, and Ψ its inverse.
-            count = int(moving[-1]) + 1 if len(moving) else 1
-            push = np.zeros((count, 6, 1))
-            push[:, [State.VX, State.VY, State.OMEGA], 0] = pushes[own][:count]
-            transition = self.transition[own]
-            initial = _solve(transition[:count], push)[:, :, 0]
-            rate = initial[:, :, None] * sizes[own][:count, None, :]
-            step = np.diff(t[:count])[:, None, None]
-            held = np.zeros((len(t), 6, sizes.shape[1]))
-            held[1:count] = np.cumsum(0.5 * step * (rate[1:] + rate[:-1]), axis=0)
-            held[count:] = held[count - 1]
-            change = np.einsum("nij,njr->nir", transition[:, MEASURED], held)
-            place = np.interp(session.times[rows], t, np.arange(len(t)))
-            before = np.minimum(place.astype(np.intp), len(t) - 2)
-            share = (place - before)[:, None, None]
-            out[rows] = (1.0 - share) * change[before] + share * change[before + 1]
+        out = np.empty((len(self.session.times), 3, sizes.shape[1]))
+        for i in range(len(self.session)):
+            own = self.instants_of_throw(i)
+            out[self.session.rows(i)] = self.responses_of_throw(i, pushes[own], sizes[own])
         return out
+
+    def at_instants(self, displacement: Floats) -> Floats:
+        """Displacements of rows as displacements of the states at the instants, (n, 6).
+
+        Parameters
+        ----------
+        displacement : (rows, 3) of x, y and heading
+        """
+        out = np.zeros_like(self.path)
+        for i in range(len(self.session)):
+            own, rows = self.instants_of_throw(i), self.session.rows(i)
+            for k, column in enumerate(MEASURED):
+                out[own, column] = np.interp(
+                    self.instants.times[own], self.session.times[rows], displacement[rows, k]
+                )
+        return out
+
+    def instants_of_throw(self, i: int) -> slice:
+        """Instants of the i-th throw."""
+        return slice(int(self.instants.starts[i]), int(self.instants.starts[i + 1]))
+
+    def responses_of_throw(self, i: int, pushes: Floats, sizes: Floats) -> Floats:
+        """The same for the rows of the i-th throw alone, (rows, 3, r), by pushes at its instants.
+
+        Parameters
+        ----------
+        pushes, sizes : (n, 3), (n, r) as of `responses`, at the instants of this throw
+        """
+        own = self.instants_of_throw(i)
+        rows, t = self.session.times[self.session.rows(i)], self.instants.times[own]
+        path, transition = self.path[own], self.transition[own]
+        speed = np.hypot(path[:, State.VX], path[:, State.VY])
+        moving = np.flatnonzero(speed > NEARLY_AT_REST)
+        # A stone at rest has lost the memory of its release, and Ψ its inverse.
+        count = int(moving[-1]) + 1 if len(moving) else 1
+        push = np.zeros((count, 6, 1))
+        push[:, [State.VX, State.VY, State.OMEGA], 0] = pushes[:count]
+        initial = _solve(transition[:count], push)[:, :, 0]
+        rate = initial[:, :, None] * sizes[:count, None, :]
+        step = np.diff(t[:count])[:, None, None]
+        held = np.zeros((len(t), 6, sizes.shape[1]))
+        held[1:count] = np.cumsum(0.5 * step * (rate[1:] + rate[:-1]), axis=0)
+        held[count:] = held[count - 1]
+        change = np.einsum("nij,njr->nir", transition[:, MEASURED], held)
+        place = np.interp(rows, t, np.arange(len(t)))
+        before = np.minimum(place.astype(np.intp), len(t) - 2)
+        share = (place - before)[:, None, None]
+        return (1.0 - share) * change[before] + share * change[before + 1]
 
 
 def _solve(transition: Floats, push: Floats) -> Floats:

@@ -1,19 +1,23 @@
 """The search for effects within a rectangle of the sheet, such as a patch of other friction.
 
-Around a fit, more friction over one cell shortens the rest of a path. Integrating the deceleration
-twice gives a column of sensitivities per cell. The gain of any rectangle then follows from sums
-over its cells, so that all rectangles can be tried.
+Around a fit, more friction over one cell shortens the rest of a path. The linear response to it is
+a column of sensitivities per cell. The gain of any rectangle then follows from sums over its cells,
+so that all rectangles can be tried.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from curling_env.typing import Floats, Indices
+from curling_env.typing import Floats
 from friction_estimation.discovery.model.candidates import Term, known_effects
-from friction_estimation.discovery.model.elimination import gram_matrices
+from friction_estimation.discovery.model.elimination import (
+    eliminate_factor,
+    eliminate_states,
+    gram_matrices,
+)
 from friction_estimation.discovery.model.fit import SessionFit, prior_gram
-from friction_estimation.discovery.model.model import sensitivities
+from friction_estimation.discovery.model.model import linearised_paths, sensitivities
 from friction_estimation.discovery.tuning import LONGEST_PATCH, PATCH_CELL
 
 Rectangle = tuple[float, float, float, float]
@@ -49,6 +53,7 @@ def _find_rectangle(fitted: SessionFit) -> Rectangle | None:
     session, model = fitted.session, fitted.model
     cell_x, cell_y = PATCH_CELL
     predicted, columns = sensitivities(model, session, fitted.states, fitted.ln_factors)
+    paths = linearised_paths(model, session, fitted.states, fitted.ln_factors)
     x_low, y_low = predicted[:, 0].min(), predicted[:, 1].min()
     nx = max(1, int(np.ceil((predicted[:, 0].max() - x_low) / cell_x)))
     ny = max(1, int(np.ceil((predicted[:, 1].max() - y_low) / cell_y)))
@@ -60,22 +65,16 @@ def _find_rectangle(fitted: SessionFit) -> Rectangle | None:
     residual = fitted.residuals
     for i in range(len(session)):
         rows = session.rows(i)
-        path, t = predicted[rows], session.times[rows]
-        cell = np.clip(((path[:, 0] - x_low) / cell_x).astype(int), 0, nx - 1) * ny
-        cell += np.clip(((path[:, 1] - y_low) / cell_y).astype(int), 0, ny - 1)
-        crossed, owner = np.unique(cell, return_inverse=True)
-        response = _responses(path, t, owner, len(crossed), columns[rows, :, 6])
+        at = paths.instants_of_throw(i)
+        x, y = paths.xy[at].T
+        cell = np.clip(((x - x_low) / cell_x).astype(int), 0, nx - 1) * ny
+        cell += np.clip(((y - y_low) / cell_y).astype(int), 0, ny - 1)
+        crossed = np.unique(cell)
+        inside = (cell[:, None] == crossed).astype(np.float64)
+        response = paths.responses_of_throw(i, paths.friction[at], inside)
         stacked = np.concatenate([columns[rows], response, residual[rows][:, :, None]], axis=2)
-        gram = gram_matrices(session.only([i]), fitted.noise, stacked)[0]
-        own = gram[:7, :7].copy()
-        if model.spread > 0:
-            own[6, 6] += model.spread**-2
-        else:
-            own[6, 6] *= 1e9
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(own), 1e-300))
-        own = own * scale[:, None] * scale + 1e-12 * np.eye(7)
-        across = scale[:, None] * gram[:7, 7:]
-        reduced = gram[7:, 7:] - across.T @ np.linalg.solve(own, across)
+        grams = eliminate_states(gram_matrices(session.only([i]), fitted.noise, stacked))
+        reduced = eliminate_factor(grams, fitted.ln_factors[[i]], model.spread)[0][0]
         cells = slice(shared, -1)
         information[np.ix_(crossed, crossed)] += reduced[cells, cells]
         cross_all[crossed] += reduced[cells, :shared]
@@ -102,34 +101,6 @@ def _find_rectangle(fitted: SessionFit) -> Rectangle | None:
     left, right = np.clip(sides[:2], -x_edge, x_edge).tolist()
     near, far = np.clip(sides[2:], -y_edge, y_edge).tolist()
     return (left, right, near, far) if left < right and near < far else None
-
-
-def _responses(path: Floats, t: Floats, owner: Indices, count: int, unit: Floats) -> Floats:
-    """Change of a path for more friction in each cell, (n, 3, count).
-
-    Parameters
-    ----------
-    path : (n, 6) predicted states
-    t : (n,) times [s]
-    owner : (n,) number of the cell at each row
-    count : number of cells
-    unit : (n, 3) change for more friction everywhere, the sum of the columns
-    """
-    speed = np.maximum(np.hypot(path[:, 2], path[:, 3]), 1e-6)
-    brake = -np.maximum(-np.gradient(speed, t), 0.0)
-    active = np.zeros((len(t), count))
-    active[np.arange(len(t)), owner] = brake
-    steps = np.diff(t, prepend=t[0])[:, None]
-    velocity = np.cumsum(active * steps, axis=0)
-    moving = (speed > 0.02)[:, None]
-    along = np.cumsum(velocity * steps * moving, axis=0)
-    travel = path[:, 2:4] / speed[:, None]
-    out = np.zeros((len(t), 3, count))
-    out[:, 0], out[:, 1] = travel[:, :1] * along, travel[:, 1:] * along
-    # The heading is taken to respond in the same proportion as the path.
-    whole = along.sum(axis=1, keepdims=True)
-    out[:, 2] = unit[:, 2:] * along / np.where(np.abs(whole) > 1e-9, whole, 1.0)
-    return out
 
 
 def _best_rectangle(information: Floats, right_side: Floats) -> tuple[int, int, int, int] | None:

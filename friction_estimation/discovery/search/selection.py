@@ -99,15 +99,6 @@ def closure(before: Misfit, after: Misfit) -> float:
     return 1.0 if before.white else 1.0 - after.excess / before.excess
 
 
-def falls_short(before: Misfit, after: Misfit, share: float) -> bool:
-    """Whether surely less than this share of the misfit was closed.
-
-    Of a small misfit noise alone leaves a tenth.
-    """
-    surely_left = after.excess - 2.0 * after.uncertainty
-    return not before.white and surely_left > (1.0 - share) * before.excess
-
-
 def misfit_of(fitted: SessionFit) -> Misfit:
     """Slow misfit of a fit."""
     _, columns = sensitivities(fitted.model, fitted.session, fitted.states, fitted.ln_factors)

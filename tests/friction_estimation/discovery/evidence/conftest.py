@@ -1,4 +1,4 @@
-"""A session on ice that curls, with the model that has curl."""
+"""Fits to sessions: of uniform friction, and of the model with curl on ice that curls."""
 
 from __future__ import annotations
 
@@ -10,6 +10,17 @@ from friction_estimation.discovery.model.candidates import candidates
 from friction_estimation.discovery.search.selection import fit_with_noise
 
 from ..conftest import effect
+
+
+@pytest.fixture
+def fitted_to(make_session):
+    """Fits of uniform friction to sessions with effects: options as of `make_session`."""
+
+    def make(*effects, **options):
+        session = open_session(make_session(effects, **options))
+        return fit_with_noise(base_model(None, session), session)
+
+    return make
 
 
 @pytest.fixture

@@ -1,0 +1,381 @@
+"""All models near a fit: with or without each of its effects, more effects, and pushes unknown.
+
+Around a fit everything is linear. The Gram matrices of the fit's parameters, of candidates and of
+pushes that follow a variable therefore say how well any combination of them fits, without a fit.
+Pushes have a Gaussian prior, and are integrated over like the friction map.
+
+What is left of a discrepancy is larger than noise as long as something is missing, and where a push
+is no exact copy of what acts. It is taken as noise that is larger by a factor, the dispersion; a
+term must pay for itself beside that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from curling_env.physics.effects.card import Push
+from curling_env.typing import Floats, Indices
+from friction_estimation.discovery.evidence.pushes import PUSHES, responses, variables
+from friction_estimation.discovery.model.candidates import Term
+from friction_estimation.discovery.model.elimination import (
+    eliminate_factor,
+    eliminate_states,
+    gram_matrices,
+)
+from friction_estimation.discovery.model.fit import SessionFit, prior_gram
+from friction_estimation.discovery.model.friction_field import CARD
+from friction_estimation.discovery.model.model import Model, linearised_paths, sensitivities
+from friction_estimation.discovery.search.residuals import slow_columns
+from friction_estimation.discovery.tuning import (
+    GAIN_PER_PARAMETER,
+    LEAST_GAIN,
+    NEARBY_SPREADS,
+    PUSH_SCALES,
+    USUAL_PUSHES,
+)
+
+
+class Following(NamedTuple):
+    """A push that follows a variable, by functions as of `variables`; a constant one by none."""
+
+    variable: str
+    push: Push
+
+    @property
+    def name(self) -> str:
+        """The variable as a report names it."""
+        return self.variable.partition(" ")[0]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Combination:
+    """One of the models near a fit.
+
+    Parameters
+    ----------
+    effects : labels of those terms that it has, beside the ones that all models have
+    pushes : pushes of the unknown that it has
+    scales : for each of these its prior standard deviation over the usual one
+    spread : standard deviation of ln μ from throw to throw
+    """
+
+    effects: frozenset[str] = frozenset()
+    pushes: tuple[Following, ...] = ()
+    scales: tuple[float, ...] = ()
+    spread: float = float(NEARBY_SPREADS[len(NEARBY_SPREADS) // 3])
+
+    def toggled(self, label: str) -> Combination:
+        """With an effect, or without it if it is there."""
+        return replace(self, effects=self.effects ^ {label})
+
+    def following(self, push: Following, scale: float = 1.0) -> Combination:
+        """With another push."""
+        return replace(self, pushes=(*self.pushes, push), scales=(*self.scales, scale))
+
+    def without(self, push: Following) -> Combination:
+        """Without a push."""
+        kept = [pair for pair in zip(self.pushes, self.scales, strict=True) if pair[0] != push]
+        return replace(self, pushes=tuple(p for p, _ in kept), scales=tuple(s for _, s in kept))
+
+
+class Quadratic(NamedTuple):
+    """−2 ln likelihood of a combination as a function of its parameters, priors included.
+
+    Parameters
+    ----------
+    gram : (n + 1, n + 1) Gram matrix of the parameters and the residual
+    places : (n + 1,) where they are among all columns
+    always : number of parameters that all combinations have, and of their effects; they come first
+    sizes : prior standard deviations of the others
+    """
+
+    gram: Floats
+    places: Indices
+    always: int
+    sizes: Floats
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Nearby:
+    """All models near a fit.
+
+    Parameters
+    ----------
+    fitted : the fit
+    model : its model with the candidates at their neutral values
+    columns : (rows, 3, 7 + m) derivatives of x, y and heading by releases, factors and parameters
+    reduced : (k, m + 2, m + 2) Gram matrices, as of `eliminate_factor`
+    optional : labels of terms that a combination may have or lack
+    pushes : places of the pushes among the m parameters
+    """
+
+    fitted: SessionFit
+    model: Model
+    columns: Floats
+    reduced: Floats
+    optional: tuple[str, ...]
+    pushes: dict[Following, Indices]
+    _totals: dict[float, tuple[Floats, float]] = field(default_factory=dict, repr=False)
+
+    @property
+    def size(self) -> int:
+        """Number of parameters, and one for the residual."""
+        return self.reduced.shape[1] - 1
+
+    @cached_property
+    def prior(self) -> Floats:
+        """Gram matrix of the priors of all but the pushes, (size, size)."""
+        count = len(self.model.vector)
+        own = prior_gram(self.model, count + 1)
+        at = np.append(np.arange(count), self.size - 1)
+        prior = np.zeros((self.size, self.size))
+        prior[np.ix_(at, at)] = own
+        return prior
+
+    @cached_property
+    def places(self) -> dict[str, Indices]:
+        """Where the parameters of each optional term are."""
+        found = {
+            label: np.array([k for k, (own, _) in enumerate(self.model.names) if own == label])
+            for label in self.optional
+        }
+        for term in self.model.terms:
+            if term.map_field and term.label in found:
+                found[term.label] = np.arange(len(self.model.vector))[self.model.map_slice]
+        return {label: places.astype(np.intp) for label, places in found.items()}
+
+    @cached_property
+    def always(self) -> Indices:
+        """Places of the parameters that all combinations have."""
+        optional = np.concatenate([np.empty(0, dtype=np.intp), *self.places.values()])
+        return np.setdiff1d(np.arange(len(self.model.vector)), optional)
+
+    @cached_property
+    def offsets(self) -> dict[str, tuple[Indices, Floats]]:
+        """For each optional term its strengths, as places and how far they are from nothing."""
+        vector, found = self.model.vector, dict[str, tuple[Indices, Floats]]()
+        for label, places in self.places.items():
+            term = self.model.term(label)
+            if term.map_field:
+                found[label] = places, vector[places]
+                continue
+            neutral = [term.card.parameter(name).neutral for name in term.free]
+            strong = [k for k, value in enumerate(neutral) if value is not None]
+            off = np.array([vector[places[k]] - (neutral[k] or 0.0) for k in strong])
+            found[label] = places[strong], off
+        return found
+
+    @cached_property
+    def values(self) -> float:
+        """Number of measured values: the deviance that noise alone would leave."""
+        return float(np.isfinite(self.fitted.session.observed).sum())
+
+    @cached_property
+    def slow(self) -> float:
+        """Number of slow shapes that residuals may have, as of `Misfit`."""
+        session = self.fitted.session
+        counts = [
+            slow_columns(session.times[session.rows(i)]).shape[1] * (3 if session.turns[i] else 2)
+            for i in range(len(session))
+        ]
+        return float(sum(counts))
+
+    def quadratic(self, made: Combination, dispersion: float = 1.0) -> Quadratic:
+        """What a combination has to minimise, with noise that is larger by the dispersion."""
+        return self._quadratic(made, self._total(made.spread)[0] / dispersion)
+
+    def _total(self, spread: float) -> tuple[Floats, float]:
+        if spread not in self._totals:
+            grams, log_terms = eliminate_factor(self.reduced, self.fitted.ln_factors, spread)
+            self._totals[spread] = grams.sum(axis=0), float(log_terms.sum())
+        return self._totals[spread]
+
+    def _quadratic(self, made: Combination, total: Floats, *, priors: bool = True) -> Quadratic:
+        # The friction map comes last of the effects: it is integrated over as the pushes are.
+        fields = [self.places[label] for label in made.effects if self.model.term(label).map_field]
+        plain = [
+            self.places[label]
+            for label in sorted(made.effects)
+            if not self.model.term(label).map_field
+        ]
+        first = np.concatenate([self.always, *plain])
+        pushed = [self.pushes[push] for push in made.pushes]
+        places = np.concatenate([first, *fields, *pushed, [self.size - 1]]).astype(np.intp)
+        gram = total[np.ix_(places, places)].copy()
+        for label, (at, off) in self.offsets.items():
+            if label in made.effects or not off.any():
+                continue
+            # Without the effect the residual is larger by what the effect explains.
+            others = [
+                (there, away)
+                for name, (there, away) in self.offsets.items()
+                if name not in made.effects
+            ]
+            gram[:, -1] += total[np.ix_(places, at)] @ off
+            gram[-1, :] += total[np.ix_(places, at)] @ off
+            gram[-1, -1] += sum(off @ total[np.ix_(at, there)] @ away for there, away in others)
+        sizes = np.concatenate(
+            [
+                *(self.model.map_field.deviations for _ in fields if self.model.map_field),
+                *(
+                    np.full(len(self.pushes[push]), scale * USUAL_PUSHES[PUSHES.index(push.push)])
+                    for push, scale in zip(made.pushes, made.scales, strict=True)
+                ),
+                np.empty(0),
+            ]
+        )
+        if priors:
+            gram = gram + self.prior[np.ix_(places, places)]
+            if self.model.map_field and not fields and CARD.name in self.optional:
+                field = self.model.map_field
+                gram[-1, -1] -= float(((field.values / field.deviations) ** 2).sum())
+            last = np.arange(sum(map(len, fields)) + len(first), len(places) - 1)
+            gram[last, last] += sizes[len(sizes) - len(last) :] ** -2
+        return Quadratic(gram=gram, places=places, always=len(first), sizes=sizes)
+
+    def steps(self, made: Combination, dispersion: float = 1.0) -> tuple[Floats, Quadratic]:
+        """The step of the parameters that is best for a combination, and its quadratic."""
+        quadratic = self.quadratic(made, dispersion)
+        return _solve(quadratic.gram)[0], quadratic
+
+    def fall_short(self, made: Combination, dispersion: float = 1.0) -> float:
+        """Least −2 ln likelihood of a combination, its priors included."""
+        return _solve(self.quadratic(made, dispersion).gram)[1]
+
+    def value(self, made: Combination, dispersion: float) -> float:
+        """−2 ln of the evidence of a combination, and what its terms must bring."""
+        quadratic = self.quadratic(made, dispersion)
+        _, least, diagonal = _solve(quadratic.gram)
+        integrated = 2.0 * float(np.log(diagonal[quadratic.always :] * quadratic.sizes).sum())
+        needed = LEAST_GAIN * (len(made.pushes) + len(made.effects))
+        for label in made.effects:
+            if not self.model.term(label).map_field:
+                needed += GAIN_PER_PARAMETER * (len(self.places[label]) - 1)
+        return least + integrated + self._total(made.spread)[1] + needed
+
+    def dispersion(self, made: Combination) -> float:
+        """How much larger than noise is what a combination leaves; at least one."""
+        left = self.fall_short(made) - self.values
+        return max(1.0, 1.0 + left / self.slow)
+
+    def at_best(self, made: Combination, dispersion: float) -> tuple[float, Combination]:
+        """The value of a combination at its best spread and scales, and the combination."""
+        best = self.value(made, dispersion), made
+        for _ in range(3):
+            before = best[0]
+            tried = [replace(best[1], spread=float(spread)) for spread in NEARBY_SPREADS]
+            best = min([best, *((self.value(m, dispersion), m) for m in tried)], key=_first)
+            for k in range(len(made.pushes)):
+                scales = list(best[1].scales)
+                tried = [
+                    replace(best[1], scales=(*scales[:k], scale, *scales[k + 1 :]))
+                    for scale in PUSH_SCALES
+                ]
+                best = min([best, *((self.value(m, dispersion), m) for m in tried)], key=_first)
+            if before - best[0] < 0.5:
+                break
+        return best
+
+    def scores(self, made: Combination, dispersion: float) -> Floats:
+        """Deviance of every throw under the best fit of a combination to all the others, (k,)."""
+        grams, _ = eliminate_factor(self.reduced, self.fitted.ln_factors, made.spread)
+        whole = self.quadratic(made, dispersion).gram
+        scores = np.empty(len(grams))
+        for i, one in enumerate(grams):
+            gram = self._quadratic(made, one, priors=False).gram
+            step = _solve(whole - gram / dispersion)[0]
+            own = gram[-1, -1] - 2 * gram[:-1, -1] @ step + step @ gram[:-1, :-1] @ step
+            scores[i] = own / dispersion
+        return scores
+
+    def displacement(self, made: Combination, dispersion: float) -> Floats:
+        """How far the pushes of a combination move stones in x, y and heading, (rows, 3)."""
+        step, quadratic = self.steps(made, dispersion)
+        count = sum(len(self.pushes[push]) for push in made.pushes)
+        if not count:
+            return np.zeros(self.columns.shape[:2])
+        at = quadratic.places[:-1][-count:]
+        return self.columns[:, :, 7 + at] @ step[-count:]
+
+    def taken_over(self, made: Combination) -> Floats:
+        """Information on the fit's parameters that is lost because pushes may do the same, (P, P).
+
+        Parameters
+        ----------
+        made : combination with all the parameters of the fit
+        """
+        quadratic = self.quadratic(made)
+        count, own = len(quadratic.sizes), len(self.fitted.model.vector)
+        if not made.pushes:
+            return np.zeros((own, own))
+        pushed = slice(-1 - count, -1)
+        inner, cross = quadratic.gram[pushed, pushed], quadratic.gram[pushed, :own]
+        scale = 1.0 / np.sqrt(np.diag(inner))
+        scaled = inner * scale[:, None] * scale + 1e-10 * np.eye(count)
+        return (cross * scale[:, None]).T @ np.linalg.solve(scaled, scale[:, None] * cross)
+
+
+def _first(entry: tuple[float, Combination]) -> float:
+    return entry[0]
+
+
+def _solve(gram: Floats) -> tuple[Floats, float, Floats]:
+    """The minimum of a quadratic, its value, and the roots of the pivots of its information."""
+    inner = gram[:-1, :-1]
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(inner), 1e-300))
+    root = _root(inner * scale[:, None] * scale)
+    half = np.linalg.solve(root, scale * gram[:-1, -1])
+    step = scale * np.linalg.solve(root.T, half)
+    return step, float(gram[-1, -1] - half @ half), np.diag(root) / scale
+
+
+def _root(matrix: Floats) -> Floats:
+    """Cholesky's root of a matrix of unit diagonal; of one a little off where it has none."""
+    for little in (1e-9, 1e-6, 1e-3):
+        try:
+            root = np.linalg.cholesky(matrix + little * np.eye(len(matrix)))
+            return np.asarray(root, dtype=np.float64)
+        except np.linalg.LinAlgError:
+            continue
+    return np.eye(len(matrix))
+
+
+def nearby(fitted: SessionFit, optional: Sequence[str], candidates: Sequence[Term] = ()) -> Nearby:
+    """All models near a fit.
+
+    Parameters
+    ----------
+    fitted : the fit
+    optional : labels of its terms that a model may lack
+    candidates : terms at their neutral values that a model may have
+    """
+    session = fitted.session
+    model = fitted.model.with_terms(*candidates)
+    _, columns = sensitivities(model, session, fitted.states, fitted.ln_factors)
+    paths = linearised_paths(fitted.model, session, fitted.states, fitted.ln_factors)
+    functions = variables(paths, paths.at_instants(np.nan_to_num(fitted.residuals)))
+    stacked = [columns]
+    position = columns.shape[2] - 7
+    pushes: dict[Following, Indices] = {}
+    for name, columns_of in {"": np.ones((len(paths.path), 1)), **functions}.items():
+        width = columns_of.shape[1]
+        stacked.append(responses(paths, columns_of))
+        for k, push in enumerate(PUSHES):
+            if name or push != "along":  # the friction of the map is always fitted
+                begin = position + k * width
+                pushes[Following(name, push)] = np.arange(begin, begin + width)
+        position += len(PUSHES) * width
+    whole = np.concatenate([*stacked, fitted.residuals[:, :, None]], axis=2)
+    return Nearby(
+        fitted=fitted,
+        model=model,
+        columns=whole[:, :, :-1],
+        reduced=eliminate_states(gram_matrices(session, fitted.noise, whole)),
+        optional=(*optional, *(term.label for term in candidates)),
+        pushes=pushes,
+    )

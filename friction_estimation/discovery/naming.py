@@ -1,0 +1,215 @@
+"""Which of the effects that were selected may be named, and whether something unknown is left."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from curling_env.typing import Progress
+from friction_estimation.discovery.data.session import Session
+from friction_estimation.discovery.evidence.nearby import Following
+from friction_estimation.discovery.evidence.significance import (
+    EffectEvidence,
+    friction_structure,
+    weigh_evidence,
+)
+from friction_estimation.discovery.evidence.unknown import (
+    Dependence,
+    Explanation,
+    explain,
+    find_dependences,
+)
+from friction_estimation.discovery.model.fit import SessionFit, fit
+from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
+from friction_estimation.discovery.model.noise import estimate_noise
+from friction_estimation.discovery.search.residuals import Misfit
+from friction_estimation.discovery.search.score_test import holm
+from friction_estimation.discovery.search.selection import (
+    Selection,
+    closure,
+    misfit_of,
+    prune,
+    refit,
+)
+from friction_estimation.discovery.tuning import (
+    LARGEST_P,
+    LARGEST_P_BETWEEN_THROWS,
+    LEAST_CLOSURE,
+    MEMORY_BOUNDS,
+    NEARLY_LONGEST,
+)
+
+Structure = tuple[str, float]
+"""The circumstance that the throws' own frictions follow most, and the p that it is chance."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Named:
+    """The named effects of the training throws, and what they leave; as of `Discovery`.
+
+    The fit is to the throws less what the `pushes` of the unknown do to them.
+    """
+
+    fit: SessionFit
+    effects: list[EffectEvidence]
+    unproved: list[str]
+    after: Misfit
+    structure: Structure
+    unknown: bool
+    dependences: list[Dependence] = field(default_factory=list[Dependence])
+    pushes: tuple[Following, ...] = ()
+
+
+def name_effects(
+    selection: Selection,
+    unseen: Session,
+    whole: Session,
+    rng: np.random.Generator,
+    progress: Progress,
+) -> Named:
+    """The effects that may be named: proved throw by throw, and no proxies of something unknown."""
+    own = {term.label for term in selection.base.model.terms}
+    named, effects, unproved = _proved(selection.best, own, unseen, whole, rng)
+    after = misfit_of(named)
+    if not after.white or max(named.noise.memory[:2]) > NEARLY_LONGEST * MEMORY_BOUNDS[1]:
+        named, after = _with_lasting_noise(named, after, rng)
+    structure = _structure(named, whole, rng)
+    found = Named(
+        fit=named,
+        effects=effects,
+        unproved=unproved,
+        after=after,
+        structure=structure,
+        unknown=_is_open(after, structure),
+    )
+    has_map = any(effect.label == MAP_CARD.name for effect in effects)
+    if not found.unknown and not has_map:
+        return found
+    progress("asking what the unknown follows", 0.8)
+    explanation = explain(selection.best, own, rng)
+    if not found.unknown and not _replaces_map(explanation):
+        return found
+    return _beside_unknown(found, explanation, selection, rng)
+
+
+def _replaces_map(explanation: Explanation) -> bool:
+    """Whether friction follows something else than the place: a map is a copy of much."""
+    return bool(explanation.dependences) and explanation.beats_map
+
+
+def _beside_unknown(
+    found: Named, explanation: Explanation, selection: Selection, rng: np.random.Generator
+) -> Named:
+    """What may be named beside something unknown.
+
+    Parameters
+    ----------
+    found : what was proved, as if there were nothing else
+    explanation : effects and an unknown that together explain the throws
+    selection : how the effects were chosen
+    rng : source of the permutations
+    """
+    own = {term.label for term in selection.base.model.terms}
+    training = selection.base.session
+    if explanation.pushes:
+        calm = explanation.fit
+        named, effects, _ = _proved(calm, own, None, calm.session, rng)
+        left, after = misfit_of(named), misfit_of(replace(named, session=training))
+        structure = friction_structure(named, rng)
+        doubtful = [e.label for e in effects if not left.white and e.gain < left.excess]
+    else:
+        named, effects, left, after = found.fit, found.effects, found.after, found.after
+        structure = found.structure
+        closes = closure(selection.before, after)
+        doubtful = [
+            e.label
+            for e in effects
+            if e.label not in {term.label for term in explanation.fit.model.terms}
+            or e.gain < left.excess
+            or (not left.white and closes < LEAST_CLOSURE)
+        ]
+    if doubtful:
+        # A proxy of the unknown must not be named: the rest is fitted without it.
+        effects = [effect for effect in effects if effect.label not in doubtful]
+        model = replace(
+            named.model, terms=tuple(t for t in named.model.terms if t.label not in doubtful)
+        )
+        named = refit(named, model)
+        after = misfit_of(replace(named, session=training))
+    chosen = [t.label for t in selection.best.model.terms if t.label not in own]
+    labels = {effect.label for effect in effects}
+    return Named(
+        fit=named,
+        effects=effects,
+        unproved=[label for label in chosen if label not in labels],
+        after=after,
+        structure=structure,
+        unknown=True,
+        dependences=_with_structure(explanation.dependences, structure),
+        pushes=explanation.pushes,
+    )
+
+
+def _with_structure(dependences: list[Dependence], structure: Structure) -> list[Dependence]:
+    """The variables that the unknown follows within throws, and the one between them."""
+    variable, p = structure[0].partition(" ")[0].replace("direction", "y"), structure[1]
+    if p > LARGEST_P_BETWEEN_THROWS or variable in {d.variable for d in dependences}:
+        return dependences
+    return [*dependences, Dependence(variable=variable, share=0.0, p=p, push="along")]
+
+
+def _with_lasting_noise(
+    named: SessionFit, after: Misfit, rng: np.random.Generator
+) -> tuple[SessionFit, Misfit]:
+    """The fit and its misfit with noise that lasts for seconds, if that is all that was left.
+
+    Noise differs from throw to throw. What all throws share is no noise, however slow.
+    """
+    if named.session.errs_slowly:
+        return named, after
+    noise = estimate_noise(named.session, named.residuals, lasting=True)
+    calm = refit(replace(named, noise=noise), named.model)
+    left = misfit_of(calm)
+    if left.white and not find_dependences(calm, rng):
+        return calm, left
+    return named, after
+
+
+def _structure(named: SessionFit, whole: Session, rng: np.random.Generator) -> Structure:
+    """What the throws' own frictions follow, by all throws: those of training alone are few."""
+    return friction_structure(fit(named.model, whole, named.noise), rng)
+
+
+def _is_open(after: Misfit, structure: Structure) -> bool:
+    """Whether something is left, within throws or between them."""
+    return not after.white or structure[1] < LARGEST_P_BETWEEN_THROWS
+
+
+def _proved(
+    fitted: SessionFit,
+    own: set[str],
+    unseen: Session | None,
+    whole: Session,
+    rng: np.random.Generator,
+) -> tuple[SessionFit, list[EffectEvidence], list[str]]:
+    """The fit with only those effects that throws prove one by one, and the labels of others.
+
+    Parameters
+    ----------
+    fitted : fit with all of them
+    own : labels of terms that are not in question
+    unseen, whole, rng : as of `weigh_evidence`
+    """
+    unproved: list[str] = []
+    while True:
+        labels = [t.label for t in fitted.model.terms if t.label not in own]
+        effects = [weigh_evidence(fitted, label, unseen, whole, rng) for label in labels]
+        p_values = holm([effect.p for effect in effects])
+        effects = [replace(e, corrected=p) for e, p in zip(effects, p_values, strict=True)]
+        failed = [e for e in effects if e.corrected > LARGEST_P]
+        if not failed:
+            return fitted, effects, unproved
+        worst = max(failed, key=lambda e: (e.p, -e.gain))
+        unproved.append(worst.label)
+        fitted = prune(refit(fitted, fitted.model.without(worst.label)), own)

@@ -1,0 +1,83 @@
+"""What the models near a fit promise is what fits of them find."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from friction_estimation.discovery.evidence.nearby import Combination, Following, nearby
+from friction_estimation.discovery.model.candidates import candidates
+from friction_estimation.discovery.search.selection import refit
+
+from ..conftest import effect
+
+WEAK = effect("slope", x=2e-5, y=1e-5)
+"""So weak that paths respond linearly."""
+
+
+@pytest.fixture
+def around(fitted_to):
+    """Models near a fit with the slope that the ice has, and the candidate curl."""
+    bare = fitted_to(WEAK, throws=8)
+    terms = {term.label: term for term in candidates(bare.session)}
+    fitted = refit(bare, bare.model.with_terms(terms["slope"]))
+    return nearby(fitted, ["slope"], [terms["curl"]])
+
+
+def at_spread(around, *labels):
+    return Combination(effects=frozenset(labels), spread=around.fitted.model.spread)
+
+
+def test_taking_an_effect_out_or_in_costs_what_a_fit_says(around):
+    fitted = around.fitted
+    whole = around.fall_short(at_spread(around, "slope"))
+    without = refit(fitted, fitted.model.without("slope"))
+    loss = around.fall_short(at_spread(around)) - whole
+    assert loss == pytest.approx(without.deviance - fitted.deviance, rel=0.1)
+    curl = around.model.term("curl")
+    with_curl = refit(fitted, fitted.model.with_terms(curl))
+    gain = whole - around.fall_short(at_spread(around, "slope", "curl"))
+    assert gain == pytest.approx(fitted.deviance - with_curl.deviance, abs=1.0)
+
+
+def test_an_effect_of_the_ice_is_worth_more_than_one_that_is_not_there(around):
+    plain = around.value(at_spread(around), 1.0)
+    assert around.value(at_spread(around, "slope"), 1.0) < plain
+    assert around.value(at_spread(around, "curl"), 1.0) > around.value(at_spread(around), 1.0) - 16
+    both = around.value(at_spread(around, "slope", "curl"), 1.0)
+    assert both > around.value(at_spread(around, "slope"), 1.0)
+    # What is left counts for less where noise is taken to be larger.
+    calm = [around.value(at_spread(around, *labels), 100.0) for labels in ((), ("slope",))]
+    assert calm[0] - calm[1] < plain - around.value(at_spread(around, "slope"), 1.0)
+
+
+def test_a_push_does_what_the_effect_did(around):
+    push = Following("", "across the sheet")
+    bare = replace(at_spread(around), pushes=(push,), scales=(0.3,))
+    assert around.fall_short(bare) < around.fall_short(at_spread(around)) - 10
+    moved = around.displacement(bare, 1.0)
+    assert moved.shape == around.fitted.predicted[:, :3].shape
+    x = around.fitted.model.term("slope").values["x"]
+    assert np.sign(moved[:, 0][np.abs(moved[:, 0]) > 1e-3]) == pytest.approx(np.sign(x))
+    assert around.displacement(at_spread(around), 1.0) == pytest.approx(0.0)
+
+
+def test_throws_left_out_are_worse_than_those_that_were_fitted(around):
+    made = at_spread(around, "slope")
+    scores = around.scores(made, 1.0)
+    assert scores.shape == (len(around.fitted.session),)
+    assert scores.sum() > around.fall_short(made) - 50
+    assert (scores > 0).all()
+
+
+def test_information_that_a_push_may_take_over_is_that_on_what_it_copies(around):
+    push = Following("", "across the sheet")
+    made = replace(at_spread(around, "slope"), pushes=(push,), scales=(1.0,))
+    lost = np.diag(around.taken_over(made))
+    names = around.fitted.model.names
+    x, y = names.index(("slope", "x")), names.index(("slope", "y"))
+    whole = np.diag(around._total(made.spread)[0])
+    assert lost[x] > 0.9 * whole[x]
+    assert lost[y] < 0.2 * whole[y]
