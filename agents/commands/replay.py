@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import OutputFile, progress_bar
+from curling_env.commands.cli import OutputFile, UnitsOption, progress_bar
 from curling_env.typing import with_progress
+from curling_env.units import Units
 
 
 def replay(
@@ -26,6 +27,7 @@ def replay(
         str | None,
         typer.Option(metavar="ICE", help="Ice to paint under the lines; by default as recorded."),
     ] = None,
+    units: UnitsOption = Units.METRES,
 ) -> None:
     """Make a film (.mp4, .avi) or a page (.html) of a recorded game.
 
@@ -59,6 +61,7 @@ def replay(
         load_ice(ice_of(lines, record) if ice is None else ice),
         ends=ends or None,
         speed=speed,
+        units=units,
     )
     total = len(deliveries_of(lines, ends or None))
     with progress_bar("stone") as progress:

@@ -15,9 +15,12 @@ from curling_env.game.rules.delivery import Fault
 from curling_env.ice import Ice
 from curling_env.physics.engine import Outcome, Status, StoneState
 from curling_env.render import DrawnScene, SheetRenderer, drawn_stones, playback_frames
-from curling_env.sheet import Direction
+from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
+from curling_env.throw import handles
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Image
+from curling_env.units import Units, side
+from curling_env.units import speed as speed_in
 
 FPS = 30.0
 """Frames a second of a film [1/s]."""
@@ -60,6 +63,7 @@ def frames_of(
     ends: Collection[int] | None = None,
     speed: float = SPEED,
     fps: float = FPS,
+    units: Units = Units.METRES,
 ) -> Iterator[tuple[int, Image]]:
     """The frames of a recorded game, each with the number of its delivery among those shown.
 
@@ -70,6 +74,7 @@ def frames_of(
     ends : numbers of the ends to show, from 1; None for all
     speed : playback speed over real time
     fps : frames a second of the film [1/s]
+    units : what lengths are told in
 
     Yields
     ------
@@ -83,7 +88,7 @@ def frames_of(
         if direction not in pictures:
             pictures[direction] = SheetRenderer(ice, direction)
         picture = pictures[direction]
-        scene = _scene(lines, line)
+        scene = _scene(lines, line, units)
         before = _stones(line["before"], headings)
         outcome = _outcome(line, before)
         frames = playback_frames(picture, scene, before, outcome, colour_of, fps=fps, speed=speed)
@@ -92,7 +97,7 @@ def frames_of(
         if line["fault"] is not None or "score_of_end" in line:
             lying = _stones(line["lying"], _turned(headings, line))
             after = picture.draw(
-                replace(_after(lines, line), stones=drawn_stones(lying, colour_of))
+                replace(_after(lines, line, units), stones=drawn_stones(lying, colour_of))
             )
             for _ in range(round(HOLD * fps)):
                 yield number, after
@@ -105,6 +110,7 @@ def write_film(
     *,
     ends: Collection[int] | None = None,
     speed: float = SPEED,
+    units: Units = Units.METRES,
 ) -> Iterator[int]:
     """Write a recorded game as a film, complete or not at all; see `frames_of`.
 
@@ -116,7 +122,7 @@ def write_film(
 
     last = -1
     with film_writer(path, SheetRenderer.size, FPS) as film:
-        for number, frame in frames_of(lines, ice, ends=ends, speed=speed):
+        for number, frame in frames_of(lines, ice, ends=ends, speed=speed, units=units):
             if number > last >= 0:
                 yield last
             last = number
@@ -205,36 +211,67 @@ def _trajectory(path: dict[str, Any], heading: float) -> Trajectory:
     )
 
 
-def _scene(lines: Sequence[dict[str, Any]], line: dict[str, Any]) -> DrawnScene:
-    """Title and facts before a delivery: the score before the end, and the call."""
-    head = lines[0]
-    home, away = _score_before(lines, int(line["end"]))
-    thrown = line["thrown"]
+def _scene(
+    lines: Sequence[dict[str, Any]], line: dict[str, Any], units: Units, end: int | None = None
+) -> DrawnScene:
+    """Title and facts of a delivery, with the score before an end: by default before its own."""
+    head, thrown = lines[0], line["thrown"]
+    home, away = _score_before(lines, int(line["end"]) if end is None else end)
     facts = [
-        (f"Red, {head['home']}", str(home)),
-        (f"Yellow, {head['away']}", str(away)),
-        ("Hammer", line["hammer"]),
+        (f"Red: {_name(head, 'home')}", str(home)),
+        (f"Yellow: {_name(head, 'away')}", str(away)),
+        ("Hammer", _name(head, line["hammer"])),
         ("Stone", str(line["stone"])),
-        ("To throw", line["team"]),
+        ("To throw", _name(head, line["team"])),
         ("Shot", line["shot"] or "a throw"),
-        ("Speed", f"{thrown['speed']:.2f} m/s"),
-        ("Line", f"{np.degrees(thrown['angle']):+.2f}°".replace("-", "−")),
-        ("Spin", f"{thrown['spin']:+.2f} rad/s".replace("-", "−")),
+        ("Weight", _weight(line, units)),
+        ("Broom", side(_broom(thrown), units)),
+        ("Handle", handles(thrown["spin"])[0]),
     ]
-    return DrawnScene(title=f"End {line['end']}   home {home} : {away} away", facts=facts)
+    score = f"{_name(head, 'home')} {home} : {away} {_name(head, 'away')}"
+    return DrawnScene(title=f"End {line['end']}   {score}", facts=facts)
 
 
-def _after(lines: Sequence[dict[str, Any]], line: dict[str, Any]) -> DrawnScene:
-    """The same after it, with the ruling and the points of an end."""
-    scene = _scene(lines, line)
+def _after(lines: Sequence[dict[str, Any]], line: dict[str, Any], units: Units) -> DrawnScene:
+    """The same after it, with the ruling, or with the points of an end counted."""
+    ended = "score_of_end" in line
+    scene = _scene(lines, line, units, int(line["end"]) + 1 if ended else None)
     title = scene.title
     if line["fault"] is not None:
         title += f"   ·   {FAULT_TEXT[Fault(line['fault'])]}"
-    if "score_of_end" in line:
+    if ended:
         home, away = line["score_of_end"]
-        points = "blank end" if home == away else f"{'home' if home else 'away'} {home or away}"
-        title += f"   ·   {points}"
+        scorer = _name(lines[0], "home" if home else "away")
+        title += "   ·   " + ("blank end" if home == away else f"{scorer} scores {home or away}")
     return replace(scene, title=title)
+
+
+def _name(head: dict[str, Any], team: str) -> str:
+    """A team as it is called everywhere: the player's name and its side."""
+    return f"{head[team]} ({team})"
+
+
+def _weight(line: dict[str, Any], units: Units) -> str:
+    """Time from hog line to hog line, or the speed of a stone that stops or hits before."""
+    thrown = line["thrown"]
+    path = max(line["paths"], key=lambda path: path["t"][-1] - path["t"][0], default=None)
+    lain = {stone["stone"] for stone in line["before"]}
+    path = next((path for path in line["paths"] if path["stone"] not in lain), path)
+    if path is not None:
+        way = Direction[line["direction"].upper()]
+        ahead = way * np.array(path["y"], dtype=np.float64)
+        past = np.flatnonzero(ahead >= HOG_LINE_Y)
+        if past.size and past[0] > 0 and ahead[0] < HOG_LINE_Y:
+            t = np.array(path["t"], dtype=np.float64)
+            k = int(past[0])
+            crossing = float(np.interp(HOG_LINE_Y, ahead[k - 1 : k + 1], t[k - 1 : k + 1]))
+            return f"{crossing - float(t[0]):.1f} s hog to hog"
+    return speed_in(thrown["speed"], units)
+
+
+def _broom(thrown: dict[str, Any]) -> float:
+    """Where the broom is held on the far tee line, right of the centre line [m]."""
+    return float(thrown.get("x", 0.0) - (HOG_LINE_Y + TEE_Y) * np.tan(thrown["angle"]))
 
 
 def _score_before(lines: Sequence[dict[str, Any]], end: int) -> tuple[int, int]:
