@@ -10,6 +10,7 @@ import typer
 from curling_env.commands.cli import (
     IceOption,
     SeedOption,
+    UnitsOption,
     Writes,
     print_json,
     progress_bar,
@@ -17,6 +18,7 @@ from curling_env.commands.cli import (
     say_what_is_unknown,
 )
 from curling_env.typing import with_progress
+from curling_env.units import Units
 
 PlayerOption = Annotated[
     str,
@@ -74,6 +76,7 @@ def play(
         bool, typer.Option("--film", help="With -o, also make a film (game.mp4); it takes minutes.")
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+    units: UnitsOption = Units.METRES,
     seed: SeedOption = 0,
 ) -> None:
     """Play a game between two players and print its line score.
@@ -130,9 +133,9 @@ def play(
         folder = make_directory(output)
         with together():
             lines = write_record(folder / "game.jsonl", played, simulator, ice=ice, seed=seed)
-            write_page(folder / "game.html", lines)
+            write_page(folder / "game.html", lines, units)
         if film:
-            shown = write_film(folder / "game.mp4", lines, simulator.known_ice)
+            shown = write_film(folder / "game.mp4", lines, simulator.known_ice, units=units)
             with progress_bar("stone") as progress:
                 for _ in with_progress(shown, "filming", progress, len(deliveries)):
                     pass

@@ -51,7 +51,7 @@ def replay(
     if output.suffix.lower() == ".html":
         if ends:
             raise InputError("a page shows the whole game; --end is for films")
-        write_page(output, lines)
+        write_page(output, lines, units)
         return
     if output.suffix.lower() not in (".mp4", ".avi"):
         raise InputError(f"a replay is named .mp4, .avi or .html, got {output.name!r}")

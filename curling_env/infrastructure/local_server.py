@@ -22,6 +22,19 @@ MAX_CONNECTIONS = 16
 ADDRESS = "127.0.0.1"
 
 
+def network_address() -> str:
+    """The address under which other machines in the same network find this one.
+
+    Raises
+    ------
+    OSError : this machine is in no network
+    """
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        # Nothing is sent: the system only says from which address it would be.
+        probe.connect(("192.0.2.1", 9))
+        return str(probe.getsockname()[0])
+
+
 class LocalServer(ThreadingHTTPServer):
     """An HTTP server with a bounded number of threads.
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from curling_env.commands.cli import Writes, print_json, say
+from curling_env.commands.cli import JsonOption, UnitsOption, Writes, conclude, say
 from curling_env.errors import InputError
+from curling_env.units import Units
 
 if TYPE_CHECKING:
     from curling_env.sheet import Sheet
@@ -36,21 +38,35 @@ def corners(
     ] = "44.5x4.5",
     port: Annotated[int, typer.Option(min=0, max=65535, help="0 takes any free port.")] = 0,
     browser: Annotated[bool, typer.Option(help="Open the page, or only print its address.")] = True,
+    share: Annotated[
+        bool,
+        typer.Option(
+            "--share",
+            help="Let other machines in the network open the page: mark on a tablet or phone.",
+        ),
+    ] = False,
+    units: UnitsOption = Units.METRES,
+    as_json: JsonOption = False,
 ) -> None:
     """Mark the corners of the sheet in a picture, and write the scene file that tracking needs.
 
-    A page opens in your browser. Click each corner of the ice in turn. Where the camera sees only
-    part of the sheet, choose four or more other keypoints on the small sheet (tee, hog line, ring)
-    and click those. The wheel zooms, dragging moves the picture, and the arrow keys move the
-    selected click by a quarter of a pixel. The lines of the sheet are drawn back into the picture
-    at once and must lie on the paint. A few pixels do not matter: tracking corrects the clicks by
-    the painted lines.
+    A page opens in your browser. Click each corner of the ice in turn; home is the end at which the
+    thrower stands, and left is the thrower's left. Where boards or the picture's edge hide one,
+    press Hidden, and another place of that end is proposed (hog line, ring, tee); or choose any on
+    the small sheet. The wheel or two fingers zoom, dragging moves the picture, and the arrow keys
+    move the selected mark by a quarter of a pixel; Ctrl Z takes a step back. The lines of the sheet
+    and a thrower are drawn back into the picture at once: the lines must lie on the paint, and the
+    thrower at the thrower's end (Swap ends turns them round). A few pixels do not matter: tracking
+    corrects the marks by the painted lines. From straight above the points do not tell how high the
+    camera hangs; the page then gives the range.
 
-    Only this machine can open the page, and the command ends when you save.
+    Only this machine can open the page, unless you --share it: then whoever has its address, which
+    is also shown as a QR code, may mark and save. The command ends when you save.
 
     \b
     Example:
         curling corners end.mp4 -o end.scene.json
+        curling corners end.mp4 -o end.scene.json --share
         curling corners ceiling.png --start ceiling.scene.json -o ceiling.scene.json
     """
     import webbrowser
@@ -67,13 +83,25 @@ def corners(
             film, _sheet(sheet), None if camera is None else load_lens(camera)
         )
 
-    with AnnotationServer(annotation, lambda scene: save_scene(scene, output), port=port) as server:
+    server = AnnotationServer(
+        annotation, lambda scene: save_scene(scene, output), port=port, share=share, units=units
+    )
+    with server:
         say(f"mark the sheet at {server.url}")
-        if browser:
+        if share and sys.stderr.isatty():
+            from friction_estimation.commands.qr_code import qr_code
+
+            say(qr_code(server.url))
+        if browser and not share:
             webbrowser.open(server.url)
         saved = server.wait()
     assert saved is not None
-    print_json({"scene": str(output), "points": len(saved.points_px), "corners": saved.has_corners})
+    count = len(saved.points_px)
+    conclude(
+        {"scene": str(output), "points": count, "corners": saved.has_corners},
+        f"{count} places marked: {output}; `curling track FILM --scene {output}` is next",
+        as_json=as_json,
+    )
 
 
 def _sheet(text: str) -> Sheet:

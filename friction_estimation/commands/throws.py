@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import JsonOption, UnitsOption, conclude
+from curling_env.commands.cli import JsonOption, UnitsOption, Writes, conclude
 from curling_env.errors import InputError
 from curling_env.units import Units
 
@@ -17,6 +17,7 @@ def throws(
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", metavar="FILE.csv", help="Also write the table, in metres."),
+        Writes(),
     ] = None,
     units: UnitsOption = Units.METRES,
     as_json: JsonOption = False,

@@ -1,4 +1,4 @@
-"""The page on which keypoints are clicked, served to browsers on this machine only."""
+"""The page on which keypoints are clicked, served to browsers on this machine, or to a tablet."""
 
 # pyright: reportArgumentType=false, reportCallIssue=false
 
@@ -18,9 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.errors import CurlingError, InputError, OutputError
-from curling_env.infrastructure.local_server import ADDRESS, LocalHandler, LocalServer
+from curling_env.infrastructure.local_server import (
+    ADDRESS,
+    LocalHandler,
+    LocalServer,
+    network_address,
+)
 from curling_env.infrastructure.page_policy import directives_of
 from curling_env.infrastructure.storage import parse_json
+from curling_env.units import Units
 from friction_estimation.camera.annotation.annotate import VIEW_PX_PER_M, Annotation, Clicks
 from friction_estimation.camera.annotation.thrower import thrower, thrower_px
 from friction_estimation.camera.markings import keypoints_of
@@ -41,10 +47,13 @@ class AnnotationServer:
     annotation : the film or picture
     save : called with the scene; a `CurlingError` that it raises is shown on the page
     port : port at which the page is served; 0 takes any free one
+    share : whether other machines in the same network may open it, such as a tablet; whoever has
+        the address may then mark and save
+    units : what the page tells lengths in
 
     Raises
     ------
-    OutputError : the port is taken
+    OutputError : the port is taken, or there is no network to share it in
     """
 
     def __init__(
@@ -53,21 +62,29 @@ class AnnotationServer:
         save: Callable[[Scene], None],
         *,
         port: int = 0,
+        share: bool = False,
+        units: Units = Units.METRES,
     ) -> None:
         self.annotation = annotation
+        self._units = units
         self.saved: Scene | None = None
         self._save = save
         self._done = Event()
         self._secret = secrets.token_urlsafe(16)
         try:
-            self._server = LocalServer(_handler(self), port)
+            self._host = network_address() if share else ADDRESS
+        except OSError as error:
+            raise OutputError("this machine is in no network in which to share the page") from error
+        try:
+            everywhere = {"address": "0.0.0.0", "hosts": [self._host]} if share else {}
+            self._server = LocalServer(_handler(self), port, **everywhere)
         except OSError as error:
             raise OutputError(f"port {port} cannot be used: {error.strerror}") from error
 
     @property
     def url(self) -> str:
         """Address of the page."""
-        return f"http://{ADDRESS}:{self._server.server_address[1]}/{self._secret}/"
+        return f"http://{self._host}:{self._server.server_address[1]}/{self._secret}/"
 
     def __enter__(self) -> AnnotationServer:
         Thread(target=self._server.serve_forever, daemon=True).start()
@@ -123,6 +140,7 @@ class AnnotationServer:
             "lens": self.annotation.known.get("camera_matrix") is not None,
             "px_per_m": VIEW_PX_PER_M,
             "thrower": [shape.tolist() for shape in thrower()],
+            "feet": self._units is Units.FEET,
         }
 
     def _solve(self, request: Any) -> dict[str, Any]:

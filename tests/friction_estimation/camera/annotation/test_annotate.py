@@ -13,6 +13,7 @@ import pytest
 
 from curling_env.errors import InputError, OutputError
 from curling_env.sheet import PAPER_SHEET
+from friction_estimation.camera.annotation import server as server_module
 from friction_estimation.camera.annotation.annotate import Annotation
 from friction_estimation.camera.annotation.server import AnnotationServer
 from friction_estimation.camera.annotation.thrower import thrower, thrower_px
@@ -257,7 +258,9 @@ def test_steps_can_be_taken_back_and_ends_swapped(annotation, seen, page):
 
 
 def test_two_fingers_zoom_about_the_place_between_them(annotation, browser):
-    context = browser.new_context(has_touch=True, viewport={"width": 820, "height": 1180})
+    context = browser.new_context(
+        has_touch=True, viewport={"width": 820, "height": 1180}, bypass_csp=True
+    )
     page = context.new_page()
     with AnnotationServer(annotation, lambda made: None) as server:
         page.goto(server.url)
@@ -309,6 +312,27 @@ def test_the_thrower_stands_at_the_home_end(annotation, seen):
     assert len(shapes) == len(thrower())
     back = camera.on_plane(np.concatenate(shapes))
     assert PAPER_SHEET.contains(back).all()
+
+
+def test_a_shared_page_is_found_under_the_machines_own_address(annotation, monkeypatch):
+    monkeypatch.setattr(server_module, "network_address", lambda: "127.0.0.2")
+    with AnnotationServer(annotation, lambda made: None, share=True) as server:
+        assert server.url.startswith("http://127.0.0.2:")
+        with urllib.request.urlopen(server.url + "film.json", timeout=10) as answer:
+            assert json.loads(answer.read())["size"] == [1280, 720]
+        strange = urllib.request.Request(server.url + "film.json", headers={"Host": "evil.test"})
+        with pytest.raises(urllib.error.HTTPError) as refused:
+            urllib.request.urlopen(strange, timeout=10)
+        assert refused.value.code == 403
+
+
+def test_without_a_network_nothing_is_shared(annotation, monkeypatch):
+    def none():
+        raise OSError("unreachable")
+
+    monkeypatch.setattr(server_module, "network_address", none)
+    with pytest.raises(OutputError, match="in no network"):
+        AnnotationServer(annotation, lambda made: None, share=True)
 
 
 def test_the_command_says_what_is_wrong(curling, tmp_path):
