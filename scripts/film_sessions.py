@@ -22,7 +22,7 @@ from typing import Any
 
 import cv2
 import numpy as np
-from blind.hidden import SCATTER, hidden_numbers, hide
+from blind.hidden import SCATTER, draw_map, has_map, hidden_numbers, hide, log_map
 from blind.law import HOG, MU, SQUARES, STEP, run_over, throw_path
 from tqdm import tqdm
 
@@ -63,6 +63,10 @@ SESSIONS = (
     FilmedSession(hidden=("slope",), camera="gantry", seed=3),
     FilmedSession(hidden=(), camera="end", seed=4),
     FilmedSession(hidden=("curl",), camera="end", seed=5),
+    FilmedSession(hidden=("friction_map", "curl", "slope"), camera="gantry", seed=6),
+    FilmedSession(hidden=("friction_map", "curl", "spin_drag"), camera="end", seed=7),
+    FilmedSession(hidden=("friction_map", "curl", "spin_drag"), camera="gantry", seed=8),
+    FilmedSession(hidden=("friction_map", "curl", "slope"), camera="end", seed=9),
 )
 
 
@@ -71,6 +75,7 @@ def play(session: FilmedSession) -> tuple[list[Trajectory], dict[str, Any]]:
     rng = np.random.default_rng([session.seed, 77])
     q = hidden_numbers(rng)
     truth = {name: hide(name, q, {}, rng) for name in session.hidden}
+    pattern = draw_map(q, np.random.default_rng([session.seed, 78]))
     mu = float(q[MU])
     speeds = rng.permutation(np.linspace(1.5, 2.7, THROWS))
     paths: list[Trajectory] = []
@@ -91,7 +96,7 @@ def play(session: FilmedSession) -> tuple[list[Trajectory], dict[str, Any]]:
         q[MU] = mu * np.exp(rng.normal(0.0, SCATTER))
         path = np.empty((int(70 / STEP), 6))
         clock = 60.0 * k
-        n = throw_path(q, np.empty((0, 3)), passes, start, clock, float(k), 0.0, np.zeros(2), path)
+        n = throw_path(q, pattern, passes, start, clock, float(k), 0.0, np.zeros(2), path)
         run_over(passes, path[:n])
         rows = np.unique(np.append(np.arange(0, n, round(1 / SAMPLES / STEP)), n - 1))
         inside = np.abs(path[rows, 0]) < 2.1  # a stone at the boards is taken off
@@ -99,10 +104,13 @@ def play(session: FilmedSession) -> tuple[list[Trajectory], dict[str, Any]]:
         paths.append(
             Trajectory(t=rows * STEP, xy=path[rows, :2], theta=path[rows, 4], throw=k, clock=clock)
         )
-    return paths, {"effects": truth, "mu": mu}
+    sealed: dict[str, Any] = {"effects": truth, "mu": mu}
+    if has_map(q):
+        sealed["map"] = log_map(q, pattern).tolist()
+    return paths, sealed
 
 
-WRONG_TOO = (1, 2, 4)
+WRONG_TOO = (1, 2, 4, 6, 7)
 """Seeds of the sessions that are tracked with a wrong lens as well."""
 
 
@@ -163,7 +171,8 @@ def verdict_on(place: Path, lens: str, *, with_scene: bool) -> str | None:
     found = discover(tracks, scene=scene)
     seconds = time.process_time() - begun
     report = document(found)
-    hidden = json.loads((place / "truth.json").read_text())["effects"]
+    sealed = json.loads((place / "truth.json").read_text())
+    hidden = sealed["effects"]
     named = [effect["name"] for effect in report["effects"]]
     sizes: list[str] = []
     for effect in report["effects"]:
@@ -175,6 +184,11 @@ def verdict_on(place: Path, lens: str, *, with_scene: bool) -> str | None:
             if true is not None and got["stderr"] > 0.0:
                 off = (got["value"] - true) / got["stderr"]
                 sizes.append(f"{name} {got['value']:.4g} ± {got['stderr']:.1g} ({off:+.1f} σ)")
+    if "map" in sealed and found.final.model.map_field is not None:
+        friction = found.improved_ice().friction
+        off = (np.log(friction.mu) - np.array(sealed["map"]))[friction.observed]
+        sd = np.array(sealed["map"])[friction.observed].std()
+        sizes.append(f"map off by {100 * off.std():.2f} % of {100 * sd:.1f} %")
     row = (
         place.name,
         lens,
