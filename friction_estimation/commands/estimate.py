@@ -257,9 +257,10 @@ def estimate(
             save_evidence(tracks, choices, found.ice, output)
         if report is not None:
             folder = make_directory(report)
-            if found.discovery is not None and found.fit is not None and can_write_posterior():
-                drawn = draw_posterior(found.fit, np.random.default_rng(seed))
-                write_posterior(drawn, found.fit, folder / "posterior.nc", provenance=origin)
+            if found.discovery is not None and can_write_posterior():
+                final = found.discovery.final
+                drawn = draw_posterior(final, np.random.default_rng(seed))
+                write_posterior(drawn, final, folder / "posterior.nc", provenance=origin)
             names = write_report(found, folder, stills, provenance=origin, units=units, notes=notes)
     if names:
         say(f"{report}: {', '.join(names)}")

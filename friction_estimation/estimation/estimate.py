@@ -34,7 +34,7 @@ class Estimate:
     mu, sigma : level of μ over the cells that were crossed, and its standard error
     slides : free slides that were used
     skipped : reasons why other throws were not used
-    fit : the fitted model; None for the paper's method
+    fit : the fit to the tracks as they are; None for the paper's method
     camera_bias : result of the search for a bias of the camera; None without a search
     discovery : the search for effects that throws prove; None where none were sought
     """

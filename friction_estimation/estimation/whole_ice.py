@@ -148,7 +148,7 @@ def _estimate(
         sigma=mu * level_error(fitted),
         slides=tuple(slide for slide in slides if slide.track.throw in kept),
         skipped=(*skipped, *left_out),
-        fit=fitted,
+        fit=fitted if discovery is None else discovery.seen,
         camera_bias=None if search is None else camera_bias_of(search, fitted),
         discovery=discovery,
     )
