@@ -11,10 +11,12 @@ from curling_env.commands.cli import (
     JsonOption,
     OutputDirectory,
     SeedOption,
+    UnitsOption,
     conclude,
     progress_bar,
     say,
 )
+from curling_env.units import Units
 
 
 def discover(
@@ -49,6 +51,7 @@ def discover(
             help="An interval in s as these tracks have it, and by a clock; may be given again.",
         ),
     ] = None,
+    units: UnitsOption = Units.METRES,
     seed: SeedOption = 0,
     as_json: JsonOption = False,
 ) -> None:
@@ -91,7 +94,9 @@ def discover(
     from friction_estimation.discovery.posterior_file import can_write_posterior, write_posterior
     from friction_estimation.discovery.report import write_files
     from friction_estimation.reports.discovery_page import write_report_page
-    from friction_estimation.tracks.throw_list import load_tracks
+    from friction_estimation.reports.throws_section import throws_section
+    from friction_estimation.tracks.throw_list import load_tracks, throws_beside
+    from friction_estimation.tracks.throw_table import throw_table
 
     given: dict[QuantityError, list[str]] = {
         "scale_error": known_length or [],
@@ -115,7 +120,9 @@ def discover(
     names = ["report.html", "report.json", "baseline.json", "ice.json"]
     with together():
         report = write_files(found, folder, assessment=assessment, provenance=origin)
-        write_report_page(found, report, folder / "report.html")
+        throws = throw_table(measured)
+        table = throws_section(throws, units, throws_beside(tracks)) if throws else ""
+        write_report_page(found, report, folder / "report.html", throws=table, units=units)
         if can_write_posterior():
             drawn = draw_posterior(found.final, np.random.default_rng(seed))
             write_posterior(drawn, found.final, folder / "posterior.nc", provenance=origin)

@@ -10,11 +10,13 @@ import typer
 from curling_env.commands.cli import (
     JsonOption,
     OutputFile,
+    UnitsOption,
     Writes,
     conclude,
     say,
 )
 from curling_env.errors import InputError
+from curling_env.units import Units
 from friction_estimation.commands.track import CameraOption, TrackerOption
 
 if TYPE_CHECKING:
@@ -48,6 +50,7 @@ def live(
     ] = None,
     camera: CameraOption = None,
     tracker: TrackerOption = "built-in",
+    units: UnitsOption = Units.METRES,
     as_json: JsonOption = False,
 ) -> None:
     """Track throws from a camera or a stream while they are played.
@@ -93,7 +96,14 @@ def live(
             bar.update()
 
         for news in follow_stream(
-            feed, where, folder, throws=throws, report=page, tracker=function, on_frame=count
+            feed,
+            where,
+            folder,
+            throws=throws,
+            report=page,
+            units=units,
+            tracker=function,
+            on_frame=count,
         ):
             if not isinstance(news, TrackedClip):
                 say(f"the ice so far: {news.words}")
@@ -107,7 +117,7 @@ def live(
             tracks += news.tracks
             thrown.append(news.tracks[0])
             write_tracks(output, tracks)
-            say(f"{name}: {_describe(news.tracks)}")
+            say(f"{name}: {_describe(news.tracks, units)}")
     conclude(
         [
             {"throw": k.throw, "clock": k.clock, "tracked": len(k), "to_s": float(k.t[-1])}
@@ -118,9 +128,15 @@ def live(
     )
 
 
-def _describe(tracks: tuple[Trajectory, ...]) -> str:
-    """Which throw it was, where its stone went, and how many other stones were seen."""
+def _describe(tracks: tuple[Trajectory, ...], units: Units) -> str:
+    """Which throw it was, what it was, and how many other stones were seen."""
+    from friction_estimation.reports.throws_section import throw_in_words
+    from friction_estimation.tracks.throw_table import throw_table
+
     stone, *others = tracks
-    x, y = stone.xy[-1]
     also = f", and {len(others)} other stones" if others else ""
+    words = [throw_in_words(one, units) for one in throw_table(tracks)]
+    if words and words[0]:
+        return f"throw {stone.throw}, {words[0]}{also}"
+    x, y = stone.xy[-1]
     return f"throw {stone.throw}, {len(stone)} rows, last seen at x {x:+.2f}, y {y:+.2f} m{also}"

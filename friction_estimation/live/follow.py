@@ -17,6 +17,7 @@ from curling_env.errors import CurlingError, TrackTooShortError
 from curling_env.infrastructure.executor import begin_worker
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Image
+from curling_env.units import Units
 from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.scene import Scene
 from friction_estimation.estimation.whole_ice import estimate_ice
@@ -67,6 +68,7 @@ def follow_stream(
     throws: int | None = None,
     report: Path | None = None,
     reload_seconds: float = 10.0,
+    units: Units = Units.METRES,
     tracker: Tracker = track_film,
     on_frame: Callable[[int], object] = lambda waiting: None,
 ) -> Iterator[TrackedClip | IceSoFar]:
@@ -83,6 +85,7 @@ def follow_stream(
     report : an existing folder for a page that shows the ice so far; with None there is no page,
         and only one number is estimated for the ice
     reload_seconds : time after which a browser loads that page again [s]
+    units : what the page tells lengths in
     tracker : finds the stones in each film; another process must be able to import it
     on_frame : called after every frame with the number of films that wait to be tracked
 
@@ -99,7 +102,7 @@ def follow_stream(
     # A fresh process, because a forked one would share the camera.
     context = get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=context, initializer=_begin) as process:
-        analysis = _Analysis(process, scene, report, reload_seconds, tracker)
+        analysis = _Analysis(process, scene, report, reload_seconds, units, tracker)
         with closing(feed):
             with closing(feed.frames()) as frames, suppress(KeyboardInterrupt):
                 for frame in frames:
@@ -130,10 +133,11 @@ class _Analysis:
         scene: Scene,
         report: Path | None,
         reload_seconds: float,
+        units: Units,
         tracker: Tracker,
     ) -> None:
         self._process, self._scene, self._report = process, scene, report
-        self._reload_seconds, self._tracker = reload_seconds, tracker
+        self._reload_seconds, self._units, self._tracker = reload_seconds, units, tracker
         self._films: deque[tuple[Clip, Future[_Result]]] = deque()
         self._tracks: list[Trajectory] = []
         self._stills: tuple[Still, ...] = ()
@@ -199,7 +203,13 @@ class _Analysis:
     def _estimate_ice(self, reload_seconds: float | None) -> Future[IceSoFar]:
         self._throws_estimated = self.throws
         return self._process.submit(
-            _estimate, self.throws, self._tracks, self._stills, self._report, reload_seconds
+            _estimate,
+            self.throws,
+            self._tracks,
+            self._stills,
+            self._report,
+            reload_seconds,
+            self._units,
         )
 
 
@@ -227,6 +237,7 @@ def _estimate(
     stills: Sequence[Still],
     report: Path | None,
     reload_seconds: float | None,
+    units: Units,
 ) -> IceSoFar:
     try:
         found = estimate_ice(tracks, uniform=report is None)
@@ -235,7 +246,7 @@ def _estimate(
         words = "the throws so far are too short to show it" if too_short else str(error)
         return IceSoFar(throws=throws, words=words)
     if report is not None:
-        write_report(found, report, stills, reload=reload_seconds)
+        write_report(found, report, stills, reload=reload_seconds, units=units)
     low, high = found.interval
     return IceSoFar(
         throws=throws,

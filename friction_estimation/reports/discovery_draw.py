@@ -12,6 +12,7 @@ from curling_env.physics.wear import wear_along_path, wear_of, worn
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
 from curling_env.typing import Floats
+from curling_env.units import Units, length, speed
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.model.model import Model
 
@@ -42,10 +43,15 @@ class DrawShift:
 
     @property
     def words(self) -> str:
+        """The shift in a sentence, in metres."""
+        return self.words_in(Units.METRES)
+
+    def words_in(self, units: Units) -> str:
         """The shift in a sentence."""
         right, further = self.shift
+        metric = units is Units.METRES
         parts = [
-            f"{abs(value):.1f} m {words[int(value > 0)]}"
+            f"{f'{abs(value):.1f} m' if metric else length(value, units)} {words[int(value > 0)]}"
             for value, words in (
                 (right, ("to the left", "to the right")),
                 (further, ("shorter", "further")),
@@ -54,8 +60,8 @@ class DrawShift:
         ]
         where = " and ".join(parts) if parts else "in the same place"
         return (
-            f"The draw of {self.speed:.2f} m/s, turning counter-clockwise, that the model as it "
-            f"was lays on the tee line rests {where} with what was found."
+            f"The draw of {speed(self.speed, units)}, turning counter-clockwise, that the model as "
+            f"it was lays on the tee line rests {where} with what was found."
         )
 
 

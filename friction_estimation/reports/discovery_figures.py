@@ -29,6 +29,7 @@ from curling_env.render.figures import (
 )
 from curling_env.sheet import Direction
 from curling_env.typing import Floats
+from curling_env.units import Units
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.evidence.significance import own_frictions
 from friction_estimation.discovery.evidence.unknown import Dependence
@@ -79,7 +80,7 @@ def gap_picture(found: Discovery) -> Figure:
     return figure
 
 
-def draw_picture(shift: DrawShift, ice: Ice) -> Figure:
+def draw_picture(shift: DrawShift, ice: Ice, units: Units = Units.METRES) -> Figure:
     """The house with the draw before and after, as the thrower sees it."""
     figure = new_figure(4.4, 4.3)
     ax = figure.subplots()
@@ -100,6 +101,7 @@ def draw_picture(shift: DrawShift, ice: Ice) -> Figure:
         ice.sheet,
         short=float(np.clip(0.6 - lowest, 2.6, 8.0)),
         past=float(np.clip(highest + 0.6, 2.4, 4.5)),
+        units=units,
     )
     ax.set_aspect("equal")
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), fontsize=8, frameon=False)

@@ -6,6 +6,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from curling_env.units import Units
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.verdict import gain_in_words, readable
 from friction_estimation.reports.assessment_sections import assessment_sections
@@ -16,12 +17,34 @@ from friction_estimation.reports.discovery_figures import (
     gap_picture,
     residual_pictures,
 )
-from friction_estimation.reports.html import picture, table, write_page
+from friction_estimation.reports.draw_weight import draw_facts
+from friction_estimation.reports.html import facts, picture, table, write_page
 
 
-def write_report_page(found: Discovery, report: dict[str, Any], path: Path) -> None:
-    """Write `report.html`."""
-    parts = [f"<h1>{escape(report['verdict'])}</h1>{_first_pictures(found)}"]
+def write_report_page(
+    found: Discovery,
+    report: dict[str, Any],
+    path: Path,
+    *,
+    throws: str = "",
+    units: Units = Units.METRES,
+) -> None:
+    """Write `report.html`.
+
+    Parameters
+    ----------
+    found : the discovery
+    report : what `discovery.report` says of it
+    path : file to write
+    throws : the table of throws (`throws_section.throws_section`), HTML
+    units : what lengths are told in where a coach reads them
+    """
+    ice = found.improved_ice()
+    draw = draw_facts(ice, float(ice.friction.mu.mean()), units)
+    parts = [f"<h1>{escape(report['verdict'])}</h1>{_first_pictures(found, units)}"]
+    if draw:
+        parts.append(f"<h2>What this ice asks of a draw</h2>{facts(draw)}")
+    parts.append(throws)
     if report["effects"]:
         parts.append(f"<h2>What is missing</h2>{_effects(report)}")
     for label, figure in residual_pictures(found):
@@ -51,7 +74,7 @@ def write_report_page(found: Discovery, report: dict[str, Any], path: Path) -> N
     )
 
 
-def _first_pictures(found: Discovery) -> str:
+def _first_pictures(found: Discovery, units: Units) -> str:
     """The forecast gap before and after, and the same draw before and after."""
     shown = ""
     if found.gaps:
@@ -63,9 +86,9 @@ def _first_pictures(found: Discovery) -> str:
     shift = draw_shift(found)
     if shift is not None:
         shown += picture(
-            draw_picture(shift, found.final.model.ice),
+            draw_picture(shift, found.final.model.ice, units),
             "the same draw before and after",
-            caption=shift.words,
+            caption=shift.words_in(units),
         )
     return f"<div class=side>{shown}</div>" if shown else ""
 

@@ -13,6 +13,7 @@ from curling_env.physics.one_stone.slide import NO_BOUNDS, slide
 from curling_env.physics.one_stone.tuning import FINE_TOLERANCE
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.throw import Throw
+from curling_env.units import Units, length, short_length, speed
 
 DRAW_TURNS = 3.0
 """Turns of a usual draw on its way."""
@@ -46,13 +47,13 @@ def draw_weight(ice: Ice, mu: float) -> DrawWeight | None:
     None where no throw comes to rest at the tee
     """
     even = replace(ice, friction=FrictionMap.uniform(mu, ice.sheet))
-    speed = Aim(even, tolerance=FINE_TOLERANCE).draw_weight()
-    if speed is None:
+    needed = Aim(even, tolerance=FINE_TOLERANCE).draw_weight()
+    if needed is None:
         return None
-    path = slide(even, Throw(speed=speed).release(), bounds=NO_BOUNDS, fps=60.0).trajectory
+    path = slide(even, Throw(speed=needed).release(), bounds=NO_BOUNDS, fps=60.0).trajectory
     assert path is not None
     hog_to_hog = float(np.interp(HOG_LINE_Y, path.xy[:, 1], path.t))
-    return DrawWeight(speed=speed, seconds=path.duration, hog_to_hog=hog_to_hog)
+    return DrawWeight(speed=needed, seconds=path.duration, hog_to_hog=hog_to_hog)
 
 
 def worth_of_a_per_cent(ice: Ice, mu: float) -> tuple[float, float] | None:
@@ -98,3 +99,32 @@ def curl_of_a_draw(ice: Ice, mu: float) -> float | None:
         for sign in (1, -1)
     ]
     return abs(across[1] - across[0]) / 2
+
+
+def draw_facts(ice: Ice, mu: float, units: Units = Units.METRES) -> list[tuple[str, str]]:
+    """What a friction means to a curler: numbers, and what each is; none where no draw rests.
+
+    Parameters
+    ----------
+    ice : sheet, stone and effects
+    mu : friction of the even ice
+    units : what lengths are told in
+    """
+    draw = draw_weight(ice, mu) if mu > 0 else None
+    if draw is None:
+        return []
+    pairs = [
+        (f"{draw.hog_to_hog:.1f} s", "hog line to hog line, draw to the tee"),
+        (f"{draw.seconds:.1f} s", "hog line to rest at the tee"),
+        (speed(draw.speed, units), "draw weight at the hog line"),
+    ]
+    curl = curl_of_a_draw(ice, mu)
+    if curl is not None:
+        pairs.append((length(curl, units), f"curl of a draw that turns {DRAW_TURNS:g} times"))
+    worth = worth_of_a_per_cent(ice, mu)
+    if worth is not None:
+        pairs += [
+            (short_length(worth[0], units), "further for a draw where it is 1 % keener"),
+            (f"{worth[1]:.2f} s", "longer from hog to hog for a draw on ice 1 % keener"),
+        ]
+    return pairs

@@ -14,15 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 from curling_env.ice import write_cells
 from curling_env.infrastructure.storage import write_json, write_table, written_so_far
 from curling_env.physics.effects import catalogue
-from curling_env.units import Units, length, short_length
-from curling_env.units import speed as speed_in
+from curling_env.units import Units, length
 from friction_estimation.estimation.estimate import Estimate
-from friction_estimation.reports.draw_weight import (
-    DRAW_TURNS,
-    curl_of_a_draw,
-    draw_weight,
-    worth_of_a_per_cent,
-)
+from friction_estimation.reports.draw_weight import draw_facts
 from friction_estimation.reports.estimate_figures import paper_estimate, per_cent, write_pictures
 from friction_estimation.reports.html import facts, picture, table, write_page
 from friction_estimation.reports.throws_section import Notes, throws_section, write_measures
@@ -210,23 +204,7 @@ def headline(found: Estimate) -> str:
 def _facts(found: Estimate, units: Units) -> list[tuple[str, str]]:
     low, high = found.interval
     pairs = [(f"{found.mu:.5f}", f"friction μ, known to ± {50 * (high - low) / found.mu:.2g} %")]
-    draw = draw_weight(found.ice, found.mu) if found.mu > 0 else None
-    if draw is not None:
-        speed, seconds, hog_to_hog = draw
-        pairs += [
-            (f"{hog_to_hog:.1f} s", "hog line to hog line, draw to the tee"),
-            (f"{seconds:.1f} s", "hog line to rest at the tee"),
-            (speed_in(speed, units), "draw weight at the hog line"),
-        ]
-        curl = curl_of_a_draw(found.ice, found.mu)
-        if curl is not None:
-            pairs.append((length(curl, units), f"curl of a draw that turns {DRAW_TURNS:g} times"))
-        worth = worth_of_a_per_cent(found.ice, found.mu)
-        if worth is not None:
-            pairs += [
-                (short_length(worth[0], units), "further for a draw where it is 1 % keener"),
-                (f"{worth[1]:.2f} s", "longer from hog to hog for a draw on ice 1 % keener"),
-            ]
+    pairs += draw_facts(found.ice, found.mu, units)
     pairs.append((str(len(found.slides)), "throws measured"))
     if found.resolution is not None:
         pairs.append((length(found.resolution, units), "finest detail that is resolved"))

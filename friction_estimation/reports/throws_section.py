@@ -206,6 +206,24 @@ def rest_of(one: ThrowMeasures, units: Units = Units.METRES) -> str:
     return f"through the house: {place}" if through else place
 
 
+def throw_in_words(one: ThrowMeasures, units: Units = Units.METRES) -> str:
+    """What a throw was, in a sentence; empty where nothing of it was seen."""
+    parts: list[str] = []
+    if one.back_to_hog is not None:
+        parts.append(f"split {_seconds(one.back_to_hog)}")
+    if one.hog_to_hog is not None:
+        parts.append(f"{_seconds(one.hog_to_hog)} hog to hog")
+    elif one.speed is not None:
+        parts.append(f"{speed(one.speed.value, units)} at the hog line")
+    if one.spin is not None:
+        parts.append(handle_of(one))
+    if one.curl is not None:
+        parts.append(f"curl {_side(one.curl, units, False, positive='left')}")
+    if one.rests:
+        parts.append(f"rests {rest_of(one, units)}")
+    return ", ".join(parts)
+
+
 def curl_in_words(throws: Sequence[ThrowMeasures], units: Units = Units.METRES) -> list[str]:
     """How far draws curl, by handle; empty where no draw came to rest near the house."""
     sentences: list[str] = []

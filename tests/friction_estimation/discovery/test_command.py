@@ -42,6 +42,8 @@ def test_report_ice_and_page(curling, make_session, tmp_path):
     assert not load_ice(tmp_path / "found" / "baseline.json").effects
     page = (tmp_path / "found" / "report.html").read_text()
     assert report["verdict"] in page
+    assert "curl of a draw" in page
+    assert "hog to hog" in page
     assert "http://" not in page
     assert "https://" not in page
 

@@ -14,6 +14,7 @@ from friction_estimation.reports.throws_section import (
     curl_in_words,
     handle_of,
     rest_of,
+    throw_in_words,
     throw_rows,
     throws_section,
     write_measures,
@@ -67,6 +68,15 @@ def test_the_same_in_feet():
 )
 def test_places_of_rest(right, past, told):
     assert rest_of(thrown(right=right, past=past, from_tee=float(np.hypot(right, past)))) == told
+
+
+def test_a_throw_in_a_sentence():
+    assert throw_in_words(DRAW) == (
+        "split 3.6 s, 14.23 s hog to hog, in-turn ↻, curl 1.22 m right, "
+        "rests 61 cm past the tee, 30 cm left"
+    )
+    assert throw_in_words(thrown(speed=2.0), Units.FEET) == "6.6 ft/s at the hog line"
+    assert throw_in_words(thrown()) == ""
 
 
 def test_handles_are_a_right_handers():
