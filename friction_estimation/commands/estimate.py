@@ -191,6 +191,7 @@ def estimate(
     from friction_estimation.estimation.paper_method import estimate_by_paper
     from friction_estimation.estimation.whole_ice import estimate_ice
     from friction_estimation.reports.estimate_page import headline, write_report
+    from friction_estimation.tracks.plausible_friction import question_about
     from friction_estimation.tracks.throw_list import NO_NOTES, load_tracks, throws_beside
 
     if len([name for name in (start, prior, update) if name is not None]) > 1:
@@ -270,7 +271,14 @@ def estimate(
         say(f"left out: {reason}")
     if checkpoints is not None:
         checkpoints.delete()
-    numbers = {**found.summary(), **({"throws_before": len(earlier)} if earlier else {})}
+    question = question_about(found.mu)
+    if question is not None:
+        say(question)
+    numbers = {
+        **found.summary(),
+        **({"throws_before": len(earlier)} if earlier else {}),
+        **({} if question is None else {"question": question}),
+    }
     conclude(numbers, headline(found), as_json=as_json)
 
 
@@ -326,7 +334,7 @@ def _track(
             tracks += film.tracks
             say(f"{film.film.name}: {describe(film)}")
             if i < films_shown and film.found is not None:
-                scene = known[i % len(known)]
-                shown = stills_of(film.film, scene, film.found)
+                scene = film.scene or known[0]
+                shown = stills_of(film.shown or film.film, scene, film.found)
                 stills += [Still.of(film.film.name, t, image) for t, image in shown]
     return tracks, stills, checkpoints

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from dataclasses import replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -84,7 +86,9 @@ def track(
     overlay: Annotated[
         Path | None,
         typer.Option(
-            metavar="OUT.mp4", help="Also draw the track into a copy of the film; for one film."
+            metavar="OUT.mp4",
+            help="Also draw the track into a copy of the film; for one film. Its further throws "
+            "are drawn into OUT-1.mp4, OUT-2.mp4, ...",
         ),
         Writes(kinds=("film",)),
     ] = None,
@@ -144,6 +148,7 @@ def track(
     from friction_estimation.tracking import track_each
     from friction_estimation.tracking.overlay import write_overlay
     from friction_estimation.tracking.resume import Checkpoints
+    from friction_estimation.tracks.plausible_friction import question_about, rough_friction
     from friction_estimation.tracks.throw_list import ThrowNote, throws_beside
 
     for film in films:
@@ -166,20 +171,30 @@ def track(
             scenes,
             tracker=function,
             checkpoints=checkpoints,
-            always_track=0 if overlay is None else 1,
+            always_track=0 if overlay is None else sys.maxsize,
             left_out=lambda why: say(f"left out: {why}"),
             progress=bar,
         ):
             say(f"{one.name}: {describe(one)}")
+            asked = question_about(rough_friction(one.thrown))
+            if asked is not None:
+                say(f"{one.name}: {asked}")
+                one = replace(one, summary={**one.summary, "question": asked})
             tracked.append(one)
             if overlay is not None:
+                number = one.thrown.throw
                 if one.found is None:
                     raise InputError(
                         "this tracker returns tracks alone, which do not suffice for an overlay",
                         source="--overlay",
                     )
                 write_overlay(
-                    one.shown or one.film, scenes[0], one.found, overlay, units=units, progress=bar
+                    one.shown or one.film,
+                    scenes[0],
+                    one.found,
+                    overlay.with_stem(f"{overlay.stem}-{number}") if number else overlay,
+                    units=units,
+                    progress=bar,
                 )
     write_tracks(output, [track for one in tracked for track in one.tracks])
     checkpoints.delete()

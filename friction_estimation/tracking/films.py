@@ -34,6 +34,7 @@ class TrackedFilm:
         alone, and for a resumed film
     resumed : whether an earlier, interrupted call had tracked the film
     shown : the film, or the part of it that shows this throw; None for a resumed film
+    scene : its camera's view of the sheet
     """
 
     film: Path
@@ -42,6 +43,7 @@ class TrackedFilm:
     found: FilmTrack | None = None
     resumed: bool = False
     shown: Film | Path | None = None
+    scene: Scene | None = None
 
     @property
     def thrown(self) -> Trajectory:
@@ -196,7 +198,7 @@ def _track_each(
                     continue
                 if checkpoints is not None and len(films) * len(pieces) > 1:
                     checkpoints.save(index, key, one.tracks, one.summary)
-            yield _numbered(one, number, piece)
+            yield replace(_numbered(one, number, piece), scene=scene)
             index, throw = index + 1, throw + 1
         if len(refused) == len(pieces):
             raise refused[0]

@@ -1,0 +1,51 @@
+"""Friction that no ice has is questioned."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from curling_env.trajectory import Trajectory
+from friction_estimation.tracks.plausible_friction import question_about, rough_friction
+
+
+def slide(mu, slow=1.0, speed=2.0):
+    """A stone that slides to rest, in a film that plays some times slower than life."""
+    brake = 9.80665 * mu
+    t = np.arange(0, speed / brake + 1, 1 / 30)
+    moving = np.minimum(t, speed / brake)
+    y = speed * moving - brake * moving**2 / 2
+    xy = np.column_stack([0.002 * np.random.default_rng(0).standard_normal(len(t)), y])
+    return Trajectory(t=t * slow, xy=xy)
+
+
+@pytest.mark.parametrize("mu", [0.006, 0.009, 0.02])
+def test_friction_of_ice_is_not_questioned(mu):
+    assert rough_friction(slide(mu)) == pytest.approx(mu, rel=0.1)
+    assert question_about(rough_friction(slide(mu))) is None
+
+
+@pytest.mark.parametrize(
+    ("slow", "asked"),
+    [(2.0, r"less .* 2 times slower .* --slow 2"), (4.0, "--slow 4"), (8.0, "--slow 8")],
+)
+def test_slow_motion_is_asked_about(slow, asked):
+    question = question_about(rough_friction(slide(0.0095, slow)))
+    assert question is not None
+
+    assert re.search(asked, question)
+
+
+def test_what_no_speed_of_playing_explains_is_asked_about_in_general():
+    assert "are the times of the frames" in (question_about(0.00001) or "")
+    assert "more than curling ice has" in (question_about(0.2) or "")
+    assert "2 times faster" in (question_about(0.04) or "")
+
+
+def test_a_stone_that_hardly_moves_tells_nothing():
+    track = slide(0.009)
+    short = Trajectory(t=track.t[:30], xy=track.xy[:30])
+    assert np.isnan(rough_friction(short))
+    assert question_about(np.nan) is None
