@@ -21,6 +21,7 @@ from friction_estimation.camera.pose import poses_from_points
 from friction_estimation.camera.scene import Scene
 from friction_estimation.camera.tuning import (
     CAMERA_HEIGHT_PRIOR,
+    DISPLACED_SEARCH_PX,
     DOUBTFUL_COST,
     EQUAL_COST_RATIO,
     MEASURED_HEIGHT_SIGMA,
@@ -101,6 +102,46 @@ def refine(
             found = [c for c in (best, wider) if c is not None]
             best = min(found, key=fit.cost, default=None)
     return _better(fit, camera, best)
+
+
+def refine_again(
+    refined: RefinedCamera, scene: Scene, image: Image | Singles, origin_px: tuple[int, int]
+) -> RefinedCamera:
+    """The same camera, fitted to another picture of the same paint.
+
+    Parameters
+    ----------
+    refined : the camera; its free parts of the lens stay free
+    scene, image, origin_px : as in `refine`
+
+    Returns
+    -------
+    The camera as it was, where the picture does not show the paint
+    """
+    fit = _fit_to(scene, image, origin_px, refined.lens)
+    near = fit.approach(refined.camera, NARROW_SEARCHES_PX, refined.lens)
+    found = _better(fit, refined.camera, near)
+    return found if found.measured else refined
+
+
+def displacement(
+    refined: RefinedCamera, scene: Scene, image: Image | Singles, origin_px: tuple[int, int]
+) -> float:
+    """How far the paint in a picture is from where a camera sees it [px].
+
+    Infinite where less than half of the paint is near there that the camera was fitted to.
+
+    Parameters
+    ----------
+    refined : the camera
+    scene, image, origin_px : as in `refine`
+    """
+    fit = _fit_to(scene, image, origin_px, KNOWN_LENS)
+    measured = fit.measure(refined.camera, DISPLACED_SEARCH_PX)
+    if len(measured.index) < max(MIN_MARKINGS, 0.5 * refined.measured):
+        return float(np.inf)
+    # Across a line that moves along itself nothing is seen to move; most do not.
+    return float(np.sqrt(2 * np.median(measured.offset_px**2)))
 
 
 def refine_from(
@@ -238,6 +279,28 @@ def _starts(camera: Camera, scene: Scene, *, free_focal: bool) -> list[Camera]:
     return starts
 
 
+def _confirmed(fit: MarkingsFit, given: RefinedCamera) -> RefinedCamera:
+    """A camera that the paint cannot improve, and how well the paint determines it.
+
+    Nearly all of the paint must be where it sees it, as it is where points were marked exactly.
+    """
+    measured = fit.measure(given.camera, 2.0)
+    if len(measured.index) < max(MIN_MARKINGS, WRONG_PAINT_SHARE * measured.expected):
+        return given
+    fitted = fit.fit(given.camera, measured, fit.lens, 0.5)
+    if fitted.rms_px > WRONG_PAINT_RMS_PX:
+        return given
+    return replace(
+        given,
+        measured=fitted.measured,
+        rms_px=fitted.rms_px,
+        before_px=fitted.rms_px,
+        misfit=fitted.misfit,
+        covariance=fitted.covariance,
+        lens=fit.lens,
+    )
+
+
 def _better(fit: MarkingsFit, before: Camera, after: Camera | None) -> RefinedCamera:
     """The one of two cameras that the paint agrees with better."""
     given = unrefined(before)
@@ -247,7 +310,7 @@ def _better(fit: MarkingsFit, before: Camera, after: Camera | None) -> RefinedCa
     if len(measured.index) < max(MIN_MARKINGS, MIN_MARKINGS_SHARE * measured.expected):
         return given
     if fit.cost(after) > EQUAL_COST_RATIO * fit.cost(before):
-        return given
+        return _confirmed(fit, given)
     fitted = fit.fit(after, measured, fit.lens, 0.5)
     enough = WRONG_PAINT_SHARE * measured.expected
     if fitted.rms_px > WRONG_PAINT_RMS_PX and fitted.measured < enough:

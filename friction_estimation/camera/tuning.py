@@ -84,6 +84,8 @@ CONVINCING_COST = 0.5
 not found counts 9."""
 DOUBTFUL_COST = 1.5
 """Mean squared miss from which on the wider search is tried as well [px²]."""
+DISPLACED_SEARCH_PX = 6.0
+"""How far from its place the paint is looked for where a camera may have moved."""
 MIN_MARKINGS = 60
 """Fewer measured points do not outweigh what was marked by hand."""
 MIN_MARKINGS_SHARE = 0.25

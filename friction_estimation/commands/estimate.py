@@ -315,6 +315,7 @@ def _track(
     from friction_estimation.tracking import load_tracker, track_each
     from friction_estimation.tracking.overlay import draw_stills as stills_of
     from friction_estimation.tracking.resume import Checkpoints
+    from friction_estimation.tracking.shared_cameras import SharedCameras
 
     cv2.setNumThreads(1)
     known = [load_scene(path, camera) for path in scenes]
@@ -327,6 +328,7 @@ def _track(
             known,
             tracker=load_tracker(tracker),
             checkpoints=checkpoints,
+            cameras=SharedCameras(keep=True),
             always_track=films_shown,
             progress=bar,
         )

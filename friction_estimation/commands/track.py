@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
 import typer
 
 from curling_env.commands.cli import (
@@ -124,6 +125,10 @@ def track(
     each throw) is joined to every later table. A stone that was hit has rows from the contact on;
     one that nobody touched has two rows, for the first and the last frame.
 
+    The camera of a scene is solved once, from its first films together, and kept beside the scene
+    (end.camera.json beside end.scene.json). Later films use it at once. Where the paint shows that
+    the tripod has moved, it is solved anew.
+
     If tracking many films is interrupted, repeat the command: films that were tracked before are
     not tracked again.
 
@@ -148,6 +153,7 @@ def track(
     from friction_estimation.tracking import track_each
     from friction_estimation.tracking.overlay import write_overlay
     from friction_estimation.tracking.resume import Checkpoints
+    from friction_estimation.tracking.shared_cameras import SharedCameras
     from friction_estimation.tracks.plausible_friction import question_about, rough_friction
     from friction_estimation.tracks.throw_list import ThrowNote, throws_beside
 
@@ -171,6 +177,7 @@ def track(
             scenes,
             tracker=function,
             checkpoints=checkpoints,
+            cameras=SharedCameras(keep=True),
             always_track=0 if overlay is None else sys.maxsize,
             left_out=lambda why: say(f"left out: {why}"),
             progress=bar,
@@ -248,8 +255,6 @@ def describe(one: TrackedFilm) -> str:
         return "tracked before the interruption"
     if one.found is None:
         return f"stone seen in {len(one.thrown)} frames"
-    import numpy as np
-
     found = one.found
     known = 1000 * float(np.median(found.trajectory.sigma_xy))
     paint = (
@@ -259,8 +264,15 @@ def describe(one: TrackedFilm) -> str:
     )
     return (
         f"stone seen in {len(found.trajectory)} of {found.frame_count} frames, its place known "
-        f"to about {known:.1f} mm; {paint}{_other_stones(found)}"
+        f"to about {known:.1f} mm; {paint}{_moved(found)}{_other_stones(found)}"
     )
+
+
+def _moved(found: FilmTrack) -> str:
+    if not found.moved_px:
+        return ""
+    far = f"by about {found.moved_px:.1f} px" if found.moved_px < np.inf else "by more than 6 px"
+    return f"; the camera has moved {far} since the scene was solved, and was solved anew"
 
 
 def _other_stones(found: FilmTrack) -> str:

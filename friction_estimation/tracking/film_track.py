@@ -60,6 +60,8 @@ class FilmTrack:
     contacts : times at which the stone hit or was hit [s]
     others : tracks of the other stones on the sheet, numbered from 1
     stabiliser : undoes the camera's sway in a frame; None where the camera stood still
+    moved_px : how far the camera has moved since it was solved for earlier films [px]; 0 where it
+        stood still or is solved for this film first
     """
 
     trajectory: Trajectory
@@ -73,6 +75,7 @@ class FilmTrack:
     contacts: tuple[float, ...] = ()
     others: tuple[FilmTrack, ...] = ()
     stabiliser: Stabiliser | None = None
+    moved_px: float = 0.0
 
     @property
     def handle_colour(self) -> Floats:

@@ -11,12 +11,14 @@ from typing import Any, TypeAlias
 from curling_env.errors import InputError
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Progress, no_progress
+from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.camera.scene import Scene, load_scene
 from friction_estimation.film.video import Film
 from friction_estimation.tracking.cutting.pieces import Piece, cut, minutes
-from friction_estimation.tracking.film_track import FilmTrack
+from friction_estimation.tracking.film_track import FilmTrack, TrackingOptions
 from friction_estimation.tracking.pipeline import track_film
 from friction_estimation.tracking.resume import Checkpoints, digest
+from friction_estimation.tracking.shared_cameras import SharedCameras, camera_document
 from friction_estimation.tracking.stone_numbers import StoneNumbers, handle_code
 from friction_estimation.tracking.tracker import Tracker, load_tracker, tracks_in
 
@@ -120,6 +122,7 @@ def track_each(
     tracker: Tracker | None = None,
     checkpoints: Checkpoints | None = None,
     always_track: int = 0,
+    cameras: SharedCameras | None = None,
     left_out: Callable[[str], object] = lambda why: None,
     progress: Progress = no_progress,
 ) -> Iterator[TrackedFilm]:
@@ -138,6 +141,8 @@ def track_each(
         call can be repeated; the caller deletes them at the end. None: nothing is kept
     always_track : as many of the first throws are tracked even if checkpoints hold their tracks,
         for callers that need `found`
+    cameras : what is known of the cameras of scenes; by default nothing, and each is solved from
+        its first films
     left_out : called with what is no throw after all in a film of several, and why
 
     Raises
@@ -155,7 +160,14 @@ def track_each(
     tracker = load_tracker() if tracker is None else tracker
     jobs = list(zip(films, scenes, strict=True))
     found = _track_each(
-        jobs, tracker, throws, checkpoints, always_track, left_out=left_out, progress=progress
+        jobs,
+        tracker,
+        throws,
+        checkpoints,
+        always_track,
+        cameras=SharedCameras() if cameras is None else cameras,
+        left_out=left_out,
+        progress=progress,
     )
     return found if throws is not None else _with_stones(found)
 
@@ -167,19 +179,28 @@ def _track_each(
     checkpoints: Checkpoints | None,
     always_track: int,
     *,
+    cameras: SharedCameras,
     left_out: Callable[[str], object],
     progress: Progress,
 ) -> Iterator[TrackedFilm]:
     index = throw = 0
     for k, (film, scene) in enumerate(films):
         pieces = _pieces(film, scene, tracker, progress) if throws is None else [Piece.whole(film)]
+        known = None
+        if cameras_are_shared(tracker):
+            like = [other for other, its in films[k + 1 :] if its is scene]
+            known = cameras.of(scene, pieces, like, progress)
         refused: list[InputError] = []
         for piece in pieces:
             number = throw if throws is None else throws[k]
             one = None
             key = ""
             if checkpoints is not None:
-                choices = {"scene": asdict(replace(scene, source=None)), "piece": piece.key}
+                choices = {
+                    "scene": asdict(replace(scene, source=None)),
+                    "piece": piece.key,
+                    "camera": None if known is None else camera_document(known),
+                }
                 key = digest(film, tracker=_identity(tracker), **choices)
                 kept = None if index < always_track else checkpoints.load(index, key)
                 if kept is not None:
@@ -189,7 +210,9 @@ def _track_each(
                     )
             if one is None:
                 try:
-                    one = _track(piece, scene, tracker, progress)
+                    one = _track(piece, scene, tracker, known, progress)
+                    if one.found is not None:
+                        cameras.note(scene, one.found)
                 except InputError as error:
                     if len(pieces) == 1:
                         raise
@@ -204,20 +227,38 @@ def _track_each(
             raise refused[0]
 
 
+def cameras_are_shared(tracker: Tracker) -> bool:
+    """Whether a tracker takes a camera that was solved before, and may correct it."""
+    function, options = _built_in(tracker)
+    return function is track_film and (options is None or options.refine)
+
+
+def _built_in(tracker: Tracker) -> tuple[Any, TrackingOptions | None]:
+    """A tracker's function, and the options of the built-in one."""
+    if isinstance(tracker, partial):
+        return tracker.func, tracker.keywords.get("options")
+    return tracker, None
+
+
 def _pieces(film: Path, scene: Scene, tracker: Tracker, progress: Progress) -> list[Piece]:
     """The throws of a film, or all of it where it shows one throw only."""
-    function, options = tracker, None
-    if isinstance(tracker, partial):
-        function, options = tracker.func, tracker.keywords.get("options")
+    function, options = _built_in(tracker)
     if function is not track_film:
         return [Piece.whole(film)]
     opened = Film.open(film, scene.fps, None if options is None else options.slow)
     return cut(opened, scene, progress=progress)
 
 
-def _track(piece: Piece, scene: Scene, tracker: Tracker, progress: Progress) -> TrackedFilm:
-    # Only the built-in tracker is given parts of films.
-    found = tracker(piece.film, scene, progress=progress)  # pyright: ignore[reportArgumentType]
+def _track(
+    piece: Piece,
+    scene: Scene,
+    tracker: Tracker,
+    camera: RefinedCamera | None,
+    progress: Progress,
+) -> TrackedFilm:
+    # Only the built-in tracker is given parts of films, and cameras.
+    given: dict[str, Any] = {} if camera is None else {"camera": camera}
+    found = tracker(piece.film, scene, progress=progress, **given)  # pyright: ignore[reportArgumentType]
     tracks = tracks_in(found, piece.path)
     about = found if isinstance(found, FilmTrack) else None
     return TrackedFilm(

@@ -8,54 +8,46 @@ smoother that knows the uncertainty of each place joins them to a track.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from curling_env.errors import InputError
-from curling_env.typing import Floats, Image, Progress, no_progress, with_progress
+from curling_env.typing import Floats, Progress, no_progress, with_progress
 from friction_estimation.appearance import (
-    CROPS_TO_LEARN_FROM,
     Appearance,
     Crop,
     StoneFit,
-    StoneModel,
-    crops_at,
     learn_appearance,
     measure,
     unexplained_share,
 )
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.refinement import (
     RefinedCamera,
-    refine,
-    refine_at_focal,
-    unrefined,
+    displacement,
 )
 from friction_estimation.camera.scene import Scene
-from friction_estimation.film.deflicker import deflicker_for
 from friction_estimation.film.frame import Frame
-from friction_estimation.film.stabilisation import stabiliser_for
 from friction_estimation.film.video import Film
 from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.background import (
-    Background,
-    find_background,
-    sheet_region,
-)
 from friction_estimation.tracking.detection.compression import CompressionMonitor
-from friction_estimation.tracking.detection.thrown_stone import RoughPath, find_thrown_stone
 from friction_estimation.tracking.film_track import FilmTrack, TrackingOptions
-from friction_estimation.tracking.focal_from_stone import focal_from_stone
+from friction_estimation.tracking.found_stone import (
+    FoundStone,
+    find_stone,
+    focal_from_stones,
+    found_or_misplaced,
+)
 from friction_estimation.tracking.path.assembly import Measurements, assemble_track
 from friction_estimation.tracking.path.heading import HeadingCurve
 from friction_estimation.tracking.path.prediction import Predictor
 from friction_estimation.tracking.scene_context import SceneContext, find_scene_context
 from friction_estimation.tracking.several.collisions import assemble_tracks
 from friction_estimation.tracking.several.moving_stones import MovingStone, StoneFollower
+from friction_estimation.tracking.steady_film import SteadyFilm, empty_ice, refined_by_paint
 
 
 def track_film(
@@ -64,6 +56,7 @@ def track_film(
     *,
     throw: int = 0,
     options: TrackingOptions | None = None,
+    camera: RefinedCamera | None = None,
     progress: Progress = no_progress,
 ) -> FilmTrack:
     """Track the thrown stone of one film, and all other stones on the sheet.
@@ -74,6 +67,8 @@ def track_film(
     scene : its camera's view of the sheet
     throw : number of the throw, for the tracks
     options : what may be chosen; the defaults if None
+    camera : the scene's camera, if it was solved before, see `solve_camera`; where the paint is not
+        where it sees it, the camera has moved and is solved anew for this film
     progress : called with the number of frames done and the expected number of all
 
     Raises
@@ -83,11 +78,18 @@ def track_film(
     options = options or TrackingOptions()
     if not isinstance(film, Film):
         film = Film.open(film, scene.fps, options.slow)
-    steady = _SteadyFilm(film)
-    refined, background = _empty_ice(steady, scene, options.refine)
-    stone = _find_stone(steady, scene, refined.camera, background)
-    if refined.log_focal_sigma > tuning.OPEN_FOCAL_SIGMA and stone.crops(refined.camera):
-        refined = _focal_from_stone(refined, scene, stone)
+    steady = SteadyFilm(film)
+    background = empty_ice(steady, scene)
+    moved_px = 0.0
+    if camera is not None:
+        moved_px = displacement(camera, scene, background.image, background.origin_px)
+    if camera is not None and moved_px <= max(tuning.STILL_PX, 3 * camera.rms_px):
+        refined, moved_px = camera, 0.0
+        stone = find_stone(steady, scene, refined.camera, background)
+    else:
+        refined = refined_by_paint(steady, scene, background, options.refine)
+        stone = found_or_misplaced(steady, scene, refined, background, options.refine)
+        refined = focal_from_stones(refined, scene, [stone])
     learnt = _learn(steady, scene, refined.camera, stone)
     compression = CompressionMonitor(learnt.stone.background)
 
@@ -99,151 +101,10 @@ def track_film(
     found = track(frames, learnt, refined, options, compression)
     if found is None:
         raise InputError("the thrown stone is seen in fewer than five frames", source=film.path)
-    return replace(found, stabiliser=steady.stabiliser).numbered(throw)
+    return replace(found, stabiliser=steady.stabiliser, moved_px=moved_px).numbered(throw)
 
 
-# --- the film ----------------------------------------------------------------------------------
-
-
-class _SteadyFilm:
-    """A film whose frames are evenly lit and do not sway.
-
-    Parameters
-    ----------
-    film : as it was taken
-    """
-
-    def __init__(self, film: Film) -> None:
-        self.path = film.path
-        self._film = film
-        sample = film.sample(tuning.SAMPLE_FRAMES)
-        self._deflicker = deflicker_for(sample)
-        if self._deflicker is not None:
-            sample = [(t, self._deflicker.corrected(frame)) for t, frame in sample]
-        self.stabiliser = stabiliser_for(sample, film.path)
-        if self.stabiliser is not None:
-            sample = [(t, self.stabiliser.stabilised(frame)) for t, frame in sample]
-        self.sample = sample
-        """Times [s] and frames, spread over the whole film."""
-
-    @property
-    def size(self) -> tuple[int, int]:
-        return self._film.size
-
-    @property
-    def frame_count(self) -> int:
-        return self._film.frame_count
-
-    def frames(self) -> Iterable[tuple[float, Frame]]:
-        """All frames; where nothing is to be corrected, colours are decoded only where needed."""
-        if self._deflicker is None and self.stabiliser is None:
-            return self._film.lazy_frames()
-        return self._corrected(self._film.frames())
-
-    def between(self, low: float, high: float, step: float) -> Iterator[tuple[float, Image]]:
-        """The frames from one time to another, a step apart [s]."""
-        return self._corrected(self._film.between(low, high, step))
-
-    def sample_until(self, t: float) -> list[tuple[float, Image]]:
-        """As many frames as `sample` has, between the beginning and a time [s]."""
-        last = self._film.index_at(t)
-        wanted = np.linspace(0, last, tuning.SAMPLE_FRAMES).round().astype(int).tolist()
-        return list(self._corrected(self._film.pick(wanted)))
-
-    def _corrected(self, frames: Iterable[tuple[float, Image]]) -> Iterator[tuple[float, Image]]:
-        for t, frame in frames:
-            if self._deflicker is not None:
-                frame = self._deflicker.corrected(frame)
-            if self.stabiliser is not None:
-                frame = self.stabiliser.stabilised(frame)
-            yield t, frame
-
-
-def _empty_ice(
-    film: _SteadyFilm, scene: Scene, refine_camera: bool
-) -> tuple[RefinedCamera, Background]:
-    """The camera, corrected by the paint on the ice if wanted, and the ice without what moved."""
-    camera = camera_from_scene(scene, film.size)
-    # A lens that is not known yet may misplace the sheet by tens of pixels.
-    known = scene.camera_matrix is not None and scene.distortion is not None
-    margin = tuning.KNOWN_LENS_MARGIN_PX if known else tuning.UNKNOWN_LENS_MARGIN_PX
-    region = sheet_region(camera, scene.sheet, margin)
-    every = max(1, -(-len(film.sample) // tuning.BACKGROUND_FRAMES))
-    background = find_background([frame for _, frame in film.sample[::every]], region)
-    if not refine_camera:
-        return unrefined(camera), background
-    return refine(camera, scene, background.image, background.origin_px), background
-
-
-# --- the stone before it is followed -----------------------------------------------------------
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _FoundStone:
-    """The thrown stone, found but not yet measured.
-
-    Parameters
-    ----------
-    path : roughly where it is
-    pictures : times [s] and frames in which it was sighted
-    background : the ice behind it
-    found_by : the camera with which it was found
-    model : its shape
-    """
-
-    path: RoughPath
-    pictures: Sequence[tuple[float, Image]]
-    background: Background
-    found_by: Camera
-    model: StoneModel
-
-    def crops(self, camera: Camera) -> list[Crop]:
-        """Clear pictures of the stone, placed as another camera sees them."""
-        clear = [s for s in self.path.sightings if s.likeness >= tuning.MIN_LEARNING_LIKENESS]
-        clear = clear[:: max(1, -(-len(clear) // CROPS_TO_LEARN_FROM))]
-        middle = self.model.height / 2
-        places = np.array([s.xy for s in clear]).reshape(-1, 2)
-        if camera is not self.found_by:
-            px = self.found_by.project(np.column_stack([places, np.full(len(places), middle)]))
-            places = camera.on_plane(px, middle)
-        return crops_at(
-            [self.pictures[s.frame][1] for s in clear],
-            [s.t for s in clear],
-            list(places),
-            self.background.channels,
-            self.background.origin_px,
-            camera,
-            self.model,
-        )
-
-
-def _find_stone(
-    film: _SteadyFilm, scene: Scene, camera: Camera, background: Background
-) -> _FoundStone:
-    model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
-    found = find_thrown_stone(film.sample, background, camera, model, scene.sheet, film.between)
-    if found is None:
-        raise InputError(
-            "no thrown stone found: nothing of a stone's size slides along the ice",
-            source=film.path,
-        )
-    return _FoundStone(
-        path=found.path,
-        pictures=found.pictures,
-        background=background,
-        found_by=camera,
-        model=model,
-    )
-
-
-def _focal_from_stone(refined: RefinedCamera, scene: Scene, stone: _FoundStone) -> RefinedCamera:
-    """The camera with the focal length that the paint leaves open, from the stone's pictures."""
-    background = stone.background
-
-    def at_focal(change: float) -> RefinedCamera | None:
-        return refine_at_focal(refined, scene, background.image, background.origin_px, change)
-
-    return focal_from_stone(refined, at_focal, stone.crops, stone.model, background.noise)
+# --- before the frames are followed -------------------------------------------------------------
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -259,14 +120,14 @@ class _Learnt:
     sample_times : times of the sampled frames [s]
     """
 
-    stone: _FoundStone
+    stone: FoundStone
     appearance: Appearance
     heading: HeadingCurve | None
     context: SceneContext | None
     sample_times: Sequence[float]
 
 
-def _learn(film: _SteadyFilm, scene: Scene, camera: Camera, stone: _FoundStone) -> _Learnt:
+def _learn(film: SteadyFilm, scene: Scene, camera: Camera, stone: FoundStone) -> _Learnt:
     """What the thrown stone looks like, and what else lies on the sheet."""
     crops = stone.crops(camera)
     if not crops:
@@ -278,7 +139,7 @@ def _learn(film: _SteadyFilm, scene: Scene, camera: Camera, stone: _FoundStone) 
             source=film.path,
         )
 
-    def context_of(stone: _FoundStone, appearance: Appearance) -> SceneContext | None:
+    def context_of(stone: FoundStone, appearance: Appearance) -> SceneContext | None:
         return find_scene_context(
             film.sample,
             stone.background,

@@ -78,6 +78,13 @@ MIN_LOG_HEIGHT_SIGMA = 0.02
 FOCAL_CROP_STEP = 3
 """Every so many pictures of the stone are used to compare heights."""
 
+# --- one camera for many films ------------------------------------------------------------------
+
+STILL_PX = 0.5
+"""A camera that has moved by less since it was solved counts as standing still [px]."""
+SOLVING_FILMS = 3
+"""Films from which a camera is solved."""
+
 # --- stones at rest ---------------------------------------------------------------------------
 
 CANDIDATE_SCALE_STEP = 1.5

@@ -1,0 +1,126 @@
+"""The thrown stone of a film, found but not yet measured, and the lens by its pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from curling_env.errors import InputError
+from curling_env.typing import Image
+from friction_estimation.appearance import (
+    CROPS_TO_LEARN_FROM,
+    Crop,
+    StoneModel,
+    crops_at,
+)
+from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.refinement import (
+    RefinedCamera,
+    refine_at_focal,
+)
+from friction_estimation.camera.scene import Scene
+from friction_estimation.tracking import tuning
+from friction_estimation.tracking.detection.background import (
+    Background,
+)
+from friction_estimation.tracking.detection.thrown_stone import RoughPath, find_thrown_stone
+from friction_estimation.tracking.focal_from_stone import focal_from_stone
+from friction_estimation.tracking.steady_film import SteadyFilm
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FoundStone:
+    """The thrown stone, found but not yet measured.
+
+    Parameters
+    ----------
+    path : roughly where it is
+    pictures : times [s] and frames in which it was sighted
+    background : the ice behind it
+    found_by : the camera with which it was found
+    model : its shape
+    """
+
+    path: RoughPath
+    pictures: Sequence[tuple[float, Image]]
+    background: Background
+    found_by: Camera
+    model: StoneModel
+
+    def crops(self, camera: Camera) -> list[Crop]:
+        """Clear pictures of the stone, placed as another camera sees them."""
+        clear = [s for s in self.path.sightings if s.likeness >= tuning.MIN_LEARNING_LIKENESS]
+        clear = clear[:: max(1, -(-len(clear) // CROPS_TO_LEARN_FROM))]
+        middle = self.model.height / 2
+        places = np.array([s.xy for s in clear]).reshape(-1, 2)
+        if camera is not self.found_by:
+            px = self.found_by.project(np.column_stack([places, np.full(len(places), middle)]))
+            places = camera.on_plane(px, middle)
+        return crops_at(
+            [self.pictures[s.frame][1] for s in clear],
+            [s.t for s in clear],
+            list(places),
+            self.background.channels,
+            self.background.origin_px,
+            camera,
+            self.model,
+        )
+
+
+def find_stone(
+    film: SteadyFilm, scene: Scene, camera: Camera, background: Background
+) -> FoundStone:
+    model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
+    found = find_thrown_stone(film.sample, background, camera, model, scene.sheet, film.between)
+    if found is None:
+        raise InputError(
+            "no thrown stone found: nothing of a stone's size slides along the ice",
+            source=film.path,
+        )
+    return FoundStone(
+        path=found.path,
+        pictures=found.pictures,
+        background=background,
+        found_by=camera,
+        model=model,
+    )
+
+
+def found_or_misplaced(
+    film: SteadyFilm,
+    scene: Scene,
+    refined: RefinedCamera,
+    background: Background,
+    refine_camera: bool,
+) -> FoundStone:
+    """The thrown stone; where there is none and the paint is elsewhere, the scene is to blame."""
+    try:
+        return find_stone(film, scene, refined.camera, background)
+    except InputError as error:
+        if refined.measured or not refine_camera:
+            raise
+        raise InputError(
+            "the paint is not where this scene says, and no thrown stone is found; is it the scene "
+            "of this camera, and of films of this size? `curling corners` marks it anew",
+            source=film.path,
+        ) from error
+
+
+def focal_from_stones(
+    refined: RefinedCamera, scene: Scene, stones: Sequence[FoundStone]
+) -> RefinedCamera:
+    """The camera with the focal length that the paint leaves open, from pictures of stones."""
+    stones = [stone for stone in stones if stone.crops(refined.camera)]
+    if refined.log_focal_sigma <= tuning.OPEN_FOCAL_SIGMA or not stones:
+        return refined
+    background = stones[0].background
+
+    def at_focal(change: float) -> RefinedCamera | None:
+        return refine_at_focal(refined, scene, background.image, background.origin_px, change)
+
+    def crops(camera: Camera) -> list[Crop]:
+        return [crop for stone in stones for crop in stone.crops(camera)]
+
+    return focal_from_stone(refined, at_focal, crops, stones[0].model, background.noise)

@@ -1,0 +1,259 @@
+"""One camera is one camera: what the films of a scene share is solved once, kept, and checked.
+
+Lens, pose and height are solved from the first films of a scene together and written beside the
+scene. Later films use them at once. In every film the paint must be where the camera sees it; else
+the tripod has moved, and the camera is solved anew.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from curling_env.errors import CurlingError, InputError
+from curling_env.infrastructure.storage import read_json, write_json
+from curling_env.typing import Progress, no_progress
+from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.lens import FreeLens, Lens
+from friction_estimation.camera.refinement import RefinedCamera, displacement, refine_again
+from friction_estimation.camera.scene import Scene
+from friction_estimation.film.video import Film
+from friction_estimation.tracking import tuning
+from friction_estimation.tracking.cutting import tuning as cutting_tuning
+from friction_estimation.tracking.cutting.pieces import Piece
+from friction_estimation.tracking.detection.background import Background
+from friction_estimation.tracking.film_track import FilmTrack
+from friction_estimation.tracking.found_stone import (
+    FoundStone,
+    find_stone,
+    focal_from_stones,
+)
+from friction_estimation.tracking.steady_film import SteadyFilm, empty_ice, refined_by_paint
+
+FORMAT = "curling-camera/1"
+
+
+@dataclass(eq=False)
+class SharedCameras:
+    """The cameras of scenes.
+
+    Parameters
+    ----------
+    keep : whether they are read from and written to files beside the scenes
+    """
+
+    keep: bool = False
+    _known: dict[str, RefinedCamera | None] = field(default_factory=dict)
+
+    def of(
+        self, scene: Scene, pieces: Sequence[Piece], others: Sequence[Path], progress: Progress
+    ) -> RefinedCamera | None:
+        """The camera of a scene; solved from its first films where it is not known yet.
+
+        Parameters
+        ----------
+        pieces : what is tracked next
+        others : films of the same scene that follow
+        progress : called while the camera is solved
+
+        Returns
+        -------
+        None where its films do not show the paint: each film is then left to itself
+        """
+        films = [piece.film for piece in pieces if isinstance(piece.film, Film)]
+        if not films:
+            return None
+        key = self._key(scene, films[0].size)
+        if key not in self._known:
+            kept = self._read(scene, key)
+            self._known[key] = kept or self._solved(scene, films, others, progress)
+            if kept is None:
+                self._write(scene, key)
+        return self._known[key]
+
+    def note(self, scene: Scene, found: FilmTrack) -> None:
+        """Go on with the camera of a film in which it has turned out to have moved."""
+        if found.moved_px and found.refined.measured:
+            key = self._key(scene, found.camera.size)
+            self._known[key] = found.refined
+            self._write(scene, key)
+
+    def _solved(
+        self, scene: Scene, films: list[Film], others: Sequence[Path], progress: Progress
+    ) -> RefinedCamera | None:
+        for path in others:
+            if len(films) >= tuning.SOLVING_FILMS:
+                break
+            try:
+                film = Film.open(path, scene.fps)
+            except InputError:
+                continue  # it is told when this film's turn comes
+            if film.size == films[0].size and film.duration <= cutting_tuning.ONE_THROW_SECONDS:
+                films.append(film)
+        return solve_camera(films[: tuning.SOLVING_FILMS], scene, progress=progress)
+
+    def _key(self, scene: Scene, size: tuple[int, int]) -> str:
+        """A text that differs for other scenes and for other sizes of pictures."""
+        made_from = {**asdict(replace(scene, source=None, fps=None)), "size": size}
+        text = json.dumps(
+            made_from, sort_keys=True, default=lambda value: np.asarray(value).tolist()
+        )
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def _read(self, scene: Scene, key: str) -> RefinedCamera | None:
+        path = camera_beside(scene)
+        if not self.keep or path is None or not path.exists():
+            return None
+        try:
+            document = read_json(path)
+            fits = document["format"] == FORMAT and document["scene"] == key
+            return camera_from(document) if fits else None
+        except (CurlingError, KeyError, TypeError, ValueError):
+            return None  # it is solved again, and written anew
+
+    def _write(self, scene: Scene, key: str) -> None:
+        path, camera = camera_beside(scene), self._known[key]
+        if not self.keep or path is None or camera is None:
+            return
+        try:
+            write_json(path, {"format": FORMAT, "scene": key, **camera_document(camera)})
+        except CurlingError:
+            return  # a folder in which nothing can be written is no reason to stop
+
+
+def solve_camera(
+    films: Sequence[Film], scene: Scene, *, progress: Progress = no_progress
+) -> RefinedCamera | None:
+    """The camera that took several films, from all of them together.
+
+    Parameters
+    ----------
+    films : of one camera that does not move, a throw each; those that it does not fit are left out
+    scene : its view of the sheet
+    progress : called with the number of films done and that of all
+
+    Returns
+    -------
+    None where the first film does not show the paint, or no film is fit to be used
+
+    Raises
+    ------
+    InputError : points that do not fit the films
+    """
+    label, count = f"solve the camera of {films[0].path.name}", len(films) + 1
+    seen: list[tuple[SteadyFilm, Background]] = []
+    refined: RefinedCamera | None = None
+    for k, film in enumerate(films):
+        progress(label, k, count)
+        try:
+            steady = SteadyFilm(film)
+            background = empty_ice(steady, scene)
+        except InputError:
+            continue  # it is told when this film's turn comes
+        if refined is None:
+            refined = refined_by_paint(steady, scene, background, True)
+            if not refined.measured:
+                return None
+        elif (
+            background.image.shape != seen[0][1].image.shape
+            or displacement(refined, scene, background.image, background.origin_px)
+            > tuning.STILL_PX
+        ):
+            continue
+        seen.append((steady, background))
+    if refined is None:
+        return None
+    progress(label, len(films), count)
+    if len(seen) > 1:
+        image = np.asarray(
+            np.mean([background.image for _, background in seen], axis=0), dtype=np.float32
+        )
+        refined = refine_again(refined, scene, image, seen[0][1].origin_px)
+    if refined.log_focal_sigma > tuning.OPEN_FOCAL_SIGMA:
+        stones: list[FoundStone] = []
+        for steady, background in seen:
+            with suppress(InputError):
+                stones.append(find_stone(steady, scene, refined.camera, background))
+        refined = focal_from_stones(refined, scene, stones)
+    progress(label, count, count)
+    return refined
+
+
+def camera_beside(scene: Scene) -> Path | None:
+    """Where the camera of a scene file is kept: `end.camera.json` beside `end.scene.json`."""
+    if scene.source is None:
+        return None
+    path = Path(scene.source)
+    return path.with_name(path.name.removesuffix(".json").removesuffix(".scene") + ".camera.json")
+
+
+def camera_document(refined: RefinedCamera) -> dict[str, Any]:
+    """A solved camera for JSON, to the last bit."""
+    document: dict[str, Any] = {
+        **_camera_values(refined.camera),
+        "measured": refined.measured,
+        "rms_px": refined.rms_px,
+        "before_px": refined.before_px,
+        "misfit": refined.misfit,
+        "covariance": refined.covariance.tolist(),
+        "lens": asdict(refined.lens),
+    }
+    if refined.farther is not None:
+        document["farther"] = _camera_values(refined.farther)
+    return document
+
+
+def camera_from(document: dict[str, Any]) -> RefinedCamera:
+    """The camera that `camera_document` described.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError : something else
+    """
+    flags = {flag.name: bool(document["lens"][flag.name]) for flag in fields(FreeLens)}
+    farther = document.get("farther")
+    covariance = np.array(document["covariance"], dtype=np.float64)
+    lens = FreeLens(**flags)
+    if covariance.shape != (6 + lens.count,) * 2:
+        raise ValueError("covariance of another lens")
+    return RefinedCamera(
+        camera=_camera(document),
+        measured=int(document["measured"]),
+        rms_px=float(document["rms_px"]),
+        before_px=float(document["before_px"]),
+        misfit=float(document["misfit"]),
+        covariance=covariance,
+        lens=lens,
+        farther=None if farther is None else _camera(farther),
+    )
+
+
+def _camera_values(camera: Camera) -> dict[str, Any]:
+    return {
+        "image_size": list(camera.size),
+        "camera_matrix": camera.lens.matrix.tolist(),
+        "distortion": camera.lens.distortion.tolist(),
+        "rotation": camera.rotation.tolist(),
+        "translation": camera.translation.tolist(),
+    }
+
+
+def _camera(document: dict[str, Any]) -> Camera:
+    width, height = document["image_size"]
+    lens = Lens(
+        matrix=np.array(document["camera_matrix"], dtype=np.float64).reshape(3, 3),
+        distortion=np.array(document["distortion"], dtype=np.float64).reshape(5),
+        size=(int(width), int(height)),
+    )
+    return Camera(
+        lens=lens,
+        rotation=np.array(document["rotation"], dtype=np.float64).reshape(3, 3),
+        translation=np.array(document["translation"], dtype=np.float64).reshape(3),
+    )

@@ -1,0 +1,101 @@
+"""A film held still and evenly lit, the empty ice in it, and its camera by the paint."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from curling_env.typing import Image
+from friction_estimation.camera.pose import camera_from_scene
+from friction_estimation.camera.refinement import (
+    RefinedCamera,
+    refine,
+    unrefined,
+)
+from friction_estimation.camera.scene import Scene
+from friction_estimation.film.deflicker import deflicker_for
+from friction_estimation.film.frame import Frame
+from friction_estimation.film.stabilisation import stabiliser_for
+from friction_estimation.film.video import Film
+from friction_estimation.tracking import tuning
+from friction_estimation.tracking.detection.background import (
+    Background,
+    find_background,
+    sheet_region,
+)
+
+
+class SteadyFilm:
+    """A film whose frames are evenly lit and do not sway.
+
+    Parameters
+    ----------
+    film : as it was taken
+    """
+
+    def __init__(self, film: Film) -> None:
+        self.path = film.path
+        self._film = film
+        sample = film.sample(tuning.SAMPLE_FRAMES)
+        self._deflicker = deflicker_for(sample)
+        if self._deflicker is not None:
+            sample = [(t, self._deflicker.corrected(frame)) for t, frame in sample]
+        self.stabiliser = stabiliser_for(sample, film.path)
+        if self.stabiliser is not None:
+            sample = [(t, self.stabiliser.stabilised(frame)) for t, frame in sample]
+        self.sample = sample
+        """Times [s] and frames, spread over the whole film."""
+
+    @property
+    def size(self) -> tuple[int, int]:
+        return self._film.size
+
+    @property
+    def frame_count(self) -> int:
+        return self._film.frame_count
+
+    def frames(self) -> Iterable[tuple[float, Frame]]:
+        """All frames; where nothing is to be corrected, colours are decoded only where needed."""
+        if self._deflicker is None and self.stabiliser is None:
+            return self._film.lazy_frames()
+        return self._corrected(self._film.frames())
+
+    def between(self, low: float, high: float, step: float) -> Iterator[tuple[float, Image]]:
+        """The frames from one time to another, a step apart [s]."""
+        return self._corrected(self._film.between(low, high, step))
+
+    def sample_until(self, t: float) -> list[tuple[float, Image]]:
+        """As many frames as `sample` has, between the beginning and a time [s]."""
+        last = self._film.index_at(t)
+        wanted = np.linspace(0, last, tuning.SAMPLE_FRAMES).round().astype(int).tolist()
+        return list(self._corrected(self._film.pick(wanted)))
+
+    def _corrected(self, frames: Iterable[tuple[float, Image]]) -> Iterator[tuple[float, Image]]:
+        for t, frame in frames:
+            if self._deflicker is not None:
+                frame = self._deflicker.corrected(frame)
+            if self.stabiliser is not None:
+                frame = self.stabiliser.stabilised(frame)
+            yield t, frame
+
+
+def empty_ice(film: SteadyFilm, scene: Scene) -> Background:
+    """The ice without what moved."""
+    camera = camera_from_scene(scene, film.size)
+    # A lens that is not known yet may misplace the sheet by tens of pixels.
+    known = scene.camera_matrix is not None and scene.distortion is not None
+    margin = tuning.KNOWN_LENS_MARGIN_PX if known else tuning.UNKNOWN_LENS_MARGIN_PX
+    region = sheet_region(camera, scene.sheet, margin)
+    every = max(1, -(-len(film.sample) // tuning.BACKGROUND_FRAMES))
+    return find_background([frame for _, frame in film.sample[::every]], region)
+
+
+def refined_by_paint(
+    film: SteadyFilm, scene: Scene, background: Background, refine_camera: bool
+) -> RefinedCamera:
+    """The camera, corrected by the paint on the ice if wanted."""
+    camera = camera_from_scene(scene, film.size)
+    if not refine_camera:
+        return unrefined(camera)
+    return refine(camera, scene, background.image, background.origin_px)
