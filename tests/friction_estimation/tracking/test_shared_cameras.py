@@ -89,7 +89,7 @@ def test_a_tripod_that_has_moved_is_noticed(films, practice):
     one, other = found.trajectory, still.trajectory
     for axis in range(2):
         same = np.interp(one.t, other.t, other.xy[:, axis])
-        assert one.xy[:, axis] == pytest.approx(same, abs=0.02)
+        assert one.xy[:, axis] == pytest.approx(same, abs=0.04)
 
 
 def test_a_scene_of_another_camera_is_told_as_that(films, practice):
