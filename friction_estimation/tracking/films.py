@@ -15,6 +15,7 @@ from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.camera.scene import Scene, load_scene
 from friction_estimation.film.video import Film
 from friction_estimation.tracking.cutting.pieces import Piece, cut, minutes
+from friction_estimation.tracking.cutting.throws import slides_freely
 from friction_estimation.tracking.film_track import FilmTrack, TrackingOptions
 from friction_estimation.tracking.pipeline import track_film
 from friction_estimation.tracking.resume import Checkpoints, digest
@@ -261,6 +262,11 @@ def _track(
     found = tracker(piece.film, scene, progress=progress, **given)  # pyright: ignore[reportArgumentType]
     tracks = tracks_in(found, piece.path)
     about = found if isinstance(found, FilmTrack) else None
+    if piece.begin is not None and not slides_freely(tracks[0]):
+        raise InputError(
+            "what moves there keeps its pace, as a stone does that is carried or pushed",
+            source=piece.path,
+        )
     return TrackedFilm(
         film=piece.path,
         tracks=tracks,

@@ -62,6 +62,7 @@ class StoneNumbers:
         latest = {number: k for k, number in enumerate(self.thrown)}
         for number in sorted(latest, key=latest.__getitem__):
             if number not in lying and same_handle(handle, self.colours[number]):
+                self.colours[number] = clearer(handle, self.colours[number])
                 return number
         return None
 
@@ -71,14 +72,24 @@ class StoneNumbers:
 
 
 def same_handle(one: str | None, other: str | None) -> bool:
-    """Whether two handles may be of one colour; a handle that is not seen may be of any.
+    """Whether two handles may be of one colour.
 
-    Shadows change the brightness of a handle, and so only the rest of its colour counts.
+    Shadows change the brightness of a handle, and compression washes its colour out, so only its
+    hue counts. A handle that is not seen, or is grey, may be of any.
     """
     if one is None or other is None:
         return True
-    apart = np.linalg.norm(_chroma(one) - _chroma(other))
-    return bool(apart < tuning.SAME_HANDLE)
+    first, second = _chroma(one), _chroma(other)
+    size = np.linalg.norm(first), np.linalg.norm(second)
+    if min(size) < tuning.MIN_CHROMA:
+        return True
+    return bool(first @ second > np.cos(tuning.SAME_HUE) * size[0] * size[1])
+
+
+def clearer(one: str | None, other: str | None) -> str | None:
+    """The one of two codes of a handle that shows its hue more clearly."""
+    codes = [code for code in (one, other) if code is not None]
+    return max(codes, key=lambda code: float(np.linalg.norm(_chroma(code))), default=None)
 
 
 def handle_code(colour: Floats) -> str | None:

@@ -227,8 +227,10 @@ and H.265 in seven qualities."""
 
 # --- which stone it is --------------------------------------------------------------------------
 
-SAME_HANDLE = 30.0
-"""Handles whose colours differ by more are of two stones [of 255, without brightness]."""
+MIN_CHROMA = 25.0
+"""Handles whose colour is weaker are taken for grey [of 255]."""
+SAME_HUE = np.radians(35.0)
+"""Handles whose hues differ by more are of two stones [rad]."""
 
 # --- stones in a single picture ---------------------------------------------------------------
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from curling_env.trajectory import Trajectory
 from curling_env.typing import Image, Progress, no_progress
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
@@ -202,6 +203,14 @@ def is_thrown(path: RoughPath) -> bool:
     speed = (along[-1] - along[0]) / lasted
     slowing = (fit[2] + 2 * sigma) * lasted / speed
     return bool(speed > tuning.WALKING_SPEED or slowing > tuning.MIN_SLOWING)
+
+
+def slides_freely(track: Trajectory) -> bool:
+    """The same of a measured track."""
+    every = max(1, len(track) // tuning.JUDGED_ROWS)
+    rows = zip(track.t[::every], track.xy[::every], strict=True)
+    sightings = (Sighting(frame=k, t=t, xy=xy, likeness=1.0) for k, (t, xy) in enumerate(rows))
+    return is_thrown(RoughPath(sightings=tuple(sightings)))
 
 
 def _without_returns(paths: Sequence[RoughPath]) -> Iterator[RoughPath]:

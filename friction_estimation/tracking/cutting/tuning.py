@@ -60,6 +60,8 @@ MOVING_SHARE = 0.95
 MIN_SLOWING = 0.15
 """Share of its mean speed that a sliding stone loses in sight; who carries a stone keeps to one
 pace."""
+JUDGED_ROWS = 60
+"""About so many rows of a track are judged."""
 WALKING_SPEED = 2.2
 """Nobody walks faster on ice [m/s]."""
 RETURN_DISTANCE = 0.8
