@@ -17,7 +17,7 @@ import numpy as np
 from curling_env.errors import TrackTooShortError
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, HOG_TO_TEE, TEE_Y, Direction, to_delivery
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Floats
+from curling_env.typing import Flags, Floats
 from friction_estimation.tracks.contacts import contacts_of, stays_at_rest
 from friction_estimation.tracks.free_slide import FreeSlide, free_slide
 from friction_estimation.tracks.outliers import wild_rows
@@ -26,6 +26,7 @@ from friction_estimation.tracks.tuning import (
     LINE_WINDOW,
     MAX_CROSSING_GAP,
     MAX_EXTRAPOLATION,
+    MAX_LATE_RELEASE,
     SPIN_WINDOW,
 )
 
@@ -234,6 +235,7 @@ class _Seen:
         self._t, self._xy = track.t[kept], to_delivery(track.xy[kept], self.direction)
         self._theta = track.theta[kept]
         self._sigma = track.sigma_xy[kept] if track.sigma_xy.size else None
+        self._sigma_theta = track.sigma_theta[kept] if track.sigma_theta.size else None
         self._slide = slide
 
     def _sigma_at(self, t: float) -> float | None:
@@ -242,6 +244,13 @@ class _Seen:
             return None
         known = np.isfinite(self._sigma)
         return float(np.interp(t, self._t[known], self._sigma[known])) if known.any() else None
+
+    def _sigma_of_heading(self, rows: Flags) -> float | None:
+        """Stated standard error of the heading in some rows [rad]."""
+        if self._sigma_theta is None:
+            return None
+        known = self._sigma_theta[rows & np.isfinite(self._sigma_theta)]
+        return float(np.median(known)) if known.size else None
 
     def crossing(self, line: float) -> Measured | None:
         """When the centre crosses a line across the sheet [s].
@@ -284,9 +293,10 @@ class _Seen:
         ----------
         hog : when the stone crosses the first hog line [s]
         """
+        if self._slide.released_at > hog + MAX_LATE_RELEASE:
+            return None  # still pushed beyond the line
         # The rules want the stone released by now; before, the hand may still steer it.
-        slides = self._t >= max(self._slide.released_at, hog) - 1e-9
-        near = slides & (self._t <= hog + LINE_WINDOW)
+        near = (self._t >= hog - 1e-9) & (self._t <= hog + LINE_WINDOW)
         if near.sum() < 8 or self._t[near][0] - hog > CROSSING_WINDOW:
             return None
         u = self._t[near] - hog
@@ -315,20 +325,25 @@ class _Seen:
         near = known & (self._t >= hog - 1e-9) & (self._t <= hog + SPIN_WINDOW)
         if near.sum() < 8 or np.ptp(self._t[near]) < 0.5 * SPIN_WINDOW:
             return None
-        fit = _fit(self._t[near] - hog, self._theta[near], 0.0)
-        return Measured(float(fit.value[1]), fit.slope_sigma)
+        u = self._t[near] - hog
+        fit = _fit(u, self._theta[near], 0.0)
+        # As for the line: a stated error lasts.
+        lasting = _times(self._sigma_of_heading(near), 4 / float(np.ptp(u)))
+        return Measured(float(fit.value[1]), _together(fit.slope_sigma, lasting))
 
     def turns(self, hog: float) -> Measured | None:
         """Full turns from the first hog line until the stone rests."""
         rest = self.time_of_rest()
         t, theta = self._t[np.isfinite(self._theta)], self._theta[np.isfinite(self._theta)]
-        during = t >= hog - 0.2
+        during = t >= hog - 1e-9
         if rest is None or during.sum() < 8:
             return None
         t, theta = t[during], theta[during]
         # A heading seen from the line on but lost long before the rest tells no turns.
-        seen = t[-1] >= rest.value - 1.0 and t[0] <= hog + 1.0
-        return Measured(abs(float(theta[-1] - theta[0])) / (2 * np.pi)) if seen else None
+        if t[-1] < rest.value - 1.0 or t[0] > hog + 1.0:
+            return None
+        sigma = _times(self._sigma_of_heading(self._t >= hog), 2**0.5 / (2 * np.pi))
+        return Measured(abs(float(theta[-1] - theta[0])) / (2 * np.pi), sigma)
 
     def time_of_rest(self) -> Measured | None:
         """When it has come to rest by itself [s]."""

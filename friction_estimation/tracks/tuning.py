@@ -35,6 +35,9 @@ MAX_CROSSING_GAP = 2.0
 """Longest time without rows in which a line may have been crossed [s]; a parabola bridges it."""
 MAX_EXTRAPOLATION = 0.25
 """How far past a line a track may begin for its crossing to be told [m]."""
+MAX_LATE_RELEASE = 0.5
+"""How much later than the hog line the free slide may seem to begin for the line to be read [s]:
+the end of a push is found to some tenths of a second."""
 LINE_WINDOW = 3.0
 """Time after the hog line within which the line of delivery is read [s]: longer, and the change of
 the curl bends it; shorter, and the noise of single rows does."""
