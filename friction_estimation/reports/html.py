@@ -42,6 +42,12 @@ footer{overflow-wrap:anywhere}
 .throws .k,.throws .n{white-space:nowrap}
 .throws th{white-space:nowrap}
 .throws small{color:#66727f}
+@media screen and (max-width:700px){.throws tr:first-child{display:none}
+.throws tr{display:block;border-bottom:2px solid #cfd8e0;padding:.4rem 0}
+.throws td{display:block;border:0;padding:.1rem 0;text-align:right}
+.throws td:empty{display:none}.throws .k,.throws .n{white-space:normal}
+.throws td::before{content:attr(data-name);color:#66727f;float:left;margin-right:1rem}
+.throws td:first-child{font-weight:600}}
 @media print{body,section{background:#fff;box-shadow:none}section{break-inside:avoid;
 padding:.4rem 0}.throws{font-size:8pt}main{max-width:none;padding:0}}
 .tag{background:#e3edf6;border-radius:5px;padding:.1rem .5rem;font-size:.9rem}
@@ -129,12 +135,17 @@ def table(
     head, rows : HTML of the cells
     numeric : numbers of the columns that are aligned to the right
     kept : numbers of the columns whose cells stay on one line
-    kind : class of the table in the style of the pages
+    kind : class of the table in the style of the pages; on a narrow screen each of its rows becomes
+        a list of names and values
     """
-    kinds = {**dict.fromkeys(kept, " class=k"), **dict.fromkeys(numeric, " class=n")}
+    marks = {**dict.fromkeys(kept, " class=k"), **dict.fromkeys(numeric, " class=n")}
+    names = [f" data-name='{name}'" if kind else "" for name in head]
 
     def cells(row: Sequence[str], tag: str) -> str:
-        return "".join(f"<{tag}{kinds.get(k, '')}>{cell}</{tag}>" for k, cell in enumerate(row))
+        return "".join(
+            f"<{tag}{marks.get(k, '')}{names[k] if tag == 'td' else ''}>{cell}</{tag}>"
+            for k, cell in enumerate(row)
+        )
 
     body = "".join(f"<tr>{cells(row, 'td')}</tr>" for row in rows)
     named = f" class={kind}" if kind else ""

@@ -80,7 +80,7 @@ def throw_rows(
         ("turns", [_plain(one.turns, "{:.1f}") for one in throws], True),
         ("line", [_side(one.line, units, errors) for one in throws], False),
         ("curl", [_side(one.curl, units, errors, positive="left") for one in throws], False),
-        ("rest", [rest_of(one, units) for one in throws], False),
+        ("rest", [rest_of(one, units, short=True) for one in throws], False),
     ]
     columns.append(("note", noted("note"), False))
     columns = [
@@ -122,9 +122,9 @@ def throws_section(
 
 
 def _cell(text: str) -> str:
-    """A cell as HTML, with its standard error in small print and its places line by line."""
+    """A cell as HTML, with its standard error in small print."""
     value, plus_minus, error = text.partition(" ± ")
-    shown = escape(value).replace(", ", ",<br>") if " tee, " in value else escape(value)
+    shown = escape(value)
     return f"{shown} <small>± {escape(error)}</small>" if plus_minus else shown
 
 
@@ -132,9 +132,9 @@ EXPLANATION = (
     "Times are those of the stone's centre over the lines: back to hog is the split at the "
     "thrower's end, hog to tee is from the first hog line to the far tee line. The speed is that "
     "over the first hog line. Handles are a right-hander's. The line is where the stone was sent: "
-    "its "
-    "first metres beyond the hog line, drawn on to the far tee line. The curl is how far from that "
-    "line it came to rest, to its left or right. Left and right are the thrower's."
+    "its first metres beyond the hog line, drawn on to the far tee line. The curl is how far from "
+    "that line it came to rest, to its left or right. The rest is past or short of the tee line, "
+    "and beside the centre line. Left and right are the thrower's."
 )
 
 
@@ -189,14 +189,21 @@ def handle_of(one: ThrowMeasures) -> str:
     return f"{handles(spin.value)[0]} {'↺' if spin.value > 0 else '↻'}"
 
 
-def rest_of(one: ThrowMeasures, units: Units = Units.METRES) -> str:
-    """Where the stone came to rest: past or short of the tee line and beside the centre line."""
+def rest_of(one: ThrowMeasures, units: Units = Units.METRES, *, short: bool = False) -> str:
+    """Where the stone came to rest: past or short of the tee line and beside the centre line.
+
+    Parameters
+    ----------
+    one : the throw
+    units : what lengths are told in
+    short : whether to leave out past what, where that is said elsewhere
+    """
     if one.past is None or one.right is None or one.from_tee is None:
         return NOT_SEEN
     if one.from_tee.value < 0.05:
         return "on the pin"
     along = side(one.past.value, units, right="past")
-    if "tee" not in along:
+    if "tee" not in along and not short:
         along += " the tee" if one.past.value > 0 else " of the tee"
     across = side(one.right.value, units).replace("on the line", "on the centre line")
     place = f"{along}, {across}"

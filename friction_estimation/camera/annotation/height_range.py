@@ -10,10 +10,12 @@ from friction_estimation.camera.pose import pose_from_points
 from friction_estimation.camera.refinement import RefinedCamera, log_height_prior
 from friction_estimation.camera.scene import Scene
 
-CLICK_PX, BENT_PX = 2.0, 4.0
-"""How far clicks may be off [px]; more where a lens that is not known may bend the picture."""
-LOG_FOCALS = np.linspace(np.log(0.1), np.log(8.0), 89)
+CLICK_PX = 2.0
+"""How far clicks may be off [px]."""
+LOG_FOCALS = np.linspace(np.log(0.1), np.log(8.0), 45)
 """Logarithms of the focal lengths that are tried, in longer sides of the picture."""
+BENDS = (0.02, 0.0, -0.03, -0.06, -0.1, -0.15)
+"""Distortions that are tried where none is given: share by which the longer side's end is moved."""
 OUTSIDE = 0.025
 """Probability of a height below the range, and of one above it."""
 
@@ -37,16 +39,18 @@ def height_from_clicks(scene: Scene, camera: Camera) -> tuple[float, float]:
         height = float(camera.position[2])
         return height, height
     side = max(camera.size)
-    click = BENT_PX if scene.distortion is None else CLICK_PX
-    heights, costs = np.full((2, len(LOG_FOCALS)), np.inf)
-    for k, log_focal in enumerate(LOG_FOCALS):
-        lens = Lens.centred(side * float(np.exp(log_focal)), camera.size, camera.lens.distortion)
+    focals = side * np.exp(LOG_FOCALS)
+    lenses = [Lens.centred(float(f), camera.size, camera.lens.distortion) for f in focals]
+    if scene.distortion is None:
+        lenses = [lens.bent(bend) for lens in lenses for bend in BENDS]
+    heights, costs = np.full((2, len(lenses)), np.inf)
+    for k, lens in enumerate(lenses):
         pose = pose_from_points(scene.sheet_points, scene.points_px, lens)
         if pose is None:
             continue
         seen = Camera(lens=lens, rotation=pose.rotation, translation=pose.translation)
         heights[k] = seen.position[2]
-        misfit = len(scene.points_px) * (pose.rms_px / click) ** 2
+        misfit = len(scene.points_px) * (pose.rms_px / CLICK_PX) ** 2
         costs[k] = misfit + log_height_prior(seen)
     likely = np.isfinite(costs)
     order = np.argsort(heights[likely])

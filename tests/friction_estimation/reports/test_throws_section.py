@@ -45,7 +45,7 @@ def test_a_draw_reads_as_it_is_called():
         "turns": "3.2",
         "line": "91 cm right ± 2 cm",
         "curl": "1.22 m right ± 3 cm",
-        "rest": "61 cm past the tee, 30 cm left",
+        "rest": "61 cm past, 30 cm left",
     }
 
 
@@ -53,7 +53,7 @@ def test_the_same_in_feet():
     told = throw_rows([DRAW], Units.FEET, errors=False)
     row = dict(zip(told.head, told.rows[0], strict=True))
     assert row["curl"] == "4 ft 0 in right"
-    assert row["rest"] == "2 ft 0 in past the tee, 1 ft 0 in left"
+    assert row["rest"] == "2 ft 0 in past, 1 ft 0 in left"
     assert row["speed"] == "7.0 ft/s"
 
 
