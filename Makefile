@@ -7,12 +7,13 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.complete
 JOBS   ?= 2
+MINUTES ?= 10
 
 # One process, one core: the tests run side by side, and numeric libraries that each start a
 # thread per core only get in each other's way.
 SINGLE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS=1
 
-.PHONY: help setup demo test lint format types arch bench docs soak mutants clean
+.PHONY: help setup demo test lint format types arch bench docs soak fuzz faults mutants clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -64,6 +65,12 @@ soak: setup  ## the property tests with ten seeds of new examples, and ten thous
 		$(BIN)/pytest -n $(JOBS) -q -m hypothesis --hypothesis-seed=$$seed || exit 1; \
 		$(SINGLE) CURLING_SOAK_ENDS=1000 CURLING_SOAK_SEED=$$seed \
 		$(BIN)/pytest -n 0 -q tests/curling_env/game/test_soak.py || exit 1; done
+
+fuzz: setup  ## ten minutes (MINUTES=60) of hostile inputs to every command
+	cd scripts && $(SINGLE) ../$(BIN)/python -m fuzz --minutes $(MINUTES) --keep ../runs/fuzz
+
+faults: setup  ## full disks, kills and homes that cannot be written, for every command
+	cd scripts && $(SINGLE) ../$(BIN)/python faults.py
 
 mutants: setup  ## 300 small faults put into the code, and which of them the tests notice
 	$(BIN)/python scripts/mutation.py --workers $(JOBS)

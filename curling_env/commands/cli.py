@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from curling_env.commands.outputs import Writes, guarded
-from curling_env.commands.terminal import only_our_words, say, shortened
+from curling_env.commands.terminal import only_our_words, remarks_at_the_end, say, shortened
 from curling_env.errors import CurlingError
 from curling_env.infrastructure.command_files import CommandFiles, command_files
 from curling_env.infrastructure.provenance import typed
@@ -144,7 +144,7 @@ def print_json(document: Any) -> None:
 
 @contextmanager
 def progress_bar(unit: str = "") -> Generator[Progress]:
-    """A `Progress` that draws a bar on stderr, which vanishes when done.
+    """A `Progress` that draws a bar on a terminal (stderr), which vanishes when done.
 
     Parameters
     ----------
@@ -167,6 +167,7 @@ def progress_bar(unit: str = "") -> Generator[Progress]:
                 leave=False,
                 delay=0.5,
                 file=sys.stderr,
+                disable=not sys.stderr.isatty(),  # a file wants no bar, and a refusal is one line
                 bar_format="{desc}: {percentage:3.0f}%|{bar}| {elapsed}" if share else None,
             )
         bar.set_description(what, refresh=False)
@@ -220,7 +221,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(arguments: list[str], files: CommandFiles) -> int:
     """Run a command and answer whatever it ends with."""
     try:
-        with _orderly_termination(), typed(arguments), command_files(files):
+        with _orderly_termination(), typed(arguments), command_files(files), remarks_at_the_end():
             status = _app(arguments)(args=arguments, prog_name="curling", standalone_mode=False)
             sys.stdout.flush()  # a full disk behind a redirection is noticed here
             if status == INTERRUPTED:  # so Typer reports an interrupt

@@ -15,7 +15,7 @@ from typing import Any, cast, get_type_hints
 
 from curling_env.commands.terminal import say
 from curling_env.errors import InputError
-from curling_env.infrastructure.command_files import identity_of, note_output, refuse_to_write
+from curling_env.infrastructure.command_files import identity_of, note_rewritten, refuse_to_write
 from curling_env.infrastructure.kinds import kind_of
 from curling_env.infrastructure.storage import check_writable, make_directory
 
@@ -32,11 +32,13 @@ class Writes:
         kind, which is then found out when it is written
     folder : whether it is a folder, which is made before the work
     rewrites : options whose file this may be on purpose, such as the ice that is updated
+    beside : suffixes of files that are written beside it, and then rewritten with it
     """
 
     kinds: tuple[str, ...] = ()
     folder: bool = False
     rewrites: tuple[str, ...] = ()
+    beside: tuple[str, ...] = ()
 
 
 def guarded(command: Command) -> Command:
@@ -87,7 +89,9 @@ def _admit(given: dict[str, Any], outputs: dict[str, Writes]) -> list[Path]:
         refuse_to_write(path, inputs=others)
         check_writable(path, kinds=how.kinds)
         if identity_of(path) in on_purpose:
-            note_output(path)
+            note_rewritten(path)
+            for suffix in how.beside:
+                note_rewritten(path.with_suffix(suffix))
         elif kind_of(path) is not None:
             earlier.append(path)
     names = [path.resolve() for name, path in chosen.items() if not outputs[name].folder]

@@ -8,16 +8,45 @@ import sys
 import warnings
 from collections.abc import Generator
 from contextlib import contextmanager
+from contextvars import ContextVar
 
 MAX_LINE = 300
 """Characters of a line that explains a refusal."""
 
 
-def say(text: str) -> None:
-    """Print a remark for the person at the terminal on stderr; stdout is for results."""
+_HELD: ContextVar[list[str] | None] = ContextVar("_HELD", default=None)
+
+
+def say(text: str, *, now: bool = False) -> None:
+    """Print a remark for the person at the terminal on stderr; stdout is for results.
+
+    Where stderr is no terminal, remarks come when the command has succeeded: one that is refused
+    says only why.
+
+    Parameters
+    ----------
+    now : print it at once everywhere, because somebody waits for it
+    """
+    held = _HELD.get()
+    if held is not None and not now and not sys.stderr.isatty():
+        held.append(text)
+        return
     tqdm = sys.modules.get("tqdm")
     # A bar that is being drawn must not be written into.
     (print if tqdm is None else tqdm.tqdm.write)(text, file=sys.stderr)
+
+
+@contextmanager
+def remarks_at_the_end() -> Generator[None]:
+    """Hold remarks back until what is done within it has succeeded; else they are dropped."""
+    held: list[str] = []
+    token = _HELD.set(held)
+    try:
+        yield
+    finally:
+        _HELD.reset(token)
+    for text in held:
+        say(text)
 
 
 def shortened(text: str) -> str:

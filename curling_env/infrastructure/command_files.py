@@ -79,6 +79,14 @@ def note_output(path: Path) -> None:
             files.rewritten.add(known)
 
 
+def note_rewritten(path: Path) -> None:
+    """Remember that this file is input and output of the running command on purpose."""
+    files = _RUNNING.get()
+    known = None if files is None else identity_of(path)
+    if files is not None and known is not None:
+        files.rewritten.add(known)
+
+
 def note_directory(path: Path) -> None:
     """Remember that the running command has made this folder."""
     files = _RUNNING.get()

@@ -31,7 +31,9 @@ def read_yaml(path: str | Path) -> Any:
         raise InputError("is not YAML", source=path, where=place) from error
     except InputError as error:
         raise InputError(error.problem, source=path) from error
-    except (ValueError, TypeError, AttributeError, RecursionError, OverflowError) as error:
+    except RecursionError as error:
+        raise InputError("is nested too deep", source=path) from error
+    except (ValueError, TypeError, AttributeError, OverflowError) as error:
         # PyYAML lets the faults of what it makes out of text through.
         raise InputError(f"is not YAML that can be read: {error}", source=path) from error
     if size > limits.MAX_YAML_NODES:

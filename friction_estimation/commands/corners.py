@@ -87,7 +87,7 @@ def corners(
         annotation, lambda scene: save_scene(scene, output), port=port, share=share, units=units
     )
     with server:
-        say(f"mark the sheet at {server.url}")
+        say(f"mark the sheet at {server.url}", now=True)
         if share and sys.stderr.isatty():
             from friction_estimation.commands.qr_code import qr_code
 

@@ -65,7 +65,7 @@ def estimate(
     output: Annotated[
         Path,
         typer.Option("-o", "--output", metavar="ICE.json", help="The ice file to write."),
-        Writes(kinds=("ice",), rewrites=("update",)),
+        Writes(kinds=("ice",), rewrites=("update",), beside=(".evidence.npz",)),
     ],
     scene: Annotated[
         list[Path] | None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -21,6 +22,10 @@ from friction_estimation.commands.track import CameraOption, TrackerOption
 
 if TYPE_CHECKING:
     from curling_env.trajectory import Trajectory
+
+
+tell = partial(say, now=True)
+"""Whoever watches a game wants each throw as it comes."""
 
 
 def live(
@@ -86,9 +91,9 @@ def live(
     page = None if report is None else make_directory(report)
     tracks: list[Trajectory] = []
     thrown: list[Trajectory] = []
-    say(f"watching {source}; films are kept in {folder}; Ctrl-C ends it")
+    tell(f"watching {source}; films are kept in {folder}; Ctrl-C ends it")
     if page is not None:
-        say(f"from the first throw on, {page / 'report.html'} shows the ice so far")
+        tell(f"from the first throw on, {page / 'report.html'} shows the ice so far")
     with tqdm(desc="recorded", unit="frame", leave=False, delay=0.5) as bar:
 
         def count(waiting: int) -> None:
@@ -106,18 +111,18 @@ def live(
             on_frame=count,
         ):
             if not isinstance(news, TrackedClip):
-                say(f"the ice so far: {news.words}")
+                tell(f"the ice so far: {news.words}")
                 continue
             name = news.clip.path.name
             if news.clip.missing:
-                say(f"{name}: {news.clip.missing} of its frames never came")
+                tell(f"{name}: {news.clip.missing} of its frames never came")
             if not news.tracks:
-                say(f"{name}: {news.reason}")
+                tell(f"{name}: {news.reason}")
                 continue
             tracks += news.tracks
             thrown.append(news.tracks[0])
             write_tracks(output, tracks)
-            say(f"{name}: {_describe(news.tracks, units)}")
+            tell(f"{name}: {_describe(news.tracks, units)}")
     conclude(
         [
             {"throw": k.throw, "clock": k.clock, "tracked": len(k), "to_s": float(k.t[-1])}

@@ -1,0 +1,152 @@
+"""One run of `curling` in a process of its own, and whether it ended cleanly.
+
+The process is forked from one that has loaded and compiled everything, so that a run takes
+milliseconds and a hanging or crashing one harms nobody.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import resource
+import signal
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+MAX_SECONDS = 20.0
+MAX_BYTES = 2**30
+"""Memory that a run may take beyond what is loaded anyway [bytes]."""
+MAX_LINE = 300
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ended:
+    """How a run ended.
+
+    Parameters
+    ----------
+    faults : what was unclean about it; empty for a clean end
+    status : exit status; negative for a signal
+    said : what it wrote to stderr
+    seconds : time on the clock [s]
+    memory : largest resident memory beyond that of the process it was forked from [bytes]
+    """
+
+    faults: tuple[str, ...]
+    status: int
+    said: str
+    seconds: float
+    memory: int
+
+
+def run(arguments: Sequence[str], folder: Path) -> Ended:
+    """Run `curling` in a folder and judge its end.
+
+    Parameters
+    ----------
+    arguments : what follows `curling`
+    folder : the current folder of the run, with its inputs; other files are results
+    """
+    before = _content(folder)
+    loaded = _loaded()
+    begun = time.monotonic()
+    child = os.fork()
+    if child == 0:
+        _be_curling(arguments, folder)
+    status, memory, hung = _await(child)
+    seconds = time.monotonic() - begun
+    said = (folder.parent / "stderr").read_text(errors="replace")
+    memory = max(0, memory - loaded)
+    after = _content(folder)
+    faults: list[str] = []
+    if hung or seconds > MAX_SECONDS:
+        faults.append("too long")
+    if status not in (0, 2) and not hung:
+        faults.append(f"status {status}")
+    if "Traceback" in said or "mistake of this program" in said:
+        faults.append("traceback")
+    if status == 2:
+        lines = said.splitlines()
+        if len(lines) != 1 or not said.startswith("curling: "):
+            faults.append(f"{len(lines)} lines")
+        if any(len(line) > MAX_LINE for line in lines):
+            faults.append("long line")
+        if set(after) - set(before):
+            faults.append(f"left {sorted(set(after) - set(before))[:3]}")
+    lost = [name for name, content in before.items() if after.get(name) != content]
+    if lost and (status != 0 or "-o" not in arguments):
+        faults.append(f"lost {lost[:3]}")
+    if any("~" in name for name in after) and not hung:
+        faults.append("draft left")
+    if memory > MAX_BYTES:
+        faults.append(f"{memory / 2**20:.0f} MB")
+    return Ended(faults=tuple(faults), status=status, said=said, seconds=seconds, memory=memory)
+
+
+def _be_curling(arguments: Sequence[str], folder: Path) -> None:
+    """What the forked process does; it never returns."""
+    status = 99
+    try:
+        os.setpgid(0, 0)
+        os.chdir(folder)
+        for stream, name, flags in (
+            (0, os.devnull, os.O_RDONLY),
+            (1, "stdout", os.O_WRONLY | os.O_CREAT | os.O_TRUNC),
+            (2, "stderr", os.O_WRONLY | os.O_CREAT | os.O_TRUNC),
+        ):
+            handle = os.open(folder.parent / name if stream else name, flags, 0o600)
+            os.dup2(handle, stream)
+        sys.stdin, sys.stdout, sys.stderr = (os.fdopen(k, mode) for k, mode in enumerate("rww"))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        os.environ.pop("CURLING_TRACEBACK", None)
+        from curling_env.commands.cli import main
+
+        try:
+            status = main(list(arguments))
+        except SystemExit as end:
+            status = end.code if isinstance(end.code, int) else 1
+        except BaseException:
+            import traceback
+
+            traceback.print_exc()
+            status = 1
+        sys.stdout.flush()
+        sys.stderr.flush()
+    finally:
+        os._exit(status)
+
+
+def _await(child: int) -> tuple[int, int, bool]:
+    """Status and peak memory of the child, and whether it had to be killed."""
+    deadline, wait = time.monotonic() + MAX_SECONDS, 0.002
+    while True:
+        done, status, usage = os.wait4(child, os.WNOHANG)
+        if done:
+            return os.waitstatus_to_exitcode(status), usage.ru_maxrss * 1024, False
+        if time.monotonic() > deadline:
+            os.killpg(child, signal.SIGKILL)
+            _, status, usage = os.wait4(child, 0)
+            return os.waitstatus_to_exitcode(status), usage.ru_maxrss * 1024, True
+        time.sleep(wait)
+        wait = min(wait * 1.5, 0.1)
+
+
+def _content(folder: Path) -> dict[str, str]:
+    return {
+        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and not path.is_symlink()
+    }
+
+
+@cache
+def _loaded() -> int:
+    """Memory of a forked process that does nothing [bytes]."""
+    child = os.fork()
+    if child == 0:
+        os._exit(0)
+    return os.wait4(child, 0)[2].ru_maxrss * 1024

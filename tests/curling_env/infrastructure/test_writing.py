@@ -1,0 +1,230 @@
+"""Files of one result appear together or not at all, and nothing that was read is written over."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from curling_env.errors import OutputError
+from curling_env.infrastructure import writing
+from curling_env.infrastructure.command_files import command_files, refuse_to_write
+from curling_env.infrastructure.kinds import kind_of
+from curling_env.infrastructure.storage import (
+    atomic_path,
+    check_writable,
+    make_directory,
+    read_text,
+    together,
+    write_json,
+    write_table,
+    write_text,
+    written_so_far,
+)
+
+TRACKS = {"throw": [0], "t": [0.0], "x": [0.0], "y": [0.0], "theta": [0.0]}
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(entry.name for entry in folder.iterdir())
+
+
+def later_process(folder: Path) -> None:
+    """What another command notices first in a folder."""
+    writing._SETTLED.clear()
+    writing.finish_interrupted(folder)
+
+
+# --- together
+
+
+def test_files_of_one_result_appear_at_the_end(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text("old")
+    with together():
+        write_text(tmp_path / "a.txt", "new")
+        write_text(tmp_path / "b.txt", "new")
+        assert (tmp_path / "a.txt").read_text() == "old"
+        assert not (tmp_path / "b.txt").exists()
+        assert written_so_far(tmp_path / "a.txt").read_text() == "new"
+    assert (tmp_path / "a.txt").read_text() == (tmp_path / "b.txt").read_text() == "new"
+    assert names(tmp_path) == ["a.txt", "b.txt"]
+
+
+@pytest.mark.parametrize("fault", [OutputError("full"), KeyboardInterrupt()])
+def test_a_fault_leaves_all_files_as_they_were(tmp_path: Path, fault: BaseException) -> None:
+    (tmp_path / "a.txt").write_text("old")
+    with pytest.raises(type(fault)), together():
+        write_text(tmp_path / "a.txt", "new")
+        write_text(tmp_path / "b.txt", "new")
+        raise fault
+    assert names(tmp_path) == ["a.txt"]
+    assert (tmp_path / "a.txt").read_text() == "old"
+
+
+def test_a_name_that_cannot_be_given_undoes_the_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("a.txt", "b.txt"):
+        (tmp_path / name).write_text("old")
+    replace = Path.replace
+
+    def refuse(self: Path, target: Path) -> Path:
+        if Path(target).name == "b.txt" and self.suffix != ".before":
+            raise OSError(28, "No space left on device")
+        return replace(self, target)
+
+    with pytest.raises(OutputError, match=r"b\.txt: cannot be written: no space"), together():
+        for name in ("a.txt", "b.txt", "c.txt"):
+            write_text(tmp_path / name, "new")
+        monkeypatch.setattr(Path, "replace", refuse)
+    monkeypatch.undo()
+    assert names(tmp_path) == ["a.txt", "b.txt"]
+    assert {(tmp_path / name).read_text() for name in names(tmp_path)} == {"old"}
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from curling_env.infrastructure.storage import together, write_text
+replace, given = Path.replace, []
+def kill_after_the_first(self, target):
+    if len(given) == int(sys.argv[2]):
+        os.kill(os.getpid(), signal.SIGKILL)
+    given.append(target)
+    return replace(self, target)
+folder = Path(sys.argv[1])
+with together():
+    for name in ("a.txt", "b.txt", "c.txt"):
+        write_text(folder / name, "new")
+    Path.replace = kill_after_the_first
+"""
+
+
+@pytest.mark.parametrize("given", [0, 1, 2])
+def test_a_process_killed_between_two_names_is_completed_by_the_next(
+    tmp_path: Path, given: int
+) -> None:
+    for name in ("a.txt", "b.txt"):
+        (tmp_path / name).write_text("old")
+    done = subprocess.run([sys.executable, "-c", KILLED, tmp_path, str(given)], check=False)
+    assert done.returncode == -signal.SIGKILL
+    later_process(tmp_path)
+    assert names(tmp_path) == ["a.txt", "b.txt", "c.txt"]
+    assert {(tmp_path / name).read_text() for name in names(tmp_path)} == {"new"}
+
+
+def test_a_list_of_names_reaches_no_other_folder(tmp_path: Path) -> None:
+    (tmp_path / "inner").mkdir()
+    (tmp_path / "mine.txt").write_text("mine")
+    dead = subprocess.Popen([sys.executable, "-c", ""])
+    dead.wait()
+    own = f"~{writing._MACHINE}-{dead.pid}-0123abcd"
+    draft = tmp_path / "inner" / f".x{own}.txt"
+    draft.write_text("theirs")
+    listed = tmp_path / "inner" / f".result{own}.names"
+    listed.write_text(f'{{"{draft.name}": "../mine.txt", "../mine.txt": "y.txt"}}')
+    later_process(tmp_path / "inner")
+    assert (tmp_path / "mine.txt").read_text() == "mine"
+    assert names(tmp_path / "inner") == []
+
+
+def test_drafts_of_ended_processes_are_cleared_and_others_stay(tmp_path: Path) -> None:
+    dead = subprocess.Popen([sys.executable, "-c", ""])
+    dead.wait()
+    machine = writing._MACHINE
+    stays = [
+        f".x~{machine}-{os.getpid()}-0123abcd.csv",  # of a running process
+        f".x~{'0000' if machine != '0000' else '1111'}-{dead.pid}-0123abcd.csv",  # elsewhere
+        ".x~.csv",
+        "x~1234-1-0123abcd.csv",
+    ]
+    for name in (*stays, f".x~{machine}-{dead.pid}-0123abcd.csv"):
+        (tmp_path / name).touch()
+    later_process(tmp_path)
+    assert names(tmp_path) == sorted(stays)
+
+
+# --- where may be written
+
+
+def test_what_was_read_is_not_written_over_by_any_name(tmp_path: Path) -> None:
+    (tmp_path / "r.csv").write_text("a,b\n1,2\n")
+    (tmp_path / "link.csv").symlink_to("r.csv")
+    os.link(tmp_path / "r.csv", tmp_path / "hard.csv")
+    (tmp_path / "folder").mkdir()
+    with command_files():
+        read_text(tmp_path / "r.csv")
+        for name in ("r.csv", "link.csv", "hard.csv", "folder/../r.csv"):
+            with pytest.raises(OutputError, match="is read by this command"):
+                write_table(tmp_path / name, {"a": [3], "b": [4]})
+        write_table(tmp_path / "new.csv", {"a": [3], "b": [4]})
+        read_text(tmp_path / "new.csv")  # what it wrote itself it may write again
+        write_table(tmp_path / "new.csv", {"a": [5], "b": [6]})
+    assert (tmp_path / "r.csv").read_text() == "a,b\n1,2\n"
+    write_table(tmp_path / "r.csv", {"a": [3], "b": [4]})  # from Python one may
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "kind"),
+    [
+        ("film", b"\0\0\0\x20ftypisom", "film"),
+        ("picture", b"\x89PNG\r\n", "picture"),
+        ("ice", b'{"format": "curling-ice/1", "sheet": {}}', "ice"),
+        ("scene", b'{"stone": {}, "corners_px": {}}', "scene"),
+        ("game", b'{"format":"curling-game/1"}\n{"line_score":[]}\n', "game"),
+        ("page", b"<!DOCTYPE html><html>", "page"),
+        ("releases", b"throw,x,y,vx,vy,theta,omega\n", "releases"),
+        ("notes", b"throw,athlete,stone,called,note\n0,Ada,3,draw,\n", "table"),
+        ("letter", b"Dear Ada,\nsweep!\n", "table"),
+        ("binary", bytes(range(256)), "other"),
+    ],
+)
+def test_a_file_of_another_kind_is_not_replaced(
+    tmp_path: Path, name: str, content: bytes, kind: str
+) -> None:
+    path = tmp_path / name
+    path.write_bytes(content)
+    assert kind_of(path) == kind
+    with pytest.raises(OutputError, match="is not replaced"):
+        write_table(path, TRACKS)
+    with pytest.raises(OutputError, match="is not replaced by a table of tracks"):
+        check_writable(path, kinds=("tracks",))
+    assert path.read_bytes() == content
+
+
+def test_a_file_of_the_same_kind_or_an_empty_one_is_replaced(tmp_path: Path) -> None:
+    (tmp_path / "empty").touch()
+    for name in ("new.csv", "new.csv", "empty"):
+        write_table(tmp_path / name, TRACKS)
+    write_json(tmp_path / "a.json", {"mu": 1})
+    write_json(tmp_path / "a.json", {"mu": 2, "more": 1})
+
+
+def test_a_link_that_leads_to_itself(tmp_path: Path) -> None:
+    (tmp_path / "loop").symlink_to("loop")
+    with pytest.raises(OutputError, match="cannot be written"):
+        write_text(tmp_path / "loop", "")
+
+
+def test_folders_made_for_a_command_that_fails_vanish_again(tmp_path: Path) -> None:
+    with pytest.raises(OutputError), command_files():
+        make_directory(tmp_path / "a" / "b")
+        raise OutputError("no")
+    assert names(tmp_path) == []
+
+
+def test_an_input_named_beforehand_is_refused_too(tmp_path: Path) -> None:
+    (tmp_path / "a").write_text("a")
+    refuse_to_write(tmp_path / "b", inputs=[tmp_path / "a"])
+    with pytest.raises(OutputError, match="is read by this command"):
+        refuse_to_write(tmp_path / "a", inputs=[tmp_path / "a"])
+
+
+def test_a_long_name_in_any_script_leaves_room_for_the_draft(tmp_path: Path) -> None:
+    with atomic_path(tmp_path / ("🥌" * 60 + ".csv")) as draft:
+        draft.write_text("x")
+    assert len(names(tmp_path)) == 1
