@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,13 +20,16 @@ from friction_estimation.commands.track import (
 )
 
 if TYPE_CHECKING:
+    from curling_env.trajectory import Trajectory
     from friction_estimation.tracking import TrackedFilm
 
 
 def join_cameras(
     films: Annotated[
         list[Path],
-        typer.Argument(metavar="VIDEO VIDEO...", help="Films of the same throw, one per camera."),
+        typer.Argument(
+            metavar="VIDEO VIDEO...", help="Films of the same throw or practice, one per camera."
+        ),
     ],
     scene: Annotated[
         list[Path],
@@ -47,6 +52,9 @@ def join_cameras(
     stone passes from one picture into the next or, where no camera saw it in between, from how a
     stone slides on. Rows of later cameras include the uncertainty of their clocks in sigma_xy.
 
+    Long films are cut into their throws, and throws of different cameras are matched by when they
+    were. A throw that a single camera has seen is kept as it is.
+
     With --bridge the gaps are filled with the motion that joins the parts; sigma_xy grows there.
 
     \b
@@ -55,46 +63,75 @@ def join_cameras(
             --scene home.json --scene mid.json --scene away.json -o tracks.csv
     """
     import cv2
+    import numpy as np
 
     from curling_env.trajectory import write_tracks
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.tracking import track_each
     from friction_estimation.tracking.resume import Checkpoints
-    from friction_estimation.tracks.camera_fusion import join_cameras as join
+    from friction_estimation.tracking.shared_cameras import SharedCameras
+    from friction_estimation.tracks.session_pairs import same_throws
 
     if len(films) < 2:
         raise InputError("give the films of two cameras or more", source="VIDEO...")
     cv2.setNumThreads(1)
     scenes = [load_scene(path, camera) for path in scene]
     checkpoints = Checkpoints(output)
-    tracked: list[TrackedFilm] = []
+    seen: list[list[TrackedFilm]] = [[] for _ in films]
     with progress_bar("frame") as bar:
         for one in track_each(
             films,
             scenes,
-            throws=[0] * len(films),
             tracker=choose_tracker(tracker, refine=refine),
             checkpoints=checkpoints,
+            cameras=SharedCameras(keep=True),
+            left_out=lambda why: say(f"left out: {why}"),
             progress=bar,
         ):
-            say(f"{one.film.name}: {describe(one)}")
-            tracked.append(one)
-    joined = join([one.thrown for one in tracked])
+            say(f"{one.name}: {describe(one)}")
+            seen[films.index(one.film)].append(one)
+    clocks = [np.array([one.thrown.clock for one in camera]) for camera in seen]
+    tracks: list[Trajectory] = []
     result: list[dict[str, object]] = []
-    reference = tracked[joined.order[0]].film.name
-    for one, offset, sigma in zip(tracked, joined.offset, joined.offset_sigma, strict=True):
-        say(f"{one.film.name}: {offset:+.3f} s ± {1000 * sigma:.0f} ms on the clock of {reference}")
+    for throw, numbers in enumerate(same_throws(clocks)):
+        views = [camera[k] for camera, k in zip(seen, numbers, strict=True) if k is not None]
+        track, joined = _joined(views, throw, bridge=bridge)
+        tracks.append(track)
+        result += joined
+    write_tracks(output, tracks)
+    checkpoints.delete()
+    rows = sum(map(len, tracks))
+    count = "one throw" if len(tracks) == 1 else f"{len(tracks)} throws"
+    conclude(result, f"{count} by {len(films)} cameras, {rows} rows: {output}", as_json=as_json)
+
+
+def _joined(
+    views: Sequence[TrackedFilm], throw: int, *, bridge: bool
+) -> tuple[Trajectory, list[dict[str, object]]]:
+    """The track of one throw that several cameras have seen, or one, and how it was joined."""
+    from friction_estimation.tracks.camera_fusion import join_cameras as join
+
+    first = views[0].thrown
+    if len(views) == 1:
+        say(f"throw {throw}: only {views[0].name} has seen it")
+        alone = {"film": str(views[0].film), "throw": throw, **views[0].summary}
+        return replace(first, throw=throw), [alone]
+    joined = join([one.thrown for one in views])
+    result: list[dict[str, object]] = []
+    begin = views[joined.order[0]]
+    for one, shift, sigma in zip(views, joined.offset, joined.offset_sigma, strict=True):
+        offset = float(shift) + begin.thrown.clock - one.thrown.clock
+        say(
+            f"{one.name}: {offset:+.3f} s ± {1000 * sigma:.0f} ms on the clock of {begin.film.name}"
+        )
         result.append(
             {
                 "film": str(one.film),
-                "throw": 0,
+                "throw": throw,
                 **one.summary,
-                "offset_s": float(offset),
+                "offset_s": offset,
                 "offset_sigma_s": float(sigma),
             }
         )
-    write_tracks(output, [joined.whole if bridge else joined.trajectory])
-    checkpoints.delete()
-    seen = joined.whole if bridge else joined.trajectory
-    words = f"one throw by {len(tracked)} cameras, {len(seen)} rows: {output}"
-    conclude(result, words, as_json=as_json)
+    whole = joined.whole if bridge else joined.trajectory
+    return replace(whole, throw=throw, stone=first.stone, clock=begin.thrown.clock), result
