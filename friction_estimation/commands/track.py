@@ -126,7 +126,7 @@ def track(
     one that nobody touched has two rows, for the first and the last frame.
 
     The camera of a scene is solved once, from its first films together, and kept beside the scene
-    (end.camera.json beside end.scene.json). Later films use it at once. Where the paint shows that
+    (end.solved.json beside end.scene.json). Later films use it at once. Where the paint shows that
     the tripod has moved, it is solved anew.
 
     If tracking many films is interrupted, repeat the command: films that were tracked before are

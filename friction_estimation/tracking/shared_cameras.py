@@ -120,7 +120,7 @@ class SharedCameras:
 
     def _write(self, scene: Scene, key: str) -> None:
         path, camera = camera_beside(scene), self._known[key]
-        if not self.keep or path is None or camera is None:
+        if not self.keep or path is None or camera is None or not _may_replace(path):
             return
         try:
             write_json(path, {"format": FORMAT, "scene": key, **camera_document(camera)})
@@ -187,11 +187,22 @@ def solve_camera(
 
 
 def camera_beside(scene: Scene) -> Path | None:
-    """Where the camera of a scene file is kept: `end.camera.json` beside `end.scene.json`."""
+    """Where the camera of a scene file is kept: `end.solved.json` beside `end.scene.json`."""
     if scene.source is None:
         return None
     path = Path(scene.source)
-    return path.with_name(path.name.removesuffix(".json").removesuffix(".scene") + ".camera.json")
+    return path.with_name(path.name.removesuffix(".json").removesuffix(".scene") + ".solved.json")
+
+
+def _may_replace(path: Path) -> bool:
+    """Whether there is no file of a path yet, or one that was written here."""
+    if not path.exists():
+        return True
+    try:
+        document = read_json(path)
+    except CurlingError:
+        return False
+    return isinstance(document, dict) and document.get("format") == FORMAT
 
 
 def camera_document(refined: RefinedCamera) -> dict[str, Any]:

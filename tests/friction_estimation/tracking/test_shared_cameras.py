@@ -40,7 +40,7 @@ def pieces(paths):
 def test_a_camera_is_kept_beside_its_scene_to_the_last_bit_and_used_again(films, monkeypatch):
     scene = load_scene(films[0].with_name("hall.scene.json"))
     kept = camera_beside(scene)
-    assert kept == films[0].with_name("hall.camera.json")
+    assert kept == films[0].with_name("hall.solved.json")
     solved = SharedCameras(keep=True).of(scene, pieces(films[:1]), films[1:], no_progress)
     assert solved is not None
     assert json.loads(kept.read_text())["format"] == "curling-camera/1"
@@ -62,6 +62,16 @@ def test_a_camera_is_kept_beside_its_scene_to_the_last_bit_and_used_again(films,
         SharedCameras(keep=True).of(scene, pieces(films[1:]), [], no_progress)
 
 
+def test_a_file_of_the_users_under_that_name_stays_as_it_is(films, tmp_path):
+    path = tmp_path / "hall.scene.json"
+    path.write_bytes(films[0].with_name("hall.scene.json").read_bytes())
+    own = tmp_path / "hall.solved.json"
+    own.write_text('{"format": "mine"}')
+    scene = load_scene(path)
+    assert SharedCameras(keep=True).of(scene, pieces(films[:1]), [], no_progress) is not None
+    assert own.read_text() == '{"format": "mine"}'
+
+
 def test_films_of_one_scene_have_one_camera(films):
     scene = load_scene(films[0].with_name("hall.scene.json"))
     found = [one.found for one in track_each(films, scene)]
@@ -69,7 +79,7 @@ def test_films_of_one_scene_have_one_camera(films):
     assert found[1] is not None
     assert found[0].camera is found[1].camera
     assert [one.moved_px for one in found if one is not None] == [0.0, 0.0]
-    assert not films[0].with_name("hall.camera.json").exists()
+    assert not films[0].with_name("hall.solved.json").exists()
 
 
 def test_a_tripod_that_has_moved_is_noticed(films, practice):
