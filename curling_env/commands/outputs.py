@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,11 @@ from curling_env.infrastructure.kinds import kind_of
 from curling_env.infrastructure.storage import check_writable, make_directory
 
 Command = Callable[..., Any]
+
+
+MAX_WHOLE = 2**53
+MAX_REAL = 1e12
+"""Largest numbers that an option takes, whatever it means; infinity is left to the command."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,6 +54,8 @@ def guarded(command: Command) -> Command:
     @functools.wraps(command)
     def run(*args: Any, **options: Any) -> Any:
         given = inspect.signature(command).bind(*args, **options).arguments
+        for name, value in given.items():
+            _refuse_beyond_measure(name, value)
         earlier = _admit(given, outputs)
         try:
             result = command(*args, **options)
@@ -57,6 +65,15 @@ def guarded(command: Command) -> Command:
         return result
 
     return run
+
+
+def _refuse_beyond_measure(name: str, value: Any) -> None:
+    """Refuse a number that nothing here can be; what it may be exactly, the command knows."""
+    for number in cast("list[Any]", value) if isinstance(value, list | tuple) else (value,):
+        whole = isinstance(number, int) and not isinstance(number, bool)
+        real = isinstance(number, float) and MAX_REAL < abs(number) < math.inf
+        if real or (whole and abs(number) > MAX_WHOLE):
+            raise InputError("is a number beyond all measure", source=f"--{name.replace('_', '-')}")
 
 
 def _outputs_of(command: Command) -> dict[str, Writes]:

@@ -8,6 +8,10 @@ from typing import Annotated
 import typer
 
 from curling_env.commands.cli import OutputFile, SeedOption, progress_bar, say
+from curling_env.errors import InputError
+
+MAX_ENDS = 10**8
+"""Throws of one sweep: their ends are held in memory until they are written."""
 
 
 def sweep(
@@ -59,6 +63,11 @@ def sweep(
     from curling_env.throw import read_releases
 
     thrown = read_releases(releases)
+    ends_asked = seeds * len(thrown) * len(ice or ["standard"])
+    if ends_asked > MAX_ENDS:
+        raise InputError(
+            f"that is {ends_asked:g} throws; a sweep has at most {MAX_ENDS:g}", source="--seeds"
+        )
     plan = Sweep(
         ices=[load_ice(name) for name in ice or ["standard"]],
         releases=thrown,

@@ -55,16 +55,17 @@ class Board:
     dictionary: str = "4X4_250"
 
     def __post_init__(self) -> None:
-        if min(self.columns, self.rows) < 3 or max(self.columns, self.rows) < 4:
+        if not (min(self.columns, self.rows) >= 4 and max(self.columns, self.rows) <= 100):
             raise InputError(
-                f"a board has 4 × 3 squares or more, got {self.columns} × {self.rows}",
+                f"a board has 4 × 4 to 100 × 100 squares, got {self.columns} × {self.rows}",
                 source="squares",
             )
-        if not (np.isfinite(self.square) and self.square > 0):
+        if not 1e-4 <= self.square <= 10:
             raise InputError(
-                f"must be a positive length in metres, got {self.square}", source="square size"
+                f"must be a positive length of at most 10 metres, got {self.square}",
+                source="square size",
             )
-        if not 0 < self.marker_size < self.square:
+        if not 0.01 * self.square < self.marker_size < self.square:
             raise InputError("must be smaller than the square", source="marker size")
         if self.kind == "charuco":
             self.markers()

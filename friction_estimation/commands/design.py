@@ -15,6 +15,9 @@ from curling_env.commands.cli import (
 )
 from curling_env.errors import InputError
 
+MOST_SPEEDS = 24
+"""Speeds that are tried together with every line and spin."""
+
 
 def design(
     output: Annotated[
@@ -27,14 +30,22 @@ def design(
     resolution: Annotated[
         float, typer.Option(help="Wanted detail of the map: smallest structure resolved [m].")
     ] = 2.0,
-    precision: Annotated[float, typer.Option(help="Wanted error of mu [%].")] = 2.0,
+    precision: Annotated[
+        float, typer.Option(min=0.01, max=100, help="Wanted error of mu [%].")
+    ] = 2.0,
     noise: Annotated[
-        float, typer.Option(help="Error of one measured position, independent of others [m].")
+        float,
+        typer.Option(
+            min=1e-6, max=10, help="Error of one measured position, independent of others [m]."
+        ),
     ] = 0.005,
-    fps: Annotated[float, typer.Option(help="Frames a second of the camera.")] = 30.0,
-    mu: Annotated[float, typer.Option(help="Friction that is expected.")] = 0.009,
+    fps: Annotated[
+        float, typer.Option(min=0.1, max=10_000, help="Frames a second of the camera.")
+    ] = 30.0,
+    mu: Annotated[float, typer.Option(min=1e-4, max=1, help="Friction that is expected.")] = 0.009,
     spread: Annotated[
-        float, typer.Option(help="How much mu is expected to vary over the sheet [%].")
+        float,
+        typer.Option(min=0.01, max=100, help="How much mu is expected to vary over the sheet [%]."),
     ] = 5.0,
     speeds: Annotated[
         str | None,
@@ -91,8 +102,13 @@ def design(
 
 def _numbers(text: str) -> list[float]:
     try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
+        values = [float(part) for part in text.split(",")]
+        if len(values) > MOST_SPEEDS:
+            raise InputError(f"--speeds takes up to {MOST_SPEEDS} numbers, got {len(values)}")
+        return values
+    except ValueError as error:
+        if isinstance(error, InputError):
+            raise
         raise InputError(
             f"--speeds takes numbers with commas between, like 1.6,2.2, got {text!r}"
         ) from None

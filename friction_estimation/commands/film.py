@@ -17,6 +17,7 @@ from curling_env.commands.cli import (
     progress_bar,
 )
 from curling_env.errors import InputError
+from curling_env.infrastructure.limits import MAX_FRAME_PIXELS
 
 
 def film(
@@ -114,4 +115,9 @@ def _size(text: str | None) -> tuple[int, int] | None:
     width, _, height = text.lower().replace("×", "x").partition("x")
     if not (width.strip().isdecimal() and height.strip().isdecimal()):
         raise InputError(f"a size is WIDTHxHEIGHT in pixels, such as 1280x720; got {text!r}")
+    if not 1 <= int(width[:9]) * int(height[:9]) <= MAX_FRAME_PIXELS:
+        raise InputError(
+            f"a film has at most {MAX_FRAME_PIXELS // 10**6} million pixels a frame, got "
+            f"{text[:30]!r}"
+        )
     return int(width), int(height)

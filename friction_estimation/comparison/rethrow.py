@@ -125,7 +125,7 @@ class Rethrow:
             "too_far_left_m": self.too_far_left,
             "sigmas_too_long": self.sigmas_too_long,
             "sigmas_too_far_left": self.sigmas_too_far_left,
-            "path_rms_m": self.path_rms,
+            "path_rms_m": self.path_rms if self.tested.any() else None,
             "rest_time_s": self.rest_time,
             "predicted_time_s": self.predicted_time,
         }
@@ -195,6 +195,13 @@ def compare_tracks(
     if not window > 0:
         raise InputError(f"the release window must be positive, got {window} s")
     slides, skipped = free_slides(tracks)
+    times = [part.track.t[part.rows] for part in slides]
+    longest = max((float(t[-1] - t[0]) for t in times), default=0.0)
+    if slides and window >= longest:
+        raise InputError(
+            f"a release window of {window:g} s leaves nothing to predict: the longest throw slides "
+            f"freely for {longest:.1f} s"
+        )
     again: list[Rethrow] = []
     ices: list[Ice] = []
     wear = np.zeros(ice.sheet.shape)

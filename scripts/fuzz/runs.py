@@ -16,8 +16,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 MAX_SECONDS = 20.0
+"""Processor time that a run may take [s]."""
+PATIENCE = 6.0
+"""Times as much on the clock, because a machine may be busy."""
 MAX_BYTES = 2**30
 """Memory that a run may take beyond what is loaded anyway [bytes]."""
 MAX_LINE = 300
@@ -57,13 +61,13 @@ def run(arguments: Sequence[str], folder: Path) -> Ended:
     child = os.fork()
     if child == 0:
         _be_curling(arguments, folder)
-    status, memory, hung = _await(child)
+    status, memory, worked, hung = _await(child)
     seconds = time.monotonic() - begun
     said = (folder.parent / "stderr").read_text(errors="replace")
     memory = max(0, memory - loaded)
     after = _content(folder)
     faults: list[str] = []
-    if hung or seconds > MAX_SECONDS:
+    if hung or worked > MAX_SECONDS:
         faults.append("too long")
     if status not in (0, 2) and not hung:
         faults.append(f"status {status}")
@@ -120,19 +124,24 @@ def _be_curling(arguments: Sequence[str], folder: Path) -> None:
         os._exit(status)
 
 
-def _await(child: int) -> tuple[int, int, bool]:
-    """Status and peak memory of the child, and whether it had to be killed."""
-    deadline, wait = time.monotonic() + MAX_SECONDS, 0.002
+def _await(child: int) -> tuple[int, int, float, bool]:
+    """Status, peak memory and processor time of a child, and whether it had to be killed."""
+    deadline, wait = time.monotonic() + PATIENCE * MAX_SECONDS, 0.002
     while True:
         done, status, usage = os.wait4(child, os.WNOHANG)
         if done:
-            return os.waitstatus_to_exitcode(status), usage.ru_maxrss * 1024, False
+            return _told(status, usage, hung=False)
         if time.monotonic() > deadline:
             os.killpg(child, signal.SIGKILL)
             _, status, usage = os.wait4(child, 0)
-            return os.waitstatus_to_exitcode(status), usage.ru_maxrss * 1024, True
+            return _told(status, usage, hung=True)
         time.sleep(wait)
         wait = min(wait * 1.5, 0.1)
+
+
+def _told(status: int, usage: Any, *, hung: bool) -> tuple[int, int, float, bool]:
+    worked = usage.ru_utime + usage.ru_stime
+    return os.waitstatus_to_exitcode(status), usage.ru_maxrss * 1024, worked, hung
 
 
 def _content(folder: Path) -> dict[str, str]:

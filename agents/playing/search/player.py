@@ -88,6 +88,10 @@ class PositionEvaluator:
         return hammers if end.hammer is view.team else 1 - hammers
 
 
+MAX_SECONDS, MAX_THROWS = 600.0, 1_000_000
+"""Longest thought before one delivery."""
+
+
 class SearchPlayer(Player):
     """Chooses the shot after which it wins the game most often.
 
@@ -133,6 +137,10 @@ class SearchPlayer(Player):
                 "search takes a number of throws or of seconds, as in search:500 or search:0.2s, "
                 f"got {option!r}"
             ) from None
+        if not 0 < amount <= (MAX_SECONDS if timed else MAX_THROWS):
+            raise InputError(
+                f"search takes up to {MAX_SECONDS:g} s or {MAX_THROWS} throws, got {option[:40]!r}"
+            )
         player = cls(seconds=amount) if timed else cls(int(amount))
         player.name = f"search:{option}"
         return player
