@@ -134,4 +134,7 @@ def _joined(
             }
         )
     whole = joined.whole if bridge else joined.trajectory
-    return replace(whole, throw=throw, stone=first.stone, clock=begin.thrown.clock), result
+    # All throws are on the clock of the camera that is named first.
+    shift = float(joined.offset[0]) + begin.thrown.clock - first.clock
+    clock = round(begin.thrown.clock - shift, 3)
+    return replace(whole, throw=throw, stone=first.stone, clock=clock), result

@@ -63,6 +63,8 @@ def cut(film: Film, scene: Scene, *, progress: Progress = no_progress) -> list[P
     ------
     InputError : points that do not fit the film, or a long film in which nothing is thrown
     """
+    if film.duration < min(tuning.SHORT_SECONDS, tuning.ONE_THROW_SECONDS):
+        return [Piece.whole(film)]
     throws = find_throws(film, scene, camera_from_scene(scene, film.size), progress=progress)
     if len(throws) <= 1 and film.duration <= tuning.ONE_THROW_SECONDS:
         return [Piece.whole(film)]

@@ -75,3 +75,5 @@ APART_SECONDS = 0.5
 """Two throws are at least so far apart [s]."""
 ONE_THROW_SECONDS = 60.0
 """A film of one throw that is no longer than this is tracked as it is [s]."""
+SHORT_SECONDS = 28.0
+"""A shorter film shows one throw and is not looked through: two take longer [s]."""
