@@ -25,6 +25,7 @@ from curling_env.errors import InputError
 from curling_env.units import Units
 
 if TYPE_CHECKING:
+    from curling_env.trajectory import Trajectory
     from friction_estimation.tracking import FilmTrack, TrackedFilm, Tracker
 
 CameraOption = Annotated[
@@ -84,6 +85,10 @@ def track(
         ),
     ],
     output: OutputFile = Path("tracks.csv"),
+    append: Annotated[
+        bool,
+        typer.Option("--append", help="Add the throws to those that the tracks file holds."),
+    ] = False,
     overlay: Annotated[
         Path | None,
         typer.Option(
@@ -147,7 +152,8 @@ def track(
     """
     import cv2
 
-    from curling_env.trajectory import write_tracks
+    from curling_env.infrastructure.command_files import note_rewritten
+    from curling_env.trajectory import read_tracks, write_tracks
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.film.video import films_in, is_stream
     from friction_estimation.tracking import track_each
@@ -171,6 +177,10 @@ def track(
     function = choose_tracker(tracker, refine=refine, flow=flow, slow=slow)
     checkpoints = Checkpoints(output)
     tracked: list[TrackedFilm] = []
+    earlier: list[Trajectory] = []
+    if append and output.exists():
+        note_rewritten(output)
+        earlier = read_tracks(output)
     with progress_bar("frame") as bar:
         for one in track_each(
             paths,
@@ -203,7 +213,10 @@ def track(
                     units=units,
                     progress=bar,
                 )
-    write_tracks(output, [track for one in tracked for track in one.tracks])
+    if earlier:
+        begin = 1 + max(track.throw for track in earlier)
+        tracked = [_later(one, begin) for one in tracked]
+    write_tracks(output, [*earlier, *(track for one in tracked for track in one.tracks)])
     checkpoints.delete()
     noted = throws_beside(output)
     conclude(
@@ -220,6 +233,11 @@ def track(
         "shows what they were",
         as_json=as_json,
     )
+
+
+def _later(one: TrackedFilm, begin: int) -> TrackedFilm:
+    """A tracked film whose throws are numbered from `begin` on instead of 0."""
+    return replace(one, tracks=tuple(replace(k, throw=k.throw + begin) for k in one.tracks))
 
 
 def choose_tracker(

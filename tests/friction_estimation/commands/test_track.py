@@ -1,0 +1,40 @@
+"""`curling track` adds to an evening's tracks, and harms neither film nor scene."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+
+from curling_env.trajectory import read_tracks
+from friction_estimation.film.writer import film_writer
+
+TRACKER = """
+import numpy as np
+from curling_env.trajectory import Trajectory
+def track(film, scene, *, progress):
+    t = np.arange(20) / 10
+    return Trajectory(t=t, xy=np.column_stack([0 * t, 2 * t]))
+"""
+
+
+def test_films_are_added_to_the_tracks_of_the_evening(curling, tmp_path, monkeypatch):
+    (tmp_path / "ours_to_append.py").write_text(TRACKER)
+    corners = {"home_left": [5, 115], "home_right": [55, 115], "away_right": [45, 5]}
+    scene = tmp_path / "s.json"
+    scene.write_text(json.dumps({"corners_px": {**corners, "away_left": [15, 5]}}))
+    film = tmp_path / "f.mp4"
+    with film_writer(film, (64, 128), 10.0) as writer:
+        for k in range(5):
+            writer.write(np.full((128, 64, 3), 40 * k, np.uint8))
+    before = film.read_bytes()
+    monkeypatch.chdir(tmp_path)
+    words = ("track", film, "--scene", scene, "--tracker", "ours_to_append:track", "-o")
+    for throws in ([0], [0, 1], [0, 1, 2]):
+        assert curling(*words, tmp_path / "t.csv", "--append").status == 0
+        assert [track.throw for track in read_tracks(tmp_path / "t.csv")] == throws
+    assert curling(*words, tmp_path / "t.csv").status == 0
+    assert [track.throw for track in read_tracks(tmp_path / "t.csv")] == [0]
+    for harmed in (film, scene):
+        assert "is read by this command" in curling(*words, harmed).complaint
+    assert film.read_bytes() == before
