@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import signal
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 import cv2
 
 from curling_env.errors import CurlingError, TrackTooShortError
 from curling_env.infrastructure.executor import begin_worker
+from curling_env.infrastructure.provenance import provenance
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Image
 from curling_env.units import Units
@@ -210,6 +212,7 @@ class _Analysis:
             self._report,
             reload_seconds,
             self._units,
+            provenance(),
         )
 
 
@@ -238,6 +241,7 @@ def _estimate(
     report: Path | None,
     reload_seconds: float | None,
     units: Units,
+    origin: Mapping[str, Any],
 ) -> IceSoFar:
     try:
         found = estimate_ice(tracks, uniform=report is None)
@@ -246,7 +250,7 @@ def _estimate(
         words = "the throws so far are too short to show it" if too_short else str(error)
         return IceSoFar(throws=throws, words=words)
     if report is not None:
-        write_report(found, report, stills, reload=reload_seconds, units=units)
+        write_report(found, report, stills, reload=reload_seconds, provenance=origin, units=units)
     low, high = found.interval
     return IceSoFar(
         throws=throws,
