@@ -29,8 +29,8 @@ from friction_estimation.tracking.cutting.motion import MotionDetector
 from friction_estimation.tracking.cutting.tuning import COMPARED_AFTER, LOOK_INTERVAL
 
 FPS = 20.0
-WHOLE_EVERY = 12 / FPS
-"""Time between whole pictures of a film that is written here [s]."""
+KEY_EVERY = 12
+"""A camera's stream has a key frame so often [frames]."""
 SURELY_OVER = QUIET_SECONDS + COMPARED_AFTER + 1
 """After so long without motion a film has ended [s]."""
 
@@ -49,9 +49,17 @@ def picture(at=None):
 
 
 def fed(tmp_path, frames):
-    """Frames as a stream that sends them."""
-    write_film(tmp_path / "sent.mp4", frames, FPS)
-    return open_feed(f"file://{tmp_path}/sent.mp4")
+    """Frames as a stream that sends them: as cameras do, with many key frames, all in order."""
+    path = tmp_path / "sent.mp4"
+    with av.open(str(path), "w") as sent:
+        stream = sent.add_stream("libx264", rate=int(FPS))
+        stream.height, stream.width = frames[0].shape[:2]
+        stream.pix_fmt = "yuv420p"
+        stream.options = {"preset": "superfast", "crf": "18", "bf": "0", "g": str(KEY_EVERY)}
+        for frame in frames:
+            sent.mux(stream.encode(av.VideoFrame.from_ndarray(frame, format="bgr24")))
+        sent.mux(stream.encode())
+    return open_feed(f"file://{path}")
 
 
 def recorded(tmp_path, frames):
@@ -105,7 +113,8 @@ def test_every_motion_between_two_quiets_is_one_film(tmp_path):
     assert clips[0].missing == 0
     # What is kept of the quiet before is no less than was wanted, and of that after no more than
     # it takes to be sure of it.
-    assert 6.0 - LEAD_IN_SECONDS - WHOLE_EVERY <= clips[0].clock <= 6.0 - LEAD_IN_SECONDS
+    wanted = 6.0 - LEAD_IN_SECONDS
+    assert wanted - KEY_EVERY / FPS <= clips[0].clock <= wanted
     end_of_motion = clips[0].clock + first.frame_count / FPS - QUIET_SECONDS
     assert 9 < end_of_motion <= 9 + COMPARED_AFTER + 2 * LOOK_INTERVAL
 
