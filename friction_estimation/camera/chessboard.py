@@ -55,9 +55,10 @@ class Board:
     dictionary: str = "4X4_250"
 
     def __post_init__(self) -> None:
-        if not (min(self.columns, self.rows) >= 4 and max(self.columns, self.rows) <= 100):
+        sides = sorted((self.columns, self.rows))
+        if sides[0] < 3 or sides[1] < 4 or sides[1] > 100:
             raise InputError(
-                f"a board has 4 × 4 to 100 × 100 squares, got {self.columns} × {self.rows}",
+                f"a board has 4 × 3 to 100 × 100 squares, got {self.columns} × {self.rows}",
                 source="squares",
             )
         if not 1e-4 <= self.square <= 10:

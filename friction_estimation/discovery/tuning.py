@@ -37,6 +37,8 @@ SMOOTHED_PERIOD = 2.5
 SMOOTHED_JITTER = 0.3
 """Jitter from row to row, over the standard error that a track claims, below which the track counts
 as smoothed. Tracks from film have 0.01 to 0.13."""
+CLAIMED_NOISE = 0.7
+"""The same from which on the claim is taken to be the noise of single rows."""
 SMOOTHED_SPACING = 1.0 / 3.0
 """Time between the rows that are kept of a smoothed track [s]: those between say nothing new."""
 NOISE_THROWS = 24

@@ -31,6 +31,7 @@ from friction_estimation.discovery.data.outliers import (
 )
 from friction_estimation.discovery.data.wear_tracks import WearTracks
 from friction_estimation.discovery.tuning import (
+    CLAIMED_NOISE,
     HIGHEST_FRAME_RATE,
     LEAST_HEADINGS,
     LEAST_THROWS,
@@ -65,7 +66,8 @@ class Session:
     sigma : (rows, 2) relative noise of position and heading of the rows, of mean 1
     starts : (k+1,) first row of each throw, then the number of rows
     usual_spins : (k,) spin taken where no heading was measured [rad/s]
-    claimed : median standard error of a coordinate by the tracks' own columns [m]; 0 without them
+    claimed : median standard error of a coordinate by the tracks' own columns [m]; 0 without them,
+        and where they are no more than the noise of single rows
     smoothed : whether the tracks come smoothed
     left_out : for each throw that is not here, the reason
     measurements : effects that the camera may have on the tracks
@@ -260,7 +262,10 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
     order_of = {throw: k for k, throw in enumerate(sorted({track.throw for track in tracks}))}
     claims = [s.track.sigma_xy[s.rows] for s in slides if s.track.sigma_xy.size]
     claimed = float(np.nanmedian(np.concatenate(claims))) if claims else 0.0
-    smoothed = claimed > 0.0 and _are_smoothed(slides, claimed)
+    jitter = _jitter_over_claims(slides) if claims else 0.0
+    # Where a row jitters as much as it claims to err, the claim is its noise, and no more.
+    claimed = 0.0 if jitter > CLAIMED_NOISE else claimed
+    smoothed = claimed > 0.0 and jitter < SMOOTHED_JITTER
     spacing = SMOOTHED_SPACING if smoothed else 0.0
     pairs, blind = _with_heading([(slide, _thinned(slide, spacing)) for slide in slides])
     counts = [len(rows) for _, rows in pairs]
@@ -334,14 +339,18 @@ def _relative(claims: Sequence[Floats]) -> Floats:
     return np.where(known, values / mean, 1.0)
 
 
-def _are_smoothed(slides: Sequence[FreeSlide], claimed: float) -> bool:
-    """Whether tracks jitter far less from row to row than they claim to err."""
-    jitter = [
-        robust_deviation(fast_series(slide.track.t[slide.rows], slide.track.xy[slide.rows, axis]))
-        for slide in slides
-        for axis in range(2)
-    ]
-    return float(np.median(jitter)) < SMOOTHED_JITTER * claimed
+def _jitter_over_claims(slides: Sequence[FreeSlide]) -> float:
+    """How much rows jitter about their neighbours, over the standard errors that they claim."""
+    found: list[float] = []
+    for slide in slides:
+        track, rows = slide.track, slide.rows
+        if not track.sigma_xy.size:
+            continue
+        sigma = track.sigma_xy[rows]
+        for axis in range(2):
+            fast = fast_series(track.t[rows], track.xy[rows, axis]) / sigma
+            found.append(robust_deviation(fast[np.isfinite(fast)]))
+    return float(np.median(found)) if found else 0.0
 
 
 def _thinned(slide: FreeSlide, spacing: float) -> Indices:

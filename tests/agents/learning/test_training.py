@@ -336,7 +336,7 @@ def test_command_refuses_in_one_line(curling, tmp_path: Path) -> None:
         (["--config", tmp_path / "bad.yml"], "unknown key 'lerning_rate'"),
         (["--config", "nowhere"], "nowhere: no such configuration file"),
         (["--ice", "nowhere.json"], "nowhere.json"),
-        (["--resume", tmp_path / "not.npz"], "not.npz: is not a trained model"),
+        (["--resume", tmp_path / "not.npz"], "not.npz: cannot be read as a trained model"),
         (["--resume", tmp_path], "holds no checkpoint"),
     ):
         full = ["train", "-o", tmp_path / "run", "--steps", 10, *arguments]
