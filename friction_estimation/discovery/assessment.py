@@ -6,13 +6,16 @@ from dataclasses import dataclass
 
 from threadpoolctl import threadpool_limits
 
+from curling_env.typing import Floats
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.evidence.loo_pit import LooPit, loo_pit
 from friction_estimation.discovery.evidence.next_throws import NextThrow, next_throws
 from friction_estimation.discovery.evidence.predictive_density import (
     PredictiveScore,
     compare_models,
+    left_out_densities,
 )
+from friction_estimation.discovery.evidence.sought_place import densities_with_place_sought
 from friction_estimation.discovery.model.fit import SessionFit, refit
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.search.selection import SelectionRound, Trial
@@ -45,7 +48,7 @@ def assess(found: Discovery) -> Assessment:
     # As in `discover`: more threads of linear algebra only wait for each other.
     with threadpool_limits(limits=1, user_api="blas"):
         return Assessment(
-            models=compare_models(models_in_question(found)),
+            models=compare_models(_densities(models_in_question(found))),
             pit=loo_pit(found.seen),
             next_throws=next_throws(found.final),
         )
@@ -76,6 +79,27 @@ def models_in_question(found: Discovery) -> dict[str, SessionFit]:
         name = NAMED if NAMED in fits else BASELINE
         _add(fits, f"{name} + {trial.term.label}", _beside(final, model, trial, rounds[-1]))
     return fits
+
+
+def _densities(fits: dict[str, SessionFit]) -> dict[str, Floats]:
+    """Ln density of each throw under the fit of each model to all the others, (k,) by name.
+
+    The place of a patch that is no more than a candidate is sought anew without the throw.
+    """
+    out: dict[str, Floats] = {}
+    for name, fitted in fits.items():
+        start, _, label = name.partition(" + ")
+        sought = [
+            term.name
+            for term in fitted.model.terms
+            if term.label == label and term.card.search.area is not None
+        ]
+        out[name] = (
+            densities_with_place_sought(fits[start], sought[0])
+            if sought
+            else left_out_densities(fitted)
+        )
+    return out
 
 
 def _beside(start: SessionFit, model: Model, trial: Trial, tried: SelectionRound) -> SessionFit:

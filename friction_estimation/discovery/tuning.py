@@ -192,6 +192,8 @@ LEAST_CLOSURE = 0.97
 proxy closes up to 0.97."""
 SURPRISING_THROW = 6.0
 """Standard deviations of χ² beyond which a throw differs from the model."""
+MOST_PLACES_SOUGHT = 10
+"""Most searches for a patch's place that each leave some throws out."""
 EVENT_SHARE = 0.7
 """Part of all misfit that must go with the throws in which something may have happened once."""
 MOST_EVENTS = 0.15

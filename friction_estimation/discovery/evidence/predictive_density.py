@@ -123,14 +123,14 @@ def leave_one_out_levels(fitted: SessionFit) -> tuple[Floats, Floats]:
     return np.array(whole), np.array(others)
 
 
-def compare_models(fits: Mapping[str, SessionFit]) -> list[PredictiveScore]:
+def compare_models(densities: Mapping[str, Floats]) -> list[PredictiveScore]:
     """Models in the order of their expected log predictive density, the best first.
 
     Parameters
     ----------
-    fits : by name, of one session and with one noise
+    densities : by name, (k,) ln density of each throw under the fit to all the others, of one
+        session and with one noise
     """
-    densities = {name: left_out_densities(fitted) for name, fitted in fits.items()}
     best = max(densities.values(), key=lambda each: float(each.sum()))
     scores = [
         PredictiveScore(

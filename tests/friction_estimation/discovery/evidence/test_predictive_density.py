@@ -21,7 +21,7 @@ from friction_estimation.discovery.model.noise import SessionNoise
 from friction_estimation.discovery.search.selection import refit
 from friction_estimation.discovery.tuning import COUPLING_SIGMA, RELEASE_SIGMA
 
-WHITE = SessionNoise(white=(0.004, 0.004, 0.02), fading=(0.0,) * 3, memory=(0.1,) * 3)
+WHITE = SessionNoise(white=(0.004, 0.004, 0.02), fading=(0.0, 0.0, 0.0), memory=(0.1, 0.1, 0.1))
 
 
 def test_the_density_of_a_throw_given_the_others_is_that_of_their_joint_gaussian(
@@ -68,7 +68,9 @@ def test_the_model_that_the_ice_has_is_best_and_needless_terms_are_not_clearly_b
         if term.label in ("slope", "spin_drag", "time_drift", "stone_bias[1]")
     }
     without = refit(fitted, base_model(None, fitted.session))
-    scores = {s.name: s for s in compare_models({"none": without, "curl": fitted, **with_more})}
+    fits = {"none": without, "curl": fitted, **with_more}
+    densities = {name: left_out_densities(each) for name, each in fits.items()}
+    scores = {score.name: score for score in compare_models(densities)}
     assert scores["none"].elpd < scores["curl"].elpd - 1000
     assert list(scores)[-1] == "none"
     for label in with_more:
