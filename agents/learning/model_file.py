@@ -39,18 +39,12 @@ def write_model(path: str | Path, document: Mapping[str, Any]) -> None:
     write_arrays(path, arrays)
 
 
-def read_model(path: str | Path, *, gaps: bool = False) -> dict[str, Any]:
+def read_model(path: str | Path) -> dict[str, Any]:
     """Read a document of `write_model`, with NumPy arrays.
-
-    Parameters
-    ----------
-    path : the file
-    gaps : whether NaN and infinity may stand for what there is not, as for stones not played yet
 
     Raises
     ------
-    InputError : there is no such file, it is not a model of this project, or it has a number that
-        is not finite
+    InputError : there is no such file, or it is not a model of this project
     """
     arrays = read_arrays(path, what="a trained model of this project")
     if _DOCUMENT not in arrays:
@@ -59,12 +53,33 @@ def read_model(path: str | Path, *, gaps: bool = False) -> dict[str, Any]:
     if not isinstance(layout, dict) or layout.get("format") != MODEL_FORMAT:
         raise InputError(f"expected a model of format {MODEL_FORMAT!r}", source=path)
     try:
-        content = _put_together(layout["content"], arrays, gaps)
+        content = _put_together(layout["content"], arrays)
     except (KeyError, TypeError, ValueError) as error:
         raise InputError("is not a trained model of this project", source=path) from error
     if not isinstance(content, dict):
         raise InputError("is not a trained model of this project", source=path)
     return content
+
+
+def check_finite(value: Any, source: str | Path) -> None:
+    """Refuse weights of which one is not finite, as a damaged file may hold.
+
+    Parameters
+    ----------
+    value : part of a document of `read_model`
+    source : its file
+
+    Raises
+    ------
+    InputError : a number is not finite
+    """
+    if isinstance(value, Mapping):
+        value = list(value.values())
+    if isinstance(value, list | tuple):
+        for item in value:
+            check_finite(item, source)
+    elif isinstance(value, np.ndarray) and value.dtype.kind == "f" and not np.isfinite(value).all():
+        raise InputError("holds a weight that is not finite", source=source)
 
 
 def _take_apart(value: Any, arrays: dict[str, NDArray[Any]]) -> Any:
@@ -91,14 +106,11 @@ def _take_apart(value: Any, arrays: dict[str, NDArray[Any]]) -> Any:
     raise TypeError(f"cannot be saved in a model: {type(value).__name__}")
 
 
-def _put_together(value: Any, archive: Any, gaps: bool) -> Any:
+def _put_together(value: Any, archive: Any) -> Any:
     if isinstance(value, list):
-        return [_put_together(item, archive, gaps) for item in value]
+        return [_put_together(item, archive) for item in value]
     if isinstance(value, dict):
         if _ARRAY in value:
-            array = archive[str(value[_ARRAY])]
-            if array.dtype.kind == "f" and not gaps and not np.isfinite(array).all():
-                raise ValueError("a number that is not finite")
-            return array
-        return {key: _put_together(item, archive, gaps) for key, item in value["$dict"]}
+            return archive[str(value[_ARRAY])]
+        return {key: _put_together(item, archive) for key, item in value["$dict"]}
     return value

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from agents.learning.configuration import TrainingSettings, schedule_of, settings_from
-from agents.learning.model_file import read_model
+from agents.learning.model_file import check_finite, read_model
 from agents.planning.target_search import direction_to
 from curling_env.envs.sheet.action import ThrowRange, throw_range_for
 from curling_env.envs.sheet.env import CurlingSheetEnv
@@ -55,6 +55,7 @@ class TrainedPolicy:
         InputError : there is no such file, or it is not a trained model of this project
         """
         document = read_model(path)
+        check_finite(document.get("policy"), path)
         try:
             settings = settings_from(document["settings"])
             throws = ThrowRange(**{k: tuple(v) for k, v in document["throws"].items()})

@@ -27,7 +27,7 @@ from agents.learning.configuration import (
     settings_from,
     with_settings,
 )
-from agents.learning.model_file import read_model, write_model
+from agents.learning.model_file import check_finite, read_model, write_model
 from agents.learning.policy import TrainedPolicy, tensors, throw_range_of
 from curling_env.envs.sheet.vector_env import CurlingSheetVectorEnv
 from curling_env.errors import CurlingError, InputError
@@ -105,7 +105,8 @@ def train(
     torch.set_num_threads(1)  # these networks are too small for several threads
     known = load_ice(settings.ices.base if settings.ices else ice)
     begun = None if resume is None else read_model(resume)
-    if begun is not None:
+    if begun is not None and resume is not None:
+        check_finite(begun, resume)
         _check_is_of(begun, settings, known, resume)
     folder = make_directory(output)
     with _faults_of("the environment and the algorithm"):

@@ -188,7 +188,7 @@ def _ends_from(document: dict[str, Any]) -> PlayedEnds:
 
 
 def _read_generation(path: Path, settings: LeagueSettings) -> tuple[ValueNetwork, list[PlayedEnds]]:
-    document = read_model(path, gaps=True)
+    document = read_model(path)
     try:
         saved = league_settings(document["league"])
         ends = [_ends_from(played) for played in document["ends"]]

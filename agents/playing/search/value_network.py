@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from agents.learning.model_file import read_model, write_model
+from agents.learning.model_file import check_finite, read_model, write_model
 from agents.playing.search.positions import SCORES, SLOTS, points_of
 from curling_env.errors import InputError
 from curling_env.game.rules.lines import Lines
@@ -119,6 +119,7 @@ def network_from(document: Mapping[str, Any], source: str | Path) -> ValueNetwor
         raise InputError("is not a trained model of this project", source=source) from error
     if not fits:
         raise InputError("holds weights that do not fit its settings", source=source)
+    check_finite(document["layers"], source)
     return ValueNetwork(
         layers=tuple((w.astype(np.float32), b.astype(np.float32)) for w, b in layers)
     )
