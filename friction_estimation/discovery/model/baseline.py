@@ -22,6 +22,9 @@ from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.systematic_error import systematic_error_of
 from friction_estimation.discovery.tuning import USUAL_FRICTION
 
+FEWEST_ROWS = 5
+"""Rows through which a quadratic leaves something over."""
+
 
 def base_model(ice: Ice | None, session: Session) -> Model:
     """The baseline as a model whose parameters can be fitted.
@@ -91,13 +94,20 @@ def _term(card: EffectCard, given: Mapping[str, float], uncertain: set[str]) -> 
 
 
 def first_friction(session: Session) -> float:
-    """Median deceleration of the throws over g, from which a fit begins."""
+    """Median deceleration of the throws over g, from which a fit begins.
+
+    Throws that were seen for less than half as long as another are left out: a short slide between
+    two contacts hardly shows how it slows. The time counts and not the number of rows, because
+    tracks from films keep few of them.
+    """
+    firsts, lasts = session.starts[:-1], session.starts[1:] - 1
+    seconds = session.times[lasts] - session.times[firsts]
     found: list[float] = []
-    for i in range(len(session)):
+    for i in np.flatnonzero(seconds >= 0.5 * seconds.max()).tolist():
         rows = session.rows(i)
         t = session.times[rows]
         moved = np.hypot(*(session.xy[rows] - session.xy[rows][0]).T)
-        if len(t) > 20:
+        if len(t) >= FEWEST_ROWS:
             found.append(-2.0 * float(np.polyfit(t, moved, 2)[0]) / GRAVITY)
     mu = float(np.median(found)) if found else USUAL_FRICTION
     return float(np.clip(mu, 1e-3, 0.1))
