@@ -29,6 +29,10 @@ QUALITY = 20
 PRESET = "superfast"
 """How much work goes into a small file: the next slower preset halves it, for twice the work."""
 
+KEY_SECONDS = 1.0
+"""Time between key frames, as cameras have it [s]: a player jumps to them at once, and between them
+the still ice keeps the noise of the last one."""
+
 
 class FilmWriter:
     """Writes BGR frames of one size to a film; see `film_writer`."""
@@ -41,6 +45,7 @@ class FilmWriter:
         quality: float = QUALITY,
         *,
         preset: str = PRESET,
+        threads: int | None = None,
         name: str | Path | None = None,
     ) -> None:
         kind, codec, pixels = CONTAINERS[path.suffix.lower()]
@@ -57,11 +62,14 @@ class FilmWriter:
         assert isinstance(stream, VideoStream)  # a video codec was asked for
         stream.width, stream.height = self._even
         stream.pix_fmt = pixels
-        stream.codec_context.thread_count = cv2.getNumThreads()  # one setting for all that is done
+        # By default the one setting for all that is done.
+        stream.codec_context.thread_count = cv2.getNumThreads() if threads is None else threads
         stream.codec_context.time_base = self._unit
-        stream.options = (
-            {"preset": preset, "crf": f"{quality:g}"} if kind == "mp4" else {"q:v": "3"}
-        )
+        if kind == "mp4":
+            every = max(round(fps * KEY_SECONDS), 1)
+            stream.options = {"preset": preset, "crf": f"{quality:g}", "g": str(every)}
+        else:
+            stream.options = {"q:v": "3"}
         self._stream = stream
 
     @property
@@ -127,6 +135,7 @@ def film_writer(
     *,
     quality: float = QUALITY,
     preset: str = PRESET,
+    threads: int | None = None,
 ) -> Iterator[FilmWriter]:
     """A film being written, which appears under its name only when it is complete.
 
@@ -140,6 +149,8 @@ def film_writer(
     fps : frames per second
     quality : constant rate factor of H.264; 0 loses nothing, 51 is the worst
     preset : x264's name for how much work goes into a small file
+    threads : number of threads that compress it, on which the very pixels depend; by default as
+        many as OpenCV may use
 
     Raises
     ------
@@ -148,7 +159,7 @@ def film_writer(
     if Path(path).suffix.lower() not in CONTAINERS:
         raise OutputError(f"{path}: cannot be written as a film; name it .mp4 or .avi")
     with atomic_path(path) as draft:
-        writer = FilmWriter(draft, size, fps, quality, preset=preset, name=path)
+        writer = FilmWriter(draft, size, fps, quality, preset=preset, threads=threads, name=path)
         try:
             yield writer
         except BaseException:

@@ -47,7 +47,9 @@ def write_film(path: str | Path, pictures: Iterable[Image], fps: float) -> int:
         raise InputError("a film needs at least one picture")
     count = 0
     size = (first.shape[1], first.shape[0])
-    with film_writer(path, size, fps, quality=FILM_QUALITY, preset="veryfast") as writer:
+    # With more threads the film would be another one on every machine.
+    coder = film_writer(path, size, fps, quality=FILM_QUALITY, preset="veryfast", threads=1)
+    with coder as writer:
         for picture in chain([first], pictures):
             writer.write(picture)
             count += 1
