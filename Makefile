@@ -31,7 +31,7 @@ demo: setup  ## the whole loop on a film it renders itself, into runs/demo
 	$(BIN)/curling demo -o runs/demo
 
 test: setup  ## every test
-	$(SINGLE) $(BIN)/pytest -n $(JOBS) -q
+	$(SINGLE) $(BIN)/pytest -n $(JOBS) --dist worksteal -q
 
 lint: setup  ## style, types and architecture
 	$(BIN)/ruff check
