@@ -31,8 +31,9 @@ from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 from friction_estimation.camera.scene import load_scene
 from friction_estimation.live import Feed, LiveFrame, TrackedClip, follow_stream, open_feed
-from friction_estimation.live.tuning import COMPARED_AFTER, QUIET_SECONDS
+from friction_estimation.live.tuning import QUIET_SECONDS
 from friction_estimation.synthetic import FilmSpec, on_film, render_films
+from friction_estimation.tracking.cutting.tuning import COMPARED_AFTER
 
 SPEC = FilmSpec(
     camera="end",
