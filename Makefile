@@ -8,22 +8,27 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.complete
 JOBS   ?= 2
 MINUTES ?= 10
+TORCH  := $(shell sed -n 's/^\(torch==[0-9.]*\).*/\1/p' constraints.txt)
 
 # One process, one core: the tests run side by side, and numeric libraries that each start a
 # thread per core only get in each other's way.
 SINGLE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS=1
 
-.PHONY: help setup demo test lint format types arch bench docs soak fuzz faults mutants clean
+.PHONY: help setup demo test lint format types arch bench docs soak fuzz faults mutants lock clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: $(STAMP)  ## the environment in .venv, with everything development needs
 
-# Installed anew only when what is to be installed changes.
+# Installed anew only when what is to be installed changes: PyTorch, if a folder of wheels that pip
+# knows on this machine has it (PIP_FIND_LINKS); what constraints.txt has, by its hashes; and the
+# project, with what PyTorch's build for GPUs asks for besides.
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt \
+	@$(BIN)/python -m pip install --quiet --no-index --no-deps $(TORCH) 2>/dev/null || true
+	$(BIN)/python -m pip install --quiet --require-hashes --no-deps --requirement constraints.txt
+	$(BIN)/python -m pip install --quiet --no-build-isolation \
 		--editable '.[dev,train,viewer,game,ray,parquet,science]'
 	@touch $@
 
@@ -74,6 +79,11 @@ faults: setup  ## full disks, kills and homes that cannot be written, for every 
 
 mutants: setup  ## 300 small faults put into the code, and which of them the tests notice
 	$(BIN)/python scripts/mutation.py --workers $(JOBS)
+
+lock:  ## constraints.txt anew, with hashes (UPGRADE=--upgrade: the newest versions)
+	$(PYTHON) -m venv runs/lock
+	runs/lock/bin/python -m pip install --quiet uv
+	runs/lock/bin/python scripts/lock.py $(UPGRADE)
 
 clean:  ## remove what can be made again (not the environment)
 	rm -rf build dist *.egg-info .pytest_cache .ruff_cache .hypothesis .import_linter_cache runs
