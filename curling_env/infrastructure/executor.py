@@ -32,6 +32,8 @@ Output = TypeVar("Output")
 
 MAX_RETRIES = 3
 """Times that a piece is done again after its worker was lost."""
+MAX_WORKERS = 1024
+"""Processes that can be asked for."""
 PIECES_PER_WORKER = 4
 """Pieces handed out per worker at a time, so that no worker waits."""
 
@@ -77,11 +79,13 @@ def executor(workers: int | str = 1) -> Generator[Executor]:
         with _cluster(None if text == "ray" else text) as cluster:
             yield cluster
         return
-    if not (text.isascii() and text.isdigit() and int(text) > 0):
+    count = int(text) if text.isascii() and text.isdigit() and len(text) < 10 else 0
+    if not 0 < count <= MAX_WORKERS:
         raise InputError(
-            f"workers must be a number of processes, 'ray' or 'ray://host:port', got {text!r}"
+            f"workers must be a number of processes up to {MAX_WORKERS}, 'ray' or "
+            f"'ray://host:port', got {text[:40]!r}"
         )
-    yield SerialExecutor() if int(text) == 1 else ProcessExecutor(int(text))
+    yield SerialExecutor() if count == 1 else ProcessExecutor(count)
 
 
 class SerialExecutor:
@@ -100,11 +104,11 @@ class ProcessExecutor:
 
     Parameters
     ----------
-    count : number of processes
+    count : number of processes; more than twice as many as there are cores are not begun
     """
 
     def __init__(self, count: int) -> None:
-        self._count = count
+        self._count = min(count, 2 * max(os.cpu_count() or 1, 2))
 
     def map(self, work: Callable[[Piece], Output], items: Iterable[Piece]) -> Iterator[Output]:
         """See `Executor`."""

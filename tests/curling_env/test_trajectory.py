@@ -46,6 +46,29 @@ def test_unknown_headings_are_empty_cells(tmp_path):
     assert read_tracks(tmp_path / "t.csv") == [bare]
 
 
+def headings(tmp_path, times, thetas):
+    rows = [f"0,{t},0,{t},{theta}" for t, theta in zip(times, thetas, strict=True)]
+    (tmp_path / "t.csv").write_text("\n".join(["throw,t,x,y,theta", *rows]))
+    return tmp_path / "t.csv"
+
+
+@pytest.mark.parametrize("jump", [1e23, -300.0, 40.0])
+def test_a_heading_that_jumps_is_refused(tmp_path, jump):
+    turning = [1.2 * k / 30 for k in range(20)]
+    turning[11] += jump
+    file = headings(tmp_path, [k / 30 for k in range(20)], turning)
+    with pytest.raises(InputError) as refused:
+        read_tracks(file)
+    assert refused.value.where == "row 13, column theta"
+    assert "jumps" in str(refused.value) or "expected a number" in str(refused.value)
+
+
+def test_a_heading_may_turn_on_where_it_was_not_seen(tmp_path):
+    # 3 rad/s over 20 s in which no row tells it: more than any turn between two frames.
+    file = headings(tmp_path, [0, 0.1, 10, 20, 20.1], [0, 0.3, "", 60, 60.3])
+    assert np.nanmax(read_tracks(file)[0].theta) == pytest.approx(60.3)
+
+
 def test_tracks_come_back_in_order_of_play(tmp_path):
     write_tracks(tmp_path / "t.csv", [path(throw=7), path(throw=2)])
     assert [track.throw for track in read_tracks(tmp_path / "t.csv")] == [2, 7]
