@@ -18,6 +18,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from fuzz.readers import read
+
 MAX_SECONDS = 20.0
 """Processor time that a run may take [s]."""
 PATIENCE = 6.0
@@ -25,6 +27,8 @@ PATIENCE = 6.0
 MAX_BYTES = 2**30
 """Memory that a run may take beyond what is loaded anyway [bytes]."""
 MAX_LINE = 300
+HERE = "{here}"
+"""Stands in arguments for the folder of the run."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,8 +113,14 @@ def _be_curling(arguments: Sequence[str], folder: Path) -> None:
         os.environ.pop("CURLING_TRACEBACK", None)
         from curling_env.commands.cli import main
 
+        words = [word.replace(HERE, str(folder)) for word in arguments]
         try:
-            status = main(list(arguments))
+            if words[0] == "read":
+                status = read(words[1], Path(words[2]))
+            else:
+                if words[0] == "corners":
+                    _mark_as_asked()
+                status = main(words)
         except SystemExit as end:
             status = end.code if isinstance(end.code, int) else 1
         except BaseException:
@@ -122,6 +132,27 @@ def _be_curling(arguments: Sequence[str], folder: Path) -> None:
         sys.stderr.flush()
     finally:
         os._exit(status)
+
+
+def _mark_as_asked() -> None:
+    """Let `curling corners` be answered by requests of the fuzzer instead of a browser."""
+    import http.client
+    from urllib.parse import urlsplit
+
+    from friction_estimation.camera.annotation.server import AnnotationServer
+
+    def wait(self: Any, timeout: float | None = None) -> None:
+        at = urlsplit(self.url)
+        asked = Path("q.json").read_bytes() if Path("q.json").exists() else b"{}"
+        for path in ("", "film.json", "still/0", "solve", "save"):
+            body = asked if path in ("solve", "save") else None
+            line = http.client.HTTPConnection(str(at.hostname), at.port or 0, timeout=PATIENCE)
+            line.request("GET" if body is None else "POST", at.path + path, body)
+            line.getresponse().read()
+            line.close()
+        raise SystemExit(0)
+
+    AnnotationServer.wait = wait
 
 
 def _await(child: int) -> tuple[int, int, float, bool]:

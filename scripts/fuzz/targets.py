@@ -80,11 +80,41 @@ OPTIONS: tuple[Sequence[str], ...] = (
      "64x36", "--noise", "2", "-o", "films"),
     ("estimate", "t.csv", "-o", "o.json", "--seed", "1"),
     ("train", "--config", "c.yml", "--steps", "8", "--targets", "1", "--seed", "0", "-o", "runs"),
+    ("throws", "t.csv", "--units", "feet", "-o", "o.csv"),
+    ("join-cameras", "f.mp4", "g.mp4", "--scene", "s.json", "--scene", "s.json", "-o", "o.csv"),
+    ("corners", "e.png", "--start", "s.json", "--sheet", "44.5x4.5", "--port", "0", "--no-browser",
+     "-o", "o.json"),
+    ("live", "0", "--scene", "s.json", "--throws", "1", "-o", "o.csv"),
+    ("demo", "--throws", "0", "--workers", "1", "--seed", "0", "-o", "demo"),
     ("discover", "t.csv", "--known-length", "21.3,21.9", "--clock", "20,24", "-o", "found"),
 )  # fmt: skip
-"""Command lines of which single words are replaced."""
+"""Command lines of which single words are replaced. `bench` reads nothing and takes no value; what
+`demo` has here is refused, because a whole run takes a minute."""
 
 
+JOIN = "join-cameras f.mp4 g.mp4 --scene s.json --scene s.json -o o.csv"
+CORNERS = "corners e.png --no-browser -o o.json"
+LIVE = "live file://{here}/f.mp4 --scene s.json --throws 1 --keep kept -o o.csv"
+READ = (
+    ("ice", "ice.json"),
+    ("ice", "full.json"),
+    ("releases", "r.csv"),
+    ("tracks", "t.csv"),
+    ("notes", "throws.csv"),
+    ("scene", "s.json"),
+    ("lens", "cam.json"),
+    ("stones", "st.json"),
+    ("game", "g.jsonl"),
+    ("picture", "e.png"),
+    ("film", "f.mp4"),
+    ("export", "k.csv"),
+    ("export", "k.txt"),
+    ("configuration", "c.yml"),
+    ("network", "net.npz"),
+    ("model", "c.npz"),
+    ("evidence", "e.evidence.npz"),
+)
+"""Readers of `readers.READERS`, and the file that each is given."""
 HEAVY = frozenset({"estimate", "discover", "train", "league", "resume", "tournament", "design"})
 """Commands that take seconds a run."""
 
@@ -142,13 +172,29 @@ def make_targets(folder: Path, *, light: bool = False) -> list[Target]:
         target("tournament", "tournament net.npz draw --games 1 --ends 1", "net.npz", 0.6),
         target("resume", "train --resume c.npz --targets 1 -o runs", "c.npz", 1),
         target("discover", "discover t.csv -o found", "t.csv", 0.1),
+        target("throws", "throws t.csv -o o.csv", "t.csv", 1),
+        target("throws notes", "throws t.csv", "throws.csv", 0.5),
+        target("join-cameras", JOIN, "f.mp4 g.mp4 s.json", 0.5),
+        target("corners", f"{CORNERS} --start s.json", "e.png s.json", 0.5),
+        target("corners request", f"{CORNERS} --start s.json", "q.json", 1),
+        target("live", LIVE, "f.mp4 s.json", 0.5),
+        *(
+            target(f"read {name}", f"read {name} {file}", file, 0.5)
+            for name, file in READ
+            if file in good
+        ),
     ]
     return [k for k in every if not (light and k.arguments[0] in HEAVY)]
 
 
 def _beside(words: Sequence[str]) -> set[str]:
+    """Files that a command reads without their being named."""
     beside = {f"{word}.times.csv" for word in words if word.endswith(".mp4")}
-    return beside | {word.replace(".json", ".evidence.npz") for word in words}
+    beside |= {word.replace(".json", ".evidence.npz") for word in words}
+    more = {"throws": "throws.csv", "corners": "q.json", "live": "f.mp4"}
+    if "e.evidence.npz" in words:
+        beside.add("e.json")
+    return beside | ({more[words[0]]} if words[0] in more else set())
 
 
 def _good_files(folder: Path, np: Any, cv2: Any, light: bool) -> dict[str, bytes]:
@@ -215,6 +261,12 @@ def _good_files(folder: Path, np: Any, cv2: Any, light: bool) -> dict[str, bytes
             frame = empty.copy()
             cv2.circle(frame, (30, 110 - 8 * k), 5, (60, 60, 60), -1)
             film.write(frame)
+    (folder / "g.mp4").write_bytes((folder / "f.mp4").read_bytes())
+    request = {"clicks": scene["corners_px"], "still": 0, "paint": True}
+    (folder / "q.json").write_text(json.dumps(request))
+    (folder / "throws.csv").write_text(
+        "throw,athlete,stone,called,note\n0,Anna,1,draw,\n2,Bo,,,x\n"
+    )
     (folder / "f.mp4.times.csv").write_text("t\n" + "".join(f"{k / 10}\n" for k in range(12)))
     for name, text in (
         ("k.csv", KINOVEA),
