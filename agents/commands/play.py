@@ -134,11 +134,11 @@ def play(
         with together():
             lines = write_record(folder / "game.jsonl", played, simulator, ice=ice, seed=seed)
             write_page(folder / "game.html", lines, units)
-        if film:
-            shown = write_film(folder / "game.mp4", lines, simulator.known_ice, units=units)
-            with progress_bar("stone") as progress:
-                for _ in with_progress(shown, "filming", progress, len(deliveries)):
-                    pass
+            if film:
+                shown = write_film(folder / "game.mp4", lines, simulator.known_ice, units=units)
+                with progress_bar("stone") as progress:
+                    for _ in with_progress(shown, "filming", progress, len(deliveries)):
+                        pass
         say(f"recorded in {folder / 'game.jsonl'}; open {folder / 'game.html'} to watch it")
     names = (players[0].name, players[1].name)
     if as_json:

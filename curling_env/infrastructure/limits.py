@@ -40,5 +40,7 @@ MAX_FRAME_PIXELS = 36_000_000
 MAX_FRAMES = 2_000_000
 """Of one film: eighteen hours at 30 frames a second."""
 
-PIPE_PATIENCE = 20.0
+PIPE_PATIENCE = 15.0
 """Time without a single byte from a pipe after which it is given up [s]."""
+PIPE_ALONE = 5.0
+"""The same where nobody holds the other end of it [s]."""

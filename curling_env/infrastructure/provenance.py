@@ -32,6 +32,11 @@ def typed(arguments: Sequence[str]) -> Generator[None]:
         _TYPED.reset(token)
 
 
+def command_name() -> str:
+    """The sub-command that runs; empty where a function was called from Python."""
+    return next((word for word in _TYPED.get() if not word.startswith("-")), "")
+
+
 def provenance(
     inputs: Iterable[str | Path | None] = (), *, seed: int | None = None
 ) -> dict[str, Any]:

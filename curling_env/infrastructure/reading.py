@@ -6,13 +6,13 @@ Only ordinary files and pipes are read, never more of them than `limits` allow. 
 
 from __future__ import annotations
 
-import errno
 import hashlib
 import json
 import math
 import os
 import select
 import stat
+import time
 from pathlib import Path
 from typing import Any, NoReturn, cast
 
@@ -21,6 +21,8 @@ from curling_env.infrastructure import limits
 from curling_env.infrastructure.command_files import note_input
 
 _CHUNK = 2**20
+_PIPE_GLANCE = 0.25
+"""How often a pipe without a writer is looked at [s]."""
 
 
 def read_bytes(path: str | Path, *, most: int = limits.MAX_TEXT_BYTES) -> bytes:
@@ -213,28 +215,28 @@ def _all_of(handle: int, path: Path, most: int) -> bytes:
 
 def _all_of_pipe(handle: int, path: Path, most: int) -> bytes:
     parts: list[bytes] = []
-    size, begun = 0, False
+    size, heard = 0, time.monotonic()
     waiting = select.poll()
     waiting.register(handle, select.POLLIN)
     while True:
-        events = waiting.poll(1000 * limits.PIPE_PATIENCE)
-        if not events:
-            raise InputError("nothing comes from this pipe", source=path)
+        events = waiting.poll(1000 * _PIPE_GLANCE)
         try:
             part = os.read(handle, _CHUNK)
-        except OSError as error:
-            if error.errno == errno.EAGAIN:
-                continue
-            raise
-        if not part:
-            if begun or events[0][1] & select.POLLHUP:
+        except BlockingIOError:  # somebody holds the other end, and is silent
+            patience = limits.PIPE_PATIENCE
+        else:
+            # Nothing to read: the writer has ended, or none has come yet.
+            if not part and (parts or any(event & select.POLLHUP for _, event in events)):
                 return b"".join(parts)
-            continue
-        begun = True
-        parts.append(part)
-        size += len(part)
-        if size > most:
-            _too_large(path, most)
+            patience = limits.PIPE_ALONE
+            if part:
+                heard = time.monotonic()
+                parts.append(part)
+                size += len(part)
+                if size > most:
+                    _too_large(path, most)
+        if time.monotonic() - heard > patience:
+            raise InputError("nothing comes from this pipe", source=path)
 
 
 def _too_large(path: Path, most: int) -> NoReturn:

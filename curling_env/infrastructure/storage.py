@@ -28,6 +28,7 @@ from curling_env.infrastructure.reading import (
 )
 from curling_env.infrastructure.table import MAX_INTEGER, Column, Table, read_table
 from curling_env.infrastructure.writing import (
+    at_once,
     atomic_path,
     check_writable,
     make_directory,
@@ -39,6 +40,7 @@ __all__ = [
     "MAX_INTEGER",
     "Column",
     "Table",
+    "at_once",
     "atomic_path",
     "check_writable",
     "confined",

@@ -132,6 +132,19 @@ def together() -> Generator[None]:
                 draft.unlink(missing_ok=True)
 
 
+@contextmanager
+def at_once() -> Generator[None]:
+    """Files written within it get their names at once, also within `together`.
+
+    For what an interrupted command keeps, so that the next one goes on from there.
+    """
+    token = _RESULT.set(None)
+    try:
+        yield
+    finally:
+        _RESULT.reset(token)
+
+
 def written_so_far(path: str | Path) -> Path:
     """Where the content of a file lies that was written within `together`."""
     result, path = _RESULT.get(), Path(path)

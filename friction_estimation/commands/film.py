@@ -74,7 +74,7 @@ def film(
         NAME.ice.json       the ice itself
     """
     from curling_env.ice import load_ice, save_ice
-    from curling_env.infrastructure.storage import make_directory
+    from curling_env.infrastructure.storage import make_directory, together
     from curling_env.physics.session import slides_in_turn
     from curling_env.throw import read_releases
     from friction_estimation.synthetic import FilmSpec, render_films
@@ -85,7 +85,7 @@ def film(
     # Four samples a frame: the cubic between them is then exact to a micrometre.
     thrown = [run.trajectory for run in slides_in_turn(known, numbered, fps=4 * fps)]
     folder = make_directory(output)
-    with progress_bar("frame") as progress:
+    with together(), progress_bar("frame") as progress:
         films = render_films(
             folder,
             [trajectory for trajectory in thrown if trajectory is not None],
@@ -95,7 +95,7 @@ def film(
             notes={"mu": float(known.friction.mu.mean()), "ice": str(ice)},
             progress=progress,
         )
-    save_ice(known, folder / f"{spec.name}.ice.json")
+        save_ice(known, folder / f"{spec.name}.ice.json")
     conclude(
         {
             "films": [str(path) for path in films],

@@ -153,6 +153,7 @@ def track(
     import cv2
 
     from curling_env.infrastructure.command_files import note_rewritten
+    from curling_env.infrastructure.storage import together
     from curling_env.trajectory import read_tracks, write_tracks
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.film.video import films_in, is_stream
@@ -181,7 +182,7 @@ def track(
     if append and output.exists():
         note_rewritten(output)
         earlier = read_tracks(output)
-    with progress_bar("frame") as bar:
+    with together(), progress_bar("frame") as bar:
         for one in track_each(
             paths,
             scenes,
@@ -213,10 +214,10 @@ def track(
                     units=units,
                     progress=bar,
                 )
-    if earlier:
-        begin = 1 + max(track.throw for track in earlier)
-        tracked = [_later(one, begin) for one in tracked]
-    write_tracks(output, [*earlier, *(track for one in tracked for track in one.tracks)])
+        if earlier:
+            begin = 1 + max(track.throw for track in earlier)
+            tracked = [_later(one, begin) for one in tracked]
+        write_tracks(output, [*earlier, *(track for one in tracked for track in one.tracks)])
     checkpoints.delete()
     noted = throws_beside(output)
     conclude(

@@ -42,7 +42,7 @@ class Recorder:
     feed : the source of the frames that are added
     motion : detects what moves on the ice in them
     folder : folder for the films
-    count : number of films so far
+    count : number of the next film, or of the next that is free in the folder
     """
 
     feed: Feed
@@ -71,7 +71,7 @@ class Recorder:
         first = self._kept[0]
         # A packet after the key frame may hold a frame shown before it, which cannot be decoded.
         packets = [packet for packet in self._kept if packet.pts >= first.pts]
-        path = self.folder / f"throw-{self.count:03d}.mp4"
+        path = self._next_path()
         with atomic_path(path) as draft:
             _write(draft, self.feed, packets)
         self.count += 1
@@ -86,6 +86,14 @@ class Recorder:
             frames=len(packets),
             missing=int(np.sum(np.maximum(np.rint(steps / usual) - 1, 0))),
         )
+
+    def _next_path(self) -> Path:
+        """The next name that no film has: those of an earlier evening cannot be repeated."""
+        path = self.folder / f"throw-{self.count:03d}.mp4"
+        while path.exists() or path.is_symlink():
+            self.count += 1
+            path = self.folder / f"throw-{self.count:03d}.mp4"
+        return path
 
     def _forget_before(self, t: float) -> None:
         """Drop the packets that a film beginning at a time [s] does not need."""

@@ -10,8 +10,8 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import json
-import shutil
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -19,8 +19,13 @@ from typing import Any
 import numpy as np
 
 from curling_env.infrastructure.command_files import keep
-from curling_env.infrastructure.provenance import sha256_of
-from curling_env.infrastructure.storage import make_directory, read_arrays, write_arrays
+from curling_env.infrastructure.provenance import command_name, sha256_of
+from curling_env.infrastructure.storage import (
+    at_once,
+    make_directory,
+    read_arrays,
+    write_arrays,
+)
 from curling_env.trajectory import Trajectory
 from friction_estimation.film.video import TIMES_SUFFIX
 
@@ -72,12 +77,17 @@ class Checkpoints:
             for k, track in enumerate(tracks)
             for name in _ARRAYS
         }
-        write_arrays(self._file(index), {"note": np.array(note), **arrays})
+        with at_once():
+            write_arrays(self._file(index), {"note": np.array(note), **arrays})
         keep(f"what was tracked is kept in {self.folder}; repeat the command to go on from there")
 
     def delete(self) -> None:
         """Forget all tracks: they are written where they belong."""
-        shutil.rmtree(self.folder, ignore_errors=True)
+        for kept in self.folder.glob("film-*.npz"):
+            with suppress(OSError):
+                kept.unlink()
+        with suppress(OSError):
+            self.folder.rmdir()  # refuses a folder that holds anything else
 
     def _file(self, index: int) -> Path:
         return self.folder / f"film-{index:03d}.npz"
@@ -92,13 +102,15 @@ def digest(film: Path, **choices: Any) -> str:
 
     Parameters
     ----------
-    film : its path, size and time of change count, and the content of a table of times beside it
+    film : its path, size and time of change count, and the content of a table of times beside it;
+        so does the command that runs
     choices : whatever else decides the tracks, for JSON
     """
     stat = film.stat() if film.exists() else None
     beside = film.with_name(film.name + TIMES_SUFFIX)
     made_from = {
         **choices,
+        "command": command_name(),
         "version": importlib.metadata.version("curling-sheet"),
         "times": sha256_of(beside) if beside.exists() else None,
         "film": str(film.resolve()),

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from curling_env.errors import CurlingError, InputError
-from curling_env.infrastructure.storage import read_json, write_json
+from curling_env.infrastructure.storage import at_once, read_json, write_json
 from curling_env.typing import Progress, no_progress
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import FreeLens, Lens
@@ -123,7 +123,8 @@ class SharedCameras:
         if not self.keep or path is None or camera is None or not _may_replace(path):
             return
         try:
-            write_json(path, {"format": FORMAT, "scene": key, **camera_document(camera)})
+            with at_once():
+                write_json(path, {"format": FORMAT, "scene": key, **camera_document(camera)})
         except CurlingError:
             return  # a folder in which nothing can be written is no reason to stop
 

@@ -55,10 +55,16 @@ def test_a_pipe_is_read_to_its_end(tmp_path: Path) -> None:
 def test_a_pipe_into_which_nobody_writes_is_given_up(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(limits, "PIPE_PATIENCE", 0.1)
     os.mkfifo(tmp_path / "pipe")
+    monkeypatch.setattr(limits, "PIPE_ALONE", 0.1)
     with pytest.raises(InputError, match="nothing comes from this pipe"):
         read_bytes(tmp_path / "pipe")
+    # One who holds the other end is waited for longer, and not for ever.
+    monkeypatch.setattr(limits, "PIPE_PATIENCE", 0.1)
+    silent = os.open(tmp_path / "pipe", os.O_RDWR)
+    with pytest.raises(InputError, match="nothing comes from this pipe"):
+        read_bytes(tmp_path / "pipe")
+    os.close(silent)
 
 
 def test_a_file_larger_than_its_limit_is_refused_unread(tmp_path: Path) -> None:
