@@ -12,8 +12,8 @@ from friction_estimation.appearance.crops import (
 )
 from friction_estimation.appearance.fit import Appearance, StoneFit, channels_of, measure
 from friction_estimation.appearance.handle import heading_costs
-from friction_estimation.appearance.learning import learn_appearance
-from friction_estimation.appearance.model import StoneModel
+from friction_estimation.appearance.learning import adapt_appearance, learn_appearance
+from friction_estimation.appearance.model import PixelWindow, StoneModel
 from friction_estimation.appearance.occlusion import PosedStone, measure_occluded
 from friction_estimation.appearance.tuning import CROPS_TO_LEARN_FROM
 
@@ -21,9 +21,11 @@ __all__ = [
     "CROPS_TO_LEARN_FROM",
     "Appearance",
     "Crop",
+    "PixelWindow",
     "PosedStone",
     "StoneFit",
     "StoneModel",
+    "adapt_appearance",
     "channels_of",
     "crops_at",
     "heading_costs",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -50,6 +50,7 @@ def crops_at(
     background_origin: tuple[int, int],
     camera: Camera,
     model: StoneModel,
+    windows: Mapping[float, PixelWindow] | None = None,
 ) -> list[Crop]:
     """Crops of those frames in which all of the stone is in the image.
 
@@ -59,6 +60,8 @@ def crops_at(
     background : (rows, columns, 3) channels of the ice without the stone
     background_origin : column and row of its upper left pixel in the frame
     camera, model : what filmed, and the shape of the stone
+    windows : the pixels of each crop by its time [s], where they are not to follow the camera;
+        moments that have none are left out
     """
     found: list[Crop] = []
     u, v = background_origin
@@ -67,6 +70,8 @@ def crops_at(
         # A little wider: the handle stands above the body, and the place is still rough.
         size = 0.35 * float(np.ptp(outline, axis=0).max()) if len(outline) else 0.0
         window = window_at(camera, outline, MARGIN_PX + size)
+        if windows is not None:
+            window = None if t not in windows else windows[t].seen_by(camera)
         if window is None:
             continue
         if not (

@@ -26,9 +26,10 @@ from friction_estimation.appearance.crops import (
 from friction_estimation.appearance.fit import Appearance
 from friction_estimation.appearance.handle import find_handle, fit_headings
 from friction_estimation.appearance.model import StoneModel
-from friction_estimation.appearance.profile import refine_profile
+from friction_estimation.appearance.profile import objective, refine_profile
 from friction_estimation.appearance.shape import PARTS
 from friction_estimation.appearance.tuning import (
+    ADAPTING_ROUNDS,
     ENOUGH_CROPS,
     ENOUGH_PIXELS,
     MIN_NOISE,
@@ -37,7 +38,9 @@ from friction_estimation.appearance.tuning import (
 )
 
 
-def learn_appearance(crops: Sequence[Crop], model: StoneModel, noise: float) -> Appearance:
+def learn_appearance(
+    crops: Sequence[Crop], model: StoneModel, noise: float, *, trimmed: bool = True
+) -> Appearance:
     """The look that explains all crops together.
 
     Parameters
@@ -45,6 +48,7 @@ def learn_appearance(crops: Sequence[Crop], model: StoneModel, noise: float) -> 
     crops : crops of one stone; their poses are refined in place
     model : the scene's radius and height, and typical values for the rest
     noise : standard deviation of a pixel [grey levels]
+    trimmed : whether pixels that the stone does not reach are dropped from the crops
     """
     sigma = np.maximum([3 * noise, 2 * noise, 2 * noise], MIN_NOISE)
     body = _body_colour(crops, model)
@@ -57,7 +61,7 @@ def learn_appearance(crops: Sequence[Crop], model: StoneModel, noise: float) -> 
     for crop in crops:
         fit_pose(crop, look)
     look = find_handle(crops, look)
-    for crop in crops:
+    for crop in crops if trimmed else ():
         trim(crop, look)
     look = _with_shadow(crops, look)
     ordered = sorted(crops, key=lambda crop: crop.t)
@@ -72,6 +76,27 @@ def learn_appearance(crops: Sequence[Crop], model: StoneModel, noise: float) -> 
         for crop in crops:
             fit_pose(crop, look)
     return look
+
+
+def adapt_appearance(
+    crops: Sequence[Crop], look: Appearance, model: StoneModel
+) -> tuple[Appearance, float]:
+    """A look that was learnt with nearly the same crops, fitted to these.
+
+    Parameters
+    ----------
+    crops : their headings are nearly right; their poses are refined in place
+    look : to begin with; its noise stays
+    model : as for `learn_appearance`
+
+    Returns
+    -------
+    the look, and its misfit to the crops and to what stones are like [squared standard errors]
+    """
+    for crop in crops:
+        fit_pose(crop, look)
+    look = refine_profile(crops, look, model, ADAPTING_ROUNDS)
+    return look, objective(crops, look, model)
 
 
 def _body_colour(crops: Sequence[Crop], model: StoneModel) -> Floats:

@@ -153,6 +153,12 @@ class PixelWindow:
         (u, v), (rows, columns) = self.origin_px, self.shape
         return slice(v, v + rows), slice(u, u + columns)
 
+    def seen_by(self, camera: Camera) -> PixelWindow | None:
+        """The same pixels with the lines of sight of another camera."""
+        (u, v), (rows, columns) = self.origin_px, self.shape
+        corners = np.array([[u, v], [u + columns - 1, v + rows - 1]], dtype=np.float64)
+        return window_at(camera, corners, 0.0)
+
     def cut(self, top: int, bottom: int, left: int, right: int) -> PixelWindow:
         """The part within these rows and columns; `bottom` and `right` are excluded."""
         (u, v), (rows, columns) = self.origin_px, self.shape

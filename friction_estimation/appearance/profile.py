@@ -169,6 +169,14 @@ def refine_profile(
     return look
 
 
+def objective(crops: Sequence[Crop], look: Appearance, typical_model: StoneModel) -> float:
+    """What `refine_profile` lowers: the robust misfit to the crops and to what stones are like."""
+    names = [n for n in SHAPE_SPREAD if look.has_handle or not n.startswith(HANDLE_PREFIXES)]
+    index = [SHAPE_PARAMETERS.index(n) for n in names]
+    spread = np.array([SHAPE_SPREAD[n] for n in names])
+    return _objective(crops, look, typical_model.shape(), index, spread)
+
+
 def _objective(
     crops: Sequence[Crop],
     look: Appearance,

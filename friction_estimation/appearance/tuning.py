@@ -80,6 +80,8 @@ TRIAL_SHADOW = 0.1
 REFINEMENTS = ((3, 8), (2, 8), (1, 20))
 """Stages of the fit: every how manyth crop is used, and the greatest number of rounds. Noise and
 headings are found anew from all crops after each."""
+ADAPTING_ROUNDS = 12
+"""Greatest number of rounds in which a look is fitted to other crops."""
 ENOUGH_PIXELS = 24_000
 """Of large stones, crops are left out until about this many pixels are left."""
 ENOUGH_CROPS = 8

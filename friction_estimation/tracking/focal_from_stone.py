@@ -9,68 +9,136 @@ stone all along its path. What little the paint says about the height is weighed
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
-from friction_estimation.appearance import Crop, StoneModel, learn_appearance, total_misfit
-from friction_estimation.appearance.tuning import PIXEL_CORRELATION
+from friction_estimation.appearance import (
+    Appearance,
+    Crop,
+    StoneModel,
+    adapt_appearance,
+    learn_appearance,
+)
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import RefinedCamera, log_height_prior
+from friction_estimation.camera.tuning import CAMERA_HEIGHT_PRIOR
 from friction_estimation.tracking import tuning
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Trial:
+    """A height that was tried.
+
+    Parameters
+    ----------
+    lean : 1 / height [1/m]
+    cost : misfit to the stones' pictures, to the paint and to what cameras and stones are like
+        [squared standard errors]
+    seen : pictures and look of every stone
+    """
+
+    lean: float
+    cost: float
+    seen: tuple[tuple[Sequence[Crop], Appearance], ...]
+
+
+class _Heights:
+    """Tries heights one beside the other: each look begins with that of the height before.
+
+    A look that is learnt from nothing is one of several that fit nearly as well, and misfits of
+    such looks scatter more than heights differ.
+    """
+
+    def __init__(
+        self,
+        refined: RefinedCamera,
+        refine_at_focal: Callable[[float], RefinedCamera | None],
+        crops_of: Callable[[Camera], Sequence[Sequence[Crop]]],
+        model: StoneModel,
+    ) -> None:
+        self._refined, self._refine_at_focal = refined, refine_at_focal
+        self._crops_of, self._model = crops_of, model
+
+    def change(self, lean: float) -> float:
+        """The change of the log focal length that brings the camera to a height."""
+        return float(np.log(1 / (lean * self._refined.camera.position[2])))
+
+    def seen_from(self, lean: float) -> tuple[RefinedCamera, Sequence[Sequence[Crop]]] | None:
+        """The camera at a height, and the stones' pictures; None where the paint contradicts it."""
+        found = self._refine_at_focal(self.change(lean))
+        stones = [] if found is None else self._crops_of(found.camera)
+        return None if found is None or not stones or not all(stones) else (found, stones)
+
+    def first(self, lean: float, noise: float) -> _Trial | None:
+        """A height whose looks are learnt from nothing; see `learn_appearance` for `noise`."""
+        seen = self.seen_from(lean)
+        if seen is None:
+            return None
+        looks = [learn_appearance(c, self._model, noise, trimmed=False) for c in seen[1]]
+        pairs = tuple(zip(seen[1], looks, strict=True))
+        return self.beside(_Trial(lean=lean, cost=np.inf, seen=pairs), lean)
+
+    def beside(self, known: _Trial, lean: float) -> _Trial | None:
+        """Another height, whose looks begin with those of a known one."""
+        seen = self.seen_from(lean)
+        if seen is None:
+            return None
+        found, stones = seen
+        cost = log_height_prior(found.camera) + found.misfit - self._refined.misfit
+        pairs: list[tuple[Sequence[Crop], Appearance]] = []
+        for crops, (before, look) in zip(stones, known.seen, strict=True):
+            headings = {crop.t: crop.pose[2] for crop in before}
+            for crop in crops:
+                crop.pose[2] = headings.get(crop.t, crop.pose[2])
+            look, misfit = adapt_appearance(crops, look, self._model)
+            pairs.append((crops, look))
+            cost += misfit
+        return _Trial(lean=lean, cost=cost, seen=tuple(pairs))
 
 
 def focal_from_stone(
     refined: RefinedCamera,
     refine_at_focal: Callable[[float], RefinedCamera | None],
-    crops_of: Callable[[Camera], Sequence[Crop]],
+    crops_of: Callable[[Camera], Sequence[Sequence[Crop]]],
     model: StoneModel,
     noise: float,
 ) -> RefinedCamera:
-    """The camera whose height fits the stone's picture all along its path.
+    """The camera whose height fits the stones' pictures all along their paths.
 
     Parameters
     ----------
     refined : a camera whose focal length the paint leaves open
     refine_at_focal : refits the camera's pose and lens to the paint at a changed log focal length
-    crops_of : gives the pictures of the stone as a camera places them
+    crops_of : gives the pictures of every stone as a camera places them; always the same pixels
     model, noise : see `learn_appearance`
     """
-    first = learn_appearance(crops_of(refined.camera)[:: tuning.FOCAL_CROP_STEP], model, noise)
-
-    def cost(change: float) -> float:
-        found = refine_at_focal(change)
-        if found is None:
-            return np.inf
-        crops = crops_of(found.camera)[:: tuning.FOCAL_CROP_STEP]
-        if not crops:
-            return np.inf
-        appearance = learn_appearance(crops, model, noise)
-        misfit = total_misfit(crops, replace(appearance, noise=first.noise)) / PIXEL_CORRELATION
-        return misfit + log_height_prior(found.camera) + found.misfit - refined.misfit
-
-    at = refined.camera.position[2]
+    heights = _Heights(refined, refine_at_focal, crops_of, model)
     # The shift of the top goes by 1 / height, so heights are tried in even steps of that.
     lowest, highest = 1 / np.array(tuning.CAMERA_HEIGHTS)[::-1]
     step = (highest - lowest) / (tuning.COARSE_HEIGHTS - 1)
-
-    def costs(leans: Sequence[float]) -> list[tuple[float, float]]:
-        found = [(lean, cost(float(np.log(1 / (lean * at))))) for lean in leans]
-        return [(lean, value) for lean, value in found if np.isfinite(value)]
-
-    seen = costs(np.linspace(lowest, highest, tuning.COARSE_HEIGHTS).tolist())
-    if not seen:
+    start = heights.first(1 / CAMERA_HEIGHT_PRIOR[0], noise)
+    if start is None:
         return refined
-    best = min(seen, key=lambda one: one[1])[0]
-    fine = [best + part * step for part in tuning.FINE_HEIGHT_STEPS]
-    seen += costs([lean for lean in fine if lean > lowest / 2])
-    near = tuning.PARABOLA_STEPS * step
-    lean, sigma = lowest_of([one for one in seen if abs(one[0] - best) < near])
-    change = float(np.log(1 / (lean * at)))
+    trials = [start]
+    for direction in (1.0, -1.0):
+        at: _Trial | None = start
+        while at is not None and lowest < at.lean + direction * step < highest:
+            at = heights.beside(at, at.lean + direction * step)
+            if at is not None:
+                trials.append(at)
+    best = min(trials, key=lambda trial: trial.cost)
+    for part in tuning.FINE_HEIGHT_STEPS:
+        fine = heights.beside(best, best.lean + part * step)
+        if fine is not None:
+            trials.append(fine)
+    log_height, sigma = likely_height([(k.lean, k.cost) for k in trials])
+    change = heights.change(float(np.exp(-log_height)))
     found = refine_at_focal(change)
     if found is None:
         return refined
-    one_sigma = max(sigma / lean, tuning.MIN_LOG_HEIGHT_SIGMA)
+    one_sigma = max(sigma, tuning.MIN_LOG_HEIGHT_SIGMA)
     return replace(found, farther=_camera(refine_at_focal(change + one_sigma)))
 
 
@@ -78,30 +146,22 @@ def _camera(found: RefinedCamera | None) -> Camera | None:
     return None if found is None else found.camera
 
 
-def lowest_of(seen: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """Where a parabola through scattered values is lowest, with the standard error of that.
+def likely_height(seen: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """The logarithm of the height that misfits tell, and its standard error.
 
-    The appearance that is learnt at each height is one of several that fit nearly as well, so
-    single misfits scatter more than noise alone explains.
+    What a look cannot paint of a stone is the same in all pictures, so that a misfit of all of
+    them counts for less than as many pictures would tell.
 
     Parameters
     ----------
-    seen : positions and values; a unit of value is a squared standard error
+    seen : 1 / height [1/m], and the misfit there [squared standard errors]
     """
-    x, value = np.array(sorted(seen)).T
-    at, reach = float(x[np.argmin(value)]), float(np.ptp(x))
-    if len(x) < 4:
-        return at, reach
-    u = (x - x.mean()) / reach
-    design = np.column_stack([u**2, u, np.ones(len(u))])
-    weight = 1 / (1 + ((value / value.min() - 1) / tuning.PARABOLA_RISE) ** 2) ** 2
-    inverse = np.linalg.inv((design.T * weight) @ design)
-    bend, slope, level = inverse @ (design.T @ (weight * value))
-    if bend <= 0:
-        return at, reach
-    lowest = float(np.clip(-slope / (2 * bend), u.min(), u.max()))
-    left = value - design @ [bend, slope, level]
-    scatter = (weight * left) @ left / max(weight.sum() - 3, 1.0) * inverse
-    turn = np.array([-lowest / bend, -1 / (2 * bend), 0.0])
-    sigma = float(np.sqrt(turn @ scatter @ turn + 1 / bend))
-    return x.mean() + reach * lowest, reach * sigma
+    lean, cost = np.array(sorted(seen)).T
+    if len(lean) < 2:
+        return float(-np.log(lean[0])), 1.0
+    log_height = np.linspace(-np.log(lean[-1]), -np.log(lean[0]), 400)
+    misfit = PchipInterpolator(lean, cost)(np.exp(-log_height))
+    weight = np.exp(-0.5 * (misfit - misfit.min()) / tuning.ALIKE_PICTURES)
+    weight /= weight.sum()
+    mean = float(weight @ log_height)
+    return mean, float(np.sqrt(weight @ (log_height - mean) ** 2))

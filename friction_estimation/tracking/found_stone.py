@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +12,7 @@ from curling_env.typing import Image
 from friction_estimation.appearance import (
     CROPS_TO_LEARN_FROM,
     Crop,
+    PixelWindow,
     StoneModel,
     crops_at,
 )
@@ -25,7 +26,11 @@ from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import (
     Background,
 )
-from friction_estimation.tracking.detection.thrown_stone import RoughPath, find_thrown_stone
+from friction_estimation.tracking.detection.thrown_stone import (
+    RoughPath,
+    Sighting,
+    find_thrown_stone,
+)
 from friction_estimation.tracking.focal_from_stone import focal_from_stone
 from friction_estimation.tracking.steady_film import SteadyFilm
 
@@ -41,6 +46,7 @@ class FoundStone:
     background : the ice behind it
     found_by : the camera with which it was found
     model : its shape
+    sightings : what else may be a thrown stone, see `ThrownStone`
     """
 
     path: RoughPath
@@ -48,9 +54,12 @@ class FoundStone:
     background: Background
     found_by: Camera
     model: StoneModel
+    sightings: tuple[Sighting, ...] = ()
 
-    def crops(self, camera: Camera) -> list[Crop]:
-        """Clear pictures of the stone, placed as another camera sees them."""
+    def crops(
+        self, camera: Camera, windows: Mapping[float, PixelWindow] | None = None
+    ) -> list[Crop]:
+        """Clear pictures of the stone, placed as another camera sees them; see `crops_at`."""
         clear = [s for s in self.path.sightings if s.likeness >= tuning.MIN_LEARNING_LIKENESS]
         clear = clear[:: max(1, -(-len(clear) // CROPS_TO_LEARN_FROM))]
         middle = self.model.height / 2
@@ -66,6 +75,7 @@ class FoundStone:
             self.background.origin_px,
             camera,
             self.model,
+            windows,
         )
 
 
@@ -85,6 +95,7 @@ def find_stone(
         background=background,
         found_by=camera,
         model=model,
+        sightings=found.sightings,
     )
 
 
@@ -120,7 +131,14 @@ def focal_from_stones(
     def at_focal(change: float) -> RefinedCamera | None:
         return refine_at_focal(refined, scene, background.image, background.origin_px, change)
 
-    def crops(camera: Camera) -> list[Crop]:
-        return [crop for stone in stones for crop in stone.crops(camera)]
+    # Heights are compared on the same pixels: those in which the stone is seen from low down.
+    low = at_focal(float(np.log(tuning.LOW_HEIGHT / refined.camera.position[2])))
+    reach = refined.camera if low is None else low.camera
+    seen = [stone.crops(reach) or stone.crops(refined.camera) for stone in stones]
+    every = max(1, round(sum(map(len, seen)) / tuning.HEIGHT_CROPS))
+    windows = [{crop.t: crop.window for crop in crops[::every]} for crops in seen]
+
+    def crops(camera: Camera) -> list[list[Crop]]:
+        return [s.crops(camera, own) for s, own in zip(stones, windows, strict=True)]
 
     return focal_from_stone(refined, at_focal, crops, stones[0].model, background.noise)

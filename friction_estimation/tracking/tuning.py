@@ -69,14 +69,14 @@ COARSE_HEIGHTS = 7
 """Number of heights tried first, evenly spaced in their inverse."""
 FINE_HEIGHT_STEPS = (-0.5, -0.25, 0.25, 0.5)
 """Heights tried next, as parts of a coarse step away from the best."""
-PARABOLA_STEPS = 1.1
-"""Coarse steps away from the best within which a parabola is fitted to the misfits."""
-PARABOLA_RISE = 0.25
-"""Share by which a misfit exceeds the least one where it weighs only a quarter in that fit."""
+ALIKE_PICTURES = 4.0
+"""So many pictures of a stone repeat each other's faults, and count as one."""
 MIN_LOG_HEIGHT_SIGMA = 0.02
 """The logarithm of the height is never claimed to be known better."""
-FOCAL_CROP_STEP = 3
-"""Every so many pictures of the stone are used to compare heights."""
+LOW_HEIGHT = 4.0
+"""Heights are compared on the pixels in which a camera at this height shows the stone [m]."""
+HEIGHT_CROPS = 12
+"""About so many pictures of stones are used to compare heights."""
 
 # --- one camera for many films ------------------------------------------------------------------
 

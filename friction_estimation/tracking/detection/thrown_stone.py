@@ -78,10 +78,12 @@ class ThrownStone:
     ----------
     path : roughly where it is
     pictures : times [s] and frames; `Sighting.frame` is an index of these
+    sightings : all of the frames that were looked through first
     """
 
     path: RoughPath
     pictures: Sequence[tuple[float, Image]]
+    sightings: tuple[Sighting, ...] = ()
 
 
 def find_thrown_stone(
@@ -105,8 +107,9 @@ def find_thrown_stone(
     -------
     None where nothing travels like a stone
     """
-    path = likeliest_path(_sightings(sample, background, camera, model, sheet))
-    found = None if path is None else ThrownStone(path=path, pictures=sample)
+    seen = tuple(_sightings(sample, background, camera, model, sheet))
+    path = likeliest_path(seen)
+    found = None if path is None else ThrownStone(path=path, pictures=sample, sightings=seen)
     if path is not None and len(path.sightings) >= tuning.ENOUGH_SIGHTINGS:
         return found
     step = (sample[-1][0] - sample[0][0]) / max(len(sample) - 1, 1)
@@ -126,7 +129,9 @@ def find_thrown_stone(
     }
     pictures = [(t, frame) for t, frame in frames_between(*span) if round(t, 6) in chosen]
     sightings = (replace(chosen[round(t, 6)], frame=k) for k, (t, _) in enumerate(pictures))
-    return ThrownStone(path=RoughPath(sightings=tuple(sightings)), pictures=pictures)
+    return ThrownStone(
+        path=RoughPath(sightings=tuple(sightings)), pictures=pictures, sightings=seen
+    )
 
 
 def _sightings(

@@ -1,4 +1,4 @@
-"""The height of a camera that looks straight down, found from misfits that scatter."""
+"""The height of a camera that looks straight down, found from the pictures of stones."""
 
 from __future__ import annotations
 
@@ -9,29 +9,27 @@ import pytest
 
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import unrefined
-from friction_estimation.tracking.focal_from_stone import lowest_of
+from friction_estimation.tracking.focal_from_stone import likely_height
 from friction_estimation.tracking.path.uncertainty import camera_variance, systematic_sigma
+from friction_estimation.tracking.tuning import ALIKE_PICTURES
 
-PLACES = np.array([0.10, 0.12, 0.14, 0.16, 0.18, 0.20, 0.22])
-LEAN = 1 / 6.2
-
-
-@pytest.mark.parametrize("scatter", [0.0, 5.0, 25.0])
-def test_the_minimum_is_found_with_an_honest_error(scatter):
-    rng = np.random.default_rng(4)
-    inside = []
-    for _ in range(300):
-        values = 1700 + 4e5 * (PLACES - LEAN) ** 2 + rng.normal(0, scatter, len(PLACES))
-        at, sigma = lowest_of(list(zip(PLACES.tolist(), values.tolist(), strict=True)))
-        assert PLACES[0] <= at <= PLACES[-1]
-        inside.append(abs(at - LEAN) < 2 * sigma)
-    assert np.mean(inside) > 0.9
+LEANS = np.linspace(0.04, 0.4, 11)
 
 
-def test_values_without_a_minimum_have_a_large_error():
-    at, sigma = lowest_of([(x, 100 - 10 * x) for x in PLACES.tolist()])
-    assert at == PLACES[-1]
-    assert sigma >= np.ptp(PLACES)
+@pytest.mark.parametrize("height", [4.5, 6.2, 15.0])
+def test_the_height_of_least_misfit_is_found_with_the_error_that_its_rise_tells(height):
+    rise = 60.0
+    misfit = 900 + rise * np.log(LEANS * height) ** 2
+    log_height, sigma = likely_height(list(zip(LEANS.tolist(), misfit.tolist(), strict=True)))
+    # Pictures share their faults, so that a misfit that rises by several is one standard error.
+    assert sigma == pytest.approx(np.sqrt(ALIKE_PICTURES / rise), rel=0.1)
+    assert log_height == pytest.approx(np.log(height), abs=0.3 * sigma)
+
+
+def test_misfits_without_a_minimum_leave_the_height_open():
+    log_height, sigma = likely_height([(lean, 900.0) for lean in LEANS.tolist()])
+    assert np.log(1 / LEANS[-1]) < log_height < np.log(1 / LEANS[0])
+    assert sigma == pytest.approx(np.log(LEANS[-1] / LEANS[0]) / np.sqrt(12), rel=0.05)
 
 
 def test_an_uncertain_height_adds_to_the_error_of_places_seen_at_a_slant():
