@@ -78,7 +78,7 @@ def compare(
         folder = make_directory(output)
         with together():
             write_comparison(comparison, folder, noted)
-            save_comparison(comparison, known, folder / "comparison.png")
+            save_comparison(comparison, known, folder / "comparison.png", units)
         say(f"{folder}: throws.csv, paths.csv, comparison.png")
     for reason in comparison.skipped:
         say(f"left out: {reason}")

@@ -9,11 +9,13 @@ import typer
 
 from curling_env.commands.cli import (
     JsonOption,
+    UnitsOption,
     Writes,
     conclude,
     progress_bar,
 )
 from curling_env.errors import InputError
+from curling_env.units import Units
 
 MOST_SPEEDS = 24
 """Speeds that are tried together with every line and spin."""
@@ -59,6 +61,7 @@ def design(
         str | None,
         typer.Option(metavar="ICE", help="An ice with the sheet; the paper's sheet by default."),
     ] = None,
+    units: UnitsOption = Units.METRES,
     as_json: JsonOption = False,
 ) -> None:
     """Say how many throws of which kind are needed to measure a friction map.
@@ -97,7 +100,7 @@ def design(
         )
     if output is not None:
         write_releases(output, [kind.release for kind in found.kinds])
-    conclude(found.summary(), found.words, as_json=as_json)
+    conclude(found.summary(), found.in_words(units), as_json=as_json)
 
 
 def _numbers(text: str) -> list[float]:

@@ -21,7 +21,9 @@ from curling_env.errors import InputError
 from curling_env.units import Units
 from friction_estimation.commands.track import (
     CameraOption,
+    SlowOption,
     TrackerOption,
+    choose_tracker,
     describe,
 )
 
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from curling_env.trajectory import Trajectory
     from friction_estimation.estimation.evidence_file import Choices
     from friction_estimation.reports.estimate_page import Still
+    from friction_estimation.tracking import Tracker
     from friction_estimation.tracking.resume import Checkpoints
 
 
@@ -75,6 +78,7 @@ def estimate(
         ),
     ] = None,
     camera: CameraOption = None,
+    slow: SlowOption = None,
     tracker: TrackerOption = "built-in",
     uniform: Annotated[
         bool, typer.Option("--uniform", help="Estimate one number for the sheet, not a map.")
@@ -218,9 +222,9 @@ def estimate(
     notes = NO_NOTES
     checkpoints: Checkpoints | None = None
     if tables:
-        if scene or camera:
-            source = "--scene" if scene else "--camera"
-            raise InputError("a scene and a camera belong to films, not to tracks", source=source)
+        for option, given in (("--scene", scene), ("--camera", camera), ("--slow", slow)):
+            if given:
+                raise InputError("belongs to films, not to tracks", source=option)
         tracks, notes = load_tracks(inputs[0]), throws_beside(inputs[0])
     else:
         if not scene:
@@ -230,7 +234,8 @@ def estimate(
                 source=inputs[0],
             )
         films_shown = 0 if report is None else FILMS_SHOWN
-        tracks, stills, checkpoints = _track(inputs, scene, camera, tracker, output, films_shown)
+        function = choose_tracker(tracker, slow=slow)
+        tracks, stills, checkpoints = _track(inputs, scene, camera, function, output, films_shown)
     before = None if update is None else evidence_path(update)
     origin = provenance([*inputs, *(scene or []), camera, start, prior, update, before], seed=seed)
     if earlier:
@@ -303,7 +308,7 @@ def _track(
     films: list[Path],
     scenes: list[Path],
     camera: Path | None,
-    tracker: str,
+    tracker: Tracker,
     output: Path,
     films_shown: int,
 ) -> tuple[list[Trajectory], list[Still], Checkpoints]:
@@ -312,7 +317,7 @@ def _track(
 
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.reports.estimate_page import Still
-    from friction_estimation.tracking import load_tracker, track_each
+    from friction_estimation.tracking import track_each
     from friction_estimation.tracking.overlay import draw_stills as stills_of
     from friction_estimation.tracking.resume import Checkpoints
     from friction_estimation.tracking.shared_cameras import SharedCameras
@@ -326,7 +331,7 @@ def _track(
         tracked = track_each(
             films,
             known,
-            tracker=load_tracker(tracker),
+            tracker=tracker,
             checkpoints=checkpoints,
             cameras=SharedCameras(keep=True),
             always_track=films_shown,

@@ -14,6 +14,7 @@ from curling_env.errors import InputError
 from friction_estimation.commands.track import (
     CameraOption,
     RefineOption,
+    SlowOption,
     TrackerOption,
     choose_tracker,
     describe,
@@ -42,6 +43,7 @@ def join_cameras(
     ] = False,
     camera: CameraOption = None,
     refine: RefineOption = True,
+    slow: SlowOption = None,
     tracker: TrackerOption = "built-in",
     as_json: JsonOption = False,
 ) -> None:
@@ -82,7 +84,7 @@ def join_cameras(
         for one in track_each(
             films,
             scenes,
-            tracker=choose_tracker(tracker, refine=refine),
+            tracker=choose_tracker(tracker, refine=refine, slow=slow),
             checkpoints=checkpoints,
             cameras=SharedCameras(keep=True),
             left_out=lambda why: say(f"left out: {why}"),

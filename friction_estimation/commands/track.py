@@ -258,14 +258,14 @@ def choose_tracker(
     from friction_estimation.tracking.tracker import BUILT_IN
 
     function = load_tracker(name)
+    if refine and flow is FlowChoice.pyramidal and slow is None:
+        return function
     if name == BUILT_IN:
         options = TrackingOptions(flow=flow.value, refine=refine, slow=slow)
         return partial(function, options=options)  # pyright: ignore[reportCallIssue]
-    if not refine or flow is not FlowChoice.pyramidal or slow is not None:
-        raise InputError(
-            "--as-marked, --flow and --slow are options of the built-in tracker", source=name
-        )
-    return function
+    raise InputError(
+        "--as-marked, --flow and --slow are options of the built-in tracker", source=name
+    )
 
 
 def describe(one: TrackedFilm) -> str:

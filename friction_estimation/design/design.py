@@ -18,6 +18,8 @@ from curling_env.physics.effects.motion import GRAVITY
 from curling_env.sheet import HOG_LINE_Y, PAPER_SHEET, TEE_Y, Direction, Sheet
 from curling_env.throw import MAX_SPEED, Release, Throw
 from curling_env.typing import Flags, Floats, Progress, no_progress
+from curling_env.units import FOOT, Units
+from curling_env.units import speed as told_speed
 from friction_estimation.design.cramer_rao import (
     ThrowResponse,
     field_covariance,
@@ -86,8 +88,15 @@ class Design:
     @property
     def words(self) -> str:
         """The design in plain words."""
+        return self.in_words()
+
+    def in_words(self, units: Units = Units.METRES) -> str:
+        """The design in plain words, with lengths and speeds in these units."""
         n = len(self.kinds)
-        wanted = f"{100 * self.precision:g} % at a resolution of {self.resolution:g} m"
+        feet = units is Units.FEET
+        unit, name = (FOOT, "ft") if feet else (1.0, "m")
+        detail = f"{self.resolution / unit:{'.1f' if feet else 'g'}} {name}"
+        wanted = f"{100 * self.precision:g} % at a resolution of {detail}"
         if not self.reached:
             return (
                 f"{wanted} is out of reach of {n} throws, which come to "
@@ -98,14 +107,17 @@ class Design:
             speed: sum(kind.speed == speed for kind in self.kinds)
             for speed in sorted({kind.speed for kind in self.kinds})
         }
-        speeds = ", ".join(f"{count} at {speed:.2f} m/s" for speed, count in by_speed.items())
+        speeds = ", ".join(
+            f"{count} at {told_speed(speed, units)}" for speed, count in by_speed.items()
+        )
         away = sum(kind.direction is Direction.AWAY for kind in self.kinds)
         lines = sorted({kind.line for kind in self.kinds})
-        where = ", ".join(f"{line:+g}" if line else "0" for line in lines).replace("-", "−")
+        beside = [f"{line / unit:{'+.1f' if feet else '+g'}}" if line else "0" for line in lines]
+        where = ", ".join(beside).replace("-", "−")
         return (
             f"{wanted} takes {n} {'throw' if n == 1 else 'throws'}: {speeds}; {away} of them from "
-            f"the home end and {n - away} from the away end; on lines {where} m beside the centre "
-            "line. Turn half of them in and half of them out."
+            f"the home end and {n - away} from the away end; on lines {where} {name} beside "
+            "the centre line. Turn half of them in and half of them out."
         )
 
     def summary(self) -> dict[str, Any]:

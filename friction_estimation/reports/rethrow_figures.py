@@ -22,12 +22,22 @@ from curling_env.render.figures import (
     save_figure,
     show_lengthwise,
 )
+from curling_env.units import FOOT, INCH, Units, short_length
 from friction_estimation.comparison.rethrow import Comparison
 
 
-def save_comparison(comparison: Comparison, ice: Ice, path: Path) -> None:
+def save_comparison(
+    comparison: Comparison, ice: Ice, path: Path, units: Units = Units.METRES
+) -> None:
     """Measured and predicted paths on the sheet, the misses at rest, and the distance between the
     paths.
+
+    Parameters
+    ----------
+    comparison : of measured and predicted throws
+    ice : that they were predicted with
+    path : of the picture
+    units : what lengths are told in
     """
     figure = new_figure(13, 7.2)
     grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 1.9), width_ratios=(1, 1.25))
@@ -56,24 +66,28 @@ def save_comparison(comparison: Comparison, ice: Ice, path: Path) -> None:
         loc="upper left",
         bbox_to_anchor=(0.0, 1.22),
     )
-    _draw_misses(figure.add_subplot(grid[1, 0]), comparison, ice.stone.radius, colours)
-    _draw_parting(figure.add_subplot(grid[1, 1]), comparison, colours)
+    _draw_misses(figure.add_subplot(grid[1, 0]), comparison, ice.stone.radius, colours, units)
+    _draw_parting(figure.add_subplot(grid[1, 1]), comparison, colours, units)
     totals = comparison.summary()
-    words = f"paths {_centimetres(totals['path_rms_m'])} apart (rms)"
+    words = f"paths {_told(totals['path_rms_m'], units)} apart (rms)"
     if totals["rested"]:
-        words += f", rest {_centimetres(totals['rest_error_m'])} apart (rms)"
+        words += f", rest {_told(totals['rest_error_m'], units)} apart (rms)"
     figure.suptitle(
         f"{len(comparison.rethrows)} throws thrown again: {words}", fontsize=13, color=INK
     )
     save_figure(figure, path)
 
 
-def _draw_misses(ax: Any, comparison: Comparison, radius: float, colours: dict[int, str]) -> None:
+def _draw_misses(
+    ax: Any, comparison: Comparison, radius: float, colours: dict[int, str], units: Units
+) -> None:
     """Predicted place of rest about the measured one, as the thrower sees it."""
     from matplotlib.patches import Circle
 
+    unit, name = (FOOT, "feet") if units is Units.FEET else (1.0, "metres")
+    radius = radius / unit
     misses = [
-        (k.throw, -k.too_far_left, k.too_long)
+        (k.throw, -k.too_far_left / unit, k.too_long / unit)
         for k in comparison.rethrows
         if k.too_far_left is not None and k.too_long is not None
     ]
@@ -101,22 +115,24 @@ def _draw_misses(ax: Any, comparison: Comparison, radius: float, colours: dict[i
     ax.set_xlim(-reach, reach)
     ax.set_ylim(-reach, reach)
     ax.set_aspect("equal", adjustable="box")
-    ax.set_xlabel("left ← metres → right", fontsize=9, color=INK)
-    ax.set_ylabel("short ← metres → long", fontsize=9, color=INK)
+    ax.set_xlabel(f"left ← {name} → right", fontsize=9, color=INK)
+    ax.set_ylabel(f"short ← {name} → long", fontsize=9, color=INK)
 
 
-def _draw_parting(ax: Any, comparison: Comparison, colours: dict[int, str]) -> None:
+def _draw_parting(ax: Any, comparison: Comparison, colours: dict[int, str], units: Units) -> None:
     """Distance along the play between predicted and measured path, over the distance travelled."""
+    feet = units is Units.FEET
+    small, large = (INCH, FOOT) if feet else (0.01, 1.0)
     for k in comparison.rethrows:
         ahead = k.release.direction * (k.predicted - k.measured)[:, 1]
         # A median over 21 frames leaves the trend and quiets single frames.
         ahead = median_filter(ahead, size=min(21, len(ahead)), mode="nearest")
-        run = np.hypot(*(k.predicted - k.predicted[0]).T)
+        run = np.hypot(*(k.predicted - k.predicted[0]).T) / large
         whole = slice(10, -10) if len(run) > 60 else slice(None)  # medians cut short at the ends
-        ax.plot(run[whole], 100 * ahead[whole], color=colours[k.throw], lw=1, alpha=0.8)
+        ax.plot(run[whole], ahead[whole] / small, color=colours[k.throw], lw=1, alpha=0.8)
         outside = np.flatnonzero(k.tested)
         if outside.size:
-            ax.plot(run[outside[0]], 100 * ahead[outside[0]], "|", color=INK, ms=9)
+            ax.plot(run[outside[0]], ahead[outside[0]] / small, "|", color=INK, ms=9)
     ax.axhline(0, color=INK, lw=0.8)
     plain_axes(ax)
     ax.set_title(
@@ -124,9 +140,11 @@ def _draw_parting(ax: Any, comparison: Comparison, colours: dict[int, str]) -> N
         fontsize=10,
         color=INK,
     )
-    ax.set_xlabel("distance since release [m]", fontsize=9, color=INK)
-    ax.set_ylabel("behind ← cm → ahead", fontsize=9, color=INK)
+    ax.set_xlabel(f"distance since release [{'ft' if feet else 'm'}]", fontsize=9, color=INK)
+    ax.set_ylabel(f"behind ← {'inches' if feet else 'cm'} → ahead", fontsize=9, color=INK)
 
 
-def _centimetres(metres: float | None) -> str:
-    return "–" if metres is None else f"{100 * metres:.1f} cm"
+def _told(metres: float | None, units: Units) -> str:
+    if metres is None:
+        return "–"
+    return f"{100 * metres:.1f} cm" if units is Units.METRES else short_length(metres, units)

@@ -13,6 +13,7 @@ from friction_estimation.appearance import Appearance
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.film.stabilisation import Stabiliser
+from friction_estimation.tracking.detection.thrown_stone import Sighting
 
 HANDLE = 4
 """Row of the handle among the colours of an appearance."""
@@ -62,6 +63,7 @@ class FilmTrack:
     stabiliser : undoes the camera's sway in a frame; None where the camera stood still
     moved_px : how far the camera has moved since it was solved for earlier films [px]; 0 where it
         stood still or is solved for this film first
+    sightings : what may be a thrown stone in the frames that were looked through first
     """
 
     trajectory: Trajectory
@@ -76,6 +78,7 @@ class FilmTrack:
     others: tuple[FilmTrack, ...] = ()
     stabiliser: Stabiliser | None = None
     moved_px: float = 0.0
+    sightings: tuple[Sighting, ...] = ()
 
     @property
     def handle_colour(self) -> Floats:

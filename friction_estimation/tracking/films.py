@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
@@ -14,8 +15,8 @@ from curling_env.typing import Progress, no_progress
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.camera.scene import Scene, load_scene
 from friction_estimation.film.video import Film
-from friction_estimation.tracking.cutting.pieces import Piece, cut, minutes
-from friction_estimation.tracking.cutting.throws import slides_freely
+from friction_estimation.tracking.cutting.pieces import Piece, cut, is_short, minutes
+from friction_estimation.tracking.cutting.throws import shows_several, slides_freely
 from friction_estimation.tracking.film_track import FilmTrack, TrackingOptions
 from friction_estimation.tracking.pipeline import track_film
 from friction_estimation.tracking.resume import Checkpoints, digest
@@ -192,7 +193,9 @@ def _track_each(
             like = [other for other, its in films[k + 1 :] if its is scene]
             known = cameras.of(scene, pieces, like, progress)
         refused: list[InputError] = []
-        for piece in pieces:
+        waiting, count = deque(pieces), len(pieces)
+        while waiting:
+            piece = waiting.popleft()
             number = throw if throws is None else throws[k]
             one = None
             key = ""
@@ -210,21 +213,29 @@ def _track_each(
                         film=film, tracks=tuple(tracks), summary=summary, resumed=True
                     )
             if one is None:
+                as_it_is = throws is not None or count > 1
                 try:
                     one = _track(piece, scene, tracker, known, progress)
-                    if one.found is not None:
-                        cameras.note(scene, one.found)
+                    parts = [] if as_it_is else _parts(piece, scene, one.found, progress)
                 except InputError as error:
-                    if len(pieces) == 1:
-                        raise
-                    refused.append(error)
-                    left_out(f"{film.name}, {piece.name}: {error.problem}")
+                    parts = [] if as_it_is else _parts(piece, scene, None, progress)
+                    if not parts:
+                        if count == 1:
+                            raise
+                        refused.append(error)
+                        left_out(f"{film.name}, {piece.name}: {error.problem}")
+                        continue
+                if parts:
+                    waiting, count = deque(parts), len(parts)
                     continue
-                if checkpoints is not None and len(films) * len(pieces) > 1:
+                assert one is not None
+                if one.found is not None:
+                    cameras.note(scene, one.found)
+                if checkpoints is not None and len(films) * count > 1:
                     checkpoints.save(index, key, one.tracks, one.summary)
             yield replace(_numbered(one, number, piece), scene=scene)
             index, throw = index + 1, throw + 1
-        if len(refused) == len(pieces):
+        if len(refused) == count:
             raise refused[0]
 
 
@@ -248,6 +259,21 @@ def _pieces(film: Path, scene: Scene, tracker: Tracker, progress: Progress) -> l
         return [Piece.whole(film)]
     opened = Film.open(film, scene.fps, None if options is None else options.slow)
     return cut(opened, scene, progress=progress)
+
+
+def _parts(piece: Piece, scene: Scene, found: FilmTrack | None, progress: Progress) -> list[Piece]:
+    """The throws of a short film that was tracked as one, if there are several.
+
+    Parameters
+    ----------
+    found : what was found in it; None where that is no throw
+    """
+    if piece.begin is not None or not isinstance(piece.film, Film) or not is_short(piece.film):
+        return []
+    if found is not None and not shows_several(found.sightings):
+        return []
+    parts = cut(piece.film, scene, look_through=True, progress=progress)
+    return parts if len(parts) > 1 else []
 
 
 def _track(

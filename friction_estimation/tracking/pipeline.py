@@ -101,7 +101,10 @@ def track_film(
     found = track(frames, learnt, refined, options, compression)
     if found is None:
         raise InputError("the thrown stone is seen in fewer than five frames", source=film.path)
-    return replace(found, stabiliser=steady.stabiliser, moved_px=moved_px).numbered(throw)
+    found = replace(
+        found, stabiliser=steady.stabiliser, moved_px=moved_px, sightings=stone.sightings
+    )
+    return found.numbered(throw)
 
 
 # --- before the frames are followed -------------------------------------------------------------

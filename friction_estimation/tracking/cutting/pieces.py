@@ -56,14 +56,23 @@ class Piece:
         return {} if self.begin is None else {"clock": round(self.begin, 3)}
 
 
-def cut(film: Film, scene: Scene, *, progress: Progress = no_progress) -> list[Piece]:
+def cut(
+    film: Film, scene: Scene, *, look_through: bool = False, progress: Progress = no_progress
+) -> list[Piece]:
     """The throws of a film in order; all of it where it is short and shows no more than one.
+
+    Parameters
+    ----------
+    film : of one throw or of many
+    scene : its camera's view of the sheet
+    look_through : whether even a film is looked through that is so short that it hardly shows two
+    progress : called with the number of frames passed and the expected number of all
 
     Raises
     ------
     InputError : points that do not fit the film, or a long film in which nothing is thrown
     """
-    if film.duration < min(tuning.SHORT_SECONDS, tuning.ONE_THROW_SECONDS):
+    if not look_through and is_short(film):
         return [Piece.whole(film)]
     throws = find_throws(film, scene, camera_from_scene(scene, film.size), progress=progress)
     if len(throws) <= 1 and film.duration <= tuning.ONE_THROW_SECONDS:
@@ -82,6 +91,11 @@ def cut(film: Film, scene: Scene, *, progress: Progress = no_progress) -> list[P
             Piece(path=film.path, film=part, begin=begin, end=begin + part.frame_count / part.fps)
         )
     return pieces
+
+
+def is_short(film: Film) -> bool:
+    """Whether a film is so short that it hardly shows two throws."""
+    return film.duration < min(tuning.SHORT_SECONDS, tuning.ONE_THROW_SECONDS)
 
 
 def minutes(t: float) -> str:

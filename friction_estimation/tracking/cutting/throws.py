@@ -163,6 +163,12 @@ def thrown_paths(sightings: Sequence[Sighting]) -> list[RoughPath]:
     return []
 
 
+def shows_several(sightings: Sequence[Sighting]) -> bool:
+    """Whether frames spread over a film seem to show more than one throw."""
+    paths = thrown_paths(without_resting(sightings))
+    return len(list(_without_returns(sorted(paths, key=lambda path: path.sightings[0].t)))) > 1
+
+
 def without_resting(sightings: Sequence[Sighting]) -> list[Sighting]:
     """The sightings without those of stones, or of anything else, that lie still."""
     if not sightings:
@@ -214,14 +220,18 @@ def slides_freely(track: Trajectory) -> bool:
 
 
 def _without_returns(paths: Sequence[RoughPath]) -> Iterator[RoughPath]:
-    """The paths without those of stones that are slid back from where they came to rest."""
+    """The paths without those of stones that are slid back from where they came to rest.
+
+    What goes on at once from where a stone came to rest was hit by it.
+    """
     before: RoughPath | None = None
     for path in paths:
         if before is not None:
             begin, end = path.sightings[0].xy, path.sightings[-1].xy
             came = before.sightings[-1].xy - before.sightings[0].xy
             near = np.linalg.norm(begin - before.sightings[-1].xy) < tuning.RETURN_DISTANCE
-            if near and (end - begin)[1] * came[1] < 0:
+            at_once = path.sightings[0].t < before.sightings[-1].t + tuning.STRUCK_SECONDS
+            if near and ((end - begin)[1] * came[1] < 0 or at_once):
                 continue
         before = path
         yield path

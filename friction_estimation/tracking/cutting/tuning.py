@@ -67,6 +67,8 @@ WALKING_SPEED = 2.2
 RETURN_DISTANCE = 0.8
 """A stone that sets out from within this of where the one before it came to rest, and goes the
 other way, is slid back [m]."""
+STRUCK_SECONDS = 2.0
+"""A stone that sets out from there so soon was hit [s]."""
 LEAD_SECONDS = 2.0
 """A throw begins this long before its stone is first seen [s]."""
 TAIL_SECONDS = 4.0
@@ -76,4 +78,4 @@ APART_SECONDS = 0.5
 ONE_THROW_SECONDS = 60.0
 """A film of one throw that is no longer than this is tracked as it is [s]."""
 SHORT_SECONDS = 28.0
-"""A shorter film shows one throw and is not looked through: two take longer [s]."""
+"""A shorter film is looked through only if tracking it shows a second throw, or none [s]."""

@@ -9,6 +9,7 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.sheet import PAPER_SHEET, Direction
+from curling_env.units import Units
 from friction_estimation.design.cramer_rao import cell_bound
 from friction_estimation.design.design import (
     Design,
@@ -110,6 +111,10 @@ def test_a_design_in_numbers():
     assert plan.words.startswith(
         "2 % at a resolution of 2 m takes 3 throws: 1 at 1.60 m/s, 2 at 2.00 m/s; 2 of them from "
         "the home end and 1 from the away end; on lines 0, +0.5 m"
+    )
+    assert plan.in_words(Units.FEET).startswith(
+        "2 % at a resolution of 6.6 ft takes 3 throws: 1 at 5.2 ft/s, 2 at 6.6 ft/s; 2 of them "
+        "from the home end and 1 from the away end; on lines 0, +1.6 ft"
     )
     away, home = kinds[0].release, ThrowKind(speed=1.6, line=0.5, direction=Direction.HOME).release
     assert (away.x, home.x) == (0.5, 0.5)

@@ -147,4 +147,5 @@ def test_estimate_takes_films_of_two_cameras(curling, sliding, tmp_path, monkeyp
     assert "one scene for all films or one for each: 3 films, 2 scenes" in three.err
     table = tmp_path / "tracks.csv"
     write_tracks(table, thrown)
-    assert "belong to films" in curling("estimate", table, "--scene", scenes[0], "-o", ice).err
+    for option, value in (("--scene", scenes[0]), ("--slow", 4)):
+        assert "belongs to films" in curling("estimate", table, option, value, "-o", ice).err

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.film.video import Film
 from friction_estimation.tracking import track_each
 from friction_estimation.tracking.cutting.pieces import cut
-from friction_estimation.tracking.cutting.throws import find_throws, is_thrown
+from friction_estimation.tracking.cutting.throws import find_throws, is_thrown, shows_several
 from friction_estimation.tracking.detection.thrown_stone import RoughPath, Sighting
 
 FPS = 8.0
@@ -53,6 +55,32 @@ def test_each_throw_has_its_own_track_clock_and_stone(practice):
         assert t[-1] < truth.t[-1] + (0.01 if one is found[0] else 4.01)
         rows = np.minimum(np.rint(FPS * t).astype(int), len(truth) - 1)
         assert np.hypot(*(one.thrown.xy - truth.xy[rows]).T).max() < 0.03
+
+
+def test_a_short_film_of_several_throws_is_cut_too(practice, monkeypatch):
+    monkeypatch.setattr("friction_estimation.tracking.cutting.tuning.SHORT_SECONDS", 100.0)
+    monkeypatch.setattr("friction_estimation.tracking.cutting.tuning.ONE_THROW_SECONDS", 100.0)
+    assert len(cut(Film.open(practice.path), practice.scene)) == 1
+    found = list(track_each([practice.path], practice.scene))
+    assert len(found) == 3
+    clocks = [one.thrown.clock + one.thrown.t[0] for one in found]
+    assert clocks == pytest.approx(practice.begins, abs=1.5)
+
+
+def test_two_quick_takeouts_are_two_throws_and_a_stone_that_is_hit_is_none():
+    t = np.arange(0.0, 8.0, 0.7)
+    first, second = path_of(t, -11 + 3.4 * t - 0.05 * t**2), path_of(t + 12, -11 + 3.6 * t)
+    rest = first.sightings[-1].xy[1]
+    hit = path_of(8.4 + t[:6], rest + 2.0 * t[:6] - 0.05 * t[:6] ** 2)
+    slid_back = path_of(12 + t, rest - 1.6 * t + 0.04 * t**2)
+
+    def seen(*paths):
+        sightings = sorted((s for path in paths for s in path.sightings), key=lambda s: s.t)
+        return [replace(s, frame=round(s.t / 0.7)) for s in sightings]
+
+    assert shows_several(seen(first, second))
+    for other in (hit, slid_back):
+        assert not shows_several(seen(first, other))
 
 
 def test_a_short_film_of_one_throw_is_tracked_as_it_is(practice):
