@@ -17,15 +17,13 @@ from numpy.typing import NDArray
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.compiled import compiled, inlined
+from curling_env.physics.contacts import GONE, ContactLaw, contact_law
 from curling_env.physics.effects.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.law import Law, compile_law
 from curling_env.physics.many_stones.events import (
-    GONE,
     MOVING,
     REST,
-    CollisionLaw,
     PlayWorkspace,
-    collision_law,
     new_play_workspace,
     play,
 )
@@ -89,7 +87,7 @@ class Positions:
     last : (n, k + 1, 2) the same, but with the place where a stone left play [m]
     theta : (n, k + 1) headings [rad]
     time : (n,) time from release until all rest [s]
-    collisions : (n,) number of collisions; -1 where the stones do not come to rest
+    collisions : (n,) number of contacts that pushed; -1 where the stones do not come to rest
     """
 
     xy: Floats
@@ -255,7 +253,7 @@ def _share(work: Callable[[slice], None], n: int, workers: int) -> None:
 @compiled
 def _play_all(
     law: Law,
-    collision: CollisionLaw,
+    contact: ContactLaw,
     rows: Any,
     before: Any,
     identity: Any,
@@ -281,7 +279,7 @@ def _play_all(
         identity[k] = row[_STONE]
         position.motion[ORDER] = row[_ORDER]
         delivery = Delivery(row[_CLOCK], row[_SWEEP], row[_SWEEP_END])
-        t, count = play(law, collision, position, k + 1, identity, delivery, bounds)
+        t, count = play(law, contact, position, k + 1, identity, delivery, bounds)
         time[i] = t
         collisions[i] = -1 if count > MAX_COLLISIONS else count
         for s in range(k + 1):
@@ -330,7 +328,7 @@ def play_batch(
     if k + 1 > MOST_STONES:
         raise InputError(f"a position holds at most {MOST_STONES} stones, got {k} and the thrown")
     _refuse_overlaps(stones, ice.stone.radius)
-    law, collision = compile_law(ice), collision_law(ice)
+    law, contact = compile_law(ice), contact_law(ice.stone)
     names = np.zeros(k + 1)
     if identity is not None:
         names[:k] = identity
@@ -341,7 +339,7 @@ def play_batch(
     def play_some(part: slice) -> None:
         _play_all(
             law,
-            collision,
+            contact,
             rows[part],
             stones[part],
             names.copy(),

@@ -2,10 +2,9 @@
 
 Until the delivered stone reaches another it slides by the same kernel as a lone stone (`slide`).
 From then on all moving stones slide in common steps (`slide_together`). Contacts are found on those
-paths, so that no time step limits how exactly they stand. When stones touch, a pymunk space is made
-of them, steps for a picosecond, and hands back their velocities. Its solver knows restitution and
-friction between stones, and several contacts at once; it never moves anything. Because pymunk
-multiplies the elasticities and frictions of two shapes, each stone has √e and √μ.
+paths, so that no time step limits how exactly they stand. Which contacts there are then, and by
+which law they part, is said in `contacts`; a pymunk space of the stones that touch solves them all
+together in a step of no length, and hands back the velocities. It never moves anything.
 """
 
 # pymunk's stubs leave vectors partly untyped; this is the one file that talks to it.
@@ -17,15 +16,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from math import hypot, isfinite
+from math import isfinite
 from typing import Any
 
 import numpy as np
 import pymunk
-from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
+from curling_env.physics.contacts import (
+    ContactLaw,
+    Contacts,
+    Entry,
+    add_no_energy,
+    contact_law,
+    find_contacts,
+    new_contacts,
+    set_apart,
+)
 from curling_env.physics.effects.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.law import compile_law
 from curling_env.physics.many_stones.common_steps import (
@@ -36,8 +44,8 @@ from curling_env.physics.many_stones.common_steps import (
     slide_together,
 )
 from curling_env.physics.many_stones.tuning import (
-    CONTACT_GAP,
-    CREEP,
+    APPROACH,
+    ITERATIONS,
     MAX_CONTACTS,
     OVERLAP_ALLOWED,
 )
@@ -52,10 +60,11 @@ from curling_env.physics.one_stone.slide import (
 from curling_env.physics.one_stone.step import new_workspace
 from curling_env.physics.one_stone.tuning import FINE_TOLERANCE, MAX_TIME
 from curling_env.physics.state import State
-from curling_env.sheet import HOG_LINE_Y, Direction, Stone
+from curling_env.physics.tuning import MAX_ROUNDS
+from curling_env.sheet import HOG_LINE_Y, Direction
 from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Floats
+from curling_env.typing import Floats, Integers
 
 _MOTION = [State.VX, State.VY, State.OMEGA]
 _PLACE = [State.X, State.Y, State.THETA]
@@ -188,6 +197,7 @@ class Engine:
         self.ice = ice
         self.law = compile_law(ice)
         self._work = new_workspace(tolerance)
+        self._approach = new_workspace(APPROACH * tolerance)
         self._bounds = {direction: play_bounds(ice, direction) for direction in Direction}
 
     def play(
@@ -232,9 +242,10 @@ class Engine:
         if not moves[:-1].any():
             time, frame = self._slide_alone(sliding, bounds, release, Sampling(dt, samples))
         limits = Limits(bounds, NO_OBSTACLES, 2 * radius)
-        work = new_joint_workspace(n)
-        while True:
-            pause, time, i, j, frame = slide_together(
+        work, pause = new_joint_workspace(n), Pause.CONTACT
+        pushing, touching = contact_law(self.ice.stone), new_contacts(n)
+        for _ in range(MAX_CONTACTS):
+            pause, time, _, _, frame = slide_together(
                 self.law,
                 time,
                 sliding,
@@ -244,13 +255,16 @@ class Engine:
                 frame,
                 work,
             )
-            if pause != Pause.CONTACT or len(contacts) >= MAX_CONTACTS:
+            if pause != Pause.CONTACT:
                 break
-            touching = _touching(states, phases, int(i), int(j), 2 * radius)
-            speed = _closing(states, int(i), int(j))
-            contacts.append(Contact(time=time, first=int(i), second=int(j), speed=speed))
-            resolve_contact(states, touching, self.ice.stone)
-            moved = [k for k in touching if (states[k, _MOTION] != 0).any()]
+            for _ in range(MAX_ROUNDS):
+                pushes = resolve_contacts(pushing, states, phases, touching)
+                contacts.extend(
+                    Contact(time=time, first=i, second=j, speed=v) for i, j, v in pushes
+                )
+                if not pushes:
+                    break
+            moved = (phases == Phase.RESTING) & (states[:, _MOTION] != 0).any(axis=1)
             phases[moved] = Phase.MOVING
             starts[moved] = np.minimum(starts[moved], time)
         if pause != Pause.REST:
@@ -310,7 +324,7 @@ class Engine:
             delivery_of(release),
             Limits(bounds, others, 2 * self.ice.stone.radius),
             Sampling(sampling.dt, path),
-            self._work,
+            self._approach if len(others) else self._work,
         )
         if len(samples):
             samples[:count] = states[:, _PLACE]
@@ -340,46 +354,72 @@ class Engine:
                 )
 
 
-def _closing(states: Floats, i: int, j: int) -> float:
-    """Speed at which two stones near each other [m/s]."""
-    x, y, vx, vy, *_ = (states[j] - states[i]).tolist()
-    return -(x * vx + y * vy) / hypot(x, y)
+def resolve_contacts(
+    law: ContactLaw, states: Floats, phases: Integers, contacts: Contacts
+) -> list[tuple[int, int, float]]:
+    """Let pymunk solve the contacts of touching stones, as `solve_contacts` does.
 
+    Parameters
+    ----------
+    law : how stones push each other
+    states : (n, 6) as in `State`
+    phases : (n,) `Phase` of each
+    contacts : room for their contacts
 
-def _touching(states: Floats, phases: NDArray[np.int64], i: int, j: int, reach: float) -> list[int]:
-    """The two stones that met, and others that meet one of them at the same time."""
-    together = [i, j]
-    for k in np.flatnonzero(phases != Phase.GONE).tolist():
-        if k in (i, j):
-            continue
-        for other in (i, j):
-            gap = hypot(*(states[k, :2] - states[other, :2]).tolist()) - reach
-            if gap < CONTACT_GAP and _closing(states, k, other) > CREEP:
-                together.append(k)
-                break
-    return together
-
-
-def resolve_contact(states: Floats, touching: list[int], stone: Stone) -> None:
-    """Let pymunk resolve the contacts between stones; only velocities and spins change."""
+    Returns
+    -------
+    the pairs of stones that pushed each other, and their closing speeds before [m/s]
+    """
+    count = find_contacts(law, states, phases, contacts)
+    if count == 0:
+        return []
+    rows = contacts.order[:count]
+    found = {
+        frozenset(pair): row
+        for pair, row in zip(contacts.pairs[rows].tolist(), contacts.table[rows], strict=True)
+    }
     space = pymunk.Space()
-    space.iterations = 10 if len(touching) == 2 else 60
-    bodies: list[pymunk.Body] = []
-    for k in touching:
+    space.iterations = 1 if count == 1 else ITERATIONS * count
+    bodies: dict[pymunk.Body, int] = {}
+    for k in dict.fromkeys(contacts.pairs[rows].ravel().tolist()):
         x, y, vx, vy, theta, omega = states[k].tolist()
-        body = pymunk.Body(stone.mass, stone.inertia)
+        body = pymunk.Body(1.0, 1.0 / law.turning)
         body.position, body.velocity = (x, y), (vx, vy)
         body.angle, body.angular_velocity = theta, omega
-        # A little larger than the stone, so that pymunk sees a contact where rounding left a gap.
-        shape = pymunk.Circle(body, stone.radius + CONTACT_GAP)
-        shape.elasticity = stone.restitution**0.5
-        shape.friction = stone.stone_friction**0.5
-        space.add(body, shape)
-        bodies.append(body)
-    space.step(1e-12)  # too short for a stone to move
-    for k, body in zip(touching, bodies, strict=True):
+        # As much larger as touching stones may be apart.
+        space.add(body, pymunk.Circle(body, 0.5 * (law.reach + law.touching)))
+        bodies[body] = k
+    pushed: list[tuple[int, int, float]] = []
+
+    def prepare(arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: Any) -> None:
+        a, b = arbiter.bodies
+        row = found.get(frozenset((bodies[a], bodies[b])))
+        if row is None:  # they touch, but part
+            arbiter.process_collision = False
+            return
+        arbiter.restitution = law.restitution if row[Entry.CLOSING] > 0.0 else 0.0
+        arbiter.friction = law.friction
+        # Both impulses act at one point, or angular momentum would not be kept.
+        points = arbiter.contact_point_set
+        middle = 0.5 * (a.position + b.position)
+        points.points[0].point_a = points.points[0].point_b = middle
+        arbiter.contact_point_set = points
+
+    def note(arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: Any) -> None:
+        first, second = sorted(bodies[body] for body in arbiter.bodies)
+        row = found.get(frozenset((first, second)))
+        if row is not None and arbiter.total_impulse.length > 0.0:
+            pushed.append((first, second, max(float(row[Entry.CLOSING]), 0.0)))
+
+    space.on_collision(pre_solve=prepare, post_solve=note)
+    space.step(1e-15)  # too short for a stone to move
+    contacts.before[:] = states
+    for body, k in bodies.items():
         states[k, [State.VX, State.VY]] = body.velocity
         states[k, State.OMEGA] = body.angular_velocity
+    add_no_energy(law, contacts.before, states)
+    set_apart(law, states, contacts, count)
+    return pushed
 
 
 def _status(state: StoneState, phase: int, bounds: Floats) -> Status:

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from curling_env.physics.compiled import compiled, inlined
+from curling_env.physics.contacts import collides
 from curling_env.physics.effects.motion import SWEPT
 from curling_env.physics.law import Law
 from curling_env.physics.many_stones.runge_kutta import (
@@ -25,16 +26,14 @@ from curling_env.physics.many_stones.runge_kutta import (
     step_length,
 )
 from curling_env.physics.many_stones.tuning import (
-    CREEP,
-    CREEP_OVERLAP,
     MAX_STEPS,
-    OVERLAPPING_CREEP,
     PIECES_OF_A_STEP,
     REST_SPEED,
 )
 from curling_env.physics.one_stone.integrate import Delivery, Limits, Sampling
 from curling_env.physics.one_stone.tuning import MAX_TIME
 from curling_env.physics.state import State
+from curling_env.physics.tuning import CREEP
 from curling_env.typing import Floats, Integers
 
 
@@ -139,12 +138,6 @@ def _approach(p: Any, q: Any, reach: float) -> Any:
     return distance - reach, closing
 
 
-@inlined
-def _collides(gap: float, closing: float) -> bool:
-    """Whether touching stones close too fast to be left alone."""
-    return closing > (CREEP if gap > -CREEP_OVERLAP else OVERLAPPING_CREEP)
-
-
 @compiled
 def first_touch(
     first: Segment, second: Segment, h: float, reach: float, work: JointWorkspace
@@ -161,7 +154,7 @@ def first_touch(
     p, q = work.p, work.q
     low = 0.0
     gap, closing = _approach(first.begin, second.begin, reach)
-    if gap < 0.0 and _collides(gap, closing):
+    if gap < 0.0 and collides(gap, closing):
         return 0.0
     for k in range(1, PIECES_OF_A_STEP + 1):
         high = k / PIECES_OF_A_STEP
@@ -186,7 +179,7 @@ def first_touch(
                     b = inside
         if inside_gap < 0.0:
             if gap < 0.0:
-                if _collides(next_gap, next_closing):
+                if collides(next_gap, next_closing):
                     return high
             else:
                 a, b = low, inside

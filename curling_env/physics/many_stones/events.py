@@ -1,12 +1,10 @@
 """A throw among other stones, from event to event.
 
 Every moving stone slides as if alone until it rests, leaves the bounds or meets a resting stone;
-the first time at which two moving stones meet is found on their paths. The earliest collision is
-resolved by an impulse, and from there the moving stones slide on. So a resting stone costs nothing
-until something comes near it, and no time step limits how exactly a hit stands.
-
-The impulse is that of two equal disks: restitution along the line of centres, and Coulomb friction
-at the rims, which passes spin on.
+the first time at which two moving stones meet is found on their paths. The contacts that are there
+at the earliest of these times are solved together (`contacts`), and the moving stones slide on. So
+a resting stone costs nothing until something comes near it, and no time step limits how exactly a
+hit stands.
 """
 
 # Work arrays come untyped through compiled code: what is read from them is unknown, not wrong.
@@ -21,12 +19,23 @@ import numpy as np
 
 from curling_env.ice import Ice
 from curling_env.physics.compiled import compiled, inlined
+from curling_env.physics.contacts import (
+    GONE,
+    ContactLaw,
+    Contacts,
+    Entry,
+    collides,
+    find_contacts,
+    new_contacts,
+    set_apart,
+    solve_contacts,
+)
 from curling_env.physics.effects.motion import MOTION_SIZE, STONE
 from curling_env.physics.law import Law
 from curling_env.physics.many_stones.tuning import (
+    APPROACH,
     CONTACT_GAP,
     MAX_COLLISIONS,
-    MIN_PARTING_SPEED,
 )
 from curling_env.physics.one_stone.integrate import (
     Delivery,
@@ -36,29 +45,13 @@ from curling_env.physics.one_stone.integrate import (
     integrate,
 )
 from curling_env.physics.one_stone.step import Workspace, new_workspace
-from curling_env.physics.one_stone.tuning import QUICK_TOLERANCE
+from curling_env.physics.one_stone.tuning import QUICK_TOLERANCE, step_control
 from curling_env.physics.state import NODE_SIZE, Node, State
+from curling_env.physics.tuning import CREEP, CREEP_TIME, MAX_ROUNDS
 from curling_env.typing import Floats, Integers
 
-REST, MOVING, GONE = 0, 1, 2
-"""What a stone is doing."""
-
-
-class CollisionLaw(NamedTuple):
-    """The numbers that a collision of two stones depends on.
-
-    Parameters
-    ----------
-    reach : distance between two centres in contact [m]
-    restitution : 0 to 1
-    friction : Coulomb friction between two rims
-    rim_mass : m·R²/I, how many times lighter a rim is to push than the centre
-    """
-
-    reach: float
-    restitution: float
-    friction: float
-    rim_mass: float
+REST, MOVING = 0, 1
+"""What a stone is doing; or it is GONE."""
 
 
 class PlayWorkspace(NamedTuple):
@@ -68,17 +61,20 @@ class PlayWorkspace(NamedTuple):
     ----------
     stones : (n, 6) states
     status : (n,) REST, MOVING or GONE
+    contacts : in which contacts are found and solved
     resting : (n, 2) centres of the stones at rest
     paths : (n, nodes, NODE_SIZE) of the moving stones
-    lengths : (n,) number of nodes of each path
+    lengths : (n,) number of nodes of each path; 0 for one that is not known
     ends : (n,) `SlideEnd` of each path
     motion : (MOTION_SIZE,)
     sampling : without samples
     work : of one slide
+    approach : of the delivered stone among others up to its first contact, which is finer
     """
 
     stones: Floats
     status: Integers
+    contacts: Contacts
     resting: Floats
     paths: Floats
     lengths: Integers
@@ -86,67 +82,27 @@ class PlayWorkspace(NamedTuple):
     motion: Floats
     sampling: Sampling
     work: Workspace
+    approach: Workspace
 
 
 def new_play_workspace(ice: Ice, stones: int, tolerance: float = QUICK_TOLERANCE) -> PlayWorkspace:
     """The arrays for one thread; the rest of a lone stone is right within the tolerance [m]."""
     rows, columns = ice.friction.mu.shape
+    work = new_workspace(tolerance)
     nodes = 512 + 4 * (rows + columns)
     return PlayWorkspace(
         stones=np.zeros((stones, 6)),
         status=np.zeros(stones, dtype=np.int64),
+        contacts=new_contacts(stones),
         resting=np.zeros((stones, 2)),
         paths=np.zeros((stones, nodes, NODE_SIZE)),
         lengths=np.zeros(stones, dtype=np.int64),
         ends=np.zeros(stones, dtype=np.int64),
         motion=np.zeros(MOTION_SIZE),
         sampling=Sampling(1.0, np.zeros((0, 4))),
-        work=new_workspace(tolerance),
+        work=work,
+        approach=work._replace(control=step_control(APPROACH * tolerance)),
     )
-
-
-def collision_law(ice: Ice) -> CollisionLaw:
-    """How the stones of an ice collide."""
-    stone = ice.stone
-    return CollisionLaw(
-        reach=2 * stone.radius,
-        restitution=stone.restitution,
-        friction=stone.stone_friction,
-        rim_mass=stone.mass * stone.radius**2 / stone.inertia,
-    )
-
-
-@inlined
-def collide(law: CollisionLaw, a: Any, b: Any) -> bool:
-    """Exchange impulses between two stones that touch; False if they are not approaching.
-
-    Impulses are per mass: p along the line of centres, from a to b, and f along the rims.
-    """
-    nx = b[State.X] - a[State.X]
-    ny = b[State.Y] - a[State.Y]
-    distance = math.sqrt(nx * nx + ny * ny)
-    if distance == 0.0:
-        return False
-    nx /= distance
-    ny /= distance
-    vx = a[State.VX] - b[State.VX]
-    vy = a[State.VY] - b[State.VY]
-    approach = vx * nx + vy * ny
-    if approach <= 0.0:
-        return False
-    radius = 0.5 * law.reach
-    slip = vy * nx - vx * ny + radius * (a[State.OMEGA] + b[State.OMEGA])
-    p = 0.5 * (approach + max(law.restitution * approach, MIN_PARTING_SPEED))
-    stick = slip / (2.0 + 2.0 * law.rim_mass)
-    f = min(max(stick, -law.friction * p), law.friction * p)
-    a[State.VX] -= p * nx - f * ny
-    a[State.VY] -= p * ny + f * nx
-    b[State.VX] += p * nx - f * ny
-    b[State.VY] += p * ny + f * nx
-    turn = f * law.rim_mass / radius
-    a[State.OMEGA] -= turn
-    b[State.OMEGA] -= turn
-    return True
 
 
 @inlined
@@ -202,15 +158,17 @@ def _meeting_time(position: PlayWorkspace, a: int, b: int, reach: float, within:
         dvx = bvx - avx
         dvy = bvy - avy
         gap = math.sqrt(dx * dx + dy * dy) - reach
-        closing = -(dx * dvx + dy * dvy)
+        closing = -(dx * dvx + dy * dvy) / (gap + reach)
+        least = 0.0
         if gap < CONTACT_GAP:
-            if closing > 0.0:
+            if collides(gap, closing):
                 return t
             gap = CONTACT_GAP
+            least = CREEP_TIME if closing > -CREEP else 0.0
         # Friction only slows them; over a fifth of a second it changes little.
         speeds = math.sqrt(avx * avx + avy * avy) + math.sqrt(bvx * bvx + bvy * bvy)
         relative = math.sqrt(dvx * dvx + dvy * dvy)
-        t += max(gap / (speeds + 0.02), min(0.2, gap / (relative + 0.05)))
+        t += max(least, gap / (speeds + 0.02), min(0.2, gap / (relative + 0.05)))
     return np.inf
 
 
@@ -240,40 +198,36 @@ def _advance(position: PlayWorkspace, s: int, t: float) -> None:
 
 
 @inlined
-def _collide_all(collision: CollisionLaw, position: PlayWorkspace, count: int) -> int:
-    """Let stones that touch pass impulses on until none approaches another.
-
-    Returns the number of collisions.
-    """
-    collisions = 0
-    near = collision.reach + 3.0 * CONTACT_GAP
-    stones, status = position.stones, position.status
-    for _ in range(MAX_COLLISIONS):
-        passed = False
-        for a in range(count):
-            for b in range(a + 1, count):
-                if status[a] == GONE or status[b] == GONE:
-                    continue
-                if status[a] == REST and status[b] == REST:
-                    continue
-                dx = stones[b, State.X] - stones[a, State.X]
-                dy = stones[b, State.Y] - stones[a, State.Y]
-                if dx * dx + dy * dy > near * near:
-                    continue
-                if collide(collision, stones[a], stones[b]):
-                    status[a] = MOVING
-                    status[b] = MOVING
-                    collisions += 1
-                    passed = True
-        if not passed:
+def _resolve(contact: ContactLaw, position: PlayWorkspace) -> int:
+    """Solve the contacts of touching stones until none closes; returns how many pushed."""
+    stones, status, contacts = position.stones, position.status, position.contacts
+    pushes = 0
+    for _ in range(MAX_ROUNDS):
+        count = find_contacts(contact, stones, status, contacts)
+        if count == 0:
             break
-    return collisions
+        pushes += solve_contacts(contact, stones, contacts, count)
+        set_apart(contact, stones, contacts, count)
+        for place in range(count):
+            row = contacts.order[place]
+            if contacts.table[row, Entry.PUSH] > 0.0:
+                position.lengths[contacts.pairs[row, 0]] = 0
+                position.lengths[contacts.pairs[row, 1]] = 0
+    for s in range(stones.shape[0]):
+        moves = (
+            stones[s, State.VX] != 0.0
+            or stones[s, State.VY] != 0.0
+            or stones[s, State.OMEGA] != 0.0
+        )
+        if status[s] == REST and moves:
+            status[s] = MOVING
+    return pushes
 
 
 @compiled
 def play(
     law: Law,
-    collision: CollisionLaw,
+    contact: ContactLaw,
     position: PlayWorkspace,
     count: int,
     identity: Any,
@@ -284,7 +238,7 @@ def play(
 
     Parameters
     ----------
-    law, collision : the ice and its stones
+    law, contact : the ice, and how its stones push each other
     position : stones[:count] and status[:count] are given, the thrown stone last and MOVING, and
         motion with ORDER set; stones and status become the final ones
     count : number of stones
@@ -299,6 +253,11 @@ def play(
     """
     t = 0.0
     collisions = 0
+    work = position.work
+    for s in range(count):
+        position.lengths[s] = 0
+        if position.status[s] == REST:
+            work = position.approach
     thrown = count - 1
     while True:
         resting = 0
@@ -312,11 +271,14 @@ def play(
                 moving += 1
         if moving == 0:
             return t, collisions
-        limits = Limits(bounds, position.resting[:resting], collision.reach)
+        limits = Limits(bounds, position.resting[:resting], contact.reach)
         until = np.inf
         latest = t
         for s in range(count):
             if position.status[s] != MOVING:
+                continue
+            if position.lengths[s] > 0:
+                latest = max(latest, position.paths[s, position.lengths[s] - 1, Node.T])
                 continue
             for c in range(6):
                 position.work.states[2, c] = position.stones[s, c]
@@ -327,7 +289,7 @@ def play(
             # Where only one stone moves, its path is not needed.
             path = position.paths[s] if moving > 1 else position.paths[s, :0]
             end, at, _, length = integrate(
-                law, position.motion, own, limits, position.sampling, path, t, position.work
+                law, position.motion, own, limits, position.sampling, path, t, work
             )
             if end == SlideEnd.NEVER_STOPS or length > position.paths.shape[1]:
                 return at, MAX_COLLISIONS + 1
@@ -345,14 +307,21 @@ def play(
             for a in range(count):
                 for b in range(a + 1, count):
                     if position.status[a] == MOVING and position.status[b] == MOVING:
-                        met = _meeting_time(position, a, b, collision.reach, (t, until))
+                        met = _meeting_time(position, a, b, contact.reach, (t, until))
                         until = min(until, met)
         t = min(until, latest)
+        rested = False
         for s in range(count):
             if position.status[s] == MOVING:
                 _advance(position, s, t)
+                rested = rested or position.status[s] == REST
         if until == np.inf:
             continue
-        collisions += _collide_all(collision, position, count)
+        # The path of a stone that nothing pushes goes on, unless what it would meet is other now.
+        for s in range(count):
+            if rested or position.ends[s] == SlideEnd.CONTACT:
+                position.lengths[s] = 0
+        collisions += max(_resolve(contact, position), 1)
+        work = position.work
         if collisions > MAX_COLLISIONS:
             return t, collisions

@@ -15,17 +15,6 @@ JUMP_MARGIN = 1e-5
 beyond it would apply for a whole step what holds there: at 2 m/s, millimetres at rest."""
 REST_SPEED = 2e-3
 """Speed of centre and band below which a stone stops uniformly [m/s]; it goes 20 µm more."""
-CREEP = 1e-3
-"""Closing speed below which stones that only just touch are left alone [m/s].
-
-Friction may press two touching stones together, and restitution would then have them bounce ever
-faster and lower. Below this speed they overlap instead."""
-CREEP_OVERLAP = 1e-5
-"""Overlap up to which stones may creep closer at CREEP [m]."""
-OVERLAPPING_CREEP = 5e-5
-"""Closing speed below which stones that overlap by more are left alone [m/s].
-
-Curl can steer a slow stone into one it slides along, for seconds and always slower than CREEP."""
 PIECES_OF_A_STEP = 8
 """Parts of a step in which the distance of two stones is taken to have at most one minimum."""
 MAX_STEPS = 20_000
@@ -33,13 +22,16 @@ MAX_STEPS = 20_000
 
 OVERLAP_ALLOWED = 1e-3
 """How far resting stones may overlap as given [m]: positions are written to a millimetre."""
+APPROACH = 0.3
+"""Tolerance of the delivered stone's path among others, up to its first contact, as a part of the
+tolerance. A contact magnifies ten times and more what the place of the stones is off by."""
+ITERATIONS = 30
+"""Iterations of pymunk's solver for each of several contacts."""
 MAX_CONTACTS = 2000
-"""Contacts after which a throw is given up; a crowded take-out has some tens."""
+"""Times of contact after which a throw is given up; a crowded take-out has some tens."""
 
 # --- from event to event -----------------------------------------------------------------------
 CONTACT_GAP = 1e-6
 """Gap below which two stones that close on each other collide [m]."""
-MIN_PARTING_SPEED = 1e-3
-"""Least speed at which stones part after a collision [m/s], so that none is carried along."""
-MAX_COLLISIONS = 500
-"""Collisions after which a throw is given up."""
+MAX_COLLISIONS = 3000
+"""Pushes after which a throw is given up."""

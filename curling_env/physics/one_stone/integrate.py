@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from curling_env.physics.compiled import compiled, inlined
+from curling_env.physics.contacts import collides
 from curling_env.physics.effects.motion import GRAVITY, SWEPT
 from curling_env.physics.law import MIN_SPEED, Law, mu_of_map
 from curling_env.physics.one_stone.map_path import between_nodes, follow_map
@@ -34,6 +35,7 @@ from curling_env.physics.one_stone.tuning import (
     SHORTEN_ABOVE,
 )
 from curling_env.physics.state import NODE_SIZE, Node, State
+from curling_env.physics.tuning import CREEP_TIME
 from curling_env.typing import Floats
 
 NO_BOUNDS = np.array([-np.inf, np.inf, -np.inf, np.inf])
@@ -163,6 +165,8 @@ def _room(s: Any, bounds: Any) -> float:
 def _gap(s: Any, limits: Limits) -> Any:
     """Distance to the nearest bound or obstacle that the stone approaches [m].
 
+    Of an obstacle to which it creeps, touching it, the way that it may slide before it looks again.
+
     Returns the distance, and whether it is to an obstacle.
     """
     room = _room(s, limits.bounds)
@@ -172,10 +176,18 @@ def _gap(s: Any, limits: Limits) -> Any:
         dx = s[State.X] - obstacles[k, 0]
         dy = s[State.Y] - obstacles[k, 1]
         if dx * s[State.VX] + dy * s[State.VY] < 0.0:
-            gap = math.sqrt(dx * dx + dy * dy) - limits.reach
+            distance = math.sqrt(dx * dx + dy * dy)
+            gap = distance - limits.reach
+            touches = True
+            if gap < CONTACT_GAP:
+                closing = -(dx * s[State.VX] + dy * s[State.VY]) / max(distance, 1e-9)
+                if not collides(gap, closing):
+                    speed = math.fabs(s[State.VX]) + math.fabs(s[State.VY])
+                    gap = max(CREEP_TIME * speed, 2.0 * CONTACT_GAP)
+                    touches = False
             if gap < room:
                 room = gap
-                contact = True
+                contact = touches
     return room, contact
 
 

@@ -1,8 +1,8 @@
 """One law, two engines: a batch of positions against the engine whose contacts are pymunk's.
 
-The engine takes Runge–Kutta steps, follows contacts on quintics and lets pymunk resolve them. The
-batch takes steps of another kind, follows contacts on cubics and resolves them by its own impulse.
-Once a second stone moves, they share the law and nothing else.
+The engine takes Runge–Kutta steps, follows contacts on quintics and lets pymunk solve them. The
+batch takes steps of another kind, follows contacts on cubics and solves them by its own sweeps.
+Once a second stone moves, they share the law of the ice, which stones touch, and nothing else.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def test_positions_agree_in_distribution(rng, draw_ice) -> None:
         for way in range(2):
             moved[way].extend(np.hypot(*(places[way][:8] - stones).T))
             left[way].append((places[way][:, 1] > TEE_Y + 1.9).sum())
-    # Most positions come out the same; in the others a hair's breadth decided, either way alike.
-    assert alike > 0.8 * throws
+    # In the few others a hair's breadth decided, either way alike.
+    assert alike > 0.97 * throws
     assert ks_2samp(*moved, method="asymp").pvalue > 0.05
     assert np.mean(left[0]) == pytest.approx(np.mean(left[1]), abs=0.1)

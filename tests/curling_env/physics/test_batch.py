@@ -144,16 +144,18 @@ def test_a_throw_that_meets_nothing_is_a_lone_throw(rng: np.random.Generator) ->
     ice, releases = mapped(rng), [Throw(speed=1.9, angle=0, spin=1.0).release()]
     lone = throw_batch(ice, releases)
     after = play_batch(ice, np.array([[[2.0, 20.0], [np.nan, np.nan]]]), releases)
-    assert after.xy[0, 2].tolist() == [lone.x[0], lone.y[0]]
+    # Among other stones its path is finer.
+    assert after.xy[0, 2] == pytest.approx([lone.x[0], lone.y[0]], abs=QUICK_TOLERANCE)
     assert np.isnan(after.xy[0, 1]).all()
 
 
-def test_a_row_of_touching_stones_passes_the_hit_on() -> None:
+def test_a_row_of_touching_stones_goes_on_together() -> None:
     ice = load_ice("paper")
     ice = replace(ice, stone=replace(ice.stone, radius=R))
     row = np.array([[[0.0, 2 * R * k] for k in range(5)]])
     after = play_batch(ice, row, [Throw(speed=1.0, angle=0, spin=0).release()])
     assert after.collisions[0] >= 5
     travelled = after.xy[0, :5, 1] - row[0, :, 1]
-    assert travelled[4] > 3 * np.abs(travelled[:4]).max()
-    assert (np.diff(after.xy[0, :5, 1]) >= 2 * R - 1e-6).all()
+    assert travelled[0] > 0.2
+    assert travelled == pytest.approx(travelled[0], abs=1e-3)
+    assert (np.diff(after.xy[0, :5, 1]) >= 2 * R - 1e-4).all()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from curling_env.physics.many_stones.common_steps import Segment, first_touch, new_joint_workspace
-from curling_env.physics.many_stones.tuning import CREEP, CREEP_OVERLAP, OVERLAPPING_CREEP
+from curling_env.physics.tuning import CREEP, CREEP_OVERLAP, OVERLAPPING_CREEP
 from curling_env.sheet import RULE_BOOK_STONE
 
 REACH = 2 * RULE_BOOK_STONE.radius

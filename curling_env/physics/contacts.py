@@ -1,0 +1,324 @@
+"""The law of contacts: which stones touch, how they part, and the joint solution of all contacts.
+
+Stones that touch and do not part form a group. When two of a group close on each other, all
+contacts of the group are solved together: those that close part with their restitution, those that
+only touch do not close, no push pulls, and friction at the rims acts against the slip, at most in
+proportion to the push. These are Newton's restitution and Coulomb's friction as constraints on the
+velocities. The batch engine solves them here, by Gauss-Seidel sweeps; `engine` has pymunk solve the
+same contacts, so that each checks the other. Both impulses of a contact act at one point, so that
+momentum and angular momentum are kept. Should friction and restitution of several contacts add
+energy together, all impulses are scaled down to where they do not.
+
+Impulses are per mass. A push acts along the line of centres, a rub along the rims.
+
+Source
+------
+J. J. Moreau, "Unilateral contact and dry friction in finite freedom dynamics" (1988). Box2D, with
+which Digital Curling's server plays, solves the contacts of a time step in the same way.
+"""
+
+# Work arrays come untyped through compiled code: what is read from them is unknown, not wrong.
+# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from curling_env.physics.compiled import compiled, inlined
+from curling_env.physics.state import State
+from curling_env.physics.tuning import (
+    CREEP,
+    CREEP_OVERLAP,
+    ENERGY_ROUNDING,
+    MAX_SHIFT,
+    MAX_SWEEPS,
+    OVERLAPPING_CREEP,
+    SOLVED,
+    SPACE,
+    TOUCHING,
+)
+from curling_env.sheet import Stone
+from curling_env.typing import Floats, Integers
+
+GONE = 2
+"""What a stone is doing that has left play, in both engines."""
+
+
+class ContactLaw(NamedTuple):
+    """The numbers that the contacts of stones depend on.
+
+    Parameters
+    ----------
+    reach : distance between two centres in contact [m]
+    restitution : 0 to 1
+    friction : Coulomb friction between two rims
+    turning : mass over moment of inertia [1/m²]
+    touching : gap up to which stones touch [m]
+    """
+
+    reach: float
+    restitution: float
+    friction: float
+    turning: float
+    touching: float
+
+
+def contact_law(stone: Stone, *, touching: float = TOUCHING) -> ContactLaw:
+    """How stones of this kind push each other; they touch at a gap of up to `touching` [m]."""
+    return ContactLaw(
+        touching=touching,
+        reach=2 * stone.radius,
+        restitution=stone.restitution,
+        friction=stone.stone_friction,
+        turning=stone.mass / stone.inertia,
+    )
+
+
+class Entry(IntEnum):
+    """Columns of the table of contacts."""
+
+    NX = 0
+    """Direction from the first centre to the second."""
+    NY = 1
+    LEVER = 2
+    """Distance of the point of contact from both centres [m]."""
+    CLOSING = 3
+    """Speed at which the stones near each other [m/s]."""
+    X = 4
+    """Twice the place of the contact [m]."""
+    Y = 5
+    PUSH = 6
+    """Impulse along the line of centres, per mass [m/s]."""
+    RUB = 7
+    """Impulse along the rims, per mass [m/s]."""
+
+
+class Contacts(NamedTuple):
+    """Contacts among n stones, and the arrays in which they are found and solved.
+
+    Parameters
+    ----------
+    pairs : (m, 2) indices of two stones that touch
+    table : (m, 8) as in `Entry`
+    order : (m,) rows of the contacts to be solved, the nearest to the home end first, so that
+        nothing depends on how the stones are numbered
+    joined : (n,) whether a stone belongs to a group in which two stones close
+    before : (n, 6) states before a solution
+    """
+
+    pairs: Integers
+    table: Floats
+    order: Integers
+    joined: Integers
+    before: Floats
+
+
+def new_contacts(stones: int) -> Contacts:
+    """Room for the contacts among so many stones."""
+    pairs = max(stones * (stones - 1) // 2, 1)
+    return Contacts(
+        pairs=np.zeros((pairs, 2), dtype=np.int64),
+        table=np.zeros((pairs, len(Entry))),
+        order=np.zeros(pairs, dtype=np.int64),
+        joined=np.zeros(stones, dtype=np.int64),
+        before=np.zeros((stones, 6)),
+    )
+
+
+@inlined
+def collides(gap: float, closing: float) -> bool:
+    """Whether stones that touch close too fast to be left alone [m, m/s]."""
+    return closing > (CREEP if gap > -CREEP_OVERLAP else OVERLAPPING_CREEP)
+
+
+@inlined
+def _comes_before(table: Any, a: int, b: int) -> bool:
+    """Whether contact a is nearer to the home end than b, or as near and further to the left."""
+    if table[a, Entry.Y] != table[b, Entry.Y]:
+        return table[a, Entry.Y] < table[b, Entry.Y]
+    return table[a, Entry.X] < table[b, Entry.X]
+
+
+@compiled
+def find_contacts(law: ContactLaw, stones: Any, status: Any, contacts: Contacts) -> int:
+    """Find the contacts of every group of touching stones in which two close on each other.
+
+    Stones that touch and part are in no contact. Should the push of others make them close, they
+    are found the next time.
+
+    Parameters
+    ----------
+    law : how stones push each other
+    stones : (n, 6) states
+    status : (n,) whether each is GONE
+    contacts : filled in
+
+    Returns
+    -------
+    how many there are; their rows come first in `order`
+    """
+    pairs, table, order, joined = contacts.pairs, contacts.table, contacts.order, contacts.joined
+    n = stones.shape[0]
+    far = law.reach + law.touching
+    found = 0
+    for a in range(n):
+        joined[a] = 0
+    for a in range(n):
+        if status[a] == GONE:
+            continue
+        for b in range(a + 1, n):
+            dx = stones[b, State.X] - stones[a, State.X]
+            dy = stones[b, State.Y] - stones[a, State.Y]
+            square = dx * dx + dy * dy
+            if status[b] == GONE or square > far * far or square == 0.0:
+                continue
+            distance = math.sqrt(square)
+            nx, ny = dx / distance, dy / distance
+            closing = (stones[a, State.VX] - stones[b, State.VX]) * nx
+            closing += (stones[a, State.VY] - stones[b, State.VY]) * ny
+            if closing < -CREEP:
+                continue
+            row = table[found]
+            row[Entry.NX] = nx
+            row[Entry.NY] = ny
+            row[Entry.LEVER] = 0.5 * distance
+            row[Entry.CLOSING] = closing
+            row[Entry.X] = stones[a, State.X] + stones[b, State.X]
+            row[Entry.Y] = stones[a, State.Y] + stones[b, State.Y]
+            row[Entry.PUSH] = 0.0
+            row[Entry.RUB] = 0.0
+            pairs[found, 0] = a
+            pairs[found, 1] = b
+            found += 1
+            # Less than makes stones collide, so that whatever collided is found here.
+            if closing > 0.5 * OVERLAPPING_CREEP:
+                joined[a] = 1
+                joined[b] = 1
+    grows = True
+    while grows:
+        grows = False
+        for k in range(found):
+            a, b = pairs[k, 0], pairs[k, 1]
+            if joined[a] != joined[b]:
+                joined[a] = 1
+                joined[b] = 1
+                grows = True
+    count = 0
+    for k in range(found):
+        if joined[pairs[k, 0]] == 0:
+            continue
+        place = count
+        while place > 0 and _comes_before(table, k, order[place - 1]):
+            order[place] = order[place - 1]
+            place -= 1
+        order[place] = k
+        count += 1
+    return count
+
+
+@compiled
+def solve_contacts(law: ContactLaw, stones: Any, contacts: Contacts, count: int) -> int:
+    """Give the stones the velocities and spins that they have after their contacts.
+
+    Parameters
+    ----------
+    law : how stones push each other
+    stones : (n, 6) states; only velocities and spins change
+    contacts, count : what `find_contacts` found
+
+    Returns
+    -------
+    number of contacts that pushed
+    """
+    pairs, table, order, before = contacts.pairs, contacts.table, contacts.order, contacts.before
+    fastest = 0.0
+    for s in range(stones.shape[0]):
+        for c in range(6):
+            before[s, c] = stones[s, c]
+    for place in range(count):
+        fastest = max(fastest, table[order[place], Entry.CLOSING])
+    for _ in range(MAX_SWEEPS):
+        largest = 0.0
+        for place in range(count):
+            k = order[place]
+            row, a, b = table[k], stones[pairs[k, 0]], stones[pairs[k, 1]]
+            nx, ny, lever = row[Entry.NX], row[Entry.NY], row[Entry.LEVER]
+            closing = (a[State.VX] - b[State.VX]) * nx + (a[State.VY] - b[State.VY]) * ny
+            wanted = row[Entry.PUSH] + 0.5 * (
+                closing + law.restitution * max(row[Entry.CLOSING], 0.0)
+            )
+            push = max(wanted, 0.0) - row[Entry.PUSH]
+            row[Entry.PUSH] += push
+            slip = (a[State.VY] - b[State.VY]) * nx - (a[State.VX] - b[State.VX]) * ny
+            slip += lever * (a[State.OMEGA] + b[State.OMEGA])
+            turning = law.turning * lever
+            wanted = row[Entry.RUB] + slip / (2.0 + 2.0 * turning * lever)
+            most = law.friction * row[Entry.PUSH]
+            rub = min(max(wanted, -most), most) - row[Entry.RUB]
+            row[Entry.RUB] += rub
+            a[State.VX] -= push * nx - rub * ny
+            a[State.VY] -= push * ny + rub * nx
+            b[State.VX] += push * nx - rub * ny
+            b[State.VY] += push * ny + rub * nx
+            a[State.OMEGA] -= turning * rub
+            b[State.OMEGA] -= turning * rub
+            largest = max(largest, abs(push), abs(rub))
+        if count == 1 or largest <= SOLVED * fastest:
+            break
+    add_no_energy(law, before, stones)
+    pushes = 0
+    for place in range(count):
+        if table[order[place], Entry.PUSH] > 0.0:
+            pushes += 1
+    return pushes
+
+
+@compiled
+def set_apart(law: ContactLaw, stones: Any, contacts: Contacts, count: int) -> None:
+    """Set stones that creep along each other a few micrometres apart, those of them that move.
+
+    Friction may press them together for seconds. They would meet again at once, without end.
+    """
+    for place in range(count):
+        k = contacts.order[place]
+        row = contacts.table[k]
+        shift = min(SPACE - (2.0 * row[Entry.LEVER] - law.reach), MAX_SHIFT)
+        if row[Entry.CLOSING] > CREEP or shift <= 0.0:
+            continue
+        a, b = stones[contacts.pairs[k, 0]], stones[contacts.pairs[k, 1]]
+        a_moves = a[State.VX] != 0.0 or a[State.VY] != 0.0
+        b_moves = b[State.VX] != 0.0 or b[State.VY] != 0.0
+        if a_moves and b_moves:
+            shift *= 0.5
+        if a_moves:
+            a[State.X] -= shift * row[Entry.NX]
+            a[State.Y] -= shift * row[Entry.NY]
+        if b_moves:
+            b[State.X] += shift * row[Entry.NX]
+            b[State.Y] += shift * row[Entry.NY]
+
+
+@compiled
+def add_no_energy(law: ContactLaw, before: Any, after: Any) -> None:
+    """Scale the change from `before` to `after`, both (n, 6), down to where it adds no energy.
+
+    The energy is a parabola in the share of all impulses that acts. Stones that part after all of
+    them may still close after a smaller share; they then collide once more.
+    """
+    first = second = energy = 0.0
+    for s in range(after.shape[0]):
+        for c in (State.VX, State.VY, State.OMEGA):
+            weight = 1.0 / law.turning if c == State.OMEGA else 1.0
+            change = after[s, c] - before[s, c]
+            first += weight * 2.0 * before[s, c] * change
+            second += weight * change * change
+            energy += weight * before[s, c] * before[s, c]
+    if first + second > ENERGY_ROUNDING * energy:
+        share = max(-first / second, 0.0)
+        for s in range(after.shape[0]):
+            for c in (State.VX, State.VY, State.OMEGA):
+                after[s, c] = before[s, c] + share * (after[s, c] - before[s, c])

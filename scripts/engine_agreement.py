@@ -1,0 +1,122 @@
+"""By how much the two engines differ: shots into positions of one to eight stones, played by both.
+
+    python scripts/engine_agreement.py [--shots 500] [--seed 0] [--ice standard]
+
+One engine makes Runge-Kutta steps and has pymunk solve contacts, the other follows paths from event
+to event and solves contacts itself. Where a hair's breadth decides, both are right, and the places
+differ. To say how often that is, every shot is also played by one engine with its stones moved by
+a thousandth of a millimetre.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+
+from curling_env import Ice, Throw, load_ice
+from curling_env.physics.batch import play_batch
+from curling_env.physics.engine import Engine, StoneState
+from curling_env.physics.one_stone.slide import play_bounds
+from curling_env.physics.one_stone.tuning import FINE_TOLERANCE, QUICK_TOLERANCE
+from curling_env.sheet import TEE_Y, Direction
+from curling_env.typing import Floats, Integers
+
+STONES = 8
+NUDGE = 1e-6
+
+
+def position(rng: np.random.Generator, radius: float, frozen: bool) -> Floats:
+    """Random stones around the house, (8, 2); one of them may lie frozen to another. NaN: none."""
+    stones = np.full((STONES, 2), np.nan)
+    count = int(rng.integers(1, STONES + 1))
+    for k in range(count):
+        while True:
+            place = rng.uniform((-1.5, TEE_Y - 4.0), (1.5, TEE_Y + 1.6))
+            if frozen and k == 1:
+                turn = rng.uniform(0, 2 * np.pi)
+                place = stones[0] + 2 * radius * np.array([np.cos(turn), np.sin(turn)])
+            apart = np.hypot(*(stones[:k] - place).T)
+            if k == 0 or (apart > 2 * radius + (-1e-9 if frozen and k == 1 else 1e-3)).all():
+                break
+            if frozen and k == 1:
+                stones[0] = rng.uniform((-1.5, TEE_Y - 4.0), (1.5, TEE_Y + 1.6))
+        stones[k] = place
+    return stones
+
+
+def shot(rng: np.random.Generator, ice: Ice, stones: Floats) -> Throw:
+    """A throw that would come near a stone of the position."""
+    spin = float(rng.choice([-1.5, 1.5]))
+    speed = rng.uniform(2.1, 3.6)
+    aim = stones[int(rng.integers(np.isfinite(stones[:, 0]).sum()))]
+    aside = rng.uniform(-2.2, 2.2) * ice.stone.radius
+    # Curl takes a draw about 1.2 m aside, a hit less.
+    curl = 1.2 * spin / 1.5 * (2.1 / speed) ** 2
+    return Throw(speed=speed, angle=-(aim[0] + aside + curl) / (aim[1] + 10.97), spin=spin)
+
+
+def played(ice: Ice, stones: Floats, releases: list, tolerance: float) -> tuple[Floats, Integers]:
+    """Places after each shot (n, 9, 2) and numbers of contacts."""
+    bounds = play_bounds(ice, Direction.AWAY)
+    after = play_batch(ice, stones, releases, bounds=bounds, tolerance=tolerance)
+    return after.last, after.collisions.astype(np.int64)
+
+
+def in_engine(ice: Ice, stones: Floats, releases: list) -> tuple[Floats, Integers]:
+    """The same, by the engine with pymunk."""
+    engine = Engine(ice)
+    places, contacts = np.full((len(stones), STONES + 1, 2), np.nan), []
+    for k, (lying, release) in enumerate(zip(stones, releases, strict=True)):
+        here = np.isfinite(lying[:, 0])
+        outcome = engine.play(release, [StoneState(x=x, y=y) for x, y in lying[here].tolist()])
+        where = np.array([(stone.x, stone.y) for stone in outcome.stones])
+        places[k, :-1][here] = where[:-1]
+        places[k, -1] = where[-1]
+        contacts.append(len(outcome.contacts))
+    return places, np.array(contacts)
+
+
+def furthest(a: Floats, b: Floats) -> Floats:
+    """Largest difference of any stone, for each shot [mm]."""
+    apart = 1e3 * np.hypot(*np.moveaxis(a - b, -1, 0))
+    return np.nanmax(apart, axis=1)
+
+
+def line(name: str, off: Floats) -> str:
+    figures = [np.median(off), *np.percentile(off, (90, 99)), off.max(), 100 * (off > 20).mean()]
+    return f"{name:<44}{len(off):>6}" + "".join(f"{figure:>10.3g}" for figure in figures)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--shots", type=int, default=500)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--ice", default="standard")
+    chosen = parser.parse_args()
+    ice = load_ice(chosen.ice)
+    print(f"{'largest difference of any stone [mm]':<44}{'shots':>6}"
+          f"{'median':>10}{'90 %':>10}{'99 %':>10}{'max':>10}{'>20 mm %':>10}")  # fmt: skip
+    for frozen in (False, True):
+        rng = np.random.default_rng(chosen.seed)
+        stones = np.array([position(rng, ice.stone.radius, frozen) for _ in range(chosen.shots)])
+        releases = [shot(rng, ice, lying).release() for lying in stones]
+        engine, contacts = in_engine(ice, stones, releases)
+        fine, _ = played(ice, stones, releases, FINE_TOLERANCE)
+        quick, _ = played(ice, stones, releases, QUICK_TOLERANCE)
+        nudged, _ = played(ice, stones + np.array([NUDGE, 0.0]), releases, FINE_TOLERANCE)
+        kind = "frozen pair" if frozen else "loose"
+        for name, places in (("batch, fine", fine), ("batch, quick", quick)):
+            print(line(f"{kind}: engine and {name}", furthest(engine, places)))
+            for number, some in (
+                ("one contact", contacts == 1),
+                ("two", contacts == 2),
+                ("three or more", contacts > 2),
+            ):
+                if some.any():
+                    print(line(f"  {number}", furthest(engine, places)[some]))
+        print(line(f"{kind}: batch, stones nudged by 1 µm", furthest(fine, nudged)))
+
+
+if __name__ == "__main__":
+    main()
