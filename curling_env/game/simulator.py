@@ -12,7 +12,6 @@ from curling_env.game.players import Call, Player, PlayerView, SweepInterval
 from curling_env.game.rng import ThrowRng
 from curling_env.game.rules.delivery import Result, Ruling
 from curling_env.game.rules.game import End, Game, begin_end, deliver, new_game
-from curling_env.game.rules.lines import Lines
 from curling_env.game.rules.placement import Side
 from curling_env.game.rules.rulesets import RuleSet, rule_set
 from curling_env.game.rules.teams import STONES_PER_TEAM, RestingStone, Stones, Team
@@ -106,7 +105,9 @@ class GameSimulator:
         self.skills = (skill_named(pair[0]), skill_named(pair[1]))
         self.ice_evolution = ice_evolution
         self.sweeping = sweeping
-        self.lines = Lines(width=self.ice.sheet.width, stone_radius=self.ice.stone.radius)
+        self.lines = self.rules.lines(
+            width=self.ice.sheet.width, stone_radius=self.ice.stone.radius
+        )
         self._initial_ice = ice_for_game(self.ice, self.ice_evolution, 0, sweeping=sweeping)
         self.ice_wears = wear_along_path(self._initial_ice) != 0.0
         """Whether stones change the ice along their paths."""

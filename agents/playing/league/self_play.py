@@ -25,7 +25,6 @@ from agents.playing.search.shots import Shots, shots_for
 from agents.playing.search.value_network import ValueNetwork
 from agents.playing.search.win_probability import WinProbability
 from curling_env.game.rules import RuleSet, rule_set
-from curling_env.game.rules.lines import Lines
 from curling_env.ice import load_ice
 from curling_env.sheet import Direction
 from curling_env.throw import Skill
@@ -70,7 +69,10 @@ class ExploratoryPrefix(NamedTuple):
 def end_simulator(ice: str, rules: str) -> EndSimulator:
     """The simulator of ends towards the away end; `ice` is a file or preset."""
     return EndSimulator(
-        ice=load_ice(ice), direction=Direction.AWAY, rules=rule_set(rules), lines=Lines()
+        ice=load_ice(ice),
+        direction=Direction.AWAY,
+        rules=rule_set(rules),
+        lines=rule_set(rules).lines(),
     )
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from curling_env.game.rules import End, RestingStone, RuleSet, scoring
-from curling_env.game.rules.lines import CENTRE_LINE_HALF, HOG_LINE, Lines
+from curling_env.game.rules.lines import HOG_LINE, Lines
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.ice import Ice
 from curling_env.physics.batch import RELEASE_DTYPE, play_batch
@@ -117,11 +117,16 @@ class EndSimulator:
         if not early:
             protected &= self.free_guards(before)
             own = STONES_PER_TEAM * self.mover(delivered)
-            protected[:, own : own + STONES_PER_TEAM] = False
+            if not rules.own_guards:
+                protected[:, own : own + STONES_PER_TEAM] = False
+            if rules.centre_guards_only:
+                protected &= np.abs(before[:, :, 0]) <= self.lines.centre_reach
         gone = protected & np.isnan(after[:, :, 0])
         put_back = gone.any(axis=1)
+        if rules.guards_stay and not early:
+            put_back |= (protected & ~gone & ~self.free_guards(after)).any(axis=1)
         if rules.no_tick:
-            reach = self.lines.stone_radius + CENTRE_LINE_HALF
+            reach = self.lines.centre_reach
             off = ~gone & (np.abs(before[:, :, 0]) <= reach) & ~(np.abs(after[:, :, 0]) <= reach)
             put_back |= (protected & off).any(axis=1)
         after[put_back] = before[put_back]
@@ -130,8 +135,8 @@ class EndSimulator:
     def free_guards(self, stones: Floats) -> Flags:
         """Which stones lie in the free guard zone, (n, 16)."""
         x, y = stones[:, :, 0], stones[:, :, 1]
-        in_house = x * x + y * y <= self.lines.reach**2
-        return (y + self.lines.stone_radius < 0) & ~in_house
+        in_house = np.hypot(x, y) <= self.lines.reach
+        return (y < self.lines.guard_line) & ~in_house
 
 
 def position_of(end: End) -> Floats:

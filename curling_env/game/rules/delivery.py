@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from curling_env.errors import InputError
-from curling_env.game.rules.free_guard_zone import After, guards, put_out, ticked
+from curling_env.game.rules.free_guard_zone import After, driven_off, guards, put_out, ticked
 from curling_env.game.rules.lines import Lines
 from curling_env.game.rules.rulesets import RuleSet
 from curling_env.game.rules.teams import Stones, Team
@@ -21,7 +21,7 @@ class Fault(StrEnum):
     FREE_GUARD_ZONE = "free_guard_zone"
     """It put an opposition guard out too early: removed, and all stones put back."""
     NO_TICK = "no_tick"
-    """It moved an opposition guard off the centre line too early: the opponent chooses."""
+    """It moved a guard off the centre line too early: the opponent chooses, or all are put back."""
     EARLY_TAKEOUT = "early_takeout"
     """It put a stone out too early in mixed doubles: removed, and all stones put back."""
 
@@ -93,11 +93,17 @@ def rule_on(
     if delivered < rules.free_guard_until or delivered < rules.no_takeout_until:
         protected = guards(rules, lines, before, team, delivered)
         if put_out(protected, before, rest):
-            early = delivered < rules.no_takeout_until
-            return Ruling(
-                stones=before, fault=Fault.EARLY_TAKEOUT if early else Fault.FREE_GUARD_ZONE
-            )
+            fault = Fault.FREE_GUARD_ZONE
+            if delivered < rules.no_takeout_until:
+                fault = Fault.EARLY_TAKEOUT
+            elif rules.centre_guards_only:
+                fault = Fault.NO_TICK
+            return Ruling(stones=before, fault=fault)
+        if rules.guards_stay and driven_off(lines, protected, before, rest):
+            return Ruling(stones=before, fault=Fault.FREE_GUARD_ZONE)
         if rules.no_tick and ticked(lines, protected, before, rest):
+            if not rules.tick_choice:
+                return Ruling(stones=before, fault=Fault.NO_TICK)
             return Ruling(
                 stones=tuple(stone for stone in (*rest, thrown) if stone is not None),
                 fault=Fault.NO_TICK,

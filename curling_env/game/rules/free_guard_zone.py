@@ -2,6 +2,7 @@
 
 Fours (R6): until five stones are delivered, an opposition stone in the free guard zone may not be
 put out of play; and one that touches the centre line there may not be moved off it (no-tick).
+Digital Curling's libraries and servers differ in which guards are protected and from what.
 Mixed doubles (R16): until three stones are delivered, no stone of either team may be put out.
 """
 
@@ -34,7 +35,9 @@ def guards(rules: RuleSet, lines: Lines, stones: Stones, team: Team, delivered: 
         return tuple(
             stone
             for stone in stones
-            if stone.team != team and lines.in_free_guard_zone(stone.x, stone.y)
+            if (stone.team != team or rules.own_guards)
+            and lines.in_free_guard_zone(stone.x, stone.y)
+            and (not rules.centre_guards_only or lines.touches_centre_line(stone.x))
         )
     return ()
 
@@ -45,6 +48,15 @@ def put_out(protected: Stones, before: Stones, after: After) -> Stones:
         stone
         for stone, now in zip(before, after, strict=True)
         if now is None and stone in protected
+    )
+
+
+def driven_off(lines: Lines, protected: Stones, before: Stones, after: After) -> Stones:
+    """Protected stones that the delivery moved out of the free guard zone, still in play."""
+    return tuple(
+        stone
+        for stone, now in zip(before, after, strict=True)
+        if now is not None and stone in protected and not lines.in_free_guard_zone(now.x, now.y)
     )
 
 

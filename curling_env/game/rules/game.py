@@ -128,7 +128,7 @@ def new_game(rules: RuleSet, lines: Lines | None = None, *, last_stone: Team = T
     last_stone : the team with the hammer in the first end (mixed doubles: with the decision on the
         placement)
     """
-    return Game(rules=rules, lines=lines or Lines(), last_stone=last_stone)
+    return Game(rules=rules, lines=lines or rules.lines(), last_stone=last_stone)
 
 
 def begin_end(

@@ -6,6 +6,7 @@ from the tee; the back line at its outer edge, 1.829 m from it; a side line at t
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from curling_env.errors import InputError
@@ -15,8 +16,6 @@ HOG_LINE = HOG_LINE_Y - TEE_Y
 """Inner edge of the far hog line: -6.401 m."""
 BACK_LINE = BACK_LINE_Y - TEE_Y
 """Outer edge of the back line: 1.829 m."""
-CENTRE_LINE_HALF = LINE_WIDTH / 2
-"""Half the width of the centre line [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,6 +26,9 @@ class Lines:
     ----------
     width : distance between the side lines [m]
     stone_radius : radius of a stone [m]
+    touching_counts : whether a stone that just touches the house lies in it
+    whole_guard : whether a guard lies wholly before the tee line; else its centre must
+    centre_line : width of the centre line [m]
 
     Raises
     ------
@@ -35,6 +37,9 @@ class Lines:
 
     width: float = 4.75
     stone_radius: float = 0.145
+    touching_counts: bool = True
+    whole_guard: bool = True
+    centre_line: float = LINE_WIDTH
 
     def __post_init__(self) -> None:
         if not self.stone_radius > 0:
@@ -44,8 +49,19 @@ class Lines:
 
     @property
     def reach(self) -> float:
-        """Distance of a stone's centre from the tee at which it just touches the house [m]."""
-        return HOUSE_RADIUS + self.stone_radius
+        """Greatest distance of a stone's centre from the tee at which it lies in the house [m]."""
+        touching = HOUSE_RADIUS + self.stone_radius
+        return touching if self.touching_counts else math.nextafter(touching, 0.0)
+
+    @property
+    def guard_line(self) -> float:
+        """Where the centre of a guard lies before this, seen along play [m]."""
+        return -self.stone_radius if self.whole_guard else 0.0
+
+    @property
+    def centre_reach(self) -> float:
+        """Distance of a stone's centre from the middle at which it touches the centre line [m]."""
+        return self.stone_radius + self.centre_line / 2
 
     def touches_side_line(self, x: float) -> bool:
         """Whether a stone with its centre at x touches a side line."""
@@ -65,16 +81,16 @@ class Lines:
 
     def in_house(self, x: float, y: float) -> bool:
         """Whether any part of a stone is over the 12-foot ring, seen from above."""
-        return x * x + y * y <= self.reach * self.reach
+        return math.hypot(x, y) <= self.reach
 
     def touches_centre_line(self, x: float) -> bool:
         """Whether any part of a stone is over the centre line."""
-        return abs(x) <= self.stone_radius + CENTRE_LINE_HALF
+        return abs(x) <= self.centre_reach
 
     def in_free_guard_zone(self, x: float, y: float) -> bool:
         """Whether a stone in play counts as a guard: before the tee line and not in the house.
 
         A stone on or before the hog line counts too: it is in play there only because it struck
-        another. A stone that touches the tee line is not before it.
+        another. By most rules a stone that touches the tee line is not before it.
         """
-        return y + self.stone_radius < 0 and not self.in_house(x, y)
+        return y < self.guard_line and not self.in_house(x, y)

@@ -6,7 +6,9 @@ Source
 ------
 World Curling's rules of 2024 as commonly summarised (sheet, delivery, free guard zone, scoring,
 mixed doubles); docs/rules.md says what was not checked against the rule book. Digital Curling: the
-game code of the competition's server, which plays fours.
+game code of the competition's servers. `digital_curling` is that of DC3; of DC4 there are two
+readings, that of its library (`digital_curling_4…`) and that of the server at the competition's
+address (`dc4_server…`).
 """
 
 from __future__ import annotations
@@ -15,7 +17,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from curling_env.errors import InputError
+from curling_env.game.rules.lines import Lines
 from curling_env.game.rules.teams import STONES_PER_TEAM
+from curling_env.sheet import LINE_WIDTH
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,6 +45,11 @@ class RuleSet:
     ends_before_concession : number of complete ends before a team may concede
     stops_when_decided : whether the last end stops once one team cannot catch up
     measure : distances from the tee that differ by less than this count as equal [m]
+    touching_counts, whole_guard, centre_line : what touches what, see `Lines`
+    own_guards : whether a team may not put out its own guards either
+    guards_stay : whether a guard may not even be moved out of the free guard zone
+    centre_guards_only : whether only guards that touch the centre line are protected
+    tick_choice : whether the opponent chooses after a tick; else the stones are put back
 
     Raises
     ------
@@ -62,6 +71,13 @@ class RuleSet:
     ends_before_concession: int = 6
     stops_when_decided: bool = True
     measure: float = 1e-6
+    touching_counts: bool = True
+    whole_guard: bool = True
+    centre_line: float = LINE_WIDTH
+    own_guards: bool = False
+    guards_stay: bool = False
+    centre_guards_only: bool = False
+    tick_choice: bool = True
 
     def __post_init__(self) -> None:
         if not 1 <= self.ends <= 20:
@@ -74,6 +90,22 @@ class RuleSet:
             raise InputError(f"measure must be at least 0 m, got {self.measure}")
         if self.power_play and not self.placed_stones:
             raise InputError("a power play needs placed stones")
+
+    def lines(self, *, width: float = 4.75, stone_radius: float = 0.145) -> Lines:
+        """The lines of a sheet as these rules read them.
+
+        Parameters
+        ----------
+        width : distance between the side lines [m]
+        stone_radius : radius of a stone [m]
+        """
+        return Lines(
+            width=width,
+            stone_radius=stone_radius,
+            touching_counts=self.touching_counts,
+            whole_guard=self.whole_guard,
+            centre_line=self.centre_line,
+        )
 
     @property
     def stones(self) -> int:
@@ -91,28 +123,74 @@ class RuleSet:
         return len(self.throwers) + self.placed_stones
 
 
+_MIXED_DOUBLES = RuleSet(
+    name="mixed_doubles_2024",
+    title="Mixed doubles, World Curling 2024",
+    ends=8,
+    throwers=(0, 1, 1, 1, 0),
+    placed_stones=True,
+    free_guard_until=0,
+    no_tick=False,
+    no_takeout_until=3,
+    blank_keeps_hammer=False,
+    power_play=True,
+)
+_DIGITAL_CURLING = RuleSet(
+    name="digital_curling",
+    title="Digital Curling 3 (fours, the competition's server)",
+    throwers=(0,) * 8,
+    no_tick=False,
+    hog_line_exception=False,
+    ends_before_concession=0,
+    stops_when_decided=False,
+    touching_counts=False,
+)
+_NO_TICK: dict[str, Any] = {
+    "no_tick": True,
+    "tick_choice": False,
+    "centre_guards_only": True,
+    "centre_line": 0.0,
+}
+_DC4_SERVER = replace(
+    _DIGITAL_CURLING,
+    name="dc4_server",
+    title="Digital Curling 4 (fours, its server)",
+    hog_line_exception=True,
+    touching_counts=True,
+    whole_guard=False,
+    own_guards=True,
+)
+
 RULE_SETS = {
     rules.name: rules
     for rules in (
         RuleSet(name="world_curling_2024", title="Fours, World Curling 2024"),
-        RuleSet(
-            name="mixed_doubles_2024",
-            title="Mixed doubles, World Curling 2024",
-            ends=8,
-            throwers=(0, 1, 1, 1, 0),
-            placed_stones=True,
-            free_guard_until=0,
-            no_tick=False,
-            no_takeout_until=3,
-            blank_keeps_hammer=False,
-            power_play=True,
+        _MIXED_DOUBLES,
+        _DIGITAL_CURLING,
+        replace(
+            _DIGITAL_CURLING,
+            name="digital_curling_4",
+            title="Digital Curling 4 (fours, its library)",
+            guards_stay=True,
         ),
-        RuleSet(
-            name="digital_curling",
-            title="Digital Curling (fours, the competition's server)",
-            throwers=(0,) * 8,
-            no_tick=False,
-            hog_line_exception=False,
+        replace(
+            _DIGITAL_CURLING,
+            name="digital_curling_4_no_tick",
+            title="Digital Curling 4 without ticks (fours, its library)",
+            **_NO_TICK,
+        ),
+        _DC4_SERVER,
+        replace(
+            _DC4_SERVER,
+            name="dc4_server_no_tick",
+            title="Digital Curling 4 without ticks (fours, its server)",
+            **_NO_TICK,
+        ),
+        replace(
+            _MIXED_DOUBLES,
+            name="dc4_server_mixed_doubles",
+            title="Digital Curling 4 (mixed doubles, its server)",
+            blank_keeps_hammer=True,
             ends_before_concession=0,
             stops_when_decided=False,
         ),

@@ -12,17 +12,26 @@ PAGE = (Path(__file__).parents[4] / "docs" / "rules.md").read_text(encoding="utf
 
 
 def table() -> tuple[list[str], dict[str, list[str]]]:
-    rows = [
-        [cell.strip() for cell in line.strip("|").split("|")]
-        for line in PAGE.split("\n\n| |", 1)[1].split("\n\n", 1)[0].splitlines()
-    ]
-    names = [cell.strip("`") for cell in rows[0]]
-    return names, {row[0]: row[1:] for row in rows[2:]}
+    """The tables of the page side by side: names of sets, and their cells by the row's title."""
+    names: list[str] = []
+    cells: dict[str, list[str]] = {}
+    for part in PAGE.split("\n\n| |")[1:]:
+        rows = [
+            [cell.strip() for cell in line.strip("|").split("|")]
+            for line in part.split("\n\n", 1)[0].splitlines()
+        ]
+        names += [cell.strip("`") for cell in rows[0]]
+        for row in rows[2:]:
+            cells.setdefault(row[0], []).extend(row[1:])
+    return names, cells
 
 
 def said_of(rules: RuleSet) -> dict[str, str]:
     """What the page must say, by the beginning of its row."""
-    whom = "every stone" if rules.no_takeout_until else "opposition guards"
+    whom = "guards of both teams" if rules.own_guards else "opposition guards"
+    whom += " on the centre line" if rules.centre_guards_only else ""
+    whom = "every stone" if rules.no_takeout_until else whom
+    tick = "the opponent chooses" if rules.tick_choice else "all are put back"
     after = rules.ends_before_concession
     yes = {True: "yes", False: "no"}
     return {
@@ -34,7 +43,11 @@ def said_of(rules: RuleSet) -> dict[str, str]:
         "Stones on the sheet before": "one a team" if rules.placed_stones else "none",
         "Protected at first": whom,
         "… until so many": str(max(rules.free_guard_until, rules.no_takeout_until)),
+        "… from": "leaving the zone" if rules.guards_stay else "being put out",
         "No-tick": yes[rules.no_tick],
+        "… after a tick": tick if rules.no_tick else "–",
+        "A guard lies": "wholly" if rules.whole_guard else "with its centre",
+        "A stone that just touches": "is in it" if rules.touching_counts else "is not",
         "A stone that struck another": "yes" if rules.hog_line_exception else "no",
         "After a blank end": "the hammer stays" if rules.blank_keeps_hammer else "the team that",
         "Power play": "once a team" if rules.power_play else "–",
@@ -51,4 +64,5 @@ def test_the_table_is_the_rules(rules):
     column = names.index(rules.name)
     for begins, said in said_of(rules).items():
         (row,) = (cells for title, cells in rows.items() if title.startswith(begins))
-        assert row[column].startswith(said), begins
+        whole = begins in ("Protected at first", "… from", "… after a tick")
+        assert row[column] == said if whole else row[column].startswith(said), begins

@@ -23,11 +23,9 @@ from curling_env.game.rules import (
     rule_set,
     score_of,
 )
-from curling_env.game.rules.lines import Lines
 from curling_env.game.rules.scoring import hammer_after
 
 SCENARIOS = yaml.safe_load((Path(__file__).parent / "scenarios.yaml").read_text())
-LINES = Lines()
 
 
 def by_clause(kind: str) -> Any:
@@ -76,7 +74,8 @@ def test_ruling(case: dict[str, Any]) -> None:
         ),
         struck=case.get("struck", False),
     )
-    ruling = rule_on(rules_of(case), LINES, stones_of(before), team, case["stone"] - 1, result)
+    rules = rules_of(case)
+    ruling = rule_on(rules, rules.lines(), stones_of(before), team, case["stone"] - 1, result)
     assert (ruling.fault or "none") == case["ruling"]
     assert set(ruling.stones) == position(case["stays"])
     assert (ruling.option is None) == ("or_stays" not in case)
@@ -87,7 +86,7 @@ def test_ruling(case: dict[str, Any]) -> None:
 @by_clause("counting")
 def test_count(case: dict[str, Any]) -> None:
     rules = rules_of(case)
-    score = score_of(rules, LINES, stones_of(case["stones"]))
+    score = score_of(rules, rules.lines(), stones_of(case["stones"]))
     assert score == (case["home"], case["away"])
     assert (
         hammer_after(rules, Team[case["hammer"].upper()], score)
