@@ -358,8 +358,13 @@ def load_ice(source: str | Path | Ice) -> Ice:
       the observed decay of the spin, 0.02·v^(-0.6) rad/s² in all at draw weight.
     - ``fcv1``: the law of the Digital Curling competition's simulator, a point contact with
       dv/dt = -g·[0.00200985/(v + 0.06385782) + 0.00626286], a sideways acceleration of 0.0082·v^0.2
-      and dω/dt = -0.025/max(v, 0.001).
+      and dω/dt = -0.025/max(v, 0.001). Its stones lose nothing when they collide (restitution 1,
+      friction 0.2, 19.96 kg, inertia ½mR²) and its sheet is the rule book's, 45.72 × 4.75 m.
     - ``paper``: uniform Coulomb friction of 0.0019 under the paper's own stone.
+
+    `standard` and `paper` lie on the paper's sheet, 44.5 × 4.5 m in 89 × 9 cells of 0.5 m; `fcv1`
+    has 92 × 10 cells. Only its stones collide without loss. The others have a restitution of 0.85,
+    which nobody has measured.
 
     Parameters
     ----------

@@ -58,3 +58,23 @@ def test_paper_ice_stops_a_stone_where_coulomb_says() -> None:
     path = straight(load_ice("paper"), 0.9, spin=0.0)
     assert path.y + HOG_LINE_Y == pytest.approx(0.9**2 / (2 * 0.0019 * 9.80665), abs=1e-5)
     assert path.time == pytest.approx(0.9 / (0.0019 * 9.80665), abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("name", "sheet", "cells", "stone"),
+    [
+        # The paper's tables 1 and 2; the rule book's C1; Digital Curling's simulator and server.
+        ("standard", (44.5, 4.5), (89, 9), (19.1, 0.145, 0.1143, 0.2008, 0.85, 0.2)),
+        ("paper", (44.5, 4.5), (89, 9), (19.96, 0.105, 0.15, 0.110029, 0.85, 0.2)),
+        ("fcv1", (45.72, 4.75), (92, 10), (19.96, 0.145, 0.1143, 0.209830, 1.0, 0.2)),
+    ],
+)
+def test_sheets_and_stones_are_those_of_their_sources(name, sheet, cells, stone) -> None:
+    ice = load_ice(name)
+    assert (ice.sheet.length, ice.sheet.width) == sheet
+    assert ice.friction.mu.shape == cells
+    given = ice.stone
+    assert (
+        given.mass, given.radius, given.height, given.inertia, given.restitution,
+        given.stone_friction,
+    ) == pytest.approx(stone, rel=1e-5)  # fmt: skip

@@ -360,6 +360,8 @@ def integrate(
             # Centre and band come to rest together.
             both = max(math.sqrt(speed * speed + rim * rim), MIN_SPEED)
             tail = both / max((speed * rate + rim * turn) / both, 1e-6)
+            if length == 0:
+                length = _append_state(path, length, now, t, (ax, ay, at))
             way = _way_to_rest(speed, rate, tail)
             turning = _way_to_rest(rim, turn, tail)
             while count < sampling.rows.shape[0] and count * sampling.dt <= t + tail:

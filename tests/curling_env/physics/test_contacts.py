@@ -159,6 +159,16 @@ def test_frozen_stones_are_struck_together(gap, together_):
     assert batch.last[0, 1, 1] == pytest.approx(engine.stones[1].y, abs=1e-3)
 
 
+def test_a_throw_does_not_depend_on_the_throws_before_it():
+    # Stones that a contact leaves almost at rest stop within their first step.
+    ice, bounds = load_ice("standard"), play_bounds(load_ice("standard"), Direction.AWAY)
+    heaps = np.array([groups(seed, 8)[:, :2] * (1 + 1e-9) + [0.0, TEE_Y] for seed in range(40)])
+    releases = [Throw(speed=2.4 + 0.07 * k, spin=1.0, x=0.05).release() for k in range(40)]
+    forth = play_batch(ice, heaps, releases, bounds=bounds)
+    back = play_batch(ice, heaps[::-1], releases[::-1], bounds=bounds)
+    np.testing.assert_array_equal(back.last[::-1], forth.last)
+
+
 @settings(max_examples=10)
 @given(seeds)
 def test_sixteen_stones_in_a_jam_come_to_rest_alike(seed):
