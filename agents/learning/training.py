@@ -114,7 +114,9 @@ def train(
         model = new_model(env, settings)
     if begun is not None:
         _restore(model, begun, resume)
-    logs = _keep_logs(model, folder)
+    logs = folder / "logs" / f"from-{model.num_timesteps:08d}"
+    earlier_logs = logs.exists()
+    _keep_logs(model, logs)
 
     class Stretches(BaseCallback):
         """Begins each stretch, writes its checkpoint and reports the progress."""
@@ -159,7 +161,8 @@ def train(
                 model.learn(left, callback=callbacks, reset_num_timesteps=False, log_interval=8)
     except CurlingError:
         model.logger.close()
-        shutil.rmtree(logs, ignore_errors=True)  # they tell of nothing
+        if not earlier_logs:
+            shutil.rmtree(logs, ignore_errors=True)  # they tell of nothing
         raise
     model.logger.close()
     save_model(folder / "model.npz", model, settings, known)
@@ -254,13 +257,11 @@ def _observation_statistics(env: Any, seed: int) -> tuple[Any, Any]:
     return every.mean(axis=0), every.std(axis=0)
 
 
-def _keep_logs(model: Any, folder: Path) -> Path:
+def _keep_logs(model: Any, logs: Path) -> None:
     from stable_baselines3.common.logger import configure
 
     kinds = ["csv", "tensorboard"] if has_tensorboard() else ["csv"]
-    logs = make_directory(folder / "logs" / f"from-{model.num_timesteps:08d}")
-    model.set_logger(configure(str(logs), kinds))
-    return logs
+    model.set_logger(configure(str(make_directory(logs)), kinds))
 
 
 @contextmanager

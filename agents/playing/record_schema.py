@@ -13,7 +13,8 @@ from curling_env.infrastructure.schema import Short, Text, checked, within
 from curling_env.physics.engine import Status
 
 Place = Annotated[float, within(-1e3, 1e3, "m")]
-Seconds = Annotated[float, within(0.0, 1e5, "s")]
+Seconds = Annotated[float, within(0.0, 600.0, "s")]
+"""Of a delivery: the slowest stone is at rest after a minute and a half."""
 Heading = Annotated[float, within(-1e6, 1e6, "rad")]
 StoneNumber = Annotated[int, Meta(ge=0, le=63)]
 Count = Annotated[int, Meta(ge=0, le=1000)]

@@ -33,10 +33,10 @@ MAX_MEMBERS = 10_000
 """Arrays in a file."""
 
 MAX_PICTURE_BYTES = 128 * 2**20
-MAX_PICTURE_PIXELS = 50_000_000
+MAX_PICTURE_PIXELS = 36_000_000
 """Of one picture or still: an 8K picture has 33 million."""
-MAX_FRAME_PIXELS = 36_000_000
-"""Of one frame of a film: 8K has 33 million."""
+MAX_FRAME_PIXELS = 16_800_000
+"""Of one frame of a film: 5.3K has 15.9 million, and a film is looked at many frames at a time."""
 MAX_FRAMES = 2_000_000
 """Of one film: eighteen hours at 30 frames a second."""
 

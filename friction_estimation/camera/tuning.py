@@ -21,6 +21,8 @@ MAX_MISFIT = 0.02
 
 BOARD_MIN_VIEWS = 3
 """Fewer pictures of a plane do not fix focal length, principal point and distortion together."""
+BOARD_SEARCH_PX = 3_000_000
+"""Pixels of the picture in which a chessboard is searched; a larger one is made smaller for it."""
 BOARD_MIN_CORNERS = 6
 """Fewer corners of a ChArUco board are no view of it."""
 BOARD_MAX_RMS_PX = 3.0

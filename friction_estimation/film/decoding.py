@@ -64,7 +64,8 @@ def opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
                 f"{limits.MAX_FRAME_PIXELS // 10**6} million are read",
                 source=path,
             )
-        codec.options = {"max_pixels": str(limits.MAX_FRAME_PIXELS)}  # it may change on the way
+        # The size may change on the way; FFmpeg adds a margin to what it compares.
+        codec.options = {"max_pixels": str(limits.MAX_FRAME_PIXELS * 5 // 4)}
         stream.thread_type = "AUTO"
         codec.thread_count = cv2.getNumThreads()  # one setting for all that is done
         yield container, stream

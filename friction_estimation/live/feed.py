@@ -24,13 +24,15 @@ from av.error import FFmpegError
 
 from curling_env.errors import InputError
 from curling_env.typing import Image
-from friction_estimation.film.decoding import timestamp_of
+from friction_estimation.film.decoding import FORMATS, timestamp_of
 from friction_estimation.film.frame import brightness_of
 from friction_estimation.film.video import DEFAULT_FPS
 from friction_estimation.live import tuning
 
 CLOCKLESS_FORMATS = ("mpjpeg", "mjpeg")
 """Formats of streams without times: their pictures are stamped when they arrive."""
+A_FILE = {"protocol_whitelist": "file", "format_whitelist": FORMATS}
+"""For films on the disk: no playlist, and nothing that another file is named in."""
 FINEST_MPEG4 = {"qmin": "2", "qmax": "2", "g": "50"}
 """MPEG-4 at its finest step, with a key frame every 50 frames."""
 MPEG4_TICK = Fraction(1, 65535)
@@ -113,7 +115,11 @@ def open_feed(source: str) -> Feed:
     ------
     InputError : nothing can be read there
     """
-    return Webcam(int(source)) if source.isdecimal() else Stream(source)
+    if not source.isdecimal():
+        return Stream(source)
+    if len(source) > 3:
+        raise InputError("is no number of a camera; the first is 0", source=f"camera {source[:20]}")
+    return Webcam(int(source))
 
 
 class Stream:
@@ -135,7 +141,12 @@ class Stream:
             film = av.open(
                 self._address,
                 timeout=(tuning.OPEN_TIMEOUT, tuning.READ_TIMEOUT),
-                options={"rtsp_transport": "tcp", **options},
+                # A film on the disk is followed, but no file that it names.
+                options={
+                    "rtsp_transport": "tcp",
+                    **(A_FILE if _is_file(self._address) else {}),
+                    **options,
+                },
             )
         except FFmpegError as error:
             raise InputError(
@@ -174,6 +185,10 @@ class Stream:
 
     def close(self) -> None:
         self._film.close()
+
+
+def _is_file(address: str) -> bool:
+    return address.lower().startswith("file:")
 
 
 def _coded(packet: Any, shown: int, begin: int) -> Packet:

@@ -258,6 +258,15 @@ def _camera_values(camera: Camera) -> dict[str, Any]:
 
 
 def _camera(document: dict[str, Any]) -> Camera:
+    """The camera itself; a file may hold anything.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError : no camera
+    """
+    rotation = np.array(document["rotation"], dtype=np.float64).reshape(3, 3)
+    if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6):
+        raise ValueError("no rotation")
     width, height = document["image_size"]
     lens = Lens(
         matrix=np.array(document["camera_matrix"], dtype=np.float64).reshape(3, 3),
@@ -266,6 +275,6 @@ def _camera(document: dict[str, Any]) -> Camera:
     )
     return Camera(
         lens=lens,
-        rotation=np.array(document["rotation"], dtype=np.float64).reshape(3, 3),
+        rotation=rotation,
         translation=np.array(document["translation"], dtype=np.float64).reshape(3),
     )

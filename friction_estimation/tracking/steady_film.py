@@ -37,13 +37,17 @@ class SteadyFilm:
     def __init__(self, film: Film) -> None:
         self.path = film.path
         self._film = film
-        sample = film.sample(tuning.SAMPLE_FRAMES)
+        self._count = _sample_size(film.size)
+        sample = film.sample(self._count)
         self._deflicker = deflicker_for(sample)
+        # One by one, so that no frame of a large film is held twice.
         if self._deflicker is not None:
-            sample = [(t, self._deflicker.corrected(frame)) for t, frame in sample]
+            for k, (t, frame) in enumerate(sample):
+                sample[k] = t, self._deflicker.corrected(frame)
         self.stabiliser = stabiliser_for(sample, film.path)
         if self.stabiliser is not None:
-            sample = [(t, self.stabiliser.stabilised(frame)) for t, frame in sample]
+            for k, (t, frame) in enumerate(sample):
+                sample[k] = t, self.stabiliser.stabilised(frame)
         self.sample = sample
         """Times [s] and frames, spread over the whole film."""
 
@@ -68,7 +72,7 @@ class SteadyFilm:
     def sample_until(self, t: float) -> list[tuple[float, Image]]:
         """As many frames as `sample` has, between the beginning and a time [s]."""
         last = self._film.index_at(t)
-        wanted = np.linspace(0, last, tuning.SAMPLE_FRAMES).round().astype(int).tolist()
+        wanted = np.linspace(0, last, self._count).round().astype(int).tolist()
         return list(self._corrected(self._film.pick(wanted)))
 
     def _corrected(self, frames: Iterable[tuple[float, Image]]) -> Iterator[tuple[float, Image]]:
@@ -78,6 +82,12 @@ class SteadyFilm:
             if self.stabiliser is not None:
                 frame = self.stabiliser.stabilised(frame)
             yield t, frame
+
+
+def _sample_size(size: tuple[int, int]) -> int:
+    """How many frames of a film are looked at before the stone is followed."""
+    fitting = tuning.SAMPLE_BYTES // max(3 * size[0] * size[1], 1)
+    return min(tuning.SAMPLE_FRAMES, max(fitting, tuning.LEAST_SAMPLE))
 
 
 def empty_ice(film: SteadyFilm, scene: Scene) -> Background:

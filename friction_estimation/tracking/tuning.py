@@ -12,6 +12,10 @@ import numpy as np
 
 SAMPLE_FRAMES = 40
 """Number of frames, spread over the film, in which the stone is first looked for."""
+SAMPLE_BYTES = 375_000_000
+"""Memory of these frames: fifteen of a 4K film, forty of one of 1080 rows."""
+LEAST_SAMPLE = 7
+"""As many are looked at of a film of any size."""
 BACKGROUND_FRAMES = 15
 """Number of these frames whose median is the empty ice."""
 KNOWN_LENS_MARGIN_PX = 12

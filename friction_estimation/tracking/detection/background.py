@@ -28,18 +28,18 @@ class Background:
     Parameters
     ----------
     origin_px : column and row of the part's upper left pixel in a frame
-    image : (rows, columns, 3) BGR, finer than whole grey levels
+    image : (rows, columns, 3) BGR, finer than whole grey levels where it is the mean of frames
     noise : standard deviation of an uncovered pixel, of 255 grey levels
     """
 
     origin_px: tuple[int, int]
-    image: NDArray[np.float32]
+    image: NDArray[np.float32] | Image
     noise: float
 
     @cached_property
     def flat(self) -> Image:
         """The image in whole grey levels."""
-        return self.image.astype(np.uint8)
+        return self.image.astype(np.uint8, copy=False)
 
     @cached_property
     def channels(self) -> Floats:
@@ -108,7 +108,7 @@ def find_background(frames: Sequence[Image], region: tuple[slice, slice]) -> Bac
     frames : whole BGR frames, spread over the film
     region : rows and columns of the part that is kept
     """
-    parts = np.stack([frame[region] for frame in frames])
+    parts = [frame[region] for frame in frames]
     middle = median_picture(parts)
     thinned = [cv2.absdiff(part[::3, ::3], middle[::3, ::3]) for part in parts]
     spread = [float(np.median(_strongest(difference))) for difference in thinned]
@@ -132,12 +132,12 @@ def _strongest(difference: Image) -> Image:
     return cv2.max(cv2.max(blue, green), red)
 
 
-def median_picture(parts: NDArray[np.uint8]) -> Image:
-    """The median of pictures (n, rows, columns, 3) at every pixel; the upper of the middle two."""
-    middle = np.empty(parts.shape[1:], dtype=np.uint8)
+def median_picture(parts: Sequence[Image]) -> Image:
+    """The median of pictures (rows, columns, 3) at every pixel; the upper of the middle two."""
+    middle = np.empty(parts[0].shape, dtype=np.uint8)
     rows = 16  # a strip that stays in the processor's cache
-    for row in range(0, parts.shape[1], rows):
-        middle[row : row + rows] = _middle(list(parts[:, row : row + rows].copy()))
+    for row in range(0, len(middle), rows):
+        middle[row : row + rows] = _middle([part[row : row + rows].copy() for part in parts])
     return middle
 
 
@@ -223,12 +223,13 @@ def _blob(
         )
         if len(part_stats) > 1:
             own = parts == 1 + int(np.argmax(part_stats[1:, 4]))
-    rows, columns = np.nonzero(own)
-    px = np.column_stack([columns, rows]) + np.array([left, top]) + origin
+    # Its sides alone: a blob may be as large as the picture.
+    columns, rows = (np.flatnonzero(own.any(axis=axis)) for axis in (0, 1))
+    low, high = ((left + columns[k], top + rows[k]) for k in (0, -1))
     return Blob(
-        low_px=px.min(axis=0),
-        high_px=px.max(axis=0),
-        area_px=float(len(rows)),
+        low_px=origin + np.array(low),
+        high_px=origin + np.array(high),
+        area_px=float(np.count_nonzero(own)),
         whole_px=np.array([width, height], dtype=np.float64),
         darker=bool((frame[box][own].mean(axis=0) < flat[box][own].mean(axis=0)).any()),
     )

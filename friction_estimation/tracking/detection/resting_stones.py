@@ -117,7 +117,7 @@ def find_resting_stones(
         [f[background.slices] for f in part]
         for part in (frames[: tuning.END_FRAMES], frames[-tuning.END_FRAMES :])
     ]
-    pictures = [median_picture(np.stack(part)) for part in cuts]
+    pictures = [median_picture(part) for part in cuts]
     pictures.insert(1, np.clip(np.rint(background.image), 0, 255).astype(np.uint8))
     candidates = [
         find_stone_candidates(picture, background, camera, appearance.model, sheet)

@@ -67,7 +67,7 @@ def find_stones_in_image(
     apart = cv2.absdiff(picture, empty).max(axis=2)
     ice = Background(
         origin_px=(0, 0),
-        image=empty.astype(np.float32),
+        image=empty,
         noise=max(1.0, 1.4826 * float(np.median(apart))),
     )
     found = [

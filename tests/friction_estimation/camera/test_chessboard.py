@@ -11,6 +11,7 @@ import pytest
 
 from curling_env.commands.cli import main
 from curling_env.errors import InputError
+from friction_estimation.camera import chessboard
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.chessboard import Board, calibrate_lens, find_board
 from friction_estimation.camera.pose import camera_from_scene
@@ -70,6 +71,18 @@ def picture(camera, board, rng):
     seen = cv2.remap(cv2.GaussianBlur(flat, (0, 0), 2), at, None, cv2.INTER_LINEAR, borderValue=200)
     seen = cv2.resize(seen, SIZE, interpolation=cv2.INTER_AREA).astype(np.float64)
     return np.clip(seen + rng.normal(0, 1.5, seen.shape), 0, 255).astype(np.uint8)
+
+
+def test_a_large_picture_is_searched_in_a_smaller_one(monkeypatch):
+    monkeypatch.setattr(chessboard, "BOARD_SEARCH_PX", SIZE[0] * SIZE[1] // 5)
+    rng = np.random.default_rng(6)
+    for camera in views(3):
+        board, px = chessboard.find_board(picture(camera, CHESS, rng), CHESS)
+        middle = np.array([CHESS.columns / 2 - 1, CHESS.rows / 2 - 1]) * CHESS.square
+        # The board may be found from either end, and its rows go down the picture.
+        flat = np.column_stack([board[:, 0] - middle[0], middle[1] - board[:, 1], 0 * board[:, 0]])
+        misses = [np.hypot(*(camera.project(side * flat) - px).T) for side in (1.0, -1.0)]
+        assert min(miss.max() for miss in misses) < 0.2
 
 
 def written(folder, board):
