@@ -317,7 +317,8 @@ def play_batch(
 
     Raises
     ------
-    InputError : shapes that do not fit, more than sixteen stones, stones that overlap
+    InputError : shapes that do not fit, more than sixteen stones, stones outside the bounds or that
+        overlap, a release that is not finite or within a stone
     """
     rows = _as_rows(releases)
     stones = np.ascontiguousarray(stones, dtype=np.float64)
@@ -327,12 +328,14 @@ def play_batch(
     k = stones.shape[1]
     if k + 1 > MOST_STONES:
         raise InputError(f"a position holds at most {MOST_STONES} stones, got {k} and the thrown")
+    limits = edge_bounds(ice) if bounds is None else bounds
+    _refuse_nowhere(stones, limits)
     _refuse_overlaps(stones, ice.stone.radius)
+    _refuse_releases_in_stones(rows, stones, ice.stone.radius)
     law, contact = compile_law(ice), contact_law(ice.stone)
     names = np.zeros(k + 1)
     if identity is not None:
         names[:k] = identity
-    limits = edge_bounds(ice) if bounds is None else bounds
     after, last, theta = (np.empty((n, k + 1, *pair)) for pair in ((2,), (2,), ()))
     time, collisions = np.empty(n), np.empty(n, dtype=np.int32)
 
@@ -350,6 +353,33 @@ def play_batch(
 
     _share(play_some, n, workers)
     return Positions(xy=after, last=last, theta=theta, time=time, collisions=collisions)
+
+
+def _refuse_nowhere(stones: Floats, limits: Floats) -> None:
+    """Refuse places that are none; NaN twice stands for no stone."""
+    absent = np.isnan(stones).all(axis=2)
+    low, high = np.asarray(limits, dtype=np.float64).reshape(2, 2).T
+    somewhere = ((stones >= low) & (stones <= high)).all(axis=2)
+    nowhere = np.argwhere(~(absent | somewhere))
+    if len(nowhere):
+        position, stone = (int(index) for index in nowhere[0])
+        x, y = (float(value) for value in stones[position, stone])
+        raise InputError(
+            f"stone {stone} lies at ({x:g}, {y:g}) m, outside the bounds of the ice; a position "
+            "without it has NaN twice",
+            where=f"position {position}",
+        )
+
+
+def _refuse_releases_in_stones(rows: Floats, stones: Floats, radius: float) -> None:
+    gaps = np.hypot(stones[..., 0] - rows[:, _X, None], stones[..., 1] - rows[:, _Y, None])
+    within = np.argwhere(gaps < 2 * radius - OVERLAP_ALLOWED)
+    if len(within):
+        position, stone = (int(index) for index in within[0])
+        raise InputError(
+            f"the stone is released {gaps[position, stone]:.3f} m from stone {stone}, within it",
+            where=f"position {position}",
+        )
 
 
 def _refuse_overlaps(stones: Floats, radius: float) -> None:

@@ -107,6 +107,12 @@ def test_releases_that_are_none_are_refused() -> None:
     overlapping = np.array([[[0.0, 17.0], [0.1, 17.0]]])
     with pytest.raises(InputError, match="stones 0 and 1 overlap"):
         play_batch(load_ice("paper"), overlapping, table[:1])
+    for place in ([0.0, 40.0], [np.inf, 0.0], [0.0, np.nan], [-1e308, 0.0]):
+        with pytest.raises(InputError, match="outside the bounds"):
+            play_batch(load_ice("paper"), np.array([[place]]), table[:1])
+    beside = np.array([[[table["x"][0] + 0.1, table["y"][0]]]])
+    with pytest.raises(InputError, match="within it"):
+        play_batch(load_ice("paper"), beside, table[:1])
 
 
 def test_a_head_on_hit_follows_the_textbook() -> None:
