@@ -87,6 +87,8 @@ def _single(value: float) -> float:
 def _slow(law: Law, work: StepWorkspace, s: Any, dt: float) -> None:
     """Advance velocity and spin by one step, each operation rounded as the server's."""
     vx, vy, spin = s[State.VX], s[State.VY], s[State.OMEGA]
+    if vx == 0.0 and vy == 0.0 and spin == 0.0:
+        return
     speed = _single(math.sqrt(_single(_single(vx * vx) + _single(vy * vy))))
     ax, ay, turn = accelerate(
         law, work.motion, work.push, work.terms, s[State.X], s[State.Y], vx, vy, spin

@@ -69,8 +69,9 @@ def transition(
                                              "rotation": "ccw"}, is_ready["game"])
     """
     before = checked(state, StateMessage, inside="state")
-    told = checked(setting.get("setting", setting) or {}, SettingMessage, inside="setting")
-    simulator = checked(setting.get("simulator") or {}, SimulatorMessage, inside="simulator")
+    game = checked(setting or {}, dict[str, Any], inside="setting")
+    told = checked(game.get("setting", game) or {}, SettingMessage, inside="setting")
+    simulator = checked(game.get("simulator") or {}, SimulatorMessage, inside="simulator")
     play = checked(move, cast("type[Move]", Move), inside="move")
     if before.game_result is not None or before.hammer is None:
         raise InputError("the game is over", where="state")

@@ -298,7 +298,13 @@ def test_the_state_given_is_left_alone_and_unknown_fields_are_kept() -> None:
 
 def test_a_setting_alone_is_enough_and_what_it_lacks_is_the_servers() -> None:
     assert transition(state(), DRAW, GAME["setting"]) == transition(state(), DRAW, GAME)
-    assert transition(state(), DRAW, {}) == transition(state(), DRAW, GAME)
+    for told in ({}, {"setting": False, "simulator": None}):
+        assert transition(state(), DRAW, told) == transition(state(), DRAW, GAME)
+
+
+def test_a_setting_that_is_none_is_refused() -> None:
+    with pytest.raises(InputError, match="setting: expected an object"):
+        transition(state(), DRAW, [1])  # pyright: ignore[reportArgumentType]
 
 
 @pytest.mark.parametrize(
