@@ -30,7 +30,12 @@ PlayerOption = Annotated[
     ),
 ]
 RulesOption = Annotated[
-    str, typer.Option(help="world_curling_2024, mixed_doubles_2024 or digital_curling.")
+    str,
+    typer.Option(
+        help="world_curling_2024, mixed_doubles_2024, digital_curling, or Digital Curling 4 as "
+        "digital_curling_4, digital_curling_4_no_tick, dc4_server, dc4_server_no_tick or "
+        "dc4_server_mixed_doubles."
+    ),
 ]
 SkillOption = Annotated[
     str, typer.Option(help="Execution error of both players: none, elite, champion or club.")
