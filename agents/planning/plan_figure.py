@@ -14,7 +14,6 @@ from scipy.ndimage import gaussian_filter
 from agents.planning.description import seconds_per_speed
 from agents.planning.planned_throw import Plan, PlannedThrow
 from curling_env.ice import Ice
-from curling_env.infrastructure.storage import atomic_path
 from curling_env.physics.one_stone.slide import SlideEnd, play_bounds, slide
 from curling_env.render import figures
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
@@ -54,8 +53,7 @@ def draw_plan(ice: Ice, plan: Plan, path: str | Path, units: Units = Units.METRE
     if not exact:
         _draw_forgiveness(figure.add_subplot(grid[2, 1]), ice, plan, units)
     figure.suptitle(_title(plan, units), fontsize=14, fontweight="bold", color=figures.PATH_COLOUR)
-    with atomic_path(path) as draft:
-        figure.savefig(draft)
+    figures.save_figure(figure, path, dpi=120)
 
 
 def _title(plan: Plan, units: Units) -> str:

@@ -10,6 +10,7 @@ Films and windows need many pictures a second: they are drawn by `renderer`.
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,8 +34,6 @@ from curling_env.typing import Floats
 from curling_env.units import FOOT, Units
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from matplotlib.axes import Axes
 
 Projection = Callable[[ArrayLike], Floats]
@@ -242,7 +241,14 @@ def plain_axes(ax: Axes) -> None:
     ax.set_axisbelow(True)
 
 
-def save_figure(figure: Figure, path: Path) -> None:
-    """Write a figure to a file, completely or not at all."""
+def save_figure(figure: Figure, path: str | Path, *, dpi: int = 150) -> None:
+    """Write a figure to a file, completely or not at all; as PNG where its name says nothing else.
+
+    Raises
+    ------
+    OutputError : see `atomic_path`
+    """
+    named = Path(path).suffix.lower().removeprefix(".")
+    kind = named if named in figure.canvas.get_supported_filetypes() else "png"
     with atomic_path(path) as draft:
-        figure.savefig(draft, dpi=150)
+        figure.savefig(draft, dpi=dpi, format=kind)

@@ -58,9 +58,11 @@ class Board:
 
     def __post_init__(self) -> None:
         sides = sorted((self.columns, self.rows))
-        if sides[0] < 3 or sides[1] < 4 or sides[1] > 100:
+        least = 4 if self.kind == "chessboard" else 3
+        if sides[0] < least or sides[1] < 4 or sides[1] > 100:
             raise InputError(
-                f"a board has 4 × 3 to 100 × 100 squares, got {self.columns} × {self.rows}",
+                f"a {self.kind} has 4 × {least} to 100 × 100 squares, got {self.columns} × "
+                f"{self.rows}",
                 source="squares",
             )
         if not 1e-4 <= self.square <= 10:

@@ -60,7 +60,7 @@ def throws(
     )
     from friction_estimation.tracks.throw_table import throw_table
 
-    if output is not None and output.resolve() == tracks.with_name(THROW_LIST).resolve():
+    if output is not None and output.resolve() == (tracks.parent / THROW_LIST).resolve():
         raise InputError(
             "is where notes of the throws stand; name the table otherwise", source=output
         )

@@ -54,7 +54,7 @@ def throws_beside(tracks: str | Path) -> Mapping[int, ThrowNote]:
     ------
     InputError : a table that cannot be read, that has none of its columns, or a throw given twice
     """
-    path = Path(tracks).with_name(THROW_LIST)
+    path = Path(tracks).parent / THROW_LIST
     if not path.exists():
         return NO_NOTES
     table = read_table(path, required=(), optional=("throw", *NOTED))
