@@ -4,10 +4,11 @@ Stones that touch and do not part form a group. When two of a group close on eac
 contacts of the group are solved together: those that close part with their restitution, those that
 only touch do not close, no push pulls, and friction at the rims acts against the slip, at most in
 proportion to the push. These are Newton's restitution and Coulomb's friction as constraints on the
-velocities. The batch engine solves them here, by Gauss-Seidel sweeps; `engine` has pymunk solve the
-same contacts, so that each checks the other. Both impulses of a contact act at one point, so that
-momentum and angular momentum are kept. Should friction and restitution of several contacts add
-energy together, all impulses are scaled down to where they do not.
+velocities. The batch engine solves them here, by Gauss-Seidel sweeps; the other engine has pymunk
+solve the same contacts (`pymunk_contacts`), so that each checks the other. Both impulses of a
+contact act at one point, so that momentum and angular momentum are kept. Should friction and
+restitution of several contacts add energy together, all impulses are scaled down to where they do
+not.
 
 Impulses are per mass. A push acts along the line of centres, a rub along the rims.
 

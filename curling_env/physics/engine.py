@@ -7,10 +7,6 @@ which law they part, is said in `contacts`; a pymunk space of the stones that to
 together in a step of no length, and hands back the velocities. It never moves anything.
 """
 
-# pymunk's stubs leave vectors partly untyped; this is the one file that talks to it.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-# pyright: reportUnknownArgumentType=false
-
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -20,20 +16,10 @@ from math import isfinite
 from typing import Any
 
 import numpy as np
-import pymunk
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.contacts import (
-    ContactLaw,
-    Contacts,
-    Entry,
-    add_no_energy,
-    contact_law,
-    find_contacts,
-    new_contacts,
-    set_apart,
-)
+from curling_env.physics.contacts import contact_law, new_contacts
 from curling_env.physics.effects.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.law import compile_law
 from curling_env.physics.many_stones.common_steps import (
@@ -45,7 +31,6 @@ from curling_env.physics.many_stones.common_steps import (
 )
 from curling_env.physics.many_stones.tuning import (
     APPROACH,
-    ITERATIONS,
     MAX_CONTACTS,
     OVERLAP_ALLOWED,
 )
@@ -59,12 +44,13 @@ from curling_env.physics.one_stone.slide import (
 )
 from curling_env.physics.one_stone.step import new_workspace
 from curling_env.physics.one_stone.tuning import FINE_TOLERANCE, MAX_TIME
+from curling_env.physics.pymunk_contacts import resolve_contacts
 from curling_env.physics.state import State
 from curling_env.physics.tuning import MAX_ROUNDS
 from curling_env.sheet import HOG_LINE_Y, Direction
 from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Floats, Integers
+from curling_env.typing import Floats
 
 _MOTION = [State.VX, State.VY, State.OMEGA]
 _PLACE = [State.X, State.Y, State.THETA]
@@ -352,74 +338,6 @@ class Engine:
                     f"two stones cannot lie in one place: ({x[i]:g}, {y[i]:g}) and "
                     f"({x[j]:g}, {y[j]:g}) m"
                 )
-
-
-def resolve_contacts(
-    law: ContactLaw, states: Floats, phases: Integers, contacts: Contacts
-) -> list[tuple[int, int, float]]:
-    """Let pymunk solve the contacts of touching stones, as `solve_contacts` does.
-
-    Parameters
-    ----------
-    law : how stones push each other
-    states : (n, 6) as in `State`
-    phases : (n,) `Phase` of each
-    contacts : room for their contacts
-
-    Returns
-    -------
-    the pairs of stones that pushed each other, and their closing speeds before [m/s]
-    """
-    count = find_contacts(law, states, phases, contacts)
-    if count == 0:
-        return []
-    rows = contacts.order[:count]
-    found = {
-        frozenset(pair): row
-        for pair, row in zip(contacts.pairs[rows].tolist(), contacts.table[rows], strict=True)
-    }
-    space = pymunk.Space()
-    space.iterations = 1 if count == 1 else ITERATIONS * count
-    bodies: dict[pymunk.Body, int] = {}
-    for k in dict.fromkeys(contacts.pairs[rows].ravel().tolist()):
-        x, y, vx, vy, theta, omega = states[k].tolist()
-        body = pymunk.Body(1.0, 1.0 / law.turning)
-        body.position, body.velocity = (x, y), (vx, vy)
-        body.angle, body.angular_velocity = theta, omega
-        # As much larger as touching stones may be apart.
-        space.add(body, pymunk.Circle(body, 0.5 * (law.reach + law.touching)))
-        bodies[body] = k
-    pushed: list[tuple[int, int, float]] = []
-
-    def prepare(arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: Any) -> None:
-        a, b = arbiter.bodies
-        row = found.get(frozenset((bodies[a], bodies[b])))
-        if row is None:  # they touch, but part
-            arbiter.process_collision = False
-            return
-        arbiter.restitution = law.restitution if row[Entry.CLOSING] > 0.0 else 0.0
-        arbiter.friction = law.friction
-        # Both impulses act at one point, or angular momentum would not be kept.
-        points = arbiter.contact_point_set
-        middle = 0.5 * (a.position + b.position)
-        points.points[0].point_a = points.points[0].point_b = middle
-        arbiter.contact_point_set = points
-
-    def note(arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: Any) -> None:
-        first, second = sorted(bodies[body] for body in arbiter.bodies)
-        row = found.get(frozenset((first, second)))
-        if row is not None and arbiter.total_impulse.length > 0.0:
-            pushed.append((first, second, max(float(row[Entry.CLOSING]), 0.0)))
-
-    space.on_collision(pre_solve=prepare, post_solve=note)
-    space.step(1e-15)  # too short for a stone to move
-    contacts.before[:] = states
-    for body, k in bodies.items():
-        states[k, [State.VX, State.VY]] = body.velocity
-        states[k, State.OMEGA] = body.angular_velocity
-    add_no_energy(law, contacts.before, states)
-    set_apart(law, states, contacts, count)
-    return pushed
 
 
 def _status(state: StoneState, phase: int, bounds: Floats) -> Status:

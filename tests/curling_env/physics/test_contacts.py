@@ -18,9 +18,10 @@ from curling_env.physics.contacts import (
     new_contacts,
     solve_contacts,
 )
-from curling_env.physics.engine import Engine, StoneState, resolve_contacts
+from curling_env.physics.engine import Engine, StoneState
 from curling_env.physics.one_stone.slide import play_bounds
 from curling_env.physics.one_stone.tuning import FINE_TOLERANCE
+from curling_env.physics.pymunk_contacts import resolve_contacts
 from curling_env.physics.tuning import TOUCHING
 from curling_env.sheet import RULE_BOOK_STONE, TEE_Y, Direction, Stone
 from curling_env.throw import Throw
