@@ -79,6 +79,11 @@ def _add_stone(
     return body
 
 
+def _by_place(states: Floats, stones: list[int]) -> list[int]:
+    """The stones in an order that does not depend on how they are numbered."""
+    return sorted(set(stones), key=lambda k: (states[k, State.Y], states[k, State.X]))
+
+
 def _take_back(states: Floats, k: int, body: pymunk.Body) -> None:
     states[k, [State.VX, State.VY]] = body.velocity
     states[k, State.OMEGA] = body.angular_velocity
@@ -87,7 +92,7 @@ def _take_back(states: Floats, k: int, body: pymunk.Body) -> None:
 def _resolve_one(law: ContactLaw, states: Floats, contacts: Contacts) -> Push:
     """One contact: circles that reach its point push each other there, whatever the gap."""
     row = int(contacts.order[0])
-    pair = contacts.pairs[row].tolist()
+    pair = _by_place(states, contacts.pairs[row].tolist())
     entry = contacts.table[row]
     space = pymunk.Space()
     space.iterations = 1
@@ -96,7 +101,7 @@ def _resolve_one(law: ContactLaw, states: Floats, contacts: Contacts) -> Push:
     space.step(NO_TIME)
     for k, body in zip(pair, bodies, strict=True):
         _take_back(states, k, body)
-    return pair[0], pair[1], float(entry[Entry.CLOSING])
+    return min(pair), max(pair), float(entry[Entry.CLOSING])
 
 
 def _resolve_many(law: ContactLaw, states: Floats, contacts: Contacts, count: int) -> list[Push]:
@@ -109,7 +114,7 @@ def _resolve_many(law: ContactLaw, states: Floats, contacts: Contacts, count: in
     space = pymunk.Space()
     space.iterations = ITERATIONS * count
     bodies: dict[Any, int] = {}
-    for k in dict.fromkeys(contacts.pairs[rows].ravel().tolist()):
+    for k in _by_place(states, contacts.pairs[rows].ravel().tolist()):
         # As much larger as touching stones may be apart.
         bodies[_add_stone(space, law, states[k].tolist(), 0.5 * (law.reach + law.touching))] = k
     pushes: list[Push] = []

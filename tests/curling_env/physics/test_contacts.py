@@ -185,6 +185,26 @@ def test_engine_and_batch_leave_the_stones_alike(seed, size, frozen):
     assert off < max(1e-3, 1e-4 * magnified)
 
 
+@settings(max_examples=30)
+@given(seeds, st.integers(2, 8))
+def test_a_shot_does_not_depend_on_the_numbers_of_the_stones(seed, size):
+    rng = np.random.default_rng(seed)
+    ice = load_ice("standard")
+    heap = groups(seed, size)[:, :2] * (1 + 1e-9)
+    heap = heap[np.hypot(*heap.T) < 1.2] + [0.0, TEE_Y - 0.5]
+    order = rng.permutation(len(heap))
+    release = Throw(speed=rng.uniform(2.3, 4), spin=1.0, x=rng.uniform(-0.2, 0.2)).release()
+    ends = []
+    for lying in (heap, heap[order]):
+        engine = Engine(ice).play(release, [StoneState(x=x, y=y) for x, y in lying.tolist()])
+        places = np.array([(stone.x, stone.y) for stone in engine.stones])
+        bounds = play_bounds(ice, Direction.AWAY)
+        ends.append((places, play_batch(ice, lying[None], [release], bounds=bounds).last[0]))
+    for first, second in zip(*ends, strict=True):
+        np.testing.assert_array_equal(first[:-1][order], second[:-1])
+        np.testing.assert_array_equal(first[-1], second[-1])
+
+
 def test_a_throw_does_not_depend_on_the_throws_before_it():
     # Stones that a contact leaves almost at rest stop within their first step.
     ice, bounds = load_ice("standard"), play_bounds(load_ice("standard"), Direction.AWAY)
