@@ -11,6 +11,7 @@ a thousandth of a millimetre.
 from __future__ import annotations
 
 import argparse
+import time
 
 import numpy as np
 
@@ -83,6 +84,45 @@ def furthest(a: Floats, b: Floats) -> Floats:
     return np.nanmax(apart, axis=1)
 
 
+def heap(rng: np.random.Generator, size: int, radius: float) -> Floats:
+    """Stones over the tee that touch each other, in a chain or on a lattice, (size, 2)."""
+    lattice = rng.random() < 0.5
+    stones = np.zeros((1, 2))
+    while len(stones) < size:
+        turn = np.pi / 3 * rng.integers(6) if lattice else rng.uniform(0, 2 * np.pi)
+        onto = stones[int(rng.integers(len(stones)))]
+        place = onto + 2 * radius * np.array([np.cos(turn), np.sin(turn)])
+        if np.hypot(*(stones - place).T).min() > 2 * radius - 1e-9:
+            stones = np.vstack([stones, place])
+    return stones * (1 + 1e-9) + [0.0, TEE_Y] - stones.mean(0)
+
+
+def heaps(ice: Ice, seed: int, shots: int) -> None:
+    """Hard shots at heaps: whether all come to rest, apart, and how long that takes."""
+    bounds = play_bounds(ice, Direction.AWAY)
+    reach = 2 * ice.stone.radius
+    print()
+    print(f"{'shots at touching stones':<34} shots  no rest  overlap mm  ms each")
+    for size in (3, 6, 10, 15):
+        rng = np.random.default_rng(seed)
+        stones = np.array([heap(rng, size, ice.stone.radius) for _ in range(shots)])
+        beyond = (np.abs(stones[:, :, 0]) > bounds[1] - 0.01) | (stones[:, :, 1] > bounds[3] - 0.01)
+        stones[beyond] = np.nan
+        releases = [
+            Throw(speed=rng.uniform(2.3, 5.5), spin=1.0, x=rng.uniform(-0.3, 0.3)).release()
+            for _ in range(shots)
+        ]
+        play_batch(ice, stones[:1], releases[:1], bounds=bounds)  # compiles
+        begun = time.process_time()
+        after = play_batch(ice, stones, releases, bounds=bounds)
+        spent = 1e3 * (time.process_time() - begun) / shots
+        apart = np.hypot(*np.moveaxis(after.xy[:, :, None] - after.xy[:, None], -1, 0))
+        apart[:, np.arange(size + 1), np.arange(size + 1)] = np.nan
+        overlap = 1e3 * (reach - np.nanmin(apart))
+        never = int((after.collisions < 0).sum())
+        print(f"{size:<34}{shots:>6}{never:>9}{overlap:>12.3f}{spent:>9.3f}")
+
+
 def line(name: str, off: Floats) -> str:
     figures = [np.median(off), *np.percentile(off, (90, 99)), off.max(), 100 * (off > 20).mean()]
     return f"{name:<44}{len(off):>6}" + "".join(f"{figure:>10.3g}" for figure in figures)
@@ -116,6 +156,7 @@ def main() -> None:
                 if some.any():
                     print(line(f"  {number}", furthest(engine, places)[some]))
         print(line(f"{kind}: batch, stones nudged by 1 µm", furthest(fine, nudged)))
+    heaps(ice, chosen.seed, chosen.shots)
 
 
 if __name__ == "__main__":
