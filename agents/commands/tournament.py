@@ -25,7 +25,9 @@ def tournament(
             "files of models of `curling train`.",
         ),
     ],
-    games: Annotated[int, typer.Option(min=1, help="Games between every two players.")] = 20,
+    games: Annotated[
+        int, typer.Option(min=1, max=100_000, help="Games between every two players.")
+    ] = 20,
     ends: Annotated[
         int | None, typer.Option(min=1, help="Ends of a game; by default the number of the rules.")
     ] = 8,

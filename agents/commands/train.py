@@ -53,7 +53,9 @@ def train(
             help="Learn with RLlib on N workers, on the Ray cluster or on this machine.",
         ),
     ] = None,
-    targets: Annotated[int, typer.Option(min=1, help="Number of draws in the evaluation.")] = 50,
+    targets: Annotated[
+        int, typer.Option(min=1, max=100_000, help="Number of draws in the evaluation.")
+    ] = 50,
     seed: Annotated[
         int | None,
         typer.Option(min=0, help="Seed of all randomness; by default as configured."),

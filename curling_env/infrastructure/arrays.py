@@ -24,6 +24,9 @@ from curling_env.infrastructure.writing import atomic_path
 
 _METHODS = frozenset({zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED})
 _ENCRYPTED = 0x1
+_CHUNK = 2**20
+_LONGEST_HEADER = 2**17
+"""NumPy itself reads no longer ones."""
 _KINDS = "biufU"
 """Yes and no, numbers, text: neither complex numbers nor Python objects."""
 
@@ -51,7 +54,7 @@ def read_arrays(
             for member in members:
                 name = member.filename.removesuffix(".npy")
                 if only is None or name in only:
-                    found[name] = _array(archive.read(member), member.file_size)
+                    found[name] = _array(_unpacked(archive, member))
             return found
     except InputError as error:
         if error.source is not None:
@@ -88,11 +91,24 @@ def _check(members: list[zipfile.ZipInfo], path: str | Path) -> None:
             raise InputError("is encrypted or compressed in a way that is not read", source=path)
 
 
-def _array(content: bytes, claimed: int) -> NDArray[Any]:
-    """One array, after comparing what its header claims with what there is."""
-    if len(content) != claimed:
+def _unpacked(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> bytearray:
+    """The bytes of a member, which are held once; its checksum is right."""
+    content = bytearray(member.file_size)
+    at, place = 0, memoryview(content)
+    with archive.open(member) as packed:
+        while part := packed.read(min(_CHUNK, len(content) - at) or 1):
+            if at + len(part) > len(content):
+                raise InputError("an array is longer than it claims")
+            place[at : at + len(part)] = part
+            at += len(part)
+    if at != len(content):
         raise InputError("an array is shorter than it claims")
-    file = io.BytesIO(content)
+    return content
+
+
+def _array(content: bytearray) -> NDArray[Any]:
+    """One array in its bytes, after comparing what its header claims with what there is."""
+    file = io.BytesIO(memoryview(content)[:_LONGEST_HEADER])
     version = npy_format.read_magic(file)
     if version not in ((1, 0), (2, 0)):
         raise InputError(f"an array is of NumPy's format {version}")
@@ -101,12 +117,14 @@ def _array(content: bytes, claimed: int) -> NDArray[Any]:
         if version == (1, 0)
         else (npy_format.read_array_header_2_0)
     )
-    shape, _, dtype = read(file)
+    shape, by_column, dtype = read(file)
     if dtype.kind not in _KINDS:
         raise InputError(f"an array holds {dtype}, neither numbers nor text")
-    if any(length < 0 for length in shape) or (
-        math.prod(shape) * dtype.itemsize != len(content) - file.tell()
-    ):
+    begin, count = file.tell(), math.prod(shape)
+    if any(length < 0 for length in shape) or count * dtype.itemsize != len(content) - begin:
         raise InputError("an array is not of the size that it claims")
-    file.seek(0)
-    return np.asarray(npy_format.read_array(file, allow_pickle=False))
+    if not count or not dtype.itemsize:
+        return np.zeros(shape, dtype)
+    found = np.frombuffer(content, dtype, count=count, offset=begin)
+    found = found if found.flags.aligned else found.copy()
+    return found.reshape(shape, order="F" if by_column else "C")

@@ -47,15 +47,16 @@ def load_plugin(
     module, colon, attribute = name.partition(":")
     names = ", ".join(sorted({*declared, *built_in}))
     if name not in declared and not (colon and module and attribute):
-        raise InputError(f"no {kind} is named {name!r}; there are {names}, or give {form}")
+        raise InputError(f"no {kind} is named {name[:60]!r}; there are {names}, or give {form}")
     try:
         if name in declared:
             return declared[name].load()
         _let_the_current_folder_be_imported()
         return getattr(importlib.import_module(module), attribute)
-    except (ImportError, AttributeError, ValueError) as error:
+    except Exception as error:  # whatever a stranger's module may do
         raise InputError(
-            f"the {kind} {name!r} cannot be loaded: {error} (known by name are {names})"
+            f"the {kind} {name[:60]!r} cannot be loaded: {str(error)[:120]} (known by name are "
+            f"{names})"
         ) from error
 
 
