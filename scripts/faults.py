@@ -84,6 +84,7 @@ def try_faults(kills: int, sizes: int, rng: random.Random) -> dict[str, Any]:
             if not name.startswith("f.mp4.")
         }
         for words in COMMANDS:
+            print(f"{len(unclean)} unclean; next: {' '.join(words)}", file=sys.stderr, flush=True)
             for _ in range(kills):
                 counts["kills"] += 1
                 unclean += _killed(words, files, Path(place), rng)

@@ -37,7 +37,7 @@ class SteadyFilm:
     def __init__(self, film: Film) -> None:
         self.path = film.path
         self._film = film
-        self._count = _sample_size(film.size)
+        self._count = sample_size(film.size)
         sample = film.sample(self._count)
         self._deflicker = deflicker_for(sample)
         # One by one, so that no frame of a large film is held twice.
@@ -84,7 +84,7 @@ class SteadyFilm:
             yield t, frame
 
 
-def _sample_size(size: tuple[int, int]) -> int:
+def sample_size(size: tuple[int, int]) -> int:
     """How many frames of a film are looked at before the stone is followed."""
     fitting = tuning.SAMPLE_BYTES // max(3 * size[0] * size[1], 1)
     return min(tuning.SAMPLE_FRAMES, max(fitting, tuning.LEAST_SAMPLE))

@@ -7,6 +7,7 @@ import json
 import os
 import random
 import shutil
+import sys
 import tempfile
 import time
 from collections import Counter
@@ -91,6 +92,10 @@ def fuzz(
                     worst[what] = (value, name)
             if ended.faults:
                 unclean.append(_kept(keep, len(unclean), name, words, files, ended))
+                print(json.dumps(unclean[-1]), file=sys.stderr, flush=True)
+            if sum(counts.values()) % 100 == 0:
+                told = f"{sum(counts.values())} inputs, {len(unclean)} unclean"
+                print(told, file=sys.stderr, flush=True)
     finally:
         shutil.rmtree(place, ignore_errors=True)
     return {

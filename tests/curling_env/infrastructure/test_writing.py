@@ -117,6 +117,16 @@ def test_a_process_killed_between_two_names_is_completed_by_the_next(
     assert {(tmp_path / name).read_text() for name in names(tmp_path)} == {"new"}
 
 
+def test_what_is_kept_for_a_repetition_appears_at_once(tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt), together():
+        write_text(tmp_path / "result", "half")
+        with writing.at_once():
+            write_text(tmp_path / "kept", "done")
+        assert [path.name for path in tmp_path.iterdir() if path.name[0] != "."] == ["kept"]
+        raise KeyboardInterrupt
+    assert [path.name for path in tmp_path.iterdir()] == ["kept"]
+
+
 def test_a_list_of_names_reaches_no_other_folder(tmp_path: Path) -> None:
     (tmp_path / "inner").mkdir()
     (tmp_path / "mine.txt").write_text("mine")
