@@ -49,7 +49,7 @@ AREAS = {
     "rules": ["curling_env/game/rules/*.py"],
     "storage": ["curling_env/infrastructure/storage.py"],
     "frames": ["curling_env/sheet.py"],
-    "inversion": [
+    "estimation": [
         "friction_estimation/estimation/*.py",
         "friction_estimation/discovery/model/*.py",
         "friction_estimation/discovery/data/*.py",

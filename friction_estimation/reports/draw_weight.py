@@ -46,7 +46,7 @@ def draw_weight(ice: Ice, mu: float) -> DrawWeight | None:
     -------
     None where no throw comes to rest at the tee
     """
-    even = replace(ice, friction=FrictionMap.uniform(mu, ice.sheet))
+    even = _even(ice, mu)
     needed = Aim(even, tolerance=FINE_TOLERANCE).draw_weight()
     if needed is None:
         return None
@@ -72,8 +72,8 @@ def worth_of_a_per_cent(ice: Ice, mu: float) -> tuple[float, float] | None:
     usual, keener = draw_weight(ice, mu), draw_weight(ice, 0.99 * mu)
     if usual is None or keener is None:
         return None
-    even = replace(ice, friction=FrictionMap.uniform(0.99 * mu, ice.sheet))
-    rest = slide(even, Throw(speed=usual.speed).release(), bounds=NO_BOUNDS)
+    release = Throw(speed=usual.speed).release()
+    rest = slide(_even(ice, 0.99 * mu), release, bounds=NO_BOUNDS)
     return rest.y - TEE_Y, keener.hog_to_hog - usual.hog_to_hog
 
 
@@ -92,7 +92,7 @@ def curl_of_a_draw(ice: Ice, mu: float) -> float | None:
     usual = draw_weight(ice, mu) if ice.effect("curl") else None
     if usual is None:
         return None
-    even = replace(ice, friction=FrictionMap.uniform(mu, ice.sheet))
+    even = _even(ice, mu)
     spin = 2 * np.pi * DRAW_TURNS / usual.seconds
     across = [
         slide(even, Throw(speed=usual.speed, spin=sign * spin).release(), bounds=NO_BOUNDS).x
@@ -128,3 +128,8 @@ def draw_facts(ice: Ice, mu: float, units: Units = Units.METRES) -> list[tuple[s
             (f"{worth[1]:.2f} s", "longer from hog to hog for a draw on ice 1 % keener"),
         ]
     return pairs
+
+
+def _even(ice: Ice, mu: float) -> Ice:
+    """The ice with one friction everywhere."""
+    return replace(ice, friction=FrictionMap.uniform(mu, ice.sheet))
