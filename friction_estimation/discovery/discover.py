@@ -24,15 +24,15 @@ from friction_estimation.discovery.evidence.hold_out import (
     noise_floor,
 )
 from friction_estimation.discovery.evidence.intervals import map_errors, standard_errors
-from friction_estimation.discovery.evidence.residual_term import NAME, try_table
 from friction_estimation.discovery.evidence.significance import (
     EffectEvidence,
     add_effects_between_throws,
 )
-from friction_estimation.discovery.evidence.unknown import (
+from friction_estimation.discovery.evidence.unknown.explanation import (
     Dependence,
     fit_beside,
 )
+from friction_estimation.discovery.evidence.unknown.residual_term import NAME, try_table
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import candidates
 from friction_estimation.discovery.model.fit import SessionFit, fit

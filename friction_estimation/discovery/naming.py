@@ -8,18 +8,18 @@ import numpy as np
 
 from curling_env.typing import Progress
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.evidence.nearby import Following
 from friction_estimation.discovery.evidence.significance import (
     EffectEvidence,
     friction_structure,
     weigh_evidence,
 )
-from friction_estimation.discovery.evidence.unknown import (
+from friction_estimation.discovery.evidence.unknown.explanation import (
     Dependence,
     Explanation,
     explain,
     find_dependences,
 )
+from friction_estimation.discovery.evidence.unknown.nearby import Following
 from friction_estimation.discovery.model.fit import SessionFit, fit
 from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
 from friction_estimation.discovery.model.noise import estimate_noise

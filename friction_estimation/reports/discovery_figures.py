@@ -32,7 +32,7 @@ from curling_env.typing import Floats
 from curling_env.units import Units
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.evidence.significance import own_frictions
-from friction_estimation.discovery.evidence.unknown import Dependence
+from friction_estimation.discovery.evidence.unknown.explanation import Dependence
 from friction_estimation.discovery.model.candidates import card_of, way_of
 from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.model.model import MEASURED, Model

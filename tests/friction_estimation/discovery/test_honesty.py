@@ -8,8 +8,8 @@ import pytest
 from friction_estimation.discovery.data.session import open_session
 from friction_estimation.discovery.discover import discover
 from friction_estimation.discovery.evidence.hold_out import forecast
-from friction_estimation.discovery.evidence.residual_term import NAME, try_table
-from friction_estimation.discovery.evidence.unknown import Dependence
+from friction_estimation.discovery.evidence.unknown.explanation import Dependence
+from friction_estimation.discovery.evidence.unknown.residual_term import NAME, try_table
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.report import document
 from friction_estimation.discovery.search.selection import fit_with_noise

@@ -20,7 +20,7 @@ import numpy as np
 
 from curling_env.physics.effects.card import Push
 from curling_env.typing import Floats, Indices
-from friction_estimation.discovery.evidence.pushes import PUSHES, responses, variables
+from friction_estimation.discovery.evidence.unknown.pushes import PUSHES, responses, variables
 from friction_estimation.discovery.model.candidates import Term
 from friction_estimation.discovery.model.elimination import (
     eliminate_factor,

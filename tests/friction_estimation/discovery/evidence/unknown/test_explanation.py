@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_estimation.discovery.evidence.unknown import explain, find_dependences, fit_beside
+from friction_estimation.discovery.evidence.unknown.explanation import (
+    explain,
+    find_dependences,
+    fit_beside,
+)
 from friction_estimation.discovery.model.candidates import candidates
 from friction_estimation.discovery.search.selection import refit
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from friction_estimation.discovery.evidence.nearby import Combination, Following, nearby
+from friction_estimation.discovery.evidence.unknown.nearby import Combination, Following, nearby
 from friction_estimation.discovery.model.candidates import candidates
 from friction_estimation.discovery.search.selection import refit
 

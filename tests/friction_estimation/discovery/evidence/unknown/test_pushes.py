@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from curling_env.physics.effects.motion import GRAVITY
-from friction_estimation.discovery.evidence.pushes import (
+from friction_estimation.discovery.evidence.unknown.pushes import (
     PUSHES,
     _powers,
     _tents,

@@ -14,7 +14,7 @@ from curling_env.physics.state import State
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.evidence.hold_out import ForecastGap, forecast
 from friction_estimation.discovery.evidence.significance import score_unseen
-from friction_estimation.discovery.evidence.unknown import Dependence
+from friction_estimation.discovery.evidence.unknown.explanation import Dependence
 from friction_estimation.discovery.model.candidates import Term
 from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.search.selection import refit

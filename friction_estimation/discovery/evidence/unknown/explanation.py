@@ -15,7 +15,12 @@ import numpy as np
 from curling_env.physics.effects.card import Push
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.evidence.nearby import Combination, Following, Nearby, nearby
+from friction_estimation.discovery.evidence.unknown.nearby import (
+    Combination,
+    Following,
+    Nearby,
+    nearby,
+)
 from friction_estimation.discovery.model.candidates import Term, candidates
 from friction_estimation.discovery.model.fit import SessionFit, fit, refit
 from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
