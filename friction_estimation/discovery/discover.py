@@ -38,6 +38,7 @@ from friction_estimation.discovery.model.candidates import candidates
 from friction_estimation.discovery.model.fit import SessionFit, fit
 from friction_estimation.discovery.naming import Structure, name_effects
 from friction_estimation.discovery.search.maps import renew_map
+from friction_estimation.discovery.search.patch_sides import place_sides
 from friction_estimation.discovery.search.residuals import Misfit
 from friction_estimation.discovery.search.score_test import score_candidates
 from friction_estimation.discovery.search.selection import (
@@ -46,7 +47,6 @@ from friction_estimation.discovery.search.selection import (
     closure,
     fit_with_noise,
     misfit_of,
-    place_sides,
     refine,
     refit,
     select,

@@ -163,6 +163,8 @@ LONGEST_PATCH = 16
 """Longest rectangle that is tried, in cells: a longer one is the sheet, not a patch."""
 SIDE_SHIFTS = (-0.8, -0.5, -0.3, -0.2, -0.12, -0.06, 0.06, 0.12, 0.2, 0.3, 0.5, 0.8)
 """How far a side of a patch is moved from the search's grid to see whether it fits better [m]."""
+PLACES_FITTED = 2
+"""Most places of a side of a patch that are fitted: those that promise most."""
 NARROWEST_PATCH = 0.15
 """Narrowest patch [m]: a stone's running band."""
 

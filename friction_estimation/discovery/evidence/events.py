@@ -8,8 +8,8 @@ from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
 from friction_estimation.discovery.model.fit import SessionFit, fit, prior_gram, solve_shared
+from friction_estimation.discovery.search.patch_sides import place_sides
 from friction_estimation.discovery.search.residuals import throw_tolerance_of
-from friction_estimation.discovery.search.selection import place_sides
 from friction_estimation.discovery.tuning import EVENT_SHARE, MOST_EVENTS, SURPRISING_THROW
 
 

@@ -18,10 +18,17 @@ from scipy.stats import norm
 
 from curling_env.typing import Floats
 from friction_estimation.discovery.evidence.mixture import mixture
-from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.fit import SessionFit, refit
 from friction_estimation.discovery.model.model import GLOBALS
-from friction_estimation.discovery.search.selection import refit, sides_along, with_side
+from friction_estimation.discovery.search.patch_sides import (
+    foreseen_deviances,
+    sides_along,
+    with_side,
+)
 from friction_estimation.discovery.tuning import SIDE_SHIFTS
+
+IMPOSSIBLE = 40.0
+"""Rise of F beyond which a place weighs nothing, by what is foreseen of it."""
 
 
 def standard_errors(fitted: SessionFit) -> dict[tuple[str, str], float]:
@@ -108,10 +115,16 @@ def _with_sides_of(
     for side in sides_along(term):
         if (label, side) in sigma:
             continue  # it was fitted
-        tried: list[tuple[float, float, Floats]] = [(0.0, fitted.deviance, fitted.model.vector)]
-        for shift in SIDE_SHIFTS:
-            model = with_side(fitted.model, label, side, term.values[side] + shift)
-            if model is None:
+        vector = fitted.model.vector
+        tried: list[tuple[float, float, Floats]] = [(0.0, fitted.deviance, vector)]
+        places = (
+            (s, with_side(fitted.model, label, side, term.values[side] + s)) for s in SIDE_SHIFTS
+        )
+        models = {shift: model for shift, model in places if model is not None}
+        foreseen = foreseen_deviances(fitted, list(models.values()))
+        for (shift, model), deviance in zip(models.items(), foreseen.tolist(), strict=True):
+            if deviance - fitted.deviance > IMPOSSIBLE:
+                tried.append((shift, deviance, vector))
                 continue
             other = refit(fitted, model, iterations=4)
             order = [other.model.names.index(name) for name in fitted.model.names]

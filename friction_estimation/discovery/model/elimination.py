@@ -22,14 +22,23 @@ def gram_matrices(session: Session, noise: SessionNoise, columns: Floats) -> Flo
     session, noise : throws, and the noise that whitens
     columns : (rows, 3, m) values for x, y and theta; the last column is NaN if nothing was measured
     """
-    work = np.ascontiguousarray(columns).copy()
-    m = work.shape[2]
-    whiten_session(work, session.times, session.sigma, session.starts, noise.table(), np.empty(m))
-    out = np.empty((len(session), m, m))
-    for i in range(len(session)):
-        part = work[session.rows(i)].reshape(-1, m)
-        out[i] = part.T @ part
-    return out
+    throws = range(len(session))
+    return np.array([gram_matrix(session, noise, i, columns[session.rows(i)]) for i in throws])
+
+
+def gram_matrix(session: Session, noise: SessionNoise, i: int, columns: Floats) -> Floats:
+    """The same of the i-th throw alone, (m, m).
+
+    Parameters
+    ----------
+    columns : (n, 3, m) as of `gram_matrices`, for the rows of this throw
+    """
+    rows, m = session.rows(i), columns.shape[2]
+    work = np.array(columns, order="C")
+    times, sigma = session.times[rows], session.sigma[rows]
+    whiten_session(work, times, sigma, np.array([0, len(work)]), noise.table(), np.empty(m))
+    flat = work.reshape(-1, m)
+    return flat.T @ flat
 
 
 def eliminate_states(grams: Floats) -> Floats:

@@ -26,7 +26,7 @@ from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.elimination import (
     eliminate_factor,
     eliminate_states,
-    gram_matrices,
+    gram_matrix,
     pooled_without_factor,
 )
 from friction_estimation.discovery.model.model import (
@@ -34,7 +34,7 @@ from friction_estimation.discovery.model.model import (
     MEASURED,
     Model,
     predict,
-    sensitivities,
+    sensitivities_by_throw,
 )
 from friction_estimation.discovery.model.noise import SessionNoise
 from friction_estimation.discovery.tuning import (
@@ -322,9 +322,16 @@ def linearise(
     grams : (k, m, m) Gram matrices, as of `SessionFit`
     reduced : (k, m-6, m-6) the same with the release states projected out
     """
-    predicted, columns = sensitivities(model, session, states, ln_factors)
-    residual = session.observed - predicted[:, MEASURED]
-    grams = gram_matrices(session, noise, np.concatenate([columns, residual[:, :, None]], axis=2))
+    found = sensitivities_by_throw(model, session, states, ln_factors)
+    predicted = found.predicted
+    residual = (session.observed - predicted[:, MEASURED])[:, :, None]
+
+    def gram(i: int) -> Floats:
+        rows = session.rows(i)
+        columns = np.concatenate([found.of_throw(rows, i), residual[rows]], axis=2)
+        return gram_matrix(session, noise, i, columns)
+
+    grams = np.array([gram(i) for i in range(len(session))])
     # Without a heading only the last metres show the spin, which eases the drag of the band.
     blind = ~session.turns
     off = session.usual_spins[blind] - states[blind, State.OMEGA]
@@ -372,7 +379,8 @@ def fit(
         here = _deviance(model, reduced, ln_factors, prior)
         if present is not None and not here < present.deviance + 1e-6:
             damping *= 0.3
-            if damping < 0.02:
+            # What is left to gain is no more than was lost, which does not count.
+            if damping < 0.02 or here - present.deviance < CONVERGED:
                 break
             last = present
         else:

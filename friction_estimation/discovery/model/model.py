@@ -37,6 +37,8 @@ GLOBALS = ("ln_mu", "ln_coupling")
 one on m·r²/I, which says how friction turns a stone and is known to ten per cent at best."""
 STATE_STEPS = (1e-3, 1e-3, 2e-4, 2e-4, 2e-3, 1e-3)
 """Steps of finite differences in x, y, vx, vy, theta, omega."""
+LN_MU_STEP = 2e-4
+"""Step of finite differences in ln μ."""
 NO_WEAR = Wear(np.zeros((1, 1, 1)), np.zeros(1, dtype=np.intp), 0.0, 0.0, 0.0, 1.0, True)
 """Wear along the paths of earlier stones, where they wear nothing."""
 MEASURED = [State.X, State.Y, State.THETA]
@@ -397,21 +399,71 @@ def linearised_paths(
         moved = states.copy()
         moved[:, j] += step
         transition[:, :, j] = (slide(moved) - true) / step
+    paths = LinearisedPaths(
+        session=session,
+        instants=instants,
+        path=true,
+        transition=transition,
+        friction=np.empty((len(true), 3)),
+    )
+    return paths._replace(friction=friction_along(model, session, ln_factors, paths))
+
+
+def friction_along(
+    model: Model, session: Session, ln_factors: Floats, paths: LinearisedPaths
+) -> Floats:
+    """Part of the accelerations on paths that is proportional to a model's friction, (n, 3).
+
+    Parameters
+    ----------
+    model, session, ln_factors : as of `predict`
+    paths : paths, with their instants
+    """
     law = model.law
-    friction = np.empty((len(true), 3))
+    friction = np.empty((len(paths.path), 3))
     friction_of_session(
         law._replace(mu=np.empty_like(law.mu)),
         law.mu,
         model.wear(session),
         np.exp(ln_factors),
-        _inputs(session, instants.times, instants.starts),
-        true,
+        _inputs(session, paths.instants.times, paths.instants.starts),
+        paths.path,
         friction,
         new_workspace(),
     )
-    return LinearisedPaths(
-        session=session, instants=instants, path=true, transition=transition, friction=friction
-    )
+    return friction
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Sensitivities:
+    """Derivatives of x, y and theta by releases, ln μ of the throws and shared parameters.
+
+    All throws at once would be a table of many megabytes, and few need it.
+
+    Parameters
+    ----------
+    predicted : (rows, 6) states
+    differences : place of the first column -> (rows, 3, ·) derivatives
+    patterns : (n, r) of the friction map at the instants of `paths`; None for a model without
+    map_place : place of their first column
+    paths : how the paths respond to friction; None for a model without a map
+    """
+
+    predicted: Floats
+    differences: dict[int, Floats]
+    patterns: Floats | None = None
+    map_place: int = 0
+    paths: LinearisedPaths | None = None
+
+    def of_throw(self, rows: slice, i: int) -> Floats:
+        """Columns for the rows of the i-th throw, as of `sensitivities`."""
+        own = {place: part[rows] for place, part in self.differences.items()}
+        if self.paths is not None and self.patterns is not None:
+            at = self.paths.instants_of_throw(i)
+            own[self.map_place] = self.paths.responses_of_throw(
+                i, self.paths.friction[at], self.patterns[at]
+            )
+        return np.concatenate([own[place] for place in sorted(own)], axis=2)
 
 
 def sensitivities(
@@ -429,35 +481,48 @@ def sensitivities(
     columns : (rows, 3, 7 + P) derivatives of x, y, theta by the six numbers of the release, by ln μ
         of the throw, and by the P shared parameters
     """
+    found = sensitivities_by_throw(model, session, states, ln_factors)
+    throws = [found.of_throw(session.rows(i), i) for i in range(len(session))]
+    return found.predicted, np.concatenate(throws)
+
+
+def sensitivities_by_throw(
+    model: Model, session: Session, states: Floats, ln_factors: Floats
+) -> Sensitivities:
+    """The same as `sensitivities`, for one throw after the other."""
     base = predict(model, session, states, ln_factors)
     measured = base[:, MEASURED]
     vector = model.vector
-    columns = np.empty((len(base), 3, 7 + len(vector)))
+
+    def derivative(other: Model, releases: Floats, factors: Floats, step: float) -> Floats:
+        change = predict(other, session, releases, factors)[:, MEASURED] - measured
+        return change[:, :, None] / step
+
+    found: dict[int, Floats] = {}
     for j, step in enumerate(STATE_STEPS):
         moved = states.copy()
         moved[:, j] += step
-        change = predict(model, session, moved, ln_factors)[:, MEASURED] - measured
-        columns[:, :, j] = change / step
-    step = 2e-4
-    columns[:, :, 6] = (
-        predict(model, session, states, ln_factors + step)[:, MEASURED] - measured
-    ) / step
-    columns[:, :, 7] = columns[:, :, 6]  # the map's friction acts as that of every throw
-    if model.map_field:
-        paths = linearised_paths(model, session, states, ln_factors)
-        area = slice(7 + model.map_slice.start, 7 + model.map_slice.stop)
-        columns[:, :, area] = paths.responses_to_friction(model.map_field.patterns_at(paths.xy))
+        found[j] = derivative(model, moved, ln_factors, step)
+    found[6] = derivative(model, states, ln_factors + LN_MU_STEP, LN_MU_STEP)
+    found[7] = found[6]  # the map's friction acts as that of every throw
     for place, shift in model.camera_fields:
-        at = slice(7 + place.start, 7 + place.stop)
-        columns[:, 2, at] = 0.0
-        columns[:, :2, at] = shift.columns(base[:, :2], base[:, State.THETA])
+        shifts = shift.columns(base[:, :2], base[:, State.THETA])
+        found[7 + place.start] = np.concatenate([shifts, np.zeros_like(shifts[:, :1])], axis=1)
     for j in (1, *range(model.map_slice.stop, len(vector))):
         step = _step(model, session, states, ln_factors, measured, j)
-        moved = vector.copy()
-        moved[j] += step
-        change = predict(model.at(moved), session, states, ln_factors)[:, MEASURED] - measured
-        columns[:, :, 7 + j] = change / step
-    return base, columns
+        changed = vector.copy()
+        changed[j] += step
+        found[7 + j] = derivative(model.at(changed), states, ln_factors, step)
+    if model.map_field is None:
+        return Sensitivities(predicted=base, differences=found)
+    paths = linearised_paths(model, session, states, ln_factors)
+    return Sensitivities(
+        predicted=base,
+        differences=found,
+        patterns=model.map_field.patterns_at(paths.xy),
+        map_place=7 + model.map_slice.start,
+        paths=paths,
+    )
 
 
 def _step(

@@ -7,10 +7,11 @@ pushes.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from curling_env.physics.compiled import compiled
 from curling_env.physics.state import State
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
@@ -21,6 +22,8 @@ NEARLY_AT_REST = 0.03
 """Speed below which pushes no longer count [m/s]: the stone has millimetres to go."""
 MEASURED = [State.X, State.Y, State.THETA]
 """Quantities of a state that are measured."""
+MEASURED_STATES = (int(State.X), int(State.Y), int(State.THETA))
+"""The same for compiled code."""
 
 
 class Instants(NamedTuple):
@@ -131,16 +134,56 @@ class LinearisedPaths(NamedTuple):
         push = np.zeros((count, 6, 1))
         push[:, [State.VX, State.VY, State.OMEGA], 0] = pushes[:count]
         initial = _solve(transition[:count], push)[:, :, 0]
-        rate = initial[:, :, None] * sizes[:count, None, :]
-        step = np.diff(t[:count])[:, None, None]
-        held = np.zeros((len(t), 6, sizes.shape[1]))
-        held[1:count] = np.cumsum(0.5 * step * (rate[1:] + rate[:-1]), axis=0)
-        held[count:] = held[count - 1]
-        change = np.einsum("nij,njr->nir", transition[:, MEASURED], held)
-        place = np.interp(rows, t, np.arange(len(t)))
-        before = np.minimum(place.astype(np.intp), len(t) - 2)
-        share = (place - before)[:, None, None]
-        return (1.0 - share) * change[before] + share * change[before + 1]
+        out = np.empty((len(rows), len(MEASURED), sizes.shape[1]))
+        work = np.zeros((12, sizes.shape[1]))
+        _respond(t, transition, initial, np.ascontiguousarray(sizes), rows, work, out)
+        return out
+
+
+@compiled
+def _respond(
+    t: Any, transition: Any, initial: Any, sizes: Any, rows: Any, work: Any, out: Any
+) -> None:
+    """Fill `out` with Ψ ∫ Ψ⁻¹ f ds at the rows' times; between instants it is linear.
+
+    Parameters
+    ----------
+    t, transition : (n,), (n, 6, 6) instants, and Ψ there
+    initial : (c, 6) Ψ⁻¹ f at the first c instants; after them there is no push
+    sizes : (n, r) factors on it
+    rows : (m,) times
+    work : (12, r) zeros
+    out : (m, 3, r)
+    """
+    width = sizes.shape[1]
+    held, before, after = work[:6], work[6:9], work[9:]
+    row = 0
+    while row < rows.shape[0] and rows[row] <= t[0]:
+        out[row, :, :] = 0.0
+        row += 1
+    for n in range(1, t.shape[0]):
+        if n < initial.shape[0]:
+            half = 0.5 * (t[n] - t[n - 1])
+            for i in range(6):
+                first, second = half * initial[n - 1, i], half * initial[n, i]
+                for j in range(width):
+                    held[i, j] += first * sizes[n - 1, j] + second * sizes[n, j]
+        for k in range(3):
+            measured = MEASURED_STATES[k]
+            for j in range(width):
+                after[k, j] = 0.0
+            for i in range(6):
+                share = transition[n, measured, i]
+                for j in range(width):
+                    after[k, j] += share * held[i, j]
+        last = n == t.shape[0] - 1
+        while row < rows.shape[0] and (rows[row] <= t[n] or last):
+            place = min((rows[row] - t[n - 1]) / (t[n] - t[n - 1]), 1.0)
+            for k in range(3):
+                for j in range(width):
+                    out[row, k, j] = (1.0 - place) * before[k, j] + place * after[k, j]
+            row += 1
+        before, after = after, before
 
 
 def _solve(transition: Floats, push: Floats) -> Floats:

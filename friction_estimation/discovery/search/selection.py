@@ -12,6 +12,7 @@ from friction_estimation.discovery.model.fit import SessionFit, fit, refit
 from friction_estimation.discovery.model.model import Model, sensitivities
 from friction_estimation.discovery.model.noise import SessionNoise, estimate_noise, outlying_rows
 from friction_estimation.discovery.search.maps import find_map, renew_map
+from friction_estimation.discovery.search.patch_sides import place_sides_of
 from friction_estimation.discovery.search.patches import find_patches
 from friction_estimation.discovery.search.residuals import Misfit, misfit
 from friction_estimation.discovery.search.score_test import CandidateScore, score_candidates
@@ -22,8 +23,6 @@ from friction_estimation.discovery.tuning import (
     MOST_BETWEEN_THROWS_TRIALS,
     MOST_EFFECTS,
     MOST_TRIALS,
-    NARROWEST_PATCH,
-    SIDE_SHIFTS,
 )
 
 FIRST_NOISE = SessionNoise(
@@ -214,7 +213,7 @@ def refine(fitted: SessionFit) -> SessionFit:
     """Fit the finer forms of the terms where that pays."""
     for label in [term.label for term in fitted.model.terms]:
         if fitted.model.term(label).card.search.area is not None:
-            fitted = _place_sides_of(fitted, label)
+            fitted = place_sides_of(fitted, label)
         term = fitted.model.term(label)
         best = fitted
         for begin in term.card.search.finer(term.values):
@@ -229,46 +228,6 @@ def refine(fitted: SessionFit) -> SessionFit:
                 best = trial
         fitted = best
     return fitted
-
-
-def place_sides(fitted: SessionFit) -> SessionFit:
-    """Move the sides of patches that run along the sheet to where they fit best.
-
-    The effect of such a side changes only when it passes a stone's path, so that no derivative
-    finds its place; the search for a patch left it on a grid.
-    """
-    for term in fitted.model.terms:
-        if term.card.search.area is not None:
-            fitted = _place_sides_of(fitted, term.label)
-    return fitted
-
-
-def _place_sides_of(fitted: SessionFit, label: str) -> SessionFit:
-    for side in sides_along(fitted.model.term(label)):
-        place = fitted.model.term(label).values[side]
-        for shift in SIDE_SHIFTS:
-            model = with_side(fitted.model, label, side, place + shift)
-            if model is None:
-                continue
-            trial = refit(fitted, model, iterations=5)
-            if trial.deviance < fitted.deviance - 1.0:
-                fitted = trial
-    return fitted
-
-
-def sides_along(term: Term) -> tuple[str, ...]:
-    """Parameters of the two sides of a patch that run along the sheet; none for other effects."""
-    return (term.card.search.area or ())[:2]
-
-
-def with_side(model: Model, label: str, side: str, place: float) -> Model | None:
-    """The model with one side of a patch elsewhere; None if the patch would be too narrow."""
-    edge = model.ice.sheet.width / 2
-    moved = model.term(label).with_values(**{side: place})
-    left, right = sides_along(moved)
-    if abs(place) > edge or moved.values[right] - moved.values[left] < NARROWEST_PATCH:
-        return None
-    return model.without(label).with_terms(moved)
 
 
 def prune(fitted: SessionFit, kept: set[str]) -> SessionFit:

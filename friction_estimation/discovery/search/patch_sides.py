@@ -1,0 +1,98 @@
+"""The sides of patches that run along the sheet are placed where they fit best.
+
+The effect of such a side changes only when it passes a stone's path, so that no derivative finds
+its place; the search for a patch left it on a grid. A side elsewhere is a little more or less
+friction on parts of the paths. The linear response to that says which places are worth a fit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from curling_env.typing import Floats
+from friction_estimation.discovery.model.candidates import Term
+from friction_estimation.discovery.model.elimination import eliminate_states, gram_matrices
+from friction_estimation.discovery.model.fit import SessionFit, refit
+from friction_estimation.discovery.model.model import (
+    Model,
+    friction_along,
+    linearised_paths,
+    sensitivities,
+)
+from friction_estimation.discovery.search.score_test import least_deviance
+from friction_estimation.discovery.tuning import NARROWEST_PATCH, PLACES_FITTED, SIDE_SHIFTS
+
+
+def place_sides(fitted: SessionFit) -> SessionFit:
+    """Move the sides of patches that run along the sheet to where they fit best."""
+    for term in fitted.model.terms:
+        if term.card.search.area is not None:
+            fitted = place_sides_of(fitted, term.label)
+    return fitted
+
+
+def place_sides_of(fitted: SessionFit, label: str) -> SessionFit:
+    """The same for the patch with a label."""
+    for side in sides_along(fitted.model.term(label)):
+        place = fitted.model.term(label).values[side]
+        tried = (with_side(fitted.model, label, side, place + shift) for shift in SIDE_SHIFTS)
+        models = [model for model in tried if model is not None]
+        if not models:
+            continue
+        order = np.argsort(foreseen_deviances(fitted, models))
+        for k in order[:PLACES_FITTED]:
+            trial = refit(fitted, models[int(k)], iterations=5)
+            if trial.deviance < fitted.deviance - 1.0:
+                fitted = trial
+    return fitted
+
+
+def foreseen_deviances(fitted: SessionFit, models: Sequence[Model]) -> Floats:
+    """F of models that differ little in their friction, if all stays linear around a fit, (n,).
+
+    Parameters
+    ----------
+    fitted : the fit
+    models : models with the parameters of its own
+    """
+    session = fitted.session
+    place = (fitted.states, fitted.ln_factors)
+    _, columns = sensitivities(fitted.model, session, *place)
+    paths = linearised_paths(fitted.model, session, *place)
+    always = np.ones((len(paths.path), 1))
+    moved = [
+        paths.responses(
+            friction_along(model, session, fitted.ln_factors, paths) - paths.friction, always
+        )
+        for model in models
+    ]
+    # A heading that was not measured keeps its NaN: that column comes last.
+    stacked = np.concatenate([columns, *moved, fitted.residuals[:, :, None]], axis=2)
+    reduced = eliminate_states(gram_matrices(session, fitted.noise, stacked))
+    count = columns.shape[2] - 6
+    own = [*range(count), reduced.shape[1] - 1]
+    found = []
+    for k in range(len(models)):
+        # The residual from that model is the residual less what the change foresees.
+        change = np.eye(reduced.shape[1])
+        change[count + k, -1] = -1.0
+        around = np.swapaxes(change, 0, 1) @ reduced @ change
+        found.append(least_deviance(fitted, fitted.model, around[:, own][:, :, own]))
+    return np.array(found)
+
+
+def sides_along(term: Term) -> tuple[str, ...]:
+    """Parameters of the two sides of a patch that run along the sheet; none for other effects."""
+    return (term.card.search.area or ())[:2]
+
+
+def with_side(model: Model, label: str, side: str, place: float) -> Model | None:
+    """The model with one side of a patch elsewhere; None if the patch would be too narrow."""
+    edge = model.ice.sheet.width / 2
+    moved = model.term(label).with_values(**{side: place})
+    left, right = sides_along(moved)
+    if abs(place) > edge or moved.values[right] - moved.values[left] < NARROWEST_PATCH:
+        return None
+    return model.without(label).with_terms(moved)
