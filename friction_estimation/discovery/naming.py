@@ -20,7 +20,7 @@ from friction_estimation.discovery.evidence.unknown.explanation import (
     find_dependences,
 )
 from friction_estimation.discovery.evidence.unknown.nearby import Following
-from friction_estimation.discovery.model.fit import SessionFit, fit
+from friction_estimation.discovery.model.fit import SessionFit, fit_to
 from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
 from friction_estimation.discovery.model.noise import estimate_noise
 from friction_estimation.discovery.search.residuals import Misfit
@@ -178,7 +178,7 @@ def _with_lasting_noise(
 
 def _structure(named: SessionFit, whole: Session, rng: np.random.Generator) -> Structure:
     """What the throws' own frictions follow, by all throws: those of training alone are few."""
-    return friction_structure(fit(named.model, whole, named.noise), rng)
+    return friction_structure(fit_to(named, whole), rng)
 
 
 def _is_open(after: Misfit, structure: Structure) -> bool:

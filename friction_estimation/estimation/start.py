@@ -13,7 +13,11 @@ from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.baseline import base_model, first_friction
 from friction_estimation.discovery.model.candidates import Term
 from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
-from friction_estimation.discovery.model.friction_field import field_along, fields_to_try
+from friction_estimation.discovery.model.friction_field import (
+    crossed_by,
+    field_along,
+    fields_to_try,
+)
 from friction_estimation.discovery.model.model import Model
 
 SIDEWAYS = "curl"
@@ -75,7 +79,7 @@ def _with_map(model: Model, session: Session, before: Ice | None) -> Model:
     paths = [session.xy[session.rows(i)] for i in range(len(session))]
     sheet = model.ice.sheet
     if before is None:
-        field = field_along(sheet, paths, *USUAL_MAP_SHAPE)
+        field = field_along(sheet, crossed_by(sheet, paths), *USUAL_MAP_SHAPE)
     else:
         known: Floats = np.ravel(before.friction.sigma / before.friction.mu)
         tried = fields_to_try(sheet, paths, known)

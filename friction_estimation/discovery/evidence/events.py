@@ -7,7 +7,7 @@ import numpy as np
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
-from friction_estimation.discovery.model.fit import SessionFit, fit, prior_gram, solve_shared
+from friction_estimation.discovery.model.fit import SessionFit, fit_to, prior_gram, solve_shared
 from friction_estimation.discovery.search.patch_sides import place_sides
 from friction_estimation.discovery.search.residuals import throw_tolerance_of
 from friction_estimation.discovery.tuning import EVENT_SHARE, MOST_EVENTS, SURPRISING_THROW
@@ -25,7 +25,7 @@ def exceptional_throws(best: SessionFit, session: Session) -> Indices:
     best : fit of some of the throws with all selected effects
     session : all throws
     """
-    whole = place_sides(fit(best.model, session, best.noise))
+    whole = place_sides(fit_to(best, session))
     values = np.isfinite(session.observed).sum(axis=1)
     dof = np.add.reduceat(values, session.starts[:-1]) * throw_tolerance_of(session)
     odd: list[int] = []

@@ -19,7 +19,7 @@ from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.candidates import Term, candidates, neutral_values
 from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
-from friction_estimation.discovery.model.fit import SessionFit, fit, linearise
+from friction_estimation.discovery.model.fit import SessionFit, fit, fit_to, linearise
 from friction_estimation.discovery.search.score_test import (
     left_out_scores,
     score_candidates,
@@ -90,7 +90,7 @@ def weigh_evidence(
         throws = np.concatenate([throws, held_out.throws])
     p = sign_flip_p(improvements, rng)
     if term.between_throws or term.stone is not None:
-        everything = fit(without.model, whole, fitted.noise)
+        everything = fit_to(without, whole)
         p = (
             _permutation_p(everything, rng)
             if term.between_throws
@@ -120,7 +120,7 @@ def add_effects_between_throws(
     rng : source of the permutations
     """
     while True:
-        everything = fit(fitted.model, whole, fitted.noise)
+        everything = fit_to(fitted, whole)
         terms = [
             t
             for t in candidates(whole, fitted.model.terms)

@@ -422,6 +422,23 @@ def refit(fitted: SessionFit, model: Model, *, iterations: int = 12) -> SessionF
     )
 
 
+def fit_to(fitted: SessionFit, session: Session) -> SessionFit:
+    """Fit the model of a fit to other throws, some of which it was fitted to.
+
+    Parameters
+    ----------
+    fitted : the fit, whose releases and ln factors are those from which its throws begin
+    session : throws
+    """
+    states, ln_factors = session.first_states.copy(), np.zeros(len(session))
+    known = {throw: i for i, throw in enumerate(fitted.session.throws.tolist())}
+    for k, throw in enumerate(session.throws.tolist()):
+        if throw in known:
+            states[k] = fitted.states[known[throw]]
+            ln_factors[k] = fitted.ln_factors[known[throw]]
+    return fit(fitted.model, session, fitted.noise, states=states, ln_factors=ln_factors)
+
+
 def _likeliest_spread(model: Model, reduced: Floats, ln_factors: Floats, spreads: Floats) -> float:
     """The spread that minimises F at the present parameters.
 

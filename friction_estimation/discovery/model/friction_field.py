@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import eigh
@@ -150,9 +151,40 @@ def _relative_deviations(known: Floats | None, amplitude: float, cells: int) -> 
     return np.ones(cells) if known is None else np.hypot(1.0, known / amplitude)
 
 
+class Crossed(NamedTuple):
+    """Where stones ran.
+
+    Parameters
+    ----------
+    places : (n, 2) places that stand for the ice there [m]
+    counts : (n,) how often each was crossed, in points of paths
+    cells : flat indices of the sheet's cells that were crossed
+    """
+
+    places: Floats
+    counts: Indices
+    cells: Indices
+
+
+def crossed_by(sheet: Sheet, paths: Sequence[Floats]) -> Crossed:
+    """Where stones ran on a sheet.
+
+    Parameters
+    ----------
+    sheet : sheet with its cells
+    paths : positions of stones, (n, 2) each [m]
+    """
+    xy = np.concatenate([_filled(path) for path in paths])
+    row, column = sheet.cell_of(xy)
+    # The places that stand for the ice are no closer than a stone is wide, however small the cells.
+    spacing = max(sheet.cell_size, LEAST_SPACING)
+    places, counts = np.unique(np.round(xy / spacing), axis=0, return_counts=True)
+    return Crossed(places * spacing, counts, np.unique(row * sheet.shape[1] + column))
+
+
 def field_along(
     sheet: Sheet,
-    paths: Sequence[Floats],
+    crossed: Crossed,
     length: float,
     smoothness: float,
     *,
@@ -164,17 +196,12 @@ def field_along(
     Parameters
     ----------
     sheet : sheet with its cells
-    paths : positions of stones, (n, 2) each [m]
+    crossed : where stones ran
     length, smoothness : of the field's correlation
     known : (cells,) standard error of ln μ in an earlier map, which holds but for a change
     change : standard deviation of that change; else the amplitude with which a fit begins
     """
-    xy = np.concatenate([_filled(path) for path in paths])
-    row, column = sheet.cell_of(xy)
-    # The places that stand for the ice are no closer than a stone is wide, however small the cells.
-    spacing = max(sheet.cell_size, LEAST_SPACING)
-    places, counts = np.unique(np.round(xy / spacing), axis=0, return_counts=True)
-    places = places * spacing
+    places, counts, cells = crossed
     # A place that was crossed twice as often does not deserve twice the detail.
     root = (counts / counts.mean()) ** 0.25
     size = _relative_deviations(known, change, sheet.shape[0] * sheet.shape[1])
@@ -192,7 +219,7 @@ def field_along(
         sheet=sheet,
         length=length,
         smoothness=smoothness,
-        crossed=np.unique(row * sheet.shape[1] + column),
+        crossed=cells,
         patterns=patterns,
         amplitude=change,
         values=np.zeros(patterns.shape[1]),
@@ -207,12 +234,15 @@ def fields_to_try(
 
     Parameters
     ----------
-    sheet, paths, known : as of `field_along`
+    sheet : sheet with its cells
+    paths : positions of stones, (n, 2) each [m]
+    known : as of `field_along`
     """
+    crossed = crossed_by(sheet, paths)
     if known is None:
-        return [field_along(sheet, paths, *shape) for shape in MAP_SHAPES]
+        return [field_along(sheet, crossed, *shape) for shape in MAP_SHAPES]
     return [
-        field_along(sheet, paths, *shape, known=known, change=change)
+        field_along(sheet, crossed, *shape, known=known, change=change)
         for shape in CHANGE_SHAPES
         for change in MAP_CHANGES
     ]

@@ -22,7 +22,7 @@ from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import Term
 from friction_estimation.discovery.model.fit import linearise, refit
 from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
-from friction_estimation.discovery.model.friction_field import field_along
+from friction_estimation.discovery.model.friction_field import crossed_by, field_along
 from friction_estimation.discovery.model.model import predict, sensitivities
 from friction_estimation.discovery.model.noise import SessionNoise
 from friction_estimation.discovery.search.selection import fit_with_noise
@@ -119,7 +119,8 @@ def test_ln_variance_counts_what_was_measured(curl_fit):
 def test_the_map_is_drawn_with_its_standard_errors(curl_fit):
     fitted = curl_fit(throws=10)
     paths = [fitted.session.xy[fitted.session.rows(i)] for i in range(10)]
-    field = field_along(fitted.model.ice.sheet, paths, 2.0, 1.5)
+    sheet = fitted.model.ice.sheet
+    field = field_along(sheet, crossed_by(sheet, paths), 2.0, 1.5)
     mapped = refit(fitted, fitted.model.with_terms(Term(card=MAP_CARD, map_field=field)))
     drawn = draw_posterior(mapped, np.random.default_rng(1))
     assert drawn.mu is not None

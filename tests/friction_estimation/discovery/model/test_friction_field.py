@@ -21,6 +21,7 @@ from friction_estimation.discovery.model.fit import (
 from friction_estimation.discovery.model.friction_field import (
     CARD,
     cells_at,
+    crossed_by,
     field_along,
     fields_to_try,
 )
@@ -35,7 +36,7 @@ def lane() -> np.ndarray:
 
 
 def test_where_stones_ran_the_patterns_hold_the_prior_of_the_field(lane) -> None:
-    field = field_along(PAPER_SHEET, [lane], 3.0, 2.5)
+    field = field_along(PAPER_SHEET, crossed_by(PAPER_SHEET, [lane]), 3.0, 2.5)
     on_lane = field.patterns_at(lane)
     own = on_lane @ on_lane.T
     apart = np.abs(lane[:, 1][:, None] - lane[:, 1])
@@ -47,8 +48,9 @@ def test_where_stones_ran_the_patterns_hold_the_prior_of_the_field(lane) -> None
 
 
 def test_small_cells_need_no_more_patterns(lane) -> None:
-    fine = field_along(Sheet(cell_size=0.1), [lane], 3.0, 2.5)
-    coarse = field_along(PAPER_SHEET, [lane], 3.0, 2.5)
+    narrow = Sheet(cell_size=0.1)
+    fine = field_along(narrow, crossed_by(narrow, [lane]), 3.0, 2.5)
+    coarse = field_along(PAPER_SHEET, crossed_by(PAPER_SHEET, [lane]), 3.0, 2.5)
     assert abs(len(fine) - len(coarse)) <= 3
     assert fine.patterns.shape[0] == 45 * 445
 
@@ -83,7 +85,7 @@ def mapped():
     base = fit_with_noise(plain, open_session(tracks))
     session = base.session
     paths = [session.xy[session.rows(i)] for i in range(len(session))]
-    field = field_along(PAPER_SHEET, paths, 2.0, 2.5)
+    field = field_along(PAPER_SHEET, crossed_by(PAPER_SHEET, paths), 2.0, 2.5)
     return refit(base, base.model.with_terms(Term(card=CARD, map_field=field))), wavy.mu / 0.009
 
 
@@ -132,7 +134,9 @@ def test_an_earlier_map_holds_where_it_was_known() -> None:
     cells = PAPER_SHEET.shape[0] * PAPER_SHEET.shape[1]
     known = np.full(cells, 0.05)
     known[PAPER_SHEET.shape[1] * 40 :] = 0.001
-    field = field_along(PAPER_SHEET, paths, 3.2, 2.5, known=known, change=0.01)
+    field = field_along(
+        PAPER_SHEET, crossed_by(PAPER_SHEET, paths), 3.2, 2.5, known=known, change=0.01
+    )
     assert field.amplitudes.tolist() == [0.01]
     variance = (field.patterns**2).sum(axis=1) + field.unresolved()
     expected = 1.0 + (known / 0.01) ** 2
