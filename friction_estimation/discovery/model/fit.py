@@ -292,23 +292,30 @@ def profile_spread(
     -------
     spread, step, F
     """
-    best: tuple[float, Floats, float] | None = None
-    tried: Floats = spreads
-    for round_ in range(2):
-        for spread in tried:
-            total, log_terms = pooled_without_factor(reduced, ln_factors, float(spread))
-            step, least = solve_shared(total + prior)
-            value = least + log_terms
-            if best is None or value < best[2]:
-                best = (float(spread), step, value)
-        assert best is not None
-        if round_ == 0 and best[0] > 0 and len(spreads) > 1:
-            ratio = float(spreads[2] / spreads[1])
-            tried = best[0] * np.geomspace(1 / ratio, ratio, 13)
-        else:
-            break
-    assert best is not None
+    tried = np.unique(spreads)
+    best = _best_spread(reduced, ln_factors, prior, tried)
+    if best[0] > 0.0 and len(spreads) > 1:
+        ratio = float(spreads[2] / spreads[1])
+        finer = best[0] * np.geomspace(1 / ratio, ratio, 13)
+        best = min(best, _best_spread(reduced, ln_factors, prior, finer), key=lambda each: each[2])
     return best
+
+
+def _best_spread(
+    reduced: Floats, ln_factors: Floats, prior: Floats, spreads: Floats
+) -> tuple[float, Floats, float]:
+    """The best of some spreads with its step and F, as of `profile_spread`."""
+    total, log_terms = pooled_without_factor(reduced, ln_factors, spreads)
+    total += prior
+    diagonal = np.einsum("sjj->sj", total)[:, :-1]
+    scale = 1.0 / np.sqrt(np.maximum(diagonal, 1e-300))
+    scaled = total[:, :-1, :-1] * scale[:, :, None] * scale[:, None, :]
+    scaled += 1e-10 * np.eye(scaled.shape[1])
+    right = total[:, :-1, -1]
+    steps = scale * np.linalg.solve(scaled, (scale * right)[:, :, None])[:, :, 0]
+    values = total[:, -1, -1] - (right * steps).sum(axis=1) + log_terms
+    k = int(np.argmin(values))
+    return float(spreads[k]), steps[k], float(values[k])
 
 
 def linearise(

@@ -17,6 +17,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from curling_env.physics.effects.card import Push
 from curling_env.typing import Floats, Indices
@@ -150,6 +151,12 @@ class Nearby:
         return {label: places.astype(np.intp) for label, places in found.items()}
 
     @cached_property
+    def mapped(self) -> frozenset[str]:
+        """Labels of the optional terms that are friction maps: one or none."""
+        terms = (self.model.term(label) for label in self.optional)
+        return frozenset(term.label for term in terms if term.map_field)
+
+    @cached_property
     def always(self) -> Indices:
         """Places of the parameters that all combinations have."""
         optional = np.concatenate([np.empty(0, dtype=np.intp), *self.places.values()])
@@ -197,28 +204,24 @@ class Nearby:
 
     def _quadratic(self, made: Combination, total: Floats, *, priors: bool = True) -> Quadratic:
         # The friction map comes last of the effects: it is integrated over as the pushes are.
-        fields = [self.places[label] for label in made.effects if self.model.term(label).map_field]
-        plain = [
-            self.places[label]
-            for label in sorted(made.effects)
-            if not self.model.term(label).map_field
-        ]
+        labels = sorted(made.effects)
+        fields = [self.places[label] for label in labels if label in self.mapped]
+        plain = [self.places[label] for label in labels if label not in self.mapped]
         first = np.concatenate([self.always, *plain])
         pushed = [self.pushes[push] for push in made.pushes]
         places = np.concatenate([first, *fields, *pushed, [self.size - 1]]).astype(np.intp)
-        gram = total[np.ix_(places, places)].copy()
+        block = places[:, None], places
+        gram = total[block]
+        # Without an effect the residual is larger by what the effect explains.
+        away = np.zeros(self.size)
         for label, (at, off) in self.offsets.items():
-            if label in made.effects or not off.any():
-                continue
-            # Without the effect the residual is larger by what the effect explains.
-            others = [
-                (there, away)
-                for name, (there, away) in self.offsets.items()
-                if name not in made.effects
-            ]
-            gram[:, -1] += total[np.ix_(places, at)] @ off
-            gram[-1, :] += total[np.ix_(places, at)] @ off
-            gram[-1, -1] += sum(off @ total[np.ix_(at, there)] @ away for there, away in others)
+            if label not in made.effects:
+                away[at] = off
+        if away.any():
+            larger = total @ away
+            gram[:, -1] += larger[places]
+            gram[-1, :] += larger[places]
+            gram[-1, -1] += away @ larger
         sizes = np.concatenate(
             [
                 *(self.model.map_field.deviations for _ in fields if self.model.map_field),
@@ -230,7 +233,7 @@ class Nearby:
             ]
         )
         if priors:
-            gram = gram + self.prior[np.ix_(places, places)]
+            gram += self.prior[block]
             if self.model.map_field and not fields and CARD.name in self.optional:
                 field = self.model.map_field
                 gram[-1, -1] -= float(((field.values / field.deviations) ** 2).sum())
@@ -241,22 +244,22 @@ class Nearby:
     def steps(self, made: Combination, dispersion: float = 1.0) -> tuple[Floats, Quadratic]:
         """The step of the parameters that is best for a combination, and its quadratic."""
         quadratic = self.quadratic(made, dispersion)
-        return _solve(quadratic.gram)[0], quadratic
+        return _step(quadratic.gram), quadratic
 
     def fall_short(self, made: Combination, dispersion: float = 1.0) -> float:
         """Least −2 ln likelihood of a combination, its priors included."""
-        return _solve(self.quadratic(made, dispersion).gram)[1]
+        return _least(self.quadratic(made, dispersion).gram).value
 
     def value(self, made: Combination, dispersion: float) -> float:
         """−2 ln of the evidence of a combination, and what its terms must bring."""
         quadratic = self.quadratic(made, dispersion)
-        _, least, diagonal = _solve(quadratic.gram)
-        integrated = 2.0 * float(np.log(diagonal[quadratic.always :] * quadratic.sizes).sum())
+        least = _least(quadratic.gram)
+        integrated = 2.0 * float(np.log(least.pivots[quadratic.always :] * quadratic.sizes).sum())
         needed = LEAST_GAIN * (len(made.pushes) + len(made.effects))
         for label in made.effects:
-            if not self.model.term(label).map_field:
+            if label not in self.mapped:
                 needed += GAIN_PER_PARAMETER * (len(self.places[label]) - 1)
-        return least + integrated + self._total(made.spread)[1] + needed
+        return least.value + integrated + self._total(made.spread)[1] + needed
 
     def dispersion(self, made: Combination) -> float:
         """How much larger than noise is what a combination leaves; at least one."""
@@ -288,7 +291,7 @@ class Nearby:
         scores = np.empty(len(grams))
         for i, one in enumerate(grams):
             gram = self._quadratic(made, one, priors=False).gram
-            step = _solve(whole - gram / dispersion)[0]
+            step = _step(whole - gram / dispersion)
             own = gram[-1, -1] - 2 * gram[:-1, -1] @ step + step @ gram[:-1, :-1] @ step
             scores[i] = own / dispersion
         return scores
@@ -324,14 +327,37 @@ def _first(entry: tuple[float, Combination]) -> float:
     return entry[0]
 
 
-def _solve(gram: Floats) -> tuple[Floats, float, Floats]:
-    """The minimum of a quadratic, its value, and the roots of the pivots of its information."""
+class Least(NamedTuple):
+    """The minimum of a quadratic.
+
+    Parameters
+    ----------
+    half : root⁻¹ of the right side, with parameters in units of `scale`
+    value : value at the minimum
+    pivots : roots of the pivots of the information
+    root : Cholesky's root of the information in units of `scale`
+    scale : units of the parameters
+    """
+
+    half: Floats
+    value: float
+    pivots: Floats
+    root: Floats
+    scale: Floats
+
+
+def _least(gram: Floats) -> Least:
     inner = gram[:-1, :-1]
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(inner), 1e-300))
+    scale = 1.0 / np.sqrt(np.maximum(inner.diagonal(), 1e-300))
     root = _root(inner * scale[:, None] * scale)
-    half = np.linalg.solve(root, scale * gram[:-1, -1])
-    step = scale * np.linalg.solve(root.T, half)
-    return step, float(gram[-1, -1] - half @ half), np.diag(root) / scale
+    half = solve_triangular(root, scale * gram[:-1, -1], lower=True, check_finite=False)
+    return Least(half, float(gram[-1, -1] - half @ half), root.diagonal() / scale, root, scale)
+
+
+def _step(gram: Floats) -> Floats:
+    """Where a quadratic has its minimum."""
+    least = _least(gram)
+    return least.scale * solve_triangular(least.root.T, least.half, lower=False, check_finite=False)
 
 
 def _root(matrix: Floats) -> Floats:
