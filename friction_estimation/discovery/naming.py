@@ -42,6 +42,8 @@ from friction_estimation.discovery.tuning import (
 
 Structure = tuple[str, float]
 """The circumstance that the throws' own frictions follow most, and the p that it is chance."""
+OF_THE_PLACE = {("x", "along"), ("y", "along")}
+"""Variables and pushes by which friction differs from place to place, as a map says."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -95,7 +97,8 @@ def name_effects(
 
 def _replaces_map(explanation: Explanation) -> bool:
     """Whether friction follows something else than the place: a map is a copy of much."""
-    return bool(explanation.dependences) and explanation.beats_map
+    elsewhere = [d for d in explanation.dependences if (d.variable, d.push) not in OF_THE_PLACE]
+    return bool(elsewhere) and explanation.beats_map
 
 
 def _beside_unknown(

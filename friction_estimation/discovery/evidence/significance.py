@@ -249,9 +249,15 @@ def _best_of(
 
 
 def friction_structure(fitted: SessionFit, rng: np.random.Generator) -> tuple[str, float]:
-    """The circumstance that the throws' own frictions follow most, and p that it is chance."""
+    """The circumstance that the throws' own frictions follow most, and p that it is chance.
+
+    Beside a friction map it is not asked whether they follow the line: throws on a line share what
+    is inexact in the map, and chance would not do as well.
+    """
     if fitted.model.spread <= 1.01 * LEAST_SPREAD or len(fitted.session) < 8:
         return "", 1.0
     columns = throw_covariates(fitted.session, fitted.states)
+    if fitted.model.map_field is not None:
+        columns.pop("x", None)
     which, p = _best_of(np.column_stack(list(columns.values())), own_frictions(fitted)[0], rng)
     return list(columns)[which], p

@@ -243,7 +243,7 @@ def prune(fitted: SessionFit, kept: set[str]) -> SessionFit:
         for term in fitted.model.terms:
             if term.label in kept or len(fitted.model.terms) - len(kept) < 2:
                 continue
-            without = refit(fitted, fitted.model.without(term.label))
+            without = _without(fitted, term)
             loss = without.deviance - fitted.deviance
             needed = LEAST_GAIN + GAIN_PER_PARAMETER * (len(term.free) - 1)
             if loss < needed and (poorest is None or loss < poorest[0]):
@@ -251,3 +251,23 @@ def prune(fitted: SessionFit, kept: set[str]) -> SessionFit:
         if poorest is None:
             return fitted
         fitted = poorest[1]
+
+
+def _without(fitted: SessionFit, term: Term) -> SessionFit:
+    """The fit without a term.
+
+    A patch that was found beside a map is what the map had left of it: without the map it is sought
+    anew.
+    """
+    best = refit(fitted, fitted.model.without(term.label))
+    if term.map_field is None:
+        return best
+    for other in fitted.model.terms:
+        if other.card.search.area is None:
+            continue
+        bare = refit(best, best.model.without(other.label))
+        for patch in find_patches(bare):
+            if patch.name == other.name:
+                again = refine(try_term(bare, patch).fit)
+                best = min(best, again, key=lambda fit: fit.deviance)
+    return best

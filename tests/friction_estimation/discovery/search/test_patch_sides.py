@@ -1,0 +1,56 @@
+"""The sides of a patch along the sheet are placed where the throws say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery.model.baseline import base_model
+from friction_estimation.discovery.model.candidates import Term, known_effects
+from friction_estimation.discovery.model.fit import refit
+from friction_estimation.discovery.search.patch_sides import (
+    foreseen_deviances,
+    place_sides,
+    sides_along,
+    with_side,
+)
+from friction_estimation.discovery.search.selection import fit_with_noise
+from tests.friction_estimation.discovery.conftest import effect
+
+PATCH = {"x_min": -0.4, "x_max": 0.6, "y_min": -4.0, "y_max": 6.0}
+
+
+@pytest.fixture
+def off_to_the_right(make_session):
+    """A fit whose patch begins 0.3 m too far right."""
+    tracks = make_session([effect("friction_patch", **PATCH, factor=0.9)], throws=14)
+    session = open_session(tracks)
+    plain = fit_with_noise(base_model(None, session), session)
+    card = known_effects(session.measurements)["friction_patch"]
+    values = {**PATCH, "x_min": -0.1, "factor": 0.95}
+    term = Term(card=card, values=values, free=("factor",))
+    return refit(plain, plain.model.with_terms(term))
+
+
+def test_what_a_place_would_bring_is_foreseen(off_to_the_right) -> None:
+    label = "friction_patch"
+    places = (-0.8, -0.4, -0.2, 0.1, 0.3)
+    models = [with_side(off_to_the_right.model, label, "x_min", place) for place in places]
+    assert all(model is not None for model in models)
+    kept = [model for model in models if model is not None]
+    foreseen = foreseen_deviances(off_to_the_right, kept)
+    fitted = np.array([refit(off_to_the_right, model).deviance for model in kept])
+    assert int(np.argmin(foreseen)) == int(np.argmin(fitted)) == 1
+    # Where a place is better, the gain is foreseen within a third of it.
+    gain = off_to_the_right.deviance - fitted[1]
+    assert gain > 100
+    assert off_to_the_right.deviance - foreseen[1] == pytest.approx(gain, rel=0.33)
+
+
+def test_a_side_goes_where_it_fits(off_to_the_right) -> None:
+    placed = place_sides(off_to_the_right)
+    term = placed.model.term("friction_patch")
+    assert sides_along(term) == ("x_min", "x_max")
+    assert term.values["x_min"] == pytest.approx(-0.4, abs=0.15)
+    assert term.values["factor"] == pytest.approx(0.9, abs=0.01)
