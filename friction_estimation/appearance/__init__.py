@@ -10,7 +10,13 @@ from friction_estimation.appearance.crops import (
     total_misfit,
     unexplained_share,
 )
-from friction_estimation.appearance.fit import Appearance, StoneFit, channels_of, measure
+from friction_estimation.appearance.fit import (
+    Appearance,
+    ShapeDoubt,
+    StoneFit,
+    channels_of,
+    measure,
+)
 from friction_estimation.appearance.handle import heading_costs
 from friction_estimation.appearance.learning import adapt_appearance, learn_appearance
 from friction_estimation.appearance.model import PixelWindow, StoneModel
@@ -23,6 +29,7 @@ __all__ = [
     "Crop",
     "PixelWindow",
     "PosedStone",
+    "ShapeDoubt",
     "StoneFit",
     "StoneModel",
     "adapt_appearance",

@@ -37,6 +37,26 @@ from friction_estimation.film.frame import Frame
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class ShapeDoubt:
+    """How far an error of a stone's learnt look misplaces the stone, alike in all frames.
+
+    Parameters
+    ----------
+    places : (n, 2) where it was worked out [m]
+    sigma : (n, 2) standard error of each coordinate there [m]
+    """
+
+    places: Floats
+    sigma: Floats
+
+    def at(self, xy: Floats) -> Floats:
+        """Standard error of each coordinate at places (n, 2) [m], by how far along the sheet."""
+        order = np.argsort(self.places[:, 1], kind="stable")
+        y = self.places[order, 1]
+        return np.column_stack([np.interp(xy[:, 1], y, axis) for axis in self.sigma[order].T])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Appearance:
     """The look of a stone in one film.
 
@@ -46,12 +66,15 @@ class Appearance:
     colours : (5, 3) brightness and two colour differences of foot, side, bevel, top and handle
     noise : (3,) standard deviation of a residual in each channel, as found on this film
     has_handle : whether a handle was found; without one there is no heading
+    doubt : how far what is not known of the look may misplace the stone; None where it was not
+        learnt from a film
     """
 
     model: StoneModel
     colours: Floats
     noise: Floats
     has_handle: bool
+    doubt: ShapeDoubt | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -26,7 +26,11 @@ from friction_estimation.appearance.crops import (
 from friction_estimation.appearance.fit import Appearance
 from friction_estimation.appearance.handle import find_handle, fit_headings
 from friction_estimation.appearance.model import StoneModel
-from friction_estimation.appearance.profile import objective, refine_profile
+from friction_estimation.appearance.profile import (
+    objective,
+    refine_profile,
+    shape_doubt,
+)
 from friction_estimation.appearance.shape import PARTS
 from friction_estimation.appearance.tuning import (
     ADAPTING_ROUNDS,
@@ -75,7 +79,7 @@ def learn_appearance(
             fit_headings(crops, look)
         for crop in crops:
             fit_pose(crop, look)
-    return look
+    return replace(look, doubt=shape_doubt(crops, look, model))
 
 
 def adapt_appearance(

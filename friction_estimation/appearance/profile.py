@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from curling_env.typing import Floats
 from friction_estimation.appearance.crops import Crop, painted_planes, robust_weights, total_misfit
-from friction_estimation.appearance.fit import Appearance
+from friction_estimation.appearance.fit import Appearance, ShapeDoubt
 from friction_estimation.appearance.fit_kernels import normal_equations
 from friction_estimation.appearance.model import PixelWindow, StoneModel
 from friction_estimation.appearance.painting import (
@@ -30,6 +31,7 @@ from friction_estimation.appearance.shape import (
     SHAPE_PARAMETERS,
 )
 from friction_estimation.appearance.tuning import (
+    ALIKE_PICTURES,
     MAX_FOOT_BRIGHTNESS,
     MIN_GAIN,
     PIXEL_CORRELATION,
@@ -96,6 +98,11 @@ HANDLE_PREFIXES = ("handle", "collar", "neck")
 """Parameters with these prefixes change only the handle."""
 SHADE_PREFIXES = ("shadow", "contact")
 """Parameters with these prefixes change only the shade on the ice."""
+FIRST_DAMPING, LEAST_DAMPING = 1e-4, 1e-7
+"""Damping of steps, as shares of the diagonal: at first, and at least. Where the misfit hardly
+changes along a valley, a more strongly damped fit rests anywhere in it."""
+DAMPING_STEP = 20.0
+"""Factor between the damping of one step and of the next."""
 BLURS = ("blur_px", "colour_blur_px")
 """Parameters that change only the blur."""
 COLOUR_DIFFERENCES = (
@@ -121,46 +128,19 @@ def refine_profile(
     typical_model : centre of the prior of the shape
     rounds : greatest number of rounds
     """
-    typical = typical_model.shape()
-    names = [n for n in SHAPE_SPREAD if look.has_handle or not n.startswith(HANDLE_PREFIXES)]
-    index = [SHAPE_PARAMETERS.index(n) for n in names]
-    spread = np.array([SHAPE_SPREAD[n] for n in names])
-    parts = len(PARTS) if look.has_handle else len(PARTS) - 1
-    shared = len(names) + 3 * parts
-    low, high = np.array([SHAPE_BOUNDS.get(n, (-np.inf, np.inf)) for n in names]).T
-    damping = 1e-4
-    value = _objective(crops, look, typical, index, spread)
+    free, typical = _Free.of(look), typical_model.shape()
+    damping = FIRST_DAMPING
+    value = _objective(crops, look, typical, free)
     for _ in range(rounds):
-        normal, right, poses = _joint_equations(crops, look, index, parts)
-        shape = look.model.shape()
-        prior = np.zeros(shared)
-        prior[: len(names)] = 1 / spread**2
-        right[: len(names)] += (typical - shape)[index] / spread**2
-        prior_matrix, prior_vector = _granite_prior(look.colours, len(names), shared)
-        normal += prior_matrix + np.diag(prior + 1e-6)
-        right += prior_vector
+        equations = _joint_equations(crops, look, typical, free)
         before, last = [crop.pose for crop in crops], value
         for _ in range(5):
-            step = _step_within(normal, right, damping, low - shape[index], high - shape[index])
-            moved = shape.copy()
-            moved[index] += np.clip(step[: len(names)], -spread, spread)
-            moved[index] = np.clip(moved[index], low, high)
-            colours = look.colours.copy()
-            colours[:parts] += step[len(names) :].reshape(parts, 3)
-            foot, side = PARTS.index("foot"), PARTS.index("side")
-            colours[foot, 0] = min(colours[foot, 0], MAX_FOOT_BRIGHTNESS * colours[side, 0])
-            tried = replace(look, model=look.model.with_shape(moved), colours=colours)
-            taken = np.concatenate(
-                [(moved - shape)[index], (colours - look.colours)[:parts].ravel()]
-            )
-            for crop, pose, (alone, along) in zip(crops, before, poses, strict=True):
-                crop.pose = pose.copy()
-                crop.pose[: len(alone)] += np.clip(alone - along @ taken, -0.2, 0.2)
-            found = _objective(crops, tried, typical, index, spread)
+            tried = _after_step(crops, look, free, equations, damping)
+            found = _objective(crops, tried, typical, free)
             if found < value:
-                look, value, damping = tried, found, max(damping / 10, 1e-4)
+                look, value, damping = tried, found, max(damping / DAMPING_STEP, LEAST_DAMPING)
                 break
-            damping *= 10
+            damping *= DAMPING_STEP
             for crop, pose in zip(crops, before, strict=True):
                 crop.pose = pose
 
@@ -169,23 +149,103 @@ def refine_profile(
     return look
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Free:
+    """What is fitted: shape parameters, by index, with their prior spreads, and parts' colours."""
+
+    index: list[int]
+    spread: Floats
+    low: Floats
+    high: Floats
+    parts: int
+
+    @classmethod
+    def of(cls, look: Appearance) -> _Free:
+        names = [n for n in SHAPE_SPREAD if look.has_handle or not n.startswith(HANDLE_PREFIXES)]
+        low, high = np.array([SHAPE_BOUNDS.get(n, (-np.inf, np.inf)) for n in names]).T
+        return cls(
+            index=[SHAPE_PARAMETERS.index(n) for n in names],
+            spread=np.array([SHAPE_SPREAD[n] for n in names]),
+            low=low,
+            high=high,
+            parts=len(PARTS) if look.has_handle else len(PARTS) - 1,
+        )
+
+    @property
+    def shared(self) -> int:
+        """Number of parameters that all crops share."""
+        return len(self.index) + 3 * self.parts
+
+
+class _Equations(NamedTuple):
+    """Normal equations of shape and colours, with every crop's pose eliminated.
+
+    Parameters
+    ----------
+    crops : matrix of what the crops tell
+    prior : matrix of what stones are like
+    right : right-hand side of both
+    poses : for every crop, the step of its pose for fixed shape and colours, and how much that
+        step decreases per unit of each of them
+    """
+
+    crops: Floats
+    prior: Floats
+    right: Floats
+    poses: list[tuple[Floats, Floats]]
+
+
+def _after_step(
+    crops: Sequence[Crop], look: Appearance, free: _Free, equations: _Equations, damping: float
+) -> Appearance:
+    """The look after a damped step; the poses of the crops are moved with it, in place."""
+    shape, count = look.model.shape(), len(free.index)
+    step = _step_within(
+        equations.crops + equations.prior,
+        equations.right,
+        damping,
+        free.low - shape[free.index],
+        free.high - shape[free.index],
+    )
+    moved = shape.copy()
+    moved[free.index] += np.clip(step[:count], -free.spread, free.spread)
+    moved[free.index] = np.clip(moved[free.index], free.low, free.high)
+    colours = look.colours.copy()
+    colours[: free.parts] += step[count:].reshape(free.parts, 3)
+    foot, side = PARTS.index("foot"), PARTS.index("side")
+    colours[foot, 0] = min(colours[foot, 0], MAX_FOOT_BRIGHTNESS * colours[side, 0])
+    taken = np.r_[(moved - shape)[free.index], (colours - look.colours)[: free.parts].ravel()]
+    for crop, (alone, along) in zip(crops, equations.poses, strict=True):
+        pose = crop.pose.copy()
+        pose[: len(alone)] += np.clip(alone - along @ taken, -0.2, 0.2)
+        crop.pose = pose
+    return replace(look, model=look.model.with_shape(moved), colours=colours)
+
+
+def shape_doubt(crops: Sequence[Crop], look: Appearance, typical_model: StoneModel) -> ShapeDoubt:
+    """How far what the crops leave open of shape and colours misplaces the stone in each of them.
+
+    Parameters
+    ----------
+    crops : crops of one stone with fitted poses
+    look : fitted to them
+    typical_model : centre of the prior of the shape
+    """
+    equations = _joint_equations(crops, look, typical_model.shape(), _Free.of(look))
+    # What no shape can paint is alike in all crops, so that they tell less than as many would.
+    covariance = np.linalg.inv(equations.crops / ALIKE_PICTURES + equations.prior)
+    moved = [along[:2] for _, along in equations.poses]
+    sigma = [np.sqrt(np.einsum("ip,pq,iq->i", a, covariance, a)) for a in moved]
+    return ShapeDoubt(places=np.array([crop.pose[:2] for crop in crops]), sigma=np.array(sigma))
+
+
 def objective(crops: Sequence[Crop], look: Appearance, typical_model: StoneModel) -> float:
     """What `refine_profile` lowers: the robust misfit to the crops and to what stones are like."""
-    names = [n for n in SHAPE_SPREAD if look.has_handle or not n.startswith(HANDLE_PREFIXES)]
-    index = [SHAPE_PARAMETERS.index(n) for n in names]
-    spread = np.array([SHAPE_SPREAD[n] for n in names])
-    return _objective(crops, look, typical_model.shape(), index, spread)
+    return _objective(crops, look, typical_model.shape(), _Free.of(look))
 
 
-def _objective(
-    crops: Sequence[Crop],
-    look: Appearance,
-    typical: Floats,
-    index: list[int],
-    spread: Floats,
-) -> float:
-    """The robust misfit to the crops plus that to the priors of shape and colours."""
-    away = (look.model.shape() - typical)[index] / spread
+def _objective(crops: Sequence[Crop], look: Appearance, typical: Floats, free: _Free) -> float:
+    away = (look.model.shape() - typical)[free.index] / free.spread
     differences = np.array(
         [
             (look.colours[PARTS.index(name)] - look.colours[PARTS.index(other)]) / spread
@@ -198,21 +258,13 @@ def _objective(
 
 
 def _joint_equations(
-    crops: Sequence[Crop], look: Appearance, index: list[int], parts: int
-) -> tuple[Floats, Floats, list[tuple[Floats, Floats]]]:
-    """Normal equations of shape and colours, with every crop's pose eliminated.
-
-    Returns
-    -------
-    matrix and right-hand side; for every crop, the step of its pose for fixed shape and
-    colours, and how much that step decreases per unit of each of them
-    """
-    poses = 3 if look.has_handle else 2
-    shared = len(index) + 3 * parts
+    crops: Sequence[Crop], look: Appearance, typical: Floats, free: _Free
+) -> _Equations:
+    poses, count, shared = 3 if look.has_handle else 2, len(free.index), free.shared
     normal, right = np.zeros((shared, shared)), np.zeros(shared)
     steps: list[tuple[Floats, Floats]] = []
     for crop in crops:
-        jacobian, residual, weight = _linearised(crop, look, index, parts, poses)
+        jacobian, residual, weight = _linearised(crop, look, free.index, free.parts, poses)
         full = np.empty((shared + poses, shared + poses))
         pulled = np.empty(shared + poses)
         normal_equations(jacobian, residual, weight, full, pulled)
@@ -224,7 +276,16 @@ def _joint_equations(
         normal += full[:shared, :shared] - cross @ solved[:, :-1]
         right += pulled[:shared] - cross @ solved[:, -1]
         steps.append((solved[:, -1], solved[:, :-1]))
-    return normal / PIXEL_CORRELATION, right / PIXEL_CORRELATION, steps
+    prior, pull = _granite_prior(look.colours, count, shared)
+    prior[np.diag_indices(shared)] += 1e-6
+    prior[np.diag_indices(count)] += 1 / free.spread**2
+    pull[:count] += (typical - look.model.shape())[free.index] / free.spread**2
+    return _Equations(
+        crops=normal / PIXEL_CORRELATION,
+        prior=prior,
+        right=right / PIXEL_CORRELATION + pull,
+        poses=steps,
+    )
 
 
 def _step_within(

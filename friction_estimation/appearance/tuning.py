@@ -86,6 +86,8 @@ ENOUGH_PIXELS = 24_000
 """Of large stones, crops are left out until about this many pixels are left."""
 ENOUGH_CROPS = 8
 """At least this many crops are kept."""
+ALIKE_PICTURES = 4.0
+"""So many pictures of a stone repeat each other's faults, and count as one."""
 MIN_GAIN = 0.3
 """A round that lowers the squared standard errors by less is the last."""
 MAX_FOOT_BRIGHTNESS = 1.1

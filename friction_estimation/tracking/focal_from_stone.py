@@ -21,6 +21,7 @@ from friction_estimation.appearance import (
     adapt_appearance,
     learn_appearance,
 )
+from friction_estimation.appearance.tuning import ALIKE_PICTURES
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import RefinedCamera, log_height_prior
 from friction_estimation.camera.tuning import CAMERA_HEIGHT_PRIOR
@@ -161,7 +162,7 @@ def likely_height(seen: Sequence[tuple[float, float]]) -> tuple[float, float]:
         return float(-np.log(lean[0])), 1.0
     log_height = np.linspace(-np.log(lean[-1]), -np.log(lean[0]), 400)
     misfit = PchipInterpolator(lean, cost)(np.exp(-log_height))
-    weight = np.exp(-0.5 * (misfit - misfit.min()) / tuning.ALIKE_PICTURES)
+    weight = np.exp(-0.5 * (misfit - misfit.min()) / ALIKE_PICTURES)
     weight /= weight.sum()
     mean = float(weight @ log_height)
     return mean, float(np.sqrt(weight @ (log_height - mean) ** 2))

@@ -73,8 +73,6 @@ COARSE_HEIGHTS = 7
 """Number of heights tried first, evenly spaced in their inverse."""
 FINE_HEIGHT_STEPS = (-0.5, -0.25, 0.25, 0.5)
 """Heights tried next, as parts of a coarse step away from the best."""
-ALIKE_PICTURES = 4.0
-"""So many pictures of a stone repeat each other's faults, and count as one."""
 MIN_LOG_HEIGHT_SIGMA = 0.02
 """The logarithm of the height is never claimed to be known better."""
 LOW_HEIGHT = 4.0
@@ -198,15 +196,9 @@ OUTLIER_SIGMAS = 4.0
 """Measurements this many standard errors from what all others say are left out."""
 SMOOTHING_PASSES = 4
 """How often jerk, noise and outliers are found in turn."""
-EDGE_ERROR_PX = 0.068
-"""Systematic error of a stone's outline in the picture, seen from above [px]."""
-LOW_VIEW_COT2 = 32.0
-"""Squared cotangent of the elevation at which that error is √2 times as large: low views hardly
-tell a stone's foot from its far rim. Set on cameras 7 to 9 m above the far end."""
-OUTLINE_ERROR = 0.0055
-"""Systematic error of a stone's outline along the ice where only one side of it is seen [m]. Set on
-eight films from ceiling cameras and gantries past which a stone slides, or short of which it
-stays."""
+EDGE_ERROR_PX = 0.05
+"""Error of a stone's place in the picture that its look does not explain, alike in all frames [px]:
+no shape of the model is quite that of a stone."""
 LARGER_COORDINATE_SHARE = 0.7
 """Share of the larger coordinate's variance that the common `sigma_xy` has at least, so that 95 %
 of all coordinates lie in their intervals even where only one of the two is off."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from curling_env.typing import Floats
-from friction_estimation.appearance import StoneModel
+from friction_estimation.appearance import ShapeDoubt, StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.camera.tuning import CLICK_SIGMA_PX
@@ -39,7 +39,11 @@ def camera_variance(refined: RefinedCamera, xy: Floats, z: float) -> Floats:
 
 
 def systematic_sigma(
-    refined: RefinedCamera, xy: Floats, height: float, lag_px: float = 0.0
+    refined: RefinedCamera,
+    xy: Floats,
+    height: float,
+    lag_px: float = 0.0,
+    doubt: ShapeDoubt | None = None,
 ) -> Floats:
     """Standard error of each coordinate that all frames share, (n,) [m].
 
@@ -49,20 +53,17 @@ def systematic_sigma(
     xy : (n, 2) places on the ice [m]
     height : height of the stone [m]
     lag_px : error of its place that the compression of the film causes [px]
+    doubt : what is not known of the stone's look
     """
     camera, middle = refined.camera, height / 2
     variance = camera_variance(refined, xy, middle)
     metre = _metres_per_px(camera, xy, middle)
-    sight = xy - camera.position[:2]
-    cotangent = np.linalg.norm(sight, axis=1) / (camera.position[2] - middle)
-    edge_px = tuning.EDGE_ERROR_PX * np.hypot(1.0, cotangent**2 / tuning.LOW_VIEW_COT2)
     # Without paint, the clicked points are all that the camera rests on.
     loose_px = 0.0 if refined.measured else CLICK_SIGMA_PX / 2
-    edge = (np.hypot(np.hypot(edge_px, loose_px), lag_px)[:, None] * metre) ** 2
-    rise = camera.position[2] - middle
-    outline = tuning.OUTLINE_ERROR**2 * sight**2 / (rise**2 + np.sum(sight**2, axis=1))[:, None]
-    larger = np.sum(outline, axis=1) > np.sum(edge, axis=1)
-    variance += np.where(larger[:, None], outline, edge)
+    edge_px = np.hypot(np.hypot(tuning.EDGE_ERROR_PX, loose_px), lag_px)
+    variance += (edge_px * metre) ** 2
+    if doubt is not None:
+        variance += doubt.at(xy) ** 2
     least = tuning.LARGER_COORDINATE_SHARE * variance.max(axis=1)
     return np.sqrt(np.maximum(variance.mean(axis=1), least))
 

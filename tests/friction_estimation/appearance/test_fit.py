@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from friction_estimation.appearance import Appearance, StoneModel
+from friction_estimation.appearance import Appearance, Crop, StoneModel, learn_appearance
 from friction_estimation.appearance.fit import fit_stone
 from friction_estimation.appearance.model import window_at
 from friction_estimation.appearance.painting import shares
@@ -74,6 +76,53 @@ def scene(request):
     xy = np.array([0.2, request.param])
     window = window_at(CAMERA, MODEL.outline_px(CAMERA, xy), 5.0)
     return xy, window, drawn(window, xy)
+
+
+@pytest.fixture(scope="module")
+def film_of_a_stone():
+    """Crops of a stone at known places, (10,) and (10, 2) [m]."""
+    rng = np.random.default_rng(2)
+    places = np.column_stack([np.linspace(0.4, -0.3, 10), np.linspace(-13.0, 14.0, 10)])
+    crops = []
+    for k, xy in enumerate(places):
+        window = window_at(CAMERA, MODEL.outline_px(CAMERA, xy), 5.0)
+        assert window is not None
+        truth = drawn(window, xy)
+        pixels = np.column_stack([truth, np.zeros((len(truth), 2))])
+        pixels += rng.normal(0.0, 2.0, pixels.shape)
+        behind = np.tile([ICE, 0.0, 0.0], (len(truth), 1))
+        pose = np.array([*xy + rng.normal(0.0, [0.02, 0.1]), 0.0])
+        crops.append(Crop(window=window, pixels=pixels, background=behind, pose=pose, t=1.0 * k))
+    return crops, places
+
+
+def learnt(crops, change=0.0):
+    """Places and look that are learnt from copies of crops, whose pixels are changed by so much."""
+    rng = np.random.default_rng(3)
+    own = [
+        replace(crop, pixels=crop.pixels + change * rng.standard_normal(crop.pixels.shape))
+        for crop in crops
+    ]
+    look = learn_appearance(own, StoneModel(radius=0.145, height=0.114), 2.0)
+    return np.array([crop.pose[:2] for crop in own]), look
+
+
+def test_a_stone_is_misplaced_no_more_than_what_is_unknown_of_its_shape_allows(film_of_a_stone):
+    crops, places = film_of_a_stone
+    found, look = learnt(crops)
+    assert look.doubt is not None
+    doubt = look.doubt.at(places)
+    assert np.abs(found - places).max() < 0.03
+    assert (np.abs(found - places) < 3 * np.hypot(doubt, 0.001)).all()
+    # What is far away, and seen from low down, is the least certain.
+    assert doubt[-1, 1] > 1.5 * doubt[0, 1]
+    assert doubt.max() < 0.03
+
+
+def test_what_is_learnt_does_not_depend_on_rounding(film_of_a_stone):
+    crops, _ = film_of_a_stone
+    one, other = learnt(crops)[0], learnt(crops, 1e-9)[0]
+    assert np.abs(one - other).max() < 1e-4
 
 
 def test_a_low_view_is_painted_to_a_grey_level(scene):

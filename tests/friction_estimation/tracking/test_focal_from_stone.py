@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from friction_estimation.appearance.tuning import ALIKE_PICTURES
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import unrefined
 from friction_estimation.tracking.focal_from_stone import likely_height
 from friction_estimation.tracking.path.uncertainty import camera_variance, systematic_sigma
-from friction_estimation.tracking.tuning import ALIKE_PICTURES
 
 LEANS = np.linspace(0.04, 0.4, 11)
 
