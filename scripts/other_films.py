@@ -1,0 +1,360 @@
+"""Films of known throws by a renderer that shares no code with this project.
+
+python scripts/other_films.py -o runs/other --cameras end,side --sizes 1080,480 --rates 15,30
+python scripts/tracking_accuracy.py --films-in runs/other --cameras end480f15,side480f15
+
+Its lens, ray caster, stone, paint and motion are written anew here, in NumPy alone; OpenCV blurs
+and PyAV compresses. Cameras hang a little elsewhere for every seed, stones have radii of 0.140 to
+0.146 m and their own profile, and lenses bend and sit a little askew. Every film is written in
+all sizes and rates asked for. What a user would know goes into NAME.scene.json, the truth into
+NAME.truth.json and NAME-K.truth.csv, as `tracking_accuracy.py --films-in` reads them.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Annotated, Any
+
+import av
+import cv2
+import numpy as np
+import typer
+from av.video.stream import VideoStream
+from numpy.typing import NDArray
+
+Array = NDArray[np.floating[Any]]
+
+LENGTH, WIDTH = 44.5, 4.5
+TEE, HOG = 17.3735, 10.9725
+RINGS = ((1.829, (150, 70, 40)), (1.219, (235, 235, 235)), (0.610, (50, 50, 190)),
+         (0.152, (235, 235, 235)))  # fmt: skip
+ICE, FLOOR, DARK = (232, 228, 224), (70, 64, 60), (60, 60, 60)
+STONE_HEIGHT = 0.1143
+BAND = 0.0625
+"""Radius of a stone's running band [m]."""
+GRAVITY = 9.81
+LEAD, TAIL = 0.6, 1.0
+"""What is filmed before the release and after the stone rests [s]."""
+LAYERS = 44
+"""Levels at which a ray is tested against the stone."""
+FINE = 4
+"""Rays along each side of a pixel."""
+
+PLACES: dict[str, tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...], float, float]] = {
+    "end": ((0.4, -36.5, 8.8), (0.0, -12.5, 0.0), (0.0, 0.0, 1.0), 1.16, -0.12),
+    "gantry": ((0.2, 0.1, 15.5), (0.0, 0.0, 0.0), (-1.0, 0.0, 0.0), 0.335, -0.05),
+    "side": ((-13.8, 0.2, 10.6), (0.3, 0.0, 0.0), (0.0, 0.0, 1.0), 0.36, -0.08),
+    "ceiling": ((0.1, 15.2, 6.1), (0.0, 15.0, 0.0), (-1.0, 0.0, 0.0), 0.54, -0.2),
+}
+"""Place, target, what is up, focal length and displacement of the picture's end, in widths."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """A camera: rotation (3, 3), place (3,), focal length, axis, distortion and size [px]."""
+
+    turn: Array
+    place: Array
+    focal: float
+    axis: tuple[float, float]
+    k1: float
+    k2: float
+    size: tuple[int, int]
+
+    def pixels(self, points: Array) -> Array:
+        """Where points (n, 3) [m] are seen, (n, 2) [px]."""
+        local = (points - self.place) @ self.turn.T
+        a, b = local[:, 0] / local[:, 2], local[:, 1] / local[:, 2]
+        r = a * a + b * b
+        bend = 1 + r * (self.k1 + r * self.k2)
+        return np.stack([self.focal * a * bend, self.focal * b * bend], 1) + np.array(self.axis)
+
+    def rays(self, u: Array, v: Array) -> Array:
+        """Directions (..., 3) through pixels; the bend is undone by repetition."""
+        p, q = (u - self.axis[0]) / self.focal, (v - self.axis[1]) / self.focal
+        a, b = p.copy(), q.copy()
+        for _ in range(40):
+            r = a * a + b * b
+            bend = 1 + r * (self.k1 + r * self.k2)
+            a, b = p / bend, q / bend
+        return np.stack([a, b, np.ones_like(a)], -1) @ self.turn
+
+
+def view_of(name: str, height: int, rng: np.random.Generator) -> View:
+    """A camera of a kind, hung a little elsewhere."""
+    place, target, up, focal, bend = PLACES[name]
+    size = (height * 4 // 3, height) if name == "ceiling" else (round(height * 16 / 9), height)
+    size = (size[0] - size[0] % 2, size[1])
+    at = np.array(place) * [1, 1, rng.uniform(0.92, 1.08)] + rng.normal(0, 0.15, 3)
+    to = np.array(target) + np.append(rng.normal(0, 0.1, 2), 0.0)
+    ahead = (to - at) / np.linalg.norm(to - at)
+    right = np.cross(ahead, np.array(up))
+    right /= np.linalg.norm(right)
+    f = focal * rng.uniform(0.96, 1.0) * (1 if name == "end" else at[2] / place[2]) * size[0]
+    half = (size[0] / 2 / f) ** 2
+    k1 = bend * rng.uniform(0.5, 1.0) / half
+    off = rng.normal(0, 0.004, 2) * size[0]
+    return View(turn=np.stack([right, np.cross(ahead, right), ahead]), place=at, focal=float(f),
+                axis=(size[0] / 2 + off[0], size[1] / 2 + off[1]), k1=float(k1),
+                k2=float(-0.12 * k1 / half), size=size)  # fmt: skip
+
+
+# --- the ice ------------------------------------------------------------------------------------
+
+
+def colour_of_ice(x: Array, y: Array) -> Array:
+    """What is painted at places on the ice, (..., 3) BGR."""
+    colour = np.empty((*x.shape, 3), np.float32)
+    colour[:] = ICE
+    for end in (-1, 1):
+        away = np.hypot(x, y - end * TEE)
+        for radius, paint in RINGS:
+            colour[away <= radius] = paint
+    depth = np.abs(y)
+    colour[(np.abs(x) < 0.00635) & (depth < TEE + 3.66)] = DARK
+    for line in (TEE, TEE + 1.829 - 0.00635):
+        colour[np.abs(depth - line) < 0.00635] = DARK
+    colour[(depth >= HOG) & (depth <= HOG + 0.1016)] = (40, 40, 170)
+    colour[(np.abs(x) > WIDTH / 2) | (depth > LENGTH / 2)] = FLOOR
+    return colour
+
+
+def picture_of_ice(view: View, rng: np.random.Generator) -> Array:
+    """The empty sheet, (rows, columns, 3), unevenly lit."""
+    width, height = view.size
+    picture = np.empty((height, width, 3), np.float32)
+    part = (np.arange(5) + 0.5) / 5 - 0.5
+    for row in range(height):
+        u, v = np.meshgrid((np.arange(width)[:, None] + part).ravel(), row + part)
+        rays = view.rays(u, v)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            far = np.where(rays[..., 2] < -1e-3, -view.place[2] / rays[..., 2], np.nan)
+        x, y = (np.nan_to_num(view.place[k] + far * rays[..., k], nan=99.0) for k in (0, 1))
+        picture[row] = colour_of_ice(x, y).reshape(5, width, 5, 3).mean(axis=(0, 2))
+    glow = rng.uniform(-0.08, 0.08, 2)
+    down, across = np.linspace(-1, 1, height), np.linspace(-1, 1, width)
+    lit = 1 + np.add.outer(glow[0] * down, glow[1] * across)
+    grain = cv2.GaussianBlur(rng.normal(0, 1, (height, width)), (0, 0), 1.2)
+    return picture * (lit + 0.02 * grain)[..., None].astype(np.float32)
+
+
+# --- the stone ----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, kw_only=True)
+class Granite:
+    """A stone: radius [m], the exponents of its profile below and above, colours, and the light.
+
+    Its shade is the share of the light that the ice under its edge loses.
+    """
+
+    radius: float
+    below: float
+    above: float
+    body: Array
+    handle: Array
+    sun: Array
+    shade: float
+
+    def radii(self, z: Array) -> Array:
+        """Radius at heights (n,): widest at 48 % of the height, with a flat striking band."""
+        middle, band = 0.48 * STONE_HEIGHT, 0.011
+        up = np.clip((z - middle - band) / (STONE_HEIGHT - middle - band), 0, 1)
+        down = np.clip((middle - band - z) / (middle - band), 0, 1)
+        top = self.radius * (1 - 0.52 * up**self.above)
+        return np.where(z > middle, top, self.radius - (self.radius - BAND) * down**self.below)
+
+
+def draw_stone(picture: Array, view: View, stone: Granite, x: float, y: float, turn: float) -> None:
+    """Draw a stone with its handle, its shade and its mirror image into a picture, in place."""
+    reach = stone.radius + 0.12
+    box = np.array([(x + a, y + b, c) for a in (-reach, reach) for b in (-reach, reach)
+                    for c in (-0.1, 0.19)])  # fmt: skip
+    px = view.pixels(box)
+    low = np.maximum(np.floor(px.min(axis=0)).astype(int) - 2, 0)
+    high = np.minimum(np.ceil(px.max(axis=0)).astype(int) + 3, view.size)
+    if (high - low < 3).any():
+        return
+    part = (np.arange(FINE) + 0.5) / FINE - 0.5
+    u, v = np.meshgrid((np.arange(low[0], high[0])[:, None] + part).ravel(),
+                       (np.arange(low[1], high[1])[:, None] + part).ravel())  # fmt: skip
+    rays = view.rays(u, v)
+    slope = rays[..., :2] / rays[..., 2:]
+    foot = view.place[:2] - view.place[2] * slope - np.array([x, y])
+    rows, columns = slice(low[1], high[1]), slice(low[0], high[0])
+    ice = picture[rows, columns]
+    seen = np.repeat(np.repeat(ice, FINE, 0), FINE, 1)
+    away = np.hypot(*(foot - 0.03 * stone.sun[:2]).transpose(2, 0, 1))
+    shade = 1 - stone.shade * np.clip((stone.radius - away) / 0.04, 0, 1)
+    seen = seen * shade[..., None]
+    levels = np.linspace(0, STONE_HEIGHT, LAYERS)
+    radii = stone.radii(levels)
+    tilt = np.gradient(radii, levels)
+    cos, sin = np.cos(turn), np.sin(turn)
+    mirrored = np.zeros(foot.shape[:2], bool)
+    for z, radius in zip(levels, radii, strict=True):
+        at = foot - z * slope
+        mirrored |= np.hypot(at[..., 0], at[..., 1]) <= radius
+    seen[mirrored] = 0.92 * seen[mirrored] + 0.08 * stone.body
+    for z, radius, steep in zip(levels, radii, tilt, strict=True):
+        at = foot + z * slope
+        away = np.hypot(at[..., 0], at[..., 1])
+        inside = away <= radius
+        top = z > STONE_HEIGHT - 1e-9
+        flat = np.array([0.0, 0.0, 1.0])
+        if top:
+            light = np.full(inside.sum(), max(float(flat @ stone.sun), 0.0))
+        else:
+            length = np.hypot(1.0, steep)
+            normal = np.concatenate(
+                [at[inside] / (np.maximum(away[inside], 1e-9) * length)[:, None],
+                 np.full((inside.sum(), 1), -steep / length)], axis=1)  # fmt: skip
+            light = np.clip(normal @ stone.sun, 0, 1) + 0.25 * np.clip(-normal[:, 2], 0, 1)
+        seen[inside] = stone.body * (0.62 + 0.38 * light)[:, None]
+    for z in np.linspace(STONE_HEIGHT, STONE_HEIGHT + 0.045, 10):
+        at = foot + z * slope
+        along, across = at[..., 0] * cos + at[..., 1] * sin, at[..., 1] * cos - at[..., 0] * sin
+        bar = (along > -0.035) & (along < 0.105) & (np.abs(across) < 0.015)
+        post = (along > -0.035) & (along < -0.005) & (np.abs(across) < 0.012)
+        seen[bar if z > STONE_HEIGHT + 0.024 else post] = stone.handle
+    shape = (high[1] - low[1], FINE, high[0] - low[0], FINE, 3)
+    picture[rows, columns] = seen.reshape(shape).mean(axis=(1, 3))
+
+
+# --- the throw ----------------------------------------------------------------------------------
+
+
+def path_of(mu: float, rng: np.random.Generator, way: int) -> tuple[Array, Array]:
+    """Times, and x, y and heading of a throw to rest, from the release at the hog line."""
+    speed = np.sqrt(2 * GRAVITY * mu * rng.uniform(25.5, 29.5))
+    aim, spin = rng.uniform(-0.015, 0.015), rng.choice([-1, 1]) * rng.uniform(0.7, 1.5)
+    state = np.array([rng.uniform(-0.3, 0.3), -HOG * way, speed * np.sin(aim),
+                      way * speed * np.cos(aim), rng.uniform(0, 6.28), spin])  # fmt: skip
+    around = 2 * np.pi * (np.arange(32) + 0.5) / 32
+    ring = BAND * np.stack([np.cos(around), np.sin(around)], 1)
+    dt, t, rows = 1 / 480, [0.0], [state[[0, 1, 4]].copy()]
+
+    def change(s: Array) -> Array:
+        slip = s[2:4] + s[5] * np.stack([-ring[:, 1], ring[:, 0]], 1)
+        push = -slip / (np.linalg.norm(slip, axis=1) + 1e-7)[:, None]
+        force = mu * GRAVITY * push.mean(axis=0)
+        force += 0.0045 * np.sign(s[5]) * np.array([-s[3], s[2]]) / (np.hypot(s[2], s[3]) + 1e-3)
+        torque = mu * GRAVITY * (ring[:, 0] * push[:, 1] - ring[:, 1] * push[:, 0]).mean()
+        return np.array([s[2], s[3], force[0], force[1], s[5], torque / (0.5 * 0.1435**2)])
+
+    while np.hypot(state[2], state[3]) > 0.004 and t[-1] < 60:
+        half = state + 0.5 * dt * change(state)
+        state = state + dt * change(half)
+        t.append(t[-1] + dt)
+        rows.append(state[[0, 1, 4]].copy())
+    return np.array(t), np.array(rows)
+
+
+# --- films --------------------------------------------------------------------------------------
+
+
+def film(
+    base: Path,
+    view: View,
+    ice: Array,
+    stone: Granite,
+    path: tuple[Array, Array],
+    fps: int,
+    quality: int,
+    rng: np.random.Generator,
+) -> None:
+    """Write a film and its truth."""
+    t, rows = path
+    count = int((LEAD + t[-1] + TAIL) * fps)
+    moments = np.arange(count) / fps
+    there = np.stack([np.interp(moments - LEAD, t, row) for row in rows.T], 1)
+    early = moments < LEAD
+    there[early] += (moments[early] - LEAD)[:, None] * (rows[1] - rows[0]) * 480
+    with base.with_suffix(".truth.csv").open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["t", "x", "y", "theta"])
+        writer.writerows(np.column_stack([moments, there]).round(6).tolist())
+    with av.open(str(base.with_suffix(".mp4")), "w") as container:
+        stream = container.add_stream("libx264", rate=Fraction(fps))
+        assert isinstance(stream, VideoStream)
+        stream.width, stream.height, stream.pix_fmt = *view.size, "yuv420p"
+        stream.options = {"crf": str(quality), "preset": "veryfast", "threads": "1"}
+        for x, y, turn in there:
+            picture = ice.copy()
+            draw_stone(picture, view, stone, x, y, turn)
+            picture = cv2.GaussianBlur(picture, (0, 0), 0.55)
+            noise = rng.normal(0, 2, picture.shape[:2]).astype(np.float32)[..., None]
+            shown = np.clip(picture + noise, 0, 255).round().astype(np.uint8)
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(shown, format="bgr24")))
+        container.mux(stream.encode(None))
+
+
+def places_marked(name: str, view: View) -> list[tuple[float, float]]:
+    """What a user would mark: the corners, or what is painted at an end."""
+    if name != "ceiling":
+        return [(s * WIDTH / 2, e * LENGTH / 2) for e in (-1, 1) for s in (-1, 1)]
+    points = [(s * 1.829, TEE) for s in (-1, 0, 1)] + [(0, TEE + 1.829), (0, TEE - 1.829)]
+    points += [(s * WIDTH / 2, HOG + 0.0508) for s in (-1, 1)]
+    px = view.pixels(np.array([(*p, 0.0) for p in points]))
+    inside = ((px > 2) & (px < np.array(view.size) - 3)).all(axis=1)
+    return [points[k] for k in np.flatnonzero(inside)]
+
+
+def main(
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR")] = Path("runs/other"),
+    cameras: Annotated[str, typer.Option(help="Names, with commas.")] = "end,gantry,side,ceiling",
+    sizes: Annotated[str, typer.Option(help="Lines of the picture, with commas.")] = "1080,720,480",
+    rates: Annotated[str, typer.Option(help="Frames per second, with commas.")] = "15,30,60",
+    films: Annotated[int, typer.Option(min=1, help="Of each camera.")] = 1,
+    quality: Annotated[int, typer.Option(help="Of H.264: 18 is fine, 30 coarse.")] = 21,
+    seed: Annotated[int, typer.Option(help="Of cameras, stones and throws.")] = 0,
+) -> None:
+    """Render films of known throws."""
+    output.mkdir(parents=True, exist_ok=True)
+    for camera in cameras.split(","):
+        kind = list(PLACES).index(camera)
+        mu = float(np.random.default_rng([seed, kind]).uniform(0.0078, 0.0105))
+        for height in map(int, sizes.split(",")):
+            rng = np.random.default_rng([seed, kind, 1])  # the same camera and stone in all sizes
+            view = view_of(camera, height, rng)
+            sun = np.array([rng.normal(0, 0.5), rng.normal(0, 0.5), 1.0])
+            grey = rng.uniform(70, 120)
+            stone = Granite(radius=float(rng.uniform(0.140, 0.146)), below=rng.uniform(2.2, 3.2),
+                            above=rng.uniform(2.4, 3.4), body=np.array([grey, grey, 0.97 * grey]),
+                            handle=np.array([(40, 40, 200), (40, 190, 220)][seed % 2], float),
+                            sun=sun / np.linalg.norm(sun), shade=rng.uniform(0.1, 0.3))  # fmt: skip
+            ice = picture_of_ice(view, np.random.default_rng([seed, kind, 2]))
+            marked = places_marked(camera, view)
+            px = view.pixels(np.array([(*place, 0.0) for place in marked]))
+            scene: dict[str, Any] = {
+                "camera_matrix": [[view.focal, 0, view.axis[0]], [0, view.focal, view.axis[1]],
+                                  [0, 0, 1]],
+                "distortion": [view.k1, view.k2, 0, 0, 0],
+                "stone": {"radius": stone.radius, "height": STONE_HEIGHT},
+            }  # fmt: skip
+            if camera == "ceiling":
+                scene["points"] = [
+                    {"sheet": a, "px": b} for a, b in zip(marked, px.tolist(), strict=True)
+                ]
+            else:
+                names = ("home_left", "home_right", "away_left", "away_right")
+                scene["corners_px"] = dict(zip(names, px.tolist(), strict=True))
+            for fps in map(int, rates.split(",")):
+                name = f"{camera}{height}f{fps}"
+                (output / f"{name}.scene.json").write_text(json.dumps(scene))
+                truth = {"mu": mu, "released_at_s": LEAD, "fps": fps, "height": view.place[2]}
+                (output / f"{name}.truth.json").write_text(json.dumps(truth))
+                for k in range(films):
+                    path = path_of(mu, np.random.default_rng([seed, kind, 3 + k]),
+                                   1 if k % 2 == 0 or camera == "ceiling" else -1)  # fmt: skip
+                    noise = np.random.default_rng([seed, kind, k, fps])
+                    film(output / f"{name}-{k}", view, ice, stone, path, fps, quality, noise)
+                    print(output / f"{name}-{k}.mp4", flush=True)
+
+
+if __name__ == "__main__":
+    typer.run(main)
