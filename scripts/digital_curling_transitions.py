@@ -20,8 +20,8 @@ import numpy as np
 from agents.digital_curling import transition
 from agents.digital_curling.messages import HACK_TO_TEE, SPIN
 from curling_env import load_ice
-from curling_env.physics.batch import play_batch
-from curling_env.physics.engine import Engine, StoneState
+from curling_env.physics.many_stones.batch import play_batch
+from curling_env.physics.many_stones.engine import Engine, StoneState
 from curling_env.physics.one_stone.slide import play_bounds
 from curling_env.sheet import HACK_Y, HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import Release

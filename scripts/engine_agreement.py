@@ -16,8 +16,8 @@ import time
 import numpy as np
 
 from curling_env import Ice, Throw, load_ice
-from curling_env.physics.batch import play_batch
-from curling_env.physics.engine import Engine, StoneState
+from curling_env.physics.many_stones.batch import play_batch
+from curling_env.physics.many_stones.engine import Engine, StoneState
 from curling_env.physics.one_stone.slide import play_bounds
 from curling_env.physics.one_stone.tuning import FINE_TOLERANCE, QUICK_TOLERANCE
 from curling_env.sheet import TEE_Y, Direction

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.ice import Ice
-from curling_env.physics.batch import RELEASE_DTYPE, play_batch, throw_batch
-from curling_env.physics.engine import is_hogged
+from curling_env.physics.many_stones.batch import RELEASE_DTYPE, play_batch, throw_batch
+from curling_env.physics.many_stones.engine import is_hogged
 from curling_env.physics.one_stone.slide import NO_BOUNDS, NO_OBSTACLES, SlideEnd, play_bounds
 from curling_env.sheet import HOG_LINE_Y, Direction
 from curling_env.throw import velocity_of

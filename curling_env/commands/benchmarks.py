@@ -87,7 +87,7 @@ def memory_of_a_million() -> float:
     """
     import tracemalloc
 
-    from curling_env.physics.batch import RELEASE_DTYPE, throw_batch
+    from curling_env.physics.many_stones.batch import RELEASE_DTYPE, throw_batch
 
     def throw(count: int) -> object:
         table = np.zeros(count, dtype=RELEASE_DTYPE)
@@ -124,7 +124,7 @@ def mapped_ice(rng: np.random.Generator) -> Ice:
 
 def draws_and_hits(rng: np.random.Generator, n: int, hits: float) -> NDArray[Any]:
     """Releases towards the away house; a share `hits` of them at take-out weight."""
-    from curling_env.physics.batch import RELEASE_DTYPE
+    from curling_env.physics.many_stones.batch import RELEASE_DTYPE
 
     table = np.zeros(n, dtype=RELEASE_DTYPE)
     spin = rng.choice([-1.5, 1.5], n)
@@ -163,7 +163,7 @@ def measures() -> Iterator[Measure]:
 
 
 def _batch() -> Iterator[Measure]:
-    from curling_env.physics.batch import play_batch, throw_batch
+    from curling_env.physics.many_stones.batch import play_batch, throw_batch
     from curling_env.physics.one_stone.slide import play_bounds
 
     rng = np.random.default_rng(1)

@@ -18,7 +18,7 @@ from curling_env.game.rules.teams import STONES_PER_TEAM, RestingStone, Stones, 
 from curling_env.game.state import GameState
 from curling_env.game.sweepers import sweep_for
 from curling_env.ice import Ice, load_ice
-from curling_env.physics.engine import Engine, Outcome, Status, StoneState
+from curling_env.physics.many_stones.engine import Engine, Outcome, Status, StoneState
 from curling_env.physics.wear import PATH_FPS, wear_along_path, wear_of, worn
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Skill, Throw, skill_named

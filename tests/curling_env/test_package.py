@@ -70,8 +70,8 @@ def test_the_entry_point_registers_the_environments():
     "module",
     [
         "curling_env.physics.law",
-        "curling_env.physics.batch",
-        "curling_env.physics.engine",
+        "curling_env.physics.many_stones.batch",
+        "curling_env.physics.many_stones.engine",
         "curling_env.game",
         "friction_estimation.estimation.whole_ice",
         "friction_estimation.discovery.discover",

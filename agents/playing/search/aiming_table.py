@@ -20,7 +20,7 @@ from agents.playing.search.tuning import (
     TABLE_SPEEDS,
 )
 from curling_env.ice import Ice
-from curling_env.physics.batch import RELEASE_DTYPE, throw_batch
+from curling_env.physics.many_stones.batch import RELEASE_DTYPE, throw_batch
 from curling_env.physics.one_stone.aim import START_Y, Aim
 from curling_env.physics.one_stone.slide import NO_BOUNDS
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction

@@ -15,7 +15,7 @@ from curling_env.game.rules import End, RestingStone, RuleSet, scoring
 from curling_env.game.rules.lines import HOG_LINE, Lines
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.ice import Ice
-from curling_env.physics.batch import RELEASE_DTYPE, play_batch
+from curling_env.physics.many_stones.batch import RELEASE_DTYPE, play_batch
 from curling_env.physics.one_stone.slide import play_bounds
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import MAX_SPEED, MAX_SPIN, velocity_of

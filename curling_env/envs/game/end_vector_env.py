@@ -23,7 +23,7 @@ from curling_env.game.rules import Ruling, Team
 from curling_env.game.rules.game import deliver
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.game.simulator import direction_of, result_of_places
-from curling_env.physics.batch import RELEASE_DTYPE, play_batch
+from curling_env.physics.many_stones.batch import RELEASE_DTYPE, play_batch
 from curling_env.physics.one_stone.slide import play_bounds
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.throw import velocity_of

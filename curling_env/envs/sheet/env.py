@@ -27,8 +27,8 @@ from curling_env.envs.sheet.reward import Landing, RewardWeights, judge
 from curling_env.envs.sheet.tasks import Task, task_named
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
-from curling_env.physics.engine import Engine, StoneState
 from curling_env.physics.ice_uncertainty import is_uncertain, plausible_ices
+from curling_env.physics.many_stones.engine import Engine, StoneState
 from curling_env.physics.one_stone.tuning import QUICK_TOLERANCE
 from curling_env.sheet import Direction, to_delivery, to_sheet
 from curling_env.throw import Throw

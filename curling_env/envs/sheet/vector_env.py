@@ -18,8 +18,8 @@ from curling_env.envs.sheet.reset import FIRST_OWN_STONE, ResetDistribution
 from curling_env.envs.sheet.reward import Landing, judge
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.batch import MOST_STONES, RELEASE_DTYPE, play_batch
-from curling_env.physics.engine import Status, StoneState, is_hogged, left_by_the_side
+from curling_env.physics.many_stones.batch import MOST_STONES, RELEASE_DTYPE, play_batch
+from curling_env.physics.many_stones.engine import Status, StoneState, is_hogged, left_by_the_side
 from curling_env.physics.one_stone.slide import play_bounds
 from curling_env.sheet import HOG_LINE_Y, Direction, to_delivery, to_sheet
 from curling_env.throw import Throw, velocity_of

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from curling_env.physics.compiled import compiled, inlined
-from curling_env.physics.contacts import collides
 from curling_env.physics.effects.motion import SWEPT
 from curling_env.physics.law import Law
+from curling_env.physics.many_stones.contacts import collides
 from curling_env.physics.many_stones.runge_kutta import (
     StageWorkspace,
     between,

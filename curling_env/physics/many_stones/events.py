@@ -19,7 +19,9 @@ import numpy as np
 
 from curling_env.ice import Ice
 from curling_env.physics.compiled import compiled, inlined
-from curling_env.physics.contacts import (
+from curling_env.physics.effects.motion import MOTION_SIZE, STONE
+from curling_env.physics.law import Law
+from curling_env.physics.many_stones.contacts import (
     GONE,
     ContactLaw,
     Contacts,
@@ -30,8 +32,6 @@ from curling_env.physics.contacts import (
     set_apart,
     solve_contacts,
 )
-from curling_env.physics.effects.motion import MOTION_SIZE, STONE
-from curling_env.physics.law import Law
 from curling_env.physics.many_stones.tuning import (
     APPROACH,
     CONTACT_GAP,

@@ -14,7 +14,7 @@ from agents.digital_curling import transition
 from agents.digital_curling.messages import HACK_TO_TEE, SPIN
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
-from curling_env.physics.engine import Engine, StoneState
+from curling_env.physics.many_stones.engine import Engine, StoneState
 from curling_env.sheet import HACK_Y, TEE_Y
 from curling_env.throw import Release
 

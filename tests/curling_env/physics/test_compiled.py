@@ -15,9 +15,9 @@ import numpy as np
 passes = event.RecordingListener()
 event.register("numba:run_pass", passes)
 from curling_env.ice import load_ice
-from curling_env.physics.batch import play_batch, throw_batch
+from curling_env.physics.many_stones.batch import play_batch, throw_batch
 from curling_env.physics.compiled import CACHE_FOLDER
-from curling_env.physics.engine import Engine, StoneState
+from curling_env.physics.many_stones.engine import Engine, StoneState
 from curling_env.physics.one_stone.slide import slide, slide_kernel
 from curling_env.throw import Throw
 ice, release = load_ice("standard"), Throw(speed=2.6, spin=1.0).release()

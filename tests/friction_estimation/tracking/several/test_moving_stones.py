@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from curling_env.ice import Ice
-from curling_env.physics.engine import Engine, StoneState
+from curling_env.physics.many_stones.engine import Engine, StoneState
 from curling_env.throw import Throw
 from curling_env.trajectory import read_tracks
 from friction_estimation import tracking

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.compiled import compiled, inlined
-from curling_env.physics.contacts import GONE, ContactLaw, contact_law
 from curling_env.physics.effects.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.law import Law, compile_law
+from curling_env.physics.many_stones.contacts import GONE, ContactLaw, contact_law
 from curling_env.physics.many_stones.events import (
     MOVING,
     REST,

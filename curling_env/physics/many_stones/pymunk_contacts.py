@@ -15,7 +15,7 @@ from typing import Any
 
 import pymunk
 
-from curling_env.physics.contacts import (
+from curling_env.physics.many_stones.contacts import (
     ContactLaw,
     Contacts,
     Entry,

@@ -19,7 +19,6 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.contacts import contact_law, new_contacts
 from curling_env.physics.effects.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.law import compile_law
 from curling_env.physics.many_stones.common_steps import (
@@ -29,6 +28,8 @@ from curling_env.physics.many_stones.common_steps import (
     new_joint_workspace,
     slide_together,
 )
+from curling_env.physics.many_stones.contacts import contact_law, new_contacts
+from curling_env.physics.many_stones.pymunk_contacts import resolve_contacts
 from curling_env.physics.many_stones.tuning import (
     APPROACH,
     MAX_CONTACTS,
@@ -44,7 +45,6 @@ from curling_env.physics.one_stone.slide import (
 )
 from curling_env.physics.one_stone.step import new_workspace
 from curling_env.physics.one_stone.tuning import FINE_TOLERANCE, MAX_TIME
-from curling_env.physics.pymunk_contacts import resolve_contacts
 from curling_env.physics.state import State
 from curling_env.physics.tuning import MAX_ROUNDS
 from curling_env.sheet import HOG_LINE_Y, Direction

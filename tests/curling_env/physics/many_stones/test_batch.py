@@ -10,7 +10,7 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
-from curling_env.physics.batch import play_batch, release_table, throw_batch
+from curling_env.physics.many_stones.batch import play_batch, release_table, throw_batch
 from curling_env.physics.one_stone.slide import slide
 from curling_env.physics.one_stone.tuning import FINE_TOLERANCE, QUICK_TOLERANCE
 from curling_env.sheet import RULE_BOOK_STONE, TEE_Y
