@@ -43,7 +43,7 @@ COMMANDS: tuple[Sequence[str], ...] = (
     ("replay", "g.jsonl", "-o", "o.html"),
     ("play", "--home", "draw", "--away", "draw", "--ends", "1", "-o", "game"),
     ("train", "--config", "c.yml", "--steps", "64", "--targets", "1", "-o", "runs"),
-    ("film", "--ice", "standard", "--releases", "r.csv", "--fps", "3", "--size", "64x36", "-o",
+    ("film", "--ice", "standard", "--releases", "r.csv", "--fps", "3", "--size", "64x48", "-o",
      "films"),
     ("convert", "t.csv", "-o", "o.csv"),
 )  # fmt: skip

@@ -77,7 +77,7 @@ OPTIONS: tuple[Sequence[str], ...] = (
     ("stones", "n.png", "--empty", "e.png", "--scene", "s.json", "-o", "o.json"),
     ("track", "f.mp4", "--scene", "s.json", "-o", "o.csv"),
     ("film", "--ice", "standard", "--releases", "r.csv", "--camera", "end", "--fps", "2", "--size",
-     "64x36", "--noise", "2", "-o", "films"),
+     "64x48", "--noise", "2", "-o", "films"),
     ("estimate", "t.csv", "-o", "o.json", "--seed", "1"),
     ("train", "--config", "c.yml", "--steps", "8", "--targets", "1", "--seed", "0", "-o", "runs"),
     ("throws", "t.csv", "--units", "feet", "-o", "o.csv"),
