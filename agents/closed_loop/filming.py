@@ -20,7 +20,7 @@ from curling_env.typing import Floats, Progress, no_progress, with_progress
 from friction_estimation.camera.scene import load_scene, save_scene
 from friction_estimation.synthetic import FilmSpec, render_film, scene_of
 from friction_estimation.tracking import track_film
-from friction_estimation.tracking.overlay import write_overlay
+from friction_estimation.tracking.overlay.film import write_overlay
 
 CAMERA = "gantry"
 """The camera above the middle of the sheet, which measures best."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from curling_env.typing import Floats
 from friction_estimation.appearance.fit import Appearance, channels_of, fit_stone
-from friction_estimation.appearance.fit_kernels import robust_misfit
+from friction_estimation.appearance.kernels.fit_kernels import robust_misfit
 from friction_estimation.appearance.model import PixelWindow, StoneModel, window_at
 from friction_estimation.appearance.painting import Planes, blurred, coloured, painted, shares
 from friction_estimation.appearance.tuning import (

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.typing import Floats
-from friction_estimation.appearance.fit_kernels import pose_step
+from friction_estimation.appearance.kernels.fit_kernels import pose_step
+from friction_estimation.appearance.kernels.picture_kernels import separate
 from friction_estimation.appearance.model import PixelWindow, StoneModel, window_at
 from friction_estimation.appearance.painting import Planes, blurred, coloured, painted, turn_handle
-from friction_estimation.appearance.picture_kernels import separate
 from friction_estimation.appearance.tuning import (
     EDGE_DISTANCE_PX,
     LONGEST_STEP,

@@ -6,10 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.typing import Floats
-from friction_estimation.appearance import picture_kernels
+from friction_estimation.appearance.kernels import picture_kernels
+from friction_estimation.appearance.kernels.paint_kernels import (
+    paint_body,
+    paint_handle,
+    paint_shade,
+)
+from friction_estimation.appearance.kernels.picture_kernels import blur, colour_planes
 from friction_estimation.appearance.model import PixelWindow
-from friction_estimation.appearance.paint_kernels import paint_body, paint_handle, paint_shade
-from friction_estimation.appearance.picture_kernels import blur, colour_planes
 from friction_estimation.appearance.shape import BLUR_PX, COLOUR_BLUR_PX, FINE, HANDLE, PLANES
 
 Planes = NDArray[np.float32]

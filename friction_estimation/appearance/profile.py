@@ -11,7 +11,8 @@ import numpy as np
 from curling_env.typing import Floats
 from friction_estimation.appearance.crops import Crop, painted_planes, robust_weights, total_misfit
 from friction_estimation.appearance.fit import Appearance, ShapeDoubt
-from friction_estimation.appearance.fit_kernels import normal_equations
+from friction_estimation.appearance.kernels.fit_kernels import normal_equations
+from friction_estimation.appearance.kernels.picture_kernels import blur
 from friction_estimation.appearance.model import PixelWindow, StoneModel
 from friction_estimation.appearance.painting import (
     Planes,
@@ -22,7 +23,6 @@ from friction_estimation.appearance.painting import (
     shade_anew,
     turn_handle,
 )
-from friction_estimation.appearance.picture_kernels import blur
 from friction_estimation.appearance.shape import (
     BLUR_PX,
     COLOUR_BLUR_PX,

@@ -16,7 +16,7 @@ from curling_env.throw import Throw
 from friction_estimation.camera.scene import load_scene
 from friction_estimation.synthetic import FilmSpec, render_films
 from friction_estimation.tracking import track_film
-from friction_estimation.tracking.overlay import write_overlay
+from friction_estimation.tracking.overlay.film import write_overlay
 
 SIZE = (1920, 1080)
 FPS = 50.0

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from friction_estimation.estimation.evidence_file import Choices
     from friction_estimation.reports.estimate_page import Still
     from friction_estimation.tracking import Tracker
-    from friction_estimation.tracking.resume import Checkpoints
+    from friction_estimation.tracking.films.resume import Checkpoints
 
 
 FILMS_SHOWN = 4
@@ -318,9 +318,9 @@ def _track(
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.reports.estimate_page import Still
     from friction_estimation.tracking import track_each
-    from friction_estimation.tracking.overlay import draw_stills as stills_of
-    from friction_estimation.tracking.resume import Checkpoints
-    from friction_estimation.tracking.shared_cameras import SharedCameras
+    from friction_estimation.tracking.films.resume import Checkpoints
+    from friction_estimation.tracking.films.shared_cameras import SharedCameras
+    from friction_estimation.tracking.overlay.film import draw_stills as stills_of
 
     cv2.setNumThreads(1)
     known = [load_scene(path, camera) for path in scenes]

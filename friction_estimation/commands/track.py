@@ -158,9 +158,9 @@ def track(
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.film.video import films_in, is_stream
     from friction_estimation.tracking import track_each
-    from friction_estimation.tracking.overlay import write_overlay
-    from friction_estimation.tracking.resume import Checkpoints
-    from friction_estimation.tracking.shared_cameras import SharedCameras
+    from friction_estimation.tracking.films.resume import Checkpoints
+    from friction_estimation.tracking.films.shared_cameras import SharedCameras
+    from friction_estimation.tracking.overlay.film import write_overlay
     from friction_estimation.tracks.plausible_friction import question_about, rough_friction
     from friction_estimation.tracks.throw_list import ThrowNote, throws_beside
 

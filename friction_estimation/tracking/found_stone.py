@@ -31,8 +31,8 @@ from friction_estimation.tracking.detection.thrown_stone import (
     Sighting,
     find_thrown_stone,
 )
+from friction_estimation.tracking.films.steady_film import SteadyFilm
 from friction_estimation.tracking.focal_from_stone import focal_from_stone
-from friction_estimation.tracking.steady_film import SteadyFilm
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

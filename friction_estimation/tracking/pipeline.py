@@ -34,7 +34,8 @@ from friction_estimation.film.frame import Frame
 from friction_estimation.film.video import Film
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.compression import CompressionMonitor
-from friction_estimation.tracking.film_track import FilmTrack, TrackingOptions
+from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
+from friction_estimation.tracking.films.steady_film import SteadyFilm, empty_ice, refined_by_paint
 from friction_estimation.tracking.found_stone import (
     FoundStone,
     find_stone,
@@ -47,7 +48,6 @@ from friction_estimation.tracking.path.prediction import Predictor
 from friction_estimation.tracking.scene_context import SceneContext, find_scene_context
 from friction_estimation.tracking.several.collisions import assemble_tracks
 from friction_estimation.tracking.several.moving_stones import MovingStone, StoneFollower
-from friction_estimation.tracking.steady_film import SteadyFilm, empty_ice, refined_by_paint
 
 
 def track_film(

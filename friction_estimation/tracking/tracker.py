@@ -12,7 +12,7 @@ from curling_env.infrastructure.plugins import load_plugin
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Progress, no_progress
 from friction_estimation.camera.scene import Scene
-from friction_estimation.tracking.film_track import FilmTrack
+from friction_estimation.tracking.films.film_track import FilmTrack
 
 TRACKER_GROUP = "curling.trackers"
 """Entry points under this name are trackers."""

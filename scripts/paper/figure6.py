@@ -25,7 +25,7 @@ from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.video import Film
 from friction_estimation.synthetic import FilmSpec, render_film
-from friction_estimation.tracking.film_track import FlowMethod
+from friction_estimation.tracking.films.film_track import FlowMethod
 from friction_estimation.tracking.path.optical_flow import (
     FLOW_METHODS,
     lucas_kanade,

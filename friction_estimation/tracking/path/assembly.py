@@ -15,7 +15,7 @@ from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background
-from friction_estimation.tracking.film_track import FilmTrack
+from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.path.heading import (
     HeadingCurve,
     HeadingViews,

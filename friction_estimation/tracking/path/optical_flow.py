@@ -22,7 +22,7 @@ from curling_env.typing import Floats, Image
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import tuning
-from friction_estimation.tracking.film_track import FlowMethod
+from friction_estimation.tracking.films.film_track import FlowMethod
 
 FLOW_METHODS: tuple[FlowMethod, ...] = ("plain", "pyramidal")
 

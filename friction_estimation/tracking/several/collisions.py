@@ -17,7 +17,7 @@ from curling_env.typing import Floats
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.resting_stones import FilmedRestingStone
-from friction_estimation.tracking.film_track import FilmTrack
+from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.path.assembly import Measurements, assemble_track
 from friction_estimation.tracking.path.uncertainty import systematic_sigma
 from friction_estimation.tracking.several.moving_stones import MovingStone

@@ -19,7 +19,7 @@ from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.detection.resting_stones import FilmedRestingStone
 from friction_estimation.tracking.detection.thrown_stone import RoughPath
-from friction_estimation.tracking.film_track import TrackingOptions
+from friction_estimation.tracking.films.film_track import TrackingOptions
 from friction_estimation.tracking.path.assembly import Measurements
 from friction_estimation.tracking.path.heading import HeadingCurve
 from friction_estimation.tracking.path.prediction import Predictor

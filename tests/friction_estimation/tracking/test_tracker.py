@@ -25,7 +25,7 @@ from friction_estimation.tracking import (
     track_films,
     tracker,
 )
-from friction_estimation.tracking.resume import Checkpoints
+from friction_estimation.tracking.films.resume import Checkpoints
 
 STRANGER = '''
 import numpy as np

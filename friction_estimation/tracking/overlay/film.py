@@ -16,8 +16,8 @@ from friction_estimation.camera.scene import Scene
 from friction_estimation.camera.top_view import TopView
 from friction_estimation.film.video import Film
 from friction_estimation.film.writer import film_writer
-from friction_estimation.tracking.film_track import FilmTrack
-from friction_estimation.tracking.overlay_numbers import RunningNumbers
+from friction_estimation.tracking.films.film_track import FilmTrack
+from friction_estimation.tracking.overlay.numbers import RunningNumbers
 
 # Colours, blue-green-red.
 PATH = (40, 170, 255)

@@ -17,10 +17,10 @@ from friction_estimation.camera.scene import Scene, load_scene
 from friction_estimation.film.video import Film
 from friction_estimation.tracking.cutting.pieces import Piece, cut, is_short, minutes
 from friction_estimation.tracking.cutting.throws import shows_several, slides_freely
-from friction_estimation.tracking.film_track import FilmTrack, TrackingOptions
+from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
+from friction_estimation.tracking.films.resume import Checkpoints, digest
+from friction_estimation.tracking.films.shared_cameras import SharedCameras, camera_document
 from friction_estimation.tracking.pipeline import track_film
-from friction_estimation.tracking.resume import Checkpoints, digest
-from friction_estimation.tracking.shared_cameras import SharedCameras, camera_document
 from friction_estimation.tracking.stone_numbers import StoneNumbers, handle_code
 from friction_estimation.tracking.tracker import Tracker, load_tracker, tracks_in
 

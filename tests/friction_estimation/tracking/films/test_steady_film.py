@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from friction_estimation.tracking.steady_film import sample_size
+from friction_estimation.tracking.films.steady_film import sample_size
 
 
 @pytest.mark.parametrize(

@@ -70,8 +70,8 @@ def join_cameras(
     from curling_env.trajectory import write_tracks
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.tracking import track_each
-    from friction_estimation.tracking.resume import Checkpoints
-    from friction_estimation.tracking.shared_cameras import SharedCameras
+    from friction_estimation.tracking.films.resume import Checkpoints
+    from friction_estimation.tracking.films.shared_cameras import SharedCameras
     from friction_estimation.tracks.session_pairs import same_throws
 
     if len(films) < 2:

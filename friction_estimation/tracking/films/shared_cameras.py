@@ -29,13 +29,13 @@ from friction_estimation.tracking import tuning
 from friction_estimation.tracking.cutting import tuning as cutting_tuning
 from friction_estimation.tracking.cutting.pieces import Piece
 from friction_estimation.tracking.detection.background import Background
-from friction_estimation.tracking.film_track import FilmTrack
+from friction_estimation.tracking.films.film_track import FilmTrack
+from friction_estimation.tracking.films.steady_film import SteadyFilm, empty_ice, refined_by_paint
 from friction_estimation.tracking.found_stone import (
     FoundStone,
     find_stone,
     focal_from_stones,
 )
-from friction_estimation.tracking.steady_film import SteadyFilm, empty_ice, refined_by_paint
 
 FORMAT = "curling-camera/1"
 

@@ -10,7 +10,7 @@ import pytest
 from curling_env.trajectory import Trajectory, read_tracks, write_tracks
 from friction_estimation import tracking
 from friction_estimation.tracking import FilmTrack
-from friction_estimation.tracking.resume import Checkpoints, digest
+from friction_estimation.tracking.films.resume import Checkpoints, digest
 
 
 @pytest.fixture

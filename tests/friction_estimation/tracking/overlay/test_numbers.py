@@ -9,7 +9,7 @@ import pytest
 
 from curling_env.sheet import HOG_LINE_Y
 from curling_env.units import Units
-from friction_estimation.tracking.overlay_numbers import RunningNumbers
+from friction_estimation.tracking.overlay.numbers import RunningNumbers
 
 
 @pytest.fixture

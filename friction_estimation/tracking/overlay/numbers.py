@@ -9,7 +9,7 @@ from curling_env.sheet import to_delivery
 from curling_env.throw import handles
 from curling_env.units import Units, side
 from curling_env.units import speed as speed_in
-from friction_estimation.tracking.film_track import FilmTrack
+from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracks.throw_table import (
     FAR_HOG,
     NEAR_HOG,

@@ -16,7 +16,7 @@ from friction_estimation.film.video import Film
 from friction_estimation.synthetic import write_film
 from friction_estimation.tracking import track_each, track_film
 from friction_estimation.tracking.cutting.pieces import Piece
-from friction_estimation.tracking.shared_cameras import SharedCameras, camera_beside
+from friction_estimation.tracking.films.shared_cameras import SharedCameras, camera_beside
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def test_a_camera_is_kept_beside_its_scene_to_the_last_bit_and_used_again(films,
     def never(*_, **__):
         raise AssertionError("solved again")
 
-    monkeypatch.setattr("friction_estimation.tracking.shared_cameras.solve_camera", never)
+    monkeypatch.setattr("friction_estimation.tracking.films.shared_cameras.solve_camera", never)
     again = SharedCameras(keep=True).of(scene, pieces(films[1:]), [], no_progress)
     assert again is not None
     for name in ("rotation", "translation"):

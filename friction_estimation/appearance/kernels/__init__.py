@@ -1,0 +1,1 @@
+"""Compiled code that paints stones and compares them with pictures."""

@@ -1,0 +1,1 @@
+"""Commands that mark, solve and join cameras."""

@@ -1,0 +1,1 @@
+"""What an overlay shows on top of a film."""
