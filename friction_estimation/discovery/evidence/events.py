@@ -7,7 +7,8 @@ import numpy as np
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
-from friction_estimation.discovery.model.fit import SessionFit, fit_to, prior_gram, solve_shared
+from friction_estimation.discovery.model.fit import SessionFit, fit_to
+from friction_estimation.discovery.model.quadratic import prior_gram, solve_shared
 from friction_estimation.discovery.search.patch_sides import place_sides
 from friction_estimation.discovery.search.residuals import throw_tolerance_of
 from friction_estimation.discovery.tuning import EVENT_SHARE, MOST_EVENTS, SURPRISING_THROW

@@ -16,8 +16,9 @@ from curling_env.typing import Flags, Floats, Indices
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.elimination import gram_matrices
 from friction_estimation.discovery.model.fit import SessionFit, fit
-from friction_estimation.discovery.model.model import Model, predict, sensitivities
+from friction_estimation.discovery.model.model import Model, predict
 from friction_estimation.discovery.model.noise import SessionNoise
+from friction_estimation.discovery.model.sensitivity import sensitivities
 from friction_estimation.discovery.tuning import (
     FORECAST_SECONDS,
     HELD_OUT_SHARE,

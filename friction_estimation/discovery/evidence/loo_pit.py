@@ -27,7 +27,7 @@ from friction_estimation.discovery.evidence.predictive_density import (
 )
 from friction_estimation.discovery.model.elimination import gram_matrices
 from friction_estimation.discovery.model.fit import SessionFit
-from friction_estimation.discovery.model.model import sensitivities
+from friction_estimation.discovery.model.sensitivity import sensitivities
 from friction_estimation.discovery.tuning import FORECAST_SECONDS, LEAST_ROWS, RELEASE_SIGMA
 
 LEAST_WEIGHT = 1e-4

@@ -14,7 +14,8 @@ import numpy as np
 
 from curling_env.typing import Floats
 from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
-from friction_estimation.discovery.model.fit import SessionFit, prior_gram
+from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.quadratic import prior_gram
 from friction_estimation.discovery.tuning import (
     INTEGRATED_SPREADS,
     LEAST_THROWS_FOR_SPREAD,

@@ -32,9 +32,11 @@ from friction_estimation.discovery.model.elimination import (
     eliminate_states,
     gram_matrices,
 )
-from friction_estimation.discovery.model.fit import SessionFit, prior_gram
-from friction_estimation.discovery.model.model import Model, predict, sensitivities
+from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.model import Model, predict
 from friction_estimation.discovery.model.noise import SessionNoise
+from friction_estimation.discovery.model.quadratic import prior_gram
+from friction_estimation.discovery.model.sensitivity import sensitivities
 
 WEIGHTS = {
     "guard weight": 0.93,

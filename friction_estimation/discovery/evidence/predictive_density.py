@@ -29,8 +29,9 @@ from friction_estimation.discovery.evidence.mixture import (
 )
 from friction_estimation.discovery.evidence.posterior import throw_constants
 from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
-from friction_estimation.discovery.model.fit import SessionFit, prior_gram
+from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.model.model import Model
+from friction_estimation.discovery.model.quadratic import prior_gram
 
 EVERY_SPREAD = 3
 """Of the spreads over which intervals integrate every third is used: their likelihood is smooth."""

@@ -21,25 +21,26 @@ from typing import NamedTuple
 import numpy as np
 
 from curling_env.physics.state import State
-from curling_env.typing import Floats, Indices
+from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.elimination import (
     eliminate_factor,
     eliminate_states,
     gram_matrix,
-    pooled_without_factor,
 )
-from friction_estimation.discovery.model.model import (
-    GLOBALS,
-    MEASURED,
-    Model,
-    predict,
-    sensitivities_by_throw,
-)
+from friction_estimation.discovery.model.model import MEASURED, Model, predict
 from friction_estimation.discovery.model.noise import SessionNoise
+from friction_estimation.discovery.model.quadratic import (
+    bounded_step,
+    integration_cost,
+    prior_gram,
+    profile_amplitudes,
+    profile_spread,
+    solve_shared,
+)
+from friction_estimation.discovery.model.sensitivity import sensitivities_by_throw
 from friction_estimation.discovery.tuning import (
     CONVERGED,
-    COUPLING_SIGMA,
     LARGEST_LN_FACTOR,
     RELEASE_SIGMA,
     TRIED_SPREADS,
@@ -96,226 +97,6 @@ class Point(NamedTuple):
     ln_factors: Floats
     grams: Floats
     deviance: float
-
-
-def prior_gram(model: Model, size: int, *, fields: bool = True) -> Floats:
-    """Gram matrix of the priors on the shared parameters, (size, size).
-
-    Parameters
-    ----------
-    model : model
-    size : number of shared parameters, and one for the residual
-    fields : whether the friction map is among them
-    """
-    gram = np.zeros((size, size))
-    at = GLOBALS.index("ln_coupling")
-    gram[at, at] = COUPLING_SIGMA**-2
-    gram[at, -1] = gram[-1, at] = -model.ln_coupling / COUPLING_SIGMA**2
-    gram[-1, -1] = (model.ln_coupling / COUPLING_SIGMA) ** 2
-    for place, field in model.fields:
-        if field is model.map_field and not fields:
-            continue
-        places = np.arange(size)[place]
-        precision = field.deviations**-2
-        gram[places, places] += precision
-        gram[places, -1] = gram[-1, places] = -field.values * precision
-        gram[-1, -1] += float(field.values**2 @ precision)
-    for at, value, belief in model.beliefs:
-        off = (belief.mean - value) / belief.sd
-        gram[at, at] += belief.sd**-2
-        gram[at, -1] += off / belief.sd
-        gram[-1, at] += off / belief.sd
-        gram[-1, -1] += off**2
-    return gram
-
-
-def integration_cost(model: Model, total: Floats) -> float:
-    """The term that integrating over the coefficients of Gaussian fields adds to F.
-
-    It is ln |1 + information of the coefficients|, and the prior of the fields' amplitudes.
-
-    Parameters
-    ----------
-    model : model with or without fields
-    total : Gram matrix of all throws, without priors
-    """
-    fields = model.fields
-    if not fields:
-        return 0.0
-    sizes = np.concatenate([field.deviations for _, field in fields])
-    places = np.concatenate([np.arange(len(total))[place] for place, _ in fields])
-    information = total[np.ix_(places, places)] * sizes[:, None] * sizes
-    cost = float(np.linalg.slogdet(np.eye(len(sizes)) + information)[1])
-    return cost + sum(field.hyperprior for _, field in fields)
-
-
-def profile_amplitudes(model: Model, total: Floats) -> tuple[Model, float]:
-    """The model with those amplitudes of its fields that minimise F, and that part of F.
-
-    Parameters
-    ----------
-    model : model with Gaussian fields
-    total : Gram matrix of all throws, without priors, of the shared parameters and the residual
-    """
-    best, least = model, np.inf
-    for _ in range(len(model.fields)):
-        for which, (_, field) in enumerate(model.fields):
-            if field is best.map_field:
-                amplitude, value = _profile_map(best, total)
-                if value < least:
-                    best, least = best.with_amplitude(which, amplitude), value
-                continue
-            for amplitude in field.amplitudes:
-                other = best.with_amplitude(which, float(amplitude))
-                whole = total + prior_gram(other, len(total))
-                value = solve_shared(whole)[1] + integration_cost(other, total)
-                if value < least:
-                    best, least = other, value
-    return best, least
-
-
-def _profile_map(model: Model, total: Floats) -> tuple[float, float]:
-    """The amplitude of the friction map that minimises F, and that part of F.
-
-    All coefficients of the map have the same prior. Once everything else is projected out, F is a
-    sum over the eigenvectors of their information, whatever the amplitude.
-    """
-    field, size = model.map_field, len(total)
-    assert field is not None
-    own = np.arange(size)[model.map_slice]
-    whole = total + prior_gram(model, size, fields=False)
-    inner, right, least = projected(whole, own, np.setdiff1d(np.arange(size - 1), own))
-    # As a function of the coefficients themselves, and not of a step from the present ones.
-    least += float(field.values @ (2.0 * right + inner @ field.values))
-    right = right + inner @ field.values
-    values, vectors = np.linalg.eigh(inner)
-    shown = (vectors.T @ right) ** 2
-    others = [place for place, other in model.fields if other is not field]
-    beside = np.concatenate([np.arange(size)[place] for place in others] or [own[:0]])
-    integrated = np.linalg.eigvalsh(projected(whole, own, beside)[0])
-    best = (field.amplitude, np.inf)
-    for amplitude in field.amplitudes:
-        trial = field.with_amplitude(float(amplitude))
-        value = least - float((shown / (np.maximum(values, 0.0) + amplitude**-2)).sum())
-        value += float(np.log1p(amplitude**2 * np.maximum(integrated, 0.0)).sum())
-        if value + trial.hyperprior < best[1]:
-            best = (float(amplitude), value + trial.hyperprior)
-    for place, other in model.fields:
-        if other is not field:
-            sizes, at = other.deviations, np.arange(size)[place]
-            information = total[np.ix_(at, at)] * sizes[:, None] * sizes
-            cost = float(np.linalg.slogdet(np.eye(len(at)) + information)[1])
-            best = (best[0], best[1] + cost + other.hyperprior)
-    return best
-
-
-def projected(whole: Floats, kept: Indices, others: Indices) -> tuple[Floats, Floats, float]:
-    """A quadratic in some parameters, at the best of others; the rest stay as they are.
-
-    Parameters
-    ----------
-    whole : (P + 1, P + 1) Gram matrix of the parameters and the residual
-    kept, others : their places
-
-    Returns
-    -------
-    inner, right, least : the quadratic ``least - 2 right·step + step·inner·step``
-    """
-    inner, right, least = whole[np.ix_(kept, kept)], whole[kept, -1], float(whole[-1, -1])
-    if not len(others):
-        return inner, right, least
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(whole)[others], 1e-300))
-    scaled = whole[np.ix_(others, others)] * scale[:, None] * scale + 1e-10 * np.eye(len(others))
-    cross = scale[:, None] * np.column_stack([whole[np.ix_(others, kept)], whole[others, -1]])
-    solved = np.linalg.solve(scaled, cross)
-    reduction = cross.T @ solved
-    return (
-        inner - reduction[:-1, :-1],
-        right - reduction[:-1, -1],
-        least - float(reduction[-1, -1]),
-    )
-
-
-def solve_shared(total: Floats) -> tuple[Floats, float]:
-    """Step of the shared parameters that minimises a quadratic, and its minimum.
-
-    Parameters
-    ----------
-    total : (P + 1, P + 1) Gram matrix of the shared parameters and the residual, priors included
-    """
-    inner = total[:-1, :-1]
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(inner), 1e-300))
-    scaled = inner * scale[:, None] * scale + 1e-10 * np.eye(len(inner))
-    step = scale * np.linalg.solve(scaled, scale * total[:-1, -1])
-    return step, float(total[-1, -1] - total[:-1, -1] @ step)
-
-
-def bounded_step(total: Floats, step: Floats, model: Model) -> Floats:
-    """The step within the parameters' bounds: what would leave stops there, and the rest adapts.
-
-    Parameters
-    ----------
-    total : (P + 1, P + 1) Gram matrix, as of `solve_shared`
-    step : (P,) step that takes no notice of bounds
-    model : model that has the bounds
-    """
-    vector = model.vector
-    low, high = (bound - vector for bound in model.bounds)
-    stopped = np.zeros(len(step), dtype=bool)
-    for _ in range(len(step)):
-        outside = ((step < low) | (step > high)) & ~stopped
-        if not outside.any():
-            break
-        stopped |= outside
-        step = np.clip(step, low, high)
-        free = ~stopped
-        right = total[:-1, -1] - total[:-1, :-1] @ np.where(stopped, step, 0.0)
-        kept = np.append(free, True)
-        part = total[np.ix_(kept, kept)].copy()
-        part[:-1, -1] = part[-1, :-1] = right[free]
-        step[free] = solve_shared(part)[0] if free.any() else 0.0
-    return np.clip(step, low, high)
-
-
-def profile_spread(
-    reduced: Floats, ln_factors: Floats, prior: Floats, spreads: Floats = TRIED_SPREADS
-) -> tuple[float, Floats, float]:
-    """The spread and the step that together minimise F of the linearised model.
-
-    Parameters
-    ----------
-    reduced, ln_factors : as of `eliminate_factor`
-    prior : Gram matrix of the priors
-    spreads : spreads that are tried; around the best of them a finer grid is tried too
-
-    Returns
-    -------
-    spread, step, F
-    """
-    tried = np.unique(spreads)
-    best = _best_spread(reduced, ln_factors, prior, tried)
-    if best[0] > 0.0 and len(spreads) > 1:
-        ratio = float(spreads[2] / spreads[1])
-        finer = best[0] * np.geomspace(1 / ratio, ratio, 13)
-        best = min(best, _best_spread(reduced, ln_factors, prior, finer), key=lambda each: each[2])
-    return best
-
-
-def _best_spread(
-    reduced: Floats, ln_factors: Floats, prior: Floats, spreads: Floats
-) -> tuple[float, Floats, float]:
-    """The best of some spreads with its step and F, as of `profile_spread`."""
-    total, log_terms = pooled_without_factor(reduced, ln_factors, spreads)
-    total += prior
-    diagonal = np.einsum("sjj->sj", total)[:, :-1]
-    scale = 1.0 / np.sqrt(np.maximum(diagonal, 1e-300))
-    scaled = total[:, :-1, :-1] * scale[:, :, None] * scale[:, None, :]
-    scaled += 1e-10 * np.eye(scaled.shape[1])
-    right = total[:, :-1, -1]
-    steps = scale * np.linalg.solve(scaled, (scale * right)[:, :, None])[:, :, 0]
-    values = total[:, -1, -1] - (right * steps).sum(axis=1) + log_terms
-    k = int(np.argmin(values))
-    return float(spreads[k]), steps[k], float(values[k])
 
 
 def linearise(

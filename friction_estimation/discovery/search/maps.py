@@ -15,7 +15,8 @@ from friction_estimation.discovery.model.candidates import Term
 from friction_estimation.discovery.model.elimination import eliminate_states, gram_matrices
 from friction_estimation.discovery.model.fit import SessionFit, refit
 from friction_estimation.discovery.model.friction_field import CARD, FrictionField, fields_to_try
-from friction_estimation.discovery.model.model import Model, linearised_paths, sensitivities
+from friction_estimation.discovery.model.model import Model
+from friction_estimation.discovery.model.sensitivity import linearised_paths, sensitivities
 from friction_estimation.discovery.search.score_test import least_deviance
 from friction_estimation.discovery.tuning import BETTER_MAP
 

@@ -15,8 +15,8 @@ from curling_env.typing import Floats
 from friction_estimation.discovery.model.candidates import Term
 from friction_estimation.discovery.model.elimination import eliminate_states, gram_matrices
 from friction_estimation.discovery.model.fit import SessionFit, refit
-from friction_estimation.discovery.model.model import (
-    Model,
+from friction_estimation.discovery.model.model import Model
+from friction_estimation.discovery.model.sensitivity import (
     friction_along,
     linearised_paths,
     sensitivities,

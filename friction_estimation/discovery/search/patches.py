@@ -16,8 +16,9 @@ from friction_estimation.discovery.model.elimination import (
     eliminate_states,
     gram_matrices,
 )
-from friction_estimation.discovery.model.fit import SessionFit, prior_gram
-from friction_estimation.discovery.model.model import linearised_paths, sensitivities
+from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.quadratic import prior_gram
+from friction_estimation.discovery.model.sensitivity import linearised_paths, sensitivities
 from friction_estimation.discovery.tuning import LONGEST_PATCH, PATCH_CELL
 
 Rectangle = tuple[float, float, float, float]

@@ -24,14 +24,15 @@ from friction_estimation.discovery.model.elimination import (
     eliminate_states,
     gram_matrices,
 )
-from friction_estimation.discovery.model.fit import (
-    SessionFit,
+from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.model import Model
+from friction_estimation.discovery.model.quadratic import (
     prior_gram,
     profile_amplitudes,
     projected,
     solve_shared,
 )
-from friction_estimation.discovery.model.model import Model, sensitivities
+from friction_estimation.discovery.model.sensitivity import sensitivities
 from friction_estimation.discovery.search.score_test import least_deviance
 from friction_estimation.discovery.tuning import (
     CLEAR_RIPPLE_GAIN,

@@ -15,15 +15,14 @@ import numpy as np
 from curling_env.typing import Floats
 from friction_estimation.discovery.model.candidates import Term
 from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
-from friction_estimation.discovery.model.fit import (
-    SessionFit,
-    linearise,
+from friction_estimation.discovery.model.fit import SessionFit, linearise
+from friction_estimation.discovery.model.model import Model
+from friction_estimation.discovery.model.quadratic import (
     prior_gram,
     profile_amplitudes,
     profile_spread,
     solve_shared,
 )
-from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.tuning import (
     CLEARLY_SEEN,
     LEAST_SPREAD,

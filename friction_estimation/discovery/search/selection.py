@@ -9,8 +9,9 @@ from curling_env.typing import Progress, no_progress
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.candidates import Term, candidates
 from friction_estimation.discovery.model.fit import SessionFit, fit, refit
-from friction_estimation.discovery.model.model import Model, sensitivities
+from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.noise import SessionNoise, estimate_noise, outlying_rows
+from friction_estimation.discovery.model.sensitivity import sensitivities
 from friction_estimation.discovery.search.maps import find_map, renew_map
 from friction_estimation.discovery.search.patch_sides import place_sides_of
 from friction_estimation.discovery.search.patches import find_patches

@@ -28,9 +28,11 @@ from friction_estimation.discovery.model.elimination import (
     eliminate_states,
     gram_matrices,
 )
-from friction_estimation.discovery.model.fit import SessionFit, prior_gram
+from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.model.friction_field import CARD
-from friction_estimation.discovery.model.model import Model, linearised_paths, sensitivities
+from friction_estimation.discovery.model.model import Model
+from friction_estimation.discovery.model.quadratic import prior_gram
+from friction_estimation.discovery.model.sensitivity import linearised_paths, sensitivities
 from friction_estimation.discovery.search.residuals import slow_columns
 from friction_estimation.discovery.tuning import (
     GAIN_PER_PARAMETER,

@@ -23,8 +23,9 @@ from friction_estimation.discovery.model.candidates import Term
 from friction_estimation.discovery.model.fit import linearise, refit
 from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
 from friction_estimation.discovery.model.friction_field import crossed_by, field_along
-from friction_estimation.discovery.model.model import predict, sensitivities
+from friction_estimation.discovery.model.model import predict
 from friction_estimation.discovery.model.noise import SessionNoise
+from friction_estimation.discovery.model.sensitivity import sensitivities
 from friction_estimation.discovery.search.selection import fit_with_noise
 from friction_estimation.discovery.tuning import RELEASE_SIGMA, USUAL_SPREAD
 

@@ -16,8 +16,8 @@ from friction_estimation.discovery.evidence.predictive_density import (
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import candidates
 from friction_estimation.discovery.model.fit import linearise
-from friction_estimation.discovery.model.model import sensitivities
 from friction_estimation.discovery.model.noise import SessionNoise
+from friction_estimation.discovery.model.sensitivity import sensitivities
 from friction_estimation.discovery.search.selection import refit
 from friction_estimation.discovery.tuning import COUPLING_SIGMA, RELEASE_SIGMA
 

@@ -7,7 +7,7 @@ import pytest
 
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
-from friction_estimation.discovery.model.fit import bounded_step, profile_spread, solve_shared
+from friction_estimation.discovery.model.quadratic import bounded_step, profile_spread, solve_shared
 from friction_estimation.discovery.tuning import LEAST_SPREAD, RELEASE_SIGMA
 
 THROWS, ROWS, SHARED = 5, 40, 2

@@ -12,12 +12,6 @@ from friction_estimation.discovery.data.session import open_session
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import Term
 from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
-from friction_estimation.discovery.model.fit import (
-    integration_cost,
-    prior_gram,
-    profile_amplitudes,
-    solve_shared,
-)
 from friction_estimation.discovery.model.friction_field import (
     CARD,
     cells_at,
@@ -25,7 +19,14 @@ from friction_estimation.discovery.model.friction_field import (
     field_along,
     fields_to_try,
 )
-from friction_estimation.discovery.model.model import MEASURED, linearised_paths, predict
+from friction_estimation.discovery.model.model import MEASURED, predict
+from friction_estimation.discovery.model.quadratic import (
+    integration_cost,
+    prior_gram,
+    profile_amplitudes,
+    solve_shared,
+)
+from friction_estimation.discovery.model.sensitivity import linearised_paths
 from friction_estimation.discovery.search.selection import fit_with_noise, refit
 
 
