@@ -15,8 +15,8 @@ from msgspec import Meta
 from numpy.typing import ArrayLike
 
 from curling_env.errors import InputError
-from curling_env.infrastructure.schema import Document, Short, checked, within
-from curling_env.infrastructure.storage import read_json, write_json, write_table
+from curling_env.infrastructure.files.schema import Document, Short, checked, within
+from curling_env.infrastructure.files.storage import read_json, write_json, write_table
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
 from curling_env.typing import Flags, Floats
 

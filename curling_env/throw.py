@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from curling_env.errors import InputError, OutOfRangeError
-from curling_env.infrastructure.storage import Column, read_table, write_table
+from curling_env.infrastructure.files.storage import Column, read_table, write_table
 from curling_env.sheet import HOG_LINE_Y, Direction
 from curling_env.typing import Floats
 

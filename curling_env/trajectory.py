@@ -9,7 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from curling_env.errors import InputError
-from curling_env.infrastructure.storage import Column, Table, read_table, read_text, write_table
+from curling_env.infrastructure.files.storage import (
+    Column,
+    Table,
+    read_table,
+    read_text,
+    write_table,
+)
 from curling_env.typing import Floats
 
 TRACK_TABLE = (

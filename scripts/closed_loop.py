@@ -20,7 +20,7 @@ from agents.closed_loop.experiment_figure import draw_experiment
 from agents.closed_loop.practice import film_camera, noisy_camera
 from curling_env.commands.cli import progress_bar, say
 from curling_env.errors import CurlingError
-from curling_env.infrastructure.storage import make_directory, write_json
+from curling_env.infrastructure.files.storage import make_directory, write_json
 
 
 def main(

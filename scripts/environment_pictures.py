@@ -18,7 +18,7 @@ from scipy.ndimage import gaussian_filter
 import curling_env
 from curling_env.game import player_named
 from curling_env.ice import Ice, load_ice
-from curling_env.infrastructure.storage import atomic_path
+from curling_env.infrastructure.files.storage import atomic_path
 from curling_env.physics.one_stone.aim import Aim
 from curling_env.sheet import Direction
 from curling_env.typing import Image

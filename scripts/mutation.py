@@ -47,7 +47,7 @@ from tqdm import tqdm
 AREAS = {
     "law": ["curling_env/physics/law.py", "curling_env/physics/effects/*.py"],
     "rules": ["curling_env/game/rules/*.py"],
-    "storage": ["curling_env/infrastructure/storage.py"],
+    "storage": ["curling_env/infrastructure/files/storage.py"],
     "frames": ["curling_env/sheet.py"],
     "estimation": [
         "friction_estimation/estimation/*.py",

@@ -16,7 +16,7 @@ from agents.planning.plan_figure import draw_plan
 from curling_env.commands.cli import say
 from curling_env.errors import CurlingError
 from curling_env.ice import load_ice
-from curling_env.infrastructure.storage import make_directory
+from curling_env.infrastructure.files.storage import make_directory
 
 SHOTS = {"draw": (0.0, 17.3735), "freeze": (0.3, 17.6), "takeout": (0.3, 17.6)}
 """Tasks with their marks: the button, and a stone behind the tee line, sheet frame [m]."""

@@ -26,7 +26,12 @@ from curling_env.commands.cli import progress_bar, say
 from curling_env.errors import CurlingError
 from curling_env.ice import Ice
 from curling_env.infrastructure.executor import executor
-from curling_env.infrastructure.storage import make_directory, read_json, read_table, write_table
+from curling_env.infrastructure.files.storage import (
+    make_directory,
+    read_json,
+    read_table,
+    write_table,
+)
 from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import Direction
 from curling_env.throw import Throw

@@ -33,7 +33,7 @@ from agents.playing.search.positions import SCORES, EndSimulator
 from agents.playing.search.value_network import FILE, ValueNetwork, load_network, save_network
 from curling_env.commands.cli import progress_bar
 from curling_env.infrastructure.executor import executor
-from curling_env.infrastructure.storage import make_directory
+from curling_env.infrastructure.files.storage import make_directory
 from curling_env.throw import SKILLS
 
 HELD_OUT = 12

@@ -21,8 +21,8 @@ from agents.closed_loop.practice import draw_practice
 from agents.learning.evaluation import rest_in_env
 from agents.planning import Plan, plan
 from curling_env.ice import Ice, save_ice
+from curling_env.infrastructure.files.storage import make_directory, write_json
 from curling_env.infrastructure.provenance import provenance
-from curling_env.infrastructure.storage import make_directory, write_json
 from curling_env.sheet import TEE_Y
 from curling_env.throw import write_releases
 from curling_env.trajectory import Trajectory, write_tracks

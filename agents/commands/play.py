@@ -106,7 +106,7 @@ def play(
     from curling_env.errors import InputError
     from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator
     from curling_env.game.rules import Team, rule_set
-    from curling_env.infrastructure.storage import make_directory, together
+    from curling_env.infrastructure.files.storage import make_directory, together
 
     if film and output is None:
         raise InputError("--film needs a directory for it: -o DIR")

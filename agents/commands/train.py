@@ -95,7 +95,7 @@ def train(
     from agents.learning import evaluation, training
     from agents.learning.configuration import load_settings, read_configuration, with_settings
     from curling_env.ice import load_ice
-    from curling_env.infrastructure.storage import write_json
+    from curling_env.infrastructure.files.storage import write_json
 
     rllib_workers = None if workers is None else _rllib_workers(workers)
     if rllib_workers and resume is not None:

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, NotRequired, TypedDict
 
 import msgspec
 
-from curling_env.infrastructure.schema import within
+from curling_env.infrastructure.files.schema import within
 from curling_env.sheet import HACK_Y, TEE_Y
 
 HACK_TO_TEE = HACK_Y + TEE_Y

@@ -30,7 +30,7 @@ from curling_env.errors import InputError
 from curling_env.game.rules import RestingStone, Result, Team, rule_on, rule_set, score_of
 from curling_env.game.rules.scoring import hammer_after
 from curling_env.ice import Ice, load_ice
-from curling_env.infrastructure.schema import checked
+from curling_env.infrastructure.files.schema import checked
 from curling_env.physics.state import State
 from curling_env.sheet import HACK_Y, TEE_Y
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.errors import InputError
-from curling_env.infrastructure.storage import parse_json, read_arrays, write_arrays
+from curling_env.infrastructure.files.storage import parse_json, read_arrays, write_arrays
 
 MODEL_FORMAT = "curling-agent/1"
 _ARRAY = "$array"

@@ -22,8 +22,8 @@ from curling_env.game import Call, GameSimulator, GameState, Player, PlayerView
 from curling_env.game.rules import Ruling, Team, concede
 from curling_env.game.simulator import state_on_sheet
 from curling_env.ice import preset_names
-from curling_env.infrastructure import limits
-from curling_env.infrastructure.storage import confined, parse_json, read_text, write_text
+from curling_env.infrastructure.files import limits
+from curling_env.infrastructure.files.storage import confined, parse_json, read_text, write_text
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 

@@ -23,9 +23,9 @@ import typer
 from curling_env.commands.outputs import Writes, guarded
 from curling_env.commands.terminal import only_our_words, remarks_at_the_end, say, shortened
 from curling_env.errors import CurlingError
-from curling_env.infrastructure.command_files import CommandFiles, command_files
+from curling_env.infrastructure.files.command_files import CommandFiles, command_files
+from curling_env.infrastructure.files.storage import format_json
 from curling_env.infrastructure.provenance import typed
-from curling_env.infrastructure.storage import format_json
 from curling_env.typing import Progress
 from curling_env.units import Units
 

@@ -16,9 +16,13 @@ from typing import Any, cast, get_type_hints
 
 from curling_env.commands.terminal import say
 from curling_env.errors import InputError
-from curling_env.infrastructure.command_files import identity_of, note_rewritten, refuse_to_write
-from curling_env.infrastructure.kinds import kind_of
-from curling_env.infrastructure.storage import check_writable, make_directory
+from curling_env.infrastructure.files.command_files import (
+    identity_of,
+    note_rewritten,
+    refuse_to_write,
+)
+from curling_env.infrastructure.files.kinds import kind_of
+from curling_env.infrastructure.files.storage import check_writable, make_directory
 
 Command = Callable[..., Any]
 

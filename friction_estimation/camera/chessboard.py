@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 
 from curling_env.errors import InputError
-from curling_env.infrastructure.storage import write_json
+from curling_env.infrastructure.files.storage import write_json
 from curling_env.typing import Floats, Image, Progress, no_progress, with_progress
 from friction_estimation.camera.lens import Lens, solve_lens_from_board
 from friction_estimation.camera.tuning import (

@@ -61,7 +61,7 @@ def compare(
         curling compare tracks.csv --ice ice.json -o runs/compare
     """
     from curling_env.ice import load_ice
-    from curling_env.infrastructure.storage import make_directory, together
+    from curling_env.infrastructure.files.storage import make_directory, together
     from friction_estimation.comparison.rethrow import compare_tracks, write_comparison
     from friction_estimation.tracks.throw_list import THROW_LIST, load_tracks, throws_beside
 

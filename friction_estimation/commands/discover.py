@@ -80,8 +80,8 @@ def discover(
     import numpy as np
 
     from curling_env.ice import load_ice
+    from curling_env.infrastructure.files.storage import make_directory, together
     from curling_env.infrastructure.provenance import provenance
-    from curling_env.infrastructure.storage import make_directory, together
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.discovery.assessment import assess
     from friction_estimation.discovery.data.references import (

@@ -181,8 +181,8 @@ def estimate(
     import numpy as np
 
     from curling_env.ice import load_ice, save_ice
+    from curling_env.infrastructure.files.storage import make_directory, together
     from curling_env.infrastructure.provenance import provenance
-    from curling_env.infrastructure.storage import make_directory, together
     from friction_estimation.discovery.evidence.posterior import draw_posterior
     from friction_estimation.discovery.posterior_file import can_write_posterior, write_posterior
     from friction_estimation.estimation.evidence_file import (

@@ -17,7 +17,7 @@ from curling_env.commands.cli import (
     progress_bar,
 )
 from curling_env.errors import InputError
-from curling_env.infrastructure.limits import MAX_FRAME_PIXELS
+from curling_env.infrastructure.files.limits import MAX_FRAME_PIXELS
 
 
 def film(
@@ -74,7 +74,7 @@ def film(
         NAME.ice.json       the ice itself
     """
     from curling_env.ice import load_ice, save_ice
-    from curling_env.infrastructure.storage import make_directory, together
+    from curling_env.infrastructure.files.storage import make_directory, together
     from curling_env.physics.session import slides_in_turn
     from curling_env.throw import read_releases
     from friction_estimation.synthetic import FilmSpec, render_films

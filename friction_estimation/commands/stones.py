@@ -55,7 +55,7 @@ def stones(
     """
     import cv2
 
-    from curling_env.infrastructure.storage import together, write_json
+    from curling_env.infrastructure.files.storage import together, write_json
     from friction_estimation.appearance import StoneModel
     from friction_estimation.camera.annotation.annotate import Annotation
     from friction_estimation.camera.pose import camera_from_scene

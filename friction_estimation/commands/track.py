@@ -152,8 +152,8 @@ def track(
     """
     import cv2
 
-    from curling_env.infrastructure.command_files import note_rewritten
-    from curling_env.infrastructure.storage import together
+    from curling_env.infrastructure.files.command_files import note_rewritten
+    from curling_env.infrastructure.files.storage import together
     from curling_env.trajectory import read_tracks, write_tracks
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.film.video import films_in, is_stream

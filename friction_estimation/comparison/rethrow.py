@@ -16,7 +16,7 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.infrastructure.storage import write_table
+from curling_env.infrastructure.files.storage import write_table
 from curling_env.physics.one_stone.slide import NO_BOUNDS, Slide, slide
 from curling_env.physics.wear import wear_along_path, wear_of, worn
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Release

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from curling_env.infrastructure.storage import atomic_path, format_json
+from curling_env.infrastructure.files.storage import atomic_path, format_json
 from friction_estimation.discovery.evidence.posterior import Posterior
 from friction_estimation.discovery.model.fit import SessionFit
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from curling_env.ice import save_ice
-from curling_env.infrastructure.storage import write_json
+from curling_env.infrastructure.files.storage import write_json
 from friction_estimation.discovery.assessment import Assessment
 from friction_estimation.discovery.data.references import QUANTITIES, Calibration, QuantityError
 from friction_estimation.discovery.discover import Discovery

@@ -20,7 +20,7 @@ from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
 from curling_env.errors import InputError
-from curling_env.infrastructure import limits
+from curling_env.infrastructure.files import limits
 
 CAPTURE_RATE = "com.android.capture.fps"
 """The key under which Android's cameras note how many frames they took in a second."""

@@ -18,8 +18,8 @@ from av.packet import Packet
 from av.video.stream import VideoStream
 
 from curling_env.errors import InputError
-from curling_env.infrastructure import limits
-from curling_env.infrastructure.storage import Column, ordinary_file, read_table
+from curling_env.infrastructure.files import limits
+from curling_env.infrastructure.files.storage import Column, ordinary_file, read_table
 from curling_env.typing import Image
 from friction_estimation.film.decoding import (
     decoded,

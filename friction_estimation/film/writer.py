@@ -15,7 +15,7 @@ from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
 from curling_env.errors import InputError, OutputError
-from curling_env.infrastructure.storage import atomic_path
+from curling_env.infrastructure.files.storage import atomic_path
 from curling_env.typing import Image
 from friction_estimation.film.decoding import opened, packets
 

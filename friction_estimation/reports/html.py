@@ -13,8 +13,8 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from curling_env.infrastructure.files.storage import write_text
 from curling_env.infrastructure.page_policy import policy_of
-from curling_env.infrastructure.storage import write_text
 
 STYLE = """
 body{font:16px/1.5 system-ui,sans-serif;color:#22313f;background:#eef3f7;margin:0}

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from curling_env.infrastructure.storage import write_table
+from curling_env.infrastructure.files.storage import write_table
 from curling_env.sheet import HOUSE_RADIUS, RULE_BOOK_STONE, Direction
 from curling_env.throw import handles
 from curling_env.units import Units, length, short_length, side, speed

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from curling_env.errors import InputError
-from curling_env.infrastructure.storage import (
+from curling_env.infrastructure.files.storage import (
     make_directory,
     together,
     write_json,

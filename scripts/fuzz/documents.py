@@ -12,7 +12,7 @@ import msgspec
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
-from curling_env.infrastructure.table import Column
+from curling_env.infrastructure.files.table import Column
 
 
 def strategies(rng: random.Random) -> dict[str, Iterator[bytes]]:

@@ -21,7 +21,7 @@ from tables import (
 
 from curling_env.commands.cli import progress_bar, say
 from curling_env.errors import CurlingError
-from curling_env.infrastructure.storage import make_directory
+from curling_env.infrastructure.files.storage import make_directory
 
 
 def main(

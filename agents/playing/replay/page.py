@@ -8,8 +8,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from curling_env.infrastructure.files.storage import write_text
 from curling_env.infrastructure.page_policy import policy_of
-from curling_env.infrastructure.storage import write_text
 from curling_env.units import Units
 
 POLICY = "<!--POLICY-->"

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.errors import CurlingError, InputError, OutputError
+from curling_env.infrastructure.files.storage import parse_json
 from curling_env.infrastructure.local_server import (
     ADDRESS,
     LocalHandler,
@@ -25,7 +26,6 @@ from curling_env.infrastructure.local_server import (
     network_address,
 )
 from curling_env.infrastructure.page_policy import directives_of
-from curling_env.infrastructure.storage import parse_json
 from curling_env.units import Units
 from friction_estimation.camera.annotation.annotate import VIEW_PX_PER_M, Annotation, Clicks
 from friction_estimation.camera.annotation.thrower import thrower, thrower_px

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from curling_env.errors import CurlingError, InputError
-from curling_env.infrastructure.storage import at_once, read_json, write_json
+from curling_env.infrastructure.files.storage import at_once, read_json, write_json
 from curling_env.typing import Progress, no_progress
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import FreeLens, Lens

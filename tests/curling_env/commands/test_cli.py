@@ -264,7 +264,7 @@ def test_a_full_disk_behind_stdout_is_reported() -> None:
 def test_termination_removes_what_is_half_written(tmp_path: Path) -> None:
     done = run(
         "import os, signal, time\n"
-        "from curling_env.infrastructure.storage import atomic_path\n"
+        "from curling_env.infrastructure.files.storage import atomic_path\n"
         "def work() -> None:\n"
         f"    with atomic_path({str(tmp_path / 'a.txt')!r}) as draft:\n"
         "        draft.write_text('half')\n"

@@ -16,7 +16,7 @@ from curling_env.commands.benchmarks import draws_and_hits
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.infrastructure.executor import ProcessExecutor, WorkersLostError, executor
-from curling_env.infrastructure.storage import read_table
+from curling_env.infrastructure.files.storage import read_table
 from curling_env.physics.sweep import PIECE_SIZE, Sweep, executed, run, throw_piece
 from curling_env.throw import SKILLS, Throw, write_releases
 

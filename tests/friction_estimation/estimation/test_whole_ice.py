@@ -11,7 +11,7 @@ from blind.law import CURL, EXPONENT, MU, SIZE
 from blind.sessions import make_session
 
 from curling_env.ice import load_ice
-from curling_env.infrastructure.storage import write_table
+from curling_env.infrastructure.files.storage import write_table
 from curling_env.trajectory import read_tracks
 from friction_estimation.discovery.discover import discover
 from friction_estimation.discovery.report import document

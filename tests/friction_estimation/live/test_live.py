@@ -15,7 +15,7 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.infrastructure.storage import write_table
+from curling_env.infrastructure.files.storage import write_table
 from curling_env.physics.one_stone.slide import slide
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory, read_tracks

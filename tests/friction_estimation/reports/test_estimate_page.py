@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from curling_env.ice import Ice
-from curling_env.infrastructure.storage import read_table
+from curling_env.infrastructure.files.storage import read_table
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from friction_estimation.estimation.whole_ice import estimate_ice
 from friction_estimation.reports.draw_weight import draw_weight, worth_of_a_per_cent

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from curling_env.infrastructure.storage import read_table
+from curling_env.infrastructure.files.storage import read_table
 from curling_env.sheet import Direction
 from curling_env.trajectory import write_tracks
 from curling_env.units import Units

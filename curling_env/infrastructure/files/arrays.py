@@ -18,9 +18,9 @@ from numpy.lib import format as npy_format
 from numpy.typing import NDArray
 
 from curling_env.errors import InputError
-from curling_env.infrastructure import limits
-from curling_env.infrastructure.reading import read_bytes
-from curling_env.infrastructure.writing import atomic_path
+from curling_env.infrastructure.files import limits
+from curling_env.infrastructure.files.reading import read_bytes
+from curling_env.infrastructure.files.writing import atomic_path
 
 _METHODS = frozenset({zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED})
 _ENCRYPTED = 0x1

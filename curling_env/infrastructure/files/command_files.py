@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from curling_env.errors import OutputError
-from curling_env.infrastructure.kinds import KIND_NAMES, kind_of
+from curling_env.infrastructure.files.kinds import KIND_NAMES, kind_of
 
 Identity = tuple[int, int]
 """Device and number of a file, the same under all its names."""

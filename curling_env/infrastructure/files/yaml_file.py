@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any, cast
 
 from curling_env.errors import InputError
-from curling_env.infrastructure import limits
-from curling_env.infrastructure.reading import read_text
+from curling_env.infrastructure.files import limits
+from curling_env.infrastructure.files.reading import read_text
 
 
 def read_yaml(path: str | Path) -> Any:

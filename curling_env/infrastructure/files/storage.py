@@ -16,8 +16,8 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from curling_env.infrastructure.arrays import read_arrays, write_arrays
-from curling_env.infrastructure.reading import (
+from curling_env.infrastructure.files.arrays import read_arrays, write_arrays
+from curling_env.infrastructure.files.reading import (
     confined,
     file_digest,
     ordinary_file,
@@ -26,8 +26,8 @@ from curling_env.infrastructure.reading import (
     read_json,
     read_text,
 )
-from curling_env.infrastructure.table import MAX_INTEGER, Column, Table, read_table
-from curling_env.infrastructure.writing import (
+from curling_env.infrastructure.files.table import MAX_INTEGER, Column, Table, read_table
+from curling_env.infrastructure.files.writing import (
     at_once,
     atomic_path,
     check_writable,

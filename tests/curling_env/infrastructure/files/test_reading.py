@@ -16,9 +16,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from curling_env.errors import InputError
-from curling_env.infrastructure import limits
-from curling_env.infrastructure.schema import Document, checked, within
-from curling_env.infrastructure.storage import (
+from curling_env.infrastructure.files import limits
+from curling_env.infrastructure.files.schema import Document, checked, within
+from curling_env.infrastructure.files.storage import (
     Column,
     confined,
     ordinary_file,
@@ -29,7 +29,7 @@ from curling_env.infrastructure.storage import (
     read_text,
     write_arrays,
 )
-from curling_env.infrastructure.yaml_file import read_yaml
+from curling_env.infrastructure.files.yaml_file import read_yaml
 
 # --- bytes
 
@@ -302,6 +302,6 @@ def test_aliases_are_read(tmp_path: Path) -> None:
     ],
 )
 def test_the_limits_stand_in_the_documentation(limit: float, stated: str) -> None:
-    text = (Path(__file__).parents[3] / "docs" / "files.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[4] / "docs" / "files.md").read_text(encoding="utf-8")
     assert stated in text
     assert float(stated.split()[0]) == limit

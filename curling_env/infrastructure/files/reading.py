@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any, NoReturn, cast
 
 from curling_env.errors import InputError
-from curling_env.infrastructure import limits
-from curling_env.infrastructure.command_files import note_input
+from curling_env.infrastructure.files import limits
+from curling_env.infrastructure.files.command_files import note_input
 
 _CHUNK = 2**20
 _PIPE_GLANCE = 0.25

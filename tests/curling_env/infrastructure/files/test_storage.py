@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from curling_env.errors import InputError, OutputError
-from curling_env.infrastructure.storage import (
+from curling_env.infrastructure.files.storage import (
     MAX_INTEGER,
     atomic_path,
     file_digest,
@@ -108,7 +108,7 @@ def test_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
     program = (
         "import resource, sys\n"
         "from curling_env.errors import OutputError\n"
-        "from curling_env.infrastructure.storage import write_text\n"
+        "from curling_env.infrastructure.files.storage import write_text\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))\n"
         "try:\n"
         "    write_text(sys.argv[1], 'x' * 100_000)\n"
@@ -141,7 +141,7 @@ def test_a_link_is_followed(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not Path("/dev/stdout").exists(), reason="this system has no /dev/stdout")
 def test_what_stands_for_a_stream_is_added_to_and_never_replaced(tmp_path: Path) -> None:
-    module = "curling_env.infrastructure.storage"
+    module = "curling_env.infrastructure.files.storage"
     program = f"from {module} import write_text; write_text('/dev/stdout', 'new')"
     with (tmp_path / "log").open("w") as log:
         log.write("old, ")

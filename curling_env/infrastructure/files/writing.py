@@ -24,12 +24,12 @@ from pathlib import Path
 from typing import Any, cast
 
 from curling_env.errors import OutputError
-from curling_env.infrastructure.command_files import (
+from curling_env.infrastructure.files.command_files import (
     note_directory,
     note_output,
     refuse_to_write,
 )
-from curling_env.infrastructure.kinds import KIND_NAMES, is_same_kind, kind_of
+from curling_env.infrastructure.files.kinds import KIND_NAMES, is_same_kind, kind_of
 
 _DISK_TROUBLE = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG, errno.EIO})
 _MACHINE = hashlib.sha256(platform.node().encode()).hexdigest()[:4]

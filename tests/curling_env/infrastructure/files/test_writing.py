@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from curling_env.errors import OutputError
-from curling_env.infrastructure import writing
-from curling_env.infrastructure.command_files import command_files, refuse_to_write
-from curling_env.infrastructure.kinds import kind_of
-from curling_env.infrastructure.storage import (
+from curling_env.infrastructure.files import writing
+from curling_env.infrastructure.files.command_files import command_files, refuse_to_write
+from curling_env.infrastructure.files.kinds import kind_of
+from curling_env.infrastructure.files.storage import (
     atomic_path,
     check_writable,
     make_directory,
@@ -89,7 +89,7 @@ def test_a_name_that_cannot_be_given_undoes_the_others(
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from curling_env.infrastructure.storage import together, write_text
+from curling_env.infrastructure.files.storage import together, write_text
 replace, given = Path.replace, []
 def kill_after_the_first(self, target):
     if len(given) == int(sys.argv[2]):

@@ -14,8 +14,8 @@ from typing import cast
 import numpy as np
 
 from curling_env.errors import InputError
-from curling_env.infrastructure import limits
-from curling_env.infrastructure.reading import read_text
+from curling_env.infrastructure.files import limits
+from curling_env.infrastructure.files.reading import read_text
 from curling_env.typing import Floats, Integers
 
 MAX_INTEGER = 2**53
