@@ -19,7 +19,7 @@ from curling_env.ice import MAX_FRICTION, ActiveEffect, FrictionMap, Ice
 from curling_env.physics.effects import EffectCard, catalogue
 from curling_env.physics.many_stones.batch import release_table, throw_batch
 from curling_env.physics.one_stone.slide import SlideEnd
-from curling_env.physics.tuning import LEAST_RESTED, MAP_ERROR_LENGTH, MIN_FRICTION_SHARE, REST_ICES
+from curling_env.physics.tuning import DRAWN_FRICTION, LEAST_RESTED, MAP_ERROR_LENGTH, REST_ICES
 from curling_env.throw import Release
 from curling_env.typing import Floats
 
@@ -133,7 +133,8 @@ def _drawn_maps(ice: Ice, pairs: int, rng: np.random.Generator) -> list[Friction
         field = smooth_field(rng, rows, columns, MAP_ERROR_LENGTH, MAP_ERROR_LENGTH)
         for sign in (1.0, -1.0):
             mu = friction.mu + sign * friction.sigma * field
-            mu = np.maximum(mu, MIN_FRICTION_SHARE * friction.mu)
+            low, high = (share * friction.mu for share in DRAWN_FRICTION)
+            mu = np.clip(mu, low, high)
             maps.append(replace(friction, mu=np.minimum(mu, MAX_FRICTION)))
     return maps
 

@@ -40,8 +40,9 @@ MAP_ERROR_LENGTH = 2.0
 An ice file holds σ for each cell and no correlation. One pass of a stone measures friction
 averaged over two to three metres, so the errors of an estimated map are alike over such a length.
 """
-MIN_FRICTION_SHARE = 0.2
-"""Smallest friction that is drawn, as a share of the map's: the Gaussian's tail is not real ice."""
+DRAWN_FRICTION = (0.2, 5.0)
+"""Smallest and largest friction that is drawn, as shares of the map's: the Gaussian's tails are not
+real ice, and on neighbouring cells a thousandfold apart a stone takes millions of steps."""
 LEAST_RESTED = 0.9
 """Share of the plausible ices on which a stone must rest for its rest to have a spread."""
 REST_ICES = 256

@@ -24,6 +24,8 @@ MAX_SECONDS = 20.0
 """Processor time that a run may take [s]."""
 PATIENCE = 6.0
 """Times as much on the clock, because a machine may be busy."""
+ANSWER = 60.0
+"""How long the local server may take to answer on a busy machine [s]."""
 MAX_BYTES = 2**30
 """Memory that a run may take beyond what is loaded anyway [bytes]."""
 MAX_LINE = 300
@@ -146,7 +148,7 @@ def _mark_as_asked() -> None:
         asked = Path("q.json").read_bytes() if Path("q.json").exists() else b"{}"
         for path in ("", "film.json", "still/0", "solve", "save"):
             body = asked if path in ("solve", "save") else None
-            line = http.client.HTTPConnection(str(at.hostname), at.port or 0, timeout=PATIENCE)
+            line = http.client.HTTPConnection(str(at.hostname), at.port or 0, timeout=ANSWER)
             line.request("GET" if body is None else "POST", at.path + path, body)
             line.getresponse().read()
             line.close()

@@ -109,6 +109,14 @@ def test_friction_stays_positive():
     assert mu.min() == pytest.approx(0.2 * 0.008)
 
 
+def test_however_unsure_a_map_is_cells_are_not_a_thousandfold_apart():
+    unsure = Ice.uniform(0.0082)
+    unsure = replace(unsure, friction=replace(unsure.friction, sigma=unsure.friction.mu + 1e9))
+    for ice in plausible_ices(unsure, 6, np.random.default_rng(0)):
+        assert ice.friction.mu.min() >= 0.0082 / 5.001
+        assert ice.friction.mu.max() <= 0.0082 * 5.001
+
+
 def test_the_sides_of_a_patch_keep_their_order():
     sides = {"x_min": -0.1, "x_max": 0.1, "y_min": 3.0, "y_max": 6.0}
     patch = ActiveEffect(
