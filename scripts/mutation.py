@@ -57,7 +57,7 @@ AREAS = {
     "discovery": [
         "friction_estimation/discovery/*.py",
         "friction_estimation/discovery/search/*.py",
-        "friction_estimation/discovery/evidence/*.py",
+        "friction_estimation/discovery/evidence/**/*.py",
     ],
 }
 """Area -> patterns of its modules."""
