@@ -16,7 +16,7 @@ from curling_env.typing import Floats, Image, Singles
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import KNOWN_LENS, TRIAL_BENDS, TRIAL_FOCALS, FreeLens, Lens
 from friction_estimation.camera.markings import Markings, grey_levels, markings_of
-from friction_estimation.camera.markings_fit import MarkingsFit
+from friction_estimation.camera.markings_fit import FittedCamera, MarkingsFit
 from friction_estimation.camera.pose import poses_from_points
 from friction_estimation.camera.scene import Scene
 from friction_estimation.camera.tuning import (
@@ -218,15 +218,7 @@ def refine_at_focal(
         return None
     measured = fit.measure(found, 2.0)
     fitted = fit.fit(found, measured, fit.lens, 0.5)
-    return replace(
-        refined,
-        camera=fitted.camera,
-        covariance=fitted.covariance,
-        measured=fitted.measured,
-        rms_px=fitted.rms_px,
-        misfit=fitted.misfit,
-        lens=fit.lens,
-    )
+    return _judged(replace(refined, camera=fitted.camera), fit, fitted)
 
 
 def log_height_prior(camera: Camera) -> float:
@@ -290,13 +282,17 @@ def _confirmed(fit: MarkingsFit, given: RefinedCamera) -> RefinedCamera:
     fitted = fit.fit(given.camera, measured, fit.lens, 0.5)
     if fitted.rms_px > WRONG_PAINT_RMS_PX:
         return given
+    return _judged(replace(given, before_px=fitted.rms_px), fit, fitted)
+
+
+def _judged(refined: RefinedCamera, fit: MarkingsFit, fitted: FittedCamera) -> RefinedCamera:
+    """The camera with what a fit to the paint says of how well it is known."""
     return replace(
-        given,
+        refined,
+        covariance=fitted.covariance,
         measured=fitted.measured,
         rms_px=fitted.rms_px,
-        before_px=fitted.rms_px,
         misfit=fitted.misfit,
-        covariance=fitted.covariance,
         lens=fit.lens,
     )
 

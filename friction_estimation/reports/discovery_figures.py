@@ -35,7 +35,8 @@ from friction_estimation.discovery.evidence.significance import own_frictions
 from friction_estimation.discovery.evidence.unknown.explanation import Dependence
 from friction_estimation.discovery.model.candidates import card_of, way_of
 from friction_estimation.discovery.model.fit import SessionFit
-from friction_estimation.discovery.model.model import MEASURED, Model
+from friction_estimation.discovery.model.model import Model
+from friction_estimation.discovery.model.response import MEASURED
 from friction_estimation.reports.discovery_draw import DrawShift
 from friction_estimation.tracks.smoothing import local_fit
 

@@ -28,7 +28,7 @@ from friction_estimation.discovery.model.elimination import (
     eliminate_states,
     gram_matrix,
 )
-from friction_estimation.discovery.model.model import MEASURED, Model, predict
+from friction_estimation.discovery.model.model import Model, predict
 from friction_estimation.discovery.model.noise import SessionNoise
 from friction_estimation.discovery.model.quadratic import (
     bounded_step,
@@ -38,6 +38,7 @@ from friction_estimation.discovery.model.quadratic import (
     profile_spread,
     solve_shared,
 )
+from friction_estimation.discovery.model.response import MEASURED
 from friction_estimation.discovery.model.sensitivity import sensitivities_by_throw
 from friction_estimation.discovery.tuning import (
     CONVERGED,

@@ -34,8 +34,6 @@ GLOBALS = ("ln_mu", "ln_coupling")
 one on m·r²/I, which says how friction turns a stone and is known to ten per cent at best."""
 NO_WEAR = Wear(np.zeros((1, 1, 1)), np.zeros(1, dtype=np.intp), 0.0, 0.0, 0.0, 1.0, True)
 """Wear along the paths of earlier stones, where they wear nothing."""
-MEASURED = [State.X, State.Y, State.THETA]
-"""Columns of a prediction that are measured: x, y, theta."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

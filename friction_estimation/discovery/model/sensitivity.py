@@ -11,13 +11,12 @@ from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.forward import friction_of_session, new_workspace
 from friction_estimation.discovery.model.model import (
-    MEASURED,
     Model,
     predict,
     throw_inputs,
     true_states,
 )
-from friction_estimation.discovery.model.response import LinearisedPaths, instants_of
+from friction_estimation.discovery.model.response import MEASURED, LinearisedPaths, instants_of
 from friction_estimation.discovery.tuning import PATH_STEP
 
 STATE_STEPS = (1e-3, 1e-3, 2e-4, 2e-4, 2e-3, 1e-3)

@@ -19,13 +19,14 @@ from friction_estimation.discovery.model.friction_field import (
     field_along,
     fields_to_try,
 )
-from friction_estimation.discovery.model.model import MEASURED, predict
+from friction_estimation.discovery.model.model import predict
 from friction_estimation.discovery.model.quadratic import (
     integration_cost,
     prior_gram,
     profile_amplitudes,
     solve_shared,
 )
+from friction_estimation.discovery.model.response import MEASURED
 from friction_estimation.discovery.model.sensitivity import linearised_paths
 from friction_estimation.discovery.search.selection import fit_with_noise, refit
 

@@ -16,7 +16,8 @@ from friction_estimation.discovery.evidence.unknown.pushes import (
     variables,
 )
 from friction_estimation.discovery.model.candidates import candidates
-from friction_estimation.discovery.model.model import MEASURED, predict
+from friction_estimation.discovery.model.model import predict
+from friction_estimation.discovery.model.response import MEASURED
 from friction_estimation.discovery.model.sensitivity import linearised_paths
 
 
