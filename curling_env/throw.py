@@ -12,7 +12,7 @@ import numpy as np
 
 from curling_env.errors import InputError, OutOfRangeError
 from curling_env.infrastructure.files.storage import Column, read_table, write_table
-from curling_env.sheet import HOG_LINE_Y, Direction
+from curling_env.sheet import HACK_Y, HOG_LINE_Y, TEE_Y, Direction
 from curling_env.typing import Floats
 
 MAX_SPEED = 6.0
@@ -42,6 +42,50 @@ OPTIONAL_RELEASE_COLUMNS = tuple(column.name for column in RELEASE_TABLE if not 
 
 
 _NUMBERS = ("x", "y", "vx", "vy", "theta", "omega")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Delivery:
+    """Where throws begin, and which spin and speed players give them.
+
+    Parameters
+    ----------
+    line_y : distance from mid-sheet of the line on which a stone's centre is released [m]
+    spin : usual spin, to either side [rad/s]
+    max_speed : fastest throw that a player means [m/s]; an execution error may make it faster
+
+    Raises
+    ------
+    InputError : a line that is not on the sheet
+    OutOfRangeError : a spin or speed that no throw has
+    """
+
+    line_y: float = HOG_LINE_Y
+    spin: float = 1.5
+    max_speed: float = MAX_SPEED
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.line_y <= HACK_Y + 1.0:
+            raise InputError(f"a release line lies 0 to {HACK_Y + 1:.2f} m out, got {self.line_y}")
+        if not 0 < self.spin <= MAX_SPIN:
+            raise OutOfRangeError(f"a spin lies above 0 and up to {MAX_SPIN}, got {self.spin}")
+        if not 0 < self.max_speed <= MAX_SPEED:
+            raise OutOfRangeError(
+                f"a greatest speed lies above 0 and up to {MAX_SPEED} m/s, got {self.max_speed}"
+            )
+
+    @property
+    def start_y(self) -> float:
+        """The release line in the delivery frame [m]."""
+        return -self.line_y - TEE_Y
+
+
+FROM_HOG_LINE = Delivery()
+"""As throws are counted everywhere but in Digital Curling: about three turns during a draw."""
+FROM_HACK = Delivery(line_y=HACK_Y, spin=math.pi / 2, max_speed=4.0)
+"""As Digital Curling's servers throw: π/2 rad/s to either side, and 4 m/s for every player."""
+DELIVERIES = {"hog-line": FROM_HOG_LINE, "hack": FROM_HACK}
+"""Deliveries by name."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,14 +158,16 @@ class Release:
 
 @dataclass(frozen=True, kw_only=True)
 class Throw:
-    """A throw: the stone's centre crosses the delivery hog line with this speed, line and spin.
+    """A throw: the stone's centre crosses the line of release with this speed, line and spin.
+
+    That line is the delivery hog line, unless a `Delivery` says otherwise.
 
     Parameters
     ----------
     speed : over the ice [m/s]
     angle : counter-clockwise from the direction of play [rad]
     spin : counter-clockwise positive [rad/s]
-    x : lateral offset at the hog line, delivery frame [m]
+    x : lateral offset on the line of release, delivery frame [m]
 
     Raises
     ------
@@ -153,12 +199,13 @@ class Throw:
         clock: float = 0.0,
         order: int = 0,
         sweep: tuple[float, float] = (0.0, 0.0),
+        delivery: Delivery = FROM_HOG_LINE,
     ) -> Release:
         """The release of this throw towards an end, sheet frame."""
         vx, vy = velocity_of(self.speed, self.angle, direction)
         return Release(
             x=direction * self.x,
-            y=-direction * HOG_LINE_Y,
+            y=-direction * delivery.line_y,
             vx=float(vx),
             vy=float(vy),
             omega=self.spin,
@@ -301,6 +348,12 @@ SKILLS = {
             sigma_angle=0.0018,
             sigma_spin=0.1,
             source="settings of simulators for elite players; " + _SPIN,
+        ),
+        Skill(
+            name="digital-curling",
+            sigma_speed=0.0076,
+            sigma_angle=0.0018,
+            source="the usual setting of Digital Curling's servers, which leave the spin alone",
         ),
         Skill(
             name="champion",

@@ -11,7 +11,7 @@ from curling_env.errors import InputError
 from curling_env.game import Call, Player, PlayerView, player_named
 from curling_env.game.players import player_names
 from curling_env.ice import Ice
-from curling_env.sheet import Direction, tee
+from curling_env.sheet import HOG_LINE_Y, Direction, tee
 from curling_env.throw import Throw
 
 
@@ -34,6 +34,8 @@ class TrainedPlayer(Player):
         self._throws: dict[Direction, tuple[Ice, Throw]] = {}
 
     def call(self, view: PlayerView) -> Call:
+        if view.delivery.line_y != HOG_LINE_Y:
+            raise InputError(f"{self.name} has learnt to throw from the hog line only")
         known = self._throws.get(view.direction)
         if known is None or known[0] is not view.ice:
             known = (view.ice, self._policy.throw(view.ice, tee(view.direction)))

@@ -17,7 +17,7 @@ from curling_env.game.rules.teams import Team
 from curling_env.ice import Ice
 from curling_env.infrastructure.plugins import load_plugin, plugin_names
 from curling_env.sheet import Direction
-from curling_env.throw import Skill, Throw
+from curling_env.throw import FROM_HOG_LINE, Delivery, Skill, Throw
 
 PLAYER_GROUP = "curling.players"
 """The entry-point group of players: classes that can be made without arguments."""
@@ -36,9 +36,10 @@ class PlayerView:
     team : the player's team
     ice : the ice as the player knows it, which may differ from the true ice
     direction : the end played to
-    skill : execution error of the player's team
+    skill : execution error of whoever throws for the player's team
     entropy : seed of the game, number of the throw, and team: the player's random numbers follow
         from them
+    delivery : where throws begin, and which spin and speed they may have
     """
 
     game: Game
@@ -47,6 +48,7 @@ class PlayerView:
     direction: Direction
     skill: Skill
     entropy: tuple[int, int, int]
+    delivery: Delivery = FROM_HOG_LINE
 
     @property
     def has_hammer(self) -> bool:

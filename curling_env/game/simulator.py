@@ -21,7 +21,15 @@ from curling_env.ice import Ice, load_ice
 from curling_env.physics.many_stones.engine import Engine, Outcome, Status, StoneState
 from curling_env.physics.wear import PATH_FPS, wear_along_path, wear_of, worn
 from curling_env.sheet import TEE_Y, Direction
-from curling_env.throw import MAX_SPEED, MAX_SPIN, Skill, Throw, skill_named
+from curling_env.throw import (
+    FROM_HOG_LINE,
+    MAX_SPEED,
+    MAX_SPIN,
+    Delivery,
+    Skill,
+    Throw,
+    skill_named,
+)
 from curling_env.typing import Floats
 
 MIN_SPEED = 1e-3
@@ -82,10 +90,13 @@ class GameSimulator:
     skills : execution errors of the home and the away team, or one for both
     ice_evolution : how the ice changes during a game
     sweeping : whether stones may be swept; ice without that effect is given the standard one
+    delivery : where throws begin, and which spin and speed they may have
+    throwers : execution errors of the two teams' throwers, for each stone of a team in order of
+        delivery; by default `skills` for all
 
     Raises
     ------
-    InputError : an unknown ice, set of rules or skill
+    InputError : an unknown ice, set of rules or skill, or a stone without a thrower
     """
 
     def __init__(
@@ -97,6 +108,8 @@ class GameSimulator:
         skills: str | Skill | tuple[str | Skill, str | Skill] = "none",
         ice_evolution: IceEvolution = NO_EVOLUTION,
         sweeping: bool = False,
+        delivery: Delivery = FROM_HOG_LINE,
+        throwers: tuple[Sequence[Skill], Sequence[Skill]] | None = None,
     ) -> None:
         self.ice = load_ice(ice)
         self.known_ice = self.ice if known_ice is None else load_ice(known_ice)
@@ -105,6 +118,10 @@ class GameSimulator:
         self.skills = (skill_named(pair[0]), skill_named(pair[1]))
         self.ice_evolution = ice_evolution
         self.sweeping = sweeping
+        self.delivery = delivery
+        self.throwers = throwers
+        if throwers is not None and min(map(len, throwers)) < self.rules.stones:
+            raise InputError(f"expected a thrower for each of {self.rules.stones} stones of a team")
         self.lines = self.rules.lines(
             width=self.ice.sheet.width, stone_radius=self.ice.stone.radius
         )
@@ -159,9 +176,14 @@ class GameSimulator:
             team=team,
             ice=self.known_ice,
             direction=direction_of(number),
-            skill=self.skills[team],
+            skill=self.skill_of(team, 0 if end is None else end.number_of_stone),
             entropy=(state.seed, state.throws, team + 1),
+            delivery=self.delivery,
         )
+
+    def skill_of(self, team: Team, number: int) -> Skill:
+        """The execution error of whoever throws that stone of a team, counted from 0."""
+        return self.skills[team] if self.throwers is None else self.throwers[team][number]
 
     def play(
         self,
@@ -192,12 +214,18 @@ class GameSimulator:
         if end is None:
             raise InputError("no end is in play")
         team, direction = end.to_throw, direction_of(end.number)
-        thrown = self.with_execution_error(call.throw, self.skills[team], state)
+        skill = self.skill_of(team, end.number_of_stone)
+        thrown = self.with_execution_error(call.throw, skill, state)
         stone = STONES_PER_TEAM * team + end.number_of_stone
         sweep = self.sweep_interval(call, thrown, direction)
         outcome = self._engine_for(state).play(
             thrown.release(
-                direction, stone=stone, clock=state.clock, order=state.throws, sweep=sweep
+                direction,
+                stone=stone,
+                clock=state.clock,
+                order=state.throws,
+                sweep=sweep,
+                delivery=self.delivery,
             ),
             [state_on_sheet(lying, direction) for lying in end.stones],
             fps=PATH_FPS if paths or self.ice_wears else None,
@@ -246,6 +274,8 @@ class GameSimulator:
 
     def with_execution_error(self, meant: Throw, skill: Skill, state: GameState) -> Throw:
         """The throw as it leaves the hand; its error follows from the state's seed and throw."""
+        if meant.speed > self.delivery.max_speed:
+            meant = replace(meant, speed=self.delivery.max_speed)
         if skill.is_exact:
             return meant
         speed, angle, spin = skill.error(self._rng.at(state.seed, state.throws))
@@ -262,7 +292,7 @@ class GameSimulator:
             return (0.0, 0.0)
         if call.sweep is not None:
             return call.sweep
-        return sweep_for(self.known_ice, call.throw, thrown, direction)
+        return sweep_for(self.known_ice, call.throw, thrown, direction, delivery=self.delivery)
 
     def current_ice(self, state: GameState) -> Ice:
         """The ice at this moment of a game."""

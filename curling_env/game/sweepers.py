@@ -5,7 +5,7 @@ from __future__ import annotations
 from curling_env.ice import ActiveEffect, Ice
 from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import Direction
-from curling_env.throw import Throw
+from curling_env.throw import FROM_HOG_LINE, Delivery, Throw
 
 # Choices, not measurements.
 SWEEP_START = 4.0
@@ -16,7 +16,14 @@ BISECTIONS = 6
 """Number of times the range of the sweep's end is halved, to a fraction of a second."""
 
 
-def sweep_for(ice: Ice, meant: Throw, thrown: Throw, direction: Direction) -> tuple[float, float]:
+def sweep_for(
+    ice: Ice,
+    meant: Throw,
+    thrown: Throw,
+    direction: Direction,
+    *,
+    delivery: Delivery = FROM_HOG_LINE,
+) -> tuple[float, float]:
     """When to sweep a stone, so that it goes as far as it was meant to.
 
     Both throws are simulated on the ice as the sweepers know it, without other stones.
@@ -27,6 +34,7 @@ def sweep_for(ice: Ice, meant: Throw, thrown: Throw, direction: Direction) -> tu
     meant : the throw that was called
     thrown : the throw as it left the hand
     direction : the end played to
+    delivery : where throws begin
 
     Returns
     -------
@@ -36,7 +44,8 @@ def sweep_for(ice: Ice, meant: Throw, thrown: Throw, direction: Direction) -> tu
         ice = ice.with_effect(ActiveEffect(name="sweeping"))
 
     def distance_and_time(throw: Throw, until: float) -> tuple[float, float]:
-        end = slide(ice, throw.release(direction, sweep=(SWEEP_START, max(until, SWEEP_START))))
+        sweep = (SWEEP_START, max(until, SWEEP_START))
+        end = slide(ice, throw.release(direction, sweep=sweep, delivery=delivery))
         return direction * end.y, end.time
 
     wanted, _ = distance_and_time(meant, 0.0)

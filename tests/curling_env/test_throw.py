@@ -8,8 +8,15 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from curling_env.errors import InputError, OutOfRangeError
-from curling_env.sheet import HOG_LINE_Y, Direction
-from curling_env.throw import Release, Throw, read_releases, write_releases
+from curling_env.sheet import HACK_Y, HOG_LINE_Y, Direction
+from curling_env.throw import (
+    FROM_HACK,
+    Delivery,
+    Release,
+    Throw,
+    read_releases,
+    write_releases,
+)
 
 
 @given(st.floats(0.1, 6), st.floats(-1.5, 1.5), st.floats(-20, 20), st.floats(-2, 2))
@@ -28,6 +35,21 @@ def test_a_throw_starts_on_the_hog_line_and_a_positive_angle_goes_left():
     assert (release.x, release.y) == (0.3, -HOG_LINE_Y)
     assert release.vx == pytest.approx(-2 * np.sin(0.1))
     assert release.vy == pytest.approx(2 * np.cos(0.1))
+
+
+def test_a_throw_from_the_hack_starts_there():
+    release = Throw(speed=2.4, x=0.1).release(Direction.HOME, delivery=FROM_HACK)
+    assert (release.x, release.y, release.vy) == (-0.1, HACK_Y, -2.4)
+    assert FROM_HACK.start_y == pytest.approx(-38.405)
+
+
+@pytest.mark.parametrize(
+    "delivery",
+    [{"line_y": -1.0}, {"line_y": 30.0}, {"line_y": float("nan")}, {"spin": 0}, {"max_speed": 9}],
+)
+def test_deliveries_that_nobody_makes_are_refused(delivery):
+    with pytest.raises(InputError, match="got"):
+        Delivery(**delivery)
 
 
 @pytest.mark.parametrize(

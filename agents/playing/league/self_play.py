@@ -18,7 +18,6 @@ from agents.playing.league.tuning import (
     REPEATS,
     SIMULATED_SHOTS,
 )
-from agents.playing.players.aiming import SPIN
 from agents.playing.search.aiming_table import AimingTable
 from agents.playing.search.positions import MAX_POINTS, SLOTS, EndSimulator, points_of
 from agents.playing.search.shots import Shots, shots_for
@@ -195,7 +194,7 @@ def _random_throws(
     rank = rng.random(len(shots)) ** np.bincount(shots.kind)[shots.kind]
     any_shot = shots.throws[_best(shots.position, rank, 1)]
     n = len(button_share)
-    button = table.draws(np.zeros(n), np.zeros(n), SPIN)
+    button = table.draws(np.zeros(n), np.zeros(n), table.delivery.spin)
     draws = rng.random(n) < np.clip(2 * button_share - 0.6, 0, 1)
     return np.where(draws[:, None], button, any_shot)
 

@@ -10,6 +10,7 @@ from curling_env.game import Call, GameSimulator, GameState, PlayerView
 from curling_env.game.rules import shot_order
 from curling_env.game.rules.free_guard_zone import guards
 from curling_env.ice import Ice
+from curling_env.throw import Delivery
 
 TRIALS = 8
 """Simulations of each shot, with the same execution errors for every shot."""
@@ -35,7 +36,7 @@ class GreedyPlayer(AimingPlayer):
 
     def __init__(self) -> None:
         super().__init__()
-        self._simulator: tuple[Ice, GameSimulator] | None = None
+        self._simulator: tuple[Ice, Delivery, GameSimulator] | None = None
 
     def call(self, view: PlayerView) -> Call:
         calls = self.shots(view)
@@ -78,9 +79,12 @@ class GreedyPlayer(AimingPlayer):
 
     def _simulator_of(self, view: PlayerView) -> GameSimulator:
         """A simulator of the known ice, in which both teams have one's own skill."""
-        if self._simulator is None or self._simulator[0] is not view.ice:
-            simulator = GameSimulator(view.ice, rules=view.game.rules, skills=view.skill)
-            self._simulator = (view.ice, simulator)
-        simulator = self._simulator[1]
+        known = self._simulator
+        if known is None or known[0] is not view.ice or known[1] != view.delivery:
+            simulator = GameSimulator(
+                view.ice, rules=view.game.rules, skills=view.skill, delivery=view.delivery
+            )
+            known = self._simulator = (view.ice, view.delivery, simulator)
+        simulator = known[2]
         simulator.skills = (view.skill, view.skill)
         return simulator

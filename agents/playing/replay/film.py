@@ -225,7 +225,7 @@ def _scene(
         ("To throw", _name(head, line["team"])),
         ("Shot", line["shot"] or "a throw"),
         ("Weight", _weight(line, units)),
-        ("Broom", side(_broom(thrown), units)),
+        ("Broom", side(_broom(line), units)),
         ("Handle", handles(thrown["spin"])[0]),
     ]
     score = f"{_name(head, 'home')} {home} : {away} {_name(head, 'away')}"
@@ -263,15 +263,17 @@ def _weight(line: dict[str, Any], units: Units) -> str:
         past = np.flatnonzero(ahead >= HOG_LINE_Y)
         if past.size and past[0] > 0 and ahead[0] < HOG_LINE_Y:
             t = np.array(path["t"], dtype=np.float64)
-            k = int(past[0])
-            crossing = float(np.interp(HOG_LINE_Y, ahead[k - 1 : k + 1], t[k - 1 : k + 1]))
-            return f"{crossing - float(t[0]):.1f} s hog to hog"
+            k = int(past[0]) + 1
+            near, far = np.interp([-HOG_LINE_Y, HOG_LINE_Y], ahead[:k], t[:k])
+            return f"{far - near:.1f} s hog to hog"
     return speed_in(thrown["speed"], units)
 
 
-def _broom(thrown: dict[str, Any]) -> float:
+def _broom(line: dict[str, Any]) -> float:
     """Where the broom is held on the far tee line, right of the centre line [m]."""
-    return float(thrown.get("x", 0.0) - (HOG_LINE_Y + TEE_Y) * np.tan(thrown["angle"]))
+    thrown, lain = line["thrown"], {stone["stone"] for stone in line["before"]}
+    start = next((abs(p["y"][0]) for p in line["paths"] if p["stone"] not in lain), HOG_LINE_Y)
+    return float(thrown.get("x", 0.0) - (start + TEE_Y) * np.tan(thrown["angle"]))
 
 
 def _score_before(lines: Sequence[dict[str, Any]], end: int) -> tuple[int, int]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.playing.players.aiming import SPIN
 from agents.playing.search.tuning import (
     DRAW_CORRECTIONS,
     DRAW_WEIGHTS,
@@ -21,10 +20,10 @@ from agents.playing.search.tuning import (
 )
 from curling_env.ice import Ice
 from curling_env.physics.many_stones.batch import RELEASE_DTYPE, throw_batch
-from curling_env.physics.one_stone.aim import START_Y, Aim
+from curling_env.physics.one_stone.aim import Aim
 from curling_env.physics.one_stone.slide import NO_BOUNDS
-from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
-from curling_env.throw import MAX_SPEED, velocity_of
+from curling_env.sheet import TEE_Y, Direction
+from curling_env.throw import FROM_HOG_LINE, Delivery, velocity_of
 from curling_env.typing import Floats
 
 
@@ -35,27 +34,30 @@ class AimingTable:
     ----------
     ice : the ice as the thrower knows it
     direction : the end played to
+    delivery : where throws begin, their spin and the fastest
     """
 
-    def __init__(self, ice: Ice, direction: Direction) -> None:
-        self.ice, self.direction = ice, direction
-        button = Aim(ice, direction).draw(0.0, 0.0, SPIN)
+    def __init__(self, ice: Ice, direction: Direction, delivery: Delivery = FROM_HOG_LINE) -> None:
+        self.ice, self.direction, self.delivery = ice, direction, delivery
+        self.spins = (delivery.spin, -delivery.spin)
+        """Spins of the two handles [rad/s]."""
+        button = Aim(ice, direction, delivery=delivery).draw(0.0, 0.0, delivery.spin)
         self.button_speed = 2.1 if button is None else button.speed
         """Speed of the draw to the button [m/s]."""
         self._angles = np.linspace(-MAX_ANGLE, MAX_ANGLE, TABLE_LINES)
         self._speeds = np.linspace(*DRAW_WEIGHTS, TABLE_SPEEDS) * self.button_speed
-        self._rests = {spin: self._draws_of(spin) for spin in (SPIN, -SPIN)}
+        self._rests = {spin: self._draws_of(spin) for spin in self.spins}
         self._ways = {
             (weight, spin): self._way_of(weight, spin)
             for weight in HIT_WEIGHTS
-            for spin in (SPIN, -SPIN)
+            for spin in self.spins
         }
 
     def draws(self, x: Floats, y: Floats, spin: float) -> Floats:
         """Throws that come to rest at (x, y) on the empty sheet, (n, 3); NaN for none."""
         reach, bend = self._rests[spin]
-        bearing = np.arctan2(-x, y - START_Y)
-        distance = np.hypot(x, y - START_Y)
+        bearing = np.arctan2(-x, y - self.delivery.start_y)
+        distance = np.hypot(x, y - self.delivery.start_y)
         angle = bearing.copy()
         speed = np.full(len(x), self.button_speed)
         for _ in range(DRAW_CORRECTIONS):
@@ -84,7 +86,7 @@ class AimingTable:
             angle = self._angles[line] + (left - x) / (left - right) * (
                 self._angles[1] - self._angles[0]
             )
-        speed = min(weight * self.button_speed, MAX_SPEED)
+        speed = min(weight * self.button_speed, self.delivery.max_speed)
         throws = np.column_stack([np.full(len(x), speed), angle, np.full(len(x), spin)])
         throws[~(np.abs(angle) < MAX_ANGLE)] = np.nan
         return throws
@@ -98,13 +100,13 @@ class AimingTable:
         )
         rests = throw_batch(self.ice, self._releases(speed, angle, spin), bounds=NO_BOUNDS)
         d = int(self.direction)
-        x, y = d * rests.x, d * rests.y - TEE_Y - START_Y
+        x, y = d * rests.x, d * rests.y - TEE_Y - self.delivery.start_y
         shape = (TABLE_SPEEDS, TABLE_LINES)
         return np.hypot(x, y).reshape(shape), (np.arctan2(-x, y) - angle).reshape(shape)
 
     def _way_of(self, weight: float, spin: float) -> Floats:
         """Where a hit of each line crosses each level, (lines, levels) [m]."""
-        speed = np.full(TABLE_LINES, min(weight * self.button_speed, MAX_SPEED))
+        speed = np.full(TABLE_LINES, min(weight * self.button_speed, self.delivery.max_speed))
         run = throw_batch(
             self.ice,
             self._releases(speed, self._angles, spin),
@@ -123,7 +125,7 @@ class AimingTable:
     def _releases(self, speed: Floats, angle: Floats, spin: float) -> NDArray[np.void]:
         d = int(self.direction)
         releases = np.zeros(len(speed), dtype=RELEASE_DTYPE)
-        releases["y"] = -d * HOG_LINE_Y
+        releases["y"] = -d * self.delivery.line_y
         releases["vx"], releases["vy"] = velocity_of(speed, angle, d)
         releases["omega"] = spin
         return releases

@@ -30,7 +30,7 @@ from curling_env.game.rules.lines import Lines
 from curling_env.game.rules.teams import Stones
 from curling_env.ice import Ice
 from curling_env.sheet import Direction
-from curling_env.throw import MAX_SPEED, MAX_SPIN, Throw
+from curling_env.throw import MAX_SPIN, Delivery, Throw
 from curling_env.typing import Floats, Indices
 
 
@@ -123,7 +123,7 @@ class SearchPlayer(Player):
         self.budget, self.seconds = budget, seconds
         self.network = load_network() if network is None else network
         self._rate = FIRST_RATE
-        self._tables: dict[Direction, tuple[Ice, AimingTable]] = {}
+        self._tables: dict[tuple[Direction, Delivery], tuple[Ice, AimingTable]] = {}
         self._evaluators: dict[tuple[RuleSet, Lines, float], PositionEvaluator] = {}
 
     @classmethod
@@ -185,10 +185,11 @@ class SearchPlayer(Player):
         return self._evaluators[key]
 
     def _table(self, view: PlayerView) -> AimingTable:
-        known = self._tables.get(view.direction)
+        key = view.direction, view.delivery
+        known = self._tables.get(key)
         if known is None or known[0] is not view.ice:
-            known = (view.ice, AimingTable(view.ice, view.direction))
-            self._tables[view.direction] = known
+            known = (view.ice, AimingTable(view.ice, *key))
+            self._tables[key] = known
         return known[1]
 
 
@@ -201,7 +202,11 @@ class _Search:
         end = _end_of(view)
         self.view, self.evaluator, self.budget = view, evaluator, budget
         self.simulator = EndSimulator(
-            ice=view.ice, direction=view.direction, rules=view.game.rules, lines=view.game.lines
+            ice=view.ice,
+            direction=view.direction,
+            rules=view.game.rules,
+            lines=view.game.lines,
+            delivery=view.delivery,
         )
         self.delivered, self.stones = end.delivered, position_of(end)
         self.rng = view.rng()
@@ -233,7 +238,7 @@ class _Search:
     def ranked_shots(self) -> list[ShotEstimate]:
         return [
             ShotEstimate(
-                throw=_throw(self.shots.throws[k]),
+                throw=_throw(self.shots.throws[k], self.view.delivery.max_speed),
                 shot=KINDS[self.shots.kind[k]],
                 win_probability=float(self.mean[k]),
                 standard_error=float(self.error[k]),
@@ -306,10 +311,10 @@ def _end_of(view: PlayerView) -> End:
     return view.game.end
 
 
-def _throw(throw: Floats) -> Throw:
+def _throw(throw: Floats, max_speed: float) -> Throw:
     speed, angle, spin = throw.tolist()
     return Throw(
-        speed=min(max(speed, 1e-3), MAX_SPEED),
+        speed=min(max(speed, 1e-3), max_speed),
         angle=angle,
         spin=min(max(spin, -MAX_SPIN), MAX_SPIN),
     )

@@ -17,8 +17,8 @@ from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.ice import Ice
 from curling_env.physics.many_stones.batch import RELEASE_DTYPE, play_batch
 from curling_env.physics.one_stone.slide import play_bounds
-from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
-from curling_env.throw import MAX_SPEED, MAX_SPIN, velocity_of
+from curling_env.sheet import TEE_Y, Direction
+from curling_env.throw import FROM_HOG_LINE, MAX_SPEED, MAX_SPIN, Delivery, velocity_of
 from curling_env.typing import Flags, Floats, Integers
 
 SLOTS = 2 * STONES_PER_TEAM
@@ -38,12 +38,14 @@ class EndSimulator:
     ice : the ice as it is known
     direction : the end played to
     rules, lines : rules and lines of the game
+    delivery : where throws begin
     """
 
     ice: Ice
     direction: Direction
     rules: RuleSet
     lines: Lines
+    delivery: Delivery = FROM_HOG_LINE
 
     def mover(self, delivered: int) -> int:
         """Which team throws after so many deliveries: 0 with the hammer, 1 without."""
@@ -75,7 +77,7 @@ class EndSimulator:
         """Positions after the physics (n, 16, 2), and whether a stone was struck (n,)."""
         d = int(self.direction)
         releases = np.zeros(len(throws), dtype=RELEASE_DTYPE)
-        releases["y"] = -d * HOG_LINE_Y
+        releases["y"] = -d * self.delivery.line_y
         speed = np.clip(throws[:, 0], 1e-3, MAX_SPEED)
         releases["vx"], releases["vy"] = velocity_of(speed, throws[:, 1], d)
         releases["omega"] = np.clip(throws[:, 2], -MAX_SPIN, MAX_SPIN)

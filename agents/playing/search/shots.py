@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agents.playing.players.aiming import SPIN
 from agents.playing.search.aiming_table import AimingTable
 from agents.playing.search.positions import EndSimulator
 from agents.playing.search.tuning import (
@@ -23,7 +22,6 @@ from agents.playing.search.tuning import (
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.typing import Flags, Floats, Indices
 
-HANDLES = (SPIN, -SPIN)
 KINDS = (
     *("draw", "guard", "come-around", "freeze", "tap", "cover"),
     *("control-weight hit", "hit", "firm hit", "peel", "through the house"),
@@ -117,7 +115,7 @@ class _ShotMaker:
             x = np.concatenate([place[2] for place in places])
             y = np.concatenate([place[3] for place in places])
             kind = np.repeat([place[0] for place in places], [len(place[1]) for place in places])
-            for spin in HANDLES:
+            for spin in self.table.spins:
                 made = (
                     self.table.draws(x, y, spin)
                     if weight == _DRAW

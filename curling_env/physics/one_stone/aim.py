@@ -13,7 +13,8 @@ import numpy as np
 from curling_env.ice import Ice
 from curling_env.physics.effects.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.law import compile_law
-from curling_env.physics.one_stone.integrate import Delivery, Limits, Sampling
+from curling_env.physics.one_stone.integrate import Delivery as SessionPlace
+from curling_env.physics.one_stone.integrate import Limits, Sampling
 from curling_env.physics.one_stone.slide import (
     NO_BOUNDS,
     NO_OBSTACLES,
@@ -28,12 +29,9 @@ from curling_env.physics.one_stone.tuning import (
     QUICK_TOLERANCE,
 )
 from curling_env.physics.state import State
-from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, TEE_Y, Direction
-from curling_env.throw import MAX_SPEED, Throw
+from curling_env.sheet import BACK_LINE_Y, TEE_Y, Direction
+from curling_env.throw import FROM_HOG_LINE, Delivery, Throw
 from curling_env.typing import Floats
-
-START_Y = -HOG_LINE_Y - TEE_Y
-"""Where a stone is released, delivery frame [m]."""
 
 _NO_SAMPLES = Sampling(1.0, np.empty((0, 4)))
 
@@ -47,6 +45,7 @@ class Aim:
     direction : the end played to
     clock, order, stone : of the throws in their session, for effects that depend on them
     tolerance : how far a rest may be off on the roughest ice [m]
+    delivery : where throws begin, and the fastest
 
     Raises
     ------
@@ -62,11 +61,14 @@ class Aim:
         order: int = 0,
         stone: int = 0,
         tolerance: float = QUICK_TOLERANCE,
+        delivery: Delivery = FROM_HOG_LINE,
     ) -> None:
         self.ice = ice
         self.direction = direction
+        self.delivery = delivery
+        self._start_y, self._max_speed = delivery.start_y, delivery.max_speed
         self._law = compile_law(ice)
-        self._delivery = Delivery(clock, 0.0, 0.0)
+        self._place = SessionPlace(clock, 0.0, 0.0)
         self._motion = np.zeros(MOTION_SIZE)
         self._motion[[ORDER, STONE]] = order, stone
         self._work = new_workspace(tolerance)
@@ -80,7 +82,7 @@ class Aim:
     def draw(self, x: float, y: float, spin: float) -> Throw | None:
         """The throw that comes to rest at (x, y) with this spin, or None if none was found."""
         table = self._table(spin)
-        distance = y - START_Y
+        distance = y - self._start_y
         if not _carries(table, distance):
             return None
         speed = float(np.interp(distance, table[:, 1], table[:, 0]))
@@ -95,14 +97,14 @@ class Aim:
                 return Throw(speed=speed, angle=angle, spin=spin)
             speed += (y - rest_y) / slope
             angle += (rest_x - x) / distance
-            if not (0 < speed <= MAX_SPEED and abs(angle) < MAX_AIM_ANGLE):
+            if not (0 < speed <= self._max_speed and abs(angle) < MAX_AIM_ANGLE):
                 return None
         return None
 
     def draw_weight(self, spin: float = 0.0, *, y: float = 0.0) -> float | None:
         """Speed at which a throw straight ahead comes to rest level with y, or None [m/s]."""
         table = self._table(spin)
-        distance = y - START_Y
+        distance = y - self._start_y
         if not _carries(table, distance):
             return None
         speed = float(np.interp(distance, table[:, 1], table[:, 0]))
@@ -114,13 +116,13 @@ class Aim:
             if abs(rest_y - y) < 0.1 * ON_TARGET:
                 return speed
             speed += (y - rest_y) / slope
-            if not 0 < speed <= MAX_SPEED:
+            if not 0 < speed <= self._max_speed:
                 return None
         return None
 
     def through(self, x: float, y: float, speed: float, spin: float) -> Throw | None:
         """The throw of this weight that runs over (x, y), or None if it does not get there."""
-        distance = y - START_Y
+        distance = y - self._start_y
         bounds = NO_BOUNDS.copy()
         bounds[3 if self.direction > 0 else 2] = self.direction * (y + TEE_Y)
         angle = -asin(max(min(x / distance, MAX_AIM_ANGLE), -MAX_AIM_ANGLE))
@@ -156,11 +158,11 @@ class Aim:
         if spin not in self._tables:
             rows: list[tuple[float, float, float]] = []
             speed = 0.05
-            while speed < MAX_SPEED:
+            while speed < self._max_speed:
                 end, x, y = self._slide(speed, 0.0, spin, 0.0, NO_BOUNDS)
-                if end == SlideEnd.NEVER_STOPS or (rows and y - START_Y <= rows[-1][1]):
+                if end == SlideEnd.NEVER_STOPS or (rows and y - self._start_y <= rows[-1][1]):
                     break
-                rows.append((speed, y - START_Y, x))
+                rows.append((speed, y - self._start_y, x))
                 if y > BACK_LINE_Y - TEE_Y + 2.0:
                     break
                 speed *= 1.25
@@ -180,14 +182,13 @@ class Aim:
     ) -> tuple[int, float, float]:
         """How a slide ends and where, delivery frame [m]."""
         d = int(self.direction)
-        state = np.array(
-            [d * x, -d * HOG_LINE_Y, -d * speed * sin(angle), d * speed * cos(angle), 0.0, spin]
-        )
+        along, left = d * speed * cos(angle), d * speed * sin(angle)
+        state = np.array([d * x, -d * self.delivery.line_y, -left, along, 0.0, spin])
         end, _, _ = slide_kernel(
             self._law,
             state,
             self._motion,
-            self._delivery,
+            self._place,
             Limits(bounds, obstacles, 2 * self.ice.stone.radius),
             _NO_SAMPLES,
             self._work,

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from curling_env.errors import InputError
 from curling_env.game import (
     NO_EVOLUTION,
     TYPICAL_EVOLUTION,
@@ -15,7 +16,8 @@ from curling_env.game import (
     IceEvolution,
 )
 from curling_env.game.rules import Team
-from curling_env.throw import Throw
+from curling_env.sheet import HACK_Y
+from curling_env.throw import FROM_HACK, SKILLS, Throw
 
 DRAW = Throw(speed=2.09, angle=-0.045, spin=1.5)
 
@@ -125,3 +127,39 @@ def check(simulator: GameSimulator, shot) -> None:
         steps = np.diff(path.t)
         speeds = np.hypot(*np.diff(path.xy, axis=0).T)[steps > 1e-3] / steps[steps > 1e-3]
         assert speeds.max(initial=0.0) <= shot.thrown.speed + 1e-6
+
+
+def test_a_game_may_be_thrown_from_the_hack():
+    simulator = GameSimulator("fcv1", delivery=FROM_HACK)
+    state = begun(simulator)
+    assert simulator.view(state).delivery is FROM_HACK
+    fast = Call(throw=Throw(speed=5.0, spin=1.5))
+    shot = simulator.play(state, fast, paths=True)[1]
+    assert shot.outcome.trajectories[0].xy[0] == pytest.approx([0.0, -HACK_Y])
+    assert shot.thrown.speed == FROM_HACK.max_speed  # what is meant has a greatest speed
+
+
+def test_an_error_may_make_a_throw_faster_than_its_greatest_speed():
+    simulator = GameSimulator("fcv1", delivery=FROM_HACK, skills="club")
+    fast = Throw(speed=4.0, spin=1.5)
+    states = [begun(simulator, seed) for seed in range(20)]
+    speeds = [simulator.with_execution_error(fast, simulator.skills[0], s).speed for s in states]
+    assert max(speeds) > 4.0
+
+
+def test_every_stone_has_a_thrower():
+    none, club = SKILLS["none"], SKILLS["club"]
+    exact, lead_scatters = (none,) * 8, (club, club, *(none,) * 6)
+    simulator = GameSimulator(throwers=(lead_scatters, exact))
+    state, thrown = begun(simulator), []
+    for _ in range(6):
+        view = simulator.view(state)
+        state, shot = simulator.play(state, Call(throw=DRAW))
+        thrown.append((shot.team, view.skill.name, shot.thrown == DRAW))
+    ours, theirs = Team.HOME, Team.AWAY
+    assert thrown == [
+        *[(ours, "club", False), (theirs, "none", True)] * 2,
+        *[(ours, "none", True), (theirs, "none", True)],
+    ]
+    with pytest.raises(InputError, match="a thrower for each of 8 stones"):
+        GameSimulator(throwers=(exact, exact[:5]))

@@ -9,9 +9,11 @@ from agents.playing.match import play_game
 from agents.playing.players.draw import DrawPlayer
 from agents.playing.players.greedy import GreedyPlayer
 from agents.playing.players.rulebased import RuleBasedPlayer
+from agents.playing.search import SearchPlayer
 from agents.playing.tournament import play_tournament
 from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator
 from curling_env.game.rules import Team, rule_set
+from curling_env.throw import FROM_HACK
 
 PLAYERS = {"draw": DrawPlayer, "rulebased": RuleBasedPlayer, "greedy": GreedyPlayer}
 
@@ -67,3 +69,17 @@ def test_thinking_pays():
         lead += 2 * games * (standing.points_for - standing.points_against)
         played += games
     assert lead / played > 0.35
+
+
+@pytest.mark.parametrize("player", [DrawPlayer(), GreedyPlayer(), SearchPlayer(300)])
+def test_players_throw_from_the_hack_as_well(player):
+    fcv1 = GameSimulator("fcv1", rules="digital_curling", delivery=FROM_HACK, skills="none")
+    state = fcv1.begin_end(fcv1.new_game(0))
+    call = player.call(fcv1.view(state))
+    assert abs(call.throw.spin) == pytest.approx(FROM_HACK.spin)
+    after, _ = fcv1.play(state, call)
+    (lying,) = after.game.end.stones
+    assert abs(lying.x) < 1.5
+    assert -4.0 < lying.y < 1.6
+    if player.name == "draw":
+        assert np.hypot(lying.x, lying.y) < 0.01

@@ -11,8 +11,8 @@ from curling_env.ice import ActiveEffect, Ice, load_ice
 from curling_env.physics.one_stone.aim import Aim
 from curling_env.physics.one_stone.slide import NO_BOUNDS, slide
 from curling_env.physics.one_stone.tuning import FINE_TOLERANCE
-from curling_env.sheet import TEE_Y, Direction, to_delivery
-from curling_env.throw import Throw
+from curling_env.sheet import HACK_Y, TEE_Y, Direction, to_delivery
+from curling_env.throw import FROM_HACK, Release, Throw
 
 
 def uneven(rng: np.random.Generator) -> Ice:
@@ -66,3 +66,25 @@ def test_the_draw_weight_follows_the_session():
 
 def test_where_no_throw_reaches_the_tee_there_is_no_draw_weight():
     assert Aim(Ice.uniform(0.5)).draw_weight() is None
+
+
+@pytest.mark.parametrize("direction", Direction)
+def test_a_draw_from_the_hack_comes_to_rest_at_its_target(direction, rng):
+    for ice in (load_ice("fcv1"), uneven(rng)):
+        throw = Aim(ice, direction, delivery=FROM_HACK).draw(0.6, -0.4, 1.57)
+        release = Release(
+            x=0.0,
+            y=-direction * HACK_Y,
+            vx=-direction * throw.speed * np.sin(throw.angle),
+            vy=direction * throw.speed * np.cos(throw.angle),
+            omega=1.57,
+        )
+        run = slide(ice, release, bounds=NO_BOUNDS)
+        assert to_delivery([run.x, run.y], direction) == pytest.approx((0.6, -0.4), abs=3e-3)
+        assert throw.speed > Aim(ice, direction).draw(0.6, -0.4, 1.57).speed
+
+
+def test_nothing_faster_than_the_greatest_speed_is_aimed():
+    slow = replace(FROM_HACK, max_speed=2.2)
+    assert Aim(load_ice("fcv1"), delivery=FROM_HACK).draw(0.0, 0.0, 1.5).speed > 2.2
+    assert Aim(load_ice("fcv1"), delivery=slow).draw(0.0, 0.0, 1.5) is None
