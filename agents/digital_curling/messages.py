@@ -66,6 +66,18 @@ class ScoresMessage(msgspec.Struct):
     team1: list[Count | None]
 
 
+class ExtraEndMessage(msgspec.Struct):
+    """Points of both teams in the extra end that decided a game, null before."""
+
+    team0: Count | None = None
+    team1: Count | None = None
+
+    @property
+    def scored(self) -> bool:
+        """Whether a team scored in an extra end."""
+        return bool(self.team0 or self.team1)
+
+
 class StateMessage(msgspec.Struct):
     """The `state` of an `update`: the position before a shot, and the course of the game."""
 
@@ -74,6 +86,7 @@ class StateMessage(msgspec.Struct):
     hammer: TeamName | None
     stones: PerTeam
     scores: ScoresMessage
+    extra_end_score: ExtraEndMessage | None = None
     game_result: ResultMessage | None = None
     thinking_time_remaining: dict[TeamName, float] = msgspec.field(default_factory=dict)
 
@@ -98,6 +111,7 @@ class SettingMessage(msgspec.Struct):
     max_end: Annotated[int, within(1, 255)] | None = None
     sheet_width: Annotated[float, within(4.0, 10.0)] = 4.75
     five_rock_rule: bool = True
+    thinking_time: dict[TeamName, float] = msgspec.field(default_factory=dict)
     extra_end_thinking_time: dict[TeamName, float] = msgspec.field(default_factory=dict)
 
 

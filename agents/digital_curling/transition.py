@@ -13,6 +13,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from agents.digital_curling.conversion import LAST_END, stones_of
 from agents.digital_curling.messages import (
     HACK_TO_TEE,
     SPIN,
@@ -35,8 +36,6 @@ from curling_env.physics.state import State
 from curling_env.sheet import HACK_Y, TEE_Y
 
 STONES_PER_END = 16
-LAST_END = 255
-"""End after which a level game is a draw."""
 
 
 def transition(
@@ -89,7 +88,7 @@ def transition(
     after = cast("dict[str, Any]", deepcopy(state))
     # The server throws the stone of this slot, should one lie there already.
     slot = before.shot // 2
-    stones = tuple(s for s in _stones_of(before) if (s.team, s.number) != (team, slot))
+    stones = tuple(s for s in stones_of(before) if (s.team, s.number) != (team, slot))
     given_up = out_of_time or isinstance(play, ConcedeMessage)
     if isinstance(play, ShotMessage) and not out_of_time:
         stones = _played(before, stones, team, play, told, simulator, after)
@@ -102,16 +101,6 @@ def transition(
         reason = "time_limit" if out_of_time else "concede"
         after["game_result"] = {"winner": TEAMS[team.other], "reason": reason}
     return cast("StateDocument", after)
-
-
-def _stones_of(state: StateMessage) -> tuple[RestingStone, ...]:
-    """The stones on the sheet, delivery frame."""
-    return tuple(
-        RestingStone(Team(k), slot, stone.position.x, stone.position.y - HACK_TO_TEE)
-        for k in range(2)
-        for slot, stone in enumerate(state.stones.of(k))
-        if stone is not None
-    )
 
 
 def _played(
@@ -156,7 +145,7 @@ def _played(
 
 
 @lru_cache(maxsize=8)
-def _ice(sheet_width: float) -> Ice:
+def fcv1_ice(sheet_width: float) -> Ice:
     """The ice of `fcv1` on a sheet of this width [m]."""
     ice = load_ice("fcv1")
     sheet = replace(ice.sheet, width=sheet_width)
@@ -182,7 +171,9 @@ def _thrown(
     states[-1, State.Y] = -HACK_Y
     states[-1, [State.VX, State.VY]] = shot.velocity.x, shot.velocity.y
     states[-1, State.OMEGA] = -SPIN if shot.rotation == "cw" else SPIN
-    return run_steps(_ice(told.sheet_width), states, seconds_per_frame=simulator.seconds_per_frame)
+    return run_steps(
+        fcv1_ice(told.sheet_width), states, seconds_per_frame=simulator.seconds_per_frame
+    )
 
 
 def _as_measured(stones: tuple[RestingStone, ...], reach: float) -> tuple[RestingStone, ...]:

@@ -80,8 +80,13 @@ def write_record(
 ) -> list[dict[str, Any]]:
     """Write a game, complete or not at all; see `lines_of`, which it returns."""
     lines = lines_of(played, simulator, ice=ice, seed=seed)
-    write_text(path, "\n".join(json.dumps(line, separators=(",", ":")) for line in lines) + "\n")
+    write_lines(path, lines)
     return lines
+
+
+def write_lines(path: str | Path, lines: Sequence[dict[str, Any]]) -> None:
+    """Write the lines of a game, complete or not at all."""
+    write_text(path, "\n".join(json.dumps(line, separators=(",", ":")) for line in lines) + "\n")
 
 
 def read_record(path: str | Path) -> list[dict[str, Any]]:

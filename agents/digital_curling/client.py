@@ -1,0 +1,243 @@
+"""A team's side of the conversation: what to answer to each line of Digital Curling's server."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from agents.digital_curling.conversation import (
+    PROTOCOL,
+    ClientLine,
+    Dc,
+    DcOk,
+    GameMessage,
+    GameOver,
+    IsReady,
+    MoveLine,
+    NewGame,
+    ReadyOk,
+    ServerLine,
+    Update,
+)
+from agents.digital_curling.conversion import game_of, move_of, rules_of, skill_of
+from agents.digital_curling.messages import TEAMS, ConcedeMessage, Move, ResultMessage
+from agents.digital_curling.pace import Pace
+from agents.digital_curling.transition import fcv1_ice
+from curling_env.errors import InputError
+from curling_env.game import Call, Player, PlayerView
+from curling_env.game.rules import Game, Lines, RestingStone, RuleSet, Team, begin_end, new_game
+from curling_env.game.simulator import direction_of
+from curling_env.ice import Ice
+from curling_env.throw import FROM_HACK, MAX_SPEED, Delivery, Skill
+
+PLAYER_ORDER = [0, 1, 2, 3]
+"""Lead to fourth: each player in the place in which the server names him."""
+NO_CLOCK = 3600.0
+"""Time that is taken for left where the server tells none [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SeenMove:
+    """A move as an `update` tells of it.
+
+    Parameters
+    ----------
+    before : the game before the move
+    move : the move as it left the hand
+    call : what was called for, if it was the own team's
+    after : the game afterwards; the first state of the next end after the last stone of one
+    foul : whether the server put the stones back
+    """
+
+    before: Game
+    move: Move
+    call: Call | None
+    after: Game
+    foul: bool
+
+
+class Client:
+    """Plays for a team, line by line; knows nothing of the network.
+
+    Parameters
+    ----------
+    player : who decides
+    name : name of the team; by default the player's
+    seed : of the player's random numbers
+    ice : the ice that the player believes in; by default Digital Curling's law on a sheet as wide
+        as the server tells
+    remark : called with what a person should know
+    """
+
+    def __init__(
+        self,
+        player: Player,
+        *,
+        name: str | None = None,
+        seed: int = 0,
+        ice: Ice | None = None,
+        remark: Callable[[str], None] = lambda text: None,
+    ) -> None:
+        self.name = (name or player.name)[:200]
+        self.player, self.seed, self.remark = player, seed, remark
+        self.pace = Pace(player)
+        self.team = Team.HOME
+        self.names: tuple[str, str] = ("team0", "team1")
+        self.game_id = ""
+        self.result: ResultMessage | None = None
+        self.seen: list[SeenMove] = []
+        self.game: Game | None = None
+        self.is_over = False
+        self._ice, self._setting = ice, GameMessage().told_setting
+        self._rules, self._lines = rules_of(self._setting), Lines()
+        self._skills: list[Skill] = []
+        self._deliveries: list[Delivery] = []
+        self._called: Call | None = None
+        self._told_ends: int | None = None
+
+    @property
+    def ice(self) -> Ice:
+        """The ice that the player believes in."""
+        return fcv1_ice(self._lines.width) if self._ice is None else self._ice
+
+    @property
+    def rules(self) -> RuleSet:
+        """The rules of the game."""
+        return self._rules
+
+    def answer(self, line: ServerLine) -> ClientLine | None:
+        """The answer to a line, or None where none is expected.
+
+        Raises
+        ------
+        InputError : a line that has no place in the conversation
+        """
+        match line:
+            case Dc():
+                return self._greet(line)
+            case IsReady():
+                return self._prepare(line)
+            case NewGame():
+                home, away = (line.name.get(team, team) for team in TEAMS)
+                self.names = (home, away)
+            case Update():
+                return self._move(line)
+            case GameOver():
+                self.is_over = True
+        return None
+
+    def place(self) -> str:
+        """Where in the game this is, for a message."""
+        end = None if self.game is None else self.game.end
+        if end is None:
+            return "before the first stone" if self.game is None else "between ends"
+        return f"end {end.number + 1}, stone {end.delivered + 1}"
+
+    # --- its answers ------------------------------------------------------------------------------
+
+    def _greet(self, line: Dc) -> DcOk:
+        if line.version.major != PROTOCOL:
+            raise InputError(
+                f"the server speaks version {line.version.major} of the protocol; "
+                f"expected {PROTOCOL}",
+                where="version",
+            )
+        self.game_id = line.game_id
+        return DcOk(name=self.name)
+
+    def _prepare(self, line: IsReady) -> ReadyOk:
+        """Take over what is told of the game, compile and plan."""
+        game = line.game
+        if game.rule != "normal":
+            raise InputError(f"expected the rule normal, found {game.rule[:40]!r}", where="rule")
+        self.team = Team(TEAMS.index(line.team))
+        self._setting = game.told_setting
+        self._told_ends = self._setting.max_end
+        self._set_rules(rules_of(self._setting))
+        if self._ice is None and game.simulator_type != "fcv1":
+            self.remark(
+                f"the server plays on {game.simulator_type[:40]!r}; planned for fcv1 "
+                "(--ice gives another)"
+            )
+        players = game.players_of(line.team)
+        order = [players[k] if k < len(players) else None for k in PLAYER_ORDER]
+        self._skills = [skill_of(player) for player in order]
+        self._deliveries = [
+            FROM_HACK
+            if player is None or player.type == "identical"
+            else replace(FROM_HACK, max_speed=min(player.max_speed, MAX_SPEED))
+            for player in order
+        ]
+        self.pace.prepare([self._view(example) for example in self._examples()])
+        return ReadyOk(player_order=PLAYER_ORDER)
+
+    def _move(self, line: Update) -> MoveLine | None:
+        if not self._skills:
+            raise InputError("an update came before is_ready")
+        state = line.state
+        if self._told_ends is None:
+            self._told_ends = max(len(state.scores.team0), 1)
+            self._set_rules(rules_of(self._setting, self._told_ends))
+        before, self.game = self.game, game_of(state, self._rules, self._lines)
+        if line.last_move is not None and before is not None and before.end is not None:
+            own = before.end.to_throw is self.team
+            self.seen.append(
+                SeenMove(
+                    before=before,
+                    move=line.last_move.actual_move,
+                    call=self._called if own else None,
+                    after=self.game,
+                    foul=line.last_move.free_guard_zone_foul,
+                )
+            )
+        self._called = None
+        self.result = state.game_result
+        if state.game_result is not None or line.next_team != TEAMS[self.team]:
+            return None
+        end = self.game.end
+        if end is None or end.to_throw is not self.team:
+            raise InputError(f"it is not the turn of {line.next_team}", where="next_team")
+        view = self._view(self.game)
+        if self.player.concedes(view):
+            return MoveLine(move=ConcedeMessage())
+        left = state.thinking_time_remaining.get(TEAMS[self.team], NO_CLOCK)
+        self._called = self.pace.call(view, left)
+        return MoveLine(move=move_of(self._called.throw))
+
+    # --- what the player sees ---------------------------------------------------------------------
+
+    def _set_rules(self, rules: RuleSet) -> None:
+        self._rules, self._lines = rules, rules.lines(width=self._setting.sheet_width)
+
+    def _view(self, game: Game) -> PlayerView:
+        """The game as the player sees it, with the same random numbers as in `curling play`."""
+        end = game.end
+        assert end is not None
+        thrower = min(end.delivered // 4, len(self._skills) - 1)
+        return PlayerView(
+            game=game,
+            team=self.team,
+            ice=self.ice,
+            direction=direction_of(end.number),
+            skill=self._skills[thrower],
+            entropy=(self.seed, end.number * self._rules.deliveries + end.delivered, self.team + 1),
+            delivery=self._deliveries[thrower],
+        )
+
+    def _examples(self) -> list[Game]:
+        """Positions of both ends of the sheet, with stones and without, for each thrower."""
+        first = begin_end(new_game(self._rules, self._lines))
+        assert first.end is not None
+        other = self.team.other
+        stones = (
+            RestingStone(other, 0, 0.1, -2.8),
+            RestingStone(self.team, 0, -0.3, 0.2),
+            RestingStone(other, 1, 0.4, 0.5),
+        )
+        games: list[Game] = []
+        for number in range(min(2, self._rules.ends)):
+            for thrower in range(len(PLAYER_ORDER)):
+                delivered = 4 * thrower + (self.team is first.end.hammer)
+                end = replace(first.end, number=number, delivered=delivered)
+                games.append(replace(first, end=replace(end, stones=stones if thrower else ())))
+        return games

@@ -1,0 +1,187 @@
+"""Digital Curling's positions, moves and players, and the project's: each way exactly.
+
+The wire's origin is the hack from which is thrown, that of the delivery frame the far tee; their
+axes agree. `ccw` is a positive spin. Team 0 is the home team; team 1, the away team, has the hammer
+in the first end. Slot k of a team is its k-th delivery of the end.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from agents.digital_curling.conversation import PlayerMessage
+from agents.digital_curling.messages import (
+    HACK_TO_TEE,
+    SPIN,
+    TEAMS,
+    Point,
+    SettingMessage,
+    ShotMessage,
+    StateDocument,
+    StateMessage,
+)
+from curling_env.errors import InputError
+from curling_env.game.rules import End, Game, Lines, RestingStone, RuleSet, Team, rule_set
+from curling_env.game.rules.scoring import hammer_after
+from curling_env.game.rules.teams import STONES_PER_TEAM, Stones
+from curling_env.throw import MAX_SPEED, Skill, Throw
+
+LAST_END = 255
+"""End after which a level game is a draw."""
+DEFAULT_ENDS = 8
+"""Ends of a game whose server does not tell how many."""
+FIRST_HAMMER = Team.AWAY
+"""The team with the hammer in the first end."""
+
+
+def rules_of(setting: SettingMessage, ends: int | None = None) -> RuleSet:
+    """The rules of a game.
+
+    Parameters
+    ----------
+    setting : what the server tells
+    ends : scheduled ends where it does not tell them
+
+    Raises
+    ------
+    InputError : a game of more ends than are played here
+    """
+    ends = setting.max_end or ends or DEFAULT_ENDS
+    return rule_set(
+        "digital_curling",
+        ends=ends,
+        max_extra_ends=LAST_END - ends,
+        free_guard_until=5 if setting.five_rock_rule else 4,
+    )
+
+
+def stones_of(state: StateMessage) -> Stones:
+    """The stones on the sheet in the order of their delivery, delivery frame."""
+    hammer = TEAMS.index(state.hammer) if state.hammer is not None else FIRST_HAMMER
+    found = [
+        RestingStone(Team(k), slot, stone.position.x, stone.position.y - HACK_TO_TEE)
+        for k in range(2)
+        for slot, stone in enumerate(state.stones.of(k))
+        if stone is not None
+    ]
+    return tuple(sorted(found, key=lambda stone: (stone.number, stone.team == hammer)))
+
+
+def game_of(state: StateMessage, rules: RuleSet, lines: Lines) -> Game:
+    """The game that a state shows.
+
+    Extra ends that were blank are not counted on the wire; here they are ends like any other.
+
+    Parameters
+    ----------
+    state : as an `update` has it
+    rules, lines : rules and lines of the game
+
+    Raises
+    ------
+    InputError : a state that no game comes to
+    """
+    scores = (state.scores.team0, state.scores.team1)
+    if min(map(len, scores)) < min(state.end, rules.ends):
+        raise InputError(
+            f"expected the scores of {min(state.end, rules.ends)} ends", where="state.scores"
+        )
+    line_score = [(_points(scores[0], k), _points(scores[1], k)) for k in range(state.end)]
+    extra = state.extra_end_score
+    if extra is not None and extra.scored and state.end > rules.ends:
+        line_score[-1] = extra.team0 or 0, extra.team1 or 0
+    hammers, hammer = [], FIRST_HAMMER
+    for score in line_score:
+        hammers.append(hammer)
+        hammer = hammer_after(rules, hammer, score)
+    if state.hammer is not None:
+        hammer = Team(TEAMS.index(state.hammer))
+    end, conceded, result = None, None, state.game_result
+    if result is None:
+        end = End(number=state.end, hammer=hammer, stones=stones_of(state), delivered=state.shot)
+    elif result.reason != "score" and result.winner is not None:
+        conceded = Team(TEAMS.index(result.winner)).other
+    return Game(
+        rules=rules,
+        lines=lines,
+        end=end,
+        line_score=tuple(line_score),
+        hammers=tuple(hammers),
+        last_stone=hammer,
+        conceded=conceded,
+    )
+
+
+def _points(scores: list[int | None], end: int) -> int:
+    """Points of a team in an end; 0 where none are noted, as in a blank extra end."""
+    return (scores[end] if end < len(scores) else None) or 0
+
+
+def state_of(
+    game: Game,
+    *,
+    headings: Mapping[int, float] | None = None,
+    clock: tuple[float, float] | None = None,
+    reason: str = "score",
+) -> StateDocument:
+    """The state that shows a game, as an `update` has it.
+
+    Parameters
+    ----------
+    game : a game with an end in play, or one that is over
+    headings : headings of the handles by identifier of the stone [rad]
+    clock : thinking time that both teams have left [s]
+    reason : why the game is over, should it be: `score`, `concede`, `time_limit`, `draw`
+    """
+    ends, over = game.rules.ends, game.end is None
+    played = game.line_score
+    slots: dict[str, list[Any]] = {name: [None] * STONES_PER_TEAM for name in TEAMS}
+    for stone in () if game.end is None else game.end.stones:
+        slots[TEAMS[stone.team]][stone.number] = {
+            "angle": (headings or {}).get(stone.stone, 0.0),
+            "position": {"x": stone.x, "y": stone.y + HACK_TO_TEE},
+        }
+    extra = next((end for end in played[ends:] if end != (0, 0)), (None, None))
+    state: StateDocument = {
+        "end": len(played) if game.end is None else game.end.number,
+        "shot": 0 if game.end is None else game.end.delivered,
+        "hammer": None if game.end is None else TEAMS[game.end.hammer],
+        "stones": slots,
+        "scores": {
+            name: [played[k][team] if k < len(played) else None for k in range(ends)]
+            for team, name in enumerate(TEAMS)
+        },
+        "extra_end_score": dict(zip(TEAMS, extra, strict=True)),
+        "game_result": None,
+    }
+    if clock is not None:
+        state["thinking_time_remaining"] = dict(zip(TEAMS, clock, strict=True))
+    if over:
+        winner = None if game.winner is None else TEAMS[game.winner]
+        state["game_result"] = {"winner": winner, "reason": reason if winner else "draw"}
+    return state
+
+
+def throw_of(shot: ShotMessage) -> Throw | None:
+    """The throw of a shot; None for one that does not go forward, whose stone is removed."""
+    x, y = shot.velocity.x, shot.velocity.y
+    angle = math.atan2(-x, y)
+    if y <= 0 or abs(angle) >= math.pi / 2:
+        return None
+    spin = -SPIN if shot.rotation == "cw" else SPIN
+    return Throw(speed=min(math.hypot(x, y), MAX_SPEED), angle=angle, spin=spin)
+
+
+def move_of(throw: Throw) -> ShotMessage:
+    """The shot that makes a throw from the hack; of its spin only the side counts."""
+    velocity = Point(-throw.speed * math.sin(throw.angle), throw.speed * math.cos(throw.angle))
+    return ShotMessage(velocity=velocity, rotation="cw" if throw.spin < 0 else "ccw")
+
+
+def skill_of(player: PlayerMessage | None) -> Skill:
+    """How exactly a player throws; exactly, where that is not told."""
+    if player is None or player.type == "identical":
+        return Skill(name="none")
+    return Skill(name=player.type, sigma_speed=player.stddev_speed, sigma_angle=player.stddev_angle)

@@ -1,0 +1,98 @@
+"""The record of a game on a server, as `curling replay` plays it.
+
+A server tells where stones lie between two shots, and how fast the stone was that was thrown. The
+paths are those of this project's engine on the ice that the player believes in; so is where stones
+came to rest after the last shot of an end, which the server does not tell.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+from agents.digital_curling.client import Client, SeenMove
+from agents.digital_curling.conversion import throw_of
+from agents.digital_curling.messages import TEAMS, ShotMessage
+from agents.playing.match import PlayedDelivery, PlayedGame
+from agents.playing.record import lines_of
+from curling_env.game import Call, GameSimulator, GameState, Player, PlayerView
+from curling_env.game.rules import Fault, Team
+from curling_env.game.simulator import MIN_SPEED
+from curling_env.throw import FROM_HACK, MAX_SPEED, Throw
+
+FROM_HACK_AT_ANY_SPEED = replace(FROM_HACK, max_speed=MAX_SPEED)
+"""What left the hand may be faster than what is meant."""
+
+
+@dataclass(frozen=True)
+class _Named(Player):
+    """Stands for a team in the record."""
+
+    name: str
+
+    def call(self, view: PlayerView) -> Call:
+        raise AssertionError("a recorded game has its own calls")
+
+
+def record_of(client: Client, *, ice: str) -> list[dict[str, Any]]:
+    """The lines of the game that a client has seen; see `agents.playing.record.lines_of`.
+
+    Parameters
+    ----------
+    client : after the game, or after as much of it as there was
+    ice : name or file of the ice that its player believes in
+    """
+    simulator = GameSimulator(
+        client.ice, rules=client.rules, delivery=FROM_HACK_AT_ANY_SPEED, skills="none"
+    )
+    deliveries = tuple(
+        _delivery(simulator, seen, number, client.seed)
+        for number, seen in enumerate(client.seen)
+        if isinstance(seen.move, ShotMessage)
+    )
+    game = client.game or simulator.new_game(client.seed).game
+    names = tuple(_Named(name) for name in client.names)
+    played = PlayedGame(players=(names[0], names[1]), deliveries=deliveries, game=game)
+    lines = lines_of(played, simulator, ice=ice, seed=client.seed)
+    lines[0]["last_stone"] = (game.hammers[0] if game.hammers else game.last_stone).label
+    result = client.result
+    if result is not None:
+        winner = None if result.winner is None else Team(TEAMS.index(result.winner)).label
+        lines[-1] |= {"winner": winner, "reason": result.reason}
+        if result.reason != "concede":
+            lines[-1]["conceded"] = None
+    else:
+        lines[-1] |= {"reason": "broken off"}
+    return lines
+
+
+def _delivery(simulator: GameSimulator, seen: SeenMove, number: int, seed: int) -> PlayedDelivery:
+    """One delivery, with the places that the server told and the paths of the engine."""
+    assert isinstance(seen.move, ShotMessage)
+    state = GameState(game=seen.before, seed=seed, throws=number)
+    thrown = throw_of(seen.move) or _hardly_thrown(seen.move)
+    shot_name = "" if seen.call is None else seen.call.shot
+    _, shot = simulator.play(state, Call(throw=thrown, shot=shot_name), paths=True)
+    ruling = shot.ruling
+    end = seen.after.end
+    if end is not None and end.delivered:
+        ruling = replace(ruling, stones=end.stones)
+    ruling = replace(ruling, fault=_fault(seen, ruling.fault))
+    meant = thrown if seen.call is None else seen.call.throw
+    shot = replace(shot, call=Call(throw=meant, shot=shot_name), ruling=ruling)
+    return PlayedDelivery(state, shot, GameState(game=seen.after, seed=seed, throws=number + 1))
+
+
+def _fault(seen: SeenMove, ours: Fault | None) -> Fault | None:
+    """The server knows of fouls in the free guard zone only."""
+    if seen.foul:
+        return Fault.FREE_GUARD_ZONE
+    return None if ours is Fault.FREE_GUARD_ZONE else ours
+
+
+def _hardly_thrown(move: ShotMessage) -> Throw:
+    """What stands for a stone that goes back, and is removed: one that stays at the hack."""
+    spin = -FROM_HACK.spin if move.rotation == "cw" else FROM_HACK.spin
+    x, y = move.velocity.x, move.velocity.y
+    return Throw(speed=min(max(math.hypot(x, y), MIN_SPEED), 0.05), spin=spin)

@@ -1,0 +1,102 @@
+"""How long a player may think, from the clock of the game: a share of the time left, never more."""
+
+from __future__ import annotations
+
+import time
+
+from agents.playing.players.draw import DrawPlayer
+from agents.playing.search import SearchPlayer
+from agents.playing.search.tuning import BUDGET
+from curling_env.game import Call, Player, PlayerView
+
+SHARE = 0.6
+"""Share of the time left that is planned with; the rest is for a machine that turns busy."""
+RESERVE = 0.1
+"""Time for each stone that is left to the network [s]."""
+BUDGETS = (100, 300, 1000, 3000, 10_000, 30_000, 100_000)
+"""Numbers of simulated throws to choose from. They are far apart, so that a clock that runs a
+little otherwise leads to the same choice, and so to the same game."""
+CLOCK_BUDGET = 30_000
+"""Simulated throws that the clock may allow `search` where no number is asked for."""
+FIRST_RATE = 5000.0
+"""Throws a second that are assumed until the player has been measured, an old machine's."""
+
+
+class Pace:
+    """A player that keeps to a clock.
+
+    A search gets as many throws as its share of the time allows, up to its own number. Another
+    player thinks as it always does. Where not even that fits, the stone is drawn to the button.
+
+    Parameters
+    ----------
+    player : who decides
+    """
+
+    def __init__(self, player: Player) -> None:
+        self.player = player
+        self._rate = FIRST_RATE
+        self._longest = 0.0
+        self._quick = DrawPlayer()
+        self._most = 0
+        if isinstance(player, SearchPlayer):
+            unsaid = player.name == SearchPlayer.name and player.budget == BUDGET
+            self._most = CLOCK_BUDGET if unsaid else player.budget
+
+    def call(self, view: PlayerView, seconds_left: float) -> Call:
+        """What is thrown, decided in a share of the time left.
+
+        Parameters
+        ----------
+        view : the game as the player sees it
+        seconds_left : on the clock of the player's team, for all of its stones
+        """
+        share = SHARE * (seconds_left / stones_to_come(view) - RESERVE)
+        if not self._set_budget(share):
+            return self._quick.call(view)
+        begin = time.perf_counter()
+        call = self.player.call(view)
+        self._note(time.perf_counter() - begin)
+        return call
+
+    def prepare(self, views: list[PlayerView]) -> None:
+        """Compile and plan what costs time once, and measure how fast the player thinks.
+
+        Parameters
+        ----------
+        views : games like the one to come, of which the player sees each twice
+        """
+        for view in views:
+            self._quick.call(view)
+            for share in (0.0, 1.0):
+                self._set_budget(share)
+                begin = time.perf_counter()
+                self.player.concedes(view)
+                self.player.call(view)
+                self._longest = 0.0
+                self._note(time.perf_counter() - begin)
+
+    def _set_budget(self, share: float) -> bool:
+        """Let the player think for so many seconds; whether it can decide in them."""
+        player = self.player
+        if not isinstance(player, SearchPlayer):
+            return share >= 2 * self._longest
+        if player.seconds is not None:
+            return share >= 2 * min(player.seconds, self._longest)
+        fitting = [budget for budget in BUDGETS if budget <= share * self._rate]
+        player.budget = min(self._most, fitting[-1] if fitting else BUDGETS[0])
+        return bool(fitting)
+
+    def _note(self, seconds: float) -> None:
+        """Learn from how long a decision took."""
+        self._longest = max(self._longest, seconds)
+        if isinstance(self.player, SearchPlayer) and seconds > 0:
+            rate = self.player.budget / seconds
+            # A slow decision counts at once, a quick one little by little.
+            self._rate = min(rate, 0.9 * self._rate + 0.1 * rate)
+
+
+def stones_to_come(view: PlayerView) -> int:
+    """Stones that the team has still to throw on its clock; an extra end has a clock of its own."""
+    later = max(view.game.ends_left - 1, 0)
+    return view.own_stones_left + later * view.game.rules.stones

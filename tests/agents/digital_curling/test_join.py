@@ -1,0 +1,356 @@
+"""Joining a server: recorded conversations, replayed by a fake server in the process."""
+
+from __future__ import annotations
+
+import json
+import socket
+import threading
+from collections.abc import Callable
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from agents.digital_curling.client import Client
+from agents.digital_curling.conversation import from_server
+from agents.digital_curling.game_record import record_of
+from agents.digital_curling.join import WireLog, address_of, play_on_server
+from agents.digital_curling.messages import ConcedeMessage, ShotMessage
+from agents.playing.players.draw import DrawPlayer
+from agents.playing.players.rulebased import RuleBasedPlayer
+from agents.playing.record import read_record
+from curling_env.errors import InputError
+from curling_env.game.rules import Team
+from curling_env.sheet import HACK_Y
+
+WIRE = Path(__file__).parent / "wire"
+
+
+def golden(name: str) -> list[tuple[str, dict[str, Any]]]:
+    """A recorded conversation: (``<`` or ``>``, message)."""
+    lines = (WIRE / f"{name}.jsonl").read_text().splitlines()
+    return [(line[0], json.loads(line[2:])) for line in lines]
+
+
+def said(log: list[tuple[str, dict[str, Any]]]) -> list[dict[str, Any]]:
+    """What the server says in a conversation."""
+    return [message for way, message in log if way == "<"]
+
+
+def in_turn(connection: socket.socket, messages: list[tuple[str, dict[str, Any]]]) -> None:
+    """Say each line, and wait for an answer where the recorded client gave one."""
+    stream = connection.makefile("rb")
+    for way, message in messages:
+        if way == "<":
+            connection.sendall(json.dumps(message).encode() + b"\n")
+        else:
+            stream.readline()
+
+
+class FakeServer:
+    """Listens once, does what it is given to do, and hangs up.
+
+    Parameters
+    ----------
+    act : what is done with the connection
+    """
+
+    def __init__(self, act: Callable[[socket.socket], None]) -> None:
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self._listener.settimeout(30)
+        self.port = int(self._listener.getsockname()[1])
+        self.told = b""
+        self._act = act
+        self._thread = threading.Thread(target=self._serve, daemon=True)
+
+    def __enter__(self) -> FakeServer:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._thread.join(30)
+        self._listener.close()
+
+    def _serve(self) -> None:
+        connection, _ = self._listener.accept()
+        with connection:
+            connection.settimeout(30)
+            try:
+                self._act(connection)
+            except OSError:  # the client has had enough
+                return
+            connection.shutdown(socket.SHUT_WR)
+            # What the client has still to say is heard, so that nothing is reset under it.
+            while data := connection.recv(65536):
+                self.told += data
+
+
+GAMES = ["extra-end-team1", "extra-end-team0"]
+
+
+def line_of(message) -> bytes:
+    return json.dumps(message).encode() + b"\n"
+
+
+def answers(messages, player=None, **settings) -> tuple[Client, list]:
+    """What a client answers to each message."""
+    client = Client(player or RuleBasedPlayer(), **settings)
+    return client, [client.answer(from_server(line_of(message))) for message in messages]
+
+
+# --- whole games ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", GAMES)
+def test_a_recorded_game_is_played_to_its_end(name, curling, tmp_path):
+    log = golden(name)
+    with FakeServer(lambda connection: in_turn(connection, log)) as server:
+        out = curling("join", f"127.0.0.1:{server.port}", "--player", "rulebased", "-o", tmp_path)
+    assert out.status == 0, out.err
+    final = said(log)[-2]["state"]
+    result = out.json()
+    assert result["team"] == name[-5:]
+    assert (result["winner"], result["reason"]) == (final["game_result"]["winner"], "score")
+    extra = final["extra_end_score"]
+    assert result["line_score"] == [[0, 0], [extra["team0"], extra["team1"]]]
+    assert result["stones"] == 32
+    # The conversation is kept line by line, and the client's part of it has the protocol's form.
+    wire = [line.split(" ", 1) for line in (tmp_path / "wire.jsonl").read_text().splitlines()]
+    assert [way for way, _ in wire] == [way for way, _ in log]
+    assert [json.loads(text) for way, text in wire if way == "<"] == said(log)
+    own = [json.loads(text) for way, text in wire if way == ">"]
+    assert [message["cmd"] for message in own] == ["dc_ok", "ready_ok", *["move"] * 16]
+    for message in own[2:]:
+        assert message["move"]["rotation"] in ("cw", "ccw")
+        velocity = message["move"]["velocity"]
+        assert 2.0 < velocity["y"] <= 4.0
+        assert abs(velocity["x"]) < 0.5
+    check_record(read_record(tmp_path / "game.jsonl"), log)
+    assert "golden" in (tmp_path / "game.html").read_text()
+
+
+def check_record(lines, log) -> None:
+    """Every stone lies in the record where the server says, and every path begins at the hack."""
+    updates = [message for message in said(log) if message["cmd"] == "update"]
+    assert lines[0]["rules"] == "digital_curling"
+    assert lines[0]["last_stone"] == "away"
+    assert len(lines) == 2 + 32
+    for k, line in enumerate(lines[1:-1]):
+        state, direction = updates[k + 1]["state"], 1 if line["direction"] == "away" else -1
+        assert (line["end"], line["stone"]) == (k // 16 + 1, k % 16 + 1)
+        before = {stone["stone"] for stone in line["before"]}
+        (thrown,) = [path for path in line["paths"] if path["stone"] not in before]
+        assert direction * thrown["y"][0] == pytest.approx(-HACK_Y, abs=1e-3)
+        actual = updates[k + 1]["last_move"]["actual_move"]["velocity"]
+        if actual["y"] > 1:
+            assert line["thrown"]["speed"] == pytest.approx(
+                (actual["x"] ** 2 + actual["y"] ** 2) ** 0.5
+            )
+        if k % 16 < 15:
+            told = {
+                8 * team + slot: (stone["position"]["x"], stone["position"]["y"] - 38.405)
+                for team, key in enumerate(("team0", "team1"))
+                for slot, stone in enumerate(state["stones"][key])
+                if stone is not None
+            }
+            lying = {
+                stone["stone"]: (direction * stone["x"], direction * stone["y"] - 17.3735)
+                for stone in line["lying"]
+            }
+            assert lying.keys() == told.keys()
+            for stone, place in told.items():
+                assert lying[stone] == pytest.approx(place, abs=1e-9)
+
+
+@pytest.mark.parametrize("size", [1, 7, 100_000_000])
+def test_lines_may_be_split_and_joined(size):
+    log = golden("extra-end-team0")
+    wire = b"".join(line_of(message) for message in said(log))
+
+    def all_at_once(connection: socket.socket) -> None:
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        for k in range(0, len(wire), size):
+            connection.sendall(wire[k : k + size])
+
+    client = Client(DrawPlayer())
+    with FakeServer(all_at_once) as server:
+        play_on_server("127.0.0.1", server.port, client, WireLog())
+    assert client.result is not None
+    assert client.result.winner == "team1"
+    assert server.told.count(b"\n") == 18
+    assert client.is_over
+
+
+def test_the_same_seed_makes_the_same_moves():
+    log = said(golden("extra-end-team1"))[:9]
+    from agents.playing.search import SearchPlayer
+
+    def moves(seed: int) -> list[str]:
+        return [str(answer) for answer in answers(log, SearchPlayer(200), seed=seed)[1]]
+
+    assert moves(3) == moves(3)
+    assert moves(3) != moves(4)
+
+
+# --- what a server may say ------------------------------------------------------------------------
+
+
+def test_a_client_moves_only_at_its_own_turn():
+    log = golden("extra-end-team1")
+    _, replies = answers(said(log), DrawPlayer())
+    moved = [reply is not None for reply in replies]
+    recorded = [
+        k + 1 < len(log) and log[k + 1][0] == ">" for k, (way, _) in enumerate(log) if way == "<"
+    ]
+    assert moved == recorded
+
+
+@pytest.mark.parametrize("untold", [None, False, "missing"])
+def test_what_is_not_told_is_the_servers_usual(untold):
+    log = deepcopy(said(golden("extra-end-team1"))[:5])
+    for name in ("setting", "simulator", "players"):
+        if untold == "missing":
+            del log[1]["game"][name]
+        else:
+            log[1]["game"][name] = untold
+    client, replies = answers(log, DrawPlayer())
+    assert client.rules.ends == 1  # as many as the score has
+    assert client.rules.free_guard_until == 5
+    assert isinstance(replies[4].move, ShotMessage)
+
+
+def test_unknown_fields_are_let_through():
+    log = deepcopy(said(golden("extra-end-team1"))[:7])
+    for message in log:
+        message["new_in_1_1"] = {"deep": [1, None]}
+    log[1]["game"]["setting"]["weather"] = "snow"
+    log[6]["state"]["stones"]["team0"][1]["owner"] = "x"
+    log[6]["last_move"]["trajectory"] = {"frames": [[{"team": "team0"}]], "seconds_per_frame": 0.1}
+    _, replies = answers(log, DrawPlayer())
+    assert isinstance(replies[6].move, ShotMessage)
+
+
+def test_four_rocks_are_four():
+    log = deepcopy(said(golden("extra-end-team1"))[:2])
+    log[1]["game"]["setting"]["five_rock_rule"] = False
+    assert answers(log, DrawPlayer())[0].rules.free_guard_until == 4
+
+
+@pytest.mark.parametrize("reason", ["concede", "time_limit"])
+def test_a_game_that_is_given_up_is_over(reason):
+    log = deepcopy(said(golden("extra-end-team1"))[:6])
+    last = deepcopy(log[-1])
+    last["next_team"] = None
+    last["last_move"] = {"actual_move": {"type": "concede"}, "free_guard_zone_foul": False}
+    last["state"] |= {"hammer": None, "game_result": {"winner": "team1", "reason": reason}}
+    client, replies = answers([*log, last, {"cmd": "game_over"}], DrawPlayer())
+    assert replies[-2:] == [None, None]
+    assert client.is_over
+    lines = record_of(client, ice="fcv1")
+    assert len(lines) == 2 + 2  # what was thrown, and no line for what was given up
+    assert (lines[-1]["winner"], lines[-1]["reason"]) == ("away", reason)
+    assert client.game is not None
+    assert client.game.conceded is Team.HOME
+
+
+def test_a_player_may_concede():
+    class Modest(DrawPlayer):
+        def concedes(self, view):
+            return view.game.end.delivered == 3
+
+    log = said(golden("extra-end-team1"))
+    _, replies = answers(log[:9], Modest())
+    moves = [reply.move for reply in replies[3:] if reply is not None]
+    assert [type(move) for move in moves] == [ShotMessage, ConcedeMessage, ShotMessage]
+
+
+def test_a_stone_thrown_backwards_is_a_stone_that_is_removed():
+    log = golden("extra-end-team1")
+    updates = [message for message in said(log) if message["cmd"] == "update"]
+    back = [
+        k
+        for k, message in enumerate(updates[1:], start=1)
+        if message["last_move"]["actual_move"]["velocity"]["y"] < 0
+    ]
+    assert back == [7]
+    client, _ = answers(said(log), DrawPlayer())
+    line = record_of(client, ice="fcv1")[7]
+    assert line["lying"] == line["before"]
+    assert line["thrown"]["speed"] == pytest.approx(0.0071, abs=1e-3)
+    assert max(abs(y) for y in line["paths"][-1]["y"]) == pytest.approx(HACK_Y, abs=1e-2)
+
+
+def test_another_physics_is_remarked_on():
+    log = deepcopy(said(golden("extra-end-team1"))[:2])
+    log[1]["game"]["simulator"] = {"type": "fcv2"}
+    said_of_it: list[str] = []
+    answers(log, DrawPlayer(), remark=said_of_it.append)
+    assert "'fcv2'" in said_of_it[0]
+
+
+# --- breaks of the protocol -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        (b"hello\n", "line 1, row 1, column 1: not JSON"),
+        (b"[1]\n", "expected a JSON object"),
+        (b"\xff\xfe\n", "UTF-8"),
+        (b'{"cmd":"dance"}\n', "dance"),
+        (b"{}\n", "cmd"),
+        (b'{"cmd":"dc","version":{"major":2,"minor":0}}\n', "version 2"),
+        (b'{"cmd":"is_ready","team":"team7"}\n', "team7"),
+        (b'{"cmd":"is_ready","team":"team0","game":{"rule":"mixed"}}\n', "'mixed'"),
+        (b"[" * 100_000 + b"\n", "nested"),
+        (b"x" * (8 * 2**20 + 2), "longer"),
+    ],
+)
+def test_a_break_of_the_protocol_is_one_line(line, says, curling, tmp_path):
+    with FakeServer(lambda connection: connection.sendall(line)) as server:
+        where = f"127.0.0.1:{server.port}"
+        out = curling("join", where, "--player", "draw", "-o", tmp_path / "log")
+    assert out.complaint.startswith(where)
+    assert says in out.complaint
+
+
+def test_an_update_before_the_game_is_a_break_of_the_protocol():
+    with pytest.raises(InputError, match="before is_ready"):
+        answers(said(golden("extra-end-team1"))[3:4])
+
+
+def test_a_server_that_hangs_up_ends_the_game_and_the_log_stays(curling, tmp_path):
+    log = golden("extra-end-team1")[:15]
+    with FakeServer(lambda connection: in_turn(connection, log)) as server:
+        out = curling("join", f"127.0.0.1:{server.port}", "--player", "draw", "-o", tmp_path)
+    assert "the server hung up before the game was over (end 1, stone 7)" in out.complaint
+    lines = read_record(tmp_path / "game.jsonl")
+    assert len(lines) == 2 + 6
+    assert lines[-1]["winner"] is None
+    page = curling("replay", tmp_path / "game.jsonl", "-o", tmp_path / "again.html")
+    assert page.status == 0
+    assert (tmp_path / "wire.jsonl").read_text().count("\n") == 15
+
+
+def test_a_line_that_breaks_off_is_no_line(curling):
+    half = line_of(said(golden("extra-end-team1"))[0])[:40]
+    with FakeServer(lambda connection: connection.sendall(half)) as server:
+        out = curling("join", f"127.0.0.1:{server.port}", "--player", "draw")
+    assert "hung up before the game was over (before the first stone)" in out.complaint
+
+
+def test_where_nobody_listens_is_said(curling):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+    assert "no server answers" in curling("join", f"127.0.0.1:{port}").complaint
+
+
+@pytest.mark.parametrize("text", ["", "host", "host:", ":1", "a:0", "a:65536", "a:1e3", "::1:5"])
+def test_addresses_that_are_none(text, curling):
+    assert "HOST:PORT" in curling("join", "--", text).complaint
+
+
+def test_addresses():
+    assert address_of("dc.example.org:10000") == ("dc.example.org", 10000)
+    assert address_of("[::1]:10001") == ("::1", 10001)
