@@ -24,13 +24,10 @@ from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
 from typing import Any
 
-from fuzz.targets import make_targets
+from fuzz.good_files import make_good_files
+from processes import end_orderly_when_told, end_with
 
-CURLING = [
-    sys.executable,
-    "-c",
-    "import sys; from curling_env.commands.cli import main; sys.exit(main(sys.argv[1:]))",
-]
+CURLING = [sys.executable, "-m", "curling"]
 COMMANDS: tuple[Sequence[str], ...] = (
     ("simulate", "--ice", "standard", "--releases", "r.csv", "-o", "o.csv"),
     ("sweep", "--releases", "r.csv", "--skill", "club", "--seeds", "200", "-o", "o.csv"),
@@ -55,6 +52,7 @@ def main() -> int:
     options.add_argument("--sizes", type=int, default=3, help="full disks for each command")
     options.add_argument("--seed", type=int, default=0)
     chosen = options.parse_args()
+    end_orderly_when_told()
     found = try_faults(chosen.kills, chosen.sizes, random.Random(chosen.seed))
     print(json.dumps(found, indent=2))
     return 1 if found["unclean"] else 0
@@ -79,8 +77,7 @@ def try_faults(kills: int, sizes: int, rng: random.Random) -> dict[str, Any]:
         good.mkdir()
         files = {
             name: content
-            for target in make_targets(good)
-            for name, content in target.files.items()
+            for name, content in make_good_files(good).items()
             if not name.startswith("f.mp4.")
         }
         for words in COMMANDS:
@@ -162,7 +159,10 @@ def _fresh(folder: Path, files: dict[str, bytes]) -> Path:
 def _start(
     words: Sequence[str], folder: Path, limit: int | None = None, **environment: str
 ) -> subprocess.Popen[str]:
+    parent = os.getpid()
+
     def confine() -> None:
+        end_with(parent)
         if limit is not None:
             resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 

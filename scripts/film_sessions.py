@@ -26,6 +26,7 @@ from blind.hidden import SCATTER, draw_map, has_map, hidden_numbers, hide, log_m
 from blind.law import HOG, MU, SQUARES, STEP, run_over, throw_path
 from tqdm import tqdm
 
+from curling_env.infrastructure.executor import begin_worker
 from curling_env.infrastructure.files.storage import make_directory, write_json
 from curling_env.trajectory import Trajectory, read_tracks, write_tracks
 from friction_estimation.camera.lens import TERMS
@@ -114,8 +115,9 @@ WRONG_TOO = (1, 2, 4, 6, 7)
 """Seeds of the sessions that are tracked with a wrong lens as well."""
 
 
-def film_one(session: FilmedSession, folder: Path, k: int) -> None:
-    """Film a throw, and track it with the right lens and with a wrong one."""
+def film_one(session: FilmedSession, folder: Path, k: int) -> list[str]:
+    """Film a throw, and track it with the right lens and with a wrong one; how long that took."""
+    told: list[str] = []
     cv2.setNumThreads(1)
     path = play(session)[0][k]
     rests = np.hypot(*(path.xy[-1] - path.xy[-2])) / (path.t[-1] - path.t[-2]) < 0.02
@@ -139,17 +141,18 @@ def film_one(session: FilmedSession, folder: Path, k: int) -> None:
         seen = load_scene(folder / f"{name}.scene.json")
         found = track_film(film, seen, throw=k).trajectory
         write_tracks(tracks, [replace(found, clock=path.clock - spec.lead_in)])
-        print(
+        told.append(
             f"{session.name} {k} {name}: {rendered - begun:.1f} s to film, "
-            f"{time.process_time() - rendered:.1f} s to track, {len(found)} rows",
-            flush=True,
+            f"{time.process_time() - rendered:.1f} s to track, {len(found)} rows"
         )
+    return told
 
 
 def make_films(folder: Path, workers: int) -> None:
     """Film and track all sessions, throw by throw."""
-    pending: list[Future[None]] = []
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+    pending: list[Future[list[str]]] = []
+    context = get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=begin_worker) as pool:
         for session in SESSIONS:
             place = make_directory(folder / session.name)
             paths, truth = play(session)
@@ -157,7 +160,8 @@ def make_films(folder: Path, workers: int) -> None:
             write_json(place / "truth.json", json.loads(json.dumps(truth, default=float)))
             pending += [pool.submit(film_one, session, place, k) for k in range(THROWS)]
         for job in tqdm(pending):
-            job.result()
+            for line in job.result():
+                tqdm.write(line)
 
 
 def verdict_on(place: Path, lens: str, *, with_scene: bool) -> str | None:

@@ -25,6 +25,7 @@ import typer
 from av.error import FFmpegError
 
 from curling_env.ice import load_ice
+from curling_env.infrastructure.executor import begin_worker
 from curling_env.infrastructure.files.storage import atomic_path, make_directory
 from curling_env.physics.one_stone.slide import slide
 from curling_env.throw import Throw
@@ -125,6 +126,7 @@ def _code(films: Sequence[Path], sent: Path) -> None:
 
 def _send(film: Path, address: str) -> None:
     """Send a film at its own pace to who listens there."""
+    begin_worker()
     with av.open(str(film)) as source:
         video = source.streams.video[0]
         while True:

@@ -42,6 +42,7 @@ from typing import Any
 
 from mutants.operators import Mutant, mutants_of
 from mutants.touched import RECORDING_LIMIT, Touched, body_lines, distance, record
+from processes import end_with
 from tqdm import tqdm
 
 AREAS = {
@@ -111,7 +112,12 @@ class Tree:
         """
         single = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
         own = {"PYTHONPATH": str(self.folder), "NUMBA_CACHE_DIR": str(self.cache)}
-        seconds = math.ceil(limit)
+        seconds, parent = math.ceil(limit), os.getpid()
+
+        def confine() -> None:
+            end_with(parent)
+            resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
+
         process = subprocess.Popen(
             [sys.executable, *command],
             cwd=self.folder,
@@ -121,7 +127,7 @@ class Tree:
             stderr=subprocess.STDOUT,
             # A changed file of the same size and second would be taken for its old bytecode.
             env=os.environ | single | own | {"PYTHONDONTWRITEBYTECODE": "1"},
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds)),
+            preexec_fn=confine,
         )
         try:
             output, _ = process.communicate(timeout=BUSY * limit)

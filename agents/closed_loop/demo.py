@@ -20,8 +20,10 @@ from agents.closed_loop.hidden_ice import patchy_ice
 from agents.closed_loop.practice import draw_practice
 from agents.learning.evaluation import rest_in_env
 from agents.planning import Plan, plan
+from curling_env.errors import OutputError
 from curling_env.ice import Ice, save_ice
-from curling_env.infrastructure.files.storage import make_directory, write_json
+from curling_env.infrastructure.files.kinds import document_keys
+from curling_env.infrastructure.files.storage import folder_of_drafts, make_directory, write_json
 from curling_env.infrastructure.provenance import provenance
 from curling_env.sheet import TEE_Y
 from curling_env.throw import write_releases
@@ -44,6 +46,14 @@ HOUSE_TARGETS = tuple(
 """Places a skip asks for: button, wings, back and front of the house, a guard [m]."""
 ASSUMED_FRICTION = 0.0082
 """Uniform friction with which the estimation begins."""
+FINDINGS = "findings.json"
+"""By this file, and the numbers that only the demo has, an earlier demo's folder is known."""
+RESULTS = (
+    *("true-ice.json", "releases.csv", "tracks.csv", "ice.json", "index.html", "page.png"),
+    *("films", "discovery", "overlay.mp4", "overlay.png", FINDINGS),
+    *("maps.png", "house.png", "draws.png", "missing.png"),
+)
+"""What lies in the folder of a demo."""
 
 
 def run_demo(
@@ -58,6 +68,8 @@ def run_demo(
 ) -> Findings:
     """Run the whole loop and leave films, overlay, tables, ice files and a page in a folder.
 
+    They appear together when all is done, and replace those of an earlier demo.
+
     Parameters
     ----------
     directory : folder for the results; it is made if it is missing
@@ -70,10 +82,34 @@ def run_demo(
 
     Raises
     ------
-    OutputError : a file cannot be written
+    OutputError : a file cannot be written, or the folder holds files of these names that are not an
+        earlier demo's
     """
+    _refuse_a_folder_of_other_files(Path(directory))
+    with folder_of_drafts(directory) as folder:
+        return _run_in(folder, seed, throws, fps, draws, workers, progress)
+
+
+def _refuse_a_folder_of_other_files(folder: Path) -> None:
+    there = next((name for name in RESULTS if (folder / name).exists()), None)
+    if there is not None and "hidden_effect" not in document_keys(folder / FINDINGS):
+        raise OutputError(
+            f"{folder}: holds {there}, which no earlier demo has made; give the demo a folder of "
+            "its own"
+        )
+
+
+def _run_in(
+    folder: Path,
+    seed: int,
+    throws: int,
+    fps: float,
+    draws: int,
+    workers: int,
+    progress: Progress,
+) -> Findings:
+    """The whole loop, with parameters as of `run_demo`."""
     began = time.monotonic()
-    folder = make_directory(directory)
     rng = np.random.default_rng(seed)
     truth = patchy_ice(rng)
     releases = draw_practice(throws, rng)
@@ -139,7 +175,7 @@ def run_demo(
     progress("drawing the page", 0.98)
     demo_figures.draw_all(found, folder)
     demo_page.write_demo_page(found, folder, film_still=films.still)
-    write_json(folder / "findings.json", {**found.as_dict(), "provenance": origin})
+    write_json(folder / FINDINGS, {**found.as_dict(), "provenance": origin})
     progress("done", 1.0)
     return found
 

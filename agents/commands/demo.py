@@ -30,7 +30,8 @@ def demo(
     computed in the run; another --seed is another ice.
 
     The folder then holds the films, an overlay film, tracks.csv, ice.json and one page of pictures
-    (index.html, page.png). The findings are printed on stdout.
+    (index.html, page.png); all of them appear at the end, and replace those of an earlier demo. The
+    findings are printed on stdout.
 
     \b
     Examples:

@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import errno
 import importlib.metadata
+import json
 import os
+import re
 import signal
 import sys
 from collections.abc import Callable, Generator, Sequence
@@ -21,7 +23,13 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from curling_env.commands.outputs import Writes, guarded
-from curling_env.commands.terminal import only_our_words, remarks_at_the_end, say, shortened
+from curling_env.commands.terminal import (
+    only_our_words,
+    open_streams,
+    remarks_at_the_end,
+    say,
+    shortened,
+)
 from curling_env.errors import CurlingError
 from curling_env.infrastructure.files.command_files import CommandFiles, command_files
 from curling_env.infrastructure.files.storage import format_json
@@ -50,8 +58,7 @@ COMMAND_GROUP = "curling.commands"
 BAD_INPUT = 2
 """Exit status for bad usage, bad input and output that cannot be written."""
 INTERRUPTED = 130
-TERMINATED = 143
-"""128 + signal number, as shells report SIGINT and SIGTERM."""
+"""128 + signal number, as shells report SIGINT."""
 TRACEBACK = "CURLING_TRACEBACK"
 """Environment variable: where it is set, a mistake of the program shows its place in the code."""
 
@@ -138,8 +145,13 @@ def conclude(document: Any, *sentences: str, as_json: bool = False) -> None:
 
 
 def print_json(document: Any) -> None:
-    """Print JSON on stdout."""
-    print(format_json(document))
+    """Print JSON on stdout, in ASCII where that knows no other letters."""
+    text = format_json(document)
+    try:
+        text.encode(sys.stdout.encoding or "utf-8")
+    except UnicodeEncodeError:  # other letters stand in texts only, where JSON can escape them
+        text = re.sub(r"[^\x00-\x7f]", lambda letter: json.dumps(letter[0])[1:-1], text)
+    print(text)
 
 
 @contextmanager
@@ -210,6 +222,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # OpenCV and FFmpeg would report a bad film on stderr as well, beside our one line.
     os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+    open_streams()
     files = CommandFiles()
     try:
         with only_our_words():
@@ -261,6 +274,8 @@ def _words_for(error: Exception) -> str:
         )
     if isinstance(error, MemoryError):
         return "this needs more memory than there is: give it less, or smaller files"
+    if isinstance(error, RecursionError):
+        return "something that was given is nested too deep"
     if isinstance(error, OSError):
         if error.errno == errno.ENOSPC:
             _mute_stdout()
@@ -278,9 +293,10 @@ def _what_stays(files: CommandFiles) -> str:
     """What an interrupted command leaves, and how to go on."""
     if files.kept:
         return files.kept
-    if files.written:
-        names = ", ".join(str(path) for path in files.written[:3])
-        more = "" if len(files.written) <= 3 else f" and {len(files.written) - 3} more"
+    written = [path for path in dict.fromkeys(files.written) if path.exists()]
+    if written:
+        names = ", ".join(str(path) for path in written[:3])
+        more = "" if len(written) <= 3 else f" and {len(written) - 3} more"
         return f"already written: {names}{more}; repeat the command to make the rest"
     return "nothing was written; repeat the command to begin anew"
 
@@ -343,20 +359,25 @@ def _unavailable(name: str, reason: Exception) -> Callable[..., NoReturn]:
 
 @contextmanager
 def _orderly_termination() -> Generator[None]:
-    """Let SIGTERM unwind the stack, so that no half-written file stays behind."""
+    """Let SIGTERM and a closed terminal unwind the stack, so that nothing half-written stays."""
 
     def stop(signal_number: int, frame: object) -> NoReturn:
-        raise SystemExit(TERMINATED)
+        raise SystemExit(128 + signal_number)  # as shells report it
 
+    before: dict[signal.Signals, Any] = {}
     try:
-        before = signal.signal(signal.SIGTERM, stop)
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            # `nohup` lets a command outlive its terminal, and only that is left to it.
+            if signal.getsignal(number) is not signal.SIG_IGN:
+                before[number] = signal.signal(number, stop)
     except ValueError:  # not in the main thread, where signals are someone else's
         yield
         return
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _extra_of(error: ModuleNotFoundError) -> str | None:

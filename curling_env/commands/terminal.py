@@ -7,7 +7,7 @@ import os
 import sys
 import warnings
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 
 MAX_LINE = 300
@@ -47,6 +47,28 @@ def remarks_at_the_end() -> Generator[None]:
         _HELD.reset(token)
     for text in held:
         say(text)
+
+
+def open_streams() -> None:
+    """Give a closed stdin, stdout or stderr a place that leads nowhere, and let them show anything.
+
+    A shell can close them (``>&-``). The next file that is opened would get their place, and what
+    is printed would go into it. A letter that the terminal does not know is shown as its number.
+    """
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            nothing = os.open(os.devnull, os.O_RDWR)
+            if nothing != number:
+                os.dup2(nothing, number)
+                os.close(nothing)
+            os.set_inheritable(number, True)  # workers would find it closed again
+        if getattr(sys, name) is None:
+            mode = "w" if number else "r"
+            setattr(sys, name, os.fdopen(number, mode, encoding="utf-8", closefd=False))
+    with suppress(AttributeError, OSError, ValueError):  # not a text file, or not the process's own
+        getattr(sys.stdout, "reconfigure")(errors="backslashreplace")  # noqa: B009
 
 
 def shortened(text: str) -> str:

@@ -11,14 +11,20 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from processes import end_orderly_when_told
+
 from fuzz.documents import strategies
-from fuzz.mutations import NASTY_NUMBERS, NASTY_TEXTS, damaged
+from fuzz.mutations import damaged
+from fuzz.options import odd_command_line
 from fuzz.runs import Ended, run
-from fuzz.targets import HEAVY, OPTIONS, Target, make_targets
+from fuzz.special import KINDS, Special, put
+from fuzz.surroundings import SURROUNDINGS
+from fuzz.targets import HEAVY, OPTIONS, Target, lines_of, make_targets
 
 
 def main() -> int:
@@ -30,6 +36,7 @@ def main() -> int:
     options.add_argument("--only", default="", help="part of a target's name")
     options.add_argument("--keep", type=Path, default=Path("runs/fuzz"), help="for unclean inputs")
     chosen = options.parse_args()
+    end_orderly_when_told()
     seed = chosen.seed if chosen.seed is not None else random.SystemRandom().randrange(2**32)
     found = fuzz(
         chosen.minutes,
@@ -77,21 +84,21 @@ def fuzz(
         (place / "good").mkdir()
         targets = make_targets(place / "good", light=light)
         end = time.monotonic() + 60 * minutes
-        for name, words, files in _inputs(targets, rng, only, light):
+        for tried in _inputs(targets, rng, only, light):
             if time.monotonic() > end or sum(counts.values()) >= inputs:
                 break
             folder = place / "run"
             shutil.rmtree(folder, ignore_errors=True)
             folder.mkdir()
-            for file, content in files.items():
-                (folder / file).write_bytes(content)
-            ended = run(words, folder)
+            for file, content in tried.files.items():
+                put(folder / file, content)
+            ended, name = run(tried.words, folder, tried.surroundings), tried.name
             counts[name] += 1
             for what, value in (("seconds", ended.seconds), ("memory", ended.memory)):
                 if value > worst[what][0]:
                     worst[what] = (value, name)
             if ended.faults:
-                unclean.append(_kept(keep, len(unclean), name, words, files, ended))
+                unclean.append(_kept(keep, len(unclean), tried, ended))
                 print(json.dumps(unclean[-1]), file=sys.stderr, flush=True)
             if sum(counts.values()) % 100 == 0:
                 told = f"{sum(counts.values())} inputs, {len(unclean)} unclean"
@@ -109,69 +116,89 @@ def fuzz(
     }
 
 
-def _inputs(
-    targets: list[Target], rng: random.Random, only: str, light: bool
-) -> Iterator[tuple[str, list[str], dict[str, bytes]]]:
-    """Endless inputs: a name, what follows `curling`, and the files."""
+@dataclass(frozen=True, kw_only=True)
+class Input:
+    """One run.
+
+    Parameters
+    ----------
+    name : the target and the kind of fault
+    words : what follows `curling`
+    files : contents by name
+    surroundings : one of `SURROUNDINGS`; empty for the usual ones
+    """
+
+    name: str
+    words: list[str]
+    files: Mapping[str, bytes | Special]
+    surroundings: str = ""
+
+
+def _inputs(targets: list[Target], rng: random.Random, only: str, light: bool) -> Iterator[Input]:
+    """Endless inputs of every kind."""
     good = {key: value for target in targets for key, value in target.files.items()}
     made = strategies(rng)
     chosen = [target for target in targets if only in target.name]
-    known = [words for words in OPTIONS if not (light and words[0] in HEAVY)]
+    known = [line.split() for line in lines_of(OPTIONS)]
+    known = [words for words in known if not (light and words[0] in HEAVY)]
     while True:
         what = rng.random()
-        if (what < 0.15 and not only) or only == "options":
-            words = list(rng.choice(known))
-            yield "options", _replaced(words, rng), {k: v for k, v in good.items() if k in words}
+        if only == "options" or (what < 0.2 and not only):
+            words = odd_command_line(rng.choice(known), rng)
+            named = {Path(word).name for word in words}
+            files = {key: value for key, value in good.items() if key in named}
+            yield Input(name=f"{words[0]} options", words=words, files=files)
             continue
         target = rng.choices(chosen, [target.weight for target in chosen])[0]
-        files = dict(target.files)
-        name = rng.choice(target.damaged)
-        if what < 0.35 and name in made:
-            files[name] = next(made[name])
-            yield f"{target.name}, from the schema", list(target.arguments), files
+        words, name = list(target.arguments), rng.choice(target.damaged)
+        good_file = target.files[name]
+
+        def one(
+            kind: str,
+            content: bytes | Special,
+            surroundings: str = "",
+            *,
+            target: Target = target,
+            words: list[str] = words,
+            name: str = name,
+        ) -> Input:
+            return Input(
+                name=f"{target.name} {kind}".strip(),
+                words=words,
+                files={**target.files, name: content},
+                surroundings=surroundings,
+            )
+
+        if what < 0.25:
+            yield one("special", Special(rng.choice(KINDS)))
+        elif what < 0.3 and words[0] != "read":
+            content = good_file if rng.random() < 0.5 else damaged(good_file, rng)
+            yield one("surroundings", content, rng.choice(list(SURROUNDINGS)))
+        elif what < 0.45 and name in made:
+            yield one("from the schema", next(made[name]))
         else:
-            files[name] = damaged(files[name], rng)
-            yield target.name, list(target.arguments), files
+            yield one("", damaged(good_file, rng))
 
 
-def _replaced(words: list[str], rng: random.Random) -> list[str]:
-    """The words of a command with one or two replaced."""
-    for _ in range(rng.choice((1, 1, 2))):
-        k = rng.randrange(1, len(words)) if len(words) > 1 else 0
-        nasty = (
-            *NASTY_NUMBERS,
-            *NASTY_TEXTS,
-            ".",
-            "/",
-            "/dev/full",
-            "f.mp4",
-            "ice.json",
-            "-o",
-            "--",
-        )
-        what = rng.choice(nasty)
-        words[k] = (
-            what.replace("\0", "") if rng.random() < 0.9 else words[k] + what.replace("\0", "")
-        )
-    return words
-
-
-def _kept(
-    keep: Path, number: int, name: str, words: list[str], files: dict[str, bytes], ended: Ended
-) -> dict[str, Any]:
+def _kept(keep: Path, number: int, tried: Input, ended: Ended) -> dict[str, Any]:
     """Keep an input so that it can be run again, and say what became of it."""
     folder = keep / f"{number:03d}"
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    for file, content in files.items():
-        (folder / file).write_bytes(content)
-    (folder / "command.json").write_text(json.dumps(words))
+    for file, content in tried.files.items():
+        if isinstance(content, Special):
+            (folder / f"{file}.special").write_text(content.kind)
+        else:
+            (folder / file).write_bytes(content)
+    told = {"words": tried.words, "surroundings": tried.surroundings}
+    (folder / "command.json").write_text(json.dumps(told))
     return {
-        "target": name,
+        "target": tried.name,
         "faults": list(ended.faults),
         "status": ended.status,
         "said": ended.said[-400:],
-        "command": [word[:80] for word in words],
+        "command": [word[:80] for word in tried.words],
+        "surroundings": tried.surroundings,
         "folder": str(folder),
     }
 

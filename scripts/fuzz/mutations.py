@@ -5,7 +5,9 @@ from __future__ import annotations
 import io
 import json
 import random
+import re
 import zipfile
+import zlib
 from typing import Any
 
 NASTY_NUMBERS = (
@@ -19,7 +21,8 @@ NASTY_TEXTS = (
 )  # fmt: skip
 NASTY_VALUES: tuple[Any, ...] = (
     None, True, False, 0, -1, 1e308, -1e308, 1e-320, 10**30, 10**400, "", "x", [], {}, [[]], [None],
-    {"": ""}, [[1, 2], [3]], "<img src=x onerror=alert(1)>", 0.5, 3, 1e15, -0.0,
+    {"": ""}, [[1, 2], [3]], "<img src=x onerror=alert(1)>", 0.5, 3, 1e15, -0.0, float("nan"),
+    float("inf"), "\ud800", "\x00", "\n" * 50, "A" * 5000, [0] * 3000, 2**53, 1e-12,
 )  # fmt: skip
 
 
@@ -31,14 +34,16 @@ def damaged(content: bytes, rng: random.Random) -> bytes:
 
 
 def _ways(content: bytes) -> list[Any]:
-    ways: list[Any] = [_flipped, _cut, _doubled, _noise, _swapped]
+    ways: list[Any] = [_flipped, _cut, _doubled, _noise, _swapped, _word]
     head = content[:1]
     if head in (b"{", b"["):
-        ways += [_member, _member, _member, _number]
+        ways += [_member, _member, _member, _number, _key_twice]
     elif content[:2] == b"PK":
         ways += [_packed, _packed, _flipped]
+    elif head == b"\x89":
+        ways += [_claim, _claim]
     elif b"\0" not in content[:200]:
-        ways += [_number, _number, _cell, _line, _cell]
+        ways += [_number, _number, _cell, _line, _cell, _wide]
     return ways
 
 
@@ -71,17 +76,57 @@ def _swapped(content: bytes, rng: random.Random) -> bytes:
             content[::-1],
             b"[" * 20_000,
             b"\xff\xfe" + content,
+            b"\xef\xbb\xbf" + content,
+            content.decode(errors="replace").encode("utf-16"),
+            content.replace(b"\n", b"\r\n"),
             content.replace(b"\n", b"\r"),
+            content.replace(b"\n", b""),
+            b"\n" * 1000 + content,
+            b"{" * 2000 + b"}" * 2000,
+            b'{"a":' * 5000,
+            b"&a [*a, *a]\n" + content,
             b"#!/bin/sh\n" + content,
             content.replace(b"0", b"9", 3),
         )
     )
 
 
+def _word(content: bytes, rng: random.Random) -> bytes:
+    """Four bytes that may say how long something is, replaced by an extreme."""
+    at = rng.randrange(max(len(content) - 3, 1))
+    extreme = rng.choice((0, 1, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF, 0x00FFFFFF))
+    return content[:at] + extreme.to_bytes(4, rng.choice(("big", "little"))) + content[at + 4 :]
+
+
+def _claim(content: bytes, rng: random.Random) -> bytes:
+    """A PNG whose header is right and claims another size."""
+    sides = [rng.choice((0, 1, 60, 6000, 65535, 100_000, 2**31 - 1)).to_bytes(4) for _ in "wh"]
+    header = content[12:16] + b"".join(sides) + content[24:29]
+    return content[:12] + header + zlib.crc32(header).to_bytes(4) + content[33:]
+
+
+def _wide(content: bytes, rng: random.Random) -> bytes:
+    """A table of which one row, or every row, is far too wide."""
+    lines = content.split(b"\n")
+    many = b",7" * rng.choice((1, 300, 20_000))
+    k = rng.randrange(len(lines))
+    wide = [line + many if n == k or len(many) < 10 else line for n, line in enumerate(lines)]
+    return b"\n".join(wide)
+
+
+def _key_twice(content: bytes, rng: random.Random) -> bytes:
+    """A JSON document with one of its keys given twice."""
+    keys = re.findall(rb'"(\w+)":', content[:200_000])
+    if not keys:
+        return content
+    key = rng.choice(keys)
+    value = json.dumps(rng.choice((0, "x", None, [], {}))).encode()
+    again = b'"' + key + b'": ' + value + b', "' + key + b'":'
+    return content.replace(b'"' + key + b'":', again, 1)
+
+
 def _number(content: bytes, rng: random.Random) -> bytes:
     """One number in a text replaced."""
-    import re
-
     found = list(re.finditer(rb"-?\d+(\.\d+)?([eE][-+]?\d+)?", content[:200_000]))
     if not found:
         return content

@@ -9,10 +9,12 @@ from pathlib import Path
 
 def read(name: str, path: Path) -> int:
     """Read a file as a program would; a status as of `curling`, with its one line."""
+    from curling_env.commands.terminal import only_our_words
     from curling_env.errors import CurlingError
 
     try:
-        READERS[name](path)
+        with only_our_words():  # libpng speaks for itself; a program may let it or not
+            READERS[name](path)
     except CurlingError as error:
         print("curling:", " ".join(str(error).split())[:290], file=sys.stderr)
         return 2

@@ -12,13 +12,18 @@ import resource
 import signal
 import sys
 import time
+import webbrowser
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from processes import end_with
+
 from fuzz.readers import read
+from fuzz.surroundings import surround
 
 MAX_SECONDS = 20.0
 """Processor time that a run may take [s]."""
@@ -29,6 +34,10 @@ ANSWER = 60.0
 MAX_BYTES = 2**30
 """Memory that a run may take beyond what is loaded anyway [bytes]."""
 MAX_LINE = 300
+LARGE = 2**30
+"""Files of this size are made of zeros, on which no disk space is spent [bytes]."""
+UNHEARD = ("all streams closed",)
+"""Surroundings in which nobody could be told why something is refused."""
 HERE = "{here}"
 """Stands in arguments for the folder of the run."""
 
@@ -53,20 +62,23 @@ class Ended:
     memory: int
 
 
-def run(arguments: Sequence[str], folder: Path) -> Ended:
+def run(arguments: Sequence[str], folder: Path, surroundings: str = "") -> Ended:
     """Run `curling` in a folder and judge its end.
 
     Parameters
     ----------
     arguments : what follows `curling`
     folder : the current folder of the run, with its inputs; other files are results
+    surroundings : one of `SURROUNDINGS`; empty for the usual ones
     """
     before = _content(folder)
     loaded = _loaded()
     begun = time.monotonic()
+    parent = os.getpid()
     child = os.fork()
     if child == 0:
-        _be_curling(arguments, folder)
+        end_with(parent)
+        _be_curling(arguments, folder, surroundings)
     status, memory, worked, hung = _await(child)
     seconds = time.monotonic() - begun
     said = (folder.parent / "stderr").read_text(errors="replace")
@@ -79,7 +91,7 @@ def run(arguments: Sequence[str], folder: Path) -> Ended:
         faults.append(f"status {status}")
     if "Traceback" in said or "mistake of this program" in said:
         faults.append("traceback")
-    if status == 2:
+    if status == 2 and surroundings not in UNHEARD:
         lines = said.splitlines()
         if len(lines) != 1 or not said.startswith("curling: "):
             faults.append(f"{len(lines)} lines")
@@ -97,7 +109,7 @@ def run(arguments: Sequence[str], folder: Path) -> Ended:
     return Ended(faults=tuple(faults), status=status, said=said, seconds=seconds, memory=memory)
 
 
-def _be_curling(arguments: Sequence[str], folder: Path) -> None:
+def _be_curling(arguments: Sequence[str], folder: Path, surroundings: str) -> None:
     """What the forked process does; it never returns."""
     status = 99
     try:
@@ -112,9 +124,12 @@ def _be_curling(arguments: Sequence[str], folder: Path) -> None:
             os.dup2(handle, stream)
         sys.stdin, sys.stdout, sys.stderr = (os.fdopen(k, mode) for k, mode in enumerate("rww"))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        webbrowser.open = lambda *_: False
         os.environ.pop("CURLING_TRACEBACK", None)
         from curling_env.commands.cli import main
 
+        if surroundings:
+            surround(surroundings)
         words = [word.replace(HERE, str(folder)) for word in arguments]
         try:
             if words[0] == "read":
@@ -130,8 +145,9 @@ def _be_curling(arguments: Sequence[str], folder: Path) -> None:
 
             traceback.print_exc()
             status = 1
-        sys.stdout.flush()
-        sys.stderr.flush()
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError, AttributeError):
+                stream.flush()
     finally:
         os._exit(status)
 
@@ -178,11 +194,16 @@ def _told(status: int, usage: Any, *, hung: bool) -> tuple[int, int, float, bool
 
 
 def _content(folder: Path) -> dict[str, str]:
-    return {
-        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file() and not path.is_symlink()
-    }
+    """Ordinary files below a folder by name, and what tells whether one has changed."""
+    found = [p for p in sorted(folder.rglob("*")) if p.is_file() and not p.is_symlink()]
+    return {str(path.relative_to(folder)): _digest(path) for path in found}
+
+
+def _digest(path: Path) -> str:
+    size = path.stat().st_size
+    return (
+        hashlib.sha256(path.read_bytes()).hexdigest() if size < LARGE else f"{size} bytes of zeros"
+    )
 
 
 @cache

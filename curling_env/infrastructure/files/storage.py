@@ -31,6 +31,7 @@ from curling_env.infrastructure.files.writing import (
     at_once,
     atomic_path,
     check_writable,
+    folder_of_drafts,
     make_directory,
     together,
     written_so_far,
@@ -45,6 +46,7 @@ __all__ = [
     "check_writable",
     "confined",
     "file_digest",
+    "folder_of_drafts",
     "format_json",
     "make_directory",
     "ordinary_file",
@@ -66,12 +68,14 @@ __all__ = [
 def write_text(path: str | Path, text: str) -> None:
     """Write text as UTF-8, completely or not at all.
 
+    A letter that is none, as a file's name may have it, is written as its number.
+
     Raises
     ------
     OutputError : see `atomic_path`
     """
     with atomic_path(path) as draft:
-        draft.write_text(text, encoding="utf-8", newline="\n")
+        draft.write_text(text, encoding="utf-8", newline="\n", errors="backslashreplace")
 
 
 def write_json(path: str | Path, document: Any) -> None:
@@ -109,7 +113,10 @@ def write_table(path: str | Path, columns: Mapping[str, ArrayLike]) -> None:
     if Path(path).suffix.lower() == ".parquet":
         _write_parquet(path, dict(zip(columns, cells, strict=True)))
         return
-    with atomic_path(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
+    with (
+        atomic_path(path) as draft,
+        draft.open("w", encoding="utf-8", newline="", errors="backslashreplace") as file,
+    ):
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)
         writer.writerows(zip(*cells, strict=True))

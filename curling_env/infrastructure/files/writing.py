@@ -2,18 +2,15 @@
 
 Every file is first written as a draft in the folder where it will lie. Drafts that a killed process
 left are removed the next time anything is read or written in that folder, and a result that was
-complete, but did not get all its names, gets them then.
+complete, but did not get all its names, gets them then. A result of many files made by several
+processes is made in a folder of drafts.
 """
 
 from __future__ import annotations
 
 import errno
-import hashlib
 import json
 import os
-import platform
-import re
-import secrets
 import shutil
 import tempfile
 from collections.abc import Generator
@@ -21,7 +18,7 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 from curling_env.errors import OutputError
 from curling_env.infrastructure.files.command_files import (
@@ -29,14 +26,15 @@ from curling_env.infrastructure.files.command_files import (
     note_output,
     refuse_to_write,
 )
+from curling_env.infrastructure.files.drafts import (
+    FOLDER_SUFFIX,
+    NAMES_SUFFIX,
+    draft_in,
+    finish_interrupted,
+)
 from curling_env.infrastructure.files.kinds import KIND_NAMES, is_same_kind, kind_of
 
 _DISK_TROUBLE = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG, errno.EIO})
-_MACHINE = hashlib.sha256(platform.node().encode()).hexdigest()[:4]
-_DRAFT = re.compile(r"\..*~([0-9a-f]{4})-(\d+)-[0-9a-f]{8}(\.[^.~]*)?")
-"""A hidden name with the machine and the process that writes, and something random."""
-_NAMES_SUFFIX = ".names"
-"""Of the list of names that the drafts of a complete result are going to take."""
 
 
 @dataclass
@@ -47,8 +45,6 @@ class _Result:
 
 
 _RESULT: ContextVar[_Result | None] = ContextVar("_RESULT", default=None)
-_SETTLED: set[Path] = set()
-"""Folders in which this process has looked for what a killed one left."""
 
 
 @contextmanager
@@ -68,7 +64,7 @@ def atomic_path(path: str | Path) -> Generator[Path]:
     refuse_to_write(target)
     directory = Path(tempfile.gettempdir()) if stream else target.parent
     finish_interrupted(directory)
-    draft = _draft_in(directory, target.stem, target.suffix)
+    draft = draft_in(directory, target.stem, target.suffix)
     handed_over = False
     try:
         # Created at once: an unwritable directory is found before the long work, not after it.
@@ -145,6 +141,38 @@ def at_once() -> Generator[None]:
         _RESULT.reset(token)
 
 
+@contextmanager
+def folder_of_drafts(directory: str | Path) -> Generator[Path]:
+    """A hidden folder to make a result in.
+
+    If the block succeeds, its files take their places `together`. Any number of processes may write
+    into it meanwhile.
+
+    Parameters
+    ----------
+    directory : the folder of the result, in which the hidden one lies; it is made if it is missing
+
+    Raises
+    ------
+    OutputError : see `atomic_path`
+    """
+    directory = make_directory(directory)
+    finish_interrupted(directory)
+    drafts = draft_in(directory, "result", FOLDER_SUFFIX)
+    try:
+        with _without_the_name_of(drafts, directory):
+            make_directory(drafts)
+            yield drafts
+        with together():
+            for made in sorted(path for path in drafts.rglob("*") if path.is_file()):
+                target = directory / made.relative_to(drafts)
+                make_directory(target.parent)
+                with atomic_path(target) as draft:
+                    made.replace(draft)
+    finally:
+        shutil.rmtree(drafts, ignore_errors=True)
+
+
 def written_so_far(path: str | Path) -> Path:
     """Where the content of a file lies that was written within `together`."""
     result, path = _RESULT.get(), Path(path)
@@ -172,7 +200,7 @@ def check_writable(path: str | Path, *, kinds: tuple[str, ...] = ()) -> None:
     if stream:
         return
     finish_interrupted(target.parent)
-    draft = _draft_in(target.parent, target.stem, target.suffix)
+    draft = draft_in(target.parent, target.stem, target.suffix)
     try:
         draft.touch(exist_ok=False)
     except OSError as error:
@@ -217,24 +245,6 @@ def refuse_other_kind(draft: Path, target: Path) -> None:
         )
 
 
-def finish_interrupted(directory: Path) -> None:
-    """Clear what killed processes left in a folder, and give complete results their names.
-
-    Only files that this user made on this machine, in that folder itself, are touched.
-    """
-    if directory in _SETTLED:
-        return
-    _SETTLED.add(directory)
-    with suppress(OSError):
-        with os.scandir(directory) as entries:
-            found = [Path(entry.path) for entry in entries if _is_left_over(entry)]
-        for names in [path for path in found if path.suffix == _NAMES_SUFFIX]:
-            _give_remaining_names(names)
-        for path in found:
-            with suppress(OSError):
-                path.unlink(missing_ok=True)
-
-
 # --- details -----------------------------------------------------------------------------------
 
 
@@ -258,12 +268,6 @@ def _target_of(path: Path) -> tuple[Path, bool]:
     return target, stream
 
 
-def _draft_in(directory: Path, stem: str, suffix: str) -> Path:
-    # Forty characters of four bytes each leave room for the rest within a name's 255.
-    own = f"{_MACHINE}-{os.getpid()}-{secrets.token_hex(4)}"
-    return directory / f".{stem[:40]}~{own}{suffix if len(suffix) < 16 else ''}"
-
-
 def _give_names(names: dict[Path, Path]) -> None:
     """Let every draft take its name, and undo all if one cannot."""
     lists: list[Path] = []
@@ -271,7 +275,7 @@ def _give_names(names: dict[Path, Path]) -> None:
     try:
         for folder in {target.parent for target in names.values()} if len(names) > 1 else ():
             chosen = {d.name: t.name for d, t in names.items() if t.parent == folder}
-            listed = _draft_in(folder, "result", _NAMES_SUFFIX)
+            listed = draft_in(folder, "result", NAMES_SUFFIX)
             lists.append(listed)
             listed.write_text(json.dumps(chosen), encoding="utf-8")
             _settle(listed)
@@ -307,7 +311,7 @@ def _kept_aside(target: Path) -> Path | None:
     """A second name of the file that is going to be replaced, to put it back; None for none."""
     if not target.exists():
         return None
-    aside = _draft_in(target.parent, target.stem, ".before")
+    aside = draft_in(target.parent, target.stem, ".before")
     try:
         os.link(target, aside)
     except OSError:  # a disk without hard links
@@ -315,41 +319,13 @@ def _kept_aside(target: Path) -> Path | None:
     return aside
 
 
-def _give_remaining_names(listed: Path) -> None:
-    """Complete a result whose process was killed while its drafts took their names."""
+@contextmanager
+def _without_the_name_of(drafts: Path, directory: Path) -> Generator[None]:
+    """Let an error name the place where a file will lie, and not where its draft lies."""
     try:
-        chosen: Any = json.loads(listed.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
-        return
-    if not isinstance(chosen, dict):
-        return
-    for draft, name in cast("dict[str, Any]", chosen).items():
-        # Names only: such a list never reaches beyond its own folder.
-        plain = isinstance(name, str) and name not in ("", ".", "..") and Path(name).name == name
-        if plain and _DRAFT.fullmatch(draft) and Path(draft).name == draft:
-            with suppress(OSError):
-                (listed.parent / draft).replace(listed.parent / name)
-
-
-def _is_left_over(entry: os.DirEntry[str]) -> bool:
-    """Whether a file is a draft of a process of this user that has ended."""
-    found = _DRAFT.fullmatch(entry.name)
-    if found is None or found[1] != _MACHINE or _is_running(int(found[2])):
-        return False
-    status = entry.stat(follow_symlinks=False)
-    return entry.is_file(follow_symlinks=False) and status.st_uid == os.getuid()
-
-
-def _is_running(process: int) -> bool:
-    if process == os.getpid():
-        return True
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except (OSError, OverflowError):  # another user's
-        return True
-    return True
+        yield
+    except OutputError as error:
+        raise OutputError(str(error).replace(str(drafts), str(directory))) from error
 
 
 def _is_file(path: Path) -> bool:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import errno
 import importlib.metadata
+import json
+import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -67,6 +70,10 @@ def take_all_memory() -> None:
     raise MemoryError
 
 
+def nest_too_deep() -> None:
+    nest_too_deep()
+
+
 def say_much() -> None:
     raise InputError("\x1b[31m" + 1_000_000 * "sweep " + "the end")
 
@@ -86,6 +93,7 @@ def declared(monkeypatch: pytest.MonkeyPatch) -> None:
         have_a_bug,
         end_too_early,
         take_all_memory,
+        nest_too_deep,
         say_much,
     )
     entries = [
@@ -198,6 +206,7 @@ def test_a_mistake_of_ours_is_not_hidden(
     [
         ("end_too_early", "a file ends before it is complete"),
         ("take_all_memory", "more memory than there is"),
+        ("nest_too_deep", "nested too deep"),
     ],
 )
 def test_every_other_end_is_one_line_too(
@@ -261,15 +270,52 @@ def test_a_full_disk_behind_stdout_is_reported() -> None:
     assert (done.returncode, done.stderr) == (2, "curling: no space left on device\n")
 
 
-def test_termination_removes_what_is_half_written(tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_termination_removes_what_is_half_written(tmp_path: Path, number: signal.Signals) -> None:
     done = run(
         "import os, signal, time\n"
         "from curling_env.infrastructure.files.storage import atomic_path\n"
         "def work() -> None:\n"
         f"    with atomic_path({str(tmp_path / 'a.txt')!r}) as draft:\n"
         "        draft.write_text('half')\n"
-        "        os.kill(os.getpid(), signal.SIGTERM)\n"
+        f"        os.kill(os.getpid(), {number:d})\n"
         "        time.sleep(60)\n" + ONLY_WORK
     )
-    assert done.returncode == 143
+    assert done.returncode == 128 + number
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_outlives_its_terminal_is_not_ended_by_it() -> None:
+    done = run(
+        "import os, signal\n"
+        "signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"  # as nohup does
+        "def work() -> None:\n"
+        "    os.kill(os.getpid(), signal.SIGHUP)\n" + ONLY_WORK
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_what_is_printed_never_goes_into_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    done = run(
+        "def work() -> None:\n"
+        "    from curling_env.commands.cli import conclude\n"
+        f"    with open({str(path)!r}, 'w') as file:\n"  # would take the place of a closed stdout
+        "        conclude({'x': 1}, 'a sentence')\n"
+        "        file.write('mine')\n" + ONLY_WORK,
+        preexec_fn=lambda: os.closerange(0, 2),
+    )
+    assert (done.returncode, done.stderr) == (0, "a sentence\n")
+    assert path.read_text() == "mine"
+
+
+def test_letters_that_the_terminal_does_not_know_are_escaped() -> None:
+    done = run(
+        "def work() -> None:\n"
+        "    from curling_env.commands.cli import print_json\n"
+        "    print_json({'film': 'Zürich \\U0001f94c \\udcff'})\n" + ONLY_WORK,
+        stdout=subprocess.PIPE,
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout) == {"film": "Zürich \U0001f94c \udcff"}

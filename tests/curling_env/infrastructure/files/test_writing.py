@@ -11,12 +11,13 @@ from pathlib import Path
 import pytest
 
 from curling_env.errors import OutputError
-from curling_env.infrastructure.files import writing
+from curling_env.infrastructure.files import drafts, writing
 from curling_env.infrastructure.files.command_files import command_files, refuse_to_write
 from curling_env.infrastructure.files.kinds import kind_of
 from curling_env.infrastructure.files.storage import (
     atomic_path,
     check_writable,
+    folder_of_drafts,
     make_directory,
     read_text,
     together,
@@ -35,8 +36,8 @@ def names(folder: Path) -> list[str]:
 
 def later_process(folder: Path) -> None:
     """What another command notices first in a folder."""
-    writing._SETTLED.clear()
-    writing.finish_interrupted(folder)
+    drafts._SETTLED.clear()
+    drafts.finish_interrupted(folder)
 
 
 # --- together
@@ -132,7 +133,7 @@ def test_a_list_of_names_reaches_no_other_folder(tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
     dead = subprocess.Popen([sys.executable, "-c", ""])
     dead.wait()
-    own = f"~{writing._MACHINE}-{dead.pid}-0123abcd"
+    own = f"~{drafts._MACHINE}-{dead.pid}-0123abcd"
     draft = tmp_path / "inner" / f".x{own}.txt"
     draft.write_text("theirs")
     listed = tmp_path / "inner" / f".result{own}.names"
@@ -145,7 +146,7 @@ def test_a_list_of_names_reaches_no_other_folder(tmp_path: Path) -> None:
 def test_drafts_of_ended_processes_are_cleared_and_others_stay(tmp_path: Path) -> None:
     dead = subprocess.Popen([sys.executable, "-c", ""])
     dead.wait()
-    machine = writing._MACHINE
+    machine = drafts._MACHINE
     stays = [
         f".x~{machine}-{os.getpid()}-0123abcd.csv",  # of a running process
         f".x~{'0000' if machine != '0000' else '1111'}-{dead.pid}-0123abcd.csv",  # elsewhere
@@ -156,6 +157,60 @@ def test_drafts_of_ended_processes_are_cleared_and_others_stay(tmp_path: Path) -
         (tmp_path / name).touch()
     later_process(tmp_path)
     assert names(tmp_path) == sorted(stays)
+
+
+# --- a folder of drafts
+
+
+def test_the_files_of_a_folder_appear_together(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text("old")
+    with folder_of_drafts(tmp_path) as folder:
+        write_text(folder / "a.txt", "new")
+        (folder / "inner").mkdir()
+        (folder / "inner" / "b.txt").write_text("new")  # as another process writes it
+        assert (tmp_path / "a.txt").read_text() == "old"
+    assert names(tmp_path) == ["a.txt", "inner"]
+    assert (tmp_path / "a.txt").read_text() == (tmp_path / "inner" / "b.txt").read_text() == "new"
+
+
+@pytest.mark.parametrize("fault", [OutputError("full"), KeyboardInterrupt()])
+def test_a_fault_leaves_the_folder_as_it_was(tmp_path: Path, fault: BaseException) -> None:
+    (tmp_path / "a.txt").write_text("old")
+    with pytest.raises(type(fault)), folder_of_drafts(tmp_path) as folder:
+        write_text(folder / "a.txt", "new")
+        raise fault
+    assert names(tmp_path) == ["a.txt"]
+    assert (tmp_path / "a.txt").read_text() == "old"
+
+
+def test_a_result_of_another_kind_in_a_folder_leaves_all_as_it_was(tmp_path: Path) -> None:
+    (tmp_path / "b.txt").write_bytes(b"\x89PNG of a coach")
+    with pytest.raises(OutputError, match="a picture"), folder_of_drafts(tmp_path) as folder:
+        write_text(folder / "a.txt", "new")
+        write_text(folder / "b.txt", "new")
+    assert names(tmp_path) == ["b.txt"]
+
+
+def test_an_error_names_the_place_of_the_result(tmp_path: Path) -> None:
+    with (
+        pytest.raises(OutputError, match=f"^{tmp_path}/no/a.txt: "),
+        folder_of_drafts(tmp_path) as folder,
+    ):
+        write_text(folder / "no" / "a.txt", "new")
+
+
+def test_a_folder_of_a_killed_process_is_cleared(tmp_path: Path) -> None:
+    program = (
+        "import os, signal, sys\n"
+        "from curling_env.infrastructure.files.storage import folder_of_drafts, write_text\n"
+        "with folder_of_drafts(sys.argv[1]) as folder:\n"
+        "    write_text(folder / 'a.txt', 'new')\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    subprocess.run([sys.executable, "-c", program, tmp_path], check=False)
+    assert len(names(tmp_path)) == 1
+    later_process(tmp_path)
+    assert names(tmp_path) == []
 
 
 # --- where may be written

@@ -1,0 +1,164 @@
+"""The good files that the fuzzer damages: small, real, and made by the program itself."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+KINOVEA = 'Time (ms),"stone/0/X","stone/0/Y"\n' + "".join(
+    f'{33 * k},"{0.01 * k:.3f}","{1.5 * k / 10:.3f}"\n' for k in range(12)
+)
+TRACKER = "mass A\nt\tx\ty\n" + "".join(f"{k / 30:.4f}\t{k / 10}\t0.0\n" for k in range(12))
+CONFIGURATION = """algorithm: ppo
+n_timesteps: 16
+n_envs: 8
+policy: MlpPolicy
+policy_kwargs: {net_arch: [4], log_std_init: -1.0}
+normalize: true
+env_kwargs:
+  target: [0.0, 0.0]
+  throw_range: {speed: [1.5, 2.5], angle: [-0.15, 0.15], spin: [0.5, 1.5]}
+skill: club
+gamma: 0.0
+n_steps: 2
+batch_size: 8
+n_epochs: 1
+learning_rate: lin_1e-2
+"""
+LEAGUE = (
+    "algorithm: league\ngenerations: [2]\ntried: 8\nlayers: [4, 4, 4, 4]\nepochs: 1\nseed: 0\n"
+    "ice: standard\nskill: elite\nrules: world_curling_2024\n"
+)
+SCENE = {
+    "corners_px": {
+        "home_left": [5, 115],
+        "home_right": [55, 115],
+        "away_right": [45, 5],
+        "away_left": [15, 5],
+    },
+    "stone": {"radius": 0.145},
+}
+LENS = {
+    "camera_matrix": [[90, 0, 30], [0, 90, 60], [0, 0, 1]],
+    "distortion": [0.1, 0, 0, 0, 0],
+}
+REQUEST = {"clicks": SCENE["corners_px"], "still": 0, "paint": True}
+"""What the page of `curling corners` sends."""
+EFFECTS = [
+    {"name": "curl", "parameters": {"strength": 0.008}, "sigma": {"strength": 0.0005}},
+    {"name": "air_drag", "parameters": {"coefficient": 0.00095}, "believed": []},
+]
+TEXTS = {
+    "k.csv": KINOVEA,
+    "k.txt": TRACKER,
+    "c.yml": CONFIGURATION,
+    "l.yml": LEAGUE,
+    "s.json": json.dumps(SCENE),
+    "cam.json": json.dumps(LENS),
+    "q.json": json.dumps(REQUEST),
+    "st.json": '[{"x": 0.3, "y": 17.0, "team": "own"}, {"x": -1, "y": 16.5}]',
+    "throws.csv": "throw,athlete,stone,called,note\n0,Anna,1,draw,\n2,Bo,,,x\n",
+    "f.mp4.times.csv": "t\n" + "".join(f"{k / 10}\n" for k in range(12)),
+}
+
+
+def make_good_files(folder: Path, *, light: bool = False) -> dict[str, bytes]:
+    """Make every good file in a folder, which also compiles what commands need.
+
+    Parameters
+    ----------
+    light : without estimates and models, which take a minute
+
+    Returns
+    -------
+    contents by name
+
+    Raises
+    ------
+    RuntimeError : a good file is refused
+    """
+    for name, text in TEXTS.items():
+        (folder / name).write_text(text)
+    _ices_and_throws(folder)
+    _game(folder)
+    _pictures_and_films(folder)
+    if not light:
+        _curling(folder, "estimate @t.csv --uniform --effects none -o @e.json")
+        _models(folder)
+    return {p.name: p.read_bytes() for p in folder.iterdir() if p.is_file() and p.name[0] != "."}
+
+
+def _curling(folder: Path, line: str) -> None:
+    """Run a command; ``@`` in its line stands for the folder."""
+    from curling_env.commands.cli import main
+
+    words = [word.replace("@", f"{folder}/") for word in line.split()]
+    said = io.StringIO()
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(said):
+        status = main(words)
+    if status:
+        raise RuntimeError(f"{line}: {said.getvalue()}")
+
+
+def _ices_and_throws(folder: Path) -> None:
+    """An even ice, one with effects, releases, and tracks of them."""
+    from curling_env.ice import Ice, save_ice
+    from curling_env.throw import Throw, write_releases
+
+    throws = [
+        Throw(speed=2.0 + 0.05 * k, angle=0.01 * k, spin=1.2 * (-1) ** k).release(clock=40.0 * k)
+        for k in range(3)
+    ]
+    write_releases(folder / "r.csv", throws)
+    save_ice(Ice.uniform(0.009), folder / "ice.json")
+    document = json.loads((folder / "ice.json").read_text())
+    document["friction"] |= {"mu": 0.009, "sigma": 0.0001, "observed": 1}
+    (folder / "full.json").write_text(json.dumps(document | {"effects": EFFECTS}))
+    _curling(folder, "simulate --ice standard --releases @r.csv --fps 6 -o @t.csv")
+    _curling(folder, "throw --ice @full.json --speed 2.1")
+
+
+def _game(folder: Path) -> None:
+    _curling(folder, "play --home draw --away draw --ends 1 -o @game")
+    (folder / "g.jsonl").write_bytes((folder / "game" / "game.jsonl").read_bytes())
+
+
+def _pictures_and_films(folder: Path) -> None:
+    """A small picture of a house, the same with a stone, and two films of a stone that slides."""
+    import cv2
+    import numpy as np
+
+    from friction_estimation.film.writer import film_writer
+
+    rng = np.random.default_rng(0)
+    empty = (200 + rng.normal(0, 2, (120, 60, 3))).clip(0, 255).astype(np.uint8)
+    cv2.circle(empty, (30, 30), 25, (200, 80, 40), 3)
+
+    def with_stone(y: int, radius: int, x: int = 30) -> Any:
+        picture = empty.copy()
+        cv2.circle(picture, (x, y), radius, (60, 60, 60), -1)
+        return picture
+
+    for name, picture in (("e.png", empty), ("n.png", with_stone(50, 6, x=40))):
+        (folder / name).write_bytes(cv2.imencode(".png", picture)[1].tobytes())
+    with film_writer(folder / "f.mp4", (60, 120), 10.0) as film:
+        for k in range(12):
+            film.write(with_stone(110 - 8 * k, 5))
+    (folder / "g.mp4").write_bytes((folder / "f.mp4").read_bytes())
+
+
+def _models(folder: Path) -> None:
+    """A network that plays, and a checkpoint."""
+    import yaml
+
+    from agents.learning.configuration import settings_from
+    from agents.learning.training import train
+    from agents.playing.search.value_network import load_network, save_network
+
+    save_network(folder / "net.npz", load_network())
+    settings = settings_from(yaml.safe_load(CONFIGURATION), checkpoint_every=16, n_timesteps=48)
+    train(settings, folder / "train")
+    (folder / "c.npz").write_bytes(sorted((folder / "train").glob("checkpoint-*"))[-1].read_bytes())
