@@ -170,7 +170,7 @@ def play(
                 "ice": ice,
                 "seed": seed,
                 "deliveries": len(deliveries),
-                **result_of(played),
+                **result_of(played.game),
             }
         )
         return

@@ -137,18 +137,12 @@ def state_of(
     """
     ends, over = game.rules.ends, game.end is None
     played = game.line_score
-    slots: dict[str, list[Any]] = {name: [None] * STONES_PER_TEAM for name in TEAMS}
-    for stone in () if game.end is None else game.end.stones:
-        slots[TEAMS[stone.team]][stone.number] = {
-            "angle": (headings or {}).get(stone.stone, 0.0),
-            "position": {"x": stone.x, "y": stone.y + HACK_TO_TEE},
-        }
     extra = next((end for end in played[ends:] if end != (0, 0)), (None, None))
     state: StateDocument = {
         "end": len(played) if game.end is None else game.end.number,
         "shot": 0 if game.end is None else game.end.delivered,
         "hammer": None if game.end is None else TEAMS[game.end.hammer],
-        "stones": slots,
+        "stones": slots_of(() if game.end is None else game.end.stones, headings or {}),
         "scores": {
             name: [played[k][team] if k < len(played) else None for k in range(ends)]
             for team, name in enumerate(TEAMS)
@@ -162,6 +156,30 @@ def state_of(
         winner = None if game.winner is None else TEAMS[game.winner]
         state["game_result"] = {"winner": winner, "reason": reason if winner else "draw"}
     return state
+
+
+def slots_of(
+    stones: Stones, headings: Mapping[int, float]
+) -> dict[str, list[dict[str, Any] | None]]:
+    """Resting stones by team and slot, as on the wire.
+
+    Parameters
+    ----------
+    stones : delivery frame
+    headings : headings of the handles by identifier of the stone [rad]
+    """
+    slots: dict[str, list[dict[str, Any] | None]] = {
+        name: [None] * STONES_PER_TEAM for name in TEAMS
+    }
+    for stone in stones:
+        angle = headings.get(stone.stone, 0.0)
+        slots[TEAMS[stone.team]][stone.number] = stone_on_the_wire(stone.x, stone.y, angle)
+    return slots
+
+
+def stone_on_the_wire(x: float, y: float, angle: float) -> dict[str, Any]:
+    """A stone at a place of the delivery frame, its handle turned by `angle` [rad]."""
+    return {"angle": float(angle), "position": {"x": float(x), "y": float(y) + HACK_TO_TEE}}
 
 
 def throw_of(shot: ShotMessage) -> Throw | None:

@@ -71,7 +71,7 @@ def _delivery(simulator: GameSimulator, seen: SeenMove, number: int, seed: int) 
     """One delivery, with the places that the server told and the paths of the engine."""
     assert isinstance(seen.move, ShotMessage)
     state = GameState(game=seen.before, seed=seed, throws=number)
-    thrown = throw_of(seen.move) or _hardly_thrown(seen.move)
+    thrown = throw_of(seen.move) or hardly_thrown(seen.move)
     shot_name = "" if seen.call is None else seen.call.shot
     _, shot = simulator.play(state, Call(throw=thrown, shot=shot_name), paths=True)
     ruling = shot.ruling
@@ -91,7 +91,7 @@ def _fault(seen: SeenMove, ours: Fault | None) -> Fault | None:
     return None if ours is Fault.FREE_GUARD_ZONE else ours
 
 
-def _hardly_thrown(move: ShotMessage) -> Throw:
+def hardly_thrown(move: ShotMessage) -> Throw:
     """What stands for a stone that goes back, and is removed: one that stays at the hack."""
     spin = -FROM_HACK.spin if move.rotation == "cw" else FROM_HACK.spin
     x, y = move.velocity.x, move.velocity.y

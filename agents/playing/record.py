@@ -19,7 +19,7 @@ from agents.playing.match import PlayedDelivery, PlayedGame
 from agents.playing.record_schema import check_lines
 from curling_env.errors import InputError
 from curling_env.game import Call, GameSimulator, GameState, Player, PlayerView
-from curling_env.game.rules import Ruling, Team, concede
+from curling_env.game.rules import Game, Ruling, Team, concede
 from curling_env.game.simulator import state_on_sheet
 from curling_env.ice import preset_names
 from curling_env.infrastructure.files import limits
@@ -46,12 +46,28 @@ def lines_of(
     """
     game = played.game
     first = played.deliveries[0].before.game if played.deliveries else game
-    head = {
+    home, away = played.players
+    head = head_line((home.name, away.name), first, simulator, ice=ice, seed=seed)
+    return [head, *(delivery_line(d) for d in played.deliveries), result_of(game)]
+
+
+def head_line(
+    names: tuple[str, str], first: Game, simulator: GameSimulator, *, ice: str, seed: int
+) -> dict[str, Any]:
+    """The first line: who plays what where.
+
+    Parameters
+    ----------
+    names : the players of home and away
+    first : the game before its first delivery
+    simulator, ice, seed : as in `lines_of`
+    """
+    return {
         "format": FORMAT,
-        "home": played.players[Team.HOME].name,
-        "away": played.players[Team.AWAY].name,
-        "rules": game.rules.name,
-        "ends": game.rules.ends,
+        "home": names[Team.HOME],
+        "away": names[Team.AWAY],
+        "rules": first.rules.name,
+        "ends": first.rules.ends,
         "ice": ice,
         "sheet": {"length": simulator.ice.sheet.length, "width": simulator.ice.sheet.width},
         "stone_radius": simulator.ice.stone.radius,
@@ -59,12 +75,10 @@ def lines_of(
         "seed": seed,
         "last_stone": first.last_stone.label,
     }
-    return [head, *(_delivery(d) for d in played.deliveries), result_of(played)]
 
 
-def result_of(played: PlayedGame) -> dict[str, Any]:
+def result_of(game: Game) -> dict[str, Any]:
     """The result of a game, as the last line has it."""
-    game = played.game
     return {
         "line_score": [list(end) for end in game.line_score],
         "hammers": [team.label for team in game.hammers],
@@ -180,7 +194,8 @@ class _RecordedChoice(Player):
         return self._put_back
 
 
-def _delivery(delivery: PlayedDelivery) -> dict[str, Any]:
+def delivery_line(delivery: PlayedDelivery) -> dict[str, Any]:
+    """The line of a delivery, with the paths of its stones."""
     before, shot, after = delivery
     end = before.game.end
     assert end is not None

@@ -1,0 +1,197 @@
+"""A game that is hosted: moves in, positions out, clocks and the record; without any network."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from agents.digital_curling.conversion import FIRST_HAMMER, move_of, state_of, throw_of
+from agents.digital_curling.game_record import hardly_thrown
+from agents.digital_curling.hosting.setting import HostSetting, Order
+from agents.digital_curling.hosting.trajectory import trajectory_of, turned
+from agents.digital_curling.messages import TEAMS, ShotMessage
+from agents.playing.match import PlayedDelivery
+from agents.playing.record import delivery_line, head_line, result_of
+from curling_env.errors import InputError
+from curling_env.game import Call, PlayedShot, PlayerView
+from curling_env.game.rules import Fault, Game, Team
+
+Document = dict[str, Any]
+
+
+class HostedGame:
+    """A game between two teams.
+
+    Parameters
+    ----------
+    setting : what it is played with
+    names : names of team 0 and team 1
+    orders : who of each team's players is lead, second, third and fourth
+    """
+
+    def __init__(
+        self, setting: HostSetting, names: tuple[str, str], orders: tuple[Order, Order]
+    ) -> None:
+        self.setting, self.names = setting, names
+        self.simulator = setting.simulator(orders)
+        first = self.simulator.new_game(setting.seed, last_stone=FIRST_HAMMER)
+        self.state = self.simulator.begin_end(first)
+        self.clock = [setting.thinking_time, setting.thinking_time]
+        self.result: Document | None = None
+        self.update: Document = {}
+        """What clients are told of the position."""
+        self.shots: list[Document] = []
+        """Each shot, with its path, as Digital Curling's logs have it."""
+        self._head = head_line(
+            names, first.game, self.simulator, ice=setting.ice_name, seed=setting.seed
+        )
+        self._lines: list[Document] = []
+        self._headings: dict[int, float] = {}
+        self._tell(None)
+
+    @property
+    def game(self) -> Game:
+        """The game as it stands; no end is in play once it is over."""
+        return self.state.game
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the game has ended."""
+        return self.result is not None
+
+    @property
+    def to_throw(self) -> Team:
+        """The team whose turn it is."""
+        if self.game.end is None:
+            raise InputError("the game is over")
+        return self.game.end.to_throw
+
+    @property
+    def view(self) -> PlayerView:
+        """What the team to throw sees."""
+        return self.simulator.view(self.state)
+
+    def record(self) -> list[Document]:
+        """The lines of the game so far, as `curling replay` plays them."""
+        result = result_of(self.game)
+        if self.result is None:
+            result["reason"] = "in play"
+        else:
+            winner = self.result["winner"]
+            result["reason"] = self.result["reason"]
+            result["winner"] = None if winner is None else Team(TEAMS.index(winner)).label
+        if result["reason"] != "concede":
+            result["conceded"] = None
+        return [self._head, *self._lines, result]
+
+    # --- moves ------------------------------------------------------------------------------------
+
+    def shoot(self, move: ShotMessage | Call, seconds: float) -> None:
+        """The team to throw throws; it has lost if its time is up.
+
+        Parameters
+        ----------
+        move : a shot from the wire, or a call of a player of this project
+        seconds : that it took
+        """
+        team = self.to_throw
+        if self._spend(team, seconds):
+            self.give_up(team, "time_limit")
+            return
+        selected, call = _called(move)
+        end, before = self.game.end, self.state
+        assert end is not None
+        after, shot = self.simulator.play(before, call, paths=True)
+        actual = move_of(shot.thrown)
+        if isinstance(move, ShotMessage) and throw_of(move) is None:
+            actual = move  # thrown backwards: the stone is removed
+        headings = turned(shot, self._headings)
+        trajectory = trajectory_of(shot, end.stones, self._headings, headings)
+        self._note(selected, actual, trajectory)
+        self._lines.append(delivery_line(PlayedDelivery(before, shot, after)))
+        self._headings = headings
+        self.state = after
+        if self.game.end is None:
+            self._next_end()
+        self._tell(_last_move(actual, shot, trajectory if self.setting.send_trajectory else None))
+
+    def give_up(self, team: Team, reason: str = "concede") -> None:
+        """A team concedes, has no time left or has gone: the other one wins.
+
+        Parameters
+        ----------
+        team : who loses
+        reason : `concede` or `time_limit`
+        """
+        state = dict(self.update["state"])
+        if reason == "time_limit":
+            self.clock[team] = 0.0
+        self.result = {"winner": TEAMS[team.other], "reason": reason}
+        state |= {
+            "shot": min(state["shot"] + 1, self.game.rules.deliveries - 1),
+            "hammer": None,
+            "game_result": self.result,
+            "thinking_time_remaining": self._clock_told(),
+        }
+        last_move = {"actual_move": {"type": "concede"}, "free_guard_zone_foul": False}
+        self._note({"type": "concede"}, {"type": "concede"}, None)
+        self.state = replace(self.state, game=replace(self.game, end=None, conceded=team))
+        self.update = {"cmd": "update", "next_team": None, "last_move": last_move, "state": state}
+
+    # --- what follows from a move -----------------------------------------------------------------
+
+    def _spend(self, team: Team, seconds: float) -> bool:
+        """Let a clock run; whether it is up."""
+        self.clock[team] = max(round(self.clock[team] - seconds, 3), 0.0)
+        return self.clock[team] <= 0
+
+    def _next_end(self) -> None:
+        """Begin the next end, or end the game."""
+        game = self.game
+        self._headings = {}
+        if game.is_over:
+            winner = None if game.winner is None else TEAMS[game.winner]
+            self.result = {"winner": winner, "reason": "score" if winner else "draw"}
+            return
+        if game.is_extra_end:
+            self.clock = [self.setting.extra_time, self.setting.extra_time]
+        self.state = self.simulator.begin_end(self.state)
+
+    def _tell(self, last_move: Document | None) -> None:
+        """Note what clients are told."""
+        clock = (self.clock[0], self.clock[1])
+        self.update = {
+            "cmd": "update",
+            "next_team": None if self.is_over else TEAMS[self.to_throw],
+            "last_move": last_move,
+            "state": state_of(self.game, headings=self._headings, clock=clock),
+        }
+
+    def _clock_told(self) -> Document:
+        return dict(zip(TEAMS, self.clock, strict=True))
+
+    def _note(self, selected: Any, actual: Any, trajectory: Document | None) -> None:
+        state = self.update["state"]
+        self.shots.append(
+            {
+                "end": state["end"],
+                "shot": state["shot"],
+                "team": self.update["next_team"],
+                "selected_move": selected,
+                "actual_move": actual,
+                "trajectory": trajectory,
+            }
+        )
+
+
+def _called(move: ShotMessage | Call) -> tuple[ShotMessage, Call]:
+    """A move as a shot of the wire and as a call."""
+    if isinstance(move, Call):
+        return move_of(move.throw), move
+    return move, Call(throw=throw_of(move) or hardly_thrown(move))
+
+
+def _last_move(actual: ShotMessage, shot: PlayedShot, trajectory: Document | None) -> Document:
+    foul = shot.ruling.fault is Fault.FREE_GUARD_ZONE
+    last_move: Document = {"actual_move": actual, "free_guard_zone_foul": foul}
+    return last_move if trajectory is None else {**last_move, "trajectory": trajectory}

@@ -1,0 +1,254 @@
+"""Who sits for a team: a client on a connection, or a player of this project.
+
+A client may send what it likes: lines that are no moves are counted and dropped while its clock
+runs, and after a few it loses its seat. What it sends out of its turn waits in the network, so that
+a flood costs the host nothing.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from abc import ABC, abstractmethod
+from typing import Any, NamedTuple
+
+from agents.digital_curling.conversation import DcOk, MoveLine, ReadyOk, from_client, write_line
+from agents.digital_curling.hosting.setting import THROWERS, Order
+from agents.digital_curling.messages import TEAMS, ConcedeMessage, ShotMessage
+from agents.digital_curling.pace import Pace
+from curling_env.errors import CurlingError, InputError
+from curling_env.game import Call, Player, PlayerView
+from curling_env.game.rules import Team
+
+GREETING_PATIENCE = 10.0
+"""Time in which a client says its name [s]."""
+READY_PATIENCE = 900.0
+"""Time in which a client says that it is ready [s]."""
+WRITE_PATIENCE = 10.0
+"""Time in which a client must take a line [s]."""
+GOODBYE_PATIENCE = 5.0
+"""Time that a client has to hang up after the game [s]."""
+MAX_CLIENT_LINE = 64 * 1024
+"""Longest line of a client [bytes]; a move has some hundred."""
+WAITING_LINES = 4
+"""Lines of a client that are read ahead of their turn."""
+MAX_BAD_LINES = 10
+"""A client loses its seat with the next line that is none of the protocol's."""
+
+
+class SeatLostError(CurlingError):
+    """Nobody sits for a team any more; the text says why."""
+
+
+class Turn(NamedTuple):
+    """What a seat decided, and the time that it took [s]."""
+
+    move: ShotMessage | ConcedeMessage | Call
+    seconds: float
+
+
+class OutOfTimeError(Exception):
+    """A team's clock ran out before it decided."""
+
+
+class Seat(ABC):
+    """Whoever decides for a team."""
+
+    name: str = ""
+    order: Order = tuple(range(THROWERS))
+
+    @abstractmethod
+    async def prepare(self, greeting: dict[str, Any], told: dict[str, Any], team: Team) -> None:
+        """Learn its name, and wait until it is ready; see `ClientSeat`."""
+
+    @abstractmethod
+    async def tell(self, message: dict[str, Any]) -> None:
+        """Tell it what it need not answer."""
+
+    @abstractmethod
+    async def decide(self, update: dict[str, Any], view: PlayerView, left: float) -> Turn:
+        """Its move.
+
+        Parameters
+        ----------
+        update : the position, as clients are told
+        view : the same as players of this project see it
+        left : time on its clock [s]
+
+        Raises
+        ------
+        SeatLostError : it has gone
+        OutOfTimeError : its time is up
+        """
+
+    @abstractmethod
+    async def leave(self) -> None:
+        """Say goodbye."""
+
+
+class PlayerSeat(Seat):
+    """A player of this project, with a clock like everyone.
+
+    Parameters
+    ----------
+    player : who decides
+    """
+
+    def __init__(self, player: Player) -> None:
+        self.name = player.name
+        self.player, self.pace = player, Pace(player)
+
+    async def prepare(self, greeting: dict[str, Any], told: dict[str, Any], team: Team) -> None:
+        """It is ready at once; its first decision compiles before its clock runs."""
+
+    async def tell(self, message: dict[str, Any]) -> None:
+        """It sees the game when its turn comes."""
+
+    async def leave(self) -> None:
+        """It has nothing to close."""
+
+    async def warm_up(self, view: PlayerView) -> None:
+        """Compile and plan before the clock runs."""
+        await asyncio.to_thread(self.pace.prepare, [view])
+
+    async def decide(self, update: dict[str, Any], view: PlayerView, left: float) -> Turn:
+        begin = time.perf_counter()
+        if self.player.concedes(view):
+            return Turn(ConcedeMessage(), 0.0)
+        call = await asyncio.to_thread(self.pace.call, view, left)
+        return Turn(call, time.perf_counter() - begin)
+
+
+class ClientSeat(Seat):
+    """A client on a connection.
+
+    Parameters
+    ----------
+    reader, writer : the connection
+    """
+
+    def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self._reader, self._writer = reader, writer
+        self._lines: asyncio.Queue[tuple[float, bytes] | None] = asyncio.Queue(WAITING_LINES)
+        self._listening = asyncio.create_task(self._listen())
+        self._bad = 0
+        self._gone = False
+        self._why = "it hung up"
+
+    async def prepare(self, greeting: dict[str, Any], told: dict[str, Any], team: Team) -> None:
+        """Greet the client, tell it the game, and wait until it is ready.
+
+        Raises
+        ------
+        SeatLostError : it hung up, took too long, or said something else
+        """
+        await self.tell(greeting)
+        name = await self._expect(DcOk, GREETING_PATIENCE)
+        self.name = name.name
+        await self.tell({"cmd": "is_ready", "team": TEAMS[team], "game": told})
+        ready = await self._expect(ReadyOk, READY_PATIENCE)
+        if sorted(ready.player_order) != list(range(THROWERS)):
+            raise SeatLostError(f"player_order {ready.player_order} does not name each player once")
+        self.order = tuple(ready.player_order)
+
+    async def tell(self, message: dict[str, Any]) -> None:
+        """Send a message.
+
+        Raises
+        ------
+        SeatLostError : it hung up, or takes nothing
+        """
+        try:
+            self._writer.write(write_line(message))
+            await asyncio.wait_for(self._writer.drain(), WRITE_PATIENCE)
+        except (OSError, TimeoutError) as error:
+            raise SeatLostError("it takes no more lines") from error
+
+    async def decide(self, update: dict[str, Any], view: PlayerView, left: float) -> Turn:
+        # What came before the position is no answer to it.
+        while not self._lines.empty():
+            self._held(await self._next())
+            self._count_bad("a line out of turn")
+        begin = time.perf_counter()
+        await self.tell(update)
+        while True:
+            rest = left - (time.perf_counter() - begin)
+            try:
+                line = await asyncio.wait_for(self._next(), max(rest, 0.0))
+            except TimeoutError as error:
+                raise OutOfTimeError from error
+            came, text = self._held(line)
+            try:
+                message = from_client(text)
+                if not isinstance(message, MoveLine):
+                    raise InputError("expected a move")
+            except InputError as error:
+                self._count_bad(str(error))
+                continue
+            return Turn(message.move, max(came - begin, 0.0))
+
+    async def leave(self) -> None:
+        """Give the client time to hang up, and then do it."""
+        try:
+            async with asyncio.timeout(GOODBYE_PATIENCE):
+                while not self._gone:
+                    await self._next()
+        except TimeoutError:
+            pass
+        await self.close()
+
+    async def close(self) -> None:
+        """Hang up."""
+        self._listening.cancel()
+        self._writer.close()
+        try:
+            await asyncio.wait_for(self._writer.wait_closed(), GOODBYE_PATIENCE)
+        except (OSError, TimeoutError):
+            return
+
+    # --- its lines --------------------------------------------------------------------------------
+
+    async def _listen(self) -> None:
+        """Queue the client's lines with the times at which they came; None when it has gone."""
+        try:
+            while line := await self._reader.readline():
+                if not line.endswith(b"\n"):
+                    break
+                if line.strip():
+                    await self._lines.put((time.perf_counter(), line))
+        except ValueError:
+            self._why = f"it sent a line of more than {MAX_CLIENT_LINE} bytes"
+        except OSError:  # it hung up with something unread
+            pass
+        await self._lines.put(None)
+
+    async def _expect(self, form: type[Any], patience: float) -> Any:
+        try:
+            _, text = self._held(await asyncio.wait_for(self._next(), patience))
+        except TimeoutError as error:
+            raise SeatLostError(f"it said nothing for {patience:g} s") from error
+        try:
+            message = from_client(text)
+        except InputError as error:
+            raise SeatLostError(str(error)) from error
+        if not isinstance(message, form):
+            raise SeatLostError(f"expected {form.__struct_config__.tag}")
+        return message
+
+    async def _next(self) -> tuple[float, bytes] | None:
+        """The next line with the time at which it came; None when the client has gone."""
+        line = await self._lines.get()
+        self._gone = self._gone or line is None
+        return line
+
+    def _held(self, line: tuple[float, bytes] | None) -> tuple[float, bytes]:
+        """The line, as long as the seat is held."""
+        if line is None:
+            raise SeatLostError(self._why)
+        return line
+
+    def _count_bad(self, problem: str) -> None:
+        """Count a line that is none; the seat is lost after too many."""
+        self._bad += 1
+        if self._bad > MAX_BAD_LINES:
+            raise SeatLostError(f"too many bad lines, last: {problem}")

@@ -1,0 +1,229 @@
+"""Plays a game between two seats, and lets clients take them over TCP."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import uuid
+from collections.abc import Callable
+from contextlib import AsyncExitStack
+from dataclasses import dataclass, field
+from typing import Any
+
+from agents.digital_curling.conversation import PROTOCOL
+from agents.digital_curling.hosting.hosted_game import HostedGame
+from agents.digital_curling.hosting.logs import DcLog, local_time
+from agents.digital_curling.hosting.seats import (
+    MAX_CLIENT_LINE,
+    ClientSeat,
+    OutOfTimeError,
+    PlayerSeat,
+    Seat,
+    SeatLostError,
+)
+from agents.digital_curling.hosting.setting import HostSetting
+from agents.digital_curling.messages import TEAMS, ConcedeMessage
+from curling_env.errors import InputError
+from curling_env.game.rules import Team
+
+Remark = Callable[[str], None]
+
+
+@dataclass
+class Hosting:
+    """A game while it is hosted, and what is kept of it.
+
+    Parameters
+    ----------
+    setting : what it is played with
+    remark : called with what the person at the host should know
+    """
+
+    setting: HostSetting
+    remark: Remark = lambda text: None
+    game: HostedGame | None = None
+    log: DcLog = field(default_factory=DcLog)
+    game_id: str = field(default_factory=lambda: str(uuid.uuid4()))
+    date_time: str = field(default_factory=local_time)
+
+    @property
+    def greeting(self) -> dict[str, Any]:
+        """The host's first line."""
+        return {
+            "cmd": "dc",
+            "version": {"major": PROTOCOL, "minor": 0},
+            "game_id": self.game_id,
+            "date_time": self.date_time,
+        }
+
+    async def play(self, seats: tuple[Seat, Seat]) -> HostedGame:
+        """Play the game between two seats that are ready, to its end."""
+        names, orders = (seats[0].name, seats[1].name), (seats[0].order, seats[1].order)
+        game = self.game = HostedGame(self.setting, names, orders)
+        self.log.beginning(self.greeting, self.setting.told, names, orders)
+        for seat in seats:
+            if isinstance(seat, PlayerSeat):
+                await seat.warm_up(game.view)
+        lost: set[Team] = set()
+        await self._tell(
+            seats, lost, {"cmd": "new_game", "name": dict(zip(TEAMS, names, strict=True))}
+        )
+        self.log.game(game.update)
+        while not game.is_over:
+            await self._turn(game, seats, lost)
+            shot = game.shots[-1]
+            self.log.game({"cmd": "move", "move": shot["selected_move"], "team": shot["team"]})
+            self.log.game(_without_trajectory(game.update))
+        await self._tell(seats, lost, game.update)
+        await self._tell(seats, lost, {"cmd": "game_over"})
+        self.log.game({"cmd": "game_over"})
+        return game
+
+    async def _turn(self, game: HostedGame, seats: tuple[Seat, Seat], lost: set[Team]) -> None:
+        """One move, or what stands for it where a team has gone or has no time left."""
+        team = game.to_throw
+        await self._tell_one(seats, lost, team.other, game.update)
+        if team in lost:
+            game.give_up(team)
+            return
+        try:
+            turn = await seats[team].decide(game.update, game.view, game.clock[team])
+        except SeatLostError as error:
+            self._note_loss(seats, lost, team, error)
+            game.give_up(team)
+        except OutOfTimeError:
+            game.give_up(team, "time_limit")
+        else:
+            if isinstance(turn.move, ConcedeMessage):
+                game.give_up(team)
+            else:
+                await asyncio.to_thread(game.shoot, turn.move, turn.seconds)
+
+    async def _tell(
+        self, seats: tuple[Seat, Seat], lost: set[Team], message: dict[str, Any]
+    ) -> None:
+        for team in Team:
+            await self._tell_one(seats, lost, team, message)
+
+    async def _tell_one(
+        self, seats: tuple[Seat, Seat], lost: set[Team], team: Team, message: dict[str, Any]
+    ) -> None:
+        if team in lost:
+            return
+        try:
+            await seats[team].tell(message)
+        except SeatLostError as error:
+            self._note_loss(seats, lost, team, error)
+
+    def _note_loss(
+        self, seats: tuple[Seat, Seat], lost: set[Team], team: Team, error: SeatLostError
+    ) -> None:
+        lost.add(team)
+        self.remark(f"{TEAMS[team]} ({seats[team].name}) has left the game: {error}")
+
+
+class Door:
+    """A port at which clients of one team come in, one at a time.
+
+    Parameters
+    ----------
+    team : which team
+    """
+
+    def __init__(self, team: Team) -> None:
+        self.team = team
+        self._arrived: asyncio.Queue[ClientSeat] = asyncio.Queue()
+        self._is_taken = False
+        self.port = 0
+
+    async def open(self, address: str, port: int) -> asyncio.Server:
+        """Listen; port 0 takes any free one.
+
+        Raises
+        ------
+        InputError : the port is taken, or the address is none of this machine's
+        """
+        try:
+            server = await asyncio.start_server(
+                self._come_in, address, port, limit=MAX_CLIENT_LINE, backlog=8
+            )
+        except OSError as error:
+            reason = (error.strerror or str(error)).lower()
+            raise InputError(
+                f"cannot listen there: {reason}", source=f"{address}:{port}"
+            ) from error
+        self.port = int(server.sockets[0].getsockname()[1])
+        return server
+
+    async def _come_in(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        if self._is_taken:
+            writer.close()  # somebody sits here already
+            return
+        self._is_taken = True
+        connection = writer.get_extra_info("socket")
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        await self._arrived.put(ClientSeat(reader, writer))
+
+    async def seat(self, hosting: Hosting) -> ClientSeat:
+        """Wait for a client that is ready to play."""
+        while True:
+            seat = await self._arrived.get()
+            try:
+                await seat.prepare(hosting.greeting, hosting.setting.told, self.team)
+            except SeatLostError as error:
+                hosting.remark(f"a client for {TEAMS[self.team]} was sent away: {error}")
+                await seat.close()
+                self._is_taken = False
+                continue
+            hosting.remark(f"{seat.name} is ready as {TEAMS[self.team]}")
+            return seat
+
+
+async def host_game(
+    hosting: Hosting,
+    players: tuple[Seat | None, Seat | None],
+    *,
+    address: str = "127.0.0.1",
+    ports: tuple[int, int] = (10000, 10001),
+    opened: Callable[[tuple[int, int]], None] = lambda ports: None,
+) -> HostedGame:
+    """Host one game.
+
+    Parameters
+    ----------
+    hosting : the game
+    players : a seat for each team that is taken already; None for one that a client takes
+    address, ports : where clients of team 0 and of team 1 come in
+    opened : called with the ports once they are open
+
+    Raises
+    ------
+    InputError : a port that cannot be opened
+    """
+    doors = [Door(team) for team in Team]
+    async with AsyncExitStack() as stack:
+        for door, player, port in zip(doors, players, ports, strict=True):
+            if player is None:
+                stack.callback((await door.open(address, port)).close)
+        opened((doors[0].port, doors[1].port))
+        seats = await asyncio.gather(
+            *(
+                door.seat(hosting) if player is None else _at_once(player)
+                for door, player in zip(doors, players, strict=True)
+            )
+        )
+        for seat in seats:
+            stack.push_async_callback(seat.leave)
+        return await hosting.play((seats[0], seats[1]))
+
+
+async def _at_once(seat: Seat) -> Seat:
+    return seat
+
+
+def _without_trajectory(update: dict[str, Any]) -> dict[str, Any]:
+    """The message as the game's log has it; the shots' own files have their paths."""
+    last_move = update["last_move"]
+    if last_move is None or "trajectory" not in last_move:
+        return update
+    return {**update, "last_move": {k: v for k, v in last_move.items() if k != "trajectory"}}
