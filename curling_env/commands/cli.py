@@ -251,9 +251,10 @@ def _run(arguments: list[str], files: CommandFiles) -> int:
         if isinstance(error, SystemExit) and not isinstance(error.__context__, BrokenPipeError):
             raise
         _mute_stdout()
-        return _complain("whoever read the result has ended before all of it was written")
+        told = "whoever read the result has ended before all of it was written"
+        return _complain(told + _and_what_stays(files))
     except Exception as error:  # every other end is one line too
-        return _complain(_words_for(error))
+        return _complain(_words_for(error) + _and_what_stays(files))
 
 
 def _say_what_is_not_kept() -> None:
@@ -293,12 +294,23 @@ def _what_stays(files: CommandFiles) -> str:
     """What an interrupted command leaves, and how to go on."""
     if files.kept:
         return files.kept
-    written = [path for path in dict.fromkeys(files.written) if path.exists()]
+    written = _written(files)
     if written:
-        names = ", ".join(str(path) for path in written[:3])
-        more = "" if len(written) <= 3 else f" and {len(written) - 3} more"
-        return f"already written: {names}{more}; repeat the command to make the rest"
+        return f"already written: {written}; repeat the command to make the rest"
     return "nothing was written; repeat the command to begin anew"
+
+
+def _and_what_stays(files: CommandFiles) -> str:
+    """What stands although a command has failed, such as a result of which nobody could be told."""
+    written = _written(files)
+    return f"; written before: {written}" if written else ""
+
+
+def _written(files: CommandFiles) -> str:
+    """The files of a command that have taken their names, in words."""
+    written = [path for path in dict.fromkeys(files.written) if path.exists()]
+    names = ", ".join(str(path) for path in written[:3])
+    return names if len(written) <= 3 else f"{names} and {len(written) - 3} more"
 
 
 def _app(arguments: Sequence[str]) -> typer.Typer:

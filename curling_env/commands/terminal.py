@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import logging
 import os
 import sys
@@ -84,6 +85,20 @@ def _words(text: str) -> str:
     return " ".join(text.split())
 
 
+class _Terminal(io.TextIOWrapper):
+    """Where remarks are written: that nobody hears them, on a full disk, stops no work."""
+
+    def write(self, text: str, /) -> int:
+        """Write a text, or lead it and all later ones nowhere."""
+        try:
+            return super().write(text)
+        except OSError:
+            nothing = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nothing, self.fileno())
+            os.close(nothing)
+            return len(text)
+
+
 @contextmanager
 def only_our_words() -> Generator[None]:
     """Keep what libraries write to stderr from it; `sys.stderr` goes on to reach the terminal.
@@ -103,7 +118,9 @@ def only_our_words() -> Generator[None]:
     before, was_disabled = sys.stderr, logging.root.manager.disable
     before.flush()
     # Line by line, and whatever a file's name may hold can be printed.
-    sys.stderr = os.fdopen(terminal, "w", buffering=1, encoding=before.encoding, errors="replace")
+    sys.stderr = _Terminal(
+        os.fdopen(terminal, "wb"), encoding=before.encoding, errors="replace", line_buffering=True
+    )
     nothing = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nothing, 2)
     os.close(nothing)

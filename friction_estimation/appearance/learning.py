@@ -106,8 +106,10 @@ def adapt_appearance(
 def _body_colour(crops: Sequence[Crop], model: StoneModel) -> Floats:
     black = np.zeros((len(PARTS), 3))
     look = Appearance(model=model, colours=black, noise=np.ones(3), has_handle=False)
-    inside = [crop.pixels[coverage(crop, look)[0, :, :-1].sum(axis=1) > 0.9] for crop in crops]
-    return np.median(np.concatenate(inside), axis=0)
+    covered = np.concatenate([coverage(crop, look)[0, :, :-1].sum(axis=1) for crop in crops])
+    pixels = np.concatenate([crop.pixels for crop in crops])
+    # A stone of a few pixels fills none of them.
+    return np.median(pixels[covered > 0.9 * min(covered.max(), 1.0)], axis=0)
 
 
 def colours_of(crops: Sequence[Crop], look: Appearance) -> Floats:

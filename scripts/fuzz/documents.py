@@ -35,6 +35,7 @@ def strategies(rng: random.Random) -> dict[str, Iterator[bytes]]:
         "ice.json": ice.map(lambda d: _text(d).encode()),
         "full.json": ice.map(lambda d: _text(d).encode()),
         "s.json": document(SceneDocument).map(lambda d: _text(d).encode()),
+        "hall.json": document(SceneDocument).map(lambda d: _text(d).encode()),
         "cam.json": document(LensDocument).map(lambda d: _text(d).encode()),
         "st.json": st.lists(document(StoneDocument), max_size=4).map(lambda d: _text(d).encode()),
         "g.jsonl": game,

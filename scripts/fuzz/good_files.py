@@ -6,7 +6,6 @@ import contextlib
 import io
 import json
 from pathlib import Path
-from typing import Any
 
 KINOVEA = 'Time (ms),"stone/0/X","stone/0/Y"\n' + "".join(
     f'{33 * k},"{0.01 * k:.3f}","{1.5 * k / 10:.3f}"\n' for k in range(12)
@@ -41,27 +40,25 @@ SCENE = {
     },
     "stone": {"radius": 0.145},
 }
-LENS = {
-    "camera_matrix": [[90, 0, 30], [0, 90, 60], [0, 0, 1]],
-    "distortion": [0.1, 0, 0, 0, 0],
-}
 REQUEST = {"clicks": SCENE["corners_px"], "still": 0, "paint": True}
 """What the page of `curling corners` sends."""
 EFFECTS = [
     {"name": "curl", "parameters": {"strength": 0.008}, "sigma": {"strength": 0.0005}},
     {"name": "air_drag", "parameters": {"coefficient": 0.00095}, "believed": []},
 ]
+SLIDING = "throw,x,y,vx,vy,theta,omega\n0,0.2,-2.0,0.0,1.7,0.0,1.2\n"
+FILM = "film --ice standard --releases @one.csv --fps 6 --noise 0.5 --size 320x180 --camera gantry"
+"""A throw of which a film of 126 small frames can be tracked."""
 TEXTS = {
+    "one.csv": SLIDING,
     "k.csv": KINOVEA,
     "k.txt": TRACKER,
     "c.yml": CONFIGURATION,
     "l.yml": LEAGUE,
     "s.json": json.dumps(SCENE),
-    "cam.json": json.dumps(LENS),
     "q.json": json.dumps(REQUEST),
     "st.json": '[{"x": 0.3, "y": 17.0, "team": "own"}, {"x": -1, "y": 16.5}]',
     "throws.csv": "throw,athlete,stone,called,note\n0,Anna,1,draw,\n2,Bo,,,x\n",
-    "f.mp4.times.csv": "t\n" + "".join(f"{k / 10}\n" for k in range(12)),
 }
 
 
@@ -84,7 +81,8 @@ def make_good_files(folder: Path, *, light: bool = False) -> dict[str, bytes]:
         (folder / name).write_text(text)
     _ices_and_throws(folder)
     _game(folder)
-    _pictures_and_films(folder)
+    _pictures(folder)
+    _films(folder)
     if not light:
         _curling(folder, "estimate @t.csv --uniform --effects none -o @e.json")
         _models(folder)
@@ -126,28 +124,35 @@ def _game(folder: Path) -> None:
     (folder / "g.jsonl").write_bytes((folder / "game" / "game.jsonl").read_bytes())
 
 
-def _pictures_and_films(folder: Path) -> None:
-    """A small picture of a house, the same with a stone, and two films of a stone that slides."""
+def _pictures(folder: Path) -> None:
+    """A small picture of a house, and the same with a stone."""
     import cv2
     import numpy as np
-
-    from friction_estimation.film.writer import film_writer
 
     rng = np.random.default_rng(0)
     empty = (200 + rng.normal(0, 2, (120, 60, 3))).clip(0, 255).astype(np.uint8)
     cv2.circle(empty, (30, 30), 25, (200, 80, 40), 3)
-
-    def with_stone(y: int, radius: int, x: int = 30) -> Any:
-        picture = empty.copy()
-        cv2.circle(picture, (x, y), radius, (60, 60, 60), -1)
-        return picture
-
-    for name, picture in (("e.png", empty), ("n.png", with_stone(50, 6, x=40))):
+    now = empty.copy()
+    cv2.circle(now, (40, 50), 6, (60, 60, 60), -1)
+    for name, picture in (("e.png", empty), ("n.png", now)):
         (folder / name).write_bytes(cv2.imencode(".png", picture)[1].tobytes())
-    with film_writer(folder / "f.mp4", (60, 120), 10.0) as film:
-        for k in range(12):
-            film.write(with_stone(110 - 8 * k, 5))
-    (folder / "g.mp4").write_bytes((folder / "f.mp4").read_bytes())
+
+
+def _films(folder: Path) -> None:
+    """A film of a throw, twice, with its scene, its lens and the times of its frames."""
+    from friction_estimation.film.video import Film
+
+    _curling(folder, f"{FILM} -o @films")
+    films = folder / "films"
+    for name in ("f.mp4", "g.mp4"):
+        (folder / name).write_bytes((films / "gantry-0.mp4").read_bytes())
+    (folder / "hall.json").write_bytes((films / "gantry.scene.json").read_bytes())
+    camera = json.loads((films / "gantry.truth.json").read_text())["camera"]
+    lens = {"camera_matrix": camera["matrix"], "distortion": camera["distortion"]}
+    (folder / "cam.json").write_text(json.dumps(lens))
+    frames = Film.open(folder / "f.mp4").frame_count
+    times = "".join(f"{k / 6}\n" for k in range(frames))
+    (folder / "f.mp4.times.csv").write_text(f"t\n{times}")
 
 
 def _models(folder: Path) -> None:

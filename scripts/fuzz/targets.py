@@ -68,12 +68,14 @@ TARGETS = """
 0.5  e.png,s.json     corners e.png --no-browser --start s.json -o o.json
 1    q.json           corners e.png --no-browser --start s.json -o o.json
 
-2    s.json           track f.mp4 --scene s.json -o o.csv
-2    f.mp4            track f.mp4 --scene s.json -o o.csv
-1    cam.json         track f.mp4 --scene s.json --camera cam.json -o o.csv
-1    f.mp4.times.csv  track f.mp4 --scene s.json -o o.csv
-0.5  f.mp4,g.mp4,s.json  join-cameras f.mp4 g.mp4 --scene s.json --scene s.json -o o.csv
-0.5  f.mp4,s.json     live file://{here}/f.mp4 --scene s.json --throws 1 --keep kept -o o.csv
+2    hall.json        track f.mp4 --scene hall.json -o o.csv
+2    f.mp4            track f.mp4 --scene hall.json -o o.csv
+0.3  f.mp4            track f.mp4 --scene hall.json --overlay o.mp4 -o o.csv
+0.3  f.mp4,hall.json  estimate f.mp4 --scene hall.json -o o.json
+1    cam.json         track f.mp4 --scene hall.json --camera cam.json -o o.csv
+1    f.mp4.times.csv  track f.mp4 --scene hall.json -o o.csv
+0.5  f.mp4,g.mp4,hall.json  join-cameras f.mp4 g.mp4 --scene hall.json --scene hall.json -o o.csv
+0.5  f.mp4,hall.json  live file://{here}/f.mp4 --scene hall.json --throws 1 --keep kept -o o.csv
 0.3  r.csv,ice.json   film --ice ice.json --releases r.csv --fps 2 --size 64x48 -o films
 
 4    g.jsonl          replay g.jsonl -o o.html
@@ -123,10 +125,10 @@ calibrate e.png --squares 9x7 --square-size 0.03 --board chessboard -o o.json
 locate e.png --mark away_tee=30,30 --mark away_hog_centre=30,90 --height 5 -o o.json
 corners e.png --start s.json --sheet 44.5x4.5 --port 0 --no-browser -o o.json
 stones n.png --empty e.png --scene s.json -o o.json
-track f.mp4 --scene s.json -o o.csv
-join-cameras f.mp4 g.mp4 --scene s.json --scene s.json -o o.csv
-live file://{here}/f.mp4 --scene s.json --throws 1 --keep kept -o o.csv
-live 0 --scene s.json --throws 1 -o o.csv
+track f.mp4 --scene hall.json -o o.csv
+join-cameras f.mp4 g.mp4 --scene hall.json --scene hall.json -o o.csv
+live file://{here}/f.mp4 --scene hall.json --throws 1 --keep kept -o o.csv
+live 0 --scene hall.json --throws 1 -o o.csv
 play --home draw --away draw --ends 1 --skill elite --hammer home --seed 2 --json
 tournament draw draw --games 1 --ends 1 --seed 0 --json
 replay g.jsonl --end 1 --speed 90 -o o.mp4

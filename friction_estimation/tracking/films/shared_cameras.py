@@ -1,8 +1,8 @@
 """One camera is one camera: what the films of a scene share is solved once, kept, and checked.
 
 Lens, pose and height are solved from the first films of a scene together and written beside the
-scene. Later films use them at once. In every film the paint must be where the camera sees it; else
-the tripod has moved, and the camera is solved anew.
+scene as soon as a throw is tracked with them. Later films use them at once. In every film the paint
+must be where the camera sees it; else the tripod has moved, and the camera is solved anew.
 """
 
 from __future__ import annotations
@@ -51,6 +51,7 @@ class SharedCameras:
 
     keep: bool = False
     _known: dict[str, RefinedCamera | None] = field(default_factory=dict)
+    _unkept: set[str] = field(default_factory=set)
 
     def of(
         self, scene: Scene, pieces: Sequence[Piece], others: Sequence[Path], progress: Progress
@@ -75,14 +76,27 @@ class SharedCameras:
             kept = self._read(scene, key)
             self._known[key] = kept or self._solved(scene, films, others, progress)
             if kept is None:
-                self._write(scene, key)
+                self._unkept.add(key)
         return self._known[key]
 
     def note(self, scene: Scene, found: FilmTrack) -> None:
-        """Go on with the camera of a film in which it has turned out to have moved."""
+        """Go on with the camera of a film in which it has turned out to have moved, and keep it."""
         if found.moved_px and found.refined.measured:
             key = self._key(scene, found.camera.size)
             self._known[key] = found.refined
+            self._unkept.add(key)
+        self.keep_of(scene, found.camera.size)
+
+    def keep_of(self, scene: Scene, size: tuple[int, int]) -> None:
+        """Write the camera of a scene beside it, now that a throw was tracked with it.
+
+        Parameters
+        ----------
+        size : width and height of its films [px]
+        """
+        key = self._key(scene, size)
+        if key in self._unkept:
+            self._unkept.discard(key)
             self._write(scene, key)
 
     def _solved(

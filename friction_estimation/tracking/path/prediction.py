@@ -139,5 +139,8 @@ class Predictor:
         away = math.dist(fit.xy, start[:2])
         if away <= self._options.gate:
             return True
-        two_pixels = 2.0 / np.linalg.norm(self._camera.px_per_metre(fit.xy), -2)  # [m]
+        scale = self._camera.px_per_metre(fit.xy)
+        if not np.isfinite(scale).all():  # a fit that has gone beyond all bounds
+            return False
+        two_pixels = 2.0 / np.linalg.norm(scale, -2)  # [m]
         return bool(away <= self._options.gate + two_pixels)

@@ -41,8 +41,11 @@ def test_a_camera_is_kept_beside_its_scene_to_the_last_bit_and_used_again(films,
     scene = load_scene(films[0].with_name("hall.scene.json"))
     kept = camera_beside(scene)
     assert kept == films[0].with_name("hall.solved.json")
-    solved = SharedCameras(keep=True).of(scene, pieces(films[:1]), films[1:], no_progress)
+    cameras = SharedCameras(keep=True)
+    solved = cameras.of(scene, pieces(films[:1]), films[1:], no_progress)
     assert solved is not None
+    assert not kept.exists(), "no throw was tracked with it yet"
+    cameras.keep_of(scene, Film.open(films[0]).size)
     assert json.loads(kept.read_text())["format"] == "curling-camera/1"
 
     def never(*_, **__):
@@ -68,7 +71,9 @@ def test_a_file_of_the_users_under_that_name_stays_as_it_is(films, tmp_path):
     own = tmp_path / "hall.solved.json"
     own.write_text('{"format": "mine"}')
     scene = load_scene(path)
-    assert SharedCameras(keep=True).of(scene, pieces(films[:1]), [], no_progress) is not None
+    cameras = SharedCameras(keep=True)
+    assert cameras.of(scene, pieces(films[:1]), [], no_progress) is not None
+    cameras.keep_of(scene, Film.open(films[0]).size)
     assert own.read_text() == '{"format": "mine"}'
 
 
