@@ -22,28 +22,36 @@ from curling_env.commands.terminal import shortened
 from curling_env.units import Units
 
 TeamOption = Annotated[
-    str | None,
+    str,
     typer.Option(
         metavar="AGENT",
-        help="A player of this project for the team: draw, rulebased, greedy, search, module:Class "
-        "or a model's file; by default a client takes the seat.",
+        help="Who plays for the team: dc3 or dc4, a client of that version, or a player of this "
+        "project: draw, rulebased, greedy, search, module:Class or a model's file.",
     ),
 ]
 NoiseOption = Annotated[
-    str,
+    str | None,
     typer.Option(
         metavar="SKILL",
         help="Execution error of the team's players: none, elite, digital-curling, champion, club, "
         "or SPEED:ANGLE, standard deviations in m/s and rad. One for all, or four with commas, "
-        "in the order in which clients are told of them.",
+        "in the order in which clients are told of them. By default digital-curling, and for a "
+        "client of version 4 what it says of its players.",
     ),
 ]
 
 
 def host(
     ice: IceOption = "fcv1",
-    team0: TeamOption = None,
-    team1: TeamOption = None,
+    team0: TeamOption = "dc3",
+    team1: TeamOption = "dc3",
+    rules: Annotated[
+        str | None,
+        typer.Option(
+            help="digital_curling (version 3), or of version 4 dc4_server, dc4_server_no_tick, "
+            "digital_curling_4 or digital_curling_4_no_tick; by default those of the clients."
+        ),
+    ] = None,
     ends: Annotated[int, typer.Option(min=1, max=20, help="Number of ends.")] = 8,
     time: Annotated[
         float, typer.Option(min=1, max=1e5, help="Thinking time of each team for the game [s].")
@@ -51,8 +59,8 @@ def host(
     extra_time: Annotated[
         float, typer.Option(min=1, max=1e5, help="Thinking time for each extra end [s].")
     ] = 60.0,
-    noise0: NoiseOption = "digital-curling",
-    noise1: NoiseOption = "digital-curling",
+    noise0: NoiseOption = None,
+    noise1: NoiseOption = None,
     max_speed: Annotated[
         float, typer.Option(min=1, max=6, help="The fastest throw that may be meant [m/s].")
     ] = 4.0,
@@ -89,6 +97,24 @@ def host(
             min=0, max=65534, help="Port of team 0; team 1 has the next one. 0 takes free ones."
         ),
     ] = 10000,
+    http: Annotated[
+        int | None,
+        typer.Option(
+            min=0,
+            max=65535,
+            metavar="PORT",
+            help="Port of the page to watch on, and of version 4; 0 takes a free one. By default "
+            "8000 where a client of version 4 plays, else none.",
+        ),
+    ] = None,
+    passwords: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.json",
+            help='Version 4: passwords by user, {"anna": "…", "ben": "…"}; by default the users '
+            "team0 and team1 are given new ones, which are shown.",
+        ),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -104,19 +130,20 @@ def host(
     units: UnitsOption = Units.METRES,
     seed: SeedOption = 0,
 ) -> None:
-    """Host a game of Digital Curling 3 on any ice, for its clients and for our players.
+    """Host a game of Digital Curling on any ice, for its clients and for our players.
 
-    Unmodified clients connect as to their own server (protocol 1.x over TCP), one port for each
-    team; team 1 has the hammer in the first end. They play against each other or against a player
-    of this project, on a preset or on ice that was estimated from film. A client that hangs up or
-    runs out of time loses; one that sends other things than moves is heard no more after some. Only
-    programs on this machine get in, unless --bind says otherwise. docs/digital-curling.md tells
-    more.
+    Unmodified clients connect as to their own server: those of version 3 over TCP, one port for
+    each team, those of version 4 over HTTP. Team 1 has the hammer in the first end. They play
+    against each other or against a player of this project, on a preset or on ice that was estimated
+    from film. A client that hangs up or runs out of time loses; one that sends other things than
+    moves is heard no more after some. Only programs on this machine get in, unless --bind says
+    otherwise. docs/digital-curling.md tells more.
 
     \b
     Examples:
         curling host --ice ice.json --team1 search -o runs/match
         curling host --ice standard --announce fcv1 --ends 4 --time 300
+        curling host --ice ice.json --team0 dc4 --team1 search --http 8000
     """
     import asyncio
 
@@ -127,18 +154,27 @@ def host(
     from agents.playing.replay.page import write_page
     from agents.playing.scoreboard import scoreboard
     from agents.playing.trained_player import player_from
+    from curling_env.errors import InputError
     from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION
+    from curling_env.game.rules import Team
     from curling_env.ice import load_ice
     from curling_env.infrastructure.files.storage import make_directory, together
 
+    words = (team0, team1)
+    web = http is not None or "dc4" in words
+    usual = "dc4_server" if "dc4" in words else "digital_curling"
     setting = HostSetting(
         ice=load_ice(ice),
         ice_name=ice,
+        rule_name=rules or usual,
         ends=ends,
         five_rock=not four_rock,
         thinking_time=time,
         extra_time=extra_time,
-        throwers=(throwers_from(noise0), throwers_from(noise1)),
+        throwers=(
+            throwers_from(noise0 or "digital-curling"),
+            throwers_from(noise1 or "digital-curling"),
+        ),
         max_speed=max_speed,
         announced=announce or ("fcv1" if ice == "fcv1" else "curling_ice"),
         send_trajectory=trajectory,
@@ -146,8 +182,10 @@ def host(
         sweeping=sweep,
         seed=seed,
     )
+    if not setting.is_for_fours:
+        raise InputError(f"fours are hosted, not {rules!r}")
     say_what_is_unknown(setting.ice)
-    players = [None if name is None else PlayerSeat(player_from(name)) for name in (team0, team1)]
+    players = [None if word in ("dc3", "dc4") else PlayerSeat(player_from(word)) for word in words]
     folder = None if output is None else make_directory(output)
 
     def tell(text: str) -> None:
@@ -156,20 +194,43 @@ def host(
     hosting = Hosting(setting, remark=tell)
 
     def say_where(ports: tuple[int, int]) -> None:
-        for team, seat in enumerate(players):
-            if seat is None:
+        for team, word in enumerate(words):
+            if word == "dc3":
                 tell(f"team{team} comes in at {bind}:{ports[team]}")
 
-    try:
-        asyncio.run(
-            host_game(
-                hosting,
-                (players[0], players[1]),
-                address=bind,
-                ports=(port, port + 1 if port else 0),
-                opened=say_where,
-            )
+    tcp_ports = (port, port + 1 if port else 0)
+    if web:
+        from agents.digital_curling.dc4.web_host import host_on_the_web, read_passwords
+
+        users = read_passwords(passwords)
+
+        def say_all(ports: tuple[int, int], web_port: int) -> None:
+            say_where(ports)
+            tell(f"watch on http://{bind}:{web_port}/")
+            if "dc4" in words:
+                tell(f"version 4 comes in there, for the match {hosting.game_id}")
+                if passwords is None:
+                    for user, password in users.items():
+                        tell(f"user {user}, password {password}")
+
+        running = host_on_the_web(
+            hosting,
+            (players[0], players[1]),
+            {team for team in Team if words[team] == "dc4"},
+            users,
+            address=bind,
+            ports=tcp_ports,
+            http_port=8000 if http is None else http,
+            own_errors={team for team in Team if (noise0, noise1)[team] is None},
+            units=units,
+            opened=say_all,
         )
+    else:
+        running = host_game(
+            hosting, (players[0], players[1]), address=bind, ports=tcp_ports, opened=say_where
+        )
+    try:
+        asyncio.run(running)
     finally:
         # A game that broke off is kept as far as it went.
         if folder is not None and hosting.game is not None:

@@ -20,7 +20,14 @@ from agents.digital_curling.conversation import (
     Update,
 )
 from agents.digital_curling.conversion import game_of, move_of, rules_of, skill_of
-from agents.digital_curling.messages import TEAMS, ConcedeMessage, Move, ResultMessage
+from agents.digital_curling.messages import (
+    TEAMS,
+    ConcedeMessage,
+    Move,
+    Point,
+    ResultMessage,
+    ShotMessage,
+)
 from agents.digital_curling.pace import Pace
 from agents.digital_curling.transition import fcv1_ice
 from curling_env.errors import InputError
@@ -67,6 +74,7 @@ class Client:
     ice : the ice that the player believes in; by default Digital Curling's law on a sheet as wide
         as the server tells
     remark : called with what a person should know
+    rule_name : name of the rules that the server plays by
     """
 
     def __init__(
@@ -77,6 +85,7 @@ class Client:
         seed: int = 0,
         ice: Ice | None = None,
         remark: Callable[[str], None] = lambda text: None,
+        rule_name: str = "digital_curling",
     ) -> None:
         self.name = (name or player.name)[:200]
         self.player, self.seed, self.remark = player, seed, remark
@@ -89,7 +98,8 @@ class Client:
         self.game: Game | None = None
         self.is_over = False
         self._ice, self._setting = ice, GameMessage().told_setting
-        self._rules, self._lines = rules_of(self._setting), Lines()
+        self._rule_name = rule_name
+        self._rules, self._lines = rules_of(self._setting, name=rule_name), Lines()
         self._skills: list[Skill] = []
         self._deliveries: list[Delivery] = []
         self._called: Call | None = None
@@ -133,6 +143,14 @@ class Client:
             return "before the first stone" if self.game is None else "between ends"
         return f"end {end.number + 1}, stone {end.delivered + 1}"
 
+    def use_rules(self, name: str) -> None:
+        """Play by another set of rules; before the game is told."""
+        self._rule_name = name
+
+    def thrown_away(self) -> ShotMessage:
+        """A shot that touches nothing, for servers at which nobody can concede."""
+        return ShotMessage(velocity=Point(0.0, 1.0), rotation="cw")
+
     # --- its answers ------------------------------------------------------------------------------
 
     def _greet(self, line: Dc) -> DcOk:
@@ -153,7 +171,7 @@ class Client:
         self.team = Team(TEAMS.index(line.team))
         self._setting = game.told_setting
         self._told_ends = self._setting.max_end
-        self._set_rules(rules_of(self._setting))
+        self._set_rules(rules_of(self._setting, name=self._rule_name))
         if self._ice is None and game.simulator_type != "fcv1":
             self.remark(
                 f"the server plays on {game.simulator_type[:40]!r}; planned for fcv1 "
@@ -171,13 +189,20 @@ class Client:
         self.pace.prepare([self._view(example) for example in self._examples()])
         return ReadyOk(player_order=PLAYER_ORDER)
 
-    def _move(self, line: Update) -> MoveLine | None:
+    def see(self, line: Update) -> None:
+        """Take note of a position that asks for no answer.
+
+        Raises
+        ------
+        InputError : one that no game comes to, or before the game is told
+        """
         if not self._skills:
             raise InputError("an update came before is_ready")
         state = line.state
         if self._told_ends is None:
             self._told_ends = max(len(state.scores.team0), 1)
-            self._set_rules(rules_of(self._setting, self._told_ends))
+            ends = self._told_ends
+            self._set_rules(rules_of(self._setting, ends, name=self._rule_name))
         before, self.game = self.game, game_of(state, self._rules, self._lines)
         if line.last_move is not None and before is not None and before.end is not None:
             own = before.end.to_throw is self.team
@@ -192,7 +217,11 @@ class Client:
             )
         self._called = None
         self.result = state.game_result
-        if state.game_result is not None or line.next_team != TEAMS[self.team]:
+
+    def _move(self, line: Update) -> MoveLine | None:
+        self.see(line)
+        state = line.state
+        if self.game is None or state.game_result is not None or line.next_team != TEAMS[self.team]:
             return None
         end = self.game.end
         if end is None or end.to_throw is not self.team:

@@ -36,13 +36,16 @@ FIRST_HAMMER = Team.AWAY
 """The team with the hammer in the first end."""
 
 
-def rules_of(setting: SettingMessage, ends: int | None = None) -> RuleSet:
+def rules_of(
+    setting: SettingMessage, ends: int | None = None, *, name: str = "digital_curling"
+) -> RuleSet:
     """The rules of a game.
 
     Parameters
     ----------
     setting : what the server tells
     ends : scheduled ends where it does not tell them
+    name : name of the set of rules
 
     Raises
     ------
@@ -50,7 +53,7 @@ def rules_of(setting: SettingMessage, ends: int | None = None) -> RuleSet:
     """
     ends = setting.max_end or ends or DEFAULT_ENDS
     return rule_set(
-        "digital_curling",
+        name,
         ends=ends,
         max_extra_ends=LAST_END - ends,
         free_guard_until=5 if setting.five_rock_rule else 4,

@@ -74,6 +74,8 @@ EXTRAS = {
     "pyarrow": "parquet",
     "h5netcdf": "science",
     "h5py": "science",
+    "starlette": "digital-curling",
+    "uvicorn": "digital-curling",
 }
 """Module -> the extra of the distribution that brings it."""
 

@@ -15,6 +15,7 @@ from agents.playing.record import delivery_line, head_line, result_of
 from curling_env.errors import InputError
 from curling_env.game import Call, PlayedShot, PlayerView
 from curling_env.game.rules import Fault, Game, Team
+from curling_env.throw import Throw
 
 Document = dict[str, Any]
 
@@ -37,6 +38,9 @@ class HostedGame:
         first = self.simulator.new_game(setting.seed, last_stone=FIRST_HAMMER)
         self.state = self.simulator.begin_end(first)
         self.clock = [setting.thinking_time, setting.thinking_time]
+        self.last_thrown: Throw | None = None
+        """The throw before, as it left the hand."""
+        self._game_clock = self.clock
         self.result: Document | None = None
         self.update: Document = {}
         """What clients are told of the position."""
@@ -71,6 +75,17 @@ class HostedGame:
         """What the team to throw sees."""
         return self.simulator.view(self.state)
 
+    @property
+    def clocks(self) -> tuple[list[float], list[float]]:
+        """Time left to both teams for the game, and for an extra end [s]."""
+        if self._game_clock is self.clock:
+            return self.clock, [self.setting.extra_time] * 2
+        return self._game_clock, self.clock
+
+    def lines_after(self, number: int) -> list[Document]:
+        """The lines of the record from that delivery on, counted from 0."""
+        return self._lines[number:]
+
     def record(self) -> list[Document]:
         """The lines of the game so far, as `curling replay` plays them."""
         result = result_of(self.game)
@@ -102,7 +117,7 @@ class HostedGame:
         end, before = self.game.end, self.state
         assert end is not None
         after, shot = self.simulator.play(before, call, paths=True)
-        actual = move_of(shot.thrown)
+        actual, self.last_thrown = move_of(shot.thrown), shot.thrown
         if isinstance(move, ShotMessage) and throw_of(move) is None:
             actual = move  # thrown backwards: the stone is removed
         headings = turned(shot, self._headings)

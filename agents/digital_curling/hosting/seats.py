@@ -19,6 +19,7 @@ from agents.digital_curling.pace import Pace
 from curling_env.errors import CurlingError, InputError
 from curling_env.game import Call, Player, PlayerView
 from curling_env.game.rules import Team
+from curling_env.throw import Skill
 
 GREETING_PATIENCE = 10.0
 """Time in which a client says its name [s]."""
@@ -56,6 +57,8 @@ class Seat(ABC):
 
     name: str = ""
     order: Order = tuple(range(THROWERS))
+    throwers: tuple[Skill, ...] | None = None
+    """Execution errors that a team brings; by default those of the setting."""
 
     @abstractmethod
     async def prepare(self, greeting: dict[str, Any], told: dict[str, Any], team: Team) -> None:

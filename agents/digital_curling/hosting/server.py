@@ -7,7 +7,7 @@ import socket
 import uuid
 from collections.abc import Callable
 from contextlib import AsyncExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from agents.digital_curling.conversation import PROTOCOL
@@ -37,10 +37,12 @@ class Hosting:
     ----------
     setting : what it is played with
     remark : called with what the person at the host should know
+    changed : called when there is a new position to show
     """
 
     setting: HostSetting
     remark: Remark = lambda text: None
+    changed: Callable[[], None] = lambda: None
     game: HostedGame | None = None
     log: DcLog = field(default_factory=DcLog)
     game_id: str = field(default_factory=lambda: str(uuid.uuid4()))
@@ -59,6 +61,9 @@ class Hosting:
     async def play(self, seats: tuple[Seat, Seat]) -> HostedGame:
         """Play the game between two seats that are ready, to its end."""
         names, orders = (seats[0].name, seats[1].name), (seats[0].order, seats[1].order)
+        given = self.setting.throwers
+        own = [seat.throwers or given[team] for team, seat in enumerate(seats)]
+        self.setting = replace(self.setting, throwers=(own[0], own[1]))
         game = self.game = HostedGame(self.setting, names, orders)
         self.log.beginning(self.greeting, self.setting.told, names, orders)
         for seat in seats:
@@ -69,11 +74,13 @@ class Hosting:
             seats, lost, {"cmd": "new_game", "name": dict(zip(TEAMS, names, strict=True))}
         )
         self.log.game(game.update)
+        self.changed()
         while not game.is_over:
             await self._turn(game, seats, lost)
             shot = game.shots[-1]
             self.log.game({"cmd": "move", "move": shot["selected_move"], "team": shot["team"]})
             self.log.game(_without_trajectory(game.update))
+            self.changed()
         await self._tell(seats, lost, game.update)
         await self._tell(seats, lost, {"cmd": "game_over"})
         self.log.game({"cmd": "game_over"})
@@ -208,7 +215,7 @@ async def host_game(
         opened((doors[0].port, doors[1].port))
         seats = await asyncio.gather(
             *(
-                door.seat(hosting) if player is None else _at_once(player)
+                door.seat(hosting) if player is None else _prepared(player, hosting, door.team)
                 for door, player in zip(doors, players, strict=True)
             )
         )
@@ -217,7 +224,8 @@ async def host_game(
         return await hosting.play((seats[0], seats[1]))
 
 
-async def _at_once(seat: Seat) -> Seat:
+async def _prepared(seat: Seat, hosting: Hosting, team: Team) -> Seat:
+    await seat.prepare(hosting.greeting, hosting.setting.told, team)
     return seat
 
 

@@ -28,6 +28,7 @@ class HostSetting:
     ----------
     ice : the ice when the game begins
     ice_name : its name or file, for the record
+    rule_name : name of the rules for fours
     ends : scheduled ends
     five_rock : whether guards are protected for five stones, else for four
     thinking_time, extra_time : clock of each team for the game, and for each extra end [s]
@@ -46,6 +47,7 @@ class HostSetting:
 
     ice: Ice
     ice_name: str = "fcv1"
+    rule_name: str = "digital_curling"
     ends: int = 8
     five_rock: bool = True
     thinking_time: float = 600.0
@@ -72,7 +74,14 @@ class HostSetting:
     @property
     def rules(self) -> RuleSet:
         """The rules of the game."""
-        return rules_of(SettingMessage(max_end=self.ends, five_rock_rule=self.five_rock))
+        told = SettingMessage(max_end=self.ends, five_rock_rule=self.five_rock)
+        return rules_of(told, name=self.rule_name)
+
+    @property
+    def is_for_fours(self) -> bool:
+        """Whether the rules are those of Digital Curling for teams of four."""
+        rules = self.rules
+        return rules.stones == 2 * THROWERS and not rules.placed_stones
 
     @property
     def players(self) -> dict[str, list[dict[str, Any]]]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from curling_env.infrastructure.files.storage import write_text
-from curling_env.infrastructure.page_policy import policy_of
+from curling_env.infrastructure.page_policy import directives_of, policy_of
 from curling_env.units import Units
 
 POLICY = "<!--POLICY-->"
@@ -18,20 +18,32 @@ PLACE = "/*RECORD*/"
 """Place of the record in the template."""
 
 
-def page_of(lines: Sequence[dict[str, Any]], units: Units = Units.METRES) -> str:
+def page_of(lines: Sequence[dict[str, Any]], units: Units = Units.METRES, *, live: str = "") -> str:
     """The HTML page of a recorded game.
 
     Parameters
     ----------
     lines : lines of the game, from `record.lines_of` or `record.read_record`
     units : what lengths are told in
+    live : where the page's server tells of the deliveries to come; empty for a game that is over
     """
-    template = files("agents.playing.replay").joinpath("replay.html").read_text(encoding="utf-8")
-    template = template.replace('data-units="metres"', f'data-units="{units}"')
+    template = _template(units, live)
     # A name must not end the script element that holds the record.
     record = json.dumps(list(lines), separators=(",", ":")).replace("<", "\\u003c")
     # Only the script that comes with the template may run, whatever the record holds.
-    return template.replace(POLICY, policy_of(template)).replace(PLACE, record)
+    policy = policy_of(template) if not live else ""  # a server says it in a header
+    return template.replace(POLICY, policy).replace(PLACE, record)
+
+
+def live_policy(units: Units, live: str) -> str:
+    """The content security policy of a page that asks its server for more; see `page_of`."""
+    return directives_of(_template(units, live), connect=True)
+
+
+def _template(units: Units, live: str) -> str:
+    template = files("agents.playing.replay").joinpath("replay.html").read_text(encoding="utf-8")
+    template = template.replace('data-units="metres"', f'data-units="{units}"')
+    return template.replace('data-live=""', f'data-live="{live}"')
 
 
 def write_page(

@@ -1,0 +1,287 @@
+"""A hosted game as clients of version 4 meet it: who sits where, what is told, and shots."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import time
+from collections.abc import AsyncIterator
+from typing import Any
+
+from agents.digital_curling.conversion import move_of, throw_of
+from agents.digital_curling.dc4.messages import (
+    DELIVERIES,
+    SPINS,
+    Shot4,
+    Team4,
+    coordinates_of,
+    move_from,
+    shot_of,
+    state_of,
+)
+from agents.digital_curling.hosting.hosted_game import HostedGame
+from agents.digital_curling.hosting.seats import OutOfTimeError, Seat, Turn
+from agents.digital_curling.hosting.server import Hosting
+from agents.digital_curling.messages import TEAMS, ShotMessage
+from curling_env.errors import CurlingError
+from curling_env.game import Call, PlayerView
+from curling_env.game.rules import Team
+from curling_env.throw import Skill, Throw
+
+PING_EVERY = 30.0
+"""Time after which a stream that has nothing to tell says that it lives [s]."""
+MAX_WAITING = 256
+"""Events that a stream may be behind; one that takes none is ended."""
+HURRY = 20
+"""Twentieths of a second that a shot may come before the host listens for it."""
+Event = tuple[str, dict[str, Any]]
+
+
+class RefusedError(CurlingError):
+    """A request that cannot be granted.
+
+    Parameters
+    ----------
+    status : HTTP status
+    problem : why
+    """
+
+    def __init__(self, status: int, problem: str) -> None:
+        super().__init__(problem)
+        self.status = status
+
+
+class Match4:
+    """A hosted game, its teams and its streams.
+
+    Parameters
+    ----------
+    hosting : the game
+    seats : the teams that clients of version 4 take
+    """
+
+    def __init__(self, hosting: Hosting, seats: set[Team]) -> None:
+        self.hosting, self.seats = hosting, seats
+        self.teams: dict[Team, Team4] = {}
+        self.users: dict[str, Team] = {}
+        self.ready = {team: asyncio.Event() for team in Team}
+        self._connected: set[Team] = set()
+        self._streams: set[asyncio.Queue[Event | None]] = set()
+        self._shown: list[Event] = []
+        self._end = -1
+        self._expected: tuple[Team, asyncio.Future[Shot4]] | None = None
+
+    @property
+    def game(self) -> HostedGame | None:
+        """The game, once it has begun."""
+        return self.hosting.game
+
+    # --- what clients do --------------------------------------------------------------------------
+
+    def take_seat(self, user: str, wanted: Team, team: Team4) -> Team:
+        """Register a user's team; who comes again keeps the seat.
+
+        Raises
+        ------
+        RefusedError : no seat is left
+        """
+        if user in self.users:
+            return self.users[user]
+        free = [t for t in (wanted, wanted.other) if t in self.seats - set(self.teams)]
+        if not free or self.game is not None:
+            raise RefusedError(409, "This match has no seat left.")
+        self.users[user] = free[0]
+        self.teams[free[0]] = team
+        self._note_ready(free[0])
+        return free[0]
+
+    async def shoot(self, user: str, shot: Shot4) -> None:
+        """A user's shot.
+
+        Raises
+        ------
+        RefusedError : it is not the turn of the user's team, or the game is over
+        """
+        if user not in self.users:
+            raise RefusedError(401, "This user plays in no team of this match.")
+        if self.game is not None and self.game.is_over:
+            raise RefusedError(409, "The match is over.")
+        team = self.users[user]
+        # The stream may have told a quick client of its turn a moment before the host listens.
+        for _ in range(HURRY):
+            if self._is_expected(team) or not self._is_turn_of(team):
+                break
+            await asyncio.sleep(0.05)
+        if self._expected is None or not self._is_expected(team):
+            raise RefusedError(400, "It is not the turn of this team.")
+        answer = self._expected[1]
+        self._expected = None
+        if not answer.done():
+            answer.set_result(shot)
+
+    def _is_expected(self, team: Team) -> bool:
+        return self._expected is not None and self._expected[0] is team
+
+    def _is_turn_of(self, team: Team) -> bool:
+        return self.game is not None and self.game.update["next_team"] == TEAMS[team]
+
+    async def decision(self, team: Team, left: float) -> Shot4:
+        """A team's next shot.
+
+        Raises
+        ------
+        OutOfTimeError : its time is up
+        """
+        answer: asyncio.Future[Shot4] = asyncio.get_running_loop().create_future()
+        self._expected = team, answer
+        try:
+            return await asyncio.wait_for(answer, left)
+        except TimeoutError as error:
+            raise OutOfTimeError from error
+        finally:
+            self._expected = None
+
+    # --- what they are told -----------------------------------------------------------------------
+
+    def publish(self) -> None:
+        """Tell all streams of the position; after the last shot of an end, of where that ended."""
+        game = self.game
+        assert game is not None
+        end = game.update["state"]["end"]
+        last = game.last_thrown if game.shots else None
+        events: list[Event] = []
+        if game.shots and (end != self._end or game.is_over) and _is_last_shot(game):
+            events.append(("latest_state_update", self._after_the_end(game)))
+            last = None
+        if end != self._end:
+            self._shown = []
+            self._end = end
+        if not (game.is_over and events):
+            events.append(("latest_state_update", self._state(game, last)))
+        for event in events:
+            self._shown.append(event)
+            for stream in tuple(self._streams):
+                self._put(stream, event)
+
+    async def stream(self, team: Team | None) -> AsyncIterator[str]:
+        """Server-sent events, from those of the end in play on.
+
+        Parameters
+        ----------
+        team : whose stream it is; None for someone who watches
+        """
+        queue: asyncio.Queue[Event | None] = asyncio.Queue(MAX_WAITING)
+        for _, state in self._shown[:-1]:
+            self._put(queue, ("state_update", state))
+        for event in self._shown[-1:]:
+            self._put(queue, event)
+        self._streams.add(queue)
+        if team is not None:
+            self._connected.add(team)
+            self._note_ready(team)
+        try:
+            yield ": welcome\n\n"
+            while True:
+                try:
+                    event = await asyncio.wait_for(queue.get(), PING_EVERY)
+                except TimeoutError:
+                    yield ": ping\n\n"
+                    continue
+                if event is None:
+                    return
+                yield f"event: {event[0]}\ndata: {json.dumps(event[1])}\n\n"
+        finally:
+            self._streams.discard(queue)
+
+    def close(self) -> None:
+        """End all streams when they have told everything."""
+        for stream in tuple(self._streams):
+            self._put(stream, None)
+
+    @property
+    def latest(self) -> dict[str, Any] | None:
+        """The latest state, if there is one."""
+        return self._shown[-1][1] if self._shown else None
+
+    def _put(self, stream: asyncio.Queue[Event | None], event: Event | None) -> None:
+        try:
+            stream.put_nowait(event)
+        except asyncio.QueueFull:
+            self._streams.discard(stream)
+
+    def _note_ready(self, team: Team) -> None:
+        if team in self.teams and team in self._connected:
+            self.ready[team].set()
+
+    def _state(self, game: HostedGame, thrown: Throw | None) -> dict[str, Any]:
+        last_move = None if thrown is None else shot_of(move_of(thrown), thrown.spin)
+        return state_of(game.update, game.names, last_move=last_move, clocks=game.clocks)
+
+    def _after_the_end(self, game: HostedGame) -> dict[str, Any]:
+        """Where the stones of an end came to rest, before the next one begins."""
+        shot = game.shots[-1]
+        return self._state(game, game.last_thrown) | {
+            "end_number": shot["end"],
+            "shot_number": DELIVERIES // 2,
+            "team_shot_number": DELIVERIES // 2,
+            "total_shot_number": DELIVERIES,
+            "next_shot_team": None,
+            "stone_coordinate": {"data": coordinates_of(shot["trajectory"]["finish"])},
+        }
+
+
+def _is_last_shot(game: HostedGame) -> bool:
+    shot = game.shots[-1]
+    return shot["shot"] == DELIVERIES - 1 and shot["trajectory"] is not None
+
+
+class HttpSeat(Seat):
+    """A client of version 4.
+
+    Parameters
+    ----------
+    match : the game, whose streams tell what there is to tell
+    team : the client's team
+    brings_errors : whether its players err as it says, else as the host's setting says
+    """
+
+    def __init__(self, match: Match4, team: Team, *, brings_errors: bool = True) -> None:
+        self.match, self.team, self._brings_errors = match, team, brings_errors
+
+    async def prepare(self, greeting: dict[str, Any], told: dict[str, Any], team: Team) -> None:
+        """Wait until a team has registered and listens."""
+        await self.match.ready[self.team].wait()
+        taken = self.match.teams[self.team]
+        self.name = taken.team_name or TEAMS[self.team]
+        if self._brings_errors and not taken.use_default_config:
+            self.throwers = tuple(
+                Skill(
+                    name=player.player_name or "player",
+                    sigma_speed=player.shot_std_dev,
+                    sigma_angle=player.angle_std_dev,
+                )
+                for player in taken.players
+            )
+
+    async def tell(self, message: dict[str, Any]) -> None:
+        """The streams tell it."""
+
+    async def decide(self, update: dict[str, Any], view: PlayerView, left: float) -> Turn:
+        begin = time.perf_counter()
+        shot = await self.match.decision(self.team, left)
+        return Turn(_called(shot), time.perf_counter() - begin)
+
+    async def leave(self) -> None:
+        """The streams end when they have told everything."""
+        self.match.close()
+
+
+def _called(shot: Shot4) -> Call | ShotMessage:
+    """A shot with its own spin; as version 3 has it where it goes backwards."""
+    move = move_from(shot)
+    throw = throw_of(move)
+    if throw is None:
+        return move
+    spin = min(max(abs(shot.angular_velocity or SPINS[1]), SPINS[0]), SPINS[1])
+    sided = spin if throw.spin > 0 else -spin
+    return Call(throw=Throw(speed=throw.speed, angle=throw.angle, spin=sided))

@@ -1,0 +1,288 @@
+"""Digital Curling 4's states and shots, and how they read in the words of version 3.
+
+A stone that is out of play lies at (0, 0). Scores have an entry for each scheduled end and one for
+an extra end, 0 where none was played. A positive angular velocity is cw; the angle of a shot is
+counted from the x axis, so that π/2 is straight.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+import msgspec
+
+from agents.digital_curling.conversation import LastMove, PlayerMessage, Update
+from agents.digital_curling.messages import (
+    TEAMS,
+    ConcedeMessage,
+    ExtraEndMessage,
+    PerTeam,
+    Point,
+    ResultMessage,
+    ScoresMessage,
+    ShotMessage,
+    StateMessage,
+    StoneMessage,
+    TeamName,
+)
+from curling_env.errors import InputError
+from curling_env.game.rules.teams import STONES_PER_TEAM
+from curling_env.infrastructure.files.schema import Short, within
+
+SPINS = (math.pi / 6, math.pi / 2)
+"""Smallest and largest spin that its servers play [rad/s]."""
+DELIVERIES = 2 * STONES_PER_TEAM
+RULES = ("fgz_rule", "no_tick_rule")
+"""Its rules for fours, by the numbers that it has for them."""
+
+
+class Shot4(msgspec.Struct):
+    """A shot, as it is sent and as the last move is told."""
+
+    translational_velocity: Annotated[float, within(0.0, 100.0)]
+    shot_angle: Annotated[float, within(-100.0, 100.0)]
+    angular_velocity: Annotated[float, within(-100.0, 100.0)] | None = None
+
+
+class Player4(msgspec.Struct):
+    """How exactly a player throws."""
+
+    max_velocity: Annotated[float, within(0.1, 100.0)] = 4.0
+    shot_std_dev: Annotated[float, within(0.0, 10.0)] = 0.0076
+    angle_std_dev: Annotated[float, within(0.0, 10.0)] = 0.0018
+    player_name: Short = ""
+
+
+class Team4(msgspec.Struct):
+    """What a client says of its team."""
+
+    team_name: Short
+    use_default_config: bool = False
+    player1: Player4 = msgspec.field(default_factory=Player4)
+    player2: Player4 = msgspec.field(default_factory=Player4)
+    player3: Player4 | None = None
+    player4: Player4 | None = None
+
+    @property
+    def players(self) -> list[Player4]:
+        """Its four players, lead first."""
+        return [self.player1, self.player2, self.player3 or Player4(), self.player4 or Player4()]
+
+
+class Coordinates4(msgspec.Struct):
+    """Where the stones lie."""
+
+    data: dict[TeamName, Annotated[list[Point], msgspec.Meta(max_length=STONES_PER_TEAM)]]
+
+
+class Score4(msgspec.Struct):
+    """Points of both teams in each end."""
+
+    team0: Annotated[list[Annotated[int, within(0, 255)]], msgspec.Meta(max_length=256)]
+    team1: Annotated[list[Annotated[int, within(0, 255)]], msgspec.Meta(max_length=256)]
+
+
+class State4(msgspec.Struct):
+    """A state, as the stream has it."""
+
+    end_number: Annotated[int, within(0, 255)]
+    score: Score4
+    stone_coordinate: Coordinates4
+    total_shot_number: Annotated[int, within(0, DELIVERIES)] | None = None
+    next_shot_team: TeamName | None = None
+    winner_team: TeamName | None = None
+    last_move: Shot4 | None = None
+    first_team_name: Short | None = None
+    second_team_name: Short | None = None
+    first_team_remaining_time: float = 0.0
+    second_team_remaining_time: float = 0.0
+    first_team_extra_end_remaining_time: float = 0.0
+    second_team_extra_end_remaining_time: float = 0.0
+
+    @property
+    def ends(self) -> int:
+        """Number of scheduled ends."""
+        return max(len(self.score.team0) - 1, 1)
+
+    @property
+    def place(self) -> tuple[int, int, bool]:
+        """What tells two states of a game apart: end, shot, and whether it is over."""
+        return self.end_number, self.total_shot_number or 0, self.winner_team is not None
+
+
+# --- into the words of version 3 ------------------------------------------------------------------
+
+
+def move_from(shot: Shot4) -> ShotMessage:
+    """A shot in the words of version 3."""
+    speed, angle = shot.translational_velocity, shot.shot_angle
+    velocity = Point(speed * math.cos(angle), speed * math.sin(angle))
+    return ShotMessage(
+        velocity=velocity, rotation="cw" if (shot.angular_velocity or 0) > 0 else "ccw"
+    )
+
+
+def player_from(player: Player4) -> PlayerMessage:
+    """A player in the words of version 3."""
+    return PlayerMessage(
+        max_speed=player.max_velocity,
+        stddev_speed=player.shot_std_dev,
+        stddev_angle=player.angle_std_dev,
+    )
+
+
+class Reader4:
+    """Reads a game's states one by one, as version 3 would tell them.
+
+    After the last shot of an end, version 4 tells first where the stones came to rest, and then of
+    the next end; version 3 tells both at once.
+    """
+
+    def __init__(self) -> None:
+        self._place: tuple[int, int, bool] | None = None
+        self._last: Shot4 | None = None
+
+    def read(self, state: State4) -> Update | None:
+        """The update that a state stands for; None for one that says nothing new.
+
+        Raises
+        ------
+        InputError : a state that no game comes to
+        """
+        over = state.winner_team is not None
+        if self._place is not None and state.place <= self._place:
+            return None
+        if state.last_move is not None:
+            self._last = state.last_move
+        if state.next_shot_team is None and not over:
+            return None  # between two ends
+        first = self._place is None
+        self._place = state.place
+        move, self._last = self._last, None
+        last_move = None
+        if not first:
+            last_move = LastMove(actual_move=ConcedeMessage() if move is None else move_from(move))
+        return Update(state=_state_from(state), next_team=state.next_shot_team, last_move=last_move)
+
+
+def _state_from(state: State4) -> StateMessage:
+    """A state in the words of version 3."""
+    shot, over = state.total_shot_number or 0, state.winner_team is not None
+    hammer = None
+    if not over:
+        assert state.next_shot_team is not None
+        if shot >= DELIVERIES:
+            raise InputError(f"no shot follows the {DELIVERIES}th", where="total_shot_number")
+        thrower = TEAMS.index(state.next_shot_team)
+        hammer = TEAMS[thrower if shot % 2 else 1 - thrower]
+    ends, played = state.ends, state.end_number + (over and shot >= DELIVERIES)
+    extra = state.score.team0[ends:], state.score.team1[ends:]
+    result = None
+    if over:
+        reason = "score" if shot >= DELIVERIES or shot == 0 else "concede"
+        result = ResultMessage(reason=reason, winner=state.winner_team)
+    if state.end_number < ends:
+        clock = state.first_team_remaining_time, state.second_team_remaining_time
+    else:
+        clock = (
+            state.first_team_extra_end_remaining_time,
+            state.second_team_extra_end_remaining_time,
+        )
+    return StateMessage(
+        end=played,
+        shot=shot % DELIVERIES,
+        hammer=hammer,
+        stones=_stones_from(state.stone_coordinate),
+        scores=ScoresMessage(
+            *(
+                [p if k < played else None for k, p in enumerate(team[:ends])]
+                for team in (state.score.team0, state.score.team1)
+            )
+        ),
+        extra_end_score=ExtraEndMessage(sum(extra[0]) or None, sum(extra[1]) or None),
+        game_result=result,
+        thinking_time_remaining=dict(zip(TEAMS, clock, strict=True)),
+    )
+
+
+def _stones_from(coordinates: Coordinates4) -> PerTeam:
+    slots: list[list[StoneMessage | None]] = []
+    for team in TEAMS:
+        places = coordinates.data.get(team, [])
+        found = [StoneMessage(position=at) if at.x or at.y else None for at in places]
+        slots.append(found + [None] * (STONES_PER_TEAM - len(found)))
+    return PerTeam(*slots)
+
+
+# --- from the words of version 3 ------------------------------------------------------------------
+
+
+def shot_of(move: ShotMessage, spin: float | None = None) -> Shot4:
+    """A shot of version 3 as one of version 4.
+
+    Parameters
+    ----------
+    move : the shot
+    spin : its spin, ccw positive, where that is not ±π/2 [rad/s]
+    """
+    x, y = move.velocity.x, move.velocity.y
+    side = 1.0 if move.rotation == "cw" else -1.0
+    return Shot4(
+        translational_velocity=math.hypot(x, y),
+        shot_angle=math.atan2(y, x),
+        angular_velocity=side * SPINS[1] if spin is None else -spin,
+    )
+
+
+def state_of(
+    update: dict[str, Any],
+    names: tuple[str, str],
+    *,
+    last_move: Shot4 | None,
+    clocks: tuple[Sequence[float], Sequence[float]],
+) -> dict[str, Any]:
+    """An update of a hosted game as a state of version 4.
+
+    Parameters
+    ----------
+    update : as clients of version 3 are told
+    names : names of the teams
+    last_move : the shot before, as it left the hand
+    clocks : time left to both teams for the game, and for an extra end [s]
+    """
+    state = update["state"]
+    scores, extra = state["scores"], state["extra_end_score"]
+    result = state["game_result"]
+    score = {team: [*(p or 0 for p in scores[team]), extra[team] or 0] for team in TEAMS}
+    game, extra_end = clocks
+    # Its mixed-doubles settings have had two names; fours have none by either.
+    return {
+        "winner_team": None if result is None else result["winner"],
+        "first_team_name": names[0],
+        "second_team_name": names[1],
+        "end_number": state["end"],
+        "shot_number": state["shot"] // 2,
+        "team_shot_number": state["shot"] // 2,
+        "total_shot_number": state["shot"],
+        "next_shot_team": update["next_team"],
+        "first_team_remaining_time": game[0],
+        "second_team_remaining_time": game[1],
+        "first_team_extra_end_remaining_time": extra_end[0],
+        "second_team_extra_end_remaining_time": extra_end[1],
+        "mix_doubles_settings": None,
+        "mixed_doubles_settings": None,
+        "last_move": None if last_move is None else msgspec.to_builtins(last_move),
+        "stone_coordinate": {"data": coordinates_of(state["stones"])},
+        "score": score,
+    }
+
+
+def coordinates_of(stones: dict[str, list[Any]]) -> dict[str, list[dict[str, float]]]:
+    """The places of stones by team and slot; (0, 0) where there is none."""
+    nowhere = {"x": 0.0, "y": 0.0}
+    return {
+        team: [nowhere if stone is None else stone["position"] for stone in slots]
+        for team, slots in stones.items()
+    }

@@ -1,0 +1,99 @@
+"""Hosts a game with a page to watch on, and with clients of version 4 where they play."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from agents.digital_curling.dc4.application import application
+from agents.digital_curling.dc4.match import HttpSeat, Match4
+from agents.digital_curling.dc4.web_server import serving
+from agents.digital_curling.hosting.hosted_game import HostedGame
+from agents.digital_curling.hosting.seats import Seat
+from agents.digital_curling.hosting.server import Hosting, host_game
+from agents.digital_curling.messages import TEAMS
+from curling_env.errors import InputError
+from curling_env.game.rules import Team
+from curling_env.infrastructure.files.schema import checked
+from curling_env.infrastructure.files.storage import read_json
+from curling_env.units import Units
+
+FAREWELL = 2.0
+"""Time after the game in which pages still learn how it ended [s]."""
+MAX_USERS = 100
+
+
+def read_passwords(path: Path | None) -> dict[str, str]:
+    """Passwords by user; new ones for the users team0 and team1 if no file has any.
+
+    Raises
+    ------
+    InputError : a file that has none, or a user with whom Basic authentication cannot work
+    """
+    if path is None:
+        return {name: secrets.token_urlsafe(12) for name in TEAMS}
+    try:
+        users = checked(read_json(path), dict[str, str])
+    except InputError as error:
+        raise InputError(error.problem, source=path, where=error.where) from error
+    if not 1 <= len(users) <= MAX_USERS or any(not u or ":" in u for u in users):
+        raise InputError(f"expected 1 to {MAX_USERS} users, whose names have no colon", source=path)
+    if any(len(password) < 8 for password in users.values()):
+        raise InputError("a password has at least 8 characters", source=path)
+    return users
+
+
+async def host_on_the_web(
+    hosting: Hosting,
+    seats: tuple[Seat | None, Seat | None],
+    over_http: set[Team],
+    passwords: Mapping[str, str],
+    *,
+    address: str,
+    ports: tuple[int, int],
+    http_port: int,
+    own_errors: set[Team],
+    units: Units = Units.METRES,
+    opened: Callable[[tuple[int, int], int], None] = lambda ports, http: None,
+) -> HostedGame:
+    """Host one game, and serve its page and the requests of version 4.
+
+    Parameters
+    ----------
+    hosting : the game
+    seats : as in `host_game`
+    over_http : the teams that clients of version 4 take; their seats are made here
+    passwords : by user, for those clients
+    address, ports : where clients of version 3 come in
+    http_port : where the page is, and clients of version 4 come in
+    own_errors : the teams whose clients say how exactly they throw
+    units : what lengths are told in on the page
+    opened : called with the ports once they are open
+
+    Raises
+    ------
+    InputError : a port that cannot be opened
+    """
+    match = Match4(hosting, over_http)
+    hosting.changed = match.publish
+    home, away = (
+        HttpSeat(match, team, brings_errors=team in own_errors)
+        if team in over_http
+        else seats[team]
+        for team in Team
+    )
+    async with serving(application(match, passwords, units=units), address, http_port) as port:
+        try:
+            game = await host_game(
+                hosting,
+                (home, away),
+                address=address,
+                ports=ports,
+                opened=lambda tcp: opened(tcp, port),
+            )
+            await asyncio.sleep(FAREWELL)
+        finally:
+            match.close()
+    return game
