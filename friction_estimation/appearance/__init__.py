@@ -12,6 +12,7 @@ from friction_estimation.appearance.crops import (
 )
 from friction_estimation.appearance.fit import (
     Appearance,
+    PictureChannels,
     ShapeDoubt,
     StoneFit,
     channels_of,
@@ -27,6 +28,7 @@ __all__ = [
     "CROPS_TO_LEARN_FROM",
     "Appearance",
     "Crop",
+    "PictureChannels",
     "PixelWindow",
     "PosedStone",
     "ShapeDoubt",

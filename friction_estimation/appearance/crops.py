@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from curling_env.typing import Floats
-from friction_estimation.appearance.fit import Appearance, channels_of, fit_stone
+from friction_estimation.appearance.fit import Appearance, Channels, channels_of, fit_stone
 from friction_estimation.appearance.kernels.fit_kernels import robust_misfit
 from friction_estimation.appearance.model import PixelWindow, StoneModel, window_at
 from friction_estimation.appearance.painting import Planes, blurred, coloured, painted, shares
@@ -46,7 +46,7 @@ def crops_at(
     frames: Sequence[Frame],
     moments: Sequence[float],
     places: Sequence[Floats],
-    background: Floats,
+    background: Channels,
     background_origin: tuple[int, int],
     camera: Camera,
     model: StoneModel,

@@ -106,6 +106,28 @@ def channels_of(image: NDArray[np.uint8] | NDArray[np.float32]) -> Floats:
     return channels.reshape(image.shape)
 
 
+class PictureChannels:
+    """The channels of a picture, found where they are looked at: ``channels[rows, columns]``.
+
+    All of them at once would take eight times the memory of the picture.
+
+    Parameters
+    ----------
+    image : (rows, columns, 3) BGR
+    """
+
+    def __init__(self, image: NDArray[np.uint8] | NDArray[np.float32]) -> None:
+        self._image = image
+        self.shape = image.shape
+
+    def __getitem__(self, part: tuple[slice, slice]) -> Floats:
+        return channels_of(self._image[part])
+
+
+Channels = Floats | PictureChannels
+"""Channels of a picture (rows, columns, 3) that can be looked at in parts."""
+
+
 def fit_stone(
     picture: Floats,
     behind: Floats,
@@ -194,7 +216,7 @@ def _painted_light(
 
 def measure(
     frame: Frame,
-    background: Floats,
+    background: Channels,
     background_origin: tuple[int, int],
     camera: Camera,
     appearance: Appearance,
@@ -218,7 +240,7 @@ def measure(
 
 def cut_out(
     frame: Frame,
-    background: Floats,
+    background: Channels,
     background_origin: tuple[int, int],
     camera: Camera,
     appearance: Appearance,

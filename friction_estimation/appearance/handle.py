@@ -19,7 +19,7 @@ from friction_estimation.appearance.crops import (
     painted_planes,
     total_misfit,
 )
-from friction_estimation.appearance.fit import Appearance
+from friction_estimation.appearance.fit import Appearance, Channels
 from friction_estimation.appearance.painting import turn_handle
 from friction_estimation.appearance.tuning import (
     HANDLE_COLLARS,
@@ -130,7 +130,7 @@ def fit_headings(crops: Sequence[Crop], look: Appearance) -> None:
 def heading_costs(
     frame: Frame,
     xy: Floats,
-    background: Floats,
+    background: Channels,
     background_origin: tuple[int, int],
     camera: Camera,
     look: Appearance,

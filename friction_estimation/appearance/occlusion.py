@@ -9,7 +9,7 @@ import numpy as np
 
 from curling_env.typing import Floats
 from friction_estimation.appearance.crops import Crop, composite, coverage
-from friction_estimation.appearance.fit import Appearance, StoneFit, cut_out, fit_window
+from friction_estimation.appearance.fit import Appearance, Channels, StoneFit, cut_out, fit_window
 from friction_estimation.appearance.model import PixelWindow
 from friction_estimation.appearance.tuning import (
     FILL_ROUNDS,
@@ -39,7 +39,7 @@ class PosedStone:
 
 def measure_occluded(
     frame: Frame,
-    background: Floats,
+    background: Channels,
     background_origin: tuple[int, int],
     camera: Camera,
     appearance: Appearance,

@@ -9,7 +9,17 @@ from __future__ import annotations
 
 import numpy as np
 
+# --- what is a session ------------------------------------------------------------------------
+
+MAX_SESSION_THROWS = 1000
+"""More are not made on one ice between two floodings; a game has 160."""
+MAX_THROW_ROWS = 20_000
+"""Of one throw: 80 s of a camera that takes 240 frames a second."""
+MAX_THROW_SECONDS = 900.0
+"""Of one throw with all that a track shows before and after it [s]; a slide takes 30."""
+
 # --- outliers and noise ------------------------------------------------------------------------
+
 SLOWEST_NOISE_PERIOD = 2.0
 """Whatever swings slower than this may be physics [s]."""
 OUTLIER_DEVIATIONS = 4.5

@@ -23,6 +23,7 @@ from av.codec.context import Flags
 from av.error import FFmpegError
 
 from curling_env.errors import InputError
+from curling_env.infrastructure.files import limits
 from curling_env.typing import Image
 from friction_estimation.film.decoding import FORMATS, timestamp_of
 from friction_estimation.film.frame import brightness_of
@@ -152,9 +153,19 @@ class Stream:
             raise InputError(
                 "gives no picture; is the address right, and does it send?", source=self._address
             ) from error
-        if not film.streams.video or not film.streams.video[0].width:
+        videos = film.streams.video
+        codec: Any = videos[0].codec_context if videos else None  # None too where it is unknown
+        if codec is None or not codec.width:
             film.close()
             raise InputError("sends no picture that can be decoded", source=self._address)
+        if codec.width * codec.height > limits.MAX_FRAME_PIXELS:
+            film.close()
+            raise InputError(
+                f"sends pictures of {codec.width} × {codec.height} pixels; "
+                f"{limits.MAX_FRAME_PIXELS // 10**6} million are read",
+                source=self._address,
+            )
+        codec.options = {"max_pixels": str(limits.MAX_FRAME_PIXELS * 5 // 4)}
         return film
 
     def frames(self) -> Generator[LiveFrame]:

@@ -20,6 +20,8 @@ THROW_LIST = "throws.csv"
 """Name of the table, in the folder of the tracks."""
 NOTED = ("athlete", "stone", "called", "note")
 """Its columns besides the number of the throw."""
+MAX_THROWS = 10_000
+"""Throws in one file: more than a club makes in a season."""
 NO_NOTES: Mapping[int, ThrowNote] = MappingProxyType({})
 
 
@@ -77,9 +79,13 @@ def load_tracks(path: str | Path) -> list[Trajectory]:
 
     Raises
     ------
-    InputError : see `read_tracks` and `throws_beside`
+    InputError : see `read_tracks` and `throws_beside`, or more throws than anybody makes
     """
-    return with_noted_stones(read_tracks(path), throws_beside(path))
+    tracks = read_tracks(path)
+    count = len({track.throw for track in tracks})
+    if count > MAX_THROWS:
+        raise InputError(f"has {count} throws; {MAX_THROWS} are read at a time", source=path)
+    return with_noted_stones(tracks, throws_beside(path))
 
 
 def with_noted_stones(

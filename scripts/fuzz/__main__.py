@@ -16,7 +16,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import cv2
 from processes import end_orderly_when_told
+from tqdm import tqdm
 
 from fuzz.documents import strategies
 from fuzz.mutations import damaged
@@ -75,6 +77,9 @@ def fuzz(
     counts, the worst time [s] and memory [MB], and the unclean ends
     """
     os.environ.pop("CURLING_TRACEBACK", None)
+    # Threads do not outlive a fork, nor do the locks that they hold just then.
+    tqdm.monitor_interval = 0
+    cv2.setNumThreads(1)
     rng = random.Random(seed)
     place = Path(tempfile.mkdtemp(prefix="curling-fuzz-"))
     counts: Counter[str] = Counter()

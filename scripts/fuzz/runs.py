@@ -34,10 +34,14 @@ ANSWER = 60.0
 MAX_BYTES = 2**30
 """Memory that a run may take beyond what is loaded anyway [bytes]."""
 MAX_LINE = 300
+KEPT = (".unfinished/", ".solved.json")
+"""What a refused command keeps of the films before the one that it refused."""
 LARGE = 2**30
 """Files of this size are made of zeros, on which no disk space is spent [bytes]."""
 UNHEARD = ("all streams closed",)
 """Surroundings in which nobody could be told why something is refused."""
+UNTOLD = ("stdout piped away", "stdout on a full disk")
+"""Those in which results stand, and only nobody could be told of them."""
 HERE = "{here}"
 """Stands in arguments for the folder of the run."""
 
@@ -97,8 +101,9 @@ def run(arguments: Sequence[str], folder: Path, surroundings: str = "") -> Ended
             faults.append(f"{len(lines)} lines")
         if any(len(line) > MAX_LINE for line in lines):
             faults.append("long line")
-        if set(after) - set(before):
-            faults.append(f"left {sorted(set(after) - set(before))[:3]}")
+        left = sorted(n for n in set(after) - set(before) if not any(k in n for k in KEPT))
+        if left and surroundings not in UNTOLD:
+            faults.append(f"left {left[:3]}")
     lost = [name for name, content in before.items() if after.get(name) != content]
     if lost and (status != 0 or "-o" not in arguments):
         faults.append(f"lost {lost[:3]}")

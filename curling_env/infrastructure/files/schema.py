@@ -66,6 +66,8 @@ def checked(document: Any, form: type[Form], *, inside: str = "") -> Form:
         said, _, path = str(error).partition(" - at `")
         path = _with_key(document, form, path.rstrip("`"), said)
         raise InputError(_in_words(said, document, path), where=_place(path, inside)) from error
+    except UnicodeError as error:
+        raise InputError("holds half a letter (a lone surrogate)", where=inside or None) from error
     except (RecursionError, OverflowError) as error:
         raise InputError("nested too deep", where=inside or None) from error
 

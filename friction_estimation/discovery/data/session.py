@@ -35,6 +35,9 @@ from friction_estimation.discovery.tuning import (
     HIGHEST_FRAME_RATE,
     LEAST_HEADINGS,
     LEAST_THROWS,
+    MAX_SESSION_THROWS,
+    MAX_THROW_ROWS,
+    MAX_THROW_SECONDS,
     SMOOTHED_JITTER,
     SMOOTHED_SPACING,
     SURE_BEND,
@@ -239,6 +242,26 @@ class Session:
         )
 
 
+def _refuse_beyond_a_session(tracks: Sequence[Trajectory]) -> None:
+    """Refuse what would take hours, or more memory than there is."""
+    count = len({track.throw for track in tracks})
+    if count > MAX_SESSION_THROWS:
+        raise InputError(
+            f"{count} throws are no session; at most {MAX_SESSION_THROWS} are taken at a time"
+        )
+    for track in tracks:
+        if len(track) > MAX_THROW_ROWS:
+            raise InputError(
+                f"throw {track.throw} has {len(track)} rows; at most {MAX_THROW_ROWS} are used, so "
+                "leave some out evenly"
+            )
+        if track.duration > MAX_THROW_SECONDS:
+            raise InputError(
+                f"throw {track.throw} lasts {track.duration:.0f} s; no throw lasts longer than "
+                f"{MAX_THROW_SECONDS:.0f} s"
+            )
+
+
 def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Session:
     """The free slides of measured tracks.
 
@@ -249,9 +272,10 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
 
     Raises
     ------
-    InputError : no throw lies on the sheet
+    InputError : no throw lies on the sheet, or more is given than a session can hold
     TrackTooShortError : no throw slides freely
     """
+    _refuse_beyond_a_session(tracks)
     cleaned = [without_outliers(track) for track in tracks]
     elsewhere = [_elsewhere(track) for track in cleaned]
     on_sheet = [track for track, reason in zip(cleaned, elsewhere, strict=True) if not reason]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Image
-from friction_estimation.appearance import channels_of
+from friction_estimation.appearance import PictureChannels
 from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import tuning
 
@@ -42,9 +42,9 @@ class Background:
         return self.image.astype(np.uint8, copy=False)
 
     @cached_property
-    def channels(self) -> Floats:
+    def channels(self) -> PictureChannels:
         """The image in the channels in which stones are fitted, (rows, columns, 3)."""
-        return channels_of(self.image)
+        return PictureChannels(self.image)
 
     @property
     def slices(self) -> tuple[slice, slice]:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from curling_env.errors import InputError
+from curling_env.infrastructure.files.storage import ordinary_file
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Progress, no_progress
 from friction_estimation.camera.refinement import RefinedCamera
@@ -149,8 +150,8 @@ def track_each(
 
     Raises
     ------
-    InputError : a number of scenes that is neither one nor that of the films; also what the tracker
-        raises
+    InputError : a number of scenes that is neither one nor that of the films, or a film that is
+        missing, before any is tracked; also what the tracker raises
     """
     scenes = [scenes] if isinstance(scenes, Scene) else list(scenes)
     if len(scenes) not in (1, len(films)):
@@ -160,6 +161,8 @@ def track_each(
         )
     scenes *= len(films) // len(scenes)
     tracker = load_tracker() if tracker is None else tracker
+    for film in films if _built_in(tracker)[0] is track_film else ():
+        ordinary_file(film, "film")
     jobs = list(zip(films, scenes, strict=True))
     found = _track_each(
         jobs,

@@ -400,3 +400,14 @@ def test_films_without_a_thrown_stone_are_told_of_and_left(tmp_path):
     seen = list(follow_stream(feed, scene_of(renderer.camera), tmp_path))
     assert len(seen) == 3
     assert all(not k.tracks and "no thrown stone" in k.reason for k in seen)
+
+
+def test_a_stream_of_an_unknown_kind_or_of_too_large_pictures_is_refused(tmp_path):
+    fed(tmp_path, [picture() for _ in range(5)])
+    sent = (tmp_path / "sent.mp4").read_bytes()
+    (tmp_path / "kind.mp4").write_bytes(sent.replace(b"avc1", b"zzz1"))
+    with pytest.raises(InputError, match="no picture that can be decoded"):
+        open_feed(f"file:{tmp_path / 'kind.mp4'}")
+    large = np.full((4200, 4200, 3), 220, dtype=np.uint8)
+    with pytest.raises(InputError, match="4200 × 4200 pixels"):
+        fed(tmp_path, [large])

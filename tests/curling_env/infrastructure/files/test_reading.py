@@ -126,6 +126,7 @@ class Outer(Document):
         ({"inner": [{"speed": 10**400}]}, "inner[0].speed", "number out of range"),
         ({"inner": {}}, "inner", "expected a list, found an object"),
         ({"inner": [], "named": {"a": 0.5, "b": 2}}, "named.b", "at most 1.0, found 2"),
+        ({"inner": [], "\ud800": 1}, None, "half a letter"),
     ],
 )
 def test_a_document_is_refused_with_its_place(document: Any, where: Any, problem: str) -> None:

@@ -7,9 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from curling_env.errors import InputError
 from curling_env.trajectory import Trajectory, read_tracks, write_tracks
 from friction_estimation import tracking
-from friction_estimation.tracking import FilmTrack
+from friction_estimation.tracking import FilmTrack, track_each
 from friction_estimation.tracking.films.resume import Checkpoints, digest
 
 
@@ -149,3 +150,9 @@ def test_estimate_takes_films_of_two_cameras(curling, sliding, tmp_path, monkeyp
     write_tracks(table, thrown)
     for option, value in (("--scene", scenes[0]), ("--slow", 4)):
         assert "belongs to films" in curling("estimate", table, option, value, "-o", ice).err
+
+
+def test_a_missing_film_is_told_before_any_is_tracked(tmp_path):
+    (tmp_path / "0.mp4").write_text("no film, which would be told first")
+    with pytest.raises(InputError, match=r"1\.mp4: no such film"):
+        track_each([tmp_path / "0.mp4", tmp_path / "1.mp4"], [None, None])

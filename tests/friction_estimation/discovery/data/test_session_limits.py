@@ -1,0 +1,39 @@
+"""What no session can hold is refused before time and memory are spent on it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from curling_env.errors import InputError
+from curling_env.trajectory import Trajectory
+from friction_estimation.discovery.data.session import open_session
+from friction_estimation.tracks.throw_list import load_tracks
+
+
+def track(rows: int = 20, seconds: float = 10.0, throw: int = 0) -> Trajectory:
+    t = np.linspace(0, seconds, rows)
+    y = -10 + 2 * t - 0.045 * np.minimum(t, 20) ** 2
+    return Trajectory(t=t, xy=np.column_stack([np.zeros(rows), y]), throw=throw)
+
+
+@pytest.mark.parametrize(
+    ("tracks", "complaint"),
+    [
+        ([track(), track(rows=20_001, throw=7)], "throw 7 has 20001 rows"),
+        ([track(seconds=901.0)], "throw 0 lasts 901 s"),
+        ([track(throw=k) for k in range(1001)], "1001 throws are no session"),
+    ],
+)
+def test_more_than_a_session_is_refused(tracks: list[Trajectory], complaint: str) -> None:
+    with pytest.raises(InputError, match=complaint):
+        open_session(tracks)
+
+
+def test_more_throws_than_anybody_makes_are_refused(tmp_path: Path) -> None:
+    rows = "".join(f"{k},0,0,0,0\n{k},1,0,1,0\n" for k in range(10_001))
+    (tmp_path / "t.csv").write_text("throw,t,x,y,theta\n" + rows)
+    with pytest.raises(InputError, match=r"t\.csv: has 10001 throws"):
+        load_tracks(tmp_path / "t.csv")
