@@ -62,6 +62,7 @@ def run_demo(
     seed: int = 0,
     throws: int = 8,
     fps: float = FPS,
+    frame_size: tuple[int, int] | None = None,
     draws: int = len(HOUSE_TARGETS),
     workers: int = 2,
     progress: Progress = no_progress,
@@ -76,6 +77,7 @@ def run_demo(
     seed : seed of the hidden ice, the throws and the films
     throws : number of practice throws to film; six or more give a useful map
     fps : frames a second of the films [1/s]
+    frame_size : width and height of the films [px]; the camera's own by default
     draws : number of draws that compare the map with its average
     workers : processes that film and track side by side
     progress : called with shares of the whole
@@ -123,6 +125,7 @@ def _run_in(
         releases,
         seed=seed,
         fps=fps,
+        frame_size=frame_size,
         workers=workers,
         progress=part_of_progress(progress, 0.0, 0.75),
     )

@@ -68,6 +68,7 @@ def film_throws(
     *,
     seed: int,
     fps: float = FPS,
+    frame_size: tuple[int, int] | None = None,
     workers: int = 1,
     progress: Progress = no_progress,
 ) -> Films:
@@ -79,7 +80,15 @@ def film_throws(
         assert path is not None  # a rate was given
         paths.append(path)
     return film_paths(
-        folder, paths, ice.sheet, ice.stone, seed=seed, fps=fps, workers=workers, progress=progress
+        folder,
+        paths,
+        ice.sheet,
+        ice.stone,
+        seed=seed,
+        fps=fps,
+        frame_size=frame_size,
+        workers=workers,
+        progress=progress,
     )
 
 

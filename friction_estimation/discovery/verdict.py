@@ -64,10 +64,11 @@ def _verdict(found: Discovery) -> str:
     """What is missing, what is off, and what the session cannot show."""
     if not found.enough:
         count = len(found.session)
-        return (
+        too_few = (
             f"Nothing is named: {count} {'throw slides' if count == 1 else 'throws slide'} freely, "
             f"and fewer than {LEAST_THROWS} cannot tell an effect from chance."
         )
+        return f"{too_few} {OTHER_ICE}" if found.fits_worse_than_uniform else too_few
     names = list(dict.fromkeys(readable(effect.label) for effect in found.effects))
     parts: list[str] = []
     if names:

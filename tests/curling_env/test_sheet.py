@@ -74,7 +74,8 @@ def test_points_off_the_ice_take_the_nearest_cell():
 def test_the_ice_ends_at_its_corners():
     for corner in PAPER_SHEET.corners.values():
         assert PAPER_SHEET.contains(corner)
-        assert not PAPER_SHEET.contains(np.array(corner) * 1.001)
+        assert not PAPER_SHEET.contains(np.array(corner) * [1.001, 1.0])
+        assert not PAPER_SHEET.contains(np.array(corner) * [1.0, 1.001])
     assert PAPER_SHEET.corners == {
         "home_left": (-2.25, -22.25),
         "home_right": (2.25, -22.25),
@@ -117,6 +118,9 @@ def test_the_playing_tee_is_the_origin_and_play_runs_along_y():
         {"length": 30},
         {"width": 3},
         {"cell_size": 5},
+        {"length": 501},
+        {"width": 501},
+        {"cell_size": 0.0044},  # 1.03e7 cells
     ],
 )
 def test_sheets_that_cannot_be_are_refused(lengths):
@@ -152,6 +156,12 @@ def test_the_stones_are_the_rule_books_and_the_papers():
         {"restitution": 0.0},
         {"restitution": 1.0},
         {"stone_friction": 0.0},
+        {"mass": 0.1},
+        {"mass": 1000.0},
+        {"height": 0.001},
+        {"height": 1.0},
+        {"radius": 0.01, "band_radius": 0.01},
+        {"radius": 1.0},
     ],
 )
 def test_a_stone_may_have_the_values_at_the_edge(value):
@@ -162,6 +172,7 @@ def test_a_stone_may_have_the_values_at_the_edge(value):
     "value",
     [
         *({name: x} for name in ("mass", "radius", "height", "inertia") for x in (0, -1, np.inf)),
+        *({name: x} for name in ("mass", "radius", "height") for x in (1e-4, 1001.0)),
         {"band_radius": -1e-9},
         {"band_radius": 0.146},
         {"restitution": -1e-9},

@@ -167,7 +167,7 @@ def _layout(value: Any, margin: str) -> str:
     inner = margin + "  "
     if isinstance(value, dict) and value:
         members = cast("dict[str, Any]", value)
-        body = (f"{inner}{json.dumps(key)}: {_layout(v, inner)}" for key, v in members.items())
+        body = (f"{inner}{_layout(key, inner)}: {_layout(v, inner)}" for key, v in members.items())
         return "{\n" + ",\n".join(body) + f"\n{margin}}}"
     if isinstance(value, list) and any(
         isinstance(v, list | dict) for v in cast("list[Any]", value)

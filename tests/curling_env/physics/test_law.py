@@ -206,3 +206,11 @@ def test_effects_of_the_measurement_do_not_push() -> None:
         ActiveEffect(name="lens_distortion", parameters={"k1": 0.1})
     )
     assert len(compile_law(ice).kernels) == 0
+
+
+def test_the_engines_stop_at_the_edges_of_a_patch() -> None:
+    area = {"x_min": -0.5, "x_max": 1.5, "y_min": -4.7, "y_max": 3.2}
+    patch = ActiveEffect(name="friction_patch", parameters={**area, "factor": 1.2})
+    law = compile_law(Ice.uniform(0.009, effects=(patch,)))
+    assert law.x_breaks.tolist() == [-0.5, 1.5]
+    assert law.y_breaks.tolist() == [-4.7, 3.2]

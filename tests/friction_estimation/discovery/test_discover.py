@@ -62,6 +62,10 @@ def test_outside_the_catalogue_is_unknown_and_not_a_name(make_session, without_e
     assert named(found) == []
     assert found.unknown
     assert "spin" in [d.variable for d in found.dependences]
+    # The ice file says so, or carries a table of what the unknown does.
+    ice = found.improved_ice()
+    assert (ice.effect("unknown") is None) == (found.residual_term is not None)
+    assert (ice.effect("residual") is None) == (found.residual_term is None)
 
 
 def test_what_happened_once_is_an_event_and_spoils_nothing(make_session):

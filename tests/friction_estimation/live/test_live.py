@@ -7,6 +7,7 @@ from contextlib import closing
 from dataclasses import replace
 from socket import socket
 from threading import Thread
+from types import SimpleNamespace
 
 import av
 import cv2
@@ -281,8 +282,10 @@ def test_a_camera_that_is_not_there_is_one_line(curling, tmp_path):
     assert not (tmp_path / "tracks.csv").exists()
 
 
-def session(tmp_path):
-    """A film of two throws and its scene; where the stones truly were, and when they began."""
+@pytest.fixture(scope="module")
+def session(tmp_path_factory):
+    """A film of two throws, its scene, where the stones truly were, and when they began."""
+    folder = tmp_path_factory.mktemp("session")
     ice = Ice.uniform(0.03)
     spec = FilmSpec(camera="gantry", people=False, size=(960, 540), fps=FPS, tail=0.2, lead_in=0.3)
     renderer = FilmRenderer(spec)
@@ -294,9 +297,11 @@ def session(tmp_path):
         shown = list(renderer.frames(path, seed=i))
         truths.append(on_film(path, spec))
         frames += [*shown, *[shown[-1]] * int(SURELY_OVER * FPS)]
-    write_film(tmp_path / "sent.mp4", frames, FPS)
-    save_scene(scene_of(renderer.camera), tmp_path / "scene.json")
-    return truths, starts
+    write_film(folder / "sent.mp4", frames, FPS)
+    save_scene(scene_of(renderer.camera), folder / "scene.json")
+    return SimpleNamespace(
+        film=folder / "sent.mp4", scene=folder / "scene.json", truths=truths, starts=starts
+    )
 
 
 def send(film, address):
@@ -318,19 +323,18 @@ def send(film, address):
 
 
 @pytest.mark.slow
-def test_two_throws_of_a_stream_become_two_tracks_and_a_page(curling, tmp_path):
-    truths, starts = session(tmp_path)
+def test_two_throws_of_a_stream_become_two_tracks_and_a_page(curling, session, tmp_path):
     with socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     address = f"tcp://127.0.0.1:{port}"
-    Thread(target=send, args=(tmp_path / "sent.mp4", address), daemon=True).start()
+    Thread(target=send, args=(session.film, address), daemon=True).start()
     out = tmp_path / "tracks.csv"
     done = curling(
         "live",
         f"{address}?listen=1",
         "--scene",
-        tmp_path / "scene.json",
+        session.scene,
         "-o",
         out,
         "--keep",
@@ -347,7 +351,7 @@ def test_two_throws_of_a_stream_become_two_tracks_and_a_page(curling, tmp_path):
     assert "throw-001.mp4" in page  # the last throw's pictures
     assert "http-equiv=refresh" not in page  # all is said
     assert [track.throw for track in read_tracks(out)] == [0, 1]
-    for track, truth, start in zip(read_tracks(out), truths, starts, strict=True):
+    for track, truth, start in zip(read_tracks(out), session.truths, session.starts, strict=True):
         t = track.t + track.clock - start
         inside = (t > 0.5) & (t < truth.t[-1])
         assert inside.sum() > 30
@@ -371,12 +375,10 @@ class Interrupted:
 
 
 @pytest.mark.slow
-def test_what_was_recorded_before_an_interruption_is_tracked(tmp_path):
-    truths, starts = session(tmp_path)
-    scene = load_scene(tmp_path / "scene.json")
-    amid = starts[1] + 0.7 * truths[1].t[-1]  # while the second stone slides
-    feed = Interrupted(open_feed(f"file://{tmp_path}/sent.mp4"), after=amid)
-    news = list(follow_stream(feed, scene, tmp_path))
+def test_what_was_recorded_before_an_interruption_is_tracked(session, tmp_path):
+    amid = session.starts[1] + 0.7 * session.truths[1].t[-1]  # while the second stone slides
+    feed = Interrupted(open_feed(f"file://{session.film}"), after=amid)
+    news = list(follow_stream(feed, load_scene(session.scene), tmp_path))
     seen = [k for k in news if isinstance(k, TrackedClip)]
     assert [len(k.tracks) for k in seen] == [1, 1]
     assert seen[1].clip.clock + seen[1].tracks[0].t[-1] == pytest.approx(amid, abs=0.3)

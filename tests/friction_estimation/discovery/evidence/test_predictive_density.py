@@ -29,7 +29,7 @@ def test_the_density_of_a_throw_given_the_others_is_that_of_their_joint_gaussian
 ):
     spread = 0.01
     monkeypatch.setattr(predictive_density, "tried_spreads", lambda _: np.array([spread]))
-    fitted = curl_fit(throws=8, scatter=0.01)
+    fitted = curl_fit(throws=4, scatter=0.01)
     model, session, states = fitted.model, fitted.session, fitted.states
     factors = np.zeros(len(session))
     _, grams, _ = linearise(model, session, WHITE, states, factors)

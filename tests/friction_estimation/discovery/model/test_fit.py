@@ -1,11 +1,14 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from curling_env.ice import Ice
 from curling_env.physics.effects import catalogue
 from curling_env.physics.one_stone.slide import slide
+from curling_env.physics.state import State
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
 from friction_estimation.discovery.data.session import open_session
@@ -14,6 +17,7 @@ from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import Term, neutral_values
 from friction_estimation.discovery.model.model import predict
 from friction_estimation.discovery.search.selection import fit_with_noise, misfit_of, refit
+from friction_estimation.discovery.tuning import USUAL_SPIN, USUAL_SPIN_SIGMA
 
 from ..conftest import effect
 
@@ -59,6 +63,16 @@ def test_friction_scatter_and_errors(make_session):
     assert abs(np.log(mu / 0.009)) < 4 * sigma
     assert 0.002 < fitted.model.spread < 0.008
     assert misfit_of(fitted).white
+
+
+def test_a_spin_that_was_not_seen_stays_near_the_usual_one(make_session):
+    """Only the last metres tell of it, and not more than the prior does."""
+    tracks = [replace(track, theta=np.full(len(track), np.nan)) for track in make_session(throws=4)]
+    session = open_session(tracks)
+    fitted = fit_with_noise(base_model(None, session), session)
+    spins = np.abs(fitted.states[:, State.OMEGA])
+    assert np.abs(spins - USUAL_SPIN).max() < 2.0 * USUAL_SPIN_SIGMA
+    assert np.abs(spins - USUAL_SPIN).max() > 1e-3  # they tell something
 
 
 def test_a_missing_effect_shows_as_slow_misfit(make_session):
