@@ -52,6 +52,7 @@ from friction_estimation.discovery.search.selection import (
     select,
 )
 from friction_estimation.discovery.tuning import (
+    LAST_STEPS,
     LEAST_THROWS,
     RULED_OUT,
     SURPRISING_THROW,
@@ -301,7 +302,7 @@ def _search(everything: SessionFit, rng: np.random.Generator, progress: Progress
         named, gaps["after"] = described
         gaps["noise_floor"] = noise_floor(named, unseen)
     progress("fitting all throws", 0.96)
-    seen = place_sides(fit_with_noise(named.model, session, named.noise))
+    seen = _fit_all(named, everything)
     final = fit_beside(seen, found.pushes) if found.pushes and table is None else seen
     return Discovery(
         session=session,
@@ -324,3 +325,21 @@ def _search(everything: SessionFit, rng: np.random.Generator, progress: Progress
         trial_closures=closures,
         residual_term=table,
     )
+
+
+def _fit_all(named: SessionFit, everything: SessionFit) -> SessionFit:
+    """The named model fitted to all throws, as far as it goes.
+
+    Parameters
+    ----------
+    named : its fit to the training throws
+    everything : fit of the baseline to all throws
+    """
+    fitted = fit_with_noise(
+        named.model,
+        everything.session,
+        named.noise,
+        near=(everything, named),
+        iterations=LAST_STEPS,
+    )
+    return place_sides(renew_map(fitted))

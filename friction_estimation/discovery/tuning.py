@@ -135,6 +135,8 @@ LARGEST_LN_FACTOR = 2.0
 """Largest |ln factor| of a throw's friction that a fit may try: seven times heavier or keener."""
 CONVERGED = 0.05
 """Fall of the deviance in a step below which a fit has converged."""
+LAST_STEPS = 40
+"""Most steps of the fit to all throws, whose values are given out. Most sessions need five."""
 PATH_STEP = 3e-3
 """How far a finite difference in a parameter should move a path [m]."""
 

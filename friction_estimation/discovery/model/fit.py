@@ -219,13 +219,31 @@ def fit_to(fitted: SessionFit, session: Session) -> SessionFit:
     fitted : the fit, whose releases and ln factors are those from which its throws begin
     session : throws
     """
-    states, ln_factors = session.first_states.copy(), np.zeros(len(session))
-    known = {throw: i for i, throw in enumerate(fitted.session.throws.tolist())}
-    for k, throw in enumerate(session.throws.tolist()):
-        if throw in known:
-            states[k] = fitted.states[known[throw]]
-            ln_factors[k] = fitted.ln_factors[known[throw]]
+    states, ln_factors = releases_near(session, fitted)
     return fit(fitted.model, session, fitted.noise, states=states, ln_factors=ln_factors)
+
+
+def releases_near(session: Session, *fits: SessionFit) -> tuple[Floats, Floats]:
+    """Releases and ln factors from which the throws of a session may begin.
+
+    Parameters
+    ----------
+    session : throws
+    fits : fits of some of them; the later goes first
+
+    Returns
+    -------
+    states : (k, 6) those of the fits, and of the tracks where no fit knows the throw
+    ln_factors : (k,) those of the fits, and 0 elsewhere
+    """
+    states, ln_factors = session.first_states.copy(), np.zeros(len(session))
+    for fitted in fits:
+        known = {throw: i for i, throw in enumerate(fitted.session.throws.tolist())}
+        for k, throw in enumerate(session.throws.tolist()):
+            if throw in known:
+                states[k] = fitted.states[known[throw]]
+                ln_factors[k] = fitted.ln_factors[known[throw]]
+    return states, ln_factors
 
 
 def _likeliest_spread(model: Model, reduced: Floats, ln_factors: Floats, spreads: Floats) -> float:
@@ -284,6 +302,10 @@ def _step(
     else:
         spread, step = model.spread, np.zeros(len(model.vector))
     vector = model.vector
+    if model.map_field is not None:
+        patterns = model.map_field.patterns[model.map_field.crossed]
+        change = float(np.abs(patterns @ step[model.map_slice]).max())
+        step = step * min(1.0, LARGEST_LN_FACTOR / max(change, 1e-300))
     moved = model.at(vector + step)
     step = moved.vector - vector  # as far as the bounds allow
     h = reduced[:, 0, 0]

@@ -49,6 +49,8 @@ CARD = EffectCard(
 """The map as a finding of discovery. In an ice file it is the friction itself, not an effect."""
 
 
+NEAR = 0.002
+"""How closely a field of one correlation length takes over what another said of ln μ."""
 LEAST_SPACING = 0.3
 """Least distance between the places by which the field is described [m]."""
 
@@ -104,6 +106,17 @@ class FrictionField:
     def at(self, values: Floats) -> FrictionField:
         """The same with other coefficients."""
         return replace(self, values=values)
+
+    def near(self, ln_mu: Floats) -> FrictionField:
+        """The same with coefficients that come nearest to a deviation of ln μ where stones ran.
+
+        Parameters
+        ----------
+        ln_mu : (rows, columns) that deviation
+        """
+        here = self.patterns[self.crossed] / NEAR
+        inner = here.T @ here + np.diag(self.deviations**-2)
+        return self.at(np.linalg.solve(inner, here.T @ (ln_mu.ravel()[self.crossed] / NEAR)))
 
     def with_amplitude(self, amplitude: float) -> FrictionField:
         """The same with another amplitude."""

@@ -149,8 +149,6 @@ def sensitivities_by_throw(
         moved = states.copy()
         moved[:, j] += step
         found[j] = derivative(model, moved, ln_factors, step)
-    found[6] = derivative(model, states, ln_factors + LN_MU_STEP, LN_MU_STEP)
-    found[7] = found[6]  # the map's friction acts as that of every throw
     for place, shift in model.camera_fields:
         shifts = shift.columns(base[:, :2], base[:, State.THETA])
         found[7 + place.start] = np.concatenate([shifts, np.zeros_like(shifts[:, :1])], axis=1)
@@ -160,8 +158,13 @@ def sensitivities_by_throw(
         changed[j] += step
         found[7 + j] = derivative(model.at(changed), states, ln_factors, step)
     if model.map_field is None:
+        # Friction everywhere acts as that of every throw.
+        found[6] = found[7] = derivative(model, states, ln_factors + LN_MU_STEP, LN_MU_STEP)
         return Sensitivities(predicted=base, differences=found)
     paths = linearised_paths(model, session, states, ln_factors)
+    # It is also a map, of one height. Computed in two ways, the difference of the two would look
+    # like something that the throws tell, and fits would creep along it.
+    found[6] = found[7] = paths.responses_to_friction(np.ones((len(paths.xy), 1)))
     return Sensitivities(
         predicted=base,
         differences=found,

@@ -47,7 +47,9 @@ def renew_map(fitted: SessionFit) -> SessionFit:
     alike = (field.length, field.smoothness) == (present.length, present.smoothness)
     if alike and (present.known is None or field.amplitude == present.amplitude):
         return fitted
-    other = refit(fitted, bare.with_terms(Term(card=CARD, map_field=field)))
+    # It begins as the present map: the releases belong to that, and flat ice is far from it.
+    begin = Term(card=CARD, map_field=field.near(present.ln_mu))
+    other = refit(fitted, bare.with_terms(begin))
     return other if other.deviance < fitted.deviance - BETTER_MAP else fitted
 
 

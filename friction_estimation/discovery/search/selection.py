@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from curling_env.typing import Progress, no_progress
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.candidates import Term, candidates
-from friction_estimation.discovery.model.fit import SessionFit, fit, refit
+from friction_estimation.discovery.model.fit import SessionFit, fit, refit, releases_near
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.noise import SessionNoise, estimate_noise, outlying_rows
 from friction_estimation.discovery.model.sensitivity import sensitivities
@@ -105,20 +105,39 @@ def misfit_of(fitted: SessionFit) -> Misfit:
     return misfit(fitted, columns)
 
 
-def fit_with_noise(model: Model, session: Session, start: SessionNoise | None = None) -> SessionFit:
+def fit_with_noise(
+    model: Model,
+    session: Session,
+    start: SessionNoise | None = None,
+    *,
+    near: Sequence[SessionFit] = (),
+    iterations: int = 12,
+) -> SessionFit:
     """Fit a model with the noise that its residuals show, and without outlying rows.
 
     Parameters
     ----------
     model, session : what is fitted to what
     start : an earlier estimate of the noise
+    near : fits of some of the throws to nearly the same model, from whose releases they begin; the
+        later goes first
+    iterations : most steps of the last fit
     """
     noise = start or FIRST_NOISE
-    first = fit(model, session, noise)
+    states, ln_factors = releases_near(session, *near)
+    # A model that was fitted before waits until its releases have settled.
+    first = fit(model, session, noise, states=states, ln_factors=ln_factors, shared=not near)
     session = session.without_rows(outlying_rows(session, first.residuals))
     first = fit(first.model, session, noise, states=first.states, ln_factors=first.ln_factors)
     noise = estimate_noise(session, first.residuals, start=start)
-    return fit(first.model, session, noise, states=first.states, ln_factors=first.ln_factors)
+    return fit(
+        first.model,
+        session,
+        noise,
+        states=first.states,
+        ln_factors=first.ln_factors,
+        iterations=iterations,
+    )
 
 
 def try_term(fitted: SessionFit, term: Term) -> Trial:

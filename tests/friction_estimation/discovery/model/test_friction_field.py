@@ -49,6 +49,17 @@ def test_where_stones_ran_the_patterns_hold_the_prior_of_the_field(lane) -> None
     assert field.unresolved().max() == pytest.approx(1.0, abs=0.02)  # far from every stone
 
 
+def test_a_field_takes_over_what_another_says_where_stones_ran(lane) -> None:
+    crossed = crossed_by(PAPER_SHEET, [lane])
+    smooth = field_along(PAPER_SHEET, crossed, 5.0, 2.5)
+    smooth = smooth.at(0.04 * np.random.default_rng(3).standard_normal(len(smooth)))
+    rough = field_along(PAPER_SHEET, crossed, 1.5, np.inf).near(smooth.ln_mu)
+    off = (rough.ln_mu - smooth.ln_mu).ravel()[rough.crossed]
+    said = smooth.ln_mu.ravel()[rough.crossed]
+    assert np.abs(off).max() < 0.2 * np.abs(said).max()
+    assert np.sqrt(np.mean(off**2)) < 0.05 * np.sqrt(np.mean(said**2))
+
+
 def test_small_cells_need_no_more_patterns(lane) -> None:
     narrow = Sheet(cell_size=0.1)
     fine = field_along(narrow, crossed_by(narrow, [lane]), 3.0, 2.5)
