@@ -13,12 +13,12 @@ from friction_estimation.estimation.whole_ice import estimate_ice
 
 @pytest.fixture(scope="module")
 def thrown(sliding) -> dict[float, SimpleNamespace]:
-    """Sixteen throws on uneven ice, with and without friction that follows the speed."""
+    """Twelve throws on uneven ice, with and without friction that follows the speed."""
     out = {}
     for exponent in (0.0, 0.25):
         rng = np.random.default_rng(7)
         field = sliding.random_field(rng, mu=0.009, spread=0.06, length=3.0)
-        starts = sliding.varied_starts(rng, 16, spin=0.0)
+        starts = sliding.varied_starts(rng, 12, spin=0.0)
         tracks = sliding.measured_throws(field, starts, rng, exponent=exponent)
         found = estimate_ice(tracks)
         sheet = found.ice.sheet
