@@ -116,7 +116,8 @@ class FrictionField:
         """
         here = self.patterns[self.crossed] / NEAR
         inner = here.T @ here + np.diag(self.deviations**-2)
-        return self.at(np.linalg.solve(inner, here.T @ (ln_mu.ravel()[self.crossed] / NEAR)))
+        values = np.linalg.solve(inner, here.T @ (ln_mu.ravel()[self.crossed] / NEAR))
+        return self.at(np.asarray(values, dtype=np.float64))
 
     def with_amplitude(self, amplitude: float) -> FrictionField:
         """The same with another amplitude."""

@@ -316,7 +316,7 @@ def predict(
     (rows, 6)
     """
     out = true_states(model, session, states, ln_factors, session.times, session.starts)
-    return _reported(model, out) if camera else out
+    return reported(model, out) if camera else out
 
 
 def true_states(
@@ -358,8 +358,8 @@ def throw_inputs(session: Session, times: Floats, starts: Indices) -> ThrowInput
     )
 
 
-def _reported(model: Model, true: Floats) -> Floats:
-    """States as the camera reports them."""
+def reported(model: Model, true: Floats) -> Floats:
+    """True states (n, 6) as the camera reports them."""
     out, xy = true.copy(), true[:, :2]
     for term in model.terms:
         if term.card.displacement is not None:

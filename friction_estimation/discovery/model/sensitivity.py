@@ -7,16 +7,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from curling_env.physics.state import State
-from curling_env.typing import Floats
+from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.forward import friction_of_session, new_workspace
 from friction_estimation.discovery.model.model import (
     Model,
     predict,
+    reported,
     throw_inputs,
     true_states,
 )
-from friction_estimation.discovery.model.response import MEASURED, LinearisedPaths, instants_of
+from friction_estimation.discovery.model.response import (
+    MEASURED,
+    Instants,
+    LinearisedPaths,
+    instants_of,
+)
 from friction_estimation.discovery.tuning import PATH_STEP
 
 STATE_STEPS = (1e-3, 1e-3, 2e-4, 2e-4, 2e-3, 1e-3)
@@ -39,18 +45,32 @@ def linearised_paths(
     def slide(releases: Floats) -> Floats:
         return true_states(model, session, releases, ln_factors, instants.times, instants.starts)
 
-    true = slide(states)
-    transition = np.empty((len(true), 6, 6))
-    for j, step in enumerate(STATE_STEPS):
-        moved = states.copy()
-        moved[:, j] += step
-        transition[:, :, j] = (slide(moved) - true) / step
+    path = slide(states)
+    moved = [slide(releases) for releases in _moved(states)]
+    return _linearised(model, session, ln_factors, instants, path, moved)
+
+
+def _moved(states: Floats) -> list[Floats]:
+    """Releases (k, 6) with one number after the other moved by its step."""
+    return [states + step * np.eye(6)[j] for j, step in enumerate(STATE_STEPS)]
+
+
+def _linearised(
+    model: Model,
+    session: Session,
+    ln_factors: Floats,
+    instants: Instants,
+    path: Floats,
+    moved: list[Floats],
+) -> LinearisedPaths:
+    """Linearised paths from the states at the instants, and those of moved releases."""
+    steps = zip(moved, STATE_STEPS, strict=True)
     paths = LinearisedPaths(
         session=session,
         instants=instants,
-        path=true,
-        transition=transition,
-        friction=np.empty((len(true), 3)),
+        path=path,
+        transition=np.stack([(other - path) / step for other, step in steps], axis=2),
+        friction=np.empty((len(path), 3)),
     )
     return paths._replace(friction=friction_along(model, session, ln_factors, paths))
 
@@ -136,19 +156,25 @@ def sensitivities_by_throw(
     model: Model, session: Session, states: Floats, ln_factors: Floats
 ) -> Sensitivities:
     """The same as `sensitivities`, for one throw after the other."""
-    base = predict(model, session, states, ln_factors)
+    instants = Instants(np.empty(0), np.zeros(len(session) + 1, dtype=np.intp))
+    if model.map_field is not None:
+        instants = instants_of(session)
+    times, starts, rows, at_instants = _merged(session, instants)
+
+    def slide(releases: Floats) -> Floats:
+        return true_states(model, session, releases, ln_factors, times, starts)
+
+    true, moved = slide(states), [slide(releases) for releases in _moved(states)]
+    base = reported(model, true[rows])
     measured = base[:, MEASURED]
     vector = model.vector
 
-    def derivative(other: Model, releases: Floats, factors: Floats, step: float) -> Floats:
-        change = predict(other, session, releases, factors)[:, MEASURED] - measured
-        return change[:, :, None] / step
+    def derivative(changed: Floats, step: float) -> Floats:
+        return ((changed[:, MEASURED] - measured) / step)[:, :, None]
 
     found: dict[int, Floats] = {}
     for j, step in enumerate(STATE_STEPS):
-        moved = states.copy()
-        moved[:, j] += step
-        found[j] = derivative(model, moved, ln_factors, step)
+        found[j] = derivative(reported(model, moved[j][rows]), step)
     for place, shift in model.camera_fields:
         shifts = shift.columns(base[:, :2], base[:, State.THETA])
         found[7 + place.start] = np.concatenate([shifts, np.zeros_like(shifts[:, :1])], axis=1)
@@ -156,12 +182,14 @@ def sensitivities_by_throw(
         step = _step(model, session, states, ln_factors, measured, j)
         changed = vector.copy()
         changed[j] += step
-        found[7 + j] = derivative(model.at(changed), states, ln_factors, step)
+        found[7 + j] = derivative(predict(model.at(changed), session, states, ln_factors), step)
     if model.map_field is None:
         # Friction everywhere acts as that of every throw.
-        found[6] = found[7] = derivative(model, states, ln_factors + LN_MU_STEP, LN_MU_STEP)
+        heavier = predict(model, session, states, ln_factors + LN_MU_STEP)
+        found[6] = found[7] = derivative(heavier, LN_MU_STEP)
         return Sensitivities(predicted=base, differences=found)
-    paths = linearised_paths(model, session, states, ln_factors)
+    elsewhere = [other[at_instants] for other in moved]
+    paths = _linearised(model, session, ln_factors, instants, true[at_instants], elsewhere)
     # It is also a map, of one height. Computed in two ways, the difference of the two would look
     # like something that the throws tell, and fits would creep along it.
     found[6] = found[7] = paths.responses_to_friction(np.ones((len(paths.xy), 1)))
@@ -172,6 +200,24 @@ def sensitivities_by_throw(
         map_place=7 + model.map_slice.start,
         paths=paths,
     )
+
+
+def _merged(session: Session, instants: Instants) -> tuple[Floats, Indices, Indices, Indices]:
+    """Times of rows and of instants in one order, so that each path is integrated once.
+
+    Returns
+    -------
+    times, starts : as of `Session`
+    rows, at_instants : places of the rows and of the instants among them
+    """
+    owners = np.repeat(np.arange(len(session)), np.diff(instants.starts))
+    owner = np.concatenate([session.owner, owners])
+    times = np.concatenate([session.times, instants.times])
+    order = np.lexsort((times, owner))
+    place = np.empty(len(order), dtype=np.intp)
+    place[order] = np.arange(len(order))
+    starts = np.searchsorted(owner[order], np.arange(len(session) + 1))
+    return times[order], starts, place[: len(session.times)], place[len(session.times) :]
 
 
 def _step(
