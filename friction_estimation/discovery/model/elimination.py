@@ -79,35 +79,3 @@ def eliminate_factor(reduced: Floats, ln_factors: Floats, spread: float) -> tupl
     out = reduced[:, 1:, 1:] - cross[:, :, None] * cross[:, None, :] / own[:, None, None]
     out[:, -1, -1] += ln_factors**2 / spread**2
     return out, np.log1p(spread**2 * h)
-
-
-def pooled_without_factor(
-    reduced: Floats, ln_factors: Floats, spreads: Floats
-) -> tuple[Floats, Floats]:
-    """The sums over all throws of what `eliminate_factor` gives, for several spreads.
-
-    Parameters
-    ----------
-    reduced, ln_factors : as of `eliminate_factor`
-    spreads : (s,) spreads; at most one of them is zero, and that is the first
-
-    Returns
-    -------
-    grams : (s, m-7, m-7)
-    log_terms : (s,)
-    """
-    if spreads[0] <= 0.0:
-        grams, log_terms = eliminate_factor(reduced, ln_factors, 0.0)
-        first, rest = grams.sum(axis=0)[None], np.array([log_terms.sum()])
-        if len(spreads) == 1:
-            return first, rest
-        grams, log_terms = pooled_without_factor(reduced, ln_factors, spreads[1:])
-        return np.concatenate([first, grams]), np.concatenate([rest, log_terms])
-    precision = spreads[:, None] ** -2
-    h = reduced[:, 0, 0]
-    cross = np.repeat(reduced[None, :, 0, 1:], len(spreads), axis=0)
-    cross[:, :, -1] -= ln_factors * precision
-    weighted = cross / (h + precision)[:, :, None]
-    out = reduced[:, 1:, 1:].sum(axis=0) - np.swapaxes(cross, 1, 2) @ weighted
-    out[:, -1, -1] += (ln_factors**2 * precision).sum(axis=1)
-    return out, np.log1p(h / precision).sum(axis=1)

@@ -6,10 +6,11 @@ frictions and the amplitudes of Gaussian fields are profiled.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from curling_env.typing import Floats, Indices
-from friction_estimation.discovery.model.elimination import pooled_without_factor
 from friction_estimation.discovery.model.model import GLOBALS, Model
 from friction_estimation.discovery.tuning import COUPLING_SIGMA, TRIED_SPREADS
 
@@ -208,27 +209,78 @@ def profile_spread(
     -------
     spread, step, F
     """
+    profile = _SpreadProfile.of(reduced, ln_factors, prior)
     tried = np.unique(spreads)
-    best = _best_spread(reduced, ln_factors, prior, tried)
-    if best[0] > 0.0 and len(spreads) > 1:
+    values = profile.deviances(tried)
+    best = float(tried[int(np.argmin(values))])
+    if best > 0.0 and len(spreads) > 1:
         ratio = float(spreads[2] / spreads[1])
-        finer = best[0] * np.geomspace(1 / ratio, ratio, 13)
-        best = min(best, _best_spread(reduced, ln_factors, prior, finer), key=lambda each: each[2])
-    return best
+        finer = best * np.append(1.0, np.geomspace(1 / ratio, ratio, 13))
+        values = profile.deviances(finer)
+        best = float(finer[int(np.argmin(values))])
+    return best, profile.step(best), float(values.min())
 
 
-def _best_spread(
-    reduced: Floats, ln_factors: Floats, prior: Floats, spreads: Floats
-) -> tuple[float, Floats, float]:
-    """The best of some spreads with its step and F, as of `profile_spread`."""
-    total, log_terms = pooled_without_factor(reduced, ln_factors, spreads)
-    total += prior
-    diagonal = np.einsum("sjj->sj", total)[:, :-1]
-    scale = 1.0 / np.sqrt(np.maximum(diagonal, 1e-300))
-    scaled = total[:, :-1, :-1] * scale[:, :, None] * scale[:, None, :]
-    scaled += 1e-10 * np.eye(scaled.shape[1])
-    right = total[:, :-1, -1]
-    steps = scale * np.linalg.solve(scaled, (scale * right)[:, :, None])[:, :, 0]
-    values = total[:, -1, -1] - (right * steps).sum(axis=1) + log_terms
-    k = int(np.argmin(values))
-    return float(spreads[k]), steps[k], float(values[k])
+class _SpreadProfile(NamedTuple):
+    """F at the best shared parameters, as a function of the ln factors of the throws.
+
+    The shared parameters are eliminated first. What is left is a quadratic of as many ln factors as
+    there are throws; on its axes a spread costs a division.
+
+    Parameters
+    ----------
+    least : F where all ln factors are zero, less the terms that depend on the spread
+    values, axes : (k,), (k, k) information of the ln factors about themselves
+    right : (k,) slope of F along the axes, over −2
+    information : (k,) h, the information of each throw about its own ln factor
+    ln_factors : (k,) present ln factors
+    held, response : (P,), (P, k) step of the shared parameters where the ln factors stay as they
+        are, and how it falls as they grow
+    """
+
+    least: float
+    values: Floats
+    axes: Floats
+    right: Floats
+    information: Floats
+    ln_factors: Floats
+    held: Floats
+    response: Floats
+
+    @classmethod
+    def of(cls, reduced: Floats, ln_factors: Floats, prior: Floats) -> _SpreadProfile:
+        """The profile of throws; parameters as of `profile_spread`."""
+        total = reduced[:, 1:, 1:].sum(axis=0) + prior
+        information, cross = reduced[:, 0, 0], reduced[:, 0, 1:-1]
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(total)[:-1], 1e-300))
+        scaled = total[:-1, :-1] * scale[:, None] * scale + 1e-10 * np.eye(len(scale))
+        sides = scale[:, None] * np.column_stack([total[:-1, -1], cross.T])
+        solved = scale[:, None] * np.linalg.solve(scaled, sides)
+        held, response = solved[:, 0], solved[:, 1:]
+        own = np.diag(information) - cross @ response
+        values, axes = np.linalg.eigh(0.5 * (own + own.T))
+        slope = reduced[:, 0, -1] - cross @ held
+        least = (
+            total[-1, -1] - total[:-1, -1] @ held + ln_factors @ (2.0 * slope + own @ ln_factors)
+        )
+        return cls(
+            least=float(least),
+            values=np.maximum(values, 0.0),
+            axes=axes,
+            right=axes.T @ (slope + own @ ln_factors),
+            information=information,
+            ln_factors=ln_factors,
+            held=held,
+            response=response,
+        )
+
+    def deviances(self, spreads: Floats) -> Floats:
+        """F at its least for each of some spreads, (s,)."""
+        variance = spreads[:, None] ** 2
+        shrunk = self.right**2 * variance / (1.0 + self.values * variance)
+        return self.least - shrunk.sum(axis=1) + np.log1p(variance * self.information).sum(axis=1)
+
+    def step(self, spread: float) -> Floats:
+        """The step of the shared parameters at a spread, (P,)."""
+        ln_factors = self.axes @ (self.right * spread**2 / (1.0 + self.values * spread**2))
+        return self.held - self.response @ (ln_factors - self.ln_factors)
