@@ -89,7 +89,7 @@ def run_demo(
     """
     _refuse_a_folder_of_other_files(Path(directory))
     with folder_of_drafts(directory) as folder:
-        return _run_in(folder, seed, throws, fps, draws, workers, progress)
+        return _run_in(folder, seed, throws, fps, frame_size, draws, workers, progress)
 
 
 def _refuse_a_folder_of_other_files(folder: Path) -> None:
@@ -106,6 +106,7 @@ def _run_in(
     seed: int,
     throws: int,
     fps: float,
+    frame_size: tuple[int, int] | None,
     draws: int,
     workers: int,
     progress: Progress,
