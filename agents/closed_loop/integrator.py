@@ -14,7 +14,7 @@ import numpy as np
 
 from agents.closed_loop.hidden_ice import HiddenIce
 from curling_env.physics.compiled import compiled
-from curling_env.physics.effects.motion import GRAVITY
+from curling_env.physics.motion import GRAVITY
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE
 from curling_env.throw import Release
 from curling_env.typing import Floats

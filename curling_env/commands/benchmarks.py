@@ -272,7 +272,7 @@ def _throw_in_pymunk(ice: Ice, throw: Any, stones: Floats, rate_hz: float = 60.0
     """Pymunk moves every stone and a Python callback slows it, 60 times per second."""
     import pymunk
 
-    from curling_env.physics.effects.motion import GRAVITY
+    from curling_env.physics.motion import GRAVITY
 
     stone, sheet = ice.stone, ice.sheet
     mu, cell = ice.friction.mu, sheet.cell_size

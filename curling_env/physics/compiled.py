@@ -111,7 +111,7 @@ def inlined(function: Callable[..., Any]) -> Any:
 
 
 def effect_kernel(function: Callable[..., None]) -> Any:
-    """Compile the kernel of an effect, ``(motion, theta, push) -> None``; see `effects.motion`."""
+    """Compile the kernel of an effect, ``(motion, theta, push) -> None``; see `physics.motion`."""
     kernel: Any = CFunc(
         function,
         ((_DOUBLES, _DOUBLES, _DOUBLES), types.void),

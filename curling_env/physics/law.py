@@ -35,7 +35,7 @@ from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.compiled import call_kernel, compiled, inlined, quick_log
 from curling_env.physics.effects import catalogue
-from curling_env.physics.effects.motion import (
+from curling_env.physics.motion import (
     ALONG,
     BEND,
     CLOCK,

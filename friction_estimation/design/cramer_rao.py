@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from curling_env.errors import InputError
-from curling_env.physics.effects.motion import GRAVITY
+from curling_env.physics.motion import GRAVITY
 from curling_env.sheet import PAPER_SHEET, Sheet
 from curling_env.throw import Release
 from curling_env.typing import Flags, Floats, Indices

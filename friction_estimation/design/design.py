@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from curling_env.errors import InputError
-from curling_env.physics.effects.motion import GRAVITY
+from curling_env.physics.motion import GRAVITY
 from curling_env.sheet import HOG_LINE_Y, PAPER_SHEET, TEE_Y, Direction, Sheet
 from curling_env.throw import MAX_SPEED, Release, Throw
 from curling_env.typing import Flags, Floats, Progress, no_progress

@@ -18,7 +18,7 @@ from dataclasses import replace
 import numpy as np
 
 from curling_env.ice import FrictionMap, Ice
-from curling_env.physics.effects.motion import GRAVITY
+from curling_env.physics.motion import GRAVITY
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats, Indices
 from friction_estimation.estimation.estimate import Estimate

@@ -10,7 +10,7 @@ from matplotlib.patheffects import Normal, Stroke
 from scipy.interpolate import CubicSpline
 
 from curling_env.ice import Ice
-from curling_env.physics.effects.motion import GRAVITY
+from curling_env.physics.motion import GRAVITY
 from curling_env.render.figures import (
     INK,
     KEEN_TO_HEAVY,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from curling_env.physics.effects.motion import GRAVITY
+from curling_env.physics.motion import GRAVITY
 from curling_env.trajectory import Trajectory
 
 FRICTION_OF_ICE = (0.004, 0.03)

@@ -169,7 +169,7 @@ class EffectCard:
         ``measurement``, on what a camera reports and not on the stone;
         ``nothing``, a remark in an ice file
     dissipative : whether it can only take energy out of the stone
-    kernel : compiled by `effect_kernel`, reads and writes the places of `effects.motion`; None for
+    kernel : compiled by `effect_kernel`, reads and writes the places of `physics.motion`; None for
         effects that the stone does not feel
     displacement : of an effect of the measurement, how far reported positions lie from true ones
     x_breaks, y_breaks : coordinates at which the effect is not smooth, given its parameters [m]

@@ -5,7 +5,7 @@ from typing import Any
 
 from curling_env.physics.compiled import effect_kernel, quick_exp
 from curling_env.physics.effects.card import EffectCard, Parameter, Search
-from curling_env.physics.effects.motion import LEFT, LOG_SPEED, SPIN, spin_sign
+from curling_env.physics.motion import LEFT, LOG_SPEED, SPIN, spin_sign
 
 REFERENCE_SPIN = 1.5
 """Spin at which `strength` is quoted [rad/s]."""

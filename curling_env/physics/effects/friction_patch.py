@@ -6,7 +6,7 @@ from typing import Any
 
 from curling_env.physics.compiled import effect_kernel
 from curling_env.physics.effects.card import EffectCard, Parameter, Search, Values
-from curling_env.physics.effects.motion import FRICTION, X, Y
+from curling_env.physics.motion import FRICTION, X, Y
 
 
 @effect_kernel

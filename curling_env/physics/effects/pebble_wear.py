@@ -5,7 +5,7 @@ from typing import Any
 
 from curling_env.physics.compiled import effect_kernel
 from curling_env.physics.effects.card import EffectCard, Parameter, Search, Variant
-from curling_env.physics.effects.motion import FRICTION, ORDER
+from curling_env.physics.motion import FRICTION, ORDER
 
 
 @effect_kernel

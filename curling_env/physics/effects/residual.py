@@ -6,7 +6,7 @@ from typing import Any
 
 from curling_env.physics.compiled import effect_kernel
 from curling_env.physics.effects.card import EffectCard, Parameter
-from curling_env.physics.effects.motion import CLOCK, FRICTION, ORDER, SPEED, SPIN, X, Y
+from curling_env.physics.motion import CLOCK, FRICTION, ORDER, SPEED, SPIN, X, Y
 
 VARIABLES = ("speed", "x", "y", "spin", "clock", "order")
 """What the table may run over, by the number its parameter `variable` takes; spin without sign."""

@@ -4,7 +4,7 @@ from typing import Any, Literal
 
 from curling_env.physics.compiled import effect_kernel
 from curling_env.physics.effects.card import EffectCard, Parameter, Search
-from curling_env.physics.effects.motion import GRAVITY, PUSH_X, PUSH_Y
+from curling_env.physics.motion import GRAVITY, PUSH_X, PUSH_Y
 
 
 @effect_kernel

@@ -6,7 +6,7 @@ from typing import Any
 
 from curling_env.physics.compiled import effect_kernel, quick_exp, quick_log
 from curling_env.physics.effects.card import EffectCard, Parameter, Search, Values
-from curling_env.physics.effects.motion import CONTACT_FRICTION, CONTACTS, LOG_SLIP, SLIP
+from curling_env.physics.motion import CONTACT_FRICTION, CONTACTS, LOG_SLIP, SLIP
 
 SLOWEST_SLIP = 0.01
 """Slip below which friction no longer rises [m/s]; nobody has measured slower contacts."""

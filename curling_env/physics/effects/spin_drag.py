@@ -5,7 +5,7 @@ from typing import Any
 
 from curling_env.physics.compiled import effect_kernel, quick_exp
 from curling_env.physics.effects.card import EffectCard, Parameter, Search
-from curling_env.physics.effects.motion import LOG_SPEED, SPEED, SPIN, TURN, spin_sign
+from curling_env.physics.motion import LOG_SPEED, SPEED, SPIN, TURN, spin_sign
 
 REFERENCE_SPIN = 1.5
 """Spin at which `rate` is quoted [rad/s]."""

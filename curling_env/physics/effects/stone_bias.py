@@ -5,7 +5,7 @@ from typing import Any
 
 from curling_env.physics.compiled import effect_kernel
 from curling_env.physics.effects.card import EffectCard, Parameter, Search, Variant
-from curling_env.physics.effects.motion import BEND, FRICTION, STONE
+from curling_env.physics.motion import BEND, FRICTION, STONE
 
 
 @effect_kernel

@@ -4,7 +4,7 @@ from typing import Any
 
 from curling_env.physics.compiled import effect_kernel
 from curling_env.physics.effects.card import EffectCard, Parameter, Search
-from curling_env.physics.effects.motion import BEND, FRICTION, SWEPT
+from curling_env.physics.motion import BEND, FRICTION, SWEPT
 
 
 @effect_kernel

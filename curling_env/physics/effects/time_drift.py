@@ -5,7 +5,7 @@ from typing import Any
 
 from curling_env.physics.compiled import effect_kernel
 from curling_env.physics.effects.card import EffectCard, Parameter, Search
-from curling_env.physics.effects.motion import CLOCK, FRICTION
+from curling_env.physics.motion import CLOCK, FRICTION
 
 
 @effect_kernel

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.compiled import compiled, inlined
-from curling_env.physics.effects.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.law import Law, compile_law
 from curling_env.physics.many_stones.contacts import GONE, ContactLaw, contact_law
 from curling_env.physics.many_stones.events import (
@@ -28,6 +27,7 @@ from curling_env.physics.many_stones.events import (
     play,
 )
 from curling_env.physics.many_stones.tuning import MAX_COLLISIONS, OVERLAP_ALLOWED
+from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.one_stone.integrate import (
     NO_OBSTACLES,
     Delivery,

@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from curling_env.physics.compiled import compiled, inlined
-from curling_env.physics.effects.motion import SWEPT
 from curling_env.physics.law import Law
 from curling_env.physics.many_stones.contacts import collides
 from curling_env.physics.many_stones.runge_kutta import (
@@ -30,6 +29,7 @@ from curling_env.physics.many_stones.tuning import (
     PIECES_OF_A_STEP,
     REST_SPEED,
 )
+from curling_env.physics.motion import SWEPT
 from curling_env.physics.one_stone.integrate import Delivery, Limits, Sampling
 from curling_env.physics.one_stone.tuning import MAX_TIME
 from curling_env.physics.state import State

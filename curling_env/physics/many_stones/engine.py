@@ -19,7 +19,6 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.effects.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.law import compile_law
 from curling_env.physics.many_stones.common_steps import (
     MovingStones,
@@ -35,6 +34,7 @@ from curling_env.physics.many_stones.tuning import (
     MAX_CONTACTS,
     OVERLAP_ALLOWED,
 )
+from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.one_stone.integrate import NO_OBSTACLES, Limits, Sampling
 from curling_env.physics.one_stone.slide import (
     SlideEnd,

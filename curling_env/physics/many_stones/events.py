@@ -19,7 +19,6 @@ import numpy as np
 
 from curling_env.ice import Ice
 from curling_env.physics.compiled import compiled, inlined
-from curling_env.physics.effects.motion import MOTION_SIZE, STONE
 from curling_env.physics.law import Law
 from curling_env.physics.many_stones.contacts import (
     GONE,
@@ -37,6 +36,7 @@ from curling_env.physics.many_stones.tuning import (
     CONTACT_GAP,
     MAX_COLLISIONS,
 )
+from curling_env.physics.motion import MOTION_SIZE, STONE
 from curling_env.physics.one_stone.integrate import (
     Delivery,
     Limits,

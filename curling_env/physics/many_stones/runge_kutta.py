@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from curling_env.physics.compiled import compiled, inlined
-from curling_env.physics.effects.motion import CLOCK, HEADING, PUSH_SIZE, T
 from curling_env.physics.law import Law, accelerate
 from curling_env.physics.many_stones.tuning import (
     JUMP_MARGIN,
@@ -22,6 +21,7 @@ from curling_env.physics.many_stones.tuning import (
     MAX_STEP,
     SKIPPED_LINE,
 )
+from curling_env.physics.motion import CLOCK, HEADING, PUSH_SIZE, T
 from curling_env.physics.one_stone.integrate import Delivery
 from curling_env.physics.one_stone.map_path import quintic
 from curling_env.physics.state import State

@@ -11,8 +11,8 @@ from math import asin, cos, hypot, sin
 import numpy as np
 
 from curling_env.ice import Ice
-from curling_env.physics.effects.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.law import compile_law
+from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.one_stone.integrate import Delivery as SessionPlace
 from curling_env.physics.one_stone.integrate import Limits, Sampling
 from curling_env.physics.one_stone.slide import (

@@ -17,9 +17,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from curling_env.physics.compiled import compiled, inlined
-from curling_env.physics.effects.motion import GRAVITY, SWEPT
 from curling_env.physics.law import MIN_SPEED, Law, mu_of_map
 from curling_env.physics.many_stones.contacts import collides
+from curling_env.physics.motion import GRAVITY, SWEPT
 from curling_env.physics.one_stone.map_path import between_nodes, follow_map
 from curling_env.physics.one_stone.step import Workspace, store_curves, take_step
 from curling_env.physics.one_stone.tuning import (

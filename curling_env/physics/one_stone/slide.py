@@ -10,8 +10,8 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.compiled import compiled
-from curling_env.physics.effects.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.law import Law, compile_law
+from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.one_stone.integrate import (
     NO_BOUNDS,
     NO_OBSTACLES,

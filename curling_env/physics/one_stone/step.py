@@ -19,8 +19,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from curling_env.physics.compiled import inlined
-from curling_env.physics.effects.motion import CLOCK, HEADING, PUSH_SIZE, T
 from curling_env.physics.law import MIN_SPEED, Law, law_terms
+from curling_env.physics.motion import CLOCK, HEADING, PUSH_SIZE, T
 from curling_env.physics.one_stone.map_path import curve_at, follow_map, parabola_at
 from curling_env.physics.one_stone.tuning import (
     LENGTH_PER_RADIAN,

@@ -19,7 +19,8 @@ from scipy.ndimage import gaussian_filter
 
 from curling_env.ice import ActiveEffect, Ice, load_ice
 from curling_env.physics.compiled import compiled
-from curling_env.physics.effects.motion import (
+from curling_env.physics.law import Law, accelerate, compile_law
+from curling_env.physics.motion import (
     CLOCK,
     HEADING,
     MOTION_SIZE,
@@ -29,7 +30,6 @@ from curling_env.physics.effects.motion import (
     SWEPT,
     T,
 )
-from curling_env.physics.law import Law, accelerate, compile_law
 from curling_env.physics.one_stone.slide import state_of
 from curling_env.physics.state import State
 from curling_env.throw import Release, Throw

@@ -237,7 +237,7 @@ OUTSIDE = '''
 
 from curling_env.physics.compiled import effect_kernel
 from curling_env.physics.effects import EffectCard, Parameter, register
-from curling_env.physics.effects.motion import ALONG, SPEED
+from curling_env.physics.motion import ALONG, SPEED
 
 
 @effect_kernel

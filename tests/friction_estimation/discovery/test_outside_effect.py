@@ -24,7 +24,7 @@ TROUGH = '''
 
 from curling_env.physics.compiled import effect_kernel
 from curling_env.physics.effects import EffectCard, Parameter, register
-from curling_env.physics.effects.motion import PUSH_X, X
+from curling_env.physics.motion import PUSH_X, X
 
 
 @effect_kernel

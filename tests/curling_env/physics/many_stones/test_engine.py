@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
-from curling_env.physics.effects.motion import MOTION_SIZE
 from curling_env.physics.law import compile_law
 from curling_env.physics.many_stones.engine import Engine, Status, StoneState
+from curling_env.physics.motion import MOTION_SIZE
 from curling_env.physics.one_stone.integrate import Delivery, Limits, Sampling
 from curling_env.physics.one_stone.slide import SlideEnd, play_bounds, slide, slide_kernel
 from curling_env.physics.one_stone.step import new_workspace

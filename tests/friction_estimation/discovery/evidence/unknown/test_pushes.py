@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curling_env.physics.effects.motion import GRAVITY
+from curling_env.physics.motion import GRAVITY
 from friction_estimation.discovery.evidence.unknown.pushes import (
     PUSHES,
     _powers,
