@@ -88,6 +88,20 @@ DELIVERIES = {"hog-line": FROM_HOG_LINE, "hack": FROM_HACK}
 """Deliveries by name."""
 
 
+def delivery_named(name: str | Delivery) -> Delivery:
+    """A delivery by its name; a `Delivery` is returned as it is.
+
+    Raises
+    ------
+    InputError : an unknown name
+    """
+    if isinstance(name, Delivery):
+        return name
+    if name not in DELIVERIES:
+        raise InputError(f"no delivery is named {name!r}; there are {', '.join(DELIVERIES)}")
+    return DELIVERIES[name]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Release:
     """The state of a stone as it leaves the hand, sheet frame.

@@ -51,6 +51,14 @@ SweepOption = Annotated[
     bool, typer.Option("--sweep/--no-sweep", help="Whether sweepers help a stone that is light.")
 ]
 
+DeliveryOption = Annotated[
+    str,
+    typer.Option(
+        help="Where throws begin: hog-line, or hack as in Digital Curling, with π/2 rad/s and at "
+        "most 4 m/s."
+    ),
+]
+
 
 def play(
     home: PlayerOption,
@@ -80,13 +88,7 @@ def play(
         ),
         Writes(folder=True),
     ] = None,
-    delivery: Annotated[
-        str,
-        typer.Option(
-            help="Where throws begin: hog-line, or hack as in Digital Curling, with π/2 rad/s and "
-            "up to 4 m/s."
-        ),
-    ] = "hog-line",
+    delivery: DeliveryOption = "hog-line",
     film: Annotated[
         bool, typer.Option("--film", help="With -o, also make a film (game.mp4); it takes minutes.")
     ] = False,
@@ -117,14 +119,12 @@ def play(
     from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator
     from curling_env.game.rules import Team, rule_set
     from curling_env.infrastructure.files.storage import make_directory, together
-    from curling_env.throw import DELIVERIES
+    from curling_env.throw import delivery_named
 
     if film and output is None:
         raise InputError("--film needs a directory for it: -o DIR")
     if hammer not in ("home", "away", "lot"):
         raise InputError(f"--hammer is home, away or lot, got {hammer!r}")
-    if delivery not in DELIVERIES:
-        raise InputError(f"--delivery is {' or '.join(DELIVERIES)}, got {delivery!r}")
     chosen = rule_set(rules) if ends is None else rule_set(rules, ends=ends)
     players = (player_from(home), player_from(away))
     simulator = GameSimulator(
@@ -134,7 +134,7 @@ def play(
         skills=skill,
         ice_evolution=NO_EVOLUTION if still else TYPICAL_EVOLUTION,
         sweeping=sweep,
-        delivery=DELIVERIES[delivery],
+        delivery=delivery_named(delivery),
     )
     say_what_is_unknown(simulator.ice, simulator.known_ice)
     match = Match(

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from agents.commands.play import RulesOption, SkillOption, StillOption, SweepOption
+from agents.commands.play import DeliveryOption, RulesOption, SkillOption, StillOption, SweepOption
 from curling_env.commands.cli import (
     IceOption,
     SeedOption,
@@ -36,6 +36,7 @@ def tournament(
     skill: SkillOption = "elite",
     still: StillOption = False,
     sweep: SweepOption = True,
+    delivery: DeliveryOption = "hog-line",
     workers: Annotated[
         str,
         typer.Option(
@@ -64,6 +65,7 @@ def tournament(
     from agents.playing.trained_player import player_from
     from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator
     from curling_env.game.rules import rule_set
+    from curling_env.throw import delivery_named
 
     chosen = rule_set(rules) if ends is None else rule_set(rules, ends=ends)
     simulator = GameSimulator(
@@ -72,6 +74,7 @@ def tournament(
         skills=skill,
         ice_evolution=NO_EVOLUTION if still else TYPICAL_EVOLUTION,
         sweeping=sweep,
+        delivery=delivery_named(delivery),
     )
     say_what_is_unknown(simulator.ice)
     opponents = [player_from(name) for name in players]

@@ -38,7 +38,7 @@ from curling_env.game.rules import RuleSet, Team, concede, may_concede, rule_set
 from curling_env.game.simulator import direction_of
 from curling_env.ice import Ice
 from curling_env.sheet import Direction
-from curling_env.throw import Skill
+from curling_env.throw import Delivery, Skill, delivery_named
 from curling_env.typing import Image, Singles
 
 
@@ -98,6 +98,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
     skill : execution error of both teams, or of the home and the away team
     ice_evolution : how the ice changes during the game
     sweeping : "none", "scripted" (sweepers decide) or "action" (part of the action)
+    delivery : where throws begin: "hog-line", "hack" (as in Digital Curling) or a `Delivery`
     choices : "rule" (stones are put back after a tick, there are no power plays, the deciding
         team keeps the hammer, nobody concedes) or "action" (part of the action, as decisions that
         hold until a team's next delivery)
@@ -136,6 +137,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         skill: str | Skill | tuple[str | Skill, str | Skill] = "elite",
         ice_evolution: IceEvolution = NO_EVOLUTION,
         sweeping: Sweeping = "none",
+        delivery: str | Delivery = "hog-line",
         choices: Choices = "rule",
         observation: ObservationKind = "flat",
         weights: GameRewardWeights | None = None,
@@ -155,9 +157,17 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
             skills=skill,
             ice_evolution=ice_evolution,
             sweeping=sweeping != "none",
+            delivery=delivery_named(delivery),
         )
         self.action = GameAction(
-            throw_range_for(self.simulator.known_ice, Direction.AWAY, hits=True), sweeping, choices
+            throw_range_for(
+                self.simulator.known_ice,
+                Direction.AWAY,
+                hits=True,
+                delivery=self.simulator.delivery,
+            ),
+            sweeping,
+            choices,
         )
         self.observation = GameObservation(
             observation, self.simulator.known_ice, self.simulator.lines

@@ -36,7 +36,7 @@ from curling_env.game.rules.placement import Side
 from curling_env.game.simulator import direction_of
 from curling_env.ice import Ice
 from curling_env.sheet import Direction
-from curling_env.throw import Skill
+from curling_env.throw import Delivery, Skill, delivery_named
 from curling_env.typing import Image, Singles
 
 Hammer = Literal["own", "opponent", "random"]
@@ -58,6 +58,7 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
     opponent_skill : execution error of the opponent; by default the agent's
     ice_evolution : how the ice changes during the end
     sweeping : "none", "scripted" (sweepers decide) or "action" (part of the action)
+    delivery : where throws begin: "hog-line", "hack" (as in Digital Curling) or a `Delivery`
     choices : whether after an opponent's tick the stones are put back or left by "rule" (whichever
         counts for more), or as the agent's last "action" says
     observation : "flat", "dict" or "planes"
@@ -98,6 +99,7 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
         opponent_skill: str | Skill | None = None,
         ice_evolution: IceEvolution = NO_EVOLUTION,
         sweeping: Sweeping = "none",
+        delivery: str | Delivery = "hog-line",
         choices: Choices = "rule",
         observation: ObservationKind = "flat",
         weights: GameRewardWeights | None = None,
@@ -111,10 +113,18 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
             skills=(skill, skill if opponent_skill is None else opponent_skill),
             ice_evolution=ice_evolution,
             sweeping=sweeping != "none",
+            delivery=delivery_named(delivery),
         )
         self.opponent = player_named(opponent)
         self.action = GameAction(
-            throw_range_for(self.simulator.known_ice, Direction.AWAY, hits=True), sweeping, choices
+            throw_range_for(
+                self.simulator.known_ice,
+                Direction.AWAY,
+                hits=True,
+                delivery=self.simulator.delivery,
+            ),
+            sweeping,
+            choices,
         )
         self.observation = GameObservation(
             observation, self.simulator.known_ice, self.simulator.lines

@@ -25,8 +25,8 @@ from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.game.simulator import direction_of, result_of_places
 from curling_env.physics.many_stones.batch import RELEASE_DTYPE, play_batch
 from curling_env.physics.one_stone.slide import play_bounds
-from curling_env.sheet import HOG_LINE_Y, TEE_Y
-from curling_env.throw import velocity_of
+from curling_env.sheet import TEE_Y
+from curling_env.throw import Delivery, velocity_of
 from curling_env.typing import Flags, Floats
 
 DIRECTION = direction_of(0)
@@ -191,7 +191,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
                 (throw.x, throw.speed, throw.angle, throw.spin, number, clock, throws, begin, until)
             )
         places = np.array(lie).reshape(len(calls), len(names), 2)
-        releases = _releases(np.array(thrown))
+        releases = _releases(np.array(thrown), self.single.simulator.delivery)
         after = play_batch(self._ice, places, releases, identity=names, bounds=self._bounds)
         if (after.collisions < 0).any():
             raise InputError("a stone never stops on this ice; check its friction and slope")
@@ -239,17 +239,18 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         return {name: np.stack([one[name] for one in seen]) for name in names}
 
 
-def _releases(throws: Floats) -> NDArray[Any]:
-    """Releases at the hog line, of RELEASE_DTYPE.
+def _releases(throws: Floats, delivery: Delivery) -> NDArray[Any]:
+    """Releases, of RELEASE_DTYPE.
 
     Parameters
     ----------
     throws : (n, 9) rows of offset, speed, angle, spin, stone, clock, order, begin and end of
         sweeping
+    delivery : where throws begin
     """
     x, speed, angle, spin, stone, clock, order, begin, until = throws.T
     vx, vy = velocity_of(speed, angle, DIRECTION)
-    given = {"x": x, "y": -HOG_LINE_Y, "vx": vx, "vy": vy, "omega": spin, "stone": stone}
+    given = {"x": x, "y": -delivery.line_y, "vx": vx, "vy": vy, "omega": spin, "stone": stone}
     given |= {"clock": clock, "order": order, "sweep_start": begin, "sweep_end": until}
     releases = np.zeros(len(throws), dtype=RELEASE_DTYPE)
     for name, values in given.items():

@@ -12,7 +12,7 @@ from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.one_stone.slide import NO_BOUNDS, SlideEnd, slide
 from curling_env.sheet import HACK_Y, HOG_LINE_Y, TEE_Y, Direction
-from curling_env.throw import MAX_SPEED, MAX_SPIN, Throw
+from curling_env.throw import FROM_HOG_LINE, MAX_SPEED, MAX_SPIN, Delivery, Throw
 from curling_env.typing import Floats, Singles
 
 """Bounds that end no slide."""
@@ -100,7 +100,13 @@ class ThrowRange:
         return np.clip((numbers - self.middle) / self.half, -1.0, 1.0).astype(np.float32)
 
 
-def weight_to(ice: Ice, y: float, direction: Direction = Direction.AWAY) -> float:
+def weight_to(
+    ice: Ice,
+    y: float,
+    direction: Direction = Direction.AWAY,
+    *,
+    delivery: Delivery = FROM_HOG_LINE,
+) -> float:
     """Speed at which a straight throw without spin stops at a distance from mid-sheet [m/s].
 
     Parameters
@@ -108,6 +114,7 @@ def weight_to(ice: Ice, y: float, direction: Direction = Direction.AWAY) -> floa
     ice : the ice thrown on
     y : where it should stop, along the direction of play from mid-sheet [m]
     direction : the end played to
+    delivery : where throws begin
 
     Returns
     -------
@@ -116,7 +123,8 @@ def weight_to(ice: Ice, y: float, direction: Direction = Direction.AWAY) -> floa
     low, high = 0.05, MAX_SPEED
 
     def stops_short(speed: float) -> bool:
-        end = slide(ice, Throw(speed=speed).release(direction), bounds=bounds)
+        release = Throw(speed=speed).release(direction, delivery=delivery)
+        end = slide(ice, release, bounds=bounds)
         return end.end is SlideEnd.REST
 
     # A slide ends where a stone passes y, so that a fast throw on ice where it would never stop
@@ -134,7 +142,9 @@ def weight_to(ice: Ice, y: float, direction: Direction = Direction.AWAY) -> floa
     return (low + high) / 2
 
 
-def throw_range_for(ice: Ice, direction: Direction, *, hits: bool) -> ThrowRange:
+def throw_range_for(
+    ice: Ice, direction: Direction, *, hits: bool, delivery: Delivery = FROM_HOG_LINE
+) -> ThrowRange:
     """The range of throws worth offering on an ice.
 
     It runs from the weight that stops at the far hog line to the weight that reaches the hack.
@@ -145,9 +155,12 @@ def throw_range_for(ice: Ice, direction: Direction, *, hits: bool) -> ThrowRange
     direction : the end played to
     hits : whether there are stones to hit; the range then reaches to MAX_HIT_WEIGHT times the
         weight that stops at the tee
+    delivery : where throws begin, and the fastest
     """
-    slow = weight_to(ice, HOG_LINE_Y, direction)
-    fast = weight_to(ice, HACK_Y, direction)
+    slow, tee, fast = (
+        weight_to(ice, y, direction, delivery=delivery) for y in (HOG_LINE_Y, TEE_Y, HACK_Y)
+    )
     if hits:
-        fast = max(fast, MAX_HIT_WEIGHT * weight_to(ice, TEE_Y, direction))
-    return ThrowRange(speed=(min(slow, MAX_SPEED - 0.1), min(fast, MAX_SPEED)))
+        fast = max(fast, MAX_HIT_WEIGHT * tee)
+    most = delivery.max_speed
+    return ThrowRange(speed=(min(slow, most - 0.1), min(fast, most)))

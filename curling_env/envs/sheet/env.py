@@ -31,7 +31,7 @@ from curling_env.physics.ice_uncertainty import is_uncertain, plausible_ices
 from curling_env.physics.many_stones.engine import Engine, StoneState
 from curling_env.physics.one_stone.tuning import QUICK_TOLERANCE
 from curling_env.sheet import Direction, to_delivery, to_sheet
-from curling_env.throw import Throw
+from curling_env.throw import Delivery, Throw, delivery_named
 from curling_env.typing import Floats, Image, Singles
 
 
@@ -60,6 +60,7 @@ class CurlingSheetEnv(gymnasium.Env[Singles, Singles]):
     stones : other stones on the sheet before the first throw: positions (k, 2) in the delivery
         frame [m], or how many to lay at random
     direction : the end played to: "away", "home" or "random"
+    delivery : where throws begin: "hog-line", "hack" or a `Delivery`
     level : difficulty of the positions, 0 to 1: goals spread from the task's easiest goal to
         anywhere, and up to that share of `stones` lie on the sheet. None for positions as asked
         for. May be set between episodes
@@ -94,6 +95,7 @@ class CurlingSheetEnv(gymnasium.Env[Singles, Singles]):
         target: TargetOption = None,
         stones: StonesOption = (),
         direction: DirectionOption = "away",
+        delivery: str | Delivery = "hog-line",
         level: float | None = None,
         throw_range: ThrowRange | None = None,
         weights: RewardWeights | None = None,
@@ -126,7 +128,10 @@ class CurlingSheetEnv(gymnasium.Env[Singles, Singles]):
         self.weights = weights or self.task.weights
         known = self.ice if known_ice is None else load_ice(known_ice)
         # Chosen for the known ice: a range chosen for the true ice would give it away.
-        self.throw_range = throw_range or throw_range_for(known, Direction.AWAY, hits=resting > 0)
+        self.delivery = delivery_named(delivery)
+        self.throw_range = throw_range or throw_range_for(
+            known, Direction.AWAY, hits=resting > 0, delivery=self.delivery
+        )
         self._ice_features = {end: ice_features(known, end) for end in Direction}
         self.observation_space = spaces.Box(
             -1.0, 1.0, (len(self.observation.names),), dtype=np.float32
@@ -221,6 +226,7 @@ class CurlingSheetEnv(gymnasium.Env[Singles, Singles]):
             stone=FIRST_OWN_STONE + self._played,
             clock=self._clock,
             order=self._played,
+            delivery=self.delivery,
         )
         outcome = self.engine.play(release, self._stones, fps=self._fps, throw=self._played)
         self._played += 1

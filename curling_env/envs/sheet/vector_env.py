@@ -21,7 +21,7 @@ from curling_env.ice import Ice
 from curling_env.physics.many_stones.batch import MOST_STONES, RELEASE_DTYPE, play_batch
 from curling_env.physics.many_stones.engine import Status, StoneState, is_hogged, left_by_the_side
 from curling_env.physics.one_stone.slide import play_bounds
-from curling_env.sheet import HOG_LINE_Y, Direction, to_delivery, to_sheet
+from curling_env.sheet import Direction, to_delivery, to_sheet
 from curling_env.throw import Throw, velocity_of
 from curling_env.typing import Flags, Floats, Indices, Singles
 
@@ -297,7 +297,7 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
         """Simulate throws together, among the first k stones of each sheet."""
         direction = self._directions[rows]
         table = np.zeros(len(rows), dtype=RELEASE_DTYPE)
-        table["y"] = -direction * HOG_LINE_Y
+        table["y"] = -direction * self.single.delivery.line_y
         table["vx"], table["vy"] = velocity_of(throws[:, 0], throws[:, 1], direction)
         table["omega"] = throws[:, 2]
         table["stone"] = FIRST_OWN_STONE + self._played[rows]
@@ -347,6 +347,7 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
                     stone=FIRST_OWN_STONE + number,
                     clock=float(self._clock[i]),
                     order=number,
+                    delivery=self.single.delivery,
                 ),
                 [
                     StoneState(x=x, y=y, stone=self._identifiers[s])

@@ -17,9 +17,10 @@ from curling_env.envs.sheet.reward import RewardWeights
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, Ice, load_ice, save_ice
 from curling_env.physics.ice_uncertainty import rest_spread
+from curling_env.physics.one_stone.aim import Aim
 from curling_env.physics.one_stone.slide import slide
-from curling_env.sheet import TEE_Y, Direction, to_delivery
-from curling_env.throw import Throw
+from curling_env.sheet import HACK_Y, TEE_Y, Direction, to_delivery
+from curling_env.throw import FROM_HACK, Throw
 
 DRAW = Throw(speed=2.1, angle=-0.05, spin=1.0)
 """A throw that comes to rest close to the button of standard ice."""
@@ -322,3 +323,17 @@ def test_the_ice_of_the_file_is_thrown_on_unless_asked_for():
     assert env.thrown_ice is ice
     with pytest.raises(InputError, match="ice_sigma"):
         make(ice="standard", ice_sigma=True)
+
+
+def test_throws_may_begin_at_the_hack():
+    env = make(ice="fcv1", delivery="hack", direction="home")
+    env.reset(seed=0)
+    slow, fast = env.throw_range.speed
+    assert fast <= 4.0
+    draw = Aim(load_ice("fcv1"), Direction.HOME, delivery=FROM_HACK).draw(0.0, 0.0, 1.5)
+    assert slow < draw.speed < fast
+    *_, info = env.step(env.action_of(draw))
+    assert info["trajectory"].xy[0] == pytest.approx([0.0, HACK_Y])
+    assert info["distance_m"] < 0.05
+    with pytest.raises(InputError, match="hog-line, hack"):
+        make(delivery="tee")

@@ -58,6 +58,7 @@ LONE = [
     {"ice": DOUBTFUL, "ice_sigma": True, "target": "random", "direction": "random"},
     {},
     {"ice": load_ice("paper"), "direction": "random"},
+    {"ice": load_ice("fcv1"), "direction": "random", "delivery": "hack"},
     {"target": "random", "direction": "home"},
     {"ice": WORN, "throws": 3, "target": (0.4, -0.7)},
 ]
