@@ -8,6 +8,7 @@ from pathlib import Path
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
+from curling_env.infrastructure.files import limits
 from curling_env.physics.one_stone.slide import Slide, slide
 from curling_env.physics.wear import PATH_FPS, wear_along_path, wear_of, worn
 from curling_env.throw import Release, Throw
@@ -40,18 +41,26 @@ def simulate(
 
     Raises
     ------
-    InputError : an ice that cannot be loaded, or a throw that cannot be made on it
+    InputError : an ice that cannot be loaded, a throw that cannot be made on it, or more samples
+        than a file of tracks may have
     """
     releases = [
         throw if isinstance(throw, Release) else replace(throw.release(order=k), throw=k)
         for k, throw in enumerate(throws)
     ]
     runs = slides_in_turn(load_ice(ice), releases, fps=fps)
-    return [
-        run.trajectory
-        for run in with_progress(runs, "throws", progress, len(releases))
-        if run.trajectory is not None
-    ]
+    tracks: list[Trajectory] = []
+    samples = 0
+    for run in with_progress(runs, "throws", progress, len(releases)):
+        if run.trajectory is not None:
+            tracks.append(run.trajectory)
+            samples += len(run.trajectory)
+        if samples > limits.MAX_ROWS:
+            raise InputError(
+                f"{len(releases)} throws are more than {limits.MAX_ROWS} rows of tracks at {fps:g} "
+                "samples a second: give fewer throws, or fewer samples"
+            )
+    return tracks
 
 
 def slides_in_turn(ice: Ice, releases: Iterable[Release], *, fps: float) -> Iterator[Slide]:

@@ -19,6 +19,9 @@ from curling_env.commands.cli import (
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.limits import MAX_FRAME_PIXELS
 
+MAX_FILMS = 1000
+"""Films of one command."""
+
 
 def film(
     ice: IceOption,
@@ -81,7 +84,12 @@ def film(
 
     spec = FilmSpec(camera=camera, size=_size(size), fps=fps, noise=noise, people=people, seed=seed)
     known = load_ice(ice)
-    numbered = [replace(release, throw=k) for k, release in enumerate(read_releases(releases))]
+    played = read_releases(releases)
+    if len(played) > MAX_FILMS:
+        raise InputError(
+            f"has {len(played)} throws; at most {MAX_FILMS} are filmed at a time", source=releases
+        )
+    numbered = [replace(release, throw=k) for k, release in enumerate(played)]
     # Four samples a frame: the cubic between them is then exact to a micrometre.
     thrown = [run.trajectory for run in slides_in_turn(known, numbered, fps=4 * fps)]
     folder = make_directory(output)

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from curling_env.infrastructure.files.arrays import read_arrays, write_arrays
 from curling_env.infrastructure.files.reading import (
@@ -65,6 +65,10 @@ __all__ = [
 ]
 
 
+_ROWS_AT_A_TIME = 100_000
+"""Rows of a table that are turned into text together: as text they take much more room."""
+
+
 def write_text(path: str | Path, text: str) -> None:
     """Write text as UTF-8, completely or not at all.
 
@@ -109,9 +113,11 @@ def write_table(path: str | Path, columns: Mapping[str, ArrayLike]) -> None:
     ValueError : columns of different length, or an infinite number
     OutputError : see `atomic_path`
     """
-    cells = [_cells(name, values) for name, values in columns.items()]
+    checked = [_column(name, values) for name, values in columns.items()]
+    if len({len(column) for column in checked}) > 1:
+        raise ValueError("columns of different length")
     if Path(path).suffix.lower() == ".parquet":
-        _write_parquet(path, dict(zip(columns, cells, strict=True)))
+        _write_parquet(path, dict(zip(columns, map(_cells, checked), strict=True)))
         return
     with (
         atomic_path(path) as draft,
@@ -119,7 +125,9 @@ def write_table(path: str | Path, columns: Mapping[str, ArrayLike]) -> None:
     ):
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)
-        writer.writerows(zip(*cells, strict=True))
+        for begin in range(0, len(checked[0]) if checked else 0, _ROWS_AT_A_TIME):
+            rows = slice(begin, begin + _ROWS_AT_A_TIME)
+            writer.writerows(zip(*(_cells(column[rows]) for column in checked), strict=True))
 
 
 # --- details -----------------------------------------------------------------------------------
@@ -136,16 +144,22 @@ def _write_parquet(path: str | Path, columns: Mapping[str, list[Any]]) -> None:
         parquet.write_table(table, draft)
 
 
-def _cells(name: str, values: ArrayLike) -> list[Any]:
+def _column(name: str, values: ArrayLike) -> NDArray[Any]:
+    """A column of a table, whose numbers a table can carry."""
     column = np.asarray(values)
     if column.dtype == object:  # numbers mixed with None
         column = np.array([np.nan if value is None else value for value in column.tolist()])
     if column.dtype == np.bool_:
         column = column.astype(np.int64)
+    if np.issubdtype(column.dtype, np.floating) and np.isinf(column).any():
+        raise ValueError(f"column {name!r} holds an infinite number, which a table cannot carry")
+    return column
+
+
+def _cells(column: NDArray[Any]) -> list[Any]:
+    """What stands in the cells of a column; nothing for NaN."""
     if not np.issubdtype(column.dtype, np.floating):
         return column.tolist()
-    if np.isinf(column).any():
-        raise ValueError(f"column {name!r} holds an infinite number, which a table cannot carry")
     return ["" if value != value else value for value in column.tolist()]
 
 

@@ -160,6 +160,13 @@ def test_tracks_are_the_true_paths(curling, releases, tmp_path):
     assert tracks[2].xy[-1, 1] == pytest.approx(edge, abs=1e-4)
 
 
+def test_more_samples_than_a_file_may_have_are_refused(curling, releases, tmp_path, monkeypatch):
+    monkeypatch.setattr("curling_env.infrastructure.files.limits.MAX_ROWS", 100)
+    run = curling("simulate", "--ice", "paper", "--releases", releases, "-o", tmp_path / "t.csv")
+    assert "more than 100 rows of tracks at 30 samples a second" in run.complaint
+    assert not (tmp_path / "t.csv").exists()
+
+
 def test_measurement_effects_do_not_move_stones(curling, releases, tmp_path):
     ice = load_ice("standard").with_effect(
         ActiveEffect(name="tracking_offset", parameters={"along": 0.05, "left": 0.02})

@@ -551,3 +551,13 @@ def test_the_command_needs_a_directory_it_can_write(curling, tmp_path):
         "film", "--ice", "standard", "--releases", tmp_path / "r.csv", "-o", tmp_path / "films"
     )
     assert "a file is in its place" in result.complaint
+
+
+def test_the_command_refuses_thousands_of_films(curling, tmp_path):
+    rows = "".join(f"{k},0,-10.9725,0,2.1,0,1.5\n" for k in range(1001))
+    (tmp_path / "r.csv").write_text("throw,x,y,vx,vy,theta,omega\n" + rows)
+    result = curling(
+        "film", "--ice", "standard", "--releases", tmp_path / "r.csv", "-o", tmp_path / "films"
+    )
+    assert "r.csv: has 1001 throws; at most 1000 are filmed" in result.complaint
+    assert not (tmp_path / "films").exists()

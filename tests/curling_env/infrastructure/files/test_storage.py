@@ -336,8 +336,19 @@ def test_none_and_booleans_are_written(tmp_path: Path) -> None:
     assert (tmp_path / "a.csv").read_text() == "a,b\n,1\n2.5,0\n"
 
 
+def test_a_long_table_is_written_as_a_short_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    columns = {"a": np.arange(7), "b": [0.5, None, 1.5, 2.0, np.nan, 1e-9, 3.0]}
+    write_table(tmp_path / "at_once.csv", columns)
+    monkeypatch.setattr("curling_env.infrastructure.files.storage._ROWS_AT_A_TIME", 3)
+    write_table(tmp_path / "in_parts.csv", columns)
+    assert (tmp_path / "in_parts.csv").read_text() == (tmp_path / "at_once.csv").read_text()
+    assert (tmp_path / "at_once.csv").read_text().count("\n") == 8
+
+
 def test_columns_of_different_length_or_without_end_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="shorter"):
+    with pytest.raises(ValueError, match="different length"):
         write_table(tmp_path / "a.csv", {"a": [1, 2], "b": [1]})
     for column in ([np.inf], [1.0, -np.inf], [None, np.inf]):
         with pytest.raises(ValueError, match="infinite"):
