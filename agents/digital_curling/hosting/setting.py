@@ -93,6 +93,9 @@ class HostSetting:
                     "max_speed": self.max_speed,
                     "stddev_speed": skill.sigma_speed,
                     "stddev_angle": skill.sigma_angle,
+                    # Clients of the competition's library look for these; a seed is not told.
+                    "seed": None,
+                    "randomize_hand": False,
                 }
                 for skill in team
             ]

@@ -38,6 +38,19 @@ def told(game: HostedGame) -> Update:
     return message
 
 
+def test_clients_are_told_what_their_library_looks_for():
+    told = json.loads(json.dumps(hosted(ends=3).setting.told))
+    assert told["rule"] == "normal"
+    setting = {"max_end", "sheet_width", "five_rock_rule", "thinking_time"}
+    assert told["setting"].keys() == {*setting, "extra_end_thinking_time"}
+    assert told["simulator"].keys() == {"type", "seconds_per_frame"}
+    for team in ("team0", "team1"):
+        assert len(told["players"][team]) == 4
+        for player in told["players"][team]:
+            numbers = {"max_speed", "stddev_speed", "stddev_angle"}
+            assert player.keys() == {*numbers, "type", "seed", "randomize_hand"}
+
+
 def test_every_position_tells_the_game_as_it_is():
     game = hosted(throwers=(throwers_from("elite"), throwers_from("club")), ends=2)
     while not game.is_over:
