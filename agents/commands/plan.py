@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from curling_env.commands.cli import (
+    DeliveryOption,
     IceOption,
     SeedOption,
     UnitsOption,
@@ -46,7 +47,9 @@ def plan(
     ] = None,
     skill: Annotated[
         str,
-        typer.Option(help="Execution error of the player: none, elite, champion or club."),
+        typer.Option(
+            help="Execution error of the player: none, elite, digital-curling, champion or club."
+        ),
     ] = "elite",
     spin: Annotated[
         str | None,
@@ -56,9 +59,8 @@ def plan(
             "handles.",
         ),
     ] = None,
-    x: Annotated[
-        float, typer.Option("--x", help="Offset of the release at the hog line, to the right [m].")
-    ] = 0.0,
+    x: Annotated[float, typer.Option("--x", help="Offset of the release, to the right [m].")] = 0.0,
+    delivery: DeliveryOption = "hog-line",
     picture: Annotated[
         Path | None,
         typer.Option(metavar="P.png", help="Draw the path and where the stone comes to rest."),
@@ -110,11 +112,11 @@ def plan(
     """
     from agents.planning import plan as find
     from agents.planning import plan_task
-    from agents.planning.planner import check_stones
+    from agents.planning.request import check_stones
     from agents.planning.stones_file import read_stones
-    from agents.planning.tuning import SPINS
     from curling_env.ice import load_ice
     from curling_env.physics.one_stone.slide import NO_OBSTACLES
+    from curling_env.throw import delivery_named
 
     if target is None and task is None:
         raise InputError("say what is wanted: --target X,Y, or --task with or without a target")
@@ -124,13 +126,33 @@ def plan(
     if stones is not None and task == "score":
         check_stones(known, places)
         places, own = read_stones(stones, teams_needed=True)
-    tried = SPINS if spin is None else _numbers(spin, "--spin")
+    tried = None if spin is None else _numbers(spin, "--spin")
+    begins = delivery_named(delivery)
     if task is None:
         assert aim is not None  # one of the two was given
-        result = find(known, aim, stones=places, own=own, skill=skill, spins=tried, x=x, seed=seed)
+        result = find(
+            known,
+            aim,
+            stones=places,
+            own=own,
+            skill=skill,
+            spins=tried,
+            x=x,
+            delivery=begins,
+            seed=seed,
+        )
     else:
         result = plan_task(
-            known, task, aim, stones=places, own=own, skill=skill, spins=tried, x=x, seed=seed
+            known,
+            task,
+            aim,
+            stones=places,
+            own=own,
+            skill=skill,
+            spins=tried,
+            x=x,
+            delivery=begins,
+            seed=seed,
         )
     if picture is not None:
         from agents.planning.plan_figure import draw_plan

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from curling_env.commands.cli import (
+    DeliveryOption,
     IceOption,
     SeedOption,
     UnitsOption,
@@ -49,14 +50,6 @@ StillOption = Annotated[
 ]
 SweepOption = Annotated[
     bool, typer.Option("--sweep/--no-sweep", help="Whether sweepers help a stone that is light.")
-]
-
-DeliveryOption = Annotated[
-    str,
-    typer.Option(
-        help="Where throws begin: hog-line, or hack as in Digital Curling, with π/2 rad/s and at "
-        "most 4 m/s."
-    ),
 ]
 
 

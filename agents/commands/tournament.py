@@ -6,8 +6,9 @@ from typing import Annotated
 
 import typer
 
-from agents.commands.play import DeliveryOption, RulesOption, SkillOption, StillOption, SweepOption
+from agents.commands.play import RulesOption, SkillOption, StillOption, SweepOption
 from curling_env.commands.cli import (
+    DeliveryOption,
     IceOption,
     SeedOption,
     print_json,

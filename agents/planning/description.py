@@ -8,8 +8,9 @@ import numpy as np
 
 from curling_env.ice import Ice
 from curling_env.physics.one_stone.slide import slide
-from curling_env.sheet import HOG_LINE_Y, HOUSE_RADIUS, TEE_Y, Direction, to_delivery
-from curling_env.throw import Throw, handles
+from curling_env.sheet import HOG_LINE_Y, HOUSE_RADIUS, Direction, to_delivery
+from curling_env.throw import FROM_HOG_LINE, Delivery, Throw, handles
+from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from curling_env.units import Units, length
 
@@ -80,12 +81,15 @@ class Description:
         return {**told, "call": self.call}
 
 
-def seconds_per_speed(ice: Ice, throw: Throw, direction: Direction) -> float | None:
+def seconds_per_speed(
+    ice: Ice, throw: Throw, direction: Direction, delivery: Delivery = FROM_HOG_LINE
+) -> float | None:
     """How the time from hog line to hog line changes with the speed of a throw [s per m/s].
 
     Parameters
     ----------
     direction : the end played to
+    delivery : where throws begin
 
     Returns
     -------
@@ -93,41 +97,50 @@ def seconds_per_speed(ice: Ice, throw: Throw, direction: Direction) -> float | N
     """
     step = 0.02
     slower, faster = (
-        _hog_to_hog(ice, replace(throw, speed=throw.speed + change), direction)
+        _hog_to_hog(_path(ice, replace(throw, speed=throw.speed + change), direction, delivery))
         for change in (-step, step)
     )
     return None if slower is None or faster is None else (faster - slower) / (2 * step)
 
 
-def _hog_to_hog(ice: Ice, throw: Throw, direction: Direction) -> float | None:
-    path = slide(ice, throw.release(direction), fps=50.0).trajectory
+def _path(ice: Ice, throw: Throw, direction: Direction, delivery: Delivery) -> Trajectory:
+    """The path of a throw on the empty sheet, in its direction of play."""
+    path = slide(ice, throw.release(direction, delivery=delivery), fps=50.0).trajectory
     assert path is not None  # a rate was given
-    travelled = direction * path.xy[:, 1]
+    return replace(path, xy=direction * path.xy)
+
+
+def _hog_to_hog(path: Trajectory) -> float | None:
+    """Time from one hog line to the other; None for a stone that stops before [s]."""
+    travelled = path.xy[:, 1]
     if travelled[-1] <= HOG_LINE_Y:
         return None
-    return float(np.interp(HOG_LINE_Y, travelled, path.t))
+    near, far = np.interp([-HOG_LINE_Y, HOG_LINE_Y], travelled, path.t)
+    return float(far - near)
 
 
-def describe(ice: Ice, throw: Throw, target: Floats, direction: Direction) -> Description:
+def describe(
+    ice: Ice,
+    throw: Throw,
+    target: Floats,
+    direction: Direction,
+    delivery: Delivery = FROM_HOG_LINE,
+) -> Description:
     """Describe a throw as it runs on an ice without error and without other stones.
 
     Parameters
     ----------
     target : (2,) target of the throw, sheet frame [m]
     direction : the end played to
+    delivery : where throws begin
     """
-    path = slide(ice, throw.release(direction), fps=50.0).trajectory
-    assert path is not None  # a rate was given
-    travelled = direction * path.xy[:, 1]
-    crossing = None
-    if travelled[-1] > HOG_LINE_Y:
-        crossing = float(np.interp(HOG_LINE_Y, travelled, path.t))
-    broom = throw.x - (HOG_LINE_Y + TEE_Y) * float(np.tan(throw.angle))
+    path = _path(ice, throw, direction, delivery)
+    broom = throw.x + delivery.start_y * float(np.tan(throw.angle))
     aim = float(to_delivery(target, direction)[0])
     turns = abs(float(path.theta[-1] - path.theta[0])) / (2 * np.pi)
     right, left = handles(throw.spin)
     return Description(
-        hog_to_hog_s=crossing,
+        hog_to_hog_s=_hog_to_hog(path),
         broom_m=broom,
         ice_m=abs(broom - aim),
         turns=turns,

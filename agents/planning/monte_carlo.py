@@ -91,7 +91,11 @@ def run_trials(
         trials[:, :, SPIN] = np.clip(trials[:, :, SPIN], -MAX_SPIN, MAX_SPIN)
         parts.append(
             roll_out_in_play(
-                ice, trials.reshape(-1, columns), objective.direction, objective.stones
+                ice,
+                trials.reshape(-1, columns),
+                objective.direction,
+                objective.stones,
+                delivery=objective.delivery,
             )
         )
     together = Rollouts(**{f.name: _joined(parts, f.name, m) for f in fields(Rollouts)})

@@ -17,6 +17,7 @@ from curling_env.envs.sheet.tasks import DRAW_RADIUS, Task
 from curling_env.game.rules.lines import Lines
 from curling_env.game.rules.scoring import points_of
 from curling_env.sheet import Direction, to_delivery, to_sheet
+from curling_env.throw import FROM_HOG_LINE, Delivery
 from curling_env.typing import Flags, Floats
 
 SUCCESS_MEANS = {
@@ -62,6 +63,11 @@ class Objective(Protocol):
     @property
     def direction(self) -> Direction:
         """The end played to."""
+        ...
+
+    @property
+    def delivery(self) -> Delivery:
+        """Where throws begin, and the fastest."""
         ...
 
     @property
@@ -118,6 +124,7 @@ class RestAtTarget:
     direction: Direction
     stones: Floats
     own: Flags | None = None
+    delivery: Delivery = FROM_HOG_LINE
     name: str = "rest"
     aim_margin: float = 0.8
     max_weight: float = 1.1
@@ -150,6 +157,7 @@ class TaskDone:
     own: Flags | None = None
     given: int | None = None
     radius: float = 0.145
+    delivery: Delivery = FROM_HOG_LINE
 
     @property
     def name(self) -> str:
@@ -220,6 +228,7 @@ class MostPoints:
     direction: Direction
     stones: Floats
     own: Flags = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+    delivery: Delivery = FROM_HOG_LINE
     name: str = "score"
     aim_margin: float = 2.2
     max_weight: float = 1.8

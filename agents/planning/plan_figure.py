@@ -16,7 +16,7 @@ from agents.planning.planned_throw import Plan, PlannedThrow
 from curling_env.ice import Ice
 from curling_env.physics.one_stone.slide import SlideEnd, play_bounds, slide
 from curling_env.render import figures
-from curling_env.sheet import HOG_LINE_Y, TEE_Y
+from curling_env.sheet import TEE_Y
 from curling_env.typing import Floats
 from curling_env.units import FOOT, INCH, Units, length, short_length, speed
 
@@ -82,7 +82,9 @@ def _path_of(ice: Ice, plan: Plan, planned: PlannedThrow) -> Floats:
     """Path of the thrown stone until it rests, leaves play or meets another, (n, 2) [m]."""
     result = slide(
         ice,
-        planned.throw.release(plan.direction, sweep=planned.sweep or (0.0, 0.0)),
+        planned.throw.release(
+            plan.direction, sweep=planned.sweep or (0.0, 0.0), delivery=plan.delivery
+        ),
         bounds=play_bounds(ice, plan.direction),
         fps=20.0,
     )
@@ -225,7 +227,7 @@ def _draw_forgiveness(ax: Axes, ice: Ice, plan: Plan, units: Units) -> None:
     trials = plan.best.trials
     weight, weight_name = _weight_unit(ice, plan, units)
     unit, unit_name = (0.01, "cm") if units is Units.METRES else (INCH, "in")
-    errors = trials.errors[:, :2] * [weight, (HOG_LINE_Y + TEE_Y) / unit]
+    errors = trials.errors[:, :2] * [weight, -plan.delivery.start_y / unit]
     rests, scores = plan.objective.name == "rest", plan.objective.name == "score"
     values = 100.0 * trials.success
     if rests or scores:
@@ -257,7 +259,7 @@ def _weight_unit(ice: Ice, plan: Plan, units: Units) -> tuple[float, str]:
 
     A draw's is told in seconds from hog line to hog line, where less is heavier.
     """
-    slope = seconds_per_speed(ice, plan.best.throw, plan.direction)
+    slope = seconds_per_speed(ice, plan.best.throw, plan.direction, plan.delivery)
     if slope is not None:
         return -slope, "heavier by [s hog to hog]"
     if units is Units.FEET:
@@ -332,11 +334,11 @@ def _write_call(ax: Axes, ice: Ice, plan: Plan, units: Units) -> None:
 def _skill(ice: Ice, plan: Plan, units: Units) -> str:
     """One standard deviation of a player's errors, as a coach sees them."""
     skill = plan.skill
-    slope = seconds_per_speed(ice, plan.best.throw, plan.direction)
+    slope = seconds_per_speed(ice, plan.best.throw, plan.direction, plan.delivery)
     weight = (
         f"weight ± {speed(skill.sigma_speed, units)}"
         if slope is None
         else f"weight ± {abs(slope) * skill.sigma_speed:.2f} s hog to hog"
     )
-    line = short_length(skill.sigma_angle * (HOG_LINE_Y + TEE_Y), units)
+    line = short_length(-skill.sigma_angle * plan.delivery.start_y, units)
     return f"{weight}, line ± {line} at the broom, spin ± {skill.sigma_spin:g} rad/s"

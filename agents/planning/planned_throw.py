@@ -13,7 +13,7 @@ from agents.planning.objective import Objective
 from curling_env.physics.ice_remarks import NO_CURL, UNKNOWN, belief_in_words
 from curling_env.physics.one_stone.slide import SlideEnd
 from curling_env.sheet import Direction
-from curling_env.throw import Skill, Throw
+from curling_env.throw import Delivery, Skill, Throw
 from curling_env.typing import Flags, Floats
 from curling_env.units import Units, short_length
 
@@ -128,6 +128,11 @@ class Plan:
         return self.objective.direction
 
     @property
+    def delivery(self) -> Delivery:
+        """Where throws begin, and the fastest."""
+        return self.objective.delivery
+
+    @property
     def stones(self) -> Floats:
         """Centres of the stones that lie on the sheet, (k, 2) [m]."""
         return self.objective.stones
@@ -174,6 +179,7 @@ class Plan:
             "success_means": self.objective.success_means,
             "target": {"x": float(self.target[0]), "y": float(self.target[1])},
             "direction": self.direction.name.lower(),
+            "release_line_m": self.delivery.line_y,
             "skill": {
                 "name": self.skill.name,
                 "sigma_speed": self.skill.sigma_speed,

@@ -10,10 +10,24 @@ from numpy.typing import ArrayLike
 
 from agents.planning.description import describe
 from agents.planning.monte_carlo import Trials, run_trials
-from agents.planning.objective import MostPoints, Objective, RestAtTarget, TaskDone
+from agents.planning.objective import Objective, RestAtTarget
 from agents.planning.planned_throw import Plan, PlannedThrow
+from agents.planning.request import (
+    check_room,
+    check_stones,
+    objective_for,
+    skill_with,
+    spins_for,
+)
 from agents.planning.reward_map import cross_entropy_search, reward_peaks
-from agents.planning.rollouts import SPEED, SPIN, SWEEP, SWEEP_END, roll_out_in_play
+from agents.planning.rollouts import (
+    SPEED,
+    SPIN,
+    SWEEP,
+    SWEEP_END,
+    Rollouts,
+    roll_out_in_play,
+)
 from agents.planning.target_search import check_target, direction_to, find_throws, handles_of
 from agents.planning.tuning import (
     BELIEF_MATTERS,
@@ -26,19 +40,24 @@ from agents.planning.tuning import (
     RANKING_TRIALS,
     REFINED_PEAKS,
     SAMPLED_ICES,
-    SPINS,
     USUAL_SPIN,
 )
-from curling_env.envs.sheet.tasks import Task, task_named
+from curling_env.envs.sheet.tasks import Task
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.physics.ice_remarks import believed_effects, is_marked_unknown, lacks_curl
 from curling_env.physics.ice_uncertainty import plausible_ices
-from curling_env.physics.many_stones.tuning import OVERLAP_ALLOWED
 from curling_env.physics.one_stone.slide import NO_OBSTACLES, SlideEnd
-from curling_env.sheet import HOUSE_RADIUS, Direction, tee, to_sheet
-from curling_env.throw import SKILLS, Skill, Throw, skill_named
-from curling_env.typing import Flags, Floats
+from curling_env.sheet import HOUSE_RADIUS, tee
+from curling_env.throw import (
+    FROM_HOG_LINE,
+    SKILLS,
+    Delivery,
+    Skill,
+    Throw,
+    delivery_named,
+)
+from curling_env.typing import Floats
 
 
 def plan(
@@ -48,8 +67,9 @@ def plan(
     stones: ArrayLike = NO_OBSTACLES,
     own: ArrayLike | None = None,
     skill: str | Skill = "elite",
-    spins: Sequence[float] = SPINS,
+    spins: Sequence[float] | None = None,
     x: float = 0.0,
+    delivery: Delivery = FROM_HOG_LINE,
     seed: int = 0,
 ) -> Plan:
     """Find the throw that comes to rest at a target, and say how far it is expected to miss.
@@ -64,8 +84,10 @@ def plan(
     stones : (k, 2) centres of resting stones, sheet frame [m]
     own : (k,) whether each belongs to the thrower's team, for the picture; None if that is not told
     skill : name in `SKILLS`, or a skill
-    spins : spins to try [rad/s]
-    x : offset of the release at the hog line, delivery frame [m]
+    spins : spins to try [rad/s]; by default some of both handles, and from elsewhere than the hog
+        line the usual one of `delivery`
+    x : offset of the release, delivery frame [m]
+    delivery : where throws begin, and the fastest
     seed : seed of the trials; the same seed gives the same plan
 
     Raises
@@ -74,14 +96,17 @@ def plan(
     """
     target = np.asarray(target, dtype=np.float64)
     stones = np.asarray(stones, dtype=np.float64).reshape(-1, 2)
-    skill = _checked(skill, spins)
+    spins = spins_for(delivery) if spins is None else spins
+    skill = skill_with(skill, spins)
     check_target(ice, target)
     check_stones(ice, stones)
-    _check_room(ice, target, stones)
+    check_room(ice, target, stones)
     direction = direction_to(target)
-    throws = find_throws(ice, target, spins=spins, x=x).throws
+    throws = find_throws(ice, target, spins=spins, x=x, delivery=delivery).throws
     teams = None if own is None else np.asarray(own, dtype=np.bool_)
-    objective = RestAtTarget(target=target, direction=direction, stones=stones, own=teams)
+    objective = RestAtTarget(
+        target=target, direction=direction, stones=stones, own=teams, delivery=delivery
+    )
     return _choose(ice, objective, _clear_throws(ice, throws, objective), skill, seed)
 
 
@@ -93,8 +118,9 @@ def plan_task(
     stones: ArrayLike = NO_OBSTACLES,
     own: ArrayLike | None = None,
     skill: str | Skill = "elite",
-    spins: Sequence[float] = SPINS,
+    spins: Sequence[float] | None = None,
     x: float = 0.0,
+    delivery: Delivery = FROM_HOG_LINE,
     candidates: int = GRID_THROWS,
     seed: int = 0,
 ) -> Plan:
@@ -113,7 +139,7 @@ def plan_task(
     stones : (k, 2) centres of resting stones, sheet frame [m]
     own : (k,) whether each stone belongs to the thrower's team; None if that is not told, as which
         all are the opponents' where a task is about one of theirs, and which ``score`` refuses
-    skill, spins, x, seed : see `plan`
+    skill, spins, x, delivery, seed : see `plan`
     candidates : number of throws in the grid
 
     Raises
@@ -121,7 +147,8 @@ def plan_task(
     InputError : unknown task, impossible mark or stones, stones without teams where points are
         asked for, or no throw that gets there
     """
-    skill = _checked(skill, spins)
+    spins = spins_for(delivery) if spins is None else spins
+    skill = skill_with(skill, spins)
     stones = np.asarray(stones, dtype=np.float64).reshape(-1, 2)
     teams = None if own is None else np.asarray(own, dtype=np.bool_)
     if task == "score" and len(stones) and teams is None:
@@ -130,7 +157,7 @@ def plan_task(
     if mark is not None:
         check_target(ice, mark)
     check_stones(ice, stones)
-    objective = _objective(ice, task, mark, stones, teams)
+    objective = objective_for(ice, task, mark, stones, teams, delivery)
     handles = handles_of(ice, spins)
     peaks = reward_peaks(ice, objective, skill, handles, x=x, grid_throws=candidates)
     peaks = _best_peaks(peaks)
@@ -142,10 +169,17 @@ def plan_task(
         return np.array([trials.expected_value for trials in tried])
 
     rng = np.random.default_rng((seed, 2))
-    refined = cross_entropy_search(peaks, expected_value, skill, rng, vary_spin=len(spins) > 1)
+    refined = cross_entropy_search(
+        peaks,
+        expected_value,
+        skill,
+        rng,
+        vary_spin=len(spins) > 1 and delivery == FROM_HOG_LINE,
+        max_speed=delivery.max_speed,
+    )
     throws = np.concatenate([peaks, refined])
     if objective.comes_to_rest:
-        throws = np.concatenate([throws, _throws_to(ice, objective.target, spins, x)])
+        throws = np.concatenate([throws, _throws_to(ice, objective, spins, x)])
     return _choose(ice, objective, throws, skill, seed)
 
 
@@ -157,6 +191,7 @@ def plan_throw(
     stones: ArrayLike = NO_OBSTACLES,
     own: ArrayLike | None = None,
     skill: str | Skill = "elite",
+    delivery: str | Delivery = FROM_HOG_LINE,
     seed: int = 0,
 ) -> Plan:
     """Find the best throw for a target or a task.
@@ -170,6 +205,7 @@ def plan_throw(
     stones : (k, 2) centres of resting stones, sheet frame [m]
     own : (k,) whether each stone belongs to the thrower's team, see `plan_task`
     skill : the player who throws: ``none``, ``elite``, ``champion``, ``club``, or a `Skill`
+    delivery : where throws begin: ``hog-line``, ``hack`` (as in Digital Curling) or a `Delivery`
     seed : seed of the trials; the same seed gives the same plan
 
     Returns
@@ -182,87 +218,25 @@ def plan_throw(
     """
     known = load_ice(ice)
     if isinstance(target, str | Task):
-        return plan_task(known, target, mark, stones=stones, own=own, skill=skill, seed=seed)
-    return plan(known, target, stones=stones, own=own, skill=skill, seed=seed)
-
-
-# --- what is wanted ------------------------------------------------------------------------------
-
-
-def _objective(
-    ice: Ice, task: str | Task, mark: Floats | None, stones: Floats, teams: Flags | None
-) -> Objective:
-    own = np.zeros(len(stones), dtype=np.bool_) if teams is None else teams
-    nearest = stones[:, 1] if mark is None else np.atleast_1d(mark[1])
-    direction = Direction.AWAY if nearest.sum() >= 0 else Direction.HOME
-    if task == "score":
-        target = tee(direction) if mark is None else mark
-        return MostPoints(target=target, direction=direction, stones=stones, own=own)
-    known = task_named(task)
-    given = None
-    if known.has_target_stone:
-        if not len(stones):
-            if mark is None:
-                raise InputError(
-                    f"the task {known.name} needs a stone: give stones, or a target where one lies"
-                )
-            stones = mark[None]
-            own, teams = np.zeros(1, dtype=np.bool_), None
-        candidates = np.flatnonzero(~own) if mark is None and not own.all() else np.arange(len(own))
-        aim = tee(direction) if mark is None else mark
-        given = int(candidates[np.argmin(np.hypot(*(stones[candidates] - aim).T))])
-        mark = stones[given]
-    if mark is None:
-        mark = np.asarray(to_sheet(known.easiest_goal, direction))
-    objective = TaskDone(
-        task=known,
-        mark=mark,
-        direction=direction,
+        return plan_task(
+            known,
+            target,
+            mark,
+            stones=stones,
+            own=own,
+            skill=skill,
+            delivery=delivery_named(delivery),
+            seed=seed,
+        )
+    return plan(
+        known,
+        target,
         stones=stones,
-        own=teams,
-        given=given,
-        radius=ice.stone.radius,
+        own=own,
+        skill=skill,
+        delivery=delivery_named(delivery),
+        seed=seed,
     )
-    if objective.comes_to_rest:
-        check_target(ice, objective.target)
-        others = stones if given is None else np.delete(stones, given, axis=0)
-        _check_room(ice, objective.target, others)
-    return objective
-
-
-def _checked(skill: str | Skill, spins: Sequence[float]) -> Skill:
-    if not len(spins):
-        raise InputError("no spin to try was given")
-    return skill_named(skill)
-
-
-def check_stones(ice: Ice, stones: Floats) -> None:
-    """Refuse stones (k, 2) that lie off the ice or in each other.
-
-    Raises
-    ------
-    InputError : the first stone that does
-    """
-    for k, stone in enumerate(stones):
-        place = f"({stone[0]:g}, {stone[1]:g}) m"
-        if not bool(ice.sheet.contains(stone)):
-            raise InputError(f"stone {k + 1} at {place} is off the ice")
-        apart = np.hypot(*(stones[:k] - stone).T)
-        if k and apart.min() < 2 * ice.stone.radius - OVERLAP_ALLOWED:
-            other = int(np.argmin(apart))
-            raise InputError(
-                f"stone {k + 1} at {place} overlaps stone {other + 1}: their centres are "
-                f"{apart[other]:.3f} m apart, and touching stones' are {2 * ice.stone.radius:g} m"
-            )
-
-
-def _check_room(ice: Ice, target: Floats, stones: Floats) -> None:
-    for stone in stones:
-        if np.hypot(*(stone - target)) < 2 * ice.stone.radius - OVERLAP_ALLOWED:
-            raise InputError(
-                f"no stone can rest at the target: the stone at ({stone[0]:g}, {stone[1]:g}) m "
-                "lies in its place"
-            )
 
 
 # --- candidates ----------------------------------------------------------------------------------
@@ -276,10 +250,11 @@ def _best_peaks(peaks: Floats) -> Floats:
     return np.concatenate([best, other]) if alike else best
 
 
-def _throws_to(ice: Ice, target: Floats, spins: Sequence[float], x: float) -> Floats:
-    """Throws that rest at a target on the empty sheet; none where no throw gets there."""
+def _throws_to(ice: Ice, objective: Objective, spins: Sequence[float], x: float) -> Floats:
+    """Throws that rest at the target on the empty sheet; none where no throw gets there."""
+    delivery = objective.delivery
     try:
-        return find_throws(ice, target, spins=spins, x=x).throws
+        return find_throws(ice, objective.target, spins=spins, x=x, delivery=delivery).throws
     except InputError:
         return np.empty((0, 6))
 
@@ -287,7 +262,7 @@ def _throws_to(ice: Ice, target: Floats, spins: Sequence[float], x: float) -> Fl
 def _clear_throws(ice: Ice, throws: Floats, objective: RestAtTarget) -> Floats:
     """Those of the throws (n, 6) that touch neither a stone nor the side on their way."""
     target, stones = objective.target, objective.stones
-    result = roll_out_in_play(ice, throws, objective.direction, stones)
+    result = roll_out_in_play(ice, throws, objective.direction, stones, delivery=objective.delivery)
     if result.rested.any():
         return throws[result.rested]
     first = int(np.argmin(np.hypot(*(result.xy - target).T)))
@@ -373,8 +348,7 @@ def _beliefs_that_matter(
         return {}
 
     def end_on(known: Ice) -> Floats:
-        thrown = roll_out_in_play(known, throw[None], objective.direction, objective.stones)
-        return thrown.xy[0]
+        return _thrown_exactly(known, throw, objective).xy[0]
 
     end = end_on(ice)
     return {
@@ -383,6 +357,17 @@ def _beliefs_that_matter(
         # Written so that an end that is not a number matters.
         if not np.hypot(*(end_on(ice.without_effect(name)) - end)) < BELIEF_MATTERS
     }
+
+
+def _thrown_exactly(ice: Ice, throw: Floats, objective: Objective) -> Rollouts:
+    """What becomes of a throw (6,) without error."""
+    return roll_out_in_play(
+        ice,
+        throw[None],
+        objective.direction,
+        objective.stones,
+        delivery=objective.delivery,
+    )
 
 
 def _best_first(throws: Floats, tried: list[Trials], rests: bool) -> list[int]:
@@ -410,7 +395,7 @@ def _expect(
     on_ice: Trials,
     on_map: Trials,
 ) -> PlannedThrow:
-    exact = roll_out_in_play(ice, throw[None], objective.direction, objective.stones)
+    exact = _thrown_exactly(ice, throw, objective)
     from_tee = np.hypot(*(final.ends - tee(objective.direction)).T)
     in_house = (from_tee <= HOUSE_RADIUS + ice.stone.radius) & final.in_play
     speed, angle, spin, x, begin, end = (float(value) for value in throw)
@@ -427,5 +412,7 @@ def _expect(
         ice_trials=on_ice,
         map_trials=on_map,
         chance_in_house=float(in_house.mean()),
-        description=describe(ice, intended, objective.target, objective.direction),
+        description=describe(
+            ice, intended, objective.target, objective.direction, objective.delivery
+        ),
     )

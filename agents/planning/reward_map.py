@@ -34,7 +34,7 @@ from agents.planning.tuning import (
 )
 from curling_env.ice import Ice
 from curling_env.physics.one_stone.slide import NO_BOUNDS
-from curling_env.sheet import HOG_LINE_Y, TEE_Y, to_delivery
+from curling_env.sheet import to_delivery
 from curling_env.throw import MAX_SPEED, Skill
 from curling_env.typing import Floats
 
@@ -59,13 +59,14 @@ def reward_peaks(
     objective : what is wanted of the throw
     skill : player whose execution errors blur the map
     handles : (n, 3) spin, and start and end of the sweeping
-    x : offset of the release at the hog line, delivery frame [m]
+    x : offset of the release, delivery frame [m]
     grid_throws : throws in the grid, over all handles
     """
     mark = np.asarray(to_delivery(objective.target, objective.direction))
-    length = HOG_LINE_Y + TEE_Y + float(mark[1])
-    slowest, fastest = speed_range_to(ice, length, objective.direction, x)
-    fastest = min(fastest * objective.max_weight, MAX_SPEED)
+    delivery = objective.delivery
+    length = float(mark[1]) - delivery.start_y
+    slowest, fastest = speed_range_to(ice, length, objective.direction, x, delivery)
+    fastest = min(fastest * objective.max_weight, delivery.max_speed)
     # As many steps of weight as of line, counted in the player's errors.
     blur = np.maximum((skill.sigma_speed, skill.sigma_angle), MIN_BLUR)
     extent = np.array([fastest - slowest, 2 * objective.aim_margin / length])
@@ -81,7 +82,9 @@ def reward_peaks(
     straight = grid[:, :, 0].reshape(-1, 6)
     drift = _drift(ice, objective, straight, length).reshape(len(handles), rows)
     grid[..., ANGLE] = np.arctan((drift - mark[0]) / length)[..., None] + beside
-    ended = roll_out_in_play(ice, grid.reshape(-1, 6), objective.direction, objective.stones)
+    ended = roll_out_in_play(
+        ice, grid.reshape(-1, 6), objective.direction, objective.stones, delivery=delivery
+    )
     value = objective.judge(ended, ice.stone.radius).value.reshape(grid.shape[:-1])
     cell = extent / (rows - 1, lines - 1)
     expected = gaussian_filter(value, (0.0, *(blur / cell)), mode="nearest", truncate=3.0)
@@ -98,9 +101,10 @@ def reward_peaks(
 def _drift(ice: Ice, objective: Objective, throws: Floats, length: float) -> Floats:
     """Where straight throws cross the target's height or rest, to the right of the centre [m]."""
     bounds = NO_BOUNDS.copy()
-    bounds[3 if objective.direction > 0 else 2] = objective.direction * (length - HOG_LINE_Y)
-    xy = roll_out(ice, throws, objective.direction, bounds=bounds).xy
-    return np.nan_to_num(objective.direction * xy[:, 0])
+    direction, delivery = objective.direction, objective.delivery
+    bounds[3 if direction > 0 else 2] = direction * (length - delivery.line_y)
+    xy = roll_out(ice, throws, direction, bounds=bounds, delivery=delivery).xy
+    return np.nan_to_num(direction * xy[:, 0])
 
 
 def cross_entropy_search(
@@ -110,6 +114,7 @@ def cross_entropy_search(
     rng: np.random.Generator,
     *,
     vary_spin: bool = True,
+    max_speed: float = MAX_SPEED,
 ) -> Floats:
     """Better throws near given ones, (2 m, 6): the best of each cloud, and its last centre.
 
@@ -119,6 +124,7 @@ def cross_entropy_search(
     expected_value : expected value of throws
     skill : player whose errors are the size of the first clouds
     vary_spin : whether the spin may change too
+    max_speed : the fastest throw [m/s]
     """
     m = len(starts)
     least = (*MIN_BLUR, 0.1)
@@ -129,7 +135,7 @@ def cross_entropy_search(
     for _ in range(CLOUD_ROUNDS):
         cloud = np.repeat(centres[:, None, :], CLOUD_SIZE, axis=1)
         cloud[:, :, : SPIN + 1] += sizes[:, None] * rng.standard_normal((m, CLOUD_SIZE, 3))
-        cloud[:, :, SPEED] = np.clip(cloud[:, :, SPEED], 1e-2, MAX_SPEED)
+        cloud[:, :, SPEED] = np.clip(cloud[:, :, SPEED], 1e-2, max_speed)
         heights = expected_value(cloud.reshape(-1, cloud.shape[2])).reshape(m, CLOUD_SIZE)
         order = np.argsort(-heights, axis=1, kind="stable")[:, :CLOUD_ELITE]
         elite = np.take_along_axis(cloud, order[:, :, None], axis=1)

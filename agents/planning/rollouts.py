@@ -12,8 +12,8 @@ from curling_env.ice import Ice
 from curling_env.physics.many_stones.batch import RELEASE_DTYPE, play_batch, throw_batch
 from curling_env.physics.many_stones.engine import is_hogged
 from curling_env.physics.one_stone.slide import NO_BOUNDS, NO_OBSTACLES, SlideEnd, play_bounds
-from curling_env.sheet import HOG_LINE_Y, Direction
-from curling_env.throw import velocity_of
+from curling_env.sheet import Direction
+from curling_env.throw import FROM_HOG_LINE, Delivery, velocity_of
 from curling_env.typing import Flags, Floats, Integers
 
 SPEED, ANGLE, SPIN, OFFSET, SWEEP, SWEEP_END = range(6)
@@ -45,18 +45,21 @@ class Rollouts:
         return self.end == SlideEnd.REST
 
 
-def releases_of(throws: Floats, direction: Direction) -> NDArray[Any]:
+def releases_of(
+    throws: Floats, direction: Direction, delivery: Delivery = FROM_HOG_LINE
+) -> NDArray[Any]:
     """Releases of throws towards an end, for the batch engine.
 
     Parameters
     ----------
-    throws : (n, 4) speed [m/s], angle [rad], spin [rad/s] and offset at the hog line [m]; or
+    throws : (n, 4) speed [m/s], angle [rad], spin [rad/s] and offset where they begin [m]; or
         (n, 6) with the start and the end of the sweeping, after the release [s]
     direction : the end played to
+    delivery : where throws begin
     """
     table = np.zeros(len(throws), dtype=RELEASE_DTYPE)
     table["x"] = direction * throws[:, OFFSET]
-    table["y"] = -direction * HOG_LINE_Y
+    table["y"] = -direction * delivery.line_y
     table["vx"], table["vy"] = velocity_of(throws[:, SPEED], throws[:, ANGLE], direction)
     table["omega"] = throws[:, SPIN]
     if throws.shape[1] > SWEEP_END:
@@ -71,6 +74,7 @@ def roll_out(
     *,
     bounds: Floats = NO_BOUNDS,
     stones: Floats = NO_OBSTACLES,
+    delivery: Delivery = FROM_HOG_LINE,
 ) -> Rollouts:
     """Throw n stones on an ice, each into the same position.
 
@@ -80,8 +84,9 @@ def roll_out(
     direction : the end played to
     bounds : (4,) x_min, x_max, y_min, y_max of centres in play [m]
     stones : (k, 2) centres of resting stones, sheet frame [m]
+    delivery : where throws begin
     """
-    releases = releases_of(throws, direction)
+    releases = releases_of(throws, direction, delivery)
     if len(stones) == 0:
         rests = throw_batch(ice, releases, bounds=bounds)
         xy, end = np.column_stack([rests.x, rests.y]), rests.end.astype(np.int64)
@@ -110,10 +115,17 @@ def roll_out(
     )
 
 
-def roll_out_in_play(ice: Ice, throws: Floats, direction: Direction, stones: Floats) -> Rollouts:
+def roll_out_in_play(
+    ice: Ice,
+    throws: Floats,
+    direction: Direction,
+    stones: Floats,
+    *,
+    delivery: Delivery = FROM_HOG_LINE,
+) -> Rollouts:
     """`roll_out` in which stones end where they leave play."""
     bounds = play_bounds(ice, direction)
-    return roll_out(ice, throws, direction, bounds=bounds, stones=stones)
+    return roll_out(ice, throws, direction, bounds=bounds, stones=stones, delivery=delivery)
 
 
 def _is_short(ice: Ice, xy: Floats, direction: Direction) -> Flags:

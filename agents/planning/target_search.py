@@ -25,8 +25,8 @@ from agents.planning.tuning import (
 )
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, Direction
-from curling_env.throw import MAX_SPEED
+from curling_env.sheet import BACK_LINE_Y, Direction
+from curling_env.throw import FROM_HOG_LINE, Delivery
 from curling_env.typing import Floats
 
 
@@ -84,7 +84,12 @@ def handles_of(ice: Ice, spins: Sequence[float]) -> Floats:
 
 
 def find_throws(
-    ice: Ice, target: Floats, *, spins: Sequence[float] = SPINS, x: float = 0.0
+    ice: Ice,
+    target: Floats,
+    *,
+    spins: Sequence[float] = SPINS,
+    x: float = 0.0,
+    delivery: Delivery = FROM_HOG_LINE,
 ) -> ThrowsToTarget:
     """Find throws that come to rest at a target on the empty sheet.
 
@@ -93,7 +98,8 @@ def find_throws(
     ice : known or estimated ice
     target : (2,) target, sheet frame [m]
     spins : spins to try [rad/s]
-    x : offset of the release at the hog line, delivery frame [m]
+    x : offset of the release, delivery frame [m]
+    delivery : where throws begin, and the fastest
 
     Returns
     -------
@@ -104,9 +110,10 @@ def find_throws(
     InputError : no throw gets there
     """
     direction = direction_to(target)
-    start = np.array([direction * x, -direction * HOG_LINE_Y])
+    start = np.array([direction * x, -direction * delivery.line_y])
     ahead = direction * (target - start)  # in the delivery frame: to the right, along play
-    slowest, fastest = speed_range_to(ice, float(np.hypot(*ahead)), direction, x)
+    distance = float(np.hypot(*ahead))
+    slowest, fastest = speed_range_to(ice, distance, direction, x, delivery)
     line = float(np.arctan2(-ahead[0], ahead[1]))
     widest = min(float(np.arctan2(GRID_HALF_WIDTH, ahead[1])), 0.4)
     handles = handles_of(ice, spins)
@@ -117,7 +124,7 @@ def find_throws(
     angle = np.tile(np.repeat(line + lines, len(handles)), GRID_SPEEDS)
     spin, *sweep = handles[handle].T
     grid = np.column_stack([speed, angle, spin, np.full(len(spin), x), *sweep])
-    rest = roll_out(ice, grid, direction).xy
+    rest = roll_out(ice, grid, direction, delivery=delivery).xy
     miss = np.nan_to_num(np.hypot(*(rest - target).T), nan=np.inf)
     chosen = [
         index
@@ -126,7 +133,7 @@ def find_throws(
             np.argsort(miss[handle == value])[:NEWTON_STARTS]
         ]
     ]
-    throws, rest = _make_exact(ice, grid[chosen], target, direction)
+    throws, rest = _make_exact(ice, grid[chosen], target, direction, delivery)
     miss = np.hypot(*(rest - target).T)
     reached = miss <= REACHED
     if not reached.any():
@@ -140,42 +147,49 @@ def find_throws(
 
 
 def speed_range_to(
-    ice: Ice, distance: float, direction: Direction, x: float
+    ice: Ice,
+    distance: float,
+    direction: Direction,
+    x: float,
+    delivery: Delivery = FROM_HOG_LINE,
 ) -> tuple[float, float]:
     """A speed that stops well short of a distance and one that goes well past it [m/s].
 
     Parameters
     ----------
-    distance : distance from the delivery hog line [m]
+    distance : distance from the line of release [m]
     direction : the end played to
-    x : offset of the release at the hog line, delivery frame [m]
+    x : offset of the release, delivery frame [m]
+    delivery : where throws begin, and the fastest
 
     Raises
     ------
     InputError : no speed reaches so far
     """
-    speeds = np.concatenate([[1e-2, 5e-2, 0.1], np.arange(0.2, MAX_SPEED + 1e-9, 0.1)])
+    most = delivery.max_speed
+    speeds = np.concatenate([[1e-2, 5e-2, 0.1], np.arange(0.2, most + 1e-9, 0.1)])
     throws = np.column_stack([speeds, np.zeros((len(speeds), 2)), np.full(len(speeds), x)])
     lengths: list[float] = []
     for begin in range(0, len(speeds), 8):  # faster throws than needed are not simulated
-        ends = roll_out(ice, throws[begin : begin + 8], direction).xy[:, 1]
-        lengths += [direction * float(end) + HOG_LINE_Y for end in ends]
+        some = throws[begin : begin + 8]
+        ends = roll_out(ice, some, direction, delivery=delivery).xy[:, 1]
+        lengths += [direction * float(end) + delivery.line_y for end in ends]
         if any(length > 1.2 * distance or np.isnan(length) for length in lengths):
             break
     past = [k for k, length in enumerate(lengths) if not length <= 1.1 * distance]
     short = [k for k, length in enumerate(lengths) if length < 0.9 * distance]
     if not past and max(lengths) < distance:
         raise InputError(
-            f"the target is out of reach: at {MAX_SPEED:g} m/s a stone stops after "
+            f"the target is out of reach: at {most:g} m/s a stone stops after "
             f"{max(lengths):.1f} m on this ice, and the target is {distance:.1f} m away"
         )
-    fastest = speeds[past[0]] if past else MAX_SPEED
+    fastest = speeds[past[0]] if past else most
     slowest = speeds[short[-1]] if short else 0.5 * speeds[0]
     return float(slowest), float(fastest)
 
 
 def _make_exact(
-    ice: Ice, throws: Floats, target: Floats, direction: Direction
+    ice: Ice, throws: Floats, target: Floats, direction: Direction, delivery: Delivery
 ) -> tuple[Floats, Floats]:
     """Correct speed and angle of all throws until they rest at the target.
 
@@ -186,7 +200,7 @@ def _make_exact(
     the corrected throws (n, 6), and where each rests (n, 2) [m]
     """
     throws = throws.copy()
-    rest = roll_out(ice, throws, direction).xy
+    rest = roll_out(ice, throws, direction, delivery=delivery).xy
     miss = np.nan_to_num(np.hypot(*(rest - target).T), nan=np.inf)
     step = np.zeros((len(throws), 2))
     damping = np.ones(len(throws))
@@ -197,12 +211,12 @@ def _make_exact(
             break
         moved = busy[fresh[busy]]
         if moved.size:
-            step[moved] = _newton_step(ice, throws[moved], rest[moved], target, direction)
+            step[moved] = _newton_step(ice, throws[moved], rest[moved], target, direction, delivery)
             fresh[moved] = False
         trial = throws[busy].copy()
         trial[:, :2] += damping[busy, None] * step[busy]
-        trial[:, 0] = np.clip(trial[:, 0], 1e-3, MAX_SPEED)
-        ends = roll_out(ice, trial, direction).xy
+        trial[:, 0] = np.clip(trial[:, 0], 1e-3, delivery.max_speed)
+        ends = roll_out(ice, trial, direction, delivery=delivery).xy
         trial_miss = np.nan_to_num(np.hypot(*(ends - target).T), nan=np.inf)
         better = trial_miss < miss[busy]
         kept = busy[better]
@@ -213,14 +227,20 @@ def _make_exact(
 
 
 def _newton_step(
-    ice: Ice, throws: Floats, rest: Floats, target: Floats, direction: Direction
+    ice: Ice,
+    throws: Floats,
+    rest: Floats,
+    target: Floats,
+    direction: Direction,
+    delivery: Delivery,
 ) -> Floats:
     """First-order change of (speed, angle) that brings each rest to the target, (n, 2)."""
     columns: list[Floats] = []
     for k, change in enumerate((1e-4, 1e-5)):
         nudged = throws.copy()
         nudged[:, k] += change
-        columns.append((roll_out(ice, nudged, direction).xy - rest) / change)
+        there = roll_out(ice, nudged, direction, delivery=delivery).xy
+        columns.append((there - rest) / change)
     jacobian = np.stack(columns, axis=2)
     determinant = np.linalg.det(jacobian)
     singular = ~(np.abs(determinant) > 1e-9)

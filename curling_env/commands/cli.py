@@ -116,6 +116,13 @@ OutputDirectory = Annotated[
 ]
 
 
+DeliveryOption = Annotated[
+    str,
+    typer.Option(
+        help="Where throws begin: hog-line, or hack as in Digital Curling, with π/2 rad/s and at "
+        "most 4 m/s."
+    ),
+]
 JsonOption = Annotated[
     bool,
     typer.Option("--json", help="Print the result as JSON, as it is where stdout is no terminal."),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from curling_env.commands.cli import (
+    DeliveryOption,
     IceOption,
     JsonOption,
     UnitsOption,
@@ -41,8 +42,9 @@ def throw(
         float, typer.Option(help="Spin of the stone, counter-clockwise positive [rad/s].")
     ] = 0.0,
     x: Annotated[
-        float, typer.Option(help="Offset to the right of the centre line at the hog line [m].")
+        float, typer.Option(help="Offset to the right of the centre line at the release [m].")
     ] = 0.0,
+    delivery: DeliveryOption = "hog-line",
     direction: Annotated[
         PlayedEnd, typer.Option(help="The end that is played to.")
     ] = PlayedEnd.AWAY,
@@ -51,8 +53,8 @@ def throw(
 ) -> None:
     """Throw one stone on an empty sheet and say where it comes to rest.
 
-    The stone is released with its centre on the hog line. For programs (--json, or where stdout is
-    no terminal) the result is JSON:
+    The stone is released with its centre on the hog line, or at the hack (--delivery). For programs
+    (--json, or where stdout is no terminal) the result is JSON:
 
     \b
         x, y         where it ended [m]; origin mid-sheet, y towards the away end
@@ -61,8 +63,8 @@ def throw(
         status       rest, out_side (touched a side line), out_back (passed the back line)
                      or hogged (short of the far hog line)
         theta        change of its heading [rad]
-        hog_to_hog   time to the far hog line [s], null if it did not get there
-        hog_to_tee   time to the tee line [s], null if it did not get there
+        hog_to_hog   time from hog line to hog line [s], null if it did not get there
+        hog_to_tee   time from the hog line to the tee line [s], null if it did not get there
         curl_m       distance of its end to the left of the line of delivery [m]
         from_tee_m   distance from the tee [m]
 
@@ -80,15 +82,16 @@ def throw(
     from curling_env.physics.ice_uncertainty import is_uncertain, rest_spread
     from curling_env.physics.one_stone.shot_times import shoot
     from curling_env.sheet import Direction
-    from curling_env.throw import Throw
+    from curling_env.throw import Throw, delivery_named
 
     end = Direction.AWAY if direction is PlayedEnd.AWAY else Direction.HOME
     known, thrown = load_ice(ice), Throw(speed=speed, angle=angle, spin=spin, x=x)
-    shot = shoot(known, thrown, end)
+    begins = delivery_named(delivery)
+    shot = shoot(known, thrown, end, delivery=begins)
     document: dict[str, object] = {**shot.as_dict()}
     spread = None
     if is_uncertain(known):
-        spread = rest_spread(known, thrown.release(end))
+        spread = rest_spread(known, thrown.release(end, delivery=begins))
         across, along = spread or (None, None)
         document |= {"rest_sigma_x_m": across, "rest_sigma_y_m": along}
     say_what_is_unknown(known)

@@ -10,7 +10,7 @@ from curling_env.ice import Ice
 from curling_env.physics.many_stones.engine import Engine
 from curling_env.physics.one_stone.slide import SlideEnd, play_bounds, slide
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
-from curling_env.throw import Throw
+from curling_env.throw import FROM_HOG_LINE, Delivery, Throw
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,14 +46,26 @@ class Shot:
         return asdict(self)
 
 
-def shoot(ice: Ice, throw: Throw, direction: Direction = Direction.AWAY) -> Shot:
+def shoot(
+    ice: Ice,
+    throw: Throw,
+    direction: Direction = Direction.AWAY,
+    *,
+    delivery: Delivery = FROM_HOG_LINE,
+) -> Shot:
     """Throw one stone on an empty sheet.
+
+    Parameters
+    ----------
+    ice, throw : what is thrown on what
+    direction : the end played to
+    delivery : where the throw begins
 
     Raises
     ------
     InputError : a release outside the side lines, or ice on which the stone never stops
     """
-    release = throw.release(direction)
+    release = throw.release(direction, delivery=delivery)
     outcome = Engine(ice).play(release)
     stone = outcome.delivered
     across = -(stone.x - release.x) * release.vy + (stone.y - release.y) * release.vx
@@ -65,6 +77,13 @@ def shoot(ice: Ice, throw: Throw, direction: Direction = Direction.AWAY) -> Shot
         arrived = run.end is SlideEnd.LEFT_BOUNDS and abs(run.y - direction * line) < 1e-3
         return run.time if arrived else None
 
+    # From behind the hog line, both times count from where the stone crosses it.
+    begin = time_to(-HOG_LINE_Y) if delivery.line_y > HOG_LINE_Y else 0.0
+
+    def from_hog_line(line: float) -> float | None:
+        end = time_to(line)
+        return None if begin is None or end is None else end - begin
+
     return Shot(
         x=stone.x,
         y=stone.y,
@@ -72,8 +91,8 @@ def shoot(ice: Ice, throw: Throw, direction: Direction = Direction.AWAY) -> Shot
         turns=abs(stone.theta) / (2 * np.pi),
         status=outcome.delivered_status.value,
         theta=stone.theta,
-        hog_to_hog=time_to(HOG_LINE_Y),
-        hog_to_tee=time_to(TEE_Y),
+        hog_to_hog=from_hog_line(HOG_LINE_Y),
+        hog_to_tee=from_hog_line(TEE_Y),
         curl_m=across / throw.speed + 0.0,  # never minus nought
         from_tee_m=float(np.hypot(stone.x, stone.y - direction * TEE_Y)),
     )

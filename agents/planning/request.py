@@ -1,0 +1,130 @@
+"""What is asked of the planner, checked: the objective, the stones, the spins."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from agents.planning.objective import MostPoints, Objective, TaskDone
+from agents.planning.target_search import check_target
+from agents.planning.tuning import SPINS
+from curling_env.envs.sheet.tasks import Task, task_named
+from curling_env.errors import InputError
+from curling_env.ice import Ice
+from curling_env.physics.many_stones.tuning import OVERLAP_ALLOWED
+from curling_env.sheet import Direction, tee, to_sheet
+from curling_env.throw import FROM_HOG_LINE, Delivery, Skill, skill_named
+from curling_env.typing import Flags, Floats
+
+
+def objective_for(
+    ice: Ice,
+    task: str | Task,
+    mark: Floats | None,
+    stones: Floats,
+    teams: Flags | None,
+    delivery: Delivery,
+) -> Objective:
+    """What is wanted of a throw: a task done, or the most points.
+
+    Parameters
+    ----------
+    ice : the ice, whose stones and sheet bound what can be asked for
+    task, mark, stones, teams, delivery : see `agents.planning.planner.plan_task`
+
+    Raises
+    ------
+    InputError : a task that needs a stone, or a place where none can rest
+    """
+    own = np.zeros(len(stones), dtype=np.bool_) if teams is None else teams
+    nearest = stones[:, 1] if mark is None else np.atleast_1d(mark[1])
+    direction = Direction.AWAY if nearest.sum() >= 0 else Direction.HOME
+    if task == "score":
+        target = tee(direction) if mark is None else mark
+        return MostPoints(
+            target=target, direction=direction, stones=stones, own=own, delivery=delivery
+        )
+    known = task_named(task)
+    given = None
+    if known.has_target_stone:
+        if not len(stones):
+            if mark is None:
+                raise InputError(
+                    f"the task {known.name} needs a stone: give stones, or a target where one lies"
+                )
+            stones = mark[None]
+            own, teams = np.zeros(1, dtype=np.bool_), None
+        candidates = np.flatnonzero(~own) if mark is None and not own.all() else np.arange(len(own))
+        aim = tee(direction) if mark is None else mark
+        given = int(candidates[np.argmin(np.hypot(*(stones[candidates] - aim).T))])
+        mark = stones[given]
+    if mark is None:
+        mark = np.asarray(to_sheet(known.easiest_goal, direction))
+    objective = TaskDone(
+        task=known,
+        mark=mark,
+        direction=direction,
+        stones=stones,
+        own=teams,
+        given=given,
+        radius=ice.stone.radius,
+        delivery=delivery,
+    )
+    if objective.comes_to_rest:
+        check_target(ice, objective.target)
+        others = stones if given is None else np.delete(stones, given, axis=0)
+        check_room(ice, objective.target, others)
+    return objective
+
+
+def spins_for(delivery: Delivery) -> Sequence[float]:
+    """Spins to try where none are asked for [rad/s]."""
+    return SPINS if delivery == FROM_HOG_LINE else (delivery.spin, -delivery.spin)
+
+
+def skill_with(skill: str | Skill, spins: Sequence[float]) -> Skill:
+    """The skill, if there is a spin to throw with.
+
+    Raises
+    ------
+    InputError : no spin, or an unknown skill
+    """
+    if not len(spins):
+        raise InputError("no spin to try was given")
+    return skill_named(skill)
+
+
+def check_stones(ice: Ice, stones: Floats) -> None:
+    """Refuse stones (k, 2) that lie off the ice or in each other.
+
+    Raises
+    ------
+    InputError : the first stone that does
+    """
+    for k, stone in enumerate(stones):
+        place = f"({stone[0]:g}, {stone[1]:g}) m"
+        if not bool(ice.sheet.contains(stone)):
+            raise InputError(f"stone {k + 1} at {place} is off the ice")
+        apart = np.hypot(*(stones[:k] - stone).T)
+        if k and apart.min() < 2 * ice.stone.radius - OVERLAP_ALLOWED:
+            other = int(np.argmin(apart))
+            raise InputError(
+                f"stone {k + 1} at {place} overlaps stone {other + 1}: their centres are "
+                f"{apart[other]:.3f} m apart, and touching stones' are {2 * ice.stone.radius:g} m"
+            )
+
+
+def check_room(ice: Ice, target: Floats, stones: Floats) -> None:
+    """Refuse a target in whose place a stone lies.
+
+    Raises
+    ------
+    InputError : the stone that does
+    """
+    for stone in stones:
+        if np.hypot(*(stone - target)) < 2 * ice.stone.radius - OVERLAP_ALLOWED:
+            raise InputError(
+                f"no stone can rest at the target: the stone at ({stone[0]:g}, {stone[1]:g}) m "
+                "lies in its place"
+            )
