@@ -90,6 +90,9 @@ def test_bias_is_found_where_and_as_large_as_it_is(seen_badly):
     left -= even @ np.linalg.lstsq(even, left, rcond=None)[0]
     assert np.sqrt(np.mean(left**2)) < 0.25 * case.amplitude
     assert bias.size == pytest.approx(case.amplitude / np.sqrt(2), rel=0.25)
+    # Where stones ran it is known to a part of itself.
+    assert np.median(bias.sigma[4:-4]) < 0.5 * case.amplitude
+    assert np.mean(np.abs(left) < 3 * bias.sigma[4:-4]) > 0.9
 
 
 def test_sigma_of_cells_is_true_beside_a_bias(seen_badly):

@@ -56,6 +56,13 @@ def test_a_guard_is_clear_of_the_tee_line_and_of_the_house():
     assert not LINES.in_free_guard_zone(0.0, 3.0)
 
 
+def test_by_some_rules_a_guards_centre_alone_is_before_the_tee_line():
+    lines = Lines(whole_guard=False)
+    assert lines.in_free_guard_zone(2.1, -HAIR)
+    assert not lines.in_free_guard_zone(2.1, 0.0)
+    assert not lines.in_free_guard_zone(2.1, 0.5)
+
+
 def test_the_centre_line_has_a_width():
     touching = R + 0.0127 / 2
     assert LINES.touches_centre_line(-touching + HAIR)

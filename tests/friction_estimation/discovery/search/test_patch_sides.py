@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery.evidence.intervals import standard_errors, with_sides
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import Term, known_effects
 from friction_estimation.discovery.model.fit import refit
@@ -54,3 +55,12 @@ def test_a_side_goes_where_it_fits(off_to_the_right) -> None:
     assert sides_along(term) == ("x_min", "x_max")
     assert term.values["x_min"] == pytest.approx(-0.4, abs=0.15)
     assert term.values["factor"] == pytest.approx(0.9, abs=0.01)
+    # What is not known of the sides makes the rest less sure too.
+    plain = standard_errors(placed)
+    sigma = with_sides(placed, plain)
+    for side in ("x_min", "x_max"):
+        assert 0.05 <= sigma["friction_patch", side] < 0.5
+        assert abs(term.values[side] - PATCH[side]) < 3 * sigma["friction_patch", side]
+    strength = "friction_patch", "factor"
+    assert plain[strength] <= sigma[strength] < 4 * plain[strength]
+    assert abs(term.values["factor"] - 0.9) < 3 * sigma[strength]

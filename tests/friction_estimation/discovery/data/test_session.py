@@ -1,0 +1,33 @@
+"""What a session makes of tracks: which rows it keeps, and how sure each of them is."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from curling_env.trajectory import Trajectory
+from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery.tuning import HIGHEST_FRAME_RATE
+
+
+def track(*, fps: float = 20.0, sigma: object = None, throw: int = 0) -> Trajectory:
+    t = np.arange(0.0, 15.0, 1.0 / fps)
+    y = -10 + 2 * t - 0.045 * t**2
+    claims = np.empty(0) if sigma is None else np.resize(np.asarray(sigma, dtype=float), len(t))
+    noise = np.random.default_rng(throw).normal(0.0, 0.004, (len(t), 2))
+    xy = np.column_stack([np.zeros(len(t)), y]) + noise
+    return Trajectory(t=t, xy=xy, throw=throw, sigma_xy=claims)
+
+
+@pytest.mark.parametrize(("fps", "kept"), [(20, 20), (40, 40), (120, 40), (240, 40)])
+def test_of_a_fast_film_no_more_rows_are_kept_than_are_needed(fps: float, kept: float) -> None:
+    session = open_session([track(fps=fps)])
+    assert 1.0 / np.diff(session.times).mean() == pytest.approx(kept, rel=0.01)
+    assert kept <= HIGHEST_FRAME_RATE
+
+
+def test_claims_count_by_their_ratio_and_a_missing_one_as_usual() -> None:
+    tracks = [track(sigma=[0.002, 0.004, np.nan]), track(sigma=[0.002, 0.004, np.nan], throw=1)]
+    claimed = open_session(tracks).sigma[:, 0]
+    assert sorted(set(np.round(claimed, 6))) == pytest.approx([2 / 3, 1.0, 4 / 3])
+    assert (open_session([track()]).sigma[:, 0] == 1.0).all()
