@@ -66,5 +66,5 @@ CARD = EffectCard(
     search=Search(needs=("headings",), shape=("speed_exponent", "spin_exponent")),
     observed={"strength": 0.02, "speed_exponent": 1.0},
     observed_order=1,
-    dissipative=False,
+    dissipative=True,
 )

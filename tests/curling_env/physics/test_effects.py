@@ -143,14 +143,20 @@ class TestEveryEffectThatAStoneFeels:
             off = acceleration(with_only(card, typical(card) | neutral), STATES, **MOTION)
             assert off == pytest.approx(plain, abs=1e-15)
 
-    def test_makes_no_energy_if_it_says_so(self, card: EffectCard) -> None:
-        if not card.dissipative:
-            pytest.skip("may drive the stone")
+    def test_makes_no_energy_if_and_only_if_it_says_so(self, card: EffectCard) -> None:
         ice = with_only(card, typical(card))
-        a = acceleration(ice, STATES, **MOTION)
-        inertia = ice.stone.inertia / ice.stone.mass
-        power = (a[:, :2] * STATES[:, 2:4]).sum(1) + inertia * a[:, 2] * STATES[:, 4]
-        assert (power <= 1e-15).all()
+        frictionless = replace(ice, friction=replace(ice.friction, mu=1e-9 * ice.friction.mu))
+
+        def power(ice: Ice) -> np.ndarray:
+            a = acceleration(ice, STATES, **MOTION)
+            inertia = ice.stone.inertia / ice.stone.mass
+            return (a[:, :2] * STATES[:, 2:4]).sum(1) + inertia * a[:, 2] * STATES[:, 4]
+
+        if card.dissipative:
+            assert (power(ice) <= 1e-15).all()
+            assert (power(frictionless) <= 1e-15).all()
+        else:
+            assert (power(frictionless) > 1e-6).any()
 
     def test_knows_no_left_from_right(self, card: EffectCard) -> None:
         """The mirror image of a motion under the mirrored effect, and its half-turn."""
