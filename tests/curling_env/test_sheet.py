@@ -173,6 +173,8 @@ def test_a_stone_may_have_the_values_at_the_edge(value):
     [
         *({name: x} for name in ("mass", "radius", "height", "inertia") for x in (0, -1, np.inf)),
         *({name: x} for name in ("mass", "radius", "height") for x in (1e-4, 1001.0)),
+        {"radius": 1.01},
+        {"height": 1.01},
         {"band_radius": -1e-9},
         {"band_radius": 0.146},
         {"restitution": -1e-9},

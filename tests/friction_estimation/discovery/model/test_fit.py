@@ -15,6 +15,7 @@ from friction_estimation.discovery.data.session import open_session
 from friction_estimation.discovery.evidence.intervals import standard_errors
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import Term, neutral_values
+from friction_estimation.discovery.model.fit import fit
 from friction_estimation.discovery.model.model import predict
 from friction_estimation.discovery.search.selection import fit_with_noise, misfit_of, refit
 from friction_estimation.discovery.tuning import USUAL_SPIN, USUAL_SPIN_SIGMA
@@ -73,6 +74,10 @@ def test_a_spin_that_was_not_seen_stays_near_the_usual_one(make_session):
     spins = np.abs(fitted.states[:, State.OMEGA])
     assert np.abs(spins - USUAL_SPIN).max() < 2.0 * USUAL_SPIN_SIGMA
     assert np.abs(spins - USUAL_SPIN).max() > 1e-3  # they tell something
+    faster = fitted.states.copy()
+    faster[:, State.OMEGA] *= 2.0
+    again = fit(fitted.model, fitted.session, fitted.noise, states=faster)
+    assert np.abs(again.states[:, State.OMEGA]) == pytest.approx(spins, abs=0.05)
 
 
 def test_a_missing_effect_shows_as_slow_misfit(make_session):
