@@ -8,7 +8,7 @@ played on (greedy A-optimal design), judged by the Cramér–Rao bound. The esti
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -34,6 +34,8 @@ from friction_estimation.design.greedy import (
 
 _MAX_THROWS = 200
 """A design that needs more throws counts as out of reach."""
+_MAX_CELLS = 4000
+"""Cells of a sheet that are weighed against one another: their covariance takes 128 MB."""
 _HALF_WIDTH_PLAYED = 1.5
 """Half the width of the ice that is played on [m]. A draw curls by a metre and a half at most, and
 nearer the side stones are seldom thrown."""
@@ -181,7 +183,7 @@ def design_throws(
 
     Raises
     ------
-    InputError : numbers that make no sense, or detail finer than a cell
+    InputError : numbers that make no sense, or detail finer than a cell or than can be weighed
     """
     for name, value in (
         ("resolution", resolution),
@@ -198,6 +200,7 @@ def design_throws(
             f"the resolution cannot be finer than a cell of {sheet.cell_size:g} m, "
             f"got {resolution:g} m"
         )
+    sheet = _coarse_enough(sheet, resolution)
     chosen = tuple(speeds) if speeds else draw_speeds(mu)
     kinds = [
         ThrowKind(speed=speed, line=line, direction=direction)
@@ -236,6 +239,24 @@ def design_throws(
         error=tuple(errors),
         even_error=even / mu,
     )
+
+
+def _coarse_enough(sheet: Sheet, resolution: float) -> Sheet:
+    """The sheet with cells that are no finer than the detail asks for.
+
+    Raises
+    ------
+    InputError : more cells than can be weighed against one another
+    """
+    side = max(sheet.cell_size, min(resolution / 2, PAPER_SHEET.cell_size))
+    coarse = replace(sheet, cell_size=side)
+    cells = coarse.shape[0] * coarse.shape[1]
+    if cells > _MAX_CELLS:
+        raise InputError(
+            f"a resolution of {resolution:g} m needs {cells} cells on this sheet, and {_MAX_CELLS} "
+            "can be weighed against one another: ask for less detail"
+        )
+    return coarse
 
 
 def _lines(resolution: float) -> Floats:

@@ -14,7 +14,7 @@ from curling_env.trajectory import Trajectory
 from curling_env.typing import Indices, Progress, no_progress, part_of_progress
 from friction_estimation.camera.scene import Scene
 from friction_estimation.discovery.data.references import Calibration, calibrations_of, corrected
-from friction_estimation.discovery.data.session import Session, open_session
+from friction_estimation.discovery.data.session import Session, open_session, refuse_too_many_cells
 from friction_estimation.discovery.evidence.confounding import Alternative, alternatives
 from friction_estimation.discovery.evidence.events import exceptional_throws
 from friction_estimation.discovery.evidence.hold_out import (
@@ -199,6 +199,7 @@ def _discover(
     progress: Progress,
 ) -> Discovery:
     """Find what a model lacks, from tracks whose lengths and times are taken as true."""
+    refuse_too_many_cells(ice)
     progress("reading tracks", 0.0)
     session = open_session(tracks, scene)
     progress("fitting the baseline", 0.05)

@@ -17,6 +17,8 @@ MAX_THROW_ROWS = 20_000
 """Of one throw: 80 s of a camera that takes 240 frames a second."""
 MAX_THROW_SECONDS = 900.0
 """Of one throw with all that a track shows before and after it [s]; a slide takes 30."""
+MAX_MAP_CELLS = 25_000
+"""Of the map that a fit begins with; a stone's band is wider than such a cell."""
 
 # --- outliers and noise ------------------------------------------------------------------------
 

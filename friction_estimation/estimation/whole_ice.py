@@ -20,7 +20,7 @@ from curling_env.ice import Ice
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Progress, no_progress, part_of_progress
 from friction_estimation.camera.scene import Scene
-from friction_estimation.discovery.data.session import Session, open_session
+from friction_estimation.discovery.data.session import Session, open_session, refuse_too_many_cells
 from friction_estimation.discovery.discover import Discovery, ice_of, search_session
 from friction_estimation.discovery.evidence.intervals import level_error
 from friction_estimation.discovery.model.fit import SessionFit
@@ -83,6 +83,7 @@ def estimate_ice(
             "an earlier map as prior goes with no --uniform and with no other ice to start from"
         )
     first = start or prior or Ice.uniform(0.0082)
+    refuse_too_many_cells(first)
     from_map = prior is not None
     progress("reading tracks", 0.0)
     session = open_session(tracks, scene)

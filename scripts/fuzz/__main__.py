@@ -174,7 +174,7 @@ def _inputs(targets: list[Target], rng: random.Random, only: str, light: bool) -
                 surroundings=surroundings,
             )
 
-        if what < 0.25:
+        if what < 0.25 and name != "q.json":  # which the fuzzer itself reads
             yield one("special", Special(rng.choice(KINDS)))
         elif what < 0.3 and words[0] != "read":
             content = good_file if rng.random() < 0.5 else damaged(good_file, rng)

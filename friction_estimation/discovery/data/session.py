@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from curling_env.errors import InputError
+from curling_env.ice import Ice
 from curling_env.physics.effects import EffectCard
 from curling_env.physics.state import State
 from curling_env.sheet import HOG_LINE_Y
@@ -35,6 +36,7 @@ from friction_estimation.discovery.tuning import (
     HIGHEST_FRAME_RATE,
     LEAST_HEADINGS,
     LEAST_THROWS,
+    MAX_MAP_CELLS,
     MAX_SESSION_THROWS,
     MAX_THROW_ROWS,
     MAX_THROW_SECONDS,
@@ -260,6 +262,20 @@ def _refuse_beyond_a_session(tracks: Sequence[Trajectory]) -> None:
                 f"throw {track.throw} lasts {track.duration:.0f} s; no throw lasts longer than "
                 f"{MAX_THROW_SECONDS:.0f} s"
             )
+
+
+def refuse_too_many_cells(ice: Ice | None) -> None:
+    """Refuse an ice whose map is finer than throws can tell, and than can be fitted.
+
+    Raises
+    ------
+    InputError : it has more cells than `MAX_MAP_CELLS`
+    """
+    if ice is not None and ice.friction.mu.size > MAX_MAP_CELLS:
+        raise InputError(
+            f"an ice of {ice.friction.mu.size} cells is too fine to be fitted; at most "
+            f"{MAX_MAP_CELLS} can be, of 0.1 m"
+        )
 
 
 def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Session:

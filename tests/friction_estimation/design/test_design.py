@@ -86,6 +86,18 @@ def test_numbers_that_make_no_sense_are_refused(changes, says):
         design_throws(**{"resolution": 2.0, "precision": 0.02} | changes)
 
 
+def test_cells_finer_than_the_detail_cost_nothing():
+    asked = {"resolution": 2.0, "precision": 0.06}
+    fine = design_throws(**asked, sheet=replace(PAPER_SHEET, cell_size=0.02))
+    usual = design_throws(**asked)
+    assert (fine.kinds, fine.error) == (usual.kinds, usual.error)
+
+
+def test_more_detail_than_can_be_weighed_is_refused():
+    with pytest.raises(InputError, match="ask for less detail"):
+        design_throws(resolution=0.2, precision=0.05, sheet=replace(PAPER_SHEET, cell_size=0.05))
+
+
 def test_a_design_in_numbers():
     kinds = [ThrowKind(speed=2.0, line=0.5, direction=Direction.AWAY)] * 2
     kinds += [ThrowKind(speed=1.6, line=0.0, direction=Direction.HOME)]

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from curling_env.errors import InputError
+from curling_env.ice import Ice
+from curling_env.sheet import PAPER_SHEET
 from curling_env.trajectory import Trajectory
 from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery.discover import discover
+from friction_estimation.estimation.whole_ice import estimate_ice
 from friction_estimation.tracks.throw_list import load_tracks
 
 
@@ -30,6 +35,14 @@ def track(rows: int = 20, seconds: float = 10.0, throw: int = 0) -> Trajectory:
 def test_more_than_a_session_is_refused(tracks: list[Trajectory], complaint: str) -> None:
     with pytest.raises(InputError, match=complaint):
         open_session(tracks)
+
+
+def test_a_map_finer_than_a_stone_is_refused() -> None:
+    fine = Ice.uniform(0.009, sheet=replace(PAPER_SHEET, cell_size=0.05))
+    with pytest.raises(InputError, match="is too fine to be fitted"):
+        estimate_ice([track()], start=fine)
+    with pytest.raises(InputError, match="is too fine to be fitted"):
+        discover([track()], fine)
 
 
 def test_more_throws_than_anybody_makes_are_refused(tmp_path: Path) -> None:
