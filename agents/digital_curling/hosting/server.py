@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import socket
 import uuid
 from collections.abc import Callable
@@ -155,7 +156,9 @@ class Door:
                 self._come_in, address, port, limit=MAX_CLIENT_LINE, backlog=8
             )
         except OSError as error:
-            reason = (error.strerror or str(error)).lower()
+            # asyncio names the address once more beside what the system says.
+            number = error.errno or 0
+            reason = (os.strerror(number) if number > 0 else "no such address").lower()
             raise InputError(
                 f"cannot listen there: {reason}", source=f"{address}:{port}"
             ) from error
