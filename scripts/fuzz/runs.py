@@ -95,14 +95,14 @@ def run(arguments: Sequence[str], folder: Path, surroundings: str = "") -> Ended
         faults.append(f"status {status}")
     if "Traceback" in said or "mistake of this program" in said:
         faults.append("traceback")
-    if status == 2 and surroundings not in UNHEARD:
+    if status == 2 and surroundings not in (*UNHEARD, *UNTOLD):
         lines = said.splitlines()
         if len(lines) != 1 or not said.startswith("curling: "):
             faults.append(f"{len(lines)} lines")
         if any(len(line) > MAX_LINE for line in lines):
             faults.append("long line")
         left = sorted(n for n in set(after) - set(before) if not any(k in n for k in KEPT))
-        if left and surroundings not in UNTOLD:
+        if left:
             faults.append(f"left {left[:3]}")
     lost = [name for name, content in before.items() if after.get(name) != content]
     if lost and (status != 0 or "-o" not in arguments):
