@@ -17,6 +17,7 @@ from curling_env.ice import Ice
 from curling_env.physics.one_stone.slide import SlideEnd, play_bounds, slide
 from curling_env.render import figures
 from curling_env.sheet import TEE_Y
+from curling_env.throw import FROM_HOG_LINE
 from curling_env.typing import Floats
 from curling_env.units import FOOT, INCH, Units, length, short_length, speed
 
@@ -288,7 +289,8 @@ def _write_call(ax: Axes, ice: Ice, plan: Plan, units: Units) -> None:
         time = "stops before the hog line"
         if words.hog_to_hog_s is not None:
             time = f"{words.hog_to_hog_s:.1f} s hog to hog"
-        line(f"Weight: {time} ({speed(planned.throw.speed, units)} at the hog line)", size)
+        where = "hog line" if plan.delivery == FROM_HOG_LINE else "release"
+        line(f"Weight: {time} ({speed(planned.throw.speed, units)} at the {where})", size)
         line(f"Broom: {words.broom_in(units)}; {length(words.ice_m, units)} of ice", size)
         if planned.throw.spin:
             line(

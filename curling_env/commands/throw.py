@@ -33,7 +33,7 @@ class PlayedEnd(StrEnum):
 def throw(
     ice: IceOption,
     speed: Annotated[
-        float, typer.Option(help="Speed at the hog line [m/s], above 0 and at most 6.")
+        float, typer.Option(help="Speed at the release [m/s], above 0 and at most 6.")
     ],
     angle: Annotated[
         float, typer.Option(help="Line of delivery, counter-clockwise from straight ahead [rad].")
