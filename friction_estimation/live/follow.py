@@ -16,6 +16,7 @@ import cv2
 
 from curling_env.errors import CurlingError, TrackTooShortError
 from curling_env.infrastructure.executor import begin_worker
+from curling_env.infrastructure.files.command_files import keep
 from curling_env.infrastructure.provenance import provenance
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Image
@@ -156,6 +157,10 @@ class _Analysis:
     def submit(self, clip: Clip | None) -> None:
         """Have a film tracked, if there is one."""
         if clip is not None:
+            keep(
+                f"what was recorded is kept in {clip.path.parent}; `curling track "
+                f"{clip.path.parent} --scene SCENE.json` tracks it"
+            )
             with_stills = self._report is not None
             pending = self._process.submit(
                 _track, clip.path, self._scene, self._tracker, with_stills
