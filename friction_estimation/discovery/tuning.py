@@ -175,8 +175,10 @@ PATCH_CELL = (0.25, 1.0)
 side by side."""
 LONGEST_PATCH = 16
 """Longest rectangle that is tried, in cells: a longer one is the sheet, not a patch."""
-SIDE_SHIFTS = (-0.8, -0.5, -0.3, -0.2, -0.12, -0.06, 0.06, 0.12, 0.2, 0.3, 0.5, 0.8)
-"""How far a side of a patch is moved from the search's grid to see whether it fits better [m]."""
+_SIDE_SHIFTS = (0.06, 0.12, 0.2, 0.3, 0.5, 0.8, 1.2, 1.7, 2.4)
+SIDE_SHIFTS = (*(-shift for shift in reversed(_SIDE_SHIFTS)), *_SIDE_SHIFTS)
+"""How far a side of a patch is moved to see whether it fits better [m]. Between two lanes on which
+stones ran there may be a place that fits worse than either, where the map had taken a part."""
 PLACES_FITTED = 2
 """Most places of a side of a patch that are fitted: those that promise most."""
 NARROWEST_PATCH = 0.15

@@ -11,10 +11,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from curling_env.sheet import Sheet
 from curling_env.typing import Floats
 from friction_estimation.discovery.model.candidates import Term
 from friction_estimation.discovery.model.elimination import eliminate_states, gram_matrices
 from friction_estimation.discovery.model.fit import SessionFit, refit
+from friction_estimation.discovery.model.friction_field import CARD
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.sensitivity import (
     friction_along,
@@ -89,10 +91,28 @@ def sides_along(term: Term) -> tuple[str, ...]:
 
 
 def with_side(model: Model, label: str, side: str, place: float) -> Model | None:
-    """The model with one side of a patch elsewhere; None if the patch would be too narrow."""
+    """The model with one side of a patch elsewhere; None if the patch would be too narrow.
+
+    A friction map takes over what the patch gives up, and gives back what the patch takes: a fit
+    begins with the friction that was there.
+    """
     edge = model.ice.sheet.width / 2
-    moved = model.term(label).with_values(**{side: place})
+    before = model.term(label)
+    moved = before.with_values(**{side: place})
     left, right = sides_along(moved)
     if abs(place) > edge or moved.values[right] - moved.values[left] < NARROWEST_PATCH:
         return None
+    field = model.map_field
+    if field is not None and moved.values.get("factor", 0.0) > 0.0:
+        taken = _inside(moved, field.sheet) - _inside(before, field.sheet)
+        kept = field.near(field.ln_mu - np.log(moved.values["factor"]) * taken)
+        model = model.without(CARD.name).with_terms(Term(card=CARD, map_field=kept))
     return model.without(label).with_terms(moved)
+
+
+def _inside(term: Term, sheet: Sheet) -> Floats:
+    """1 in the cells whose centre lies in a patch, else 0, (rows, columns)."""
+    x, y = np.meshgrid(sheet.x_centres, sheet.y_centres)
+    x_min, x_max, y_min, y_max = (term.values[name] for name in term.card.search.area or ())
+    inside = (x >= x_min) & (x <= x_max) & (y >= y_min) & (y <= y_max)
+    return inside.astype(np.float64)

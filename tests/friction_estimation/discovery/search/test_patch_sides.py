@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from curling_env.sheet import PAPER_SHEET
 from friction_estimation.discovery.data.session import open_session
 from friction_estimation.discovery.evidence.intervals import standard_errors, with_sides
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import Term, known_effects
 from friction_estimation.discovery.model.fit import refit
+from friction_estimation.discovery.model.friction_field import CARD, crossed_by, field_along
 from friction_estimation.discovery.search.patch_sides import (
     foreseen_deviances,
     place_sides,
@@ -64,3 +66,24 @@ def test_a_side_goes_where_it_fits(off_to_the_right) -> None:
     strength = "friction_patch", "factor"
     assert plain[strength] <= sigma[strength] < 4 * plain[strength]
     assert abs(term.values["factor"] - 0.9) < 3 * sigma[strength]
+
+
+def test_beside_a_map_a_side_elsewhere_begins_with_the_friction_that_was_there(
+    off_to_the_right,
+) -> None:
+    model, session = off_to_the_right.model, off_to_the_right.session
+    paths = [session.xy[session.rows(i)] for i in range(len(session))]
+    field = field_along(PAPER_SHEET, crossed_by(PAPER_SHEET, paths), 1.0, np.inf)
+    mapped = model.with_terms(Term(card=CARD, map_field=field))
+    wider = with_side(mapped, "friction_patch", "x_min", -1.1)
+    assert wider is not None
+    assert wider.map_field is not None
+    x, y = np.meshgrid(PAPER_SHEET.x_centres, PAPER_SHEET.y_centres)
+    taken = (x >= -1.1) & (x < -0.1) & (y >= PATCH["y_min"]) & (y <= PATCH["y_max"])
+    crossed = np.zeros(PAPER_SHEET.shape, dtype=bool)
+    crossed.ravel()[wider.map_field.crossed] = True
+    change = wider.map_field.ln_mu
+    # The patch has taken these cells; the map gives back as much.
+    factor = model.term("friction_patch").values["factor"]
+    assert change[taken & crossed].mean() == pytest.approx(-np.log(factor), abs=0.015)
+    assert np.abs(change[~taken & crossed]).mean() < 0.01
