@@ -274,6 +274,7 @@ def test_a_full_disk_behind_stdout_is_reported() -> None:
 def test_termination_removes_what_is_half_written(tmp_path: Path, number: signal.Signals) -> None:
     done = run(
         "import os, signal, time\n"
+        f"signal.signal({number:d}, signal.SIG_DFL)\n"  # the tests may run under nohup
         "from curling_env.infrastructure.files.storage import atomic_path\n"
         "def work() -> None:\n"
         f"    with atomic_path({str(tmp_path / 'a.txt')!r}) as draft:\n"

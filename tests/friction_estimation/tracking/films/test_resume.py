@@ -35,7 +35,7 @@ def tracked_film(throw=0):
         velocity=np.zeros((5, 2)),
         spin=np.zeros(5),
         frame_count=9,
-        camera=None,
+        camera=SimpleNamespace(size=(120, 600)),
         appearance=SimpleNamespace(has_handle=False),
         refined=SimpleNamespace(measured=0),
     )
