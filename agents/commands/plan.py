@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -127,33 +127,20 @@ def plan(
         check_stones(known, places)
         places, own = read_stones(stones, teams_needed=True)
     tried = None if spin is None else _numbers(spin, "--spin")
-    begins = delivery_named(delivery)
+    wanted: dict[str, Any] = {
+        "stones": places,
+        "own": own,
+        "skill": skill,
+        "spins": tried,
+        "x": x,
+        "delivery": delivery_named(delivery),
+        "seed": seed,
+    }
     if task is None:
         assert aim is not None  # one of the two was given
-        result = find(
-            known,
-            aim,
-            stones=places,
-            own=own,
-            skill=skill,
-            spins=tried,
-            x=x,
-            delivery=begins,
-            seed=seed,
-        )
+        result = find(known, aim, **wanted)
     else:
-        result = plan_task(
-            known,
-            task,
-            aim,
-            stones=places,
-            own=own,
-            skill=skill,
-            spins=tried,
-            x=x,
-            delivery=begins,
-            seed=seed,
-        )
+        result = plan_task(known, task, aim, **wanted)
     if picture is not None:
         from agents.planning.plan_figure import draw_plan
 
