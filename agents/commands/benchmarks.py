@@ -10,12 +10,12 @@ import numpy as np
 
 import curling_env  # noqa: F401  (registers the environments)
 from agents.playing.match import play_game
-from agents.playing.players.rulebased import RuleBasedPlayer
 from agents.playing.search import SearchPlayer
 from curling_env.commands.benchmarks import Measure, rate
 from curling_env.envs.game.end_env import CurlingEndEnv
 from curling_env.envs.game.end_vector_env import CurlingEndVectorEnv
 from curling_env.game import TYPICAL_EVOLUTION, GameSimulator
+from curling_env.game.opponents.rulebased import RuleBasedPlayer
 from curling_env.game.rules import Team, rule_set
 
 SIDE_BY_SIDE = 256

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import time
 
-from agents.playing.players.draw import DrawPlayer
 from agents.playing.search import SearchPlayer
 from agents.playing.search.tuning import BUDGET
 from curling_env.game import Call, Player, PlayerView
+from curling_env.game.opponents.draw import DrawPlayer
 
 SHARE = 0.6
 """Share of the time left that is planned with; the rest is for a machine that turns busy."""

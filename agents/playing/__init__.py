@@ -1,6 +1,6 @@
 """Players, the games they play, and what comes of the games.
 
-- `players`: players that need no learning; each is declared under `curling.players`
+- `players`: players that look ahead without learning
 - `search`: the player that searches, and what it has learnt about positions
 - `league`: generations of a player that learn from playing each other
 - `trained_player`: the player in a model's file, or the player of a name

@@ -33,6 +33,7 @@ from curling_env.commands.terminal import (
 from curling_env.errors import CurlingError
 from curling_env.infrastructure.files.command_files import CommandFiles, command_files
 from curling_env.infrastructure.files.storage import format_json
+from curling_env.infrastructure.plugins import what_hides
 from curling_env.infrastructure.provenance import typed
 from curling_env.typing import Progress
 from curling_env.units import Units
@@ -340,7 +341,8 @@ def _app(arguments: Sequence[str]) -> typer.Typer:
         except Exception as error:  # whatever a stranger's module may do
             # Any arguments: that the command is missing matters more than how it was called.
             lenient = {"ignore_unknown_options": True, "allow_extra_args": True}
-            app.command(name, context_settings=lenient)(_unavailable(name, error))
+            reason = shortened(what_hides(declared[name]) or str(error))
+            app.command(name, context_settings=lenient)(_unavailable(name, error, reason))
             continue
         if isinstance(command, typer.Typer):
             app.add_typer(command, name=name)
@@ -364,9 +366,9 @@ def _version_option(
     pass
 
 
-def _unavailable(name: str, reason: Exception) -> Callable[..., NoReturn]:
+def _unavailable(name: str, reason: Exception, text: str) -> Callable[..., NoReturn]:
     """What stands for a command that cannot be imported, in the list and when it is called."""
-    text = shortened(str(reason)) or type(reason).__name__
+    text = text or type(reason).__name__
 
     def command(context: typer.Context) -> NoReturn:
         if isinstance(reason, ModuleNotFoundError) and _extra_of(reason):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,6 +23,13 @@ from curling_env.throw import FROM_HOG_LINE, Delivery, Skill, Throw
 
 PLAYER_GROUP = "curling.players"
 """The entry-point group of players: classes that can be made without arguments."""
+PLAYER_FILE_GROUP = "curling.player_files"
+"""The entry-point group of functions that make a player of a file, named by the file's suffix."""
+OWN_PLAYERS = {
+    "draw": "curling_env.game.opponents.draw:DrawPlayer",
+    "rulebased": "curling_env.game.opponents.rulebased:RuleBasedPlayer",
+}
+"""Players that every installation has, whatever becomes of other packages."""
 
 SweepInterval = tuple[float, float]
 """Times after release at which sweeping begins and ends [s]."""
@@ -148,30 +157,46 @@ class Player(ABC):
 
 
 def player_names() -> list[str]:
-    """Names of the players that installed packages declare."""
-    return plugin_names(PLAYER_GROUP)
+    """Names of the players: the package's own and those that installed packages declare."""
+    return sorted({*OWN_PLAYERS, *plugin_names(PLAYER_GROUP)})
 
 
-def player_named(name: str | Player) -> Player:
-    """The player of that name; a `Player` is returned as it is.
+def player_named(name: str | Path | Player) -> Player:
+    """The player of that name, or in that file; a `Player` is returned as it is.
 
     Parameters
     ----------
-    name : a declared name, or ``module:Class`` for a class that is not installed; an option may
-        follow after another colon: ``search:500``, ``my_players:Cautious:3``
+    name : a name in `player_names`, ``module:Class`` for a class that is not installed, or the file
+        of a trained model; an option may follow a name after another colon: ``search:500``,
+        ``my_players:Cautious:3``
 
     Raises
     ------
     InputError : an unknown name, an option that the player does not take, something that is no
-        player
+        player, or a file that holds none
     """
     if isinstance(name, Player):
         return name
+    if isinstance(name, Path) or Path(name).suffix[1:] in plugin_names(PLAYER_FILE_GROUP):
+        return _player_in(Path(name))
     plain, colon, option = name.partition(":")
     if colon and plain not in player_names():
         class_name, colon, option = option.partition(":")
         plain = f"{plain}:{class_name}"
-    found = load_plugin("player", PLAYER_GROUP, plain)
+    if plain in OWN_PLAYERS:
+        module, _, attribute = OWN_PLAYERS[plain].partition(":")
+        found = getattr(import_module(module), attribute)
+    else:
+        found = load_plugin("player", PLAYER_GROUP, plain, built_in=OWN_PLAYERS)
     if not (isinstance(found, type) and issubclass(found, Player)):
         raise InputError(f"{plain!r} is no player: expected a subclass of curling_env.game.Player")
     return found.with_option(option) if colon else found()
+
+
+def _player_in(path: Path) -> Player:
+    """The player of a trained model's file."""
+    suffixes = plugin_names(PLAYER_FILE_GROUP)
+    if path.suffix[1:] not in suffixes:
+        known = ", ".join(f".{suffix}" for suffix in suffixes)
+        raise InputError(f"a player's file ends in {known or 'nothing that is known'}", source=path)
+    return load_plugin("kind of player's file", PLAYER_FILE_GROUP, path.suffix[1:])(path)

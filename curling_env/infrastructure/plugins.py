@@ -10,6 +10,7 @@ import importlib
 import importlib.metadata
 import sys
 from collections.abc import Iterable
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -54,10 +55,48 @@ def load_plugin(
         _let_the_current_folder_be_imported()
         return getattr(importlib.import_module(module), attribute)
     except Exception as error:  # whatever a stranger's module may do
-        raise InputError(
-            f"the {kind} {name[:60]!r} cannot be loaded: {str(error)[:120]} (known by name are "
-            f"{names})"
-        ) from error
+        hidden = what_hides(declared[name]) if name in declared else None
+        why = hidden or f"{str(error)[:120]} (known by name are {names})"
+        raise InputError(f"the {kind} {name[:60]!r} cannot be loaded: {why}") from error
+
+
+def what_hides(entry: importlib.metadata.EntryPoint) -> str | None:
+    """Whether something else stands where an object of this project should be, in one line.
+
+    A module or folder of the user's may have the name of one of the project's packages, or another
+    distribution may have written its files over it.
+
+    Parameters
+    ----------
+    entry : the entry point of the object
+
+    Returns
+    -------
+    what hides it and what to do; None if nothing does, or if it is not an object of this project
+    """
+    top = entry.module.partition(".")[0]
+    ours = _PACKAGES / top
+    if not (ours / "__init__.py").exists() and not ours.is_dir():
+        return None
+    loaded = sys.modules.get(top)
+    spec = loaded.__spec__ if loaded is not None else find_spec(top)
+    places = [] if spec is None else [spec.origin, *(spec.submodule_search_locations or [])]
+    found = next((Path(place) for place in places if place), None)
+    if found is not None and ours not in (found, found.parent):
+        return f"{found} hides this project's package {top!r}; rename it, or start elsewhere"
+    own = None if entry.dist is None else entry.dist.name
+    writers = importlib.metadata.packages_distributions().get(top, [])
+    other = next((name for name in writers if name != own), None)
+    if other is not None:
+        return (
+            f"the distribution {other!r} has a package {top!r} too and was installed over this "
+            "project's; give each an environment of its own"
+        )
+    return None
+
+
+_PACKAGES = Path(__file__).parents[2]
+"""Where this project's packages lie side by side, installed or not."""
 
 
 def _let_the_current_folder_be_imported() -> None:

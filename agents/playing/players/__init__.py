@@ -1,6 +1,5 @@
-"""Players that need no learning.
+"""Players that look ahead without learning; the simpler ones are in `curling_env.game.opponents`.
 
-- `aiming`: from a shot in the sport's words to a throw on the known ice
-- `draw`, `rulebased`, `greedy`: the players
+- `greedy`: the best of the shots it knows, one delivery ahead
 - `heuristic`: the value of a position by a rule of thumb
 """

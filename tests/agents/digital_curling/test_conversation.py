@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from agents.digital_curling.client import Client
 from agents.digital_curling.conversation import from_server, write_line
 from agents.digital_curling.game_record import record_of
-from agents.playing.players.draw import DrawPlayer
 from curling_env.errors import InputError
+from curling_env.game.opponents.draw import DrawPlayer
 
 WIRE = Path(__file__).parent / "wire" / "extra-end-team1.jsonl"
 BASE = [json.loads(line[2:]) for line in WIRE.read_text().splitlines()[:18] if line.startswith("<")]

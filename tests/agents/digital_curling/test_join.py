@@ -17,10 +17,10 @@ from agents.digital_curling.conversation import from_server
 from agents.digital_curling.game_record import record_of
 from agents.digital_curling.join import WireLog, address_of, play_on_server
 from agents.digital_curling.messages import ConcedeMessage, ShotMessage
-from agents.playing.players.draw import DrawPlayer
-from agents.playing.players.rulebased import RuleBasedPlayer
 from agents.playing.record import read_record
 from curling_env.errors import InputError
+from curling_env.game.opponents.draw import DrawPlayer
+from curling_env.game.opponents.rulebased import RuleBasedPlayer
 from curling_env.game.rules import Team
 from curling_env.sheet import HACK_Y
 

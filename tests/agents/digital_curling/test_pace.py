@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 
 from agents.digital_curling.pace import BUDGETS, Pace, stones_to_come
-from agents.playing.players.draw import DrawPlayer
 from agents.playing.search import SearchPlayer
 from curling_env.game import Call, GameSimulator, PlayerView
+from curling_env.game.opponents.draw import DrawPlayer
 from curling_env.throw import FROM_HACK, Throw
 
 

@@ -1,16 +1,34 @@
-"""Players are found by name."""
+"""Players are found by name, whatever else is called as this project's packages are."""
 
 from __future__ import annotations
 
 import pytest
 
 from curling_env.errors import InputError
-from curling_env.game import (
-    player_named,
-)
+from curling_env.game import player_named
+from curling_env.infrastructure.plugins import what_hides
 
 
 def test_players_are_found_by_name():
     assert player_named("rulebased").name == "rulebased"
     with pytest.raises(InputError, match="draw, greedy, rulebased"):
         player_named("somebody")
+
+
+def test_a_distribution_that_wrote_over_a_package_is_named(monkeypatch):
+    import importlib.metadata
+
+    (entry,) = importlib.metadata.entry_points(group="curling.players", name="greedy")
+    assert what_hides(entry) is None
+    both = {"agents": ["curling-sheet", "openai-agents"]}
+    monkeypatch.setattr(importlib.metadata, "packages_distributions", lambda: both)
+    said = what_hides(entry)
+    assert said is not None
+    assert "'openai-agents' has a package 'agents' too" in said
+
+
+def test_a_model_file_is_a_player_and_other_files_are_not(tmp_path):
+    with pytest.raises(InputError, match=r"ends in \.npz"):
+        player_named(tmp_path / "model.txt")
+    with pytest.raises(InputError, match="no such file"):
+        player_named(str(tmp_path / "model.npz"))

@@ -88,7 +88,7 @@ def test_a_task_in_the_current_folder_needs_no_installation(club):
 
 def test_declared_names_stand_beside_the_projects_own(installed):
     assert task_names()[-1] == "out_the_back"
-    assert player_names() == ["cautious"]
+    assert player_names() == ["cautious", "draw", "rulebased"]
 
 
 def test_players_of_others_are_found_and_take_their_option(installed):

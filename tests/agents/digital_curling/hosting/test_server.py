@@ -24,11 +24,11 @@ from agents.digital_curling.hosting.server import Hosting, host_game
 from agents.digital_curling.hosting.setting import HostSetting
 from agents.digital_curling.join import WireLog, play_on_server
 from agents.playing.match import Match
-from agents.playing.players.draw import DrawPlayer
-from agents.playing.players.rulebased import RuleBasedPlayer
 from agents.playing.record import read_record
 from agents.playing.search import SearchPlayer
 from curling_env.game import GameSimulator, Player
+from curling_env.game.opponents.draw import DrawPlayer
+from curling_env.game.opponents.rulebased import RuleBasedPlayer
 from curling_env.game.rules import Team, rule_set
 from curling_env.ice import load_ice
 from curling_env.throw import FROM_HACK

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from agents.playing.match import play_game
-from agents.playing.players.draw import DrawPlayer
-from agents.playing.players.rulebased import RuleBasedPlayer
 from agents.playing.record import lines_of
 from agents.playing.replay.page import write_page
 from curling_env.game import TYPICAL_EVOLUTION, GameSimulator
+from curling_env.game.opponents.draw import DrawPlayer
+from curling_env.game.opponents.rulebased import RuleBasedPlayer
 from curling_env.game.rules import rule_set
 from curling_env.sheet import TEE_Y
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from agents.playing.match import play_game
-from agents.playing.players.draw import DrawPlayer
 from agents.playing.search import SearchPlayer
 from agents.playing.search.aiming_table import AimingTable
 from agents.playing.search.kernel_regression import estimate
@@ -22,6 +21,7 @@ from agents.playing.search.win_probability import WinProbability
 from agents.playing.trained_player import player_from
 from curling_env.errors import InputError
 from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator, GameState, PlayerView
+from curling_env.game.opponents.draw import DrawPlayer
 from curling_env.game.rules import (
     RULE_SETS,
     End,

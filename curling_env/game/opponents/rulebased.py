@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from agents.playing.players.aiming import PEEL_WEIGHT, AimingPlayer
 from curling_env.game import Call, PlayerView
+from curling_env.game.opponents.aiming import PEEL_WEIGHT, AimingPlayer
 from curling_env.game.rules import End, RestingStone, Team, count, shot_order
 from curling_env.game.rules.free_guard_zone import guards
 from curling_env.game.rules.placement import Side

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from agents.playing.players.aiming import AimingPlayer
 from curling_env.game import Call, PlayerView
+from curling_env.game.opponents.aiming import AimingPlayer
 
 
 class DrawPlayer(AimingPlayer):
