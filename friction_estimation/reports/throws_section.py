@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from friction_estimation.tracks.throw_table import FAR_HOG, Measured, ThrowMeasu
 from friction_estimation.tracks.tuning import MIN_TURN
 
 NOT_SEEN = "–"
+NO_COLUMNS: Mapping[str, Sequence[object]] = MappingProxyType({})
 
 Notes = Mapping[int, ThrowNote]
 """What a coach noted of throws, by their numbers."""
@@ -139,7 +141,10 @@ EXPLANATION = (
 
 
 def write_measures(
-    path: str | Path, throws: Sequence[ThrowMeasures], notes: Notes = NO_NOTES
+    path: str | Path,
+    throws: Sequence[ThrowMeasures],
+    notes: Notes = NO_NOTES,
+    others: Mapping[str, Sequence[object]] = NO_COLUMNS,
 ) -> None:
     """Write the table as CSV: SI units, the sheet frame's names, and every standard error.
 
@@ -148,6 +153,7 @@ def write_measures(
     path : file to write
     throws : the measured throws
     notes : what a coach noted of the throws, as columns of their own
+    others : more columns by name, a cell for each throw; None is an empty cell
     """
     rows = [one.as_dict() for one in throws]
     names = list(ThrowMeasures(throw=0, stone=0, clock=0.0, direction=Direction.AWAY).as_dict())
@@ -158,7 +164,14 @@ def write_measures(
         said = [getattr(notes.get(one.throw, ThrowNote()), name) for one in throws]
         if any(said):
             columns["stone_name" if name == "stone" else name] = list(said)
+    columns |= {name: _blank(cells) for name, cells in others.items()}
     write_table(path, {name: _column(cells) for name, cells in columns.items()})
+
+
+def _blank(cells: Sequence[object]) -> list[Any]:
+    """Cells with an empty one where there is nothing."""
+    blank: Any = "" if any(isinstance(cell, str) for cell in cells) else np.nan
+    return [blank if cell is None else cell for cell in cells]
 
 
 def _column(cells: list[Any]) -> list[Any]:

@@ -29,16 +29,21 @@ def throws(
         hog to hog         from hog line to hog line
         hog to tee         from the first hog line to the tee line played to
         speed              over the first hog line
-        handle, turns      a right-hander's handle (↻ clockwise, ↺ counter-clockwise), full turns
+        handle, turns      the athlete's handle (↻ clockwise, ↺ counter-clockwise), full turns
         line               where the stone was sent: its first metres beyond the hog line, drawn on
                            to the far tee line, from the centre line
         curl               from that line to where it came to rest
         rest               past or short of the tee, right or left of the centre line
 
     Times are those of the stone's centre; left and right are the thrower's. What a camera did not
-    see is left blank. What a table throws.csv beside the tracks notes (athlete, stone, called,
-    note) is shown too. A throw that touched another stone tells what it was until then. JSON and
+    see is left blank. A throw that touched another stone tells what it was until then. JSON and
     CSV are in metres, seconds and radians, each number with its standard error (NAME_sigma).
+
+    A table throws.csv beside the tracks may note of each throw its athlete, stone, called and note.
+    What was called is a line such as "draw button in", "draw 0.3,-1.2 out broom 1.1 right" (metres
+    right of and past the tee), "guard", or "hit 0,1.2 normal out"; the table then tells how far the
+    line was off the broom, and how far the rest from the target. Other text stays as it is. A table
+    athletes.csv (athlete, hand) says who throws with the left, so that handles are theirs.
 
     \b
     Example:
@@ -46,33 +51,26 @@ def throws(
         curling throws tracks.csv --units feet
         curling throws tracks.csv -o table.csv
     """
-    from friction_estimation.reports.throws_section import (
-        as_text,
-        curl_in_words,
-        throw_rows,
-        write_measures,
+    from agents.coaching.throw_sheet import (
+        hands_beside,
+        sheet_rows,
+        throw_table,
+        write_sheets,
     )
-    from friction_estimation.tracks.throw_list import (
-        THROW_LIST,
-        ThrowNote,
-        load_tracks,
-        throws_beside,
-    )
-    from friction_estimation.tracks.throw_table import throw_table
+    from friction_estimation.reports.throws_section import as_text, curl_in_words
+    from friction_estimation.tracks.throw_list import THROW_LIST, load_tracks, throws_beside
 
     if output is not None and output.resolve() == (tracks.parent / THROW_LIST).resolve():
         raise InputError(
             "is where notes of the throws stand; name the table otherwise", source=output
         )
-    measured = throw_table(load_tracks(tracks))
-    notes = throws_beside(tracks)
-    if not measured:
+    sheets = throw_table(load_tracks(tracks), throws_beside(tracks), hands_beside(tracks))
+    if not sheets:
         raise InputError("no throw slides freely in these tracks", source=tracks)
     if output is not None:
-        write_measures(output, measured, notes)
+        write_sheets(output, sheets)
     words = [
-        as_text(throw_rows(measured, units, notes, errors=False)),
-        *curl_in_words(measured, units),
+        as_text(sheet_rows(sheets, units)),
+        *curl_in_words([sheet.measures for sheet in sheets], units),
     ]
-    each = [{**one.as_dict(), **notes.get(one.throw, ThrowNote()).row} for one in measured]
-    conclude(each, *words, as_json=as_json)
+    conclude([sheet.as_dict() for sheet in sheets], *words, as_json=as_json)

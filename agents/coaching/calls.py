@@ -1,0 +1,334 @@
+"""A called shot, as a coach types it in the column `called` of `throws.csv`.
+
+A call is a line of words in any order; capital letters do not matter:
+
+    what       draw, guard, freeze; hit (or takeout), hit-and-stay, peel
+    where      0.3,-1.2 in metres from the tee: right, then past (negative: short); also 2ft,-4ft;
+               or in words: 4 ft short 1 ft left; or a place by its name: button, top four,
+               back eight, left twelve, right corner guard; a guard without a place is a centre
+               guard, a draw without one is to the button
+    handle     in or out, by the athlete's hand
+    broom      broom 0.6 right: where it was held, on the far tee line, from the centre line
+    weight     13.4 s: the time from hog line to hog line; or for hits a name: hack, board, control,
+               normal, firm
+    turns      3 turns: how often the stone was meant to turn on its way
+
+For example `draw button in`, `draw 0.3,-1.2 out broom 1.1 right`, `guard in`, `4 ft short`,
+`hit 0,1.2 normal out`. Text that is no such line is a note, and no call. All lengths are seen by
+the thrower; without a unit they are metres.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+from curling_env.sheet import BACK_LINE_Y, HOG_TO_TEE, RING_RADII, TEE_Y
+from curling_env.units import FOOT, INCH, Units, length, side
+
+Shot = Literal["draw", "guard", "freeze", "takeout", "hit-and-stay", "peel"]
+"""What a throw is asked to do, by the names of the planner's tasks."""
+Handle = Literal["in-turn", "out-turn"]
+WeightClass = Literal["guard", "draw", "hit"]
+"""Throws whose errors are counted together."""
+
+GUARD = (0.0, -3.2)
+"""The centre guard, as the planner has it: right and past the tee [m]."""
+CORNER = 1.22
+"""How far from the centre line a corner guard lies [m]: before the edge of the 8-foot ring."""
+WIDEST = 2.5
+"""A place or a broom further from the centre line than this is no call [m]."""
+MOST_TURNS = 20.0
+"""More turns than this are no call."""
+_TWELVE, _EIGHT, _FOUR, _BUTTON = RING_RADII
+_RINGS = {
+    "four": (_FOUR + _BUTTON) / 2,
+    "eight": (_EIGHT + _FOUR) / 2,
+    "twelve": (_TWELVE + _EIGHT) / 2,
+}
+_SIDES = {"top": (0.0, -1.0), "back": (0.0, 1.0), "left": (-1.0, 0.0), "right": (1.0, 0.0)}
+
+PLACES: dict[str, tuple[float, float]] = {
+    **dict.fromkeys(("button", "pin", "tee"), (0.0, 0.0)),
+    **{
+        f"{where} {ring}": (x * radius, y * radius)
+        for where, (x, y) in _SIDES.items()
+        for ring, radius in _RINGS.items()
+    },
+    "centre guard": GUARD,
+    "left corner guard": (-CORNER, GUARD[1]),
+    "right corner guard": (CORNER, GUARD[1]),
+}
+"""Places that have a name: right and past the tee [m]."""
+
+SHOTS: dict[str, Shot] = {
+    "draw": "draw",
+    "guard": "guard",
+    "freeze": "freeze",
+    "hit": "takeout",
+    "takeout": "takeout",
+    "take-out": "takeout",
+    "hit-and-stay": "hit-and-stay",
+    "peel": "peel",
+}
+WEIGHTS = ("hack", "board", "control", "normal", "firm")
+"""Names of weights for hits. Teams mean different speeds by them; only their own throws tell."""
+HANDLES: dict[str, Handle] = {
+    "in": "in-turn",
+    "in-turn": "in-turn",
+    "inturn": "in-turn",
+    "out": "out-turn",
+    "out-turn": "out-turn",
+    "outturn": "out-turn",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Call:
+    """A called shot; None stands for what was not called.
+
+    Parameters
+    ----------
+    text : as it was typed
+    shot : what the throw is asked to do
+    target : where the stone should rest, or where the stone lies that it should hit: right of the
+        centre line and past the tee, seen by the thrower [m]
+    handle : by the athlete's hand
+    broom : where the broom was held on the far tee line, right of the centre line [m]
+    hog_to_hog : the weight as a time [s]
+    weight : the weight of a hit by its name
+    turns : full turns on its way
+    """
+
+    text: str
+    shot: Shot
+    target: tuple[float, float] | None = None
+    handle: Handle | None = None
+    broom: float | None = None
+    hog_to_hog: float | None = None
+    weight: str | None = None
+    turns: float | None = None
+
+    @property
+    def rests(self) -> bool:
+        """Whether the stone is meant to come to rest at the target, not to hit a stone there."""
+        return self.shot in ("draw", "guard", "freeze")
+
+    @property
+    def weight_class(self) -> WeightClass:
+        """Which throws its errors are counted with."""
+        if not self.rests:
+            return "hit"
+        return "guard" if self.shot == "guard" else "draw"
+
+    def in_words(self, units: Units = Units.METRES) -> str:
+        """The call as a coach would say it."""
+        parts = ["hit" if self.shot == "takeout" else self.shot]
+        if self.target is not None:
+            parts.append(place_in_words(self.target, units))
+        if self.weight is not None:
+            parts.append(f"{self.weight} weight")
+        if self.hog_to_hog is not None:
+            parts.append(f"{self.hog_to_hog:.1f} s")
+        if self.handle is not None:
+            parts.append(self.handle)
+        if self.turns is not None:
+            parts.append(f"{self.turns:g} turns")
+        if self.broom is not None:
+            where = side(self.broom, units)
+            parts.append(f"broom {'on the centre line' if where == 'on the line' else where}")
+        return ", ".join(parts)
+
+
+def place_in_words(place: tuple[float, float], units: Units = Units.METRES) -> str:
+    """A place by its name, or past or short of the tee and beside the centre line."""
+    for name, (right, past) in PLACES.items():
+        if abs(place[0] - right) < 1e-6 and abs(place[1] - past) < 1e-6:
+            return name
+    along = "level with the tee"
+    if abs(place[1]) >= 0.005:
+        along = f"{length(place[1], units)} {'past' if place[1] > 0 else 'short of'} the tee"
+    return along if abs(place[0]) < 0.005 else f"{along}, {side(place[0], units)}"
+
+
+def read_call(text: str) -> Call | None:
+    """Read what was called.
+
+    Parameters
+    ----------
+    text : as it was typed
+
+    Returns
+    -------
+    None for text that is no call: a word that the grammar does not have, something said twice, a
+    place where no stone can lie, or neither a shot nor a place
+    """
+    words = _Words(text)
+    try:
+        return words.read()
+    except _NoCallError:
+        return None
+
+
+class _NoCallError(Exception):
+    """The text is no call."""
+
+
+_NUMBER = r"[-+]?(?:\d+(?:\.\d+)?|\.\d+)"
+_UNIT = r"(?:metres|meters|metre|meter|feet|foot|inches|inch|ft|cm|m|'|\")"
+_LENGTH = rf"({_NUMBER})\s*({_UNIT})?"
+_UNITS = {
+    "": 1.0,
+    **dict.fromkeys(("m", "metre", "metres", "meter", "meters"), 1.0),
+    "cm": 0.01,
+    **dict.fromkeys(("ft", "foot", "feet", "'"), FOOT),
+    **dict.fromkeys(("inch", "inches", '"'), INCH),
+}
+_END = r"(?![\w.])"
+_PAIR = re.compile(rf"{_LENGTH}\s*,\s*{_LENGTH}{_END}")
+_SIDED = re.compile(rf"{_LENGTH}\s*(right|left|short|past|behind|long){_END}")
+_BROOM = re.compile(
+    rf"broom\s+(?:(centre line|center line|centre|center)|{_LENGTH}\s*(right|left)?){_END}"
+)
+_SECONDS = re.compile(rf"({_NUMBER})\s*(?:seconds|second|sec|s){_END}")
+_TURNS = re.compile(rf"({_NUMBER})\s*(?:turns|turn|rotations|rotation){_END}")
+_WORD = re.compile(r"[^\s,;]+")
+_FILLERS = frozenset(
+    ("to", "the", "at", "on", "weight", "handle", "and", "of", "from", "a", "hog", "line")
+)
+_SPELLINGS = (
+    (re.compile(r"\bhit (?:and|&) stay\b"), "hit-and-stay"),
+    (re.compile(r"\btake out\b"), "takeout"),
+    (re.compile(r"\b(in|out)[ -]turn\b"), r"\1-turn"),
+    (re.compile(r"\b(top|back|left|right) (4|four)(?:[- ]?(?:ft|foot))?\b"), r"\1 four"),
+    (re.compile(r"\b(top|back|left|right) (8|eight)(?:[- ]?(?:ft|foot))?\b"), r"\1 eight"),
+    (re.compile(r"\b(top|back|left|right) (12|twelve)(?:[- ]?(?:ft|foot))?\b"), r"\1 twelve"),
+    (re.compile(r"\bcenter\b"), "centre"),
+    (re.compile(r"\bcorner guard (left|right)\b"), r"\1 corner guard"),
+    (re.compile(r"\btee line\b"), "tee"),
+)
+
+
+class _Words:
+    """The rest of a line that has still to be understood."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+        rest = " ".join(text.lower().replace("\u2212", "-").split())
+        for written, meant in _SPELLINGS:
+            rest = written.sub(meant, rest)
+        self._rest = rest
+
+    def read(self) -> Call:
+        """The call; raises where there is none."""
+        broom = self._broom()
+        target = self._pair()
+        sided = self._sided()
+        if target is not None and sided is not None:
+            raise _NoCallError
+        target = sided if target is None else target
+        seconds, turns = self._number(_SECONDS), self._number(_TURNS)
+        named, shot = self._named_place()
+        words = [word for word in _WORD.findall(self._rest) if word not in _FILLERS]
+        shots: list[Shot] = [SHOTS[word] for word in words if word in SHOTS]
+        handles: list[Handle] = [HANDLES[word] for word in words if word in HANDLES]
+        weights = [word for word in words if word in WEIGHTS]
+        known = len(shots) + len(handles) + len(weights)
+        # "draw weight", "peel weight" and the like say a shot twice, in agreement.
+        shots = list(dict.fromkeys([*shots, *shot]))
+        if known < len(words) or max(map(len, (shots, handles, weights))) > 1:
+            raise _NoCallError
+        if named is not None:
+            if target is not None:
+                raise _NoCallError
+            target = named
+        if not shots and target is None:
+            raise _NoCallError
+        what: Shot = shots[0] if shots else "draw"
+        if target is None and what in ("draw", "guard"):
+            target = GUARD if what == "guard" else (0.0, 0.0)
+        call = Call(
+            text=self._text,
+            shot=what,
+            target=target,
+            handle=handles[0] if handles else None,
+            broom=broom,
+            hog_to_hog=seconds,
+            weight=weights[0] if weights else None,
+            turns=turns,
+        )
+        if not _is_possible(call):
+            raise _NoCallError
+        return call
+
+    def _take(self, pattern: re.Pattern[str]) -> list[re.Match[str]]:
+        found = list(pattern.finditer(self._rest))
+        self._rest = pattern.sub(" ", self._rest)
+        return found
+
+    def _broom(self) -> float | None:
+        found = self._take(_BROOM)
+        if len(found) > 1:
+            raise _NoCallError
+        if not found:
+            return None
+        centre, number, unit, where = found[0].groups()
+        return 0.0 if centre else _metres(number, unit) * (-1.0 if where == "left" else 1.0)
+
+    def _pair(self) -> tuple[float, float] | None:
+        found = self._take(_PAIR)
+        if len(found) > 1:
+            raise _NoCallError
+        if not found:
+            return None
+        x, x_unit, y, y_unit = found[0].groups()
+        # "2,-4 ft" means feet twice.
+        return _metres(x, x_unit or y_unit), _metres(y, y_unit or x_unit)
+
+    def _sided(self) -> tuple[float, float] | None:
+        right, past = None, None
+        for number, unit, where in (match.groups() for match in self._take(_SIDED)):
+            value = _metres(number, unit)
+            if where in ("left", "right") and right is None:
+                right = -value if where == "left" else value
+            elif where not in ("left", "right") and past is None:
+                past = -value if where == "short" else value
+            else:
+                raise _NoCallError
+        if right is None and past is None:
+            return None
+        return right or 0.0, past or 0.0
+
+    def _number(self, pattern: re.Pattern[str]) -> float | None:
+        found = self._take(pattern)
+        if len(found) > 1:
+            raise _NoCallError
+        return float(found[0].group(1)) if found else None
+
+    def _named_place(self) -> tuple[tuple[float, float] | None, list[Shot]]:
+        """A place by its name, and the shot that the name says."""
+        for name in sorted(PLACES, key=len, reverse=True):
+            found = self._take(re.compile(rf"(?<![\w-]){name}(?![\w-])"))
+            if len(found) > 1:
+                raise _NoCallError
+            if found:
+                return PLACES[name], ["guard"] if name.endswith("guard") else []
+        return None, []
+
+
+def _metres(number: str, unit: str | None) -> float:
+    return float(number) * _UNITS[unit or ""]
+
+
+def _is_possible(call: Call) -> bool:
+    """Whether a stone may lie at the target, and a throw may have this weight and broom."""
+    if call.target is not None:
+        right, past = call.target
+        if abs(right) > WIDEST or not -HOG_TO_TEE < past < BACK_LINE_Y - TEE_Y + 0.2:
+            return False
+    if call.broom is not None and abs(call.broom) > WIDEST:
+        return False
+    if call.hog_to_hog is not None and not 4.0 <= call.hog_to_hog <= 30.0:
+        return False
+    return call.turns is None or 0.0 < call.turns <= MOST_TURNS

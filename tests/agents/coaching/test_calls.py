@@ -1,0 +1,103 @@
+"""A coach's line is read as it is meant, and any other text is left alone."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from agents.coaching.calls import PLACES, Call, read_call
+from curling_env.units import Units
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        ("draw button", {"shot": "draw", "target": (0.0, 0.0)}),
+        ("draw 0.3,-1.2 in", {"shot": "draw", "target": (0.3, -1.2), "handle": "in-turn"}),
+        ("Guard", {"shot": "guard", "target": (0.0, -3.2)}),
+        (
+            "hit 0,1.2 normal out",
+            {"shot": "takeout", "target": (0.0, 1.2), "weight": "normal", "handle": "out-turn"},
+        ),
+        ("draw 4 ft short 1 ft left", {"shot": "draw", "target": (-0.3048, -1.2192)}),
+        ("button, out-turn", {"shot": "draw", "target": (0.0, 0.0), "handle": "out-turn"}),
+        ("draw to the top 4-foot", {"shot": "draw", "target": PLACES["top four"]}),
+        ("corner guard left", {"shot": "guard", "target": (-1.22, -3.2)}),
+        ("draw 2,-4 ft", {"shot": "draw", "target": (0.6096, -1.2192)}),
+        ("hit and stay 0.1,0.4 board", {"shot": "hit-and-stay", "weight": "board"}),
+        ("peel", {"shot": "peel", "target": None}),
+        ("draw tee broom 90 cm left", {"broom": -0.9}),
+        ("draw broom centre line in", {"broom": 0.0, "target": (0.0, 0.0)}),
+        ("draw 13.4 s 3 turns", {"hog_to_hog": 13.4, "turns": 3.0}),
+        ("draw 0.3 , −1.2", {"target": (0.3, -1.2)}),
+    ],
+)
+def test_calls(text, meant):
+    call = read_call(text)
+    assert call is not None
+    for name, value in meant.items():
+        wanted = pytest.approx(value, abs=1e-9) if isinstance(value, tuple) else value
+        assert getattr(call, name) == wanted, name
+    assert call.text == text
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "", "nice draw by Anna", "in", "13.4 s", "draw 9,9", "draw 0,-6.5", "draw in out",
+        "draw guard", "button top four", "draw 0,0 4 ft short", "1,2,3", "draw broom 7",
+        "2 ft left 1 ft left", "draw 13.4 s 13.2 s", "broom", "hit normal hack",
+    ],
+)  # fmt: skip
+def test_what_is_no_call(text):
+    assert read_call(text) is None
+
+
+def test_what_errors_are_counted_together():
+    assert [read_call(text).weight_class for text in ("guard", "freeze 0,1", "draw", "peel")] == [
+        "guard", "draw", "draw", "hit",
+    ]  # fmt: skip
+
+
+def test_in_words():
+    call = read_call("draw 0.3,-1.2 in broom 1.1")
+    assert (
+        call.in_words() == "draw, 1.20 m short of the tee, 30 cm right, in-turn, broom 1.10 m right"
+    )
+    assert read_call("4 ft short").in_words(Units.FEET) == "draw, 4 ft 0 in short of the tee"
+    assert read_call("draw top eight out").in_words() == "draw, top eight, out-turn"
+
+
+WORDS = [
+    "draw",
+    "hit",
+    "in",
+    "0.3,-1.2",
+    "broom",
+    "left",
+    "4",
+    "ft",
+    "short",
+    "13",
+    "s",
+    "turns",
+    "button",
+    "guard",
+    ",",
+    "2.5",
+]
+
+
+@given(st.text(max_size=80) | st.lists(st.sampled_from(WORDS)).map(" ".join))
+def test_any_text_is_read_without_an_error(text):
+    call = read_call(text)
+    assert call is None or isinstance(call, Call)
+
+
+@pytest.mark.parametrize("name", PLACES)
+def test_every_named_place_is_read_and_told_by_its_name(name):
+    call = read_call(f"draw {name}" if "guard" not in name else name)
+    assert call.target == PLACES[name]
+    told = call.in_words()
+    assert name in told or "button" in told
