@@ -12,6 +12,8 @@ FOOT = 0.3048
 """A foot [m] (international, exact)."""
 INCH = FOOT / 12
 """An inch [m]."""
+BROOM = 0.2
+"""Width of a broom's head, in which skips give ice [m]: the usual eight inches."""
 
 
 class Units(StrEnum):
@@ -68,3 +70,11 @@ def side(metres: float, units: Units = Units.METRES, *, right: str = "right") ->
     if told in ("0 cm", "0 in") or not math.isfinite(metres):
         return {"past": "on the tee line"}.get(right, "on the line")
     return f"{told} {right if metres > 0 else other}"
+
+
+def brooms(metres: float) -> str:
+    """A length in widths of a broom, to the half: ``5½ brooms``; without sign."""
+    halves = round(2 * abs(metres) / BROOM)
+    whole, half = divmod(halves, 2)
+    told = f"{whole or ''}{'½' if half else ''}" or "0"
+    return f"{told} {'broom' if halves in (1, 2) else 'brooms'}"

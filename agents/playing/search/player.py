@@ -151,12 +151,22 @@ class SearchPlayer(Player):
 
     def ranked_shots(self, view: PlayerView) -> list[ShotEstimate]:
         """The shots that were simulated most often, the best first."""
+        return self._searched(view).ranked_shots()
+
+    def shots_by_kind(self, view: PlayerView) -> list[ShotEstimate]:
+        """The best shot of every kind and handle, the best first.
+
+        Those that soon looked poor were simulated seldom: their standard errors are large.
+        """
+        return self._searched(view).shots_by_kind()
+
+    def _searched(self, view: PlayerView) -> _Search:
         begin = time.process_time()
         budget = self.budget if self.seconds is None else max(int(self._rate * self.seconds), 1)
         search = _Search(view, self._table(view), self._evaluator(view), budget)
         search.run()
         self._rate = search.simulated / max(time.process_time() - begin, 1e-3)
-        return search.ranked_shots()
+        return search
 
     def concedes(self, view: PlayerView) -> bool:
         return self._win_probability(view, _end_of(view).stones, later=0) < CONCEDE_BELOW
@@ -236,18 +246,27 @@ class _Search:
         return len(self.executed)
 
     def ranked_shots(self) -> list[ShotEstimate]:
-        return [
-            ShotEstimate(
-                throw=_throw(self.shots.throws[k], self.view.delivery.max_speed),
-                shot=KINDS[self.shots.kind[k]],
-                win_probability=float(self.mean[k]),
-                standard_error=float(self.error[k]),
-            )
-            for k in self._best_first(np.flatnonzero(np.isfinite(self.mean)))
-            if self.counts[k] == self.counts.max()
-        ]
+        return [self._estimate(k) for k in self._tried() if self.counts[k] == self.counts.max()]
+
+    def shots_by_kind(self) -> list[ShotEstimate]:
+        best: dict[tuple[int, bool], int] = {}
+        for k in self._tried():
+            best.setdefault((int(self.shots.kind[k]), bool(self.shots.throws[k, 2] > 0)), int(k))
+        return [self._estimate(k) for k in best.values()]
 
     # --- its steps --------------------------------------------------------------------------------
+
+    def _tried(self) -> Indices:
+        """Indices of the shots that were simulated, the best first."""
+        return self._best_first(np.flatnonzero(np.isfinite(self.mean)))
+
+    def _estimate(self, k: int) -> ShotEstimate:
+        return ShotEstimate(
+            throw=_throw(self.shots.throws[k], self.view.delivery.max_speed),
+            shot=KINDS[self.shots.kind[k]],
+            win_probability=float(self.mean[k]),
+            standard_error=float(self.error[k]),
+        )
 
     def _affordable(self, shots: Shots) -> Shots:
         """All shots, or a random choice of as many as the first round can simulate."""

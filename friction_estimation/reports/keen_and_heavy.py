@@ -1,0 +1,134 @@
+"""The map as a curler would tell it: where it is keen, where heavy, where nobody has thrown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from curling_env.ice import Ice
+from curling_env.sheet import HOG_LINE_Y, RING_RADII
+from curling_env.typing import Flags, Floats
+
+ALONG = (
+    ("the home end", -np.inf, -HOG_LINE_Y),
+    ("the near middle", -HOG_LINE_Y, 0.0),
+    ("the far middle", 0.0, HOG_LINE_Y),
+    ("the away end", HOG_LINE_Y, np.inf),
+)
+"""Parts of the sheet along it, from y to y [m]."""
+ACROSS = (
+    ("left", -np.inf, -RING_RADII[2]),
+    ("in the middle", -RING_RADII[2], RING_RADII[2]),
+    ("right", RING_RADII[2], np.inf),
+)
+"""Parts across it, from x to x, looking from the home end to the away end [m]."""
+NOTABLE = 0.01
+"""Difference of friction that is told, as a share: less moves a draw by under a foot."""
+SIGMAS = 2.0
+"""Standard errors by which a difference must stand out to be told."""
+KNOWN_SHARE = 0.2
+"""Share of a part's cells that stones must have crossed for anything to be said of it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Zone:
+    """A part of the sheet.
+
+    Parameters
+    ----------
+    name : in words, such as ``the far middle, left``
+    x, y : (2,) from and to, sheet frame [m]
+    relative : its friction over that of the whole sheet, less 1; None where too few stones ran
+    sigma : standard error of that
+    seen : share of its cells that stones crossed
+    """
+
+    name: str
+    x: tuple[float, float]
+    y: tuple[float, float]
+    relative: float | None
+    sigma: float
+    seen: float
+
+    @property
+    def stands_out(self) -> bool:
+        """Whether it differs from the sheet by what a player feels, and clearly."""
+        if self.relative is None:
+            return False
+        return abs(self.relative) >= max(NOTABLE, SIGMAS * self.sigma)
+
+    @property
+    def words(self) -> str:
+        """What it is like, such as ``heavy, 2.1 % more friction``."""
+        if self.relative is None:
+            return "nobody has thrown there"
+        if not self.stands_out:
+            return "like the rest of the sheet"
+        kind, more = ("heavy", "more") if self.relative > 0 else ("keen", "less")
+        return f"{kind}, {100 * abs(self.relative):.1f} % {more} friction than the sheet"
+
+
+def level(ice: Ice) -> float:
+    """The friction of the sheet: the mean over the cells that stones crossed, else over all."""
+    seen = ice.friction.observed
+    return float(ice.friction.mu[seen].mean() if seen.any() else ice.friction.mu.mean())
+
+
+def relative_map(ice: Ice) -> Floats:
+    """Friction of each cell over that of the sheet, less 1, (rows, columns); NaN where no stone
+    ran.
+    """
+    return np.where(ice.friction.observed, ice.friction.mu / level(ice) - 1.0, np.nan)
+
+
+def zones(ice: Ice) -> list[Zone]:
+    """The twelve parts of the sheet, from the home end to the away end, left to right."""
+    sheet, seen = ice.sheet, ice.friction.observed
+    relative = relative_map(ice)
+    sigma = ice.friction.sigma / level(ice)
+    x, y = np.meshgrid(sheet.x_centres, sheet.y_centres)
+    found: list[Zone] = []
+    for along, low, high in ALONG:
+        for across, left, right in ACROSS:
+            inside: Flags = (y >= low) & (y < high) & (x >= left) & (x < right)
+            share = float(seen[inside].mean()) if inside.any() else 0.0
+            crossed = inside & seen
+            known = share >= KNOWN_SHARE and crossed.any()
+            found.append(
+                Zone(
+                    name=f"{along}, {across}",
+                    x=(max(left, -sheet.width / 2), min(right, sheet.width / 2)),
+                    y=(max(low, -sheet.length / 2), min(high, sheet.length / 2)),
+                    relative=float(relative[crossed].mean()) if known else None,
+                    # Errors of neighbouring cells are alike: their mean is known no better.
+                    sigma=float(sigma[crossed].mean()) if known else 0.0,
+                    seen=share,
+                )
+            )
+    return found
+
+
+def in_a_sentence(ice: Ice) -> str:
+    """Where the sheet is keenest and heaviest, and how much of it nobody has thrown on."""
+    parts = zones(ice)
+    told = sorted((z for z in parts if z.stands_out), key=lambda z: z.relative or 0.0)
+    keen = [z for z in told if (z.relative or 0.0) < 0][:2]
+    heavy = [z for z in told if (z.relative or 0.0) > 0][::-1][:2]
+    said = [
+        f"{word} at {' and at '.join(_placed(z) for z in those)}"
+        for word, those in (("Keen", keen), ("heavy" if keen else "Heavy", heavy))
+        if those
+    ]
+    known = [z for z in parts if z.relative is not None]
+    if not known:
+        return "Nothing is known of the places of this sheet."
+    whole = "; ".join(said) if said else "No part of the sheet stands out"
+    unseen = sum(z.relative is None for z in parts)
+    if unseen:
+        whole += f". Nobody has thrown on {unseen} of its {len(parts)} parts"
+    return f"{whole}."
+
+
+def _placed(zone: Zone) -> str:
+    return f"{zone.name} ({100 * (zone.relative or 0.0):+.1f} %)".replace("-", "−")
