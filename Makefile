@@ -29,7 +29,7 @@ $(STAMP): pyproject.toml constraints.txt
 	@$(BIN)/python -m pip install --quiet --no-index --no-deps $(TORCH) 2>/dev/null || true
 	$(BIN)/python -m pip install --quiet --require-hashes --no-deps --requirement constraints.txt
 	$(BIN)/python -m pip install --quiet --no-build-isolation \
-		--editable '.[dev,train,viewer,game,ray,parquet,science,digital-curling]'
+		--editable '.[dev,train,viewer,game,ray,parquet,science,digital-curling,app]'
 	@touch $@
 
 demo: setup  ## the whole loop on a film it renders itself, into runs/demo

@@ -77,6 +77,7 @@ EXTRAS = {
     "h5py": "science",
     "starlette": "digital-curling",
     "uvicorn": "digital-curling",
+    "jinja2": "app",
 }
 """Module -> the extra of the distribution that brings it."""
 

@@ -4,5 +4,4 @@
 - `join`: a client
 - `seat`: a client's seat at a host
 - `application`: a host's pages and answers
-- `web_server`: what serves them beside a hosted game
 """

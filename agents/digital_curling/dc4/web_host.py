@@ -9,7 +9,6 @@ from pathlib import Path
 
 from agents.digital_curling.dc4.application import application
 from agents.digital_curling.dc4.match import HttpSeat, Match4
-from agents.digital_curling.dc4.web_server import serving
 from agents.digital_curling.hosting.hosted_game import HostedGame
 from agents.digital_curling.hosting.seats import Seat
 from agents.digital_curling.hosting.server import Hosting, host_game
@@ -18,6 +17,7 @@ from curling_env.errors import InputError
 from curling_env.game.rules import Team
 from curling_env.infrastructure.files.schema import checked
 from curling_env.infrastructure.files.storage import read_json
+from curling_env.infrastructure.web_server import serving
 from curling_env.units import Units
 
 FAREWELL = 2.0

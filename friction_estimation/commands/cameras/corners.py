@@ -89,7 +89,7 @@ def corners(
     with server:
         say(f"mark the sheet at {server.url}", now=True)
         if share and sys.stderr.isatty():
-            from friction_estimation.commands.cameras.qr_code import qr_code
+            from curling_env.infrastructure.qr_code import qr_code
 
             say(qr_code(server.url))
         if browser and not share:

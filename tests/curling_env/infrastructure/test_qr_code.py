@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from friction_estimation.commands.cameras.qr_code import qr_code
+from curling_env.infrastructure.qr_code import qr_code
 
 
 def test_a_camera_reads_what_the_terminal_shows():

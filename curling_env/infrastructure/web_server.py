@@ -1,32 +1,35 @@
-"""Serves an application beside a hosted game, in the same event loop."""
+"""Serves a web application in an event loop in which other things go on.
+
+Needs uvicorn and Starlette, of the extras `digital-curling` and `app`.
+"""
 
 from __future__ import annotations
 
 import asyncio
 import socket
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncGenerator, Generator
 from contextlib import asynccontextmanager, contextmanager
 
 import uvicorn
-from starlette.applications import Starlette
+from starlette.types import ASGIApp
 
 from curling_env.errors import InputError
 
 MAX_CONNECTIONS = 64
 """Connections at one time."""
 GOODBYE = 3
-"""Time that open answers have when the game is over [s]."""
+"""Time that open answers have when the server ends [s]."""
 
 
 class _Server(uvicorn.Server):
     @contextmanager
-    def capture_signals(self) -> Iterator[None]:
-        """Leave signals to the command, which ends the game and then this server."""
+    def capture_signals(self) -> Generator[None]:
+        """Leave signals to the command, which ends what goes on and then this server."""
         yield
 
 
 @asynccontextmanager
-async def serving(application: Starlette, address: str, port: int) -> AsyncIterator[int]:
+async def serving(application: ASGIApp, address: str, port: int) -> AsyncGenerator[int]:
     """Serve an application while something else goes on; gives its port.
 
     Parameters

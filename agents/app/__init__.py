@@ -1,0 +1,9 @@
+"""The rink's own app: pages for athletes and coaches, in the browser of a laptop at the rink.
+
+- `club`: the club folder, with its database and its files
+- `work`: long work in processes beside the server, that survives a restart
+- `screens`: one module for each screen; a new one is added to the list in `screens/__init__.py`
+- `gate`: what keeps strangers out
+- `pages`: what every screen uses to answer
+- `application`: all of it together; `serve` opens it to browsers
+"""

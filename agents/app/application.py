@@ -1,0 +1,91 @@
+"""The app as a whole: screens, files, and what is answered when something is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Mount, Route
+from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp
+
+from agents.app.club import Club
+from agents.app.gate import READING, Gate
+from agents.app.pages import go_to, network_address_of, page
+from agents.app.screens import SCREENS
+from agents.app.work.queue import WorkQueue
+from curling_env.errors import CurlingError, InputError
+from curling_env.infrastructure.qr_code import qr_outline
+
+
+def application(
+    club: Club,
+    work: WorkQueue,
+    *,
+    secret: str,
+    hosts: Collection[str],
+    network: tuple[str, str] | None = None,
+) -> ASGIApp:
+    """The application of a club.
+
+    Parameters
+    ----------
+    club : its folder
+    work : its long work
+    secret : the first part of every address on this machine
+    hosts : names, without a port, by which this machine's browsers call it
+    network : the name by which other machines call it, and their secret; None while it is for this
+        machine alone
+    """
+    routes = [
+        Route("/", _home),
+        Route("/share", _share),
+        Mount("/static", StaticFiles(packages=[("agents.app", "static")])),
+        *(route for screen in SCREENS for route in screen.routes),
+    ]
+    app = Starlette(
+        routes=routes,
+        exception_handlers={
+            HTTPException: _say_what_is_not_there,
+            CurlingError: _say_what_is_wrong,
+        },
+    )
+    app.state.club, app.state.work, app.state.network = club, work, network
+    doors = {host: secret for host in hosts}
+    if network is not None:
+        doors[network[0]] = network[1]
+    return Gate(app, doors)
+
+
+def _home(request: Request) -> Response:
+    return go_to(request, SCREENS[0].name)
+
+
+def _share(request: Request) -> Response:
+    """The address for other machines, to be read by their cameras."""
+    address = network_address_of(request)
+    if address is None:
+        raise HTTPException(404, "This app is for this machine alone; --share opens it to others.")
+    size, outline = qr_outline(address)
+    return page(request, "share.html", size=size, outline=outline)
+
+
+async def _say_what_is_not_there(request: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    return _problem(request, error.detail, error.status_code)
+
+
+async def _say_what_is_wrong(request: Request, error: Exception) -> Response:
+    problem = error.problem if isinstance(error, InputError) else str(error)
+    return _problem(request, problem, 422)
+
+
+def _problem(request: Request, problem: str, status: int) -> Response:
+    """A page for people, and one sentence for scripts."""
+    is_page = request.method in READING or "form" in request.headers.get("Content-Type", "")
+    if is_page and "text/html" in request.headers.get("Accept", ""):
+        return page(request, "problem.html", status=status, problem=problem)
+    return JSONResponse({"problem": problem}, status)

@@ -1,0 +1,236 @@
+"""The club: its folder, and questions to its database."""
+
+from __future__ import annotations
+
+import fcntl
+import re
+import secrets
+import sqlite3
+import unicodedata
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+
+from agents.app.club.database import Database, row_of, rows_of
+from agents.app.club.records import Athlete, Camera, Film, Note, Session, Stone, Target, Throw
+from curling_env.errors import InputError
+from curling_env.infrastructure.files.storage import make_directory
+
+DATABASE = "club.sqlite"
+SESSIONS, FILMS, CAMERAS = "sessions", "films", "cameras"
+TRACKS, ICE = "tracks.csv", "ice.json"
+"""Names of a session's files, as every command knows them."""
+LONGEST_NAME = 80
+
+
+class Club:
+    """A club folder.
+
+    Parameters
+    ----------
+    folder : made if it is missing
+
+    Raises
+    ------
+    InputError : a database that cannot be used
+    OutputError : the folder cannot be made
+    """
+
+    def __init__(self, folder: str | Path) -> None:
+        self.folder = make_directory(folder).resolve()
+        for name in (SESSIONS, FILMS, CAMERAS):
+            make_directory(self.folder / name)
+        self.database = Database(self.folder / DATABASE)
+
+    # --- the folder ------------------------------------------------------------------------------
+
+    @contextmanager
+    def alone(self) -> Generator[None]:
+        """Keep the folder for one server.
+
+        Raises
+        ------
+        InputError : another one has it
+        """
+        with (self.folder / ".open").open("w") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                raise InputError(
+                    "is open in another `curling app`; close that one first", source=self.folder
+                ) from None
+            yield
+
+    def path(self, name: str) -> Path:
+        """A file of the folder by its name from there.
+
+        Raises
+        ------
+        InputError : it leads out of the folder, also by a link
+        """
+        try:
+            path = (self.folder / name).resolve()
+        except (OSError, RuntimeError, ValueError) as error:
+            raise InputError("is no name of a file", source=name[:80]) from error
+        if not path.is_relative_to(self.folder):
+            raise InputError("lies outside of the club folder", source=name[:80])
+        return path
+
+    def name_of(self, path: Path) -> str:
+        """The name of a file from the folder.
+
+        Raises
+        ------
+        InputError : it lies elsewhere
+        """
+        return self.path(str(path)).relative_to(self.folder).as_posix()
+
+    def folder_of(self, session: Session) -> Path:
+        """Where the files of a session lie: `tracks.csv`, `throws.csv`, `ice.json`, and others."""
+        return self.path(session.folder)
+
+    def tracks_of(self, session: Session) -> Path:
+        """The tracks file of a session, which may not be there yet."""
+        return self.folder_of(session) / TRACKS
+
+    def ice_of(self, session: Session) -> Path:
+        """The ice file of a session, which may not be there yet."""
+        return self.folder_of(session) / ICE
+
+    def secret(self, name: str) -> str:
+        """A secret that is kept, made when it is first asked for.
+
+        Parameters
+        ----------
+        name : which one, such as ``this machine`` or ``network``
+        """
+        with self.database.writing() as connection:
+            made = secrets.token_urlsafe(16)
+            connection.execute(
+                "insert into setting values (?, ?) on conflict do nothing",
+                (f"secret: {name}", made),
+            )
+            query = "select value from setting where name = ?"
+            return str(connection.execute(query, (f"secret: {name}",)).fetchone()[0])
+
+    # --- what is in it ---------------------------------------------------------------------------
+
+    def athletes(self) -> list[Athlete]:
+        """All athletes by name."""
+        with self.database.reading() as connection:
+            return rows_of(connection, Athlete, "select * from athlete order by name")
+
+    def stones(self) -> list[Stone]:
+        """All stones, by name as people count: red 2 before red 10."""
+        with self.database.reading() as connection:
+            found = rows_of(connection, Stone, "select * from stone")
+        return sorted(found, key=lambda stone: _as_counted(stone.name))
+
+    def cameras(self) -> list[Camera]:
+        """All cameras by name."""
+        with self.database.reading() as connection:
+            return rows_of(connection, Camera, "select * from camera order by name")
+
+    def camera(self, number: int | None) -> Camera | None:
+        """A camera by its number."""
+        with self.database.reading() as connection:
+            return row_of(connection, Camera, "select * from camera where id = ?", (number,))
+
+    def sessions(self) -> list[Session]:
+        """All sessions, the latest first."""
+        with self.database.reading() as connection:
+            query = "select * from session order by day desc, id desc"
+            return rows_of(connection, Session, query)
+
+    def session(self, number: int) -> Session | None:
+        """A session by its number."""
+        with self.database.reading() as connection:
+            return row_of(connection, Session, "select * from session where id = ?", (number,))
+
+    def films(self, session: Session) -> list[Film]:
+        """The films of a session in order of play."""
+        with self.database.reading() as connection:
+            query = "select * from film where session_id = ? order by place"
+            return rows_of(connection, Film, query, (session.id,))
+
+    def film(self, number: int | None) -> Film | None:
+        """A film by its number."""
+        with self.database.reading() as connection:
+            return row_of(connection, Film, "select * from film where id = ?", (number,))
+
+    def throws(self, session: Session) -> list[Throw]:
+        """The throws of a session in order of play."""
+        with self.database.reading() as connection:
+            query = "select * from throw where session_id = ? order by number"
+            return rows_of(connection, Throw, query, (session.id,))
+
+    def throw(self, number: int) -> Throw | None:
+        """A throw by its own number, not that within its session."""
+        with self.database.reading() as connection:
+            return row_of(connection, Throw, "select * from throw where id = ?", (number,))
+
+    def targets(self) -> list[Target]:
+        """All targets by name."""
+        with self.database.reading() as connection:
+            return rows_of(connection, Target, "select * from target order by name")
+
+    def notes(self, session: Session) -> list[Note]:
+        """Remarks about a session, in the order in which they were written."""
+        with self.database.reading() as connection:
+            query = "select * from note where session_id = ? order by id"
+            return rows_of(connection, Note, query, (session.id,))
+
+    # --- what is added ---------------------------------------------------------------------------
+
+    def add_session(self, name: str, day: str, sheet: str, camera: Camera | None) -> Session:
+        """A new session with a folder of its own.
+
+        Raises
+        ------
+        InputError : a name that is none
+        """
+        name = named(name, "a session")
+        with self.database.writing() as connection:
+            after = connection.execute("select coalesce(max(id), 0) + 1 from session").fetchone()[0]
+            folder = f"{SESSIONS}/{day}-{after}-{plain(name)}"
+            number = connection.execute(
+                "insert into session (name, day, sheet, camera_id, folder) values (?, ?, ?, ?, ?)",
+                (name, day, sheet, None if camera is None else camera.id, folder),
+            ).lastrowid
+            make_directory(self.folder / folder)
+            found = row_of(connection, Session, "select * from session where id = ?", (number,))
+        assert found is not None
+        return found
+
+
+def added(connection: sqlite3.Connection, table: str, **values: object) -> int:
+    """Add a row; gives its number."""
+    names, marks = ", ".join(values), ", ".join("?" * len(values))
+    query = f"insert into {table} ({names}) values ({marks})"
+    number = connection.execute(query, tuple(values.values())).lastrowid
+    assert number is not None
+    return number
+
+
+def named(text: str, what: str) -> str:
+    """A name that somebody typed, in one line.
+
+    Raises
+    ------
+    InputError : nothing, or more than a name
+    """
+    name = " ".join("".join(c if c.isprintable() else " " for c in text).split())
+    if not 1 <= len(name) <= LONGEST_NAME:
+        raise InputError(f"the name of {what} has 1 to {LONGEST_NAME} letters")
+    return name
+
+
+def plain(name: str) -> str:
+    """A name as part of a file's name on any system."""
+    letters = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode().lower()
+    return re.sub(r"[^a-z0-9]+", "-", letters).strip("-")[:40] or "session"
+
+
+def _as_counted(name: str) -> list[tuple[int, str]]:
+    parts = re.findall(r"\d+|\D+", name.lower())
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts]

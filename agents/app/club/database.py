@@ -1,0 +1,127 @@
+"""The club's database: one SQLite file, safe against a power cut, with its versions.
+
+Python's own `sqlite3` behind three functions: a connection to read, one to write, and rows as the
+frozen classes of `records`.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+
+from agents.app.club.versions import VERSIONS
+from curling_env.errors import InputError
+
+Row = TypeVar("Row")
+
+PATIENCE = 10.0
+"""Time that one writer waits for another [s]."""
+APPLICATION_ID = 0x6375726C
+"""By this number in its header the database of a club is known ("curl")."""
+
+
+class Database:
+    """One SQLite file with write-ahead log and foreign keys.
+
+    A transaction that a killed process left is undone by SQLite when the file is opened next; one
+    that had ended is on the disk.
+
+    Parameters
+    ----------
+    path : the file, made if it is missing and brought to the newest version
+
+    Raises
+    ------
+    InputError : another program's file, one of a newer version, or one that cannot be opened
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            with self._connected() as connection:
+                self._check_owner(connection)
+                connection.execute("pragma journal_mode = wal")
+                self._bring_up_to_date(connection)
+        except sqlite3.Error as error:
+            raise InputError(f"cannot be used as a database: {error}", source=path) from error
+
+    @contextmanager
+    def reading(self) -> Generator[sqlite3.Connection]:
+        """A connection that sees the file as it is at its first question."""
+        with self._connected() as connection:
+            connection.execute("begin")
+            try:
+                yield connection
+            finally:
+                connection.rollback()
+
+    @contextmanager
+    def writing(self) -> Generator[sqlite3.Connection]:
+        """A connection whose changes are all kept if the block succeeds, and else none."""
+        with self._connected() as connection:
+            connection.execute("begin immediate")
+            try:
+                yield connection
+            except BaseException:
+                connection.rollback()
+                raise
+            connection.commit()
+
+    @contextmanager
+    def _connected(self) -> Generator[sqlite3.Connection]:
+        connection = sqlite3.connect(self.path, timeout=PATIENCE, isolation_level=None)
+        try:
+            connection.row_factory = sqlite3.Row
+            connection.execute("pragma foreign_keys = on")
+            # Each transaction is on the disk before it counts as done, also when the power goes.
+            connection.execute("pragma synchronous = full")
+            yield connection
+        finally:
+            connection.close()
+
+    def _check_owner(self, connection: sqlite3.Connection) -> None:
+        owner = connection.execute("pragma application_id").fetchone()[0]
+        tables = connection.execute("select count(*) from sqlite_master").fetchone()[0]
+        if owner != APPLICATION_ID and tables:
+            raise InputError("is the database of another program", source=self.path)
+
+    def _bring_up_to_date(self, connection: sqlite3.Connection) -> None:
+        """Each version's changes in a transaction of their own."""
+        connection.execute(f"pragma application_id = {APPLICATION_ID}")
+        connection.execute("begin immediate")
+        try:
+            now = connection.execute("pragma user_version").fetchone()[0]
+            if now > len(VERSIONS):
+                raise InputError(
+                    f"was written by a newer version of this program (format {now}, "
+                    f"this one knows {len(VERSIONS)})",
+                    source=self.path,
+                )
+            for number, statements in enumerate(VERSIONS[now:], start=now + 1):
+                for statement in statements:
+                    connection.execute(statement)
+                connection.execute(f"pragma user_version = {number}")
+        except BaseException:
+            connection.rollback()
+            raise
+        connection.commit()
+
+
+def rows_of(
+    connection: sqlite3.Connection, form: type[Row], query: str, given: Sequence[Any] = ()
+) -> list[Row]:
+    """The rows that a query gives, as instances of a class of `records`."""
+    found = connection.execute(query, tuple(given)).fetchall()
+    return [msgspec.convert(dict(row), form, strict=False) for row in found]
+
+
+def row_of(
+    connection: sqlite3.Connection, form: type[Row], query: str, given: Sequence[Any] = ()
+) -> Row | None:
+    """The first row that a query gives; None where there is none."""
+    return next(iter(rows_of(connection, form, query, given)), None)

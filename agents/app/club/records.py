@@ -1,0 +1,184 @@
+"""The rows of the club's database, one class for each table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Hand(StrEnum):
+    """The hand an athlete throws with; it decides which handle is the in-turn."""
+
+    RIGHT = "right"
+    LEFT = "left"
+
+
+class State(StrEnum):
+    """How far long work is."""
+
+    WAITING = "waiting"
+    RUNNING = "running"
+    DONE = "done"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Athlete:
+    """Somebody who throws."""
+
+    id: int
+    name: str
+    hand: Hand = Hand.RIGHT
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stone:
+    """A stone of the club's sets, by the name on its handle."""
+
+    id: int
+    name: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Camera:
+    """A camera of the rink.
+
+    Parameters
+    ----------
+    length, width : of the ice that it sees [m]
+    scene : its scene file, from the club folder; None until the sheet is marked in its picture
+    """
+
+    id: int
+    name: str
+    length: float
+    width: float
+    scene: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Session:
+    """An evening's practice on one sheet.
+
+    Parameters
+    ----------
+    name : what it is called
+    day : of the practice, as ``2026-11-22``
+    sheet : the ice, by its name
+    camera_id : what films it; None for tracks alone
+    folder : where its tracks and ice lie, from the club folder
+    stale : whether its files must be written anew from what the database says
+    """
+
+    id: int
+    name: str
+    day: str
+    sheet: str
+    camera_id: int | None
+    folder: str
+    stale: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Film:
+    """A film of a session.
+
+    Parameters
+    ----------
+    place : its place in the order of play
+    name : what its file was called
+    file : where it lies, from the club folder
+    size : in bytes, of which `received` have come
+    state : how far tracking is
+    said : what tracking has to say of it: why it could not be tracked, or that the camera moved
+    """
+
+    id: int
+    session_id: int
+    place: int
+    name: str
+    file: str
+    size: int
+    received: int
+    state: State = State.WAITING
+    said: str = ""
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether all of it has come."""
+        return self.received >= self.size
+
+
+@dataclass(frozen=True, kw_only=True)
+class Throw:
+    """A throw of a session: where its track is, and what the coach says of it.
+
+    Parameters
+    ----------
+    number : of the throw in the session's tracks file, in order of play
+    film_id : the film that shows it; None for tracks alone
+    part : which throw of its film, or of the tracks that were imported, it is
+    clock : when its part of the film begins [s]
+    seen_stone : the stone's number as tracking tells them apart
+    athlete_id, stone_id, called, made, note : a coach's entries, which no program writes
+    target_x, target_y : the place that was called, sheet frame [m]
+    """
+
+    id: int
+    session_id: int
+    number: int
+    film_id: int | None = None
+    part: int = 0
+    clock: float = 0.0
+    seen_stone: int = 0
+    athlete_id: int | None = None
+    stone_id: int | None = None
+    called: str = ""
+    made: bool | None = None
+    note: str = ""
+    target_x: float | None = None
+    target_y: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Target:
+    """A place on the ice that is asked for often, sheet frame [m]."""
+
+    id: int
+    name: str
+    x: float
+    y: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Note:
+    """A remark about a session."""
+
+    id: int
+    session_id: int
+    text: str
+    written: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """Long work.
+
+    Parameters
+    ----------
+    kind : what is done, a name of `work.kinds`
+    share : how much of it is done, 0 to 1
+    says : what it does just now, in words
+    left : how long it still takes [s]; None while nobody can tell
+    problem : why it failed, in words
+    """
+
+    id: int
+    kind: str
+    session_id: int
+    state: State
+    share: float = 0.0
+    says: str = ""
+    left: float | None = None
+    problem: str | None = None

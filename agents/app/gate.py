@@ -1,0 +1,172 @@
+"""What keeps strangers out: nothing behind the gate is reached without the secret.
+
+A request must name this server as its host, come from its own pages if from any, and know the
+secret, which is the first part of every address: so addresses can be shared and opened again, and a
+page of somebody else, which cannot know it, can neither ask nor send. What changes something also
+brings the token that stands in every form.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+from collections.abc import Mapping
+from urllib.parse import parse_qs
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.exceptions import HTTPException
+from starlette.responses import PlainTextResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+TOKEN_FIELD, TOKEN_HEADER = "csrf", "X-CSRF-Token"
+MAX_BODY = 1_000_000
+"""Longest request [bytes]."""
+MAX_PIECE = 8 * 2**20
+"""Longest piece of a film that is sent with PUT [bytes]."""
+MAX_DIGITS = 15
+"""Of a number in an address; the database has no larger ones."""
+POLICY = "; ".join(
+    [
+        "default-src 'none'",
+        "script-src 'self'",
+        "style-src 'self'",
+        "img-src 'self' data:",
+        "media-src 'self'",
+        "connect-src 'self'",
+        "form-action 'self'",
+        "base-uri 'none'",
+        "frame-ancestors 'none'",
+    ]
+)
+"""Content security policy: nothing inline, nothing from anywhere else."""
+HEADERS = {
+    "Content-Security-Policy": POLICY,
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Permissions-Policy": "camera=(), microphone=(), geolocation=()",
+    "Cache-Control": "no-store",
+}
+"""Of every answer that does not say otherwise."""
+READING = frozenset({"GET", "HEAD"})
+FORM = "application/x-www-form-urlencoded"
+
+
+def token_for(secret: str) -> str:
+    """The token that the forms of whoever knows a secret carry."""
+    return hmac.new(secret.encode(), b"form", hashlib.sha256).hexdigest()[:32]
+
+
+class Gate:
+    """Lets through only requests of the app's own pages.
+
+    Parameters
+    ----------
+    app : what is behind it; `scope["root_path"]` is the secret's part of the address
+    doors : the names, without a port, by which this server may be called, and for each the secret
+        that opens there
+    """
+
+    def __init__(self, app: ASGIApp, doors: Mapping[str, str]) -> None:
+        self.app, self.doors = app, {host.lower(): secret for host, secret in doors.items()}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Let a request through, or answer it with a refusal."""
+        if scope["type"] != "http":
+            return
+        send = _with_headers(send)
+        try:
+            receive = await self._check(scope, receive)
+        except HTTPException as refused:
+            await PlainTextResponse(refused.detail, refused.status_code)(scope, receive, send)
+            return
+        await self.app(scope, receive, send)
+
+    async def _check(self, scope: Scope, receive: Receive) -> Receive:
+        """Write the secret's part into the scope; gives what the body is read from.
+
+        Raises
+        ------
+        HTTPException : the request is refused
+        """
+        headers, port = Headers(scope=scope), scope["server"][1]
+        own = {f"{name}:{port}": secret for name, secret in self.doors.items()}
+        origin = headers.get("Origin")
+        secret = own.get(headers.get("Host", "").lower())
+        if secret is None:
+            raise HTTPException(403, "This server does not go by that name.")
+        if origin is not None and origin.lower().removeprefix("http://") not in own:
+            raise HTTPException(403, "Another page may not ask this server.")
+        if not _same([*scope["path"].split("/"), ""][1], secret):
+            raise HTTPException(404, "There is nothing here. Open the address that was shown.")
+        if any(part.isdecimal() and len(part) > MAX_DIGITS for part in scope["path"].split("/")):
+            raise HTTPException(404, "There is no such number.")
+        scope["root_path"] = f"/{secret}"
+        if scope["method"] in READING:
+            return receive
+        most = MAX_PIECE if scope["method"] == "PUT" else MAX_BODY
+        length = headers.get("Content-Length", "0")
+        if not (length.isascii() and length.isdecimal()) or int(length[:15]) > most:
+            raise HTTPException(413, f"A request has at most {most} bytes.")
+        receive = _at_most(receive, most)
+        token = token_for(secret)
+        # A page that another part of the project wrote has the token in its address.
+        known = _same(headers.get(TOKEN_HEADER, ""), token) or f"/{token}/" in scope["path"]
+        if not known and headers.get("Content-Type", "").split(";")[0].strip() == FORM:
+            body, receive = await _read(receive)
+            fields = parse_qs(body.decode("utf-8", "replace"), max_num_fields=1000)
+            known = _same(fields.get(TOKEN_FIELD, [""])[0], token)
+        if not known:
+            raise HTTPException(403, "This form is not one of ours. Open the page again.")
+        return receive
+
+
+def _same(given: str, known: str) -> bool:
+    return hmac.compare_digest(given.encode(errors="replace"), known.encode())
+
+
+def _at_most(receive: Receive, most: int) -> Receive:
+    came = 0
+
+    async def limited() -> Message:
+        nonlocal came
+        message = await receive()
+        came += len(message.get("body", b""))
+        if came > most:
+            raise HTTPException(413, f"A request has at most {most} bytes.")
+        return message
+
+    return limited
+
+
+async def _read(receive: Receive) -> tuple[bytes, Receive]:
+    """The whole body, and what gives it once more."""
+    body, more = b"", True
+    while more:
+        message = await receive()
+        if message["type"] == "http.disconnect":
+            break
+        body += message.get("body", b"")
+        more = message.get("more_body", False)
+    told = False
+
+    async def again() -> Message:
+        nonlocal told
+        if told:
+            return await receive()
+        told = True
+        return {"type": "http.request", "body": body, "more_body": False}
+
+    return body, again
+
+
+def _with_headers(send: Send) -> Send:
+    async def sending(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            headers = MutableHeaders(scope=message)
+            for name, value in HEADERS.items():
+                headers.setdefault(name, value)
+        await send(message)
+
+    return sending

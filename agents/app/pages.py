@@ -1,0 +1,152 @@
+"""What every screen answers with: its page, the form it was sent, the club it is about."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any
+from urllib.parse import parse_qsl
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, RedirectResponse
+
+from agents.app.club import Club, Session
+from agents.app.gate import token_for
+from curling_env.errors import InputError
+from curling_env.infrastructure.files.storage import parse_json
+
+if TYPE_CHECKING:
+    from agents.app.work.queue import WorkQueue
+
+MAX_FIELDS = 200
+"""Fields of a form."""
+
+
+def club_of(request: Request) -> Club:
+    """The club whose app this is."""
+    return request.app.state.club
+
+
+def work_of(request: Request) -> WorkQueue:
+    """The long work of the club."""
+    return request.app.state.work
+
+
+def at(request: Request, path: str) -> str:
+    """The address of a path in the app, such as ``throws/3``."""
+    return f"{request.scope['root_path']}/{path.lstrip('/')}"
+
+
+def network_address_of(request: Request) -> str | None:
+    """The address for other machines in the network; None while there is none."""
+    network, port = request.app.state.network, request.scope["server"][1]
+    return None if network is None else f"http://{network[0]}:{port}/{network[1]}/"
+
+
+def go_to(request: Request, path: str) -> RedirectResponse:
+    """Answer a form by another page, so that reloading it sends nothing twice."""
+    return RedirectResponse(at(request, path), 303)
+
+
+def session_of(request: Request) -> Session | None:
+    """The session that the address names, or the latest one; None while there is none.
+
+    Raises
+    ------
+    HTTPException : 404, the address names one that there is not
+    """
+    club = club_of(request)
+    number = request.path_params.get("session")
+    if number is None:
+        return next(iter(club.sessions()), None)
+    found = club.session(number)
+    if found is None:
+        raise HTTPException(404, "There is no such session.")
+    return found
+
+
+def page(
+    request: Request,
+    template: str,
+    *,
+    session: Session | None = None,
+    status: int = 200,
+    **content: Any,
+) -> HTMLResponse:
+    """A page from its template.
+
+    Parameters
+    ----------
+    template : a name in `templates`, which extends ``base.html``
+    session : the session that it is about; links to the other screens lead to the same one
+    content : what the template shows; text is escaped
+    """
+    from agents.app.screens import SCREENS
+
+    here = request.scope["path"].removeprefix(request.scope["root_path"]).strip("/")
+    text = (
+        _environment()
+        .get_template(template)
+        .render(
+            at=lambda path="": at(request, path),
+            csrf=token_for(request.scope["root_path"].strip("/")),
+            screens=SCREENS,
+            here=here.split("/")[0],
+            session=session,
+            shared=network_address_of(request),
+            **content,
+        )
+    )
+    return HTMLResponse(text, status)
+
+
+async def form_of(request: Request) -> dict[str, str]:
+    """The fields of a form that was sent, without white space around them.
+
+    Raises
+    ------
+    InputError : more fields than a form of ours has
+    """
+    body = (await request.body()).decode("utf-8", "replace")
+    try:
+        fields = parse_qsl(body, keep_blank_values=True, max_num_fields=MAX_FIELDS)
+    except ValueError as error:
+        raise InputError(f"a form has at most {MAX_FIELDS} fields") from error
+    return {name: value.strip() for name, value in fields}
+
+
+async def document_of(request: Request) -> dict[str, Any]:
+    """The JSON object that a script sent.
+
+    Raises
+    ------
+    InputError : no JSON, or no object
+    """
+    document = parse_json(await request.body(), source="the request")
+    if not isinstance(document, dict):
+        raise InputError("expected an object", source="the request")
+    return document
+
+
+def number_in(text: str, what: str) -> int:
+    """A whole number of a form.
+
+    Raises
+    ------
+    InputError : it is none
+    """
+    if not (text.isascii() and text.isdecimal() and len(text) < 18):
+        raise InputError(f"expected the number of {what}")
+    return int(text)
+
+
+@cache
+def _environment() -> Environment:
+    return Environment(
+        loader=PackageLoader("agents.app"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )

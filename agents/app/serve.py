@@ -1,0 +1,70 @@
+"""Opens the app of a club to browsers, and closes it in order."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import Callable
+
+from agents.app.application import application
+from agents.app.club import Club
+from agents.app.work.queue import WorkQueue
+from curling_env.errors import OutputError
+from curling_env.infrastructure.local_server import ADDRESS, network_address
+from curling_env.infrastructure.web_server import serving
+
+USUAL_PORT = 8711
+"""Tried first, so that addresses stay the same from day to day."""
+
+
+def serve(
+    club: Club, *, port: int | None, share: bool, opened: Callable[[str, str | None], object]
+) -> None:
+    """Serve a club until it is interrupted.
+
+    Parameters
+    ----------
+    club : its folder, which nobody else serves meanwhile
+    port : where; 0 takes any free one, None the usual one or else any free one
+    share : whether other machines of the network may open it
+    opened : called with the address on this machine, and with that in the network if it is shared
+
+    Raises
+    ------
+    InputError : a port that cannot be opened, or a folder that is open already
+    OutputError : there is no network to share it in
+    """
+    with club.alone(), WorkQueue(club) as work:
+        asyncio.run(_serve(club, work, port, share, opened))
+
+
+async def _serve(
+    club: Club,
+    work: WorkQueue,
+    port: int | None,
+    share: bool,
+    opened: Callable[[str, str | None], object],
+) -> None:
+    own, hosts, network = club.secret("this machine"), [ADDRESS, "localhost"], None
+    if share:
+        try:
+            network = (network_address(), club.secret("network"))
+        except OSError as error:
+            raise OutputError("this machine is in no network in which to share the app") from error
+    app = application(club, work, secret=own, hosts=hosts, network=network)
+    address = ADDRESS if network is None else "0.0.0.0"
+    async with serving(app, address, _usual_port(address) if port is None else port) as there:
+        opened(
+            f"http://{ADDRESS}:{there}/{own}/",
+            None if network is None else f"http://{network[0]}:{there}/{network[1]}/",
+        )
+        await asyncio.Event().wait()
+
+
+def _usual_port(address: str) -> int:
+    """The usual port if nobody has it, or else any."""
+    try:
+        with socket.create_server((address, USUAL_PORT)):
+            return USUAL_PORT
+    except OSError:
+        return 0

@@ -1,0 +1,42 @@
+// How the pages' scripts talk to the server: with the token, in JSON, and with one kind of error.
+
+const meta = (name) => document.querySelector(`meta[name="${name}"]`).content;
+
+/** The address of a path in the app, such as "throws/3". */
+export const at = (path) => meta("root") + path.replace(/^\//, "");
+
+/** Ask the server; gives the document it answers with. Throws an Error in plain words. */
+export async function ask(path, { method = "GET", json, body, type } = {}) {
+  const headers = { Accept: "application/json" };
+  if (method !== "GET") headers["X-CSRF-Token"] = meta("csrf");
+  if (json !== undefined) {
+    headers["Content-Type"] = "application/json";
+    body = JSON.stringify(json);
+  } else if (type) {
+    headers["Content-Type"] = type;
+  }
+  let response;
+  try {
+    response = await fetch(at(path), { method, headers, body });
+  } catch {
+    throw Object.assign(new Error("The app does not answer. Is it still running?"), { away: true });
+  }
+  const kind = response.headers.get("Content-Type") ?? "";
+  const document = kind.includes("json") ? await response.json() : null;
+  if (!response.ok) {
+    const problem = document?.problem ?? `The app answered with ${response.status}.`;
+    throw Object.assign(new Error(problem), { status: response.status, document });
+  }
+  return document;
+}
+
+/** An element of the page with attributes and children; text stays text. */
+export function element(name, attributes = {}, ...children) {
+  const made = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) {
+    if (value === true) made.setAttribute(key, "");
+    else if (value !== false && value !== null) made.setAttribute(key, value);
+  }
+  made.append(...children);
+  return made;
+}

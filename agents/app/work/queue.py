@@ -1,0 +1,160 @@
+"""The queue of long work: two processes at most, one for a session at a time."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from multiprocessing import get_context
+from multiprocessing.context import SpawnProcess
+from pathlib import Path
+from threading import Event, Lock, Thread
+
+from agents.app.club import Club, Job, Session
+from agents.app.club.club import added
+from agents.app.club.database import row_of, rows_of
+from agents.app.club.records import State
+
+MOST = 2
+"""Processes at a time."""
+PAUSE = 0.25
+"""Between looks at the queue [s]."""
+MAX_LOSSES = 2
+"""Times that work is done again whose process was ended from outside."""
+GOODBYE = 5.0
+"""Time that a process has to end [s]."""
+
+
+class WorkQueue:
+    """Begins the work of a club that waits, and ends it when the server ends.
+
+    Parameters
+    ----------
+    club : whose work it is; work that was running when an earlier server ended waits again
+    """
+
+    def __init__(self, club: Club) -> None:
+        self.club = club
+        self.closed = Event()
+        self._running: dict[int, SpawnProcess] = {}
+        self._losses: dict[int, int] = {}
+        self._lock = Lock()
+        with club.database.writing() as connection:
+            connection.execute("update job set state = 'waiting' where state = 'running'")
+        self._thread = Thread(target=self._watch, daemon=True)
+
+    def __enter__(self) -> WorkQueue:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.closed.set()
+        self._thread.join()
+        with self._lock:
+            for process in self._running.values():
+                process.terminate()
+            for process in self._running.values():
+                process.join(GOODBYE)
+
+    def submit(self, kind: str, session: Session) -> Job:
+        """Ask for work; the same work that waits already is enough.
+
+        Parameters
+        ----------
+        kind : a name of `KINDS` in `work.kinds`
+        """
+        with self.club.database.writing() as connection:
+            query = "select * from job where kind = ? and session_id = ? and state = 'waiting'"
+            found = row_of(connection, Job, query, (kind, session.id))
+            if found is None:
+                number = added(connection, "job", kind=kind, session_id=session.id)
+                found = row_of(connection, Job, "select * from job where id = ?", (number,))
+        assert found is not None
+        return found
+
+    def cancel(self, number: int) -> None:
+        """End work, or let it never begin; what it has written so far stays."""
+        with self._lock:
+            process = self._running.pop(number, None)
+            if process is not None:
+                process.terminate()
+                process.join(GOODBYE)
+                process.kill()
+            with self.club.database.writing() as connection:
+                connection.execute(
+                    "update job set state = 'cancelled', left = null "
+                    "where id = ? and state in ('waiting', 'running')",
+                    (number,),
+                )
+
+    def jobs(self, session: Session | None = None) -> list[Job]:
+        """Work of a session, or of all, the latest first."""
+        with self.club.database.reading() as connection:
+            if session is None:
+                return rows_of(connection, Job, "select * from job order by id desc")
+            query = "select * from job where session_id = ? order by id desc"
+            return rows_of(connection, Job, query, (session.id,))
+
+    # --- the processes ---------------------------------------------------------------------------
+
+    def _watch(self) -> None:
+        while not self.closed.wait(PAUSE):
+            with self._lock:
+                self._reap()
+                self._begin()
+
+    def _reap(self) -> None:
+        for number, process in list(self._running.items()):
+            if process.is_alive():
+                continue
+            del self._running[number]
+            with self.club.database.writing() as connection:
+                job = row_of(connection, Job, "select * from job where id = ?", (number,))
+                if job is None or job.state is not State.RUNNING:
+                    continue  # it has said itself how it ended
+                self._losses[number] = self._losses.get(number, 0) + 1
+                again = self._losses[number] <= MAX_LOSSES
+                connection.execute(
+                    "update job set state = ?, problem = ?, left = null where id = ?",
+                    ("waiting", None, number)
+                    if again
+                    else ("failed", "its process was ended; the machine may lack memory", number),
+                )
+
+    def _begin(self) -> None:
+        if len(self._running) >= MOST:
+            return
+        with self.club.database.reading() as connection:
+            waiting = rows_of(
+                connection,
+                Job,
+                "select * from job where state = 'waiting' and session_id not in "
+                "(select session_id from job where state = 'running') order by id",
+            )
+        busy: set[int] = set()
+        for job in waiting:
+            if len(self._running) >= MOST:
+                return
+            if job.session_id not in busy:
+                busy.add(job.session_id)
+                self._start(job)
+
+    def _start(self, job: Job) -> None:
+        with self.club.database.writing() as connection:
+            connection.execute(
+                "update job set state = 'running', problem = null where id = ?", (job.id,)
+            )
+        process = get_context("spawn").Process(
+            target=_work, args=(self.club.folder, job.id), daemon=True
+        )
+        process.start()
+        self._running[job.id] = process
+
+
+def _work(folder: Path, number: int) -> None:
+    """What the process of a job does."""
+    from curling_env.infrastructure.executor import begin_worker
+
+    begin_worker()
+    with suppress(KeyboardInterrupt):
+        from agents.app.work.worker import do_job
+
+        do_job(folder, number)

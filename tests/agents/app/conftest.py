@@ -1,0 +1,118 @@
+"""An app on a club of its own, asked without a browser."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("starlette", reason="the extra `app` is not installed")
+
+from agents.app.application import application
+from agents.app.club import Club
+from agents.app.gate import token_for
+from agents.app.work.queue import WorkQueue
+
+SECRET, PORT = "the-secret", 8711
+
+
+@dataclass
+class Answer:
+    status: int
+    headers: dict[str, str]
+    body: bytes
+
+    @property
+    def text(self) -> str:
+        return self.body.decode()
+
+    @property
+    def document(self) -> Any:
+        return json.loads(self.body)
+
+
+@dataclass
+class Visitor:
+    """Sends requests to an app as HTTP would, without a network."""
+
+    app: Any
+    secret: str = SECRET
+    host: str = f"127.0.0.1:{PORT}"
+    headers: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def token(self) -> str:
+        return token_for(self.secret)
+
+    def get(self, path: str, **headers: str) -> Answer:
+        return self.ask("GET", path, b"", headers)
+
+    def post(self, path: str, fields: dict[str, str], **headers: str) -> Answer:
+        from urllib.parse import urlencode
+
+        body = urlencode({"csrf": self.token, **fields}).encode()
+        kind = {"content-type": "application/x-www-form-urlencoded"}
+        return self.ask("POST", path, body, kind | headers)
+
+    def send(self, path: str, document: Any, method: str = "POST") -> Answer:
+        kind = {"content-type": "application/json", "x-csrf-token": self.token}
+        return self.ask(method, path, json.dumps(document).encode(), kind)
+
+    def put(self, path: str, body: bytes) -> Answer:
+        return self.ask("PUT", path, body, {"x-csrf-token": self.token})
+
+    def ask(self, method: str, path: str, body: bytes, headers: dict[str, str]) -> Answer:
+        path, _, query = path.partition("?")
+        given = {"host": self.host, "accept": "text/html", "content-length": str(len(body))}
+        given |= self.headers | headers
+        scope = {
+            "type": "http",
+            "asgi": {"version": "3.0", "spec_version": "2.4"},
+            "http_version": "1.1",
+            "method": method,
+            "scheme": "http",
+            "path": f"/{self.secret}/{path}",
+            "raw_path": b"",
+            "query_string": query.encode(),
+            "headers": [(k.encode(), v.encode()) for k, v in given.items()],
+            "server": ("127.0.0.1", PORT),
+            "client": ("127.0.0.1", 50000),
+            "root_path": "",
+        }
+        told = False
+        came: list[dict[str, Any]] = []
+
+        async def receive() -> dict[str, Any]:
+            nonlocal told
+            if told:  # whoever asked is still there, and says no more
+                await asyncio.Event().wait()
+            told = True
+            return {"type": "http.request", "body": body, "more_body": False}
+
+        async def send(message: dict[str, Any]) -> None:
+            came.append(message)
+
+        asyncio.run(self.app(scope, receive, send))
+        start = next(m for m in came if m["type"] == "http.response.start")
+        return Answer(
+            status=start["status"],
+            headers={k.decode().lower(): v.decode() for k, v in start["headers"]},
+            body=b"".join(m.get("body", b"") for m in came if m["type"] == "http.response.body"),
+        )
+
+
+@pytest.fixture
+def club(tmp_path: Path) -> Club:
+    return Club(tmp_path / "club")
+
+
+@pytest.fixture
+def visitor(club: Club) -> Iterator[Visitor]:
+    """Whoever knows the secret; no work is begun."""
+    app = application(club, WorkQueue(club), secret=SECRET, hosts=["127.0.0.1", "localhost"])
+    return Visitor(app)
