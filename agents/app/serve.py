@@ -31,10 +31,10 @@ def serve(
 
     Raises
     ------
-    InputError : a port that cannot be opened, or a folder that is open already
+    InputError : a port that cannot be opened
     OutputError : there is no network to share it in
     """
-    with club.alone(), WorkQueue(club) as work:
+    with WorkQueue(club) as work:
         asyncio.run(_serve(club, work, port, share, opened))
 
 

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from curling_env.commands.cli import say
+from curling_env.commands.cli import progress_bar, say
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from agents.app.club import Club
 
 
 def app(
@@ -74,6 +79,7 @@ def app(
     import webbrowser
 
     from agents.app.club import Club
+    from agents.app.club.session_files import finish_files
     from agents.app.serve import serve
 
     club = Club(folder)
@@ -89,4 +95,26 @@ def app(
         if browser:
             webbrowser.open(address)
 
-    serve(club, port=port, share=share, opened=tell)
+    with club.alone():
+        finish_files(club)
+        _fill(club, take_in or [], demo=demo)
+        serve(club, port=port, share=share, opened=tell)
+
+
+def _fill(club: Club, folders: Sequence[Path], *, demo: bool) -> None:
+    """What the club gets before its page opens."""
+    import datetime
+
+    from agents.app.demo import NAME, fill
+    from agents.app.take_in import look_through, take_in
+
+    for folder in folders:
+        look_through(folder)  # all of them, before the first is taken in
+    today = datetime.date.today().isoformat()
+    for folder in folders:
+        name = folder.resolve().name
+        session = take_in(club, folder, name=name, day=today, sheet="")
+        say(f"{folder}: {len(club.throws(session))} throws")
+    if demo and all(session.name != NAME for session in club.sessions()):
+        with progress_bar() as progress:
+            fill(club, today, progress=progress)

@@ -92,6 +92,8 @@ class Film:
     size : in bytes, of which `received` have come
     state : how far tracking is
     said : what tracking has to say of it: why it could not be tracked, or that the camera moved
+    clock : when it began, since the session began [s]; None where nobody knows: right after the
+        film before it
     """
 
     id: int
@@ -103,6 +105,7 @@ class Film:
     received: int
     state: State = State.WAITING
     said: str = ""
+    clock: float | None = None
 
     @property
     def is_whole(self) -> bool:
@@ -121,8 +124,8 @@ class Throw:
     part : which throw of its film, or of the tracks that were imported, it is
     clock : when its part of the film begins [s]
     seen_stone : the stone's number as tracking tells them apart
-    athlete_id, stone_id, called, made, note : a coach's entries, which no program writes
-    target_x, target_y : the place that was called, sheet frame [m]
+    athlete_id, stone_id, called, made, note : a coach's entries, which no program writes; what
+        was called reads as in `agents.coaching`
     """
 
     id: int
@@ -137,8 +140,6 @@ class Throw:
     called: str = ""
     made: bool | None = None
     note: str = ""
-    target_x: float | None = None
-    target_y: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,20 +17,20 @@ _FIRST = (
     """create table session (
         id integer primary key, name text not null, day text not null, sheet text not null,
         camera_id integer references camera (id), folder text not null unique,
-        stale integer not null default 0) strict""",
+        stale integer not null default 1) strict""",
     """create table film (
         id integer primary key, session_id integer not null references session (id),
         place integer not null, name text not null, file text not null,
         size integer not null, received integer not null default 0,
         state text not null default 'waiting', said text not null default '',
-        unique (session_id, place)) strict""",
+        clock real, unique (session_id, place)) strict""",
     """create table throw (
         id integer primary key, session_id integer not null references session (id),
         number integer not null, film_id integer references film (id), part integer not null,
         clock real not null default 0, seen_stone integer not null default 0,
         athlete_id integer references athlete (id), stone_id integer references stone (id),
         called text not null default '', made integer, note text not null default '',
-        target_x real, target_y real, unique (session_id, film_id, part)) strict""",
+        unique (session_id, film_id, part)) strict""",
     """create table target (
         id integer primary key, name text not null unique, x real not null, y real not null)
         strict""",

@@ -1,0 +1,203 @@
+"""A made-up evening, to look at every screen: three athletes, eight stones, forty throws.
+
+Everything that the pages show of it is measured by the same programs as a real evening: only the
+throws, the camera and the coach are made up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import cv2
+import numpy as np
+
+from agents.app.club import Club, Session
+from agents.app.take_in import take_in
+from agents.closed_loop.hidden_ice import patchy_ice
+from curling_env.ice import ActiveEffect, Ice
+from curling_env.infrastructure.executor import executor
+from curling_env.infrastructure.files.storage import make_directory, write_table
+from curling_env.physics.one_stone.aim import Aim
+from curling_env.physics.one_stone.slide import play_bounds, slide
+from curling_env.sheet import HOG_LINE_Y, HOG_TO_TEE, TEE_Y, Direction, to_delivery
+from curling_env.throw import Throw
+from curling_env.trajectory import Trajectory, write_tracks
+from curling_env.typing import Progress, no_progress, with_progress
+from friction_estimation.camera.scene import save_scene
+from friction_estimation.synthetic import FilmSpec, render_film, scene_of
+
+SCENE = "gantry.scene.json"
+NAME, SHEET = "A made-up evening", "Sheet 2"
+THROWS, FILMED, STONES = 40, 3, 8
+BETWEEN = 75.0
+"""From one throw to the next [s]."""
+FPS, CAMERA_NOISE = 15.0, 0.004
+"""Of the tracks: frames a second, and standard deviation of a coordinate [m]."""
+SEEN_BEFORE = 4.2
+"""How long before the hog line the camera sees a stone [s]."""
+FILM = FilmSpec(
+    camera="gantry", size=(800, 450), fps=10.0, noise=1.0, people=False, lead_in=0.5, tail=0.5
+)
+CALLS = (
+    ("draw button", 0.0, 0.0),
+    ("draw top four", 0.0, -0.38),
+    ("guard centre guard", 0.0, -3.2),
+    ("draw 0.6,0.3", 0.6, 0.3),
+    ("draw -0.6,0.3", -0.6, 0.3),
+)
+"""What was called, and where that is: right and past the tee [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MadeUp:
+    """An athlete's hand.
+
+    Parameters
+    ----------
+    speed, angle, spin : bias and standard deviation of each at the release [m/s, rad, rad/s]
+    """
+
+    name: str
+    hand: str
+    speed: tuple[float, float]
+    angle: tuple[float, float]
+    spin: tuple[float, float]
+
+
+ATHLETES = (
+    MadeUp(name="Anna", hand="right", speed=(0.012, 0.02), angle=(0, 0.004), spin=(0, 0.12)),
+    MadeUp(name="Ben", hand="left", speed=(-0.02, 0.03), angle=(0.005, 0.006), spin=(0.1, 0.2)),
+    MadeUp(name="Clara", hand="right", speed=(0, 0.035), angle=(-0.004, 0.007), spin=(0, 0.15)),
+)
+
+
+def fill(club: Club, day: str, *, seed: int = 0, progress: Progress = no_progress) -> Session:
+    """Add the made-up evening to a club.
+
+    Parameters
+    ----------
+    day : of the evening, as ``2026-11-22``
+    seed : of the ice, the throws and the films
+    progress : called as it advances
+    """
+    rng = np.random.default_rng(seed)
+    believed = patchy_ice(rng)
+    # Two stones that a set should not have: one is heavy, one curls less.
+    odd = (
+        {"stone": 2.0, "factor": 1.03, "curl_factor": 1.0},
+        {"stone": 5.0, "factor": 1.0, "curl_factor": 0.88},
+    )
+    extra = tuple(ActiveEffect(name="stone_bias", parameters=one) for one in odd)
+    truth = replace(believed, effects=(*believed.effects, *extra))
+    # The skip takes the ice for even.
+    even = np.full_like(believed.friction.mu, np.median(believed.friction.mu))
+    believed = replace(believed, friction=replace(believed.friction, mu=even))
+    paths: list[Trajectory] = []
+    columns: dict[str, list[str]] = {"throw": [], "athlete": [], "stone": [], "called": []}
+    for k in range(THROWS):
+        athlete = ATHLETES[k % len(ATHLETES)]
+        path, called = _throw(truth, believed, k, athlete, rng)
+        paths.append(path)
+        noted = (str(k), athlete.name, f"red {path.stone + 1}", called)
+        for column, value in zip(columns.values(), noted, strict=True):
+            column.append(value)
+    with TemporaryDirectory() as made:
+        folder = Path(made)
+        films = make_directory(folder / "films")
+        save_scene(scene_of(FILM.resolved(), sheet=truth.sheet, stone=truth.stone), films / SCENE)
+        jobs = [
+            _Job(path=films / f"evening-{k}.mp4", track=paths[k], ice=truth)
+            for k in range(THROWS - FILMED, THROWS)
+        ]
+        with executor(2) as crew:
+            done = crew.map(_film, jobs)
+            filmed = list(with_progress(done, "filming the last throws", progress, len(jobs)))
+        shown = [_before(path) for path in paths[: THROWS - FILMED]] + filmed
+        write_tracks(folder / "tracks.csv", [_seen(path, rng) for path in shown])
+        write_table(folder / "throws.csv", columns)
+        write_table(
+            folder / "athletes.csv",
+            {"athlete": [a.name for a in ATHLETES], "hand": [a.hand for a in ATHLETES]},
+        )
+        return take_in(club, folder, name=NAME, day=day, sheet=SHEET)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Job:
+    """A film to render in a process of its own."""
+
+    path: Path
+    track: Trajectory
+    ice: Ice
+
+
+def _film(job: _Job) -> Trajectory:
+    cv2.setNumThreads(1)
+    spec = replace(FILM, seed=job.track.throw)
+    truth = render_film(job.path, job.track, spec, sheet=job.ice.sheet, stone=job.ice.stone)
+    about = {"throw": job.track.throw, "stone": job.track.stone, "clock": job.track.clock}
+    return replace(truth, **about)
+
+
+def _throw(
+    truth: Ice, believed: Ice, k: int, athlete: MadeUp, rng: np.random.Generator
+) -> tuple[Trajectory, str]:
+    """The true path of a throw, and what was called: by what the skip believes of the ice."""
+    direction = Direction.AWAY if k // STONES % 2 == 0 else Direction.HOME
+    what, right, past = CALLS[int(rng.integers(len(CALLS)))]
+    inward = bool(rng.random() < 0.5)
+    left_hand = athlete.hand == "left"
+    spin = 1.25 * (-1.0 if inward != left_hand else 1.0)
+    aimed = Aim(believed, direction).draw(right, past, spin)
+    assert aimed is not None  # every call is within reach
+    thrown = Throw(
+        speed=aimed.speed + float(rng.normal(*athlete.speed)),
+        angle=aimed.angle + float(rng.normal(*athlete.angle)),
+        spin=spin + float(rng.normal(*athlete.spin)),
+    )
+    order = {"clock": BETWEEN * k, "order": k, "stone": k % STONES}
+    release = thrown.release(direction, **order)
+    path = slide(truth, release, bounds=play_bounds(truth, direction), fps=60.0, throw=k).trajectory
+    assert path is not None  # a rate was given
+    bounds = play_bounds(believed, direction)
+    meant = slide(believed, aimed.release(direction), bounds=bounds, fps=60.0)
+    assert meant.trajectory is not None
+    ahead = to_delivery(meant.trajectory.xy, direction)[:, 1]
+    weight = float(np.interp(-HOG_TO_TEE, ahead, meant.trajectory.t))
+    broom = -(TEE_Y + HOG_LINE_Y) * float(np.tan(aimed.angle))
+    side = "right" if broom >= 0 else "left"
+    called = f"{what} {'in' if inward else 'out'} broom {abs(broom):.2f} {side} {weight:.1f} s"
+    path = replace(path, stone=k % STONES, clock=BETWEEN * k)
+    return path, called
+
+
+def _before(path: Trajectory) -> Trajectory:
+    """A path with what a camera sees before the hog line: a stone in a sliding hand."""
+    steps = np.arange(-round(SEEN_BEFORE * 60), 0) / 60.0
+    v = (path.xy[1] - path.xy[0]) / (path.t[1] - path.t[0])
+    turned = path.theta[0] if path.theta.size else 0.0
+    t = np.concatenate([steps, path.t - path.t[0]]) + SEEN_BEFORE
+    xy = np.concatenate([path.xy[0] + steps[:, None] * v, path.xy])
+    theta = np.concatenate([np.full(len(steps), turned), path.theta])
+    swept = np.zeros(len(t))
+    return replace(path, t=t, xy=xy, theta=theta, swept=swept)
+
+
+def _seen(path: Trajectory, rng: np.random.Generator) -> Trajectory:
+    """What a camera measures of a path: at its rate, with its errors and what it says of them."""
+    t = np.arange(path.t[0], path.t[-1], 1 / FPS)
+    columns = [np.interp(t, path.t, column) for column in (*path.xy.T, path.theta)]
+    xy = np.column_stack(columns[:2]) + rng.normal(0.0, CAMERA_NOISE, (len(t), 2))
+    theta = columns[2] + rng.normal(0.0, 0.015, len(t))
+    return Trajectory(
+        t=t,
+        xy=xy,
+        theta=theta,
+        sigma_xy=np.full(len(t), CAMERA_NOISE),
+        sigma_theta=np.full(len(t), 0.015),
+        throw=path.throw,
+        stone=path.stone,
+        clock=path.clock,
+    )

@@ -1,0 +1,195 @@
+"""A session from files that are there, such as those of `curling demo`."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from itertools import groupby
+from pathlib import Path
+
+from agents.app.club import Camera, Club, Film, Session
+from agents.app.club.club import ICE, TRACKS, added, plain
+from agents.app.club.records import Hand, State
+from agents.app.club.session_files import Part, keep_part, write_files
+from agents.coaching.throw_sheet import hands_beside
+from curling_env.errors import InputError
+from curling_env.ice import load_ice, save_ice
+from curling_env.infrastructure.files.storage import atomic_path, make_directory
+from curling_env.trajectory import Trajectory, read_tracks
+from friction_estimation.camera.scene import load_scene, save_scene
+from friction_estimation.tracks.throw_list import ThrowNote, throws_beside
+
+FILM_OF_THROW = re.compile(r".*-(\d{1,5})\.mp4")
+"""Films of one throw each are named for its number, as `curling film` and `curling demo` do."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Found:
+    """What a folder holds of a session.
+
+    Parameters
+    ----------
+    throws : the tracks of each throw by its number, the thrown stone's first
+    notes : what is noted of the throws
+    hands : of the athletes
+    films : by the number of the throw that they show
+    scene : of the camera that filmed them
+    ice : file
+    """
+
+    throws: Mapping[int, Sequence[Trajectory]]
+    notes: Mapping[int, ThrowNote]
+    hands: Mapping[str, str]
+    films: Mapping[int, Path]
+    scene: Path | None
+    ice: Path | None
+
+
+def look_through(folder: Path) -> Found:
+    """Find the tracks of a session in a folder, and what else is there.
+
+    Raises
+    ------
+    InputError : there are no tracks, or a file that cannot be read
+    """
+    tracks = folder / TRACKS
+    if not tracks.is_file():
+        raise InputError(f"has no {TRACKS}; expected what `curling track` wrote", source=folder)
+    scenes = sorted((folder / "films").glob("*.scene.json"))
+    scene = scenes[0] if len(scenes) == 1 else None
+    ice = folder / ICE
+    if scene is not None:
+        load_scene(scene)
+    if ice.exists():
+        load_ice(ice)
+    named = ((FILM_OF_THROW.fullmatch(k.name), k) for k in sorted((folder / "films").glob("*.mp4")))
+    return Found(
+        throws={
+            number: list(group)
+            for number, group in groupby(read_tracks(tracks), key=lambda track: track.throw)
+        },
+        notes=throws_beside(tracks),
+        hands=hands_beside(tracks),
+        films={int(match[1]): path for match, path in named if match and scene is not None},
+        scene=scene,
+        ice=ice if ice.exists() else None,
+    )
+
+
+def take_in(club: Club, folder: Path, *, name: str, day: str, sheet: str) -> Session:
+    """A new session from the files of a folder, which stay as they are.
+
+    Parameters
+    ----------
+    name, day, sheet : of the session
+
+    Raises
+    ------
+    InputError : see `look_through`
+    """
+    found = look_through(folder)
+    camera = None if found.scene is None else _camera(club, found.scene)
+    session = club.add_session(name, day, sheet, camera)
+    alone = [tracks for number, tracks in found.throws.items() if number not in found.films]
+    if alone:
+        nothing = [[None] * len(tracks) for tracks in alone]
+        keep_part(club, session, None, Part(throws=alone, handles=nothing))
+    for number, tracks in found.throws.items():
+        if number in found.films:
+            film = add_film(club, session, found.films[number], clock=tracks[0].clock)
+            # Times of a film count from its first frame.
+            shown = [replace(track, clock=0.0, throw=0) for track in tracks]
+            keep_part(club, session, film, Part(throws=[shown], handles=[[None] * len(shown)]))
+    _note(club, session, found, sorted(found.throws, key=lambda number: number in found.films))
+    write_files(club, session)
+    if found.ice is not None:
+        save_ice(load_ice(found.ice), club.ice_of(session))
+    return session
+
+
+def add_film(club: Club, session: Session, path: Path, *, clock: float | None = None) -> Film:
+    """A film that was tracked already, with its file in the club folder."""
+    folder = make_directory(club.folder_of(session) / "films")
+    target = folder / path.name
+    with suppress(OSError):  # a film that many sessions share is kept once where the disk can
+        os.link(path, target)
+    if not target.exists():
+        with atomic_path(target) as draft:
+            shutil.copyfile(path, draft)
+    size = target.stat().st_size
+    with club.database.writing() as connection:
+        query = "select coalesce(max(place), -1) + 1 from film where session_id = ?"
+        place = connection.execute(query, (session.id,)).fetchone()[0]
+        number = added(
+            connection,
+            "film",
+            session_id=session.id,
+            place=place,
+            name=path.name,
+            file=club.name_of(target),
+            size=size,
+            received=size,
+            state=State.DONE,
+            clock=clock,
+        )
+    found = club.film(number)
+    assert found is not None
+    return found
+
+
+def _camera(club: Club, scene: Path) -> Camera:
+    """The club's camera with this scene, which is added if there is none."""
+    seen, name = load_scene(scene), scene.name.removesuffix(".scene.json")
+    for camera in club.cameras():
+        if camera.scene is not None and camera.name.partition(" (")[0] == name:
+            known = load_scene(club.path(camera.scene))
+            if (known.points_px.shape == seen.points_px.shape) and (
+                known.points_px == seen.points_px
+            ).all():
+                return camera
+    taken = {camera.name for camera in club.cameras()}
+    free = next(k for k in (name, *(f"{name} ({i})" for i in range(2, 1000))) if k not in taken)
+    file = f"cameras/{plain(free)}.scene.json"
+    save_scene(seen, club.path(file))
+    with club.database.writing() as connection:
+        length, width = seen.sheet.length, seen.sheet.width
+        number = added(connection, "camera", name=free, length=length, width=width, scene=file)
+    found = club.camera(number)
+    assert found is not None
+    return found
+
+
+def _note(club: Club, session: Session, found: Found, order: Sequence[int]) -> None:
+    """Enter what is noted beside the tracks.
+
+    Parameters
+    ----------
+    order : numbers of the throws in the folder, by their numbers in the session
+    """
+    with club.database.writing() as connection:
+        for number, old in enumerate(order):
+            note = found.notes.get(old, ThrowNote())
+            athlete = stone = None
+            if note.athlete:
+                hand = Hand(found.hands.get(note.athlete, "right"))
+                connection.execute(
+                    "insert into athlete (name, hand) values (?, ?) on conflict do nothing",
+                    (note.athlete, hand),
+                )
+                query = "select id from athlete where name = ?"
+                athlete = connection.execute(query, (note.athlete,)).fetchone()[0]
+            if note.stone:
+                query = "insert into stone (name) values (?) on conflict do nothing"
+                connection.execute(query, (note.stone,))
+                query = "select id from stone where name = ?"
+                stone = connection.execute(query, (note.stone,)).fetchone()[0]
+            connection.execute(
+                "update throw set athlete_id = ?, stone_id = ?, called = ?, note = ? "
+                "where session_id = ? and number = ?",
+                (athlete, stone, note.called, note.note, session.id, number),
+            )
+        connection.execute("update session set stale = 1 where id = ?", (session.id,))
