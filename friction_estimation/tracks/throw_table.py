@@ -148,15 +148,26 @@ def throw_table(tracks: Sequence[Trajectory]) -> list[ThrowMeasures]:
 
 
 def _measured(tracks: Sequence[Trajectory]) -> Iterator[ThrowMeasures]:
-    contacts = contacts_of(tracks)
+    for track, contacts in thrown_stones(tracks):
+        try:
+            yield measure_throw(track, contacts)
+        except TrackTooShortError:
+            continue
+
+
+def thrown_stones(tracks: Sequence[Trajectory]) -> Iterator[tuple[Trajectory, list[float]]]:
+    """The track of the thrown stone of every throw, and when it touched other stones [s].
+
+    Parameters
+    ----------
+    tracks : of a session; the stones of one throw share its number and stand together
+    """
+    touched = contacts_of(tracks)
     for _, group in groupby(range(len(tracks)), key=lambda k: tracks[k].throw):
         moving = [k for k in group if len(tracks[k]) > 1 and not stays_at_rest(tracks[k])]
         if moving:
             thrown = min(moving, key=lambda k: tracks[k].t[0])
-            try:
-                yield measure_throw(tracks[thrown], contacts[thrown])
-            except TrackTooShortError:
-                continue
+            yield tracks[thrown], touched[thrown]
 
 
 def measure_throw(track: Trajectory, contacts: Sequence[float] = ()) -> ThrowMeasures:
@@ -173,7 +184,7 @@ def measure_throw(track: Trajectory, contacts: Sequence[float] = ()) -> ThrowMea
     TrackTooShortError : no free slide of a metre and 20 samples
     """
     before = [time for time in contacts if time > track.t[0]]
-    first = _until(track, min(before, default=np.inf))
+    first = rows_until(track, min(before, default=np.inf))
     slide = free_slide(first)
     seen = _Seen(first, slide)
     found: dict[str, Measured | None] = {}
@@ -413,7 +424,7 @@ def _times(sigma: float | None, factor: float) -> float | None:
     return None if sigma is None else abs(factor) * sigma
 
 
-def _until(track: Trajectory, time: float) -> Trajectory:
+def rows_until(track: Trajectory, time: float) -> Trajectory:
     """The rows of a track before a time."""
     if time > track.t[-1]:
         return track

@@ -1,0 +1,163 @@
+"""Throws run on ices: where they rest, where they cross a line, how long they take.
+
+A throw is a row (speed, angle, spin, x), as in `agents.planning.rollouts`; places are seen by the
+thrower, right of the centre line and past the tee played to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agents.planning.rollouts import releases_of
+from curling_env.ice import Ice
+from curling_env.physics.many_stones.batch import Rests, throw_batch
+from curling_env.physics.one_stone.slide import NO_BOUNDS, SlideEnd
+from curling_env.sheet import HOG_LINE_Y, HOG_TO_TEE, TEE_Y, Direction, to_delivery
+from curling_env.typing import Floats, Indices
+
+SPEED, ANGLE, SPIN, X = range(4)
+"""Columns of a table of throws."""
+HOG_TO_FAR_TEE = HOG_LINE_Y + TEE_Y
+"""From the first hog line to the tee played to [m]."""
+NOT_SWEPT = (0.0, 0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Place:
+    """Where a throw stands in its session: what effects of the ice may depend on.
+
+    Parameters
+    ----------
+    direction : the end played to
+    clock : when it began [s]
+    order : number of throws before it
+    stone : its stone
+    """
+
+    direction: Direction = Direction.AWAY
+    clock: float = 0.0
+    order: int = 0
+    stone: int = 0
+
+
+def run(
+    ices: Ice | Sequence[Ice],
+    throws: Floats,
+    place: Place,
+    *,
+    which: Indices | None = None,
+    line: float | None = None,
+    sweeps: Floats | None = None,
+    fps: float | None = None,
+    longest: float = 40.0,
+    ahead: Floats | None = None,
+) -> Rests:
+    """Run throws (n, 4) on ices; in the sheet frame.
+
+    Parameters
+    ----------
+    ices, which : as in `throw_batch`
+    throws : (n, 4)
+    place : of all of them
+    line : past the tee, where a throw ends that gets there [m]
+    sweeps : (n, 2) start and end of sweeping after the release [s]
+    fps, longest : as in `throw_batch`
+    ahead : (n,) how far beyond the hog line each throw begins [m]
+    """
+    table: NDArray[Any] = releases_of(throws, place.direction)
+    table["clock"], table["order"], table["stone"] = place.clock, place.order, place.stone
+    if ahead is not None:
+        table["y"] += place.direction * ahead
+    if sweeps is not None:
+        table["sweep_start"], table["sweep_end"] = sweeps.T
+    bounds = NO_BOUNDS.copy()
+    if line is not None:
+        bounds[3 if place.direction > 0 else 2] = place.direction * (line + TEE_Y)
+    return throw_batch(ices, table, which=which, bounds=bounds, fps=fps, longest=longest)
+
+
+def rests(
+    ices: Ice | Sequence[Ice],
+    throws: Floats,
+    place: Place,
+    *,
+    which: Indices | None = None,
+    sweeps: Floats | None = None,
+) -> Floats:
+    """Where throws come to rest, (n, 2): right, past [m]; NaN for one that never does."""
+    ends = run(ices, throws, place, which=which, sweeps=sweeps)
+    xy = to_delivery(np.column_stack([ends.x, ends.y]), place.direction)
+    return np.where((ends.end == SlideEnd.REST)[:, None], xy, np.nan)
+
+
+def crossings(
+    ices: Ice | Sequence[Ice],
+    throws: Floats,
+    place: Place,
+    line: float,
+    *,
+    which: Indices | None = None,
+    sweeps: Floats | None = None,
+) -> tuple[Floats, Floats]:
+    """Where throws cross a line across the sheet, (n,) right [m], and when, (n,) [s].
+
+    NaN for one that does not get there.
+
+    Parameters
+    ----------
+    line : past the tee [m]
+    ices, throws, place, which, sweeps : as in `run`
+    """
+    ends = run(ices, throws, place, which=which, line=line, sweeps=sweeps)
+    there = ends.end == SlideEnd.LEFT_BOUNDS
+    return (
+        np.where(there, place.direction * ends.x, np.nan),
+        np.where(there, ends.time, np.nan),
+    )
+
+
+def hog_times(ices: Ice | Sequence[Ice], throws: Floats, place: Place) -> Floats:
+    """Times from hog line to hog line, (n,) [s]; NaN for a throw that stops before."""
+    return crossings(ices, throws, place, -HOG_TO_TEE)[1]
+
+
+def turns(ices: Ice | Sequence[Ice], throws: Floats, place: Place) -> Floats:
+    """Full turns until rest, (n,), without sign."""
+    return np.abs(run(ices, throws, place).theta) / (2 * np.pi)
+
+
+def outcomes(
+    ices: Ice | Sequence[Ice],
+    throws: Floats,
+    place: Place,
+    line: float | None,
+    *,
+    which: Indices | None = None,
+    sweeps: Floats | None = None,
+) -> Floats:
+    """What counts of throws, (n, 2): where they rest, or where they cross a line [m].
+
+    Parameters
+    ----------
+    line : past the tee, for hits; None for throws that should rest
+    ices, throws, place, which, sweeps : as in `run`
+    """
+    if line is None:
+        return rests(ices, throws, place, which=which, sweeps=sweeps)
+    right, _ = crossings(ices, throws, place, line, which=which, sweeps=sweeps)
+    return np.column_stack([right, np.where(np.isnan(right), np.nan, line)])
+
+
+def line_at_tee(angle: Floats, x: Floats) -> Floats:
+    """Where a line of delivery crosses the far tee line, right of the centre line [m]."""
+    return x - HOG_TO_FAR_TEE * np.tan(angle)
+
+
+def angle_to_tee(broom: float, x: float) -> float:
+    """The line of delivery from x on the hog line to a broom on the far tee line [rad]."""
+    return float(np.arctan2(x - broom, HOG_TO_FAR_TEE))

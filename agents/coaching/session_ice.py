@@ -1,0 +1,63 @@
+"""The ice of a session before each of its throws, and others that its standard errors allow."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from agents.coaching.tuning import DRAWS
+from curling_env.ice import Ice
+from curling_env.physics.ice_uncertainty import plausible_ices
+from curling_env.physics.wear import passes_over, wear_along_path, worn
+from curling_env.typing import Floats
+
+
+@dataclass(frozen=True, kw_only=True)
+class IceBefore:
+    """The ice that a throw found.
+
+    Parameters
+    ----------
+    ice : as it was estimated
+    others : as its standard errors allow; the ice alone where it has none
+    """
+
+    ice: Ice
+    others: Sequence[Ice]
+
+
+class SessionIce:
+    """An ice that wears where stones run, if it is one of those.
+
+    Parameters
+    ----------
+    ice : before the first throw
+    rng : source of the errors
+    draws : number of other ices
+    """
+
+    def __init__(self, ice: Ice, rng: np.random.Generator, draws: int = DRAWS) -> None:
+        self._now = IceBefore(ice=ice, others=plausible_ices(ice, draws, rng))
+        self._first = self._now
+        self._wears = wear_along_path(ice) != 0.0
+        self._passes = np.zeros(ice.sheet.shape)
+
+    @property
+    def now(self) -> IceBefore:
+        """The ice before the next throw."""
+        return self._now
+
+    def ran(self, xy: Floats) -> None:
+        """A stone ran along a path (n, 2), sheet frame [m]."""
+        if not self._wears:
+            return
+        self._passes += passes_over(self._first.ice.sheet, [xy])
+
+        def after(ice: Ice) -> Ice:
+            return worn(ice, wear_along_path(ice) * self._passes)
+
+        self._now = IceBefore(
+            ice=after(self._first.ice), others=[after(ice) for ice in self._first.others]
+        )

@@ -1,0 +1,42 @@
+"""Constants of the coaching functions that were chosen, not derived.
+
+They were chosen on simulated clubs (`scripts/club_study.py`).
+"""
+
+from __future__ import annotations
+
+# --- the release, read from a track --------------------------------------------------------------
+
+RELEASE_WINDOW = 10.0
+"""Stretch beyond the hog line from which the release is read [s]. What happens to a stone later
+(a hair, a sweeper) is not laid to the hand."""
+OWN_FRICTION = 0.03
+"""How much the friction of one throw may differ from that of the ice, in ln, while its release is
+read: stones differ by 1 %, frost and swept ice by more."""
+OWN_CURL = 0.3
+"""The same for its curl."""
+WIDE_FRICTION = 0.3
+"""The same where the friction of the throw itself is asked for."""
+WIDE_CURL = 1.0
+"""The same for its curl."""
+MOST_FRICTION, MOST_CURL = 0.6, 1.0
+"""How far these may go, in ln: further off it is no curling stone."""
+BIN = 0.125
+"""Rows are averaged over this time before a fit [s]."""
+LASTING = 1.5
+"""How long an error of a track lasts that its σ states [s]."""
+UNSEEN_SPIN = 0.6
+"""Standard deviation of a spin that was not seen [rad/s]."""
+LATEST_START = 1.2
+"""How far beyond the hog line a track may begin for its release to be told [m]."""
+FEWEST_BINS = 12
+"""Fewest averaged rows from which a release is read: a second and a half."""
+
+# --- causes ------------------------------------------------------------------------------------
+
+DRAWS = 64
+"""Errors of the measurement and of the ice that are drawn for the intervals."""
+HABIT_THROWS = 3
+"""Throws from which an athlete's usual rotation, or speed for a named weight, is taken."""
+MAX_REACH = 0.6
+"""How far before the target of a hit the free slide may end [m]: two radii, and a frame."""
