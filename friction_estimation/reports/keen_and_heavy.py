@@ -12,11 +12,11 @@ from curling_env.typing import Flags, Floats
 
 ALONG = (
     ("the home end", -np.inf, -HOG_LINE_Y),
-    ("the near middle", -HOG_LINE_Y, 0.0),
-    ("the far middle", 0.0, HOG_LINE_Y),
+    ("the home half", -HOG_LINE_Y, 0.0),
+    ("the away half", 0.0, HOG_LINE_Y),
     ("the away end", HOG_LINE_Y, np.inf),
 )
-"""Parts of the sheet along it, from y to y [m]."""
+"""Parts of the sheet along it, from y to y [m]: before each house, and the halves between them."""
 ACROSS = (
     ("left", -np.inf, -RING_RADII[2]),
     ("in the middle", -RING_RADII[2], RING_RADII[2]),
@@ -37,7 +37,7 @@ class Zone:
 
     Parameters
     ----------
-    name : in words, such as ``the far middle, left``
+    name : in words, such as ``the away half, left``
     x, y : (2,) from and to, sheet frame [m]
     relative : its friction over that of the whole sheet, less 1; None where too few stones ran
     sigma : standard error of that

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -97,7 +98,9 @@ class Visitor:
         async def send(message: dict[str, Any]) -> None:
             came.append(message)
 
-        asyncio.run(self.app(scope, receive, send))
+        # In a thread of its own: a browser that is driven in this one has its loop running there.
+        with ThreadPoolExecutor(1) as thread:
+            thread.submit(lambda: asyncio.run(self.app(scope, receive, send))).result()
         start = next(m for m in came if m["type"] == "http.response.start")
         return Answer(
             status=start["status"],

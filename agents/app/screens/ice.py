@@ -1,0 +1,85 @@
+"""The screen *Ice*: what the ice of a session is like, in a curler's words, on one printed page."""
+
+from __future__ import annotations
+
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
+
+from agents.app.club import Club, Session
+from agents.app.pages import club_of, number_in, page, session_of
+from agents.app.screens.screen import Screen
+from agents.app.sheet.choices import findings_of, ice_of
+from agents.app.sheet.ice_sheet import EarlierIce, ice_document
+from curling_env.errors import InputError
+
+MOST_EARLIER = 5
+"""Earlier sessions that today's ice is compared with."""
+
+
+def show(request: Request) -> Response:
+    """The ice of a session; the latest session with one without a number.
+
+    `?against=NUMBER` shows how the map changed since that session, `?hand=left` tells handles for a
+    left-hander.
+    """
+    club = club_of(request)
+    session = session_of(request)
+    if "session" not in request.path_params:
+        session = next((s for s in club.sessions() if club.ice_of(s).exists()), session)
+    ice = None if session is None else ice_of(club, session)
+    if session is None or ice is None:
+        text = "No ice is known yet: it is estimated from the throws of a session."
+        return page(request, "empty.html", session=session, heading="Ice", text=text)
+    trouble, found = "", None
+    try:
+        found = findings_of(club, session)
+    except InputError as error:
+        trouble = str(error)
+    document = ice_document(ice, earlier=_earlier(club, session), found=found)
+    against = None
+    if "against" in request.query_params:
+        wanted = number_in(request.query_params["against"], "a session")
+        against = next((one for one in document["earlier"] if one["id"] == wanted), None)
+        if against is None:
+            raise HTTPException(404, "There is no such earlier session on this sheet.")
+    hand = "left" if request.query_params.get("hand") == "left" else "right"
+    return page(
+        request,
+        "ice.html",
+        session=session,
+        ice=document,
+        against=against,
+        hand=hand,
+        trouble=trouble,
+        picture={
+            "sheet": document["sheet"],
+            "radius": document["stone_radius"],
+            "cells": document["cells"],
+            "change": None if against is None else against["cells"],
+        },
+    )
+
+
+def _earlier(club: Club, session: Session) -> list[EarlierIce]:
+    """The ices of earlier sessions on the same sheet, the latest first."""
+    found: list[EarlierIce] = []
+    for other in club.sessions():
+        is_before = (other.day, other.id) < (session.day, session.id)
+        if not is_before or other.sheet != session.sheet or len(found) == MOST_EARLIER:
+            continue
+        try:
+            ice = ice_of(club, other)
+        except InputError:
+            continue  # a file that is not whole says so on its own page
+        if ice is not None:
+            found.append(EarlierIce(id=other.id, name=f"{other.name}, {other.day}", ice=ice))
+    return found
+
+
+SCREEN = Screen(
+    name="ice",
+    title="Ice",
+    routes=[Route("/ice", show), Route("/ice/{session:int}", show)],
+)

@@ -1,0 +1,94 @@
+"""The screen *Throw*: a target, a throw by hand, a position and its best call, a game."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Route
+
+from agents.app.club import Club
+from agents.app.pages import club_of, document_of, page, session_of
+from agents.app.screens.screen import Screen
+from agents.app.sheet import calls, games, plans, runs
+from agents.app.sheet.choices import ice_named, ices_of, skill_of, skills_of
+from agents.app.sheet.forms import CallsForm, GameForm, PlanForm, RunForm, asked
+
+
+def show(request: Request) -> Response:
+    """The sheet, on the ice of a session; the latest session without a number."""
+    club, session = club_of(request), session_of(request)
+    ices = ices_of(club, session)
+    return page(
+        request,
+        "throw.html",
+        session=session,
+        ices=[(key, label) for key, label, _ in ices],
+        skills=skills_of(club),
+        sizes=[
+            {"length": ice.sheet.length, "width": ice.sheet.width, "radius": ice.stone.radius}
+            for *_, ice in ices
+        ],
+    )
+
+
+def _run(club: Club, document: Any) -> dict[str, Any]:
+    form = asked(document, RunForm)
+    return runs.run(ice_named(club, form.ice), form)
+
+
+def _plan(club: Club, document: Any) -> dict[str, Any]:
+    form = asked(document, PlanForm)
+    return plans.planned(ice_named(club, form.ice), skill_of(club, form.skill), form)
+
+
+def _calls(club: Club, document: Any) -> dict[str, Any]:
+    form = asked(document, CallsForm)
+    return calls.called(ice_named(club, form.ice), skill_of(club, form.skill), form)
+
+
+def _game(club: Club, document: Any) -> dict[str, Any]:
+    form = asked(document, GameForm)
+    hands = skill_of(club, form.skill), skill_of(club, form.opponent_skill)
+    return games.played(ice_named(club, form.ice), hands, form)
+
+
+def _advice(club: Club, document: Any) -> dict[str, Any]:
+    form = asked(document, GameForm)
+    hands = skill_of(club, form.skill), skill_of(club, form.opponent_skill)
+    return games.advised(ice_named(club, form.ice), hands, form)
+
+
+def _answering(
+    answer: Callable[[Club, Any], dict[str, Any]],
+) -> Callable[[Request], Awaitable[Response]]:
+    """An address that answers JSON with JSON, worked out beside the other requests."""
+
+    async def endpoint(request: Request) -> Response:
+        document = await document_of(request)
+        return JSONResponse(await run_in_threadpool(answer, club_of(request), document))
+
+    return endpoint
+
+
+SCREEN = Screen(
+    name="throw",
+    title="Throw",
+    routes=[
+        Route("/throw", show),
+        Route("/throw/{session:int}", show),
+        *(
+            Route(f"/throw/{name}", _answering(answer), methods=["POST"])
+            for name, answer in (
+                ("run", _run),
+                ("plan", _plan),
+                ("calls", _calls),
+                ("game", _game),
+                ("advice", _advice),
+            )
+        ),
+    ],
+)

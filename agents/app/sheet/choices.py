@@ -1,0 +1,100 @@
+"""Which ices and which hands there are to choose from, by the names that addresses have."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from agents.app.club import Club, Session
+from curling_env.errors import InputError
+from curling_env.ice import Ice, load_ice
+from curling_env.infrastructure.files.storage import read_json
+from curling_env.throw import SKILLS, Skill, skill_named
+from friction_estimation.reports.missing_in_words import Findings, findings
+
+MADE_UP = {"standard": "Usual championship ice (nobody has measured it)"}
+"""Presets that are offered beside the sessions' ices."""
+HANDS = {
+    "elite": "an elite player",
+    "champion": "a champion",
+    "club": "a club player",
+    "none": "no error at all",
+}
+"""Skills that are offered beside the athletes'."""
+MOST_SESSIONS = 40
+REPORTS = ("report.json", "discovery/report.json")
+"""Where a discovery's report lies in the folder of a session."""
+
+
+def ices_of(club: Club, first: Session | None = None) -> list[tuple[str, str, Ice]]:
+    """The ices that there are: key, label and ice; that of a session first, if it has one."""
+    sessions = club.sessions()[:MOST_SESSIONS]
+    if first is not None:
+        sessions = [first, *(session for session in sessions if session.id != first.id)]
+    found: list[tuple[str, str, Ice]] = []
+    for session in sessions:
+        try:
+            ice = ice_of(club, session)
+        except InputError:
+            continue  # a file that is not whole says so on its own page
+        if ice is not None:
+            found.append((str(session.id), f"{session.name}, {session.day}", ice))
+    return found + [(key, label, load_ice(key)) for key, label in MADE_UP.items()]
+
+
+def ice_of(club: Club, session: Session) -> Ice | None:
+    """The ice of a session; None while none was estimated."""
+    path = club.ice_of(session)
+    return load_ice(path) if path.exists() else None
+
+
+def ice_named(club: Club, key: str) -> Ice:
+    """An ice by its key: the number of a session, or a made-up ice.
+
+    Raises
+    ------
+    InputError : there is none
+    """
+    if key in MADE_UP:
+        return load_ice(key)
+    session = (
+        club.session(int(key)) if key.isascii() and key.isdecimal() and len(key) < 18 else None
+    )
+    ice = None if session is None else ice_of(club, session)
+    if ice is None:
+        raise InputError(f"there is no ice {key[:40]!r}; choose another")
+    return ice
+
+
+def skills_of(club: Club) -> list[tuple[str, str]]:
+    """The hands that there are: key and label."""
+    return list(HANDS.items())
+
+
+def skill_of(club: Club, key: str) -> Skill:
+    """A hand by its key.
+
+    Raises
+    ------
+    InputError : there is none
+    """
+    if key not in HANDS or key not in SKILLS:
+        raise InputError(f"there is no hand {key[:40]!r}; choose another")
+    return skill_named(key)
+
+
+def findings_of(club: Club, session: Session) -> Findings | None:
+    """What a discovery found in a session; None while there was none.
+
+    Raises
+    ------
+    InputError : a report that is not one
+    """
+    for name in REPORTS:
+        path = club.folder_of(session) / name
+        if path.exists():
+            report: Any = read_json(path)
+            try:
+                return findings(report if isinstance(report, dict) else {})
+            except InputError as error:
+                raise InputError(error.problem, source=path.name, where=error.where) from error
+    return None

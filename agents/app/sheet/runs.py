@@ -1,0 +1,154 @@
+"""A throw on an ice: the paths of all stones that it moves, and its times."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from agents.app.sheet.forms import RunForm, direction_of, places_of, rounded
+from agents.planning.description import Description, describe
+from agents.planning.request import check_stones
+from curling_env.ice import Ice
+from curling_env.physics.many_stones.engine import Engine, Outcome, StoneState
+from curling_env.sheet import HOUSE_RADIUS, TEE_Y, Direction, tee, to_delivery
+from curling_env.throw import FROM_HOG_LINE, Throw
+from curling_env.trajectory import Trajectory
+from curling_env.typing import Floats
+from curling_env.units import brooms, short_length
+
+FPS = 12.0
+"""Samples a second of a path: the page draws straight lines between them."""
+ENDS = {
+    "rest": "comes to rest",
+    "out_side": "touches the side line",
+    "out_back": "runs over the back line",
+    "hogged": "stops before the hog line",
+}
+
+
+def run(ice: Ice, form: RunForm) -> dict[str, Any]:
+    """Throw a stone among others.
+
+    Parameters
+    ----------
+    ice : the ice
+    form : what was asked
+
+    Raises
+    ------
+    InputError : stones that cannot lie there, a throw that cannot be, ice on which a stone never
+        stops
+    """
+    return thrown(ice, form.throw.throw, places_of(form.stones), direction_of(form.to))
+
+
+def thrown(
+    ice: Ice,
+    throw: Throw,
+    stones: Floats,
+    direction: Direction,
+    *,
+    sweep: tuple[float, float] | None = None,
+) -> dict[str, Any]:
+    """A throw without error among stones (k, 2), as the page draws it."""
+    check_stones(ice, stones)
+    # With an identifier of its own, which is none of the stones that a session knew.
+    outcome = Engine(ice).play(
+        throw.release(direction, stone=len(stones), sweep=sweep or (0.0, 0.0)),
+        [StoneState(x=x, y=y, stone=k) for k, (x, y) in enumerate(stones.tolist())],
+        fps=FPS,
+    )
+    rest = np.array([outcome.delivered.x, outcome.delivered.y])
+    status = outcome.delivered_status
+    told = describe(ice, throw, tee(direction), direction)
+    return {
+        "throw": throw_document(throw),
+        "to": direction.name.lower(),
+        "weight_s": told.hog_to_hog_s,
+        "time_s": round(outcome.time, 2),
+        "rest": {"x": round(float(rest[0]), 4), "y": round(float(rest[1]), 4)},
+        "in_play": status.in_play,
+        "ends": f"{ENDS[status.value]}{_where(rest, direction) if status.in_play else ''}",
+        "call": call_document(told, throw, direction),
+        "paths": paths_of(outcome),
+        "stones": [
+            {"x": round(s.x, 4), "y": round(s.y, 4)} if state.in_play else None
+            for s, state in zip(outcome.stones[:-1], outcome.status, strict=False)
+        ],
+        "contacts": len(outcome.contacts),
+    }
+
+
+def throw_document(throw: Throw) -> dict[str, float]:
+    """A throw with the digits that games keep."""
+    return {
+        "speed": round(throw.speed, 5),
+        "angle": round(throw.angle, 5),
+        "spin": round(throw.spin, 5),
+    }
+
+
+def call_document(told: Description, throw: Throw, direction: Direction) -> dict[str, Any]:
+    """A throw as a skip calls it, and where the broom is drawn."""
+    broom = told.broom_m
+    return {
+        "hog_to_hog_s": None if told.hog_to_hog_s is None else round(told.hog_to_hog_s, 2),
+        "broom": {"x": round(direction * broom, 4), "y": direction * TEE_Y},
+        "broom_m": round(broom, 3),
+        "broom_in_words": _beside(broom),
+        "ice_m": round(told.ice_m, 3),
+        "ice_in_brooms": brooms(told.ice_m),
+        "ice_side": "right" if told.ice_on_the_right else "left",
+        "turns": round(told.turns, 1),
+        "turns_way": "counter-clockwise" if throw.spin > 0 else "clockwise",
+        "right_hander": told.right_hander,
+        "left_hander": told.left_hander,
+        "from": {"x": 0.0, "y": round(-direction * FROM_HOG_LINE.line_y, 4)},
+        "sentence": told.call,
+    }
+
+
+def paths_of(outcome: Outcome) -> list[dict[str, Any]]:
+    """The paths of the stones that moved; `stone` is null for the thrown one."""
+    last = len(outcome.stones) - 1
+    return [
+        {
+            "stone": None if k == last else k,
+            "status": outcome.status[k].value,
+            **_samples(path),
+        }
+        for k, path in zip(outcome.moved, outcome.trajectories, strict=True)
+    ]
+
+
+def _samples(path: Trajectory) -> dict[str, Any]:
+    return {
+        "t": rounded(path.t, 2),
+        "x": rounded(path.xy[:, 0]),
+        "y": rounded(path.xy[:, 1]),
+        "theta": rounded(path.theta, 2),
+    }
+
+
+def _beside(metres: float) -> str:
+    if abs(metres) < 0.01:
+        return "on the centre line"
+    side = "right" if metres > 0 else "left"
+    return f"{short_length(metres)} {side} of the centre line"
+
+
+def _where(rest: Floats, direction: Direction) -> str:
+    """Where a stone rests, as the thrower sees it."""
+    across, along = to_delivery(rest, direction).tolist()
+    if np.hypot(across, along) < 0.05:
+        return " on the button"
+    depth = "behind" if along > 0 else "before"
+    side = "right" if across > 0 else "left"
+    parts: list[str] = []
+    if abs(along) >= 0.05:
+        parts.append(f"{short_length(along)} {depth} the tee line")
+    if abs(across) >= 0.05:
+        parts.append(f"{short_length(across)} {side} of the centre line")
+    inside = np.hypot(across, along) <= HOUSE_RADIUS + 0.145
+    return f" {'in the house' if inside else 'in play'}, {', '.join(parts)}"

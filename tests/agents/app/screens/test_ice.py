@@ -1,0 +1,72 @@
+"""The screen Ice as a browser asks it."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from curling_env.ice import load_ice, save_ice
+
+REPORT = {
+    "verdict": "The model lacks <b>curl</b>.",
+    "effects": [{"name": "curl", "where": "paths bend", "alternatives": ["slope"]}],
+    "next_throws": [{"words": "draw weight towards the home end", "teaches": {"curl": 0.6}}],
+}
+
+
+@pytest.fixture
+def evenings(club):
+    """Three sessions, the last without an ice, and a fourth on another sheet."""
+    made = [
+        club.add_session(name, day, sheet, None)
+        for name, day, sheet in (
+            ("Tuesday", "2026-11-17", "B"),
+            ("Other sheet", "2026-11-18", "C"),
+            ("Friday", "2026-11-20", "B"),
+            ("Sunday", "2026-11-22", "B"),
+        )
+    ]
+    for session in made[:3]:
+        save_ice(load_ice("standard"), club.ice_of(session))
+    return made
+
+
+def test_the_latest_ice_is_shown_against_those_before(visitor, evenings):
+    text = visitor.get("ice").text
+    assert "Ice: Friday" in text
+    assert "<b>Tuesday, 2026-11-17</b>: of the same weight" in text
+    assert "Other sheet" not in text
+    assert "hog to hog" in text
+
+
+def test_a_session_without_ice_says_so(visitor, evenings):
+    answer = visitor.get(f"ice/{evenings[3].id}")
+    assert answer.status == 200
+    assert "No ice is known yet" in answer.text
+
+
+def test_handles_are_those_of_the_hand(visitor, evenings):
+    right, left = (visitor.get(f"ice?hand={hand}").text for hand in ("right", "left"))
+    assert right.index(">in-turn<") < right.index(">out-turn<")
+    assert left.index(">out-turn<") < left.index(">in-turn<")
+
+
+def test_the_change_since_another_session_has_an_address(visitor, evenings):
+    text = visitor.get(f"ice?against={evenings[0].id}").text
+    assert "What changed since Tuesday" in text
+    assert visitor.get(f"ice?against={evenings[1].id}").status == 404
+    assert visitor.get("ice?against=x").status == 422
+
+
+def test_what_discovery_misses_is_told_with_its_throws(visitor, club, evenings):
+    folder = club.folder_of(evenings[2])
+    (folder / "report.json").write_text(json.dumps(REPORT), encoding="utf-8")
+    text = visitor.get("ice").text
+    assert "The model lacks &lt;b&gt;curl&lt;/b&gt;." in text
+    assert "It may be a slope of the ice instead" in text
+    assert "Draw weight towards the home end" in text
+    (folder / "report.json").write_text("[1]", encoding="utf-8")
+    answer = visitor.get("ice")
+    assert answer.status == 200
+    assert "report.json" in answer.text

@@ -1,0 +1,56 @@
+"""The ice as its page tells it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from agents.app.sheet.ice_sheet import EarlierIce, change_of_maps, ice_document
+from curling_env.ice import load_ice
+
+STANDARD = load_ice("standard")
+
+
+def ice(factor=1.0, sigma=2e-5, where=None):
+    friction = STANDARD.friction
+    mu = friction.mu * factor
+    if where is not None:
+        mu[where] *= 1.04
+    return replace(STANDARD, friction=replace(friction, mu=mu, sigma=np.full_like(mu, sigma)))
+
+
+def test_a_keener_ice_takes_longer_and_is_said_so():
+    told = ice_document(ice(0.95), earlier=[EarlierIce(id=7, name="Friday", ice=ice())])
+    (friday,) = told["earlier"]
+    assert friday["words"].startswith("keener today: 0.")
+    assert friday["seconds"]["change"] > 0.2
+    back = ice_document(ice(), earlier=[EarlierIce(id=7, name="Friday", ice=ice(0.95))])
+    assert back["earlier"][0]["words"].startswith("heavier today")
+    same = ice_document(ice(), earlier=[EarlierIce(id=7, name="Friday", ice=ice())])
+    assert same["earlier"][0]["words"] == "of the same weight"
+    json.dumps(told, allow_nan=False)
+
+
+def test_numbers_have_errors_where_the_ice_has_them():
+    known = ice_document(STANDARD)["lanes"][0]["draws"]
+    assert all(draw["seconds_sigma"] is None for draw in known)
+    unsure = ice_document(ice(sigma=1e-4))["lanes"]
+    assert [end["to"] for end in unsure] == ["away", "home"]
+    assert all(draw["seconds_sigma"] > 0 for end in unsure for draw in end["draws"])
+
+
+def test_the_map_changes_where_it_changed():
+    part = np.s_[:30, :4]
+    change = change_of_maps(ice(where=part), ice())
+    assert change is not None
+    shown = np.array(change["relative"], dtype=float)
+    # The sheet's own level rises a little with the part that changed.
+    assert shown[part] == pytest.approx(0.034, abs=0.003)
+    assert not shown[40:].any()
+    hidden = change_of_maps(ice(where=part, sigma=4e-4), ice(sigma=4e-4))
+    assert hidden is not None
+    assert not np.array(hidden["relative"], dtype=float).any()
+    assert change_of_maps(ice(), load_ice("fcv1")) is None
