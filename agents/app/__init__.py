@@ -3,6 +3,7 @@
 - `club`: the club folder, with its database and its files
 - `work`: long work in processes beside the server, that survives a restart
 - `screens`: one module for each screen; a new one is added to the list in `screens/__init__.py`
+- `sheet`: what the pages of the sheet ask, as pure functions
 - `gate`: what keeps strangers out
 - `pages`: what every screen uses to answer
 - `application`: all of it together; `serve` opens it to browsers
