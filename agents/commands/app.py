@@ -79,6 +79,7 @@ def app(
     import webbrowser
 
     from agents.app.club import Club
+    from agents.app.club.films import settle_films
     from agents.app.club.session_files import finish_files
     from agents.app.serve import serve
 
@@ -96,6 +97,7 @@ def app(
             webbrowser.open(address)
 
     with club.alone():
+        settle_films(club)
         finish_files(club)
         _fill(club, take_in or [], demo=demo)
         serve(club, port=port, share=share, opened=tell)

@@ -173,6 +173,7 @@ class Job:
     says : what it does just now, in words
     left : how long it still takes [s]; None while nobody can tell
     problem : why it failed, in words
+    given : what it was given besides the session, such as the address of a camera
     """
 
     id: int
@@ -183,3 +184,4 @@ class Job:
     says: str = ""
     left: float | None = None
     problem: str | None = None
+    given: str = ""

@@ -41,7 +41,8 @@ _FIRST = (
         id integer primary key, kind text not null,
         session_id integer not null references session (id),
         state text not null default 'waiting', share real not null default 0,
-        says text not null default '', left real, problem text) strict""",
+        says text not null default '', left real, problem text,
+        given text not null default '') strict""",
 )
 
 VERSIONS = (_FIRST,)

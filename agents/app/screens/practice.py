@@ -2,22 +2,232 @@
 
 from __future__ import annotations
 
+import datetime
+
+from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import Response
+from starlette.responses import JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
-from agents.app.pages import club_of, page, session_of
+from agents.app.club import Camera, Club, Film, Session
+from agents.app.club.club import added, named
+from agents.app.club.films import add_piece, begin_film, films_there, take_film
+from agents.app.club.records import State
+from agents.app.pages import (
+    club_of,
+    document_of,
+    form_of,
+    go_to,
+    number_in,
+    page,
+    session_of,
+    work_of,
+)
+from agents.app.progress import events
+from agents.app.screens.marking import MARKING, can_be_marked
 from agents.app.screens.screen import Screen
+from curling_env.errors import InputError
+from curling_env.sheet import PAPER_SHEET, WORLD_CURLING_SHEET
+from friction_estimation.film.video import SUFFIXES
+
+SHEETS = {
+    f"{sheet.length:g}x{sheet.width:g}": sheet for sheet in (WORLD_CURLING_SHEET, PAPER_SHEET)
+}
+"""Sizes of the ice that a camera may see."""
+WORK = ("track", "estimate")
+"""What the page may ask for."""
 
 
 def show(request: Request) -> Response:
     """A session's films and how far they are; the latest session without a number."""
+    club, session = club_of(request), session_of(request)
+    camera = None if session is None else club.camera(session.camera_id)
+    return page(
+        request,
+        "practice.html",
+        session=session,
+        sessions=club.sessions(),
+        cameras=club.cameras(),
+        camera=camera,
+        sizes=list(SHEETS),
+        there=films_there(club),
+        endings=",".join(SUFFIXES),
+        today=datetime.date.today().isoformat(),
+        can_be_marked=session is not None and can_be_marked(club, session),
+        notes=[] if session is None else club.notes(session),
+    )
+
+
+async def begin(request: Request) -> Response:
+    """A new session."""
+    club, form = club_of(request), await form_of(request)
+    day = form.get("day", "")
+    try:
+        datetime.date.fromisoformat(day)
+    except ValueError:
+        raise InputError("expected a day such as 2026-11-22") from None
+    sheet = named(form.get("sheet", ""), "the sheet")
+    name = named(form.get("name") or f"Practice on {sheet}", "the session")
+    session = club.add_session(name, day, sheet, _chosen_camera(club, form))
+    return go_to(request, f"practice/{session.id}")
+
+
+async def choose_camera(request: Request) -> Response:
+    """Another camera for a session."""
+    club, form, session = club_of(request), await form_of(request), _session(request)
+    camera = _chosen_camera(club, form)
+    with club.database.writing() as connection:
+        query = "update session set camera_id = ? where id = ?"
+        connection.execute(query, (None if camera is None else camera.id, session.id))
+    _track_if_marked(request, session)
+    return go_to(request, f"practice/{session.id}")
+
+
+async def announce_film(request: Request) -> Response:
+    """A film that the browser is going to send; how much of it is there already."""
+    club, session, told = club_of(request), _session(request), await document_of(request)
+    name, size = told.get("name"), told.get("size")
+    if not isinstance(name, str) or not isinstance(size, int):
+        raise InputError("expected the name and the size of a film")
+    film = begin_film(club, session, name, size)
+    return JSONResponse({"film": film.id, "received": film.received})
+
+
+async def receive_piece(request: Request) -> Response:
+    """The next piece of a film; the last one sets off tracking."""
+    club, film = club_of(request), _film(request)
+    begin = number_in(request.query_params.get("begin", ""), "the first byte")
+    film = add_piece(club, film, begin, await request.body())
+    if film.is_whole:
+        session = club.session(film.session_id)
+        assert session is not None
+        _track_if_marked(request, session)
+    return JSONResponse({"received": film.received})
+
+
+async def take(request: Request) -> Response:
+    """A film that lies in the club folder."""
+    club, session, form = club_of(request), _session(request), await form_of(request)
+    take_film(club, session, club.path(form.get("file", "")))
+    _track_if_marked(request, session)
+    return go_to(request, f"practice/{session.id}")
+
+
+async def record(request: Request) -> Response:
+    """Begin to record from a camera."""
+    session, form = _session(request), await form_of(request)
+    source = form.get("source", "")
+    if not source or len(source) > 500:
+        raise InputError("expected the number of a camera, or the address of a stream")
+    work_of(request).submit("record", session, source)
+    return go_to(request, f"practice/{session.id}")
+
+
+async def ask_for_work(request: Request) -> Response:
+    """Track what waits, or estimate the ice."""
+    session, form = _session(request), await form_of(request)
+    kind = form.get("kind", "")
+    if kind not in WORK:
+        raise InputError("no such work")
+    work_of(request).submit(kind, session)
+    return go_to(request, f"practice/{session.id}")
+
+
+def cancel(request: Request) -> Response:
+    """End work."""
+    work_of(request).cancel(request.path_params["job"])
+    return Response(status_code=204)
+
+
+def again(request: Request) -> Response:
+    """Track a film once more that could not be tracked."""
+    club, film = club_of(request), _film(request)
+    with club.database.writing() as connection:
+        query = "update film set state = 'waiting', said = '' where id = ? and state = ?"
+        connection.execute(query, (film.id, State.FAILED))
+    session = club.session(film.session_id)
+    assert session is not None
+    _track_if_marked(request, session)
+    return Response(status_code=204)
+
+
+async def write_note(request: Request) -> Response:
+    """A remark about the session."""
+    club, session, form = club_of(request), _session(request), await form_of(request)
+    text = form.get("text", "")[:2000]
+    if text:
+        now = datetime.datetime.now().isoformat(" ", "minutes")
+        with club.database.writing() as connection:
+            added(connection, "note", session_id=session.id, text=text, written=now)
+    return go_to(request, f"practice/{session.id}")
+
+
+async def watch(request: Request) -> Response:
+    """Server-sent events: how far all is."""
+    told = events(club_of(request), work_of(request), _session(request))
+    return StreamingResponse(told, media_type="text/event-stream")
+
+
+def _session(request: Request) -> Session:
     session = session_of(request)
-    return page(request, "practice.html", session=session, sessions=club_of(request).sessions())
+    assert session is not None  # the address names one
+    return session
+
+
+def _film(request: Request) -> Film:
+    film = club_of(request).film(request.path_params["film"])
+    if film is None:
+        raise HTTPException(404, "There is no such film.")
+    return film
+
+
+def _track_if_marked(request: Request, session: Session) -> None:
+    club = club_of(request)
+    session = club.session(session.id) or session
+    camera = club.camera(session.camera_id)
+    waits = any(film.is_whole and film.state is State.WAITING for film in club.films(session))
+    if waits and camera is not None and camera.scene is not None:
+        work_of(request).submit("track", session)
+
+
+def _chosen_camera(club: Club, form: dict[str, str]) -> Camera | None:
+    """The camera that a form names, which may be a new one."""
+    chosen = form.get("camera", "")
+    if chosen == "new":
+        name = named(form.get("camera_name", ""), "the camera")
+        size = SHEETS.get(form.get("size", ""))
+        if size is None:
+            raise InputError("no such size of the ice")
+        if any(camera.name == name for camera in club.cameras()):
+            raise InputError("there is a camera of that name already", source=name)
+        with club.database.writing() as connection:
+            number = added(connection, "camera", name=name, length=size.length, width=size.width)
+        return club.camera(number)
+    if not chosen:
+        return None
+    camera = club.camera(number_in(chosen, "a camera"))
+    if camera is None:
+        raise InputError("there is no such camera")
+    return camera
 
 
 SCREEN = Screen(
     name="practice",
     title="Practice",
-    routes=[Route("/practice", show), Route("/practice/{session:int}", show)],
+    routes=[
+        Route("/practice", show),
+        Route("/practice", begin, methods=["POST"]),
+        Route("/practice/films/{film:int}", receive_piece, methods=["PUT"]),
+        Route("/practice/films/{film:int}/again", again, methods=["POST"]),
+        Route("/practice/work/{job:int}/cancel", cancel, methods=["POST"]),
+        Route("/practice/{session:int}", show),
+        Route("/practice/{session:int}/camera", choose_camera, methods=["POST"]),
+        Route("/practice/{session:int}/films", announce_film, methods=["POST"]),
+        Route("/practice/{session:int}/take", take, methods=["POST"]),
+        Route("/practice/{session:int}/record", record, methods=["POST"]),
+        Route("/practice/{session:int}/work", ask_for_work, methods=["POST"]),
+        Route("/practice/{session:int}/note", write_note, methods=["POST"]),
+        Route("/practice/{session:int}/events", watch),
+        *MARKING,
+    ],
 )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
+import signal
+import sys
 from multiprocessing import get_context
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
@@ -17,10 +18,30 @@ MOST = 2
 """Processes at a time."""
 PAUSE = 0.25
 """Between looks at the queue [s]."""
+BESIDE = "record"
+"""Work that goes on beside other work on the same session."""
 MAX_LOSSES = 2
 """Times that work is done again whose process was ended from outside."""
 GOODBYE = 5.0
 """Time that a process has to end [s]."""
+
+
+def submit(club: Club, kind: str, session: Session, given: str = "") -> Job:
+    """Ask for work; the same work that waits already is enough.
+
+    Parameters
+    ----------
+    kind : a name of `KINDS` in `work.kinds`
+    given : what it needs to know besides the session
+    """
+    with club.database.writing() as connection:
+        query = "select * from job where kind = ? and session_id = ? and state = 'waiting'"
+        found = row_of(connection, Job, query, (kind, session.id))
+        if found is None:
+            number = added(connection, "job", kind=kind, session_id=session.id, given=given)
+            found = row_of(connection, Job, "select * from job where id = ?", (number,))
+    assert found is not None
+    return found
 
 
 class WorkQueue:
@@ -54,21 +75,9 @@ class WorkQueue:
             for process in self._running.values():
                 process.join(GOODBYE)
 
-    def submit(self, kind: str, session: Session) -> Job:
-        """Ask for work; the same work that waits already is enough.
-
-        Parameters
-        ----------
-        kind : a name of `KINDS` in `work.kinds`
-        """
-        with self.club.database.writing() as connection:
-            query = "select * from job where kind = ? and session_id = ? and state = 'waiting'"
-            found = row_of(connection, Job, query, (kind, session.id))
-            if found is None:
-                number = added(connection, "job", kind=kind, session_id=session.id)
-                found = row_of(connection, Job, "select * from job where id = ?", (number,))
-        assert found is not None
-        return found
+    def submit(self, kind: str, session: Session, given: str = "") -> Job:
+        """Ask for work; the same work that waits already is enough."""
+        return submit(self.club, kind, session, given)
 
     def cancel(self, number: int) -> None:
         """End work, or let it never begin; what it has written so far stays."""
@@ -126,14 +135,16 @@ class WorkQueue:
             waiting = rows_of(
                 connection,
                 Job,
-                "select * from job where state = 'waiting' and session_id not in "
-                "(select session_id from job where state = 'running') order by id",
+                "select * from job where state = 'waiting' order by id",
             )
-        busy: set[int] = set()
+            query = "select session_id from job where state = 'running' and kind <> ?"
+            busy = {row[0] for row in connection.execute(query, (BESIDE,))}
         for job in waiting:
             if len(self._running) >= MOST:
                 return
-            if job.session_id not in busy:
+            if job.kind == BESIDE:
+                self._start(job)
+            elif job.session_id not in busy:
                 busy.add(job.session_id)
                 self._start(job)
 
@@ -154,7 +165,8 @@ def _work(folder: Path, number: int) -> None:
     from curling_env.infrastructure.executor import begin_worker
 
     begin_worker()
-    with suppress(KeyboardInterrupt):
-        from agents.app.work.worker import do_job
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the server's
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
+    from agents.app.work.worker import do_job
 
-        do_job(folder, number)
+    do_job(folder, number)

@@ -73,7 +73,7 @@ def do_job(folder: Path, number: int) -> None:
         return
     problem = None
     try:
-        KINDS[job.kind](club, session, Reported(club, number))
+        KINDS[job.kind](club, session, Reported(club, number), job.given)
     except CurlingError as error:
         problem = str(error)
     except Exception as error:  # a mistake of the program is told, not retried

@@ -1,23 +1,14 @@
 """The page on which keypoints are clicked, served to browsers on this machine, or to a tablet."""
 
-# pyright: reportArgumentType=false, reportCallIssue=false
-
 from __future__ import annotations
 
-import base64
-import json
 import secrets
 from collections.abc import Callable
 from http import HTTPStatus
-from importlib.resources import files
 from threading import Event, Thread
 from typing import Any
 
-import cv2
-import numpy as np
-from numpy.typing import NDArray
-
-from curling_env.errors import CurlingError, InputError, OutputError
+from curling_env.errors import InputError, OutputError
 from curling_env.infrastructure.files.storage import parse_json
 from curling_env.infrastructure.local_server import (
     ADDRESS,
@@ -25,15 +16,10 @@ from curling_env.infrastructure.local_server import (
     LocalServer,
     network_address,
 )
-from curling_env.infrastructure.page_policy import directives_of
 from curling_env.units import Units
-from friction_estimation.camera.annotation.annotate import VIEW_PX_PER_M, Annotation, Clicks
-from friction_estimation.camera.annotation.thrower import thrower, thrower_px
-from friction_estimation.camera.markings import keypoints_of
+from friction_estimation.camera.annotation.annotate import Annotation
+from friction_estimation.camera.annotation.page import AnnotationPage
 from friction_estimation.camera.scene import Scene
-
-MAX_PIXEL = 1e6
-"""Farther clicks are refused [px]."""
 
 
 class AnnotationServer:
@@ -66,9 +52,9 @@ class AnnotationServer:
         units: Units = Units.METRES,
     ) -> None:
         self.annotation = annotation
-        self._units = units
         self.saved: Scene | None = None
         self._save = save
+        self.page = AnnotationPage(annotation, self._keep, units=units)
         self._done = Event()
         self._secret = secrets.token_urlsafe(16)
         try:
@@ -100,27 +86,13 @@ class AnnotationServer:
         return self.saved
 
     def answer(self, path: str, request: Any = None) -> tuple[HTTPStatus, str, bytes]:
-        """The answer to a request: its status, content type and content.
+        """The answer to a request, see `AnnotationPage.answer`."""
+        return self.page.answer(path, request)
 
-        Parameters
-        ----------
-        path : the part of the request's path that follows the secret
-        request : the JSON document of a POST; None for a GET
-        """
-        if request is None:
-            if path == "":
-                return HTTPStatus.OK, "text/html; charset=utf-8", _page()
-            if path == "film.json":
-                return _json(self._film())
-            if path.startswith("still/") and path[6:].isdecimal() and len(path) < 12:
-                index = int(path[6:])
-                if index < len(self.annotation.stills):
-                    return HTTPStatus.OK, "image/jpeg", _jpeg(self.annotation.stills[index], 95)
-        elif path == "solve":
-            return _json(self._solve(request))
-        elif path == "save":
-            return _json(self._save_scene(request))
-        return HTTPStatus.NOT_FOUND, "text/plain", b"not here"
+    def _keep(self, scene: Scene) -> None:
+        self._save(scene)
+        self.saved = scene
+        self._done.set()
 
     def path_below_secret(self, path: str) -> str | None:
         """The part of a path that follows the secret; None where the secret is wrong."""
@@ -128,80 +100,10 @@ class AnnotationServer:
         known = secrets.compare_digest(given.encode(errors="replace"), self._secret.encode())
         return "/".join(rest) if known else None
 
-    def _film(self) -> dict[str, Any]:
-        sheet = self.annotation.sheet
-        return {
-            "name": self.annotation.name,
-            "size": self.annotation.size,
-            "stills": len(self.annotation.stills),
-            "sheet": {"length": sheet.length, "width": sheet.width},
-            "keypoints": keypoints_of(sheet),
-            "clicks": dict(self.annotation.clicks),
-            "lens": self.annotation.known.get("camera_matrix") is not None,
-            "px_per_m": VIEW_PX_PER_M,
-            "thrower": [shape.tolist() for shape in thrower()],
-            "feet": self._units is Units.FEET,
-        }
-
-    def _solve(self, request: Any) -> dict[str, Any]:
-        try:
-            clicks, still = _clicks(request), request.get("still", 0)
-            if not isinstance(still, int):
-                raise InputError("expected the number of a frame")
-            found = self.annotation.solve(clicks, paint=bool(request.get("paint")))
-        except CurlingError as error:
-            return {"problem": _plain(error)}
-        camera = found.camera
-        still = still if 0 <= still < len(self.annotation.stills) else 0
-        view = _jpeg(self.annotation.top_view(camera, still), 88)
-        return {
-            "problem": None,
-            "misfit_px": found.misfit_px,
-            "paint_px": found.paint_px,
-            "lines": self.annotation.lines_px(camera),
-            "view": "data:image/jpeg;base64," + base64.b64encode(view).decode(),
-            "focal_px": camera.lens.focal_px,
-            "position": camera.position.tolist(),
-            "height_range": found.height_range,
-            "thrower": [shape.tolist() for shape in thrower_px(camera)],
-        }
-
-    def _save_scene(self, request: Any) -> dict[str, Any]:
-        try:
-            scene = self.annotation.solve(_clicks(request)).scene
-            self._save(scene)
-        except CurlingError as error:
-            return {"problem": _plain(error)}
-        self.saved = scene
-        self._done.set()
-        return {"problem": None}
-
-
-def _plain(error: CurlingError) -> str:
-    return error.problem if isinstance(error, InputError) else str(error)
-
-
-def _clicks(request: Any) -> Clicks:
-    try:
-        clicks = {str(k): (float(u), float(v)) for k, (u, v) in request["clicks"].items()}
-    except (TypeError, KeyError, ValueError, AttributeError, OverflowError) as error:
-        raise InputError("expected clicks as {keypoint: [u, v]}") from error
-    if not all((np.abs(px) <= MAX_PIXEL).all() for px in clicks.values()):
-        raise InputError("expected finite pixels of this picture")
-    return clicks
-
-
-def _json(document: Any) -> tuple[HTTPStatus, str, bytes]:
-    return HTTPStatus.OK, "application/json", json.dumps(document).encode()
-
-
-def _jpeg(image: NDArray[np.uint8], quality: int) -> bytes:
-    return cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()
-
 
 def _handler(server: AnnotationServer) -> type[LocalHandler]:
     class Handler(LocalHandler):
-        policy = directives_of(_page().decode(), connect=True)
+        policy = server.page.policy
 
         def answer(self, path: str, body: bytes | None) -> tuple[HTTPStatus, str, bytes]:
             below = server.path_below_secret(path)
@@ -216,7 +118,3 @@ def _handler(server: AnnotationServer) -> type[LocalHandler]:
             return server.answer(below, request)
 
     return Handler
-
-
-def _page() -> bytes:
-    return files("friction_estimation.camera.annotation").joinpath("page.html").read_bytes()

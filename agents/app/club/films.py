@@ -1,0 +1,159 @@
+"""Films that come into a session: sent by a browser piece by piece, or there already.
+
+A film that is sent lies beside its place as a draft until all of it has come. How much of it is on
+the disk stands in the database, and never more than is there: so whoever sent it goes on from there
+after a power cut.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sqlite3
+from dataclasses import replace
+from pathlib import Path
+
+from agents.app.club.club import FILMS, Club, added
+from agents.app.club.database import row_of
+from agents.app.club.records import Film, Session
+from curling_env.errors import InputError
+from curling_env.infrastructure.files.storage import make_directory
+from friction_estimation.film.video import SUFFIXES
+
+MAX_FILM = 64 * 2**30
+"""Largest film [bytes]."""
+MAX_FILMS = 500
+"""Films of a session."""
+SPARE = 2**30
+"""Left free on the disk when a film is sent [bytes]."""
+DRAFT = ".part"
+
+
+def begin_film(club: Club, session: Session, name: str, size: int) -> Film:
+    """A film that is going to be sent; one of that name and size that has begun to come goes on.
+
+    Parameters
+    ----------
+    name : of its file, wherever it comes from
+    size : in bytes
+
+    Raises
+    ------
+    InputError : no film by its name, a size that is none or too large, or too many films
+    """
+    name = Path(name.replace("\\", "/")).name
+    if Path(name).suffix.lower() not in SUFFIXES or len(name) > 200 or not name.isprintable():
+        raise InputError(f"is no film by its name ({', '.join(SUFFIXES)})", source=name[:80])
+    if not 0 < size <= MAX_FILM:
+        raise InputError(f"a film has 1 byte to {MAX_FILM >> 30} GB", source=name[:80])
+    folder = make_directory(club.folder_of(session) / "films")
+    with club.database.writing() as connection:
+        query = "select * from film where session_id = ? and name = ? and size = ?"
+        found = row_of(connection, Film, query, (session.id, name, size))
+        if found is not None:
+            return found
+        if shutil.disk_usage(folder).free < size + SPARE:
+            raise InputError("there is no room for it on the disk", source=name[:80])
+        return _added(connection, session, name, size, 0, None)
+
+
+def add_piece(club: Club, film: Film, begin: int, piece: bytes) -> Film:
+    """Write the next piece of a film that is sent.
+
+    Parameters
+    ----------
+    begin : where in the film it begins [bytes]; must be where the pieces before it end
+
+    Raises
+    ------
+    InputError : it begins elsewhere, or goes on beyond the film's end
+    """
+    with club.database.writing() as connection:  # one sender at a time
+        now = row_of(connection, Film, "select * from film where id = ?", (film.id,))
+        assert now is not None
+        if begin != now.received or begin + len(piece) > now.size:
+            raise InputError(f"expected the bytes from {now.received} on", source=now.name)
+        target = club.path(now.file)
+        draft = target.with_name(target.name + DRAFT)
+        with draft.open("r+b" if draft.exists() else "x+b") as file:
+            file.truncate(begin)  # what a killed server had not counted
+            file.seek(begin)
+            file.write(piece)
+            file.flush()
+            os.fsync(file.fileno())
+        received = begin + len(piece)
+        if received == now.size:
+            draft.replace(target)
+        query = "update film set received = ? where id = ?"
+        connection.execute(query, (received, now.id))
+    return replace(now, received=received)
+
+
+def settle_films(club: Club) -> None:
+    """Count the last piece of films whose server was killed between writing and counting it."""
+    with club.database.writing() as connection:
+        query = "select * from film where received < size"
+        for row in connection.execute(query).fetchall():
+            target = club.path(row["file"])
+            if target.exists() and target.stat().st_size == row["size"]:
+                query = "update film set received = size where id = ?"
+                connection.execute(query, (row["id"],))
+
+
+def take_film(club: Club, session: Session, path: Path) -> Film:
+    """A film that lies in the club folder already.
+
+    Raises
+    ------
+    InputError : it lies elsewhere, is no film by its name, or is in the session already
+    """
+    file = club.name_of(path)
+    inside = club.path(file)
+    if not inside.is_file() or inside.suffix.lower() not in SUFFIXES:
+        raise InputError(f"is no film ({', '.join(SUFFIXES)})", source=file[:80])
+    size = inside.stat().st_size
+    with club.database.writing() as connection:
+        query = "select * from film where session_id = ? and file = ?"
+        if row_of(connection, Film, query, (session.id, file)) is not None:
+            raise InputError("is in this session already", source=file[:80])
+        return _added(connection, session, inside.name, size, size, file)
+
+
+def films_there(club: Club) -> list[str]:
+    """Films in the club's folder `films` that no session has yet, by their names from there."""
+    with club.database.reading() as connection:
+        used = {row[0] for row in connection.execute("select file from film")}
+    found = sorted((club.folder / FILMS).rglob("*"))
+    names = [club.name_of(k) for k in found if k.suffix.lower() in SUFFIXES and _is_inside(club, k)]
+    return [name for name in names if name not in used]
+
+
+def _is_inside(club: Club, path: Path) -> bool:
+    return path.is_file() and path.resolve().is_relative_to(club.folder)
+
+
+def _added(
+    connection: sqlite3.Connection,
+    session: Session,
+    name: str,
+    size: int,
+    received: int,
+    file: str | None,
+) -> Film:
+    query = "select count(*), coalesce(max(place), -1) + 1 from film where session_id = ?"
+    count, place = connection.execute(query, (session.id,)).fetchone()
+    if count >= MAX_FILMS:
+        raise InputError(f"a session has at most {MAX_FILMS} films", source=session.name)
+    number = added(
+        connection,
+        "film",
+        session_id=session.id,
+        place=place,
+        name=name,
+        file=file or f"{session.folder}/films/{place:03d}-{name}",
+        size=size,
+        received=received,
+    )
+    found = row_of(connection, Film, "select * from film where id = ?", (number,))
+    assert found is not None
+    return found

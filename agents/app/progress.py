@@ -1,0 +1,117 @@
+"""How far a session's films and its work are, for the page that watches."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import re
+from collections.abc import AsyncIterator
+from typing import Any
+
+from starlette.concurrency import run_in_threadpool
+
+from agents.app.club import Club, Job, Session
+from agents.app.club.records import State
+from agents.app.measures import sheets_of
+from agents.app.work.kinds import IN_WORDS
+from agents.app.work.queue import WorkQueue
+from agents.coaching import ThrowSheet
+from curling_env.errors import CurlingError
+from friction_estimation.reports.throws_section import throw_in_words
+
+PAUSE = 0.5
+"""Between looks [s]."""
+SILENCE = 20
+"""Looks without news after which something is sent all the same, to keep the line open."""
+SHOWN = 5
+"""Jobs that have ended, and the latest throws, that are shown."""
+
+
+async def events(club: Club, work: WorkQueue, session: Session) -> AsyncIterator[str]:
+    """Server-sent events: the state of a session whenever it has changed."""
+    told, silent = "", 0
+    while not work.closed.is_set():
+        state = json.dumps(await run_in_threadpool(state_of, club, work, session))
+        silent += 1
+        if state != told:
+            yield f"data: {state}\n\n"
+            told, silent = state, 0
+        elif silent >= SILENCE:
+            yield ": nothing new\n\n"
+            silent = 0
+        await asyncio.sleep(PAUSE)
+
+
+def state_of(club: Club, work: WorkQueue, session: Session) -> dict[str, Any]:
+    """Films, work and the latest throws of a session, for JSON."""
+    session = club.session(session.id) or session
+    throws, camera = club.throws(session), club.camera(session.camera_id)
+    seen = [one.film_id for one in throws]
+    jobs = work.jobs(session)
+    open_jobs = [job for job in jobs if job.state in (State.WAITING, State.RUNNING)]
+    ended = [job for job in jobs if job not in open_jobs][:SHOWN]
+    return {
+        "camera": None if camera is None else {"name": camera.name, "marked": bool(camera.scene)},
+        "films": [
+            {
+                "id": film.id,
+                "name": film.name,
+                "size": film.size,
+                "received": film.received,
+                "state": film.state if film.is_whole else "coming",
+                "said": film.said,
+                "throws": seen.count(film.id),
+            }
+            for film in club.films(session)
+        ],
+        "jobs": [job_in_words(job) for job in (*open_jobs, *ended)],
+        "count": len(throws),
+        "latest": _latest(club, session),
+    }
+
+
+def job_in_words(job: Job) -> dict[str, Any]:
+    """A job as the page shows it."""
+    return {
+        "id": job.id,
+        "kind": job.kind,
+        "what": IN_WORDS.get(job.kind, job.kind),
+        "state": job.state,
+        "share": job.share,
+        "says": job.says,
+        "left": None if job.left is None else time_left(job.left),
+        "problem": job.problem,
+    }
+
+
+def time_left(seconds: float) -> str:
+    """A time as people say it: no more exactly than it is known."""
+    if seconds < 50:
+        return f"about {max(10, 10 * round(seconds / 10))} s left"
+    minutes = round(seconds / 60)
+    return f"about {max(1, minutes)} min left" if minutes < 90 else f"{minutes / 60:.0f} h left"
+
+
+def in_words(sheet: ThrowSheet) -> str:
+    """What a throw was in a sentence, with the handle by the athlete's hand."""
+    words = throw_in_words(sheet.measures)
+    if sheet.handle is not None:
+        words = re.sub("in-turn|out-turn", sheet.handle, words)
+    return ", ".join(part for part in (sheet.athlete, words) if part)
+
+
+def _latest(club: Club, session: Session) -> list[dict[str, Any]]:
+    """The latest throws, the newest first."""
+    numbers = {one.number: one.id for one in club.throws(session)}
+    try:
+        sheets = sheets_of(club, session)[-SHOWN:]
+    except CurlingError:  # it is being written
+        return []
+    return [
+        {
+            "id": numbers.get(sheet.throw),
+            "number": sheet.throw + 1,
+            "words": in_words(sheet),
+        }
+        for sheet in reversed(sheets)
+    ]

@@ -1,0 +1,185 @@
+// Practice: sends films piece by piece, and shows how far everything is.
+
+import { ask, at, element } from "./ask.js";
+
+const session = document.getElementById("practice").dataset.session;
+const PIECE = 4 * 1024 * 1024;
+const PATIENCE = 2000; // between two tries while the app does not answer [ms]
+const find = (id) => document.getElementById(id);
+const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
+
+// --- films that are sent ---------------------------------------------------------------------
+
+const queue = [];
+let sending = false;
+
+/** Ask until the app answers: it may have been started anew, and goes on where it was. */
+async function persistently(work) {
+  for (;;) {
+    try {
+      return await work();
+    } catch (error) {
+      if (!error.away) throw error;
+      complain(`${error.message} The film goes on by itself.`);
+      await sleep(PATIENCE);
+    }
+  }
+}
+
+async function send(file) {
+  const about = { name: file.name, size: file.size };
+  const path = `practice/${session}/films`;
+  const begun = await persistently(() => ask(path, { method: "POST", json: about }));
+  let { received } = begun;
+  while (received < file.size) {
+    const body = file.slice(received, received + PIECE);
+    try {
+      const answer = await persistently(() =>
+        ask(`practice/films/${begun.film}?begin=${received}`, { method: "PUT", body }));
+      ({ received } = answer);
+    } catch (error) {
+      if (error.status !== 422) throw error;
+      // The app has another idea of how much has come: it says how much.
+      const now = await persistently(() => ask(path, { method: "POST", json: about }));
+      if (now.received === received) throw error;
+      ({ received } = now);
+    }
+    complain("");
+  }
+}
+
+async function sendAll() {
+  if (sending) return;
+  sending = true;
+  while (queue.length) {
+    const file = queue.shift();
+    try {
+      await send(file);
+    } catch (error) {
+      complain(`${file.name}: ${error.message}`);
+    }
+  }
+  sending = false;
+}
+
+function complain(text) {
+  find("sending").textContent = text;
+  find("sending").hidden = !text;
+}
+
+function take(files) {
+  complain("");
+  queue.push(...files);
+  sendAll();
+}
+
+const drop = find("drop");
+find("files").addEventListener("change", (event) => {
+  take([...event.target.files]);
+  event.target.value = "";
+});
+for (const name of ["dragenter", "dragover"]) {
+  drop.addEventListener(name, (event) => {
+    event.preventDefault();
+    drop.classList.add("over");
+  });
+}
+drop.addEventListener("dragleave", () => drop.classList.remove("over"));
+drop.addEventListener("drop", (event) => {
+  event.preventDefault();
+  drop.classList.remove("over");
+  take([...event.dataTransfer.files]);
+});
+// A film that misses the place is not opened by the browser instead of this page.
+for (const name of ["dragover", "drop"]) {
+  window.addEventListener(name, (event) => event.preventDefault());
+}
+window.addEventListener("beforeunload", (event) => {
+  if (sending) event.preventDefault();
+});
+
+// --- how far everything is -------------------------------------------------------------------
+
+const STATES = {
+  coming: "is being sent",
+  waiting: "waits",
+  running: "is being tracked",
+  done: "tracked",
+  failed: "not tracked",
+  cancelled: "cancelled",
+};
+
+const plural = (count, word) => `${count} ${word}${count === 1 ? "" : "s"}`;
+
+function filmLine(film) {
+  const share = film.received / film.size;
+  const state = film.state === "coming"
+    ? `${Math.floor(100 * share)} % sent`
+    : film.state === "done" ? plural(film.throws, "throw") : STATES[film.state];
+  const line = element("li", { "data-state": film.state },
+    element("span", { class: "name" }, film.name), " ",
+    element("span", { class: film.state === "failed" ? "bad" : "quiet" }, state));
+  if (film.state === "coming") {
+    line.append(element("progress", { max: 1, value: share, "aria-label": `${film.name} sent` }));
+    if (!sending) {
+      line.append(element("p", { class: "small warn" }, "Drop it here again to send the rest."));
+    }
+  }
+  if (film.said) line.append(element("p", { class: "small quiet" }, film.said));
+  if (film.state === "failed") {
+    const again = element("button", { type: "button", class: "plain" }, "Try again");
+    again.addEventListener("click", () =>
+      ask(`practice/films/${film.id}/again`, { method: "POST" }).catch((e) => complain(e.message)));
+    line.append(again);
+  }
+  return line;
+}
+
+function jobLine(job) {
+  const open = job.state === "waiting" || job.state === "running";
+  const words = [job.what, job.state === "running" ? job.says : job.state, job.left]
+    .filter(Boolean).join(": ");
+  const line = element("li", { "data-state": job.state }, element("span", {}, words));
+  if (job.state === "running") {
+    const bar = element("progress", { max: 1, "aria-label": job.what });
+    if (job.share > 0) bar.setAttribute("value", job.share);
+    line.append(bar);
+  }
+  if (job.problem) line.append(element("p", { class: "problem small" }, job.problem));
+  if (open) {
+    const stop = element("button", { type: "button", class: "plain" },
+      job.kind === "record" ? "Stop the camera" : "Cancel");
+    stop.addEventListener("click", () => {
+      stop.disabled = true;
+      ask(`practice/work/${job.id}/cancel`, { method: "POST" }).catch((e) => complain(e.message));
+    });
+    line.append(stop);
+  }
+  return line;
+}
+
+function throwLine(one) {
+  const words = `${one.number}: ${one.words}`;
+  return element("li", {}, one.id === null
+    ? words
+    : element("a", { href: at(`throws/${session}/${one.id}`) }, words));
+}
+
+function show(state) {
+  find("films").replaceChildren(...state.films.map(filmLine));
+  find("jobs").replaceChildren(...state.jobs.map(jobLine));
+  find("nothing").hidden = state.jobs.length > 0;
+  find("count").textContent = state.count
+    ? `${plural(state.count, "throw")} in all.` : "Nobody has thrown yet.";
+  find("latest").replaceChildren(...state.latest.map(throwLine));
+  const marked = find("marked");
+  const now = state.camera?.marked ? "the sheet is marked." : "the sheet is not marked yet.";
+  if (marked && state.camera) marked.textContent = now;
+  // The link to mark the sheet is there once a film has come.
+  if (marked && !find("mark") && state.films.some((film) => film.state !== "coming")) {
+    location.reload();
+  }
+}
+
+new EventSource(at(`practice/${session}/events`)).addEventListener("message", (event) =>
+  show(JSON.parse(event.data)));

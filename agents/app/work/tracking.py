@@ -1,0 +1,81 @@
+"""Tracking the films of a session: each throw is there as soon as it is tracked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from agents.app.club import Club, Film, Session
+from agents.app.club.records import State
+from agents.app.club.session_files import Part, keep_part, part_path
+from curling_env.errors import CurlingError, InputError
+from friction_estimation.camera.scene import Scene, load_scene
+from friction_estimation.tracking import TrackedFilm, track_each
+from friction_estimation.tracking.films.resume import Checkpoints
+from friction_estimation.tracking.films.shared_cameras import SharedCameras
+
+if TYPE_CHECKING:
+    from agents.app.work.worker import Reported
+
+
+def track(club: Club, session: Session, progress: Reported, given: str = "") -> None:
+    """Track the films of a session that are there and not tracked yet, in the order of play.
+
+    A film that shows no throw is said to, and the next one is taken.
+
+    Raises
+    ------
+    InputError : the session's camera has not been marked
+    """
+    camera = club.camera(session.camera_id)
+    if camera is None or camera.scene is None:
+        raise InputError("mark the sheet in the camera's picture first", source=session.name)
+    scene = load_scene(club.path(camera.scene))
+    films = list(_waiting(club, session))
+    for k, film in enumerate(films):
+        progress.piece(k, len(films))
+        set_state(club, film, State.RUNNING)
+        try:
+            said = _track_film(club, session, film, scene, progress)
+        except CurlingError as error:
+            problem = error.problem if isinstance(error, InputError) else str(error)
+            set_state(club, film, State.FAILED, problem)
+        else:
+            set_state(club, film, State.DONE, said)
+
+
+def set_state(club: Club, film: Film, state: State, said: str = "") -> None:
+    """Write how far tracking of a film is."""
+    with club.database.writing() as connection:
+        query = "update film set state = ?, said = ? where id = ?"
+        connection.execute(query, (state, said, film.id))
+
+
+def _waiting(club: Club, session: Session) -> Iterator[Film]:
+    for film in club.films(session):
+        if film.is_whole and film.state in (State.WAITING, State.RUNNING):
+            yield film
+
+
+def _track_film(club: Club, session: Session, film: Film, scene: Scene, progress: Reported) -> str:
+    """Track a film, throw by throw; gives what there is to say of it."""
+    found: list[TrackedFilm] = []
+    said: list[str] = []
+    checkpoints = Checkpoints(part_path(club, session, film))
+    for one in track_each(
+        [club.path(film.file)],
+        scene,
+        checkpoints=checkpoints,
+        cameras=SharedCameras(keep=True),
+        left_out=lambda why: said.append(f"left out: {why}"),
+        progress=progress,
+    ):
+        found.append(one)
+        part = Part(throws=[k.tracks for k in found], handles=[k.handles for k in found])
+        keep_part(club, session, film, part)
+        moved = 0.0 if one.found is None else one.found.moved_px
+        if moved:
+            far = f"by {moved:.1f} px" if moved < 100 else "far"
+            said.append(f"the camera had moved {far} since it was marked, and was solved anew")
+    checkpoints.delete()
+    return "; ".join(dict.fromkeys(said))

@@ -1,0 +1,86 @@
+"""Practice: sessions, cameras and films, as the browser asks for them."""
+
+from __future__ import annotations
+
+import pytest
+
+
+def begin(visitor, **fields):
+    given = {"name": "Tuesday", "day": "2026-11-17", "sheet": "2", "camera": ""}
+    return visitor.post("practice", given | fields)
+
+
+def test_a_session_begins_with_a_new_camera(visitor, club):
+    answer = begin(visitor, camera="new", camera_name="far house", size="45.72x4.75")
+    (session,) = club.sessions()
+    assert answer.status == 303
+    assert answer.headers["location"] == f"/{visitor.secret}/practice/{session.id}"
+    camera = club.camera(session.camera_id)
+    assert (camera.name, camera.length, camera.width) == ("far house", 45.72, 4.75)
+    assert club.folder_of(session).is_dir()
+    assert "far house" in visitor.get(f"practice/{session.id}").text
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"day": "yesterday"},
+        {"day": ""},
+        {"sheet": ""},
+        {"name": "x" * 81},
+        {"camera": "7"},
+        {"camera": "-1"},
+        {"camera": "new", "camera_name": "", "size": "45.72x4.75"},
+        {"camera": "new", "camera_name": "a", "size": "1x1"},
+    ],
+)
+def test_what_cannot_be_begun_is_said_and_not_begun(visitor, club, fields):
+    answer = begin(visitor, **fields)
+    assert answer.status == 422
+    assert 'role="alert"' in answer.text
+    assert club.sessions() == []
+    assert club.cameras() == []
+
+
+def test_names_are_shown_as_text(visitor, club):
+    begin(visitor, name='<script>alert("x")</script>')
+    page = visitor.get("practice").text
+    assert "<script>alert" not in page
+    assert "&lt;script&gt;" in page
+
+
+def test_a_film_is_sent_and_goes_on(visitor, club):
+    begin(visitor)
+    (session,) = club.sessions()
+    begun = visitor.send(f"practice/{session.id}/films", {"name": "a.mp4", "size": 6}).document
+    path = f"practice/films/{begun['film']}"
+    assert visitor.put(f"{path}?begin=0", b"abc").document == {"received": 3}
+    assert visitor.put(f"{path}?begin=0", b"abc").status == 422
+    again = visitor.send(f"practice/{session.id}/films", {"name": "a.mp4", "size": 6}).document
+    assert again == {"film": begun["film"], "received": 3}
+    assert visitor.put(f"{path}?begin=3", b"def").document == {"received": 6}
+    assert club.path(club.film(begun["film"]).file).read_bytes() == b"abcdef"
+
+
+@pytest.mark.parametrize("told", [{}, {"name": 5, "size": 5}, {"name": "a.mp4", "size": "5"}, []])
+def test_what_is_no_announcement_is_refused(visitor, club, told):
+    begin(visitor)
+    (session,) = club.sessions()
+    assert visitor.send(f"practice/{session.id}/films", told).status == 422
+
+
+@pytest.mark.parametrize(
+    "file", ["../outside.mp4", "/etc/passwd", "club.sqlite", "films/no.mp4", "", "\0"]
+)
+def test_only_films_of_the_club_folder_are_taken(visitor, club, file):
+    begin(visitor)
+    (session,) = club.sessions()
+    assert visitor.post(f"practice/{session.id}/take", {"file": file}).status == 422
+    assert club.films(session) == []
+
+
+def test_a_note_is_kept(visitor, club):
+    begin(visitor)
+    (session,) = club.sessions()
+    visitor.post(f"practice/{session.id}/note", {"text": "frost <b>left</b>"})
+    assert "frost &lt;b&gt;left&lt;/b&gt;" in visitor.get("practice").text
