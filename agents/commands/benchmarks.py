@@ -9,6 +9,7 @@ import gymnasium
 import numpy as np
 
 import curling_env  # noqa: F401  (registers the environments)
+from agents.commands.page_benchmarks import page_measures
 from agents.playing.match import play_game
 from agents.playing.search import SearchPlayer
 from curling_env.commands.benchmarks import Measure, rate
@@ -27,6 +28,7 @@ def measures() -> Iterator[Measure]:
     yield Measure(name="end_vector_env_ends_per_s", value=rate(_ends_together()), unit="ends/s")
     yield Measure(name="game_of_8_ends_s", value=_game(), unit="s")
     yield Measure(name="search_1000_delivery_s", value=_search(), unit="s")
+    yield from page_measures()
 
 
 def _end_alone():
