@@ -4,11 +4,12 @@
 // Play runs to the right in a wide picture and upwards in a tall one; right of the thrower is down, or
 // right. Colours and line widths are in sheet.css, so that the picture follows light and dark.
 
+import { hold } from "./sheet_hands.js";
+
 const SVG = "http://www.w3.org/2000/svg";
 export const TEE = 17.3735, HOG = 10.9725, BACK = 19.2025, HACK = 21.0315, RADIUS = 0.145;
 const HOG_WIDTH = 0.1016, RINGS = [[1.829, "blue"], [1.219, "ice"], [0.610, "red"], [0.152, "ice"]];
-const BROOM = 0.2, FINGER = 15, LEAST_STONE = 3.5, CLICK = 6;
-const NUDGE = 0.05, SHOVE = 0.005, LEAP = 0.25; // metres: an arrow key, with shift, with ctrl
+const BROOM = 0.2, FINGER = 15, LEAST_STONE = 3.5;
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
 /** An element of the picture. */
@@ -66,7 +67,7 @@ export class Sheet extends EventTarget {
     svg.classList.add("sheet");
     svg.append(this.hatching(), this.world);
     this.paint();
-    this.listen();
+    hold(this);
     new ResizeObserver(() => this.fit()).observe(svg);
     this.fit();
   }
@@ -204,103 +205,7 @@ export class Sheet extends EventTarget {
     return { x: Math.min(Math.max(x, -side), side), y: d * along };
   }
 
-  // --- hands -------------------------------------------------------------------------------------
-
-  listen() {
-    const svg = this.svg, touching = new Map();
-    let drag = null, apart = 0;
-    const spread = () => { const [a, b] = [...touching.values()]; return Math.hypot(a.x - b.x, a.y - b.y); };
-    const middle = () => { const [a, b] = [...touching.values()]; return [(a.x + b.x) / 2, (a.y + b.y) / 2]; };
-    svg.addEventListener("pointerdown", (event) => {
-      if (event.button) return;
-      touching.set(event.pointerId, { x: event.clientX, y: event.clientY });
-      if (touching.size === 2) { drag = null; apart = spread(); return; }
-      const held = this.editable ? event.target.closest?.("[data-held]") : null;
-      drag = { held, x: event.clientX, y: event.clientY, moved: false, id: event.pointerId };
-      if (held) {
-        const grip = this.under(event), at = this.placeOf(held);
-        drag.off = { x: at.x - grip.x, y: at.y - grip.y };
-        held.focus({ preventScroll: true });
-        event.preventDefault();
-      }
-      svg.setPointerCapture(event.pointerId);
-    });
-    svg.addEventListener("pointermove", (event) => {
-      const before = touching.get(event.pointerId);
-      if (!before) return;
-      const dx = event.clientX - before.x, dy = event.clientY - before.y;
-      if (touching.size === 2) {
-        const from = middle();
-        touching.set(event.pointerId, { x: event.clientX, y: event.clientY });
-        const now = spread(), to = middle();
-        this.moveBy(to[0] - from[0], to[1] - from[1]);
-        if (apart > 0 && now > 0) this.zoomAbout(...to, now / apart);
-        apart = now;
-        return;
-      }
-      touching.set(event.pointerId, { x: event.clientX, y: event.clientY });
-      if (!drag || drag.id !== event.pointerId) return;
-      if (Math.hypot(event.clientX - drag.x, event.clientY - drag.y) > CLICK) drag.moved = true;
-      if (!drag.moved) return;
-      if (drag.held) {
-        if (drag.held.dataset.held === "stone" && !this.movable) return;
-        const at = this.under(event);
-        this.put(drag.held, { x: at.x + drag.off.x, y: at.y + drag.off.y });
-      } else if (this.zoomed) this.moveBy(dx, dy);
-    });
-    const up = (event) => {
-      touching.delete(event.pointerId);
-      if (!drag || drag.id !== event.pointerId) { if (!touching.size) drag = null; return; }
-      const { held, moved } = drag;
-      drag = null;
-      if (event.type === "pointercancel") return;
-      if (held && moved && (this.movable || held.dataset.held === "target")) this.tell(held, true);
-      else if (held?.dataset.held === "stone") this.send("pick", { id: held.dataset.id });
-      else if (!held && !moved) this.click(event);
-    };
-    svg.addEventListener("pointerup", up);
-    svg.addEventListener("pointercancel", up);
-    // Two fingers are ours; one finger scrolls the page until the picture is zoomed.
-    svg.addEventListener("touchmove", (event) => { if (event.touches.length > 1) event.preventDefault(); }, { passive: false });
-    svg.addEventListener("wheel", (event) => {
-      // With the page's own scrolling left alone: a wheel zooms with ctrl, or once it is zoomed.
-      if (!event.ctrlKey && !this.zoomed && !this.wheel) return;
-      event.preventDefault();
-      this.zoomAbout(event.clientX, event.clientY, Math.exp(-event.deltaY / 300));
-    }, { passive: false });
-    svg.addEventListener("dblclick", () => this.show(this.view));
-    svg.addEventListener("keydown", (event) => this.key(event));
-  }
-
-  click(event) {
-    if (!this.editable) return;
-    const at = this.under(event), d = this.direction;
-    if (Math.abs(at.x) > this.width / 2 || d * at.y < HOG || d * at.y > BACK + this.radius) return;
-    this.send("target", this.within(at));
-  }
-
-  key(event) {
-    const held = event.target.closest?.("[data-held]");
-    if (!held || !this.editable) return;
-    const step = event.shiftKey ? SHOVE : event.ctrlKey || event.metaKey ? LEAP : NUDGE;
-    const d = this.direction, [across, along] = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key] ?? [0, 0];
-    const fixed = held.dataset.held === "stone" && !this.movable;
-    if ((across || along) && !fixed) {
-      event.preventDefault();
-      const at = this.placeOf(held);
-      // The arrow points the way the stone goes in the picture.
-      const [dx, dy] = this.wide ? [along, across] : [across, -along];
-      this.put(held, { x: at.x + d * dx * step, y: at.y + d * dy * step });
-      this.tell(held, true);
-    } else if ((event.key === "Delete" || event.key === "Backspace") && !fixed) {
-      event.preventDefault();
-      if (held.dataset.held === "stone") this.send("remove", { id: held.dataset.id });
-    } else if (event.key === "Enter" || event.key === " ") {
-      event.preventDefault();
-      if (held.dataset.held === "stone") this.send("pick", { id: held.dataset.id });
-      else this.send("target", this.placeOf(held));
-    }
-  }
+  // --- what is said and held ------------------------------------------------------------------
 
   send(name, detail) {
     this.dispatchEvent(Object.assign(new Event(name), { detail }));

@@ -2,9 +2,10 @@
 
 import { ask, element } from "./ask.js";
 import { HOG, RADIUS, Sheet, TEE, viewButtons } from "./sheet.js";
+import { read, STONES, written } from "./throw_address.js";
 
 const $ = (id) => document.getElementById(id);
-const NAMES = { home: "red", away: "yellow" }, MOST = 8, START = 2 * HOG + (TEE - HOG);
+const NAMES = { home: "red", away: "yellow" }, START = 2 * HOG + (TEE - HOG);
 
 // --- what the address says -----------------------------------------------------------------------
 
@@ -15,55 +16,10 @@ const usual = () => ({
 });
 let state = usual(), stoneNumber = 0;
 
-function read() {
-  const given = new URLSearchParams(location.hash.slice(1)), now = usual();
-  const number = (name, fallback) => { const value = Number(given.get(name)); return given.has(name) && Number.isFinite(value) ? value : fallback; };
-  const among = (id, fallback) => [...$(id).options].some((option) => option.value === given.get(id)) ? given.get(id) : fallback;
-  for (const id of ["ice", "skill", "handle", "to", "hammer"]) now[id] = among(id, now[id]);
-  if (["target", "hand", "position", "play"].includes(given.get("mode"))) now.mode = given.get("mode");
-  now.stones = (given.get("stones") ?? "").split("*").flatMap((one) => {
-    const [x, y] = one.slice(1).split("_").map(Number), team = { r: "home", y: "away" }[one[0]];
-    return team && Number.isFinite(x) && Number.isFinite(y) ? [{ id: ++stoneNumber, team, x, y }] : [];
-  }).slice(0, 2 * MOST);
-  if (given.has("x") && given.has("y")) now.target = { x: number("x", 0), y: number("y", TEE) };
-  now.hit = given.get("hit") === "1";
-  now.throw = { speed: number("v", 2.1), angle: number("a", 0), spin: number("s", -1.5) };
-  now.delivered = number("n", 0);
-  now.left = number("left", 1);
-  now.score = (given.get("score") ?? "0-0").split("-").map((points) => Number(points) || 0).slice(0, 2);
-  if (given.has("seed")) {
-    const throws = (given.get("t") ?? "").split("*").filter(Boolean).map((one) => one.split("_").map(Number));
-    now.game = { seed: number("seed", 0), ends: number("ends", 2), opponent: among("opponent", "greedy"),
-      opponent_skill: given.get("its") ?? "club", person: given.get("me") === "away" ? "away" : "home",
-      laid: given.get("laid") === "1", throws };
-  }
-  return now;
-}
-
-const short = (value, digits) => String(Number(value.toFixed(digits)));
-
-function written() {
-  const parts = { mode: state.mode, ice: state.ice, skill: state.skill };
-  if (state.handle !== "either") parts.handle = state.handle;
-  if (state.to !== "away") parts.to = state.to;
-  if (state.stones.length) parts.stones = state.stones.map((s) => `${s.team === "home" ? "r" : "y"}${short(s.x, 3)}_${short(s.y, 3)}`).join("*");
-  if (state.target) Object.assign(parts, { x: short(state.target.x, 3), y: short(state.target.y, 3) });
-  if (state.hit) parts.hit = "1";
-  if (state.mode === "hand") Object.assign(parts, { v: short(state.throw.speed, 4), a: short(state.throw.angle, 5), s: short(state.throw.spin, 3) });
-  if (state.mode === "position" || state.game?.laid) Object.assign(parts, { hammer: state.hammer, n: state.delivered, left: state.left, score: state.score.join("-") });
-  if (state.game) {
-    const { seed, ends, opponent, opponent_skill, person, laid, throws } = state.game;
-    Object.assign(parts, { seed, ends, opponent, its: opponent_skill, me: person });
-    if (laid) parts.laid = "1";
-    if (throws.length) parts.t = throws.map((one) => one.map((value) => short(value, 5)).join("_")).join("*");
-  }
-  return "#" + new URLSearchParams(parts);
-}
-
 /** Write the address; `step` makes one that "back" returns from. */
 function keep(step = false) {
-  if (written() === location.hash) return;
-  history[step ? "pushState" : "replaceState"](null, "", written());
+  if (written(state) === location.hash) return;
+  history[step ? "pushState" : "replaceState"](null, "", written(state));
 }
 
 // --- the sheet ------------------------------------------------------------------------------------
@@ -115,6 +71,7 @@ function clearThrow() {
   sheet.expect(null, null);
   sheet.ghost(null);
   $("result").hidden = true;
+  $("act").replaceChildren();
   shown = null;
 }
 
@@ -164,12 +121,13 @@ function show(found) {
     element("ul", {}, ...found.costs.map((cost) => element("li", {}, cost.words + (found.miss || cost.success ? "" : " – and it fails")))));
   if (!found.cloud && !found.costs) words.push(element("p", {}, `It ${found.ends}.`));
   for (const remark of found.remarks ?? []) words.push(element("p", { class: "small quiet" }, remark));
-  const row = element("div", { class: "line" });
+  const row = $("act");
+  row.replaceChildren();
   if (state.mode === "play") {
     if (play.mine) row.append(button("Throw it", () => throwInGame(found.throw), false));
   } else row.append(button("Let it run", letItRun, false));
   if (found.second) row.append(button(`Second choice: ${found.second.call.right_hander}, ${weight(found.second)}`, () => show({ ...found.second, second: null, remarks: found.remarks })));
-  box.replaceChildren(...words.filter(Boolean), row);
+  box.replaceChildren(...words.filter(Boolean));
   box.hidden = false;
 }
 
@@ -250,7 +208,7 @@ function fewest() {
 }
 
 function addStone(team) {
-  if (state.stones.filter((stone) => stone.team === team).length >= MOST) { say(`A team has ${MOST} stones.`, true); return; }
+  if (state.stones.filter((stone) => stone.team === team).length >= STONES) { say(`A team has ${STONES} stones.`, true); return; }
   const d = direction(), places = [];
   for (const y of [0.9, 0.2, -0.6, -1.3, -2.4, -3.4]) for (const x of [-1.2, -0.8, -0.4, 0, 0.4, 0.8, 1.2]) places.push({ x: d * x * (team === "home" ? 1 : -1), y: d * (TEE + y) });
   const free = places.find((p) => state.stones.every((s) => Math.hypot(s.x - p.x, s.y - p.y) > 2.3 * RADIUS));
@@ -541,7 +499,7 @@ sheet.addEventListener("remove", ({ detail }) => {
   state.stones = state.stones.filter((one) => String(one.id) !== detail.id);
   stonesChanged();
 });
-addEventListener("popstate", () => { state = read(); begin(); });
+addEventListener("popstate", () => { state = read(usual(), () => ++stoneNumber); begin(); });
 
-state = read();
+state = read(usual(), () => ++stoneNumber);
 begin();
