@@ -58,6 +58,7 @@ TEXTS = {
     "s.json": json.dumps(SCENE),
     "q.json": json.dumps(REQUEST),
     "st.json": '[{"x": 0.3, "y": 17.0, "team": "own"}, {"x": -1, "y": 16.5}]',
+    "p.json": '{"anna": "keen ice", "ben": "heavy ice"}',
     "throws.csv": "throw,athlete,stone,called,note\n0,Anna,1,draw,\n2,Bo,,,x\n",
 }
 

@@ -64,6 +64,12 @@ def _stones(path: Path) -> object:
     return read_stones(path)
 
 
+def _passwords(path: Path) -> object:
+    from agents.digital_curling.dc4.web_host import read_passwords
+
+    return read_passwords(path)
+
+
 def _game(path: Path) -> object:
     from agents.playing.record import read_record
     from agents.playing.replay.page import page_of
@@ -126,6 +132,7 @@ READERS: dict[str, Callable[[Path], object]] = {
     "scene": _scene,
     "lens": _lens,
     "stones": _stones,
+    "passwords": _passwords,
     "game": _game,
     "picture": _picture,
     "film": _film,

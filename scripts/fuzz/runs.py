@@ -56,6 +56,7 @@ class Ended:
     status : exit status; negative for a signal
     said : what it wrote to stderr
     seconds : time on the clock [s]
+    worked : processor time [s]
     memory : largest resident memory beyond that of the process it was forked from [bytes]
     """
 
@@ -63,6 +64,7 @@ class Ended:
     status: int
     said: str
     seconds: float
+    worked: float
     memory: int
 
 
@@ -111,7 +113,14 @@ def run(arguments: Sequence[str], folder: Path, surroundings: str = "") -> Ended
         faults.append("draft left")
     if memory > MAX_BYTES:
         faults.append(f"{memory / 2**20:.0f} MB")
-    return Ended(faults=tuple(faults), status=status, said=said, seconds=seconds, memory=memory)
+    return Ended(
+        faults=tuple(faults),
+        status=status,
+        said=said,
+        seconds=seconds,
+        worked=worked,
+        memory=memory,
+    )
 
 
 def _be_curling(arguments: Sequence[str], folder: Path, surroundings: str) -> None:

@@ -82,6 +82,8 @@ TARGETS = """
 0.3  g.jsonl          replay g.jsonl --speed 100 -o o.mp4
 0.5  ice.json         play --home draw --away draw --ends 1 --ice ice.json
 0.6  net.npz          tournament net.npz draw --games 1 --ends 1
+0.6  ice.json         host --ice ice.json --team0 draw --team1 draw --ends 1 --port 0 -o match
+0.6  ice.json         join 127.0.0.1:1 --player draw --ice ice.json -o match
 0.6  c.yml            train --config c.yml --targets 1 -o runs
 0.4  l.yml            train --config l.yml -o runs
 1    c.npz            train --resume c.npz --targets 1 -o runs
@@ -94,6 +96,7 @@ TARGETS = """
 0.5  s.json           read scene s.json
 0.5  cam.json         read lens cam.json
 0.5  st.json          read stones st.json
+0.5  p.json           read passwords p.json
 0.5  g.jsonl          read game g.jsonl
 0.5  e.png            read picture e.png
 0.5  f.mp4            read film f.mp4
@@ -107,7 +110,8 @@ TARGETS = """
 
 OPTIONS = """
 # Command lines whose words are replaced, and to which further options are added. `bench` reads
-# nothing; what `demo` has here is refused, because a whole run takes minutes.
+# nothing; what `demo` has here is refused, because a whole run takes minutes; nobody listens where
+# `join` would play.
 
 throw --ice standard --speed 2.1 --angle 0.1 --spin 1 --x 0.1
 plan --ice standard --target 0,17.3 --skill elite --spin 1 --x 0
@@ -131,6 +135,8 @@ live file://{here}/f.mp4 --scene hall.json --throws 1 --keep kept -o o.csv
 live 0 --scene hall.json --throws 1 -o o.csv
 play --home draw --away draw --ends 1 --skill elite --hammer home --seed 2 --json
 tournament draw draw --games 1 --ends 1 --seed 0 --json
+host --team0 draw --team1 draw --ends 1 --time 9 --noise0 none --port 0 --http 0 --seed 1 -o match
+join 127.0.0.1:1 --player draw --ice standard --name Us --seed 1 -o match
 replay g.jsonl --end 1 --speed 90 -o o.mp4
 train --config c.yml --steps 8 --targets 1 --seed 0 -o runs
 demo --throws 0 --workers 1 --seed 0 -o demo
