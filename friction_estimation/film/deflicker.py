@@ -2,7 +2,8 @@
 
 Lamps on alternating current pulse a hundred times a second or more often, and a camera reads its
 rows one after the other. Bands of light and shade then run over the film, so that every row is
-corrected by itself.
+corrected by itself. Only even areas are compared, so that a camera that sways or is knocked does
+not pass for lights.
 """
 
 from __future__ import annotations
@@ -13,18 +14,29 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from curling_env.typing import Floats, Image
+from curling_env.typing import Flags, Floats, Image
 
-COLUMN_STEP = 16
-"""Brightness is compared in every 16th column; a median needs no more."""
-ROW_STEP = 4
-"""Brightness is compared in every 4th row; bands are some hundred rows wide."""
+CELL_ROWS, CELL_COLUMNS = 4, 16
+"""Size of the cells of the picture whose brightness is compared [px]; bands are some hundred rows
+wide."""
 STEADY_SHARE = 0.05
 """Light that stays within this share of its brightness in every row needs no correction."""
 DARK_LEVEL, SATURATED_LEVEL = 24, 250
-"""Grey levels below and above which a pixel does not show how bright the light is."""
-MIN_PIXELS, MIN_ROW_PIXELS = 100, 16
-"""Least number of usable pixels in a frame, and in a row."""
+"""Grey levels below and above which a cell does not show how bright the light is."""
+DARK_SHARE = 0.3
+"""Nor does a cell darker than this share of the brightest: the hall, where noise and the fall of
+the light count for more than a lamp that flickers."""
+BRIGHT_QUANTILE = 0.95
+"""Of the cells' brightness, which stands for the brightest."""
+EVEN_SHARE, EVEN_LEVELS = 0.04, 4.0
+"""An area is even if it differs by less than this share of its level and this many levels more."""
+EVEN_CELLS = (5, 3)
+"""Rows and columns of cells of such an area."""
+MOVED_SHARE = 0.15
+"""Cells whose brightness differs by more than this share from that of their row have something else
+before them."""
+MIN_CELLS, MIN_ROW_CELLS = 100, 8
+"""Least number of usable cells in a frame, and in a row."""
 ROW_WEIGHTS = np.array([0.1, 0.25, 0.3, 0.25, 0.1])
 """Weights of a row's neighbours in its gain."""
 BAND_SPREAD = 0.01
@@ -37,40 +49,41 @@ class Deflicker:
 
     Parameters
     ----------
-    sparse : (rows, columns) green channel of the first frame, every few pixels
+    cells : (rows, columns) brightness of the first frame
+    even : (rows, columns) cells that are neither dark nor saturated nor near an edge
     """
 
-    sparse: Image
+    cells: Image
+    even: Flags
 
     @classmethod
     def of(cls, frame: Image) -> Deflicker:
         """From the first frame, BGR."""
-        return cls(sparse=_sparse(frame))
+        cells = _cells(frame)
+        return cls(cells=cells, even=_even(cells))
 
     def gains(self, frame: Image) -> Floats:
-        """How much brighter each row of `sparse` is than in the first frame, (rows,).
+        """How much brighter each row of `cells` is than in the first frame, (rows,).
 
-        A median leaves out what moves; a row without usable pixels takes its neighbours' gain.
+        What moves is left out; a row without usable cells takes its neighbours' gain.
         """
-        now = _sparse(frame)
-        alike = np.ones(len(self.sparse))
-        if now.shape != self.sparse.shape:
+        now = _cells(frame)
+        alike = np.ones(len(self.cells))
+        if now.shape != self.cells.shape:
             return alike
-        lit = (
-            (self.sparse > DARK_LEVEL)
-            & (self.sparse < SATURATED_LEVEL)
-            & (now < SATURATED_LEVEL)
-            & (now > 0)
-        )
-        if np.count_nonzero(lit) < MIN_PIXELS:
+        lit = self.even & (now < SATURATED_LEVEL) & (now > 0)
+        if np.count_nonzero(lit) < MIN_CELLS:
             return alike
-        ratio = np.where(lit, now / np.maximum(self.sparse, 1).astype(np.float64), np.inf)
+        ratio = np.where(lit, now / np.maximum(self.cells, 1).astype(np.float64), np.inf)
         count = lit.sum(axis=1)
-        rows = np.flatnonzero(count >= MIN_ROW_PIXELS)
+        rows = np.flatnonzero(count >= MIN_ROW_CELLS)
         if len(rows) < len(ROW_WEIGHTS):
             return alike * np.median(ratio[lit])
+        # Sums, because the median of a dark row is a ratio of two small whole numbers.
         middle = np.sort(ratio[rows], axis=1)[np.arange(len(rows)), count[rows] // 2]
-        everywhere = np.interp(np.arange(len(alike)), rows, middle)
+        still = np.abs(ratio[rows] / middle[:, None] - 1) < MOVED_SHARE
+        before, after = ((part[rows] * still).sum(axis=1) for part in (self.cells, now))
+        everywhere = np.interp(np.arange(len(alike)), rows, after / before)
         padded = np.pad(everywhere, len(ROW_WEIGHTS) // 2, mode="reflect", reflect_type="odd")
         return np.convolve(padded, ROW_WEIGHTS, mode="valid")
 
@@ -80,7 +93,7 @@ class Deflicker:
         if np.ptp(gains) < BAND_SPREAD:
             alike = 1 / float(np.median(gains))
             return np.asarray(cv2.convertScaleAbs(frame, alpha=alike), dtype=np.uint8)
-        at = (np.arange(frame.shape[0]) - ROW_STEP // 2) / ROW_STEP
+        at = (np.arange(frame.shape[0]) + 0.5) / CELL_ROWS - 0.5
         scale = (1 / np.interp(at, np.arange(len(gains)), gains)).astype(np.float32)
         whole = np.broadcast_to(scale[:, None, None], frame.shape)
         even = cv2.multiply(frame, np.ascontiguousarray(whole), dtype=cv2.CV_8U)
@@ -103,7 +116,18 @@ def deflicker_for(sample: Sequence[tuple[float, Image]]) -> Deflicker | None:
     return first if high / low - 1 > STEADY_SHARE else None
 
 
-def _sparse(frame: Image) -> Image:
-    return np.ascontiguousarray(
-        frame[ROW_STEP // 2 :: ROW_STEP, COLUMN_STEP // 2 :: COLUMN_STEP, 1]
-    )
+def _cells(frame: Image) -> Image:
+    """Mean brightness of the green channel in every cell of the picture, (rows, columns)."""
+    size = max(frame.shape[1] // CELL_COLUMNS, 1), max(frame.shape[0] // CELL_ROWS, 1)
+    small = cv2.resize(frame, size, interpolation=cv2.INTER_AREA)
+    return np.ascontiguousarray(small[:, :, 1], dtype=np.uint8)
+
+
+def _even(cells: Image) -> Flags:
+    """Which cells lie in even areas of middle brightness."""
+    level = cells.astype(np.float32)
+    area = np.ones(EVEN_CELLS, dtype=np.uint8)
+    differs = cv2.morphologyEx(level, cv2.MORPH_GRADIENT, area)
+    dark = max(DARK_LEVEL, DARK_SHARE * float(np.quantile(cells, BRIGHT_QUANTILE)))
+    usable = (cells > dark) & (cells < SATURATED_LEVEL)
+    return np.asarray(usable & (differs < EVEN_SHARE * level + EVEN_LEVELS), dtype=bool)

@@ -54,3 +54,18 @@ def test_lights_that_are_dimmed_are_turned_up():
 
 def test_steady_lights_and_people_are_left_as_they_are():
     assert deflicker_for(filmed(lambda i: np.full(ROWS, 1.0 + 0.01 * (i % 2)))) is None
+
+
+def test_a_knocked_camera_in_a_dark_hall_is_no_change_of_light():
+    """The ice is a bright strip; around it the light falls off, and noise is a tenth of it."""
+    down = np.abs(np.arange(ROWS) - ROWS / 2)
+    level = np.where(down < 40, 205.0, 20 + 30 * np.exp(-(((down - 40) / 50) ** 2)))
+    hall = np.repeat(level[:, None], COLUMNS, axis=1)
+    hall[115:155, 100:140] = 90
+    frames = []
+    for i in range(12):
+        noise = np.random.default_rng(i).normal(0, 3, hall.shape)
+        seen = np.roll(hall, (4, 6) if i > 5 else (0, 0), (0, 1)) + noise
+        grey = np.clip(seen, 0, 255).astype(np.uint8)
+        frames.append((i / 10, np.repeat(grey[:, :, None], 3, axis=2)))
+    assert deflicker_for(frames) is None
