@@ -113,7 +113,7 @@ def assemble_track(
     model = appearance.model
     sigma_theta = np.hypot(sigma_theta, heading_sigma(refined.camera, place, model))
     noise = np.hypot(smoothed[0].sigma, smoothed[1].sigma)[kept] / np.sqrt(2)
-    common = systematic_sigma(refined, place[kept], model.height, measured.lag_px, appearance.doubt)
+    common = systematic_sigma(refined, place[kept], model, measured.lag_px, appearance.doubt)
     trajectory = Trajectory(
         t=t[kept],
         xy=place[kept],

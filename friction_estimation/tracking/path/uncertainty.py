@@ -41,7 +41,7 @@ def camera_variance(refined: RefinedCamera, xy: Floats, z: float) -> Floats:
 def systematic_sigma(
     refined: RefinedCamera,
     xy: Floats,
-    height: float,
+    model: StoneModel,
     lag_px: float = 0.0,
     doubt: ShapeDoubt | None = None,
 ) -> Floats:
@@ -51,17 +51,18 @@ def systematic_sigma(
     ----------
     refined : the camera with which the film was measured
     xy : (n, 2) places on the ice [m]
-    height : height of the stone [m]
+    model : the stone; its size counts
     lag_px : error of its place that the compression of the film causes [px]
     doubt : what is not known of the stone's look
     """
-    camera, middle = refined.camera, height / 2
+    camera, middle = refined.camera, model.height / 2
     variance = camera_variance(refined, xy, middle)
-    metre = _metres_per_px(camera, xy, middle)
+    metre, radius_px = _metres_per_px(camera, xy, middle), _radius_px(camera, xy, model)
     # Without paint, the clicked points are all that the camera rests on.
     loose_px = 0.0 if refined.measured else CLICK_SIGMA_PX / 2
-    edge_px = np.hypot(np.hypot(tuning.EDGE_ERROR_PX, loose_px), lag_px)
-    variance += (edge_px * metre) ** 2
+    edge_px = np.hypot(tuning.EDGE_ERROR_PX, tuning.SMALL_STONE_ERROR_PX / radius_px)
+    edge_px = np.hypot(np.hypot(edge_px, loose_px), lag_px)
+    variance += (edge_px[:, None] * metre) ** 2
     if doubt is not None:
         variance += doubt.at(xy) ** 2
     least = tuning.LARGER_COORDINATE_SHARE * variance.max(axis=1)
@@ -80,6 +81,12 @@ def heading_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
     z = model.height + model.handle_rise
     least_scale = [np.linalg.norm(camera.px_per_metre(place, z), -2) for place in xy]
     return tuning.HANDLE_ERROR_PX / (length * np.array(least_scale, dtype=np.float64))
+
+
+def _radius_px(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
+    """The stone's largest radius in the picture, (n,) [px]."""
+    scale = [np.linalg.norm(camera.px_per_metre(place, model.height / 2), 2) for place in xy]
+    return model.radius * np.array(scale, dtype=np.float64)
 
 
 def _metres_per_px(camera: Camera, xy: Floats, z: float) -> Floats:

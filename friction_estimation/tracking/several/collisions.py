@@ -176,7 +176,7 @@ def _at_rest(
     """The track of a stone that nobody touched, in the first and in the last frame."""
     appearance = stone.posed.look
     xy = np.array([stone.xy, stone.xy])
-    common = systematic_sigma(refined, xy, appearance.model.height, doubt=appearance.doubt)
+    common = systematic_sigma(refined, xy, appearance.model, doubt=appearance.doubt)
     trajectory = Trajectory(
         t=np.array([measured.t[0], measured.t[-1]]),
         xy=xy,

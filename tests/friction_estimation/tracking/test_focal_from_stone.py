@@ -7,12 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from friction_estimation.appearance import StoneModel
 from friction_estimation.appearance.tuning import ALIKE_PICTURES
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import unrefined
 from friction_estimation.tracking.focal_from_stone import likely_height
 from friction_estimation.tracking.path.uncertainty import camera_variance, systematic_sigma
 
+STONE = StoneModel(radius=0.145, height=0.1143)
 LEANS = np.linspace(0.04, 0.4, 11)
 
 
@@ -50,6 +52,25 @@ def test_an_uncertain_height_adds_to_the_error_of_places_seen_at_a_slant():
     xy = np.column_stack([np.zeros(3), camera.position[1] - np.array([0.0, 2.0, 4.0])])
     doubt = replace(level, farther=farther)
     added = np.sqrt(camera_variance(doubt, xy, 0.1143 / 2) - camera_variance(level, xy, 0.1143 / 2))
-    assert (systematic_sigma(doubt, xy, 0.1143) >= systematic_sigma(level, xy, 0.1143)).all()
+    assert (systematic_sigma(doubt, xy, STONE) >= systematic_sigma(level, xy, STONE)).all()
     expected = 0.1143 / 2 * np.array([0.0, 2.0, 4.0]) / camera.position[2] * 0.1 / 1.1
     assert added[:, 1] == pytest.approx(expected, rel=0.1, abs=1e-5)
+
+
+def test_a_stone_of_few_pixels_is_known_less_well():
+    def known_px(focal_px):
+        camera = Camera.looking_at(
+            position=(0.0, 0.0, 16.0),
+            target=(0.0, 0.0, 0.0),
+            up=(-1.0, 0.0, 0.0),
+            focal_px=focal_px,
+            size=(1280, 720),
+        )
+        exact = replace(unrefined(camera), measured=500)
+        exact = replace(exact, covariance=np.zeros_like(exact.covariance))
+        sigma = systematic_sigma(exact, np.zeros((1, 2)), STONE)
+        return float(sigma[0]) * focal_px / (16.0 - STONE.height / 2)
+
+    small, large = known_px(300.0), known_px(3000.0)  # radii of 2.7 and 27 px
+    assert 0.05 < large < 0.055
+    assert 0.1 < small < 0.13
