@@ -310,7 +310,7 @@ def send(film, address):
         sent = av.open(address, "w", format="mpegts")
         stream = sent.add_stream("libx264", rate=int(FPS))
         stream.width, stream.height, stream.pix_fmt = 960, 540, "yuv420p"
-        stream.options = {"preset": "superfast", "crf": "14", "bf": "2", "g": "20"}
+        stream.options = {"preset": "superfast", "crf": "22", "bf": "2", "g": "20"}
         try:
             sent.start_encoding()  # connects
             break

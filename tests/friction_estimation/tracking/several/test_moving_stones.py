@@ -16,13 +16,13 @@ from curling_env.trajectory import read_tracks
 from friction_estimation import tracking
 from friction_estimation.camera.scene import save_scene
 from friction_estimation.estimation.whole_ice import estimate_ice
-from friction_estimation.film.writer import film_writer
 from friction_estimation.synthetic import (
     FilmRenderer,
     FilmSpec,
     StoneOnIce,
     all_on_film,
     scene_of,
+    write_film,
 )
 from friction_estimation.synthetic.tuning import HANDLE_COLOURS
 from friction_estimation.tracking import track_film
@@ -51,10 +51,7 @@ def filmed(folder, camera, size, throw, stones, *, people=False, fps=20.0):
     ]
     renderer = FilmRenderer(spec, resting=resting)
     film = folder / "film.mp4"
-    # The usual preset makes another film of the same frames now and then.
-    with film_writer(film, size, fps, quality=18.0, preset="superfast", threads=1) as writer:
-        for frame in renderer.frames(thrown, others=struck, seed=1):
-            writer.write(frame)
+    write_film(film, renderer.frames(thrown, others=struck, seed=1), fps)
     truth = all_on_film([thrown, *struck], spec)
     moments = [contact.time + spec.lead_in for contact in outcome.contacts]
     return film, scene_of(renderer.camera), {path.stone: path for path in truth}, moments
