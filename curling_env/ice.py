@@ -347,7 +347,7 @@ def preset_names() -> list[str]:
     )
 
 
-def load_ice(source: str | Path | Ice) -> Ice:
+def load_ice(source: str | Path | Ice | Mapping[str, Any]) -> Ice:
     """Read an ice from a file, or take a preset by its name.
 
     Three presets come with the package, as ice files in ``curling_env/presets``:
@@ -368,15 +368,23 @@ def load_ice(source: str | Path | Ice) -> Ice:
 
     Parameters
     ----------
-    source : the path of an ice file, the name of a preset, or an `Ice`, which is returned as it is
+    source : the path of an ice file, the name of a preset, the content of an ice file, or an `Ice`,
+        which is returned as it is
 
     Raises
     ------
-    InputError : no such file or preset, or a file that does not describe an ice
+    InputError : no such file or preset, a file that does not describe an ice, or something else
     """
     if isinstance(source, Ice):
         return source
     presets = preset_names()
+    if isinstance(source, Mapping):
+        return parse_ice(source)
+    if not isinstance(source, str | Path):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise InputError(
+            f"an ice must be an Ice, an ice file or one of {', '.join(presets)}, "
+            f"got {str(source)[:40]!r}"
+        )
     if str(source) in presets:
         return parse_ice(json.loads((_PRESETS / f"{source}.json").read_text(encoding="utf-8")))
     if not Path(source).exists():

@@ -17,6 +17,8 @@ from curling_env.typing import Floats
 
 MAX_SPEED = 6.0
 """Fastest release accepted [m/s]; the hardest throws leave the hand at 4 to 5 m/s."""
+MIN_SPEED = 1e-3
+"""No throw is slower than this, however large its execution error [m/s]."""
 MAX_SPIN = 20.0
 """Largest |spin| accepted [rad/s]; a hard-spun stone turns at about 6 rad/s."""
 
@@ -97,7 +99,7 @@ def delivery_named(name: str | Delivery) -> Delivery:
     """
     if isinstance(name, Delivery):
         return name
-    if name not in DELIVERIES:
+    if not isinstance(name, str) or name not in DELIVERIES:  # pyright: ignore[reportUnnecessaryIsInstance]
         raise InputError(f"no delivery is named {name!r}; there are {', '.join(DELIVERIES)}")
     return DELIVERIES[name]
 

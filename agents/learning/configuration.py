@@ -55,7 +55,7 @@ _RANGES: dict[str, tuple[float, float, bool]] = {
 """Bounds of the algorithms' hyperparameters, and whether they are whole numbers."""
 _MOST = {"n_timesteps": 10**10, "n_envs": 2**16, "seed": 2**32 - 1, "checkpoint_every": 10**10}
 _MOST_LAYERS, _MOST_UNITS = 16, 8192
-_NOT_CONFIGURABLE = frozenset({"self", "ice", "known_ice", "fps", "render_mode"})
+_NOT_CONFIGURABLE = frozenset({"self", "ice", "known_ice", "ices", "skill", "fps", "render_mode"})
 """Parameters of the environment that a configuration cannot choose."""
 
 

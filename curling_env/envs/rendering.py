@@ -8,9 +8,11 @@ from curling_env.render import SheetRenderer
 from curling_env.render.window import PictureWindow
 from curling_env.sheet import Direction
 
-RENDER_MODES = ("rgb_array", "human")
+RENDER_MODES = ("rgb_array", "rgb_array_list", "human")
 FPS = 30
 """Pictures a second of films and windows."""
+FILM_SPEED = 4.0
+"""How many times faster than it happened a film shows a throw, unless asked otherwise."""
 
 
 def check_render_mode(render_mode: str | None) -> None:
@@ -39,6 +41,16 @@ class EnvRenderer:
         self._ice, self._title = ice, title
         self._sheets: dict[Direction, SheetRenderer] = {}
         self._window: PictureWindow | None = None
+
+    @property
+    def ice(self) -> Ice:
+        """The ice under the lines; another may be set."""
+        return self._ice
+
+    @ice.setter
+    def ice(self, ice: Ice) -> None:
+        if ice is not self._ice:
+            self._ice, self._sheets = ice, {}
 
     def sheet(self, direction: Direction) -> SheetRenderer:
         """What draws the sheet as played to an end; the empty sheet is painted once for each."""

@@ -20,6 +20,7 @@ from curling_env.ice import Ice
 from curling_env.infrastructure.plugins import load_plugin, plugin_names
 from curling_env.sheet import Direction
 from curling_env.throw import FROM_HOG_LINE, Delivery, Skill, Throw
+from curling_env.typing import Floats
 
 PLAYER_GROUP = "curling.players"
 """The entry-point group of players: classes that can be made without arguments."""
@@ -49,6 +50,9 @@ class PlayerView:
     entropy : seed of the game, number of the throw, and team: the player's random numbers follow
         from them
     delivery : where throws begin, and which spin and speed they may have
+    clock : time since the first delivery of the game [s]
+    wear : (rows, columns) logarithm of each cell's friction over what it was when the game began,
+        read-only; None while the ice has not worn
     """
 
     game: Game
@@ -58,6 +62,8 @@ class PlayerView:
     skill: Skill
     entropy: tuple[int, int, int]
     delivery: Delivery = FROM_HOG_LINE
+    clock: float = 0.0
+    wear: Floats | None = None
 
     @property
     def has_hammer(self) -> bool:

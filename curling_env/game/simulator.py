@@ -19,12 +19,14 @@ from curling_env.game.state import GameState
 from curling_env.game.sweepers import sweep_for
 from curling_env.ice import Ice, load_ice
 from curling_env.physics.many_stones.engine import Engine, Outcome, Status, StoneState
+from curling_env.physics.one_stone.tuning import FINE_TOLERANCE
 from curling_env.physics.wear import PATH_FPS, wear_along_path, wear_of, worn
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.throw import (
     FROM_HOG_LINE,
     MAX_SPEED,
     MAX_SPIN,
+    MIN_SPEED,
     Delivery,
     Skill,
     Throw,
@@ -32,8 +34,6 @@ from curling_env.throw import (
 )
 from curling_env.typing import Floats
 
-MIN_SPEED = 1e-3
-"""No throw is slower than this, however large its execution error [m/s]."""
 _GONE = (Status.OUT_SIDE, Status.OUT_BACK)
 
 
@@ -93,6 +93,7 @@ class GameSimulator:
     delivery : where throws begin, and which spin and speed they may have
     throwers : execution errors of the two teams' throwers, for each stone of a team in order of
         delivery; by default `skills` for all
+    tolerance : how far the rest of a lone stone may be off on the roughest ice [m]
 
     Raises
     ------
@@ -110,6 +111,7 @@ class GameSimulator:
         sweeping: bool = False,
         delivery: Delivery = FROM_HOG_LINE,
         throwers: tuple[Sequence[Skill], Sequence[Skill]] | None = None,
+        tolerance: float = FINE_TOLERANCE,
     ) -> None:
         self.ice = load_ice(ice)
         self.known_ice = self.ice if known_ice is None else load_ice(known_ice)
@@ -128,6 +130,7 @@ class GameSimulator:
         self._initial_ice = ice_for_game(self.ice, self.ice_evolution, 0, sweeping=sweeping)
         self.ice_wears = wear_along_path(self._initial_ice) != 0.0
         """Whether stones change the ice along their paths."""
+        self._tolerance = tolerance
         self._rng = ThrowRng()
         self._engine: tuple[int, Engine] | None = None
 
@@ -179,6 +182,8 @@ class GameSimulator:
             skill=self.skill_of(team, 0 if end is None else end.number_of_stone),
             entropy=(state.seed, state.throws, team + 1),
             delivery=self.delivery,
+            clock=state.clock,
+            wear=state.wear,
         )
 
     def skill_of(self, team: Team, number: int) -> Skill:
@@ -301,11 +306,12 @@ class GameSimulator:
 
     def _engine_for(self, state: GameState) -> Engine:
         if state.wear is not None:
-            return Engine(self.current_ice(state))
+            return Engine(self.current_ice(state), tolerance=self._tolerance)
         if self._engine is None or (
             self.ice_evolution.stone_spread and self._engine[0] != state.seed
         ):
-            self._engine = (state.seed, Engine(self.current_ice(state)))
+            engine = Engine(self.current_ice(state), tolerance=self._tolerance)
+            self._engine = (state.seed, engine)
         return self._engine[1]
 
 

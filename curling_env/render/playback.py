@@ -69,6 +69,7 @@ def playback_frames(
     *,
     fps: float = 30.0,
     speed: float = 1.0,
+    scene_at_rest: DrawnScene | None = None,
 ) -> Iterator[Image]:
     """The frames of a throw, from release until everything rests.
 
@@ -81,8 +82,10 @@ def playback_frames(
     colour_of : colour of a stone's handle, by the stone's identifier
     fps : frames per second of the film
     speed : how many times faster than it happened the throw is shown
+    scene_at_rest : title, facts and target once everything rests; by default the same
     """
     frames = int(np.ceil((outcome.time / speed + HOLD) * fps))
     for k in range(frames + 1):
         t = min(k * speed / fps, outcome.time + LINGER + 1e-6)
-        yield renderer.draw(scene_at(scene, before, outcome, t, colour_of))
+        told = scene_at_rest if scene_at_rest is not None and t >= outcome.time else scene
+        yield renderer.draw(scene_at(told, before, outcome, t, colour_of))

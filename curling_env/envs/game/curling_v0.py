@@ -6,8 +6,8 @@ game as a parallel environment, in which only the action of the team to throw co
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, ClassVar
 
 import gymnasium
@@ -20,25 +20,27 @@ from pettingzoo.utils.conversions import (  # pyright: ignore[reportMissingTypeS
     turn_based_aec_to_parallel_wrapper,
 )
 
-from curling_env.envs.game.action import (
-    Choices,
-    FollowsDecisions,
-    GameAction,
-    Sweeping,
-    TeamDecisions,
-)
+from curling_env.envs.game.action import Choices, FollowsDecisions, Sweeping, TeamDecisions
 from curling_env.envs.game.observation import GameObservation, ObservationKind
+from curling_env.envs.game.potential import potential_from
 from curling_env.envs.game.rendering import GameRenderer
 from curling_env.envs.game.reward import GameRewardWeights, concession_parts, reward_parts
-from curling_env.envs.rendering import FPS, RENDER_MODES, check_render_mode
-from curling_env.envs.sheet.action import throw_range_for
+from curling_env.envs.game.table import (
+    DeliveryOption,
+    EvolutionOption,
+    GameTable,
+    RulesOption,
+    SkillOption,
+)
+from curling_env.envs.ices import IceOption
+from curling_env.envs.options import brief, dataclass_from, one_of, rules_from, whole_number
+from curling_env.envs.rendering import FILM_SPEED, FPS, RENDER_MODES, check_render_mode
 from curling_env.errors import InputError
-from curling_env.game import NO_EVOLUTION, Call, GameSimulator, GameState, IceEvolution, PlayedShot
-from curling_env.game.rules import RuleSet, Team, concede, may_concede, rule_set
+from curling_env.game import NO_EVOLUTION, Call, GameSimulator, GameState, PlayedShot
+from curling_env.game.rules import Team, concede, may_concede
 from curling_env.game.simulator import direction_of
-from curling_env.ice import Ice
 from curling_env.sheet import Direction
-from curling_env.throw import Delivery, Skill, delivery_named
+from curling_env.throw import Skill
 from curling_env.typing import Image, Singles
 
 
@@ -91,23 +93,27 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
 
     Parameters
     ----------
-    ice : the ice played on: an `Ice`, a file or a preset
-    known_ice : the ice as both teams know it; the ice played on by default
-    rules : a set of rules or its name
+    ice, known_ice, ices : the ice played on and as both teams know it, as for `CurlingSheetEnv`
+    rules : a set of rules, its name, or a mapping of a name and what differs
     ends : number of ends; by default as the rules say
-    skill : execution error of both teams, or of the home and the away team
-    ice_evolution : how the ice changes during the game
+    skill : execution error of both teams, or a pair for the home and the away team: a name, a
+        `Skill` or its fields
+    ice_evolution : how the ice changes during the game: "none", "typical", or an `IceEvolution` or
+        its fields
     sweeping : "none", "scripted" (sweepers decide) or "action" (part of the action)
-    delivery : where throws begin: "hog-line", "hack" (as in Digital Curling) or a `Delivery`
+    delivery : where throws begin: "hog-line", "hack" (as in Digital Curling), a `Delivery` or its
+        fields
     choices : "rule" (stones are put back after a tick, there are no power plays, the deciding
         team keeps the hammer, nobody concedes) or "action" (part of the action, as decisions that
         hold until a team's next delivery)
     observation : "flat", "dict" or "planes"
-    weights : weights of the parts of the reward; by default the points of an end, at its last
-        stone
+    weights : weights of the parts of the reward, or those that differ; by default the points of an
+        end, at its last stone
+    potential : value of positions, whose rise is part of the reward, as for `CurlingEndEnv`
     max_cycles : number of deliveries of each team after which the game is truncated, or None
     max_throws : number of deliveries of both teams after which the game is truncated, or None
-    render_mode : "rgb_array", "human" (a window; needs the extra `viewer`) or None
+    render_mode : "rgb_array", "rgb_array_list" (pictures of a film of what happened), "human" (a
+        window; needs the extra `viewer`) or None
 
     Raises
     ------
@@ -116,8 +122,9 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
     Notes
     -----
     ``reset(options=…)`` takes `last_stone`, "home" or "away" (random without it), and
-    `power_play`, "left" or "right", and `throw_first`, for the first end of mixed doubles; or
-    `state`, a `GameState` to go on from. Other options are ignored, as PettingZoo asks.
+    `power_play`, "left" or "right", and `throw_first`, for the first end of mixed doubles; `ice`
+    and `known_ice` for one game; or `state`, a `GameState` to go on from. Other options are
+    ignored, as PettingZoo asks.
     ``state`` may be kept and put back at any moment.
     """
 
@@ -130,51 +137,51 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
     def __init__(
         self,
         *,
-        ice: Ice | str | Path = "standard",
-        known_ice: Ice | str | Path | None = None,
-        rules: str | RuleSet = "world_curling_2024",
+        ice: IceOption = "standard",
+        known_ice: IceOption | None = None,
+        ices: Any = None,
+        rules: RulesOption = "world_curling_2024",
         ends: int | None = None,
-        skill: str | Skill | tuple[str | Skill, str | Skill] = "elite",
-        ice_evolution: IceEvolution = NO_EVOLUTION,
+        skill: SkillOption | Sequence[SkillOption] = "elite",
+        ice_evolution: EvolutionOption = NO_EVOLUTION,
         sweeping: Sweeping = "none",
-        delivery: str | Delivery = "hog-line",
+        delivery: DeliveryOption = "hog-line",
         choices: Choices = "rule",
         observation: ObservationKind = "flat",
-        weights: GameRewardWeights | None = None,
+        weights: GameRewardWeights | Mapping[str, Any] | None = None,
+        potential: Any = None,
         max_cycles: int | None = None,
         max_throws: int | None = None,
         render_mode: str | None = None,
     ) -> None:
         super().__init__()
         check_render_mode(render_mode)
-        for name, limit in (("max_cycles", max_cycles), ("max_throws", max_throws)):
-            if limit is not None and limit < 1:
-                raise InputError(f"{name} must be at least 1, got {limit}")
-        self.simulator = GameSimulator(
-            ice,
+        for name, limit in (("ends", ends), ("max_cycles", max_cycles), ("max_throws", max_throws)):
+            if limit is not None:
+                whole_number(name, limit, least=1)
+        one_for_both = isinstance(skill, str | Skill | Mapping)
+        pair = (skill, skill) if one_for_both else tuple(skill)
+        if len(pair) != 2:
+            raise InputError(f"skill must be one for both teams or a pair, got {brief(skill)}")
+        self.table = GameTable(
+            ice=ice,
             known_ice=known_ice,
-            rules=rule_set(rules) if ends is None else rule_set(rules, ends=ends),
-            skills=skill,
+            ices=ices,
+            rules=rules_from(rules, ends),
+            skills=pair,
             ice_evolution=ice_evolution,
-            sweeping=sweeping != "none",
-            delivery=delivery_named(delivery),
+            sweeping=sweeping,
+            delivery=delivery,
+            choices=choices,
+            observation=observation,
         )
-        self.action = GameAction(
-            throw_range_for(
-                self.simulator.known_ice,
-                Direction.AWAY,
-                hits=True,
-                delivery=self.simulator.delivery,
-            ),
-            sweeping,
-            choices,
+        self.action = self.table.action
+        self.weights = dataclass_from(
+            GameRewardWeights, "weights", GameRewardWeights() if weights is None else weights
         )
-        self.observation = GameObservation(
-            observation, self.simulator.known_ice, self.simulator.lines
-        )
-        self._flat = GameObservation("flat", self.simulator.known_ice, self.simulator.lines)
+        self.potential = potential_from(potential)
+        self._flat = GameObservation("flat", self.observation.known, self.simulator.lines)
         self.state_space = self._flat.space
-        self.weights = weights or GameRewardWeights()
         self.render_mode = render_mode
         self.possible_agents = [team.label for team in Team]
         self.agents: list[str] = []
@@ -185,7 +192,18 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         self._state: GameState | None = None
         self._thrown = 0
         self._last: PlayedShot | None = None
+        self._film: list[tuple[GameState, GameState, PlayedShot]] = []
         self._renderer = GameRenderer(self.simulator.known_ice, "curling_v0")
+
+    @property
+    def simulator(self) -> GameSimulator:
+        """What plays the throws, on the ice of this game."""
+        return self.table.simulator
+
+    @property
+    def observation(self) -> GameObservation:
+        """What makes the observations, on the ice of this game as it is known."""
+        return self.table.observation
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """The space of a team's observations; the same object at every call."""
@@ -216,9 +234,14 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
 
     def as_array(self) -> Singles:
         """All observations of the game, in `state_space`: the home team's flat observation."""
-        return self._flat.observe(self.state.game, Team.HOME, self._end_played_to())
+        flat = self._flat if self._flat.known is self.observation.known else None
+        if flat is None:
+            flat = self._flat = self._flat.on(self.observation.known)
+        return self._observed(flat, Team.HOME)
 
-    def _go_on_from(self, state: GameState) -> None:
+    def _go_on_from(self, state: Any) -> None:
+        if not isinstance(state, GameState):
+            raise InputError(f"state must be a GameState, as env.unwrapped.state, got {state!r}")
         if state.game.rules != self.simulator.rules:
             raise InputError("a state must be of a game by this environment's rules")
         if state.game.end is None and not state.game.is_over:
@@ -238,10 +261,14 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         """Begin a game."""
         if seed is not None or not hasattr(self, "_rng"):
             self._rng, _ = seeding.np_random(seed)
-        options = options or {}
+        options = dict(options or {})
+        self.table.draw(self._rng, self.table.ices.given(options))
+        self._renderer.ice = self.simulator.known_ice
         if "state" in options:
             self._go_on_from(options["state"])
             return
+        if options.get("power_play") is not None:
+            one_of("power_play", options["power_play"], ("left", "right"))
         label = options.get("last_stone") or self.possible_agents[int(self._rng.integers(2))]
         if label not in self.possible_agents:
             raise InputError(f"last_stone must be 'home' or 'away', got {label!r}")
@@ -261,6 +288,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         over = self.state.game.is_over
         self._shown = self.state
         self._thrown = 0
+        self._film, self._last_delivery = [], None
         self._decisions = [TeamDecisions(), TeamDecisions()]
         if self.render_mode == "human":
             self._renderer.show_position(self.state)
@@ -278,6 +306,8 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
 
     def step(self, action: Any) -> None:
         """Deliver a stone."""
+        if self._state is None:
+            raise InputError("call reset() before the first step")
         agent = self.agent_selection
         if self.terminations[agent] or self.truncations[agent]:
             self._was_dead_step(action)
@@ -295,18 +325,24 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         self._shown = after
         if self.render_mode == "human":
             self._renderer.show(before, after, shot)
+        self._last_delivery = (before, after, shot) if paths else None
+        if self.render_mode == "rgb_array_list":
+            self._film.append((before, after, shot))
         self._thrown += 1
         self._cumulative_rewards[agent] = 0.0
-        for label in self.agents:
-            team = Team(self.possible_agents.index(label))
-            parts = reward_parts(before.game, after.game, shot.team, shot.ruling, team)
-            self.rewards[label] = self.weights.total(parts)
-            self.infos[label] = {"shot": shot, "reward_parts": parts.as_dict()}
-        over = after.game.is_over
+        played, over = after.game, after.game.is_over
         if after.game.end is None and not over:
             after = self.simulator.begin_end_as(
                 after, FollowsDecisions(self._decisions[after.game.last_stone])
             )
+        for label in self.agents:
+            team = Team(self.possible_agents.index(label))
+            parts = reward_parts(before.game, played, shot.team, shot.ruling, team)
+            if self.potential:
+                held = self.potential.value(before.game, team)
+                parts = replace(parts, potential=self.potential.rise(held, after.game, team))
+            self.rewards[label] = self.weights.total(parts)
+            self.infos[label] = {"shot": shot, "reward_parts": parts.as_dict()}
         self._state, self._last = after, shot
         truncated = self._max_throws is not None and self._thrown >= self._max_throws and not over
         self.terminations = dict.fromkeys(self.agents, over)
@@ -316,10 +352,14 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
 
     def _concede(self, team: Team) -> None:
         """End the game: the other team has won."""
-        self._state = replace(self.state, game=concede(self.state.game, team))
+        before = self.state.game
+        self._state = replace(self.state, game=concede(before, team))
         self._cumulative_rewards[team.label] = 0.0
         for label in self.agents:
-            parts = concession_parts(team, Team(self.possible_agents.index(label)))
+            whose = Team(self.possible_agents.index(label))
+            parts = concession_parts(team, whose)
+            if self.potential:
+                parts = replace(parts, potential=-self.potential.value(before, whose))
             self.rewards[label] = self.weights.total(parts)
             self.infos[label] = {"reward_parts": parts.as_dict()}
         self.terminations = dict.fromkeys(self.agents, True)
@@ -328,23 +368,59 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
 
     def observe(self, agent: str) -> Any:
         """What a team sees."""
+        return self._observed(self.observation, Team(self.possible_agents.index(agent)))
+
+    def _observed(self, observation: GameObservation, team: Team) -> Any:
         state = self.state
-        team = Team(self.possible_agents.index(agent))
-        return self.observation.observe(state.game, team, self._end_played_to())
+        return observation.observe(
+            state.game,
+            team,
+            self._end_played_to(),
+            clock=state.clock,
+            throws=state.throws,
+            wear=state.wear,
+        )
 
     def _end_played_to(self) -> Direction:
         game = self.state.game
         return direction_of(len(game.line_score) - 1 if game.end is None else game.end.number)
 
-    def render(self) -> Image | None:
-        """The sheet from above as an RGB picture, with the paths of the last delivery on it."""
+    def render(self) -> Any:
+        """The sheet from above as an RGB picture, with the paths of the last delivery on it.
+
+        With the render mode ``rgb_array_list``, the pictures of a film of the deliveries since the
+        last call, at `metadata["render_fps"]` a second and four times as fast as they were.
+        """
         if self.render_mode is None:
             gymnasium.logger.warn(
                 "render() needs a render_mode: curling_v0.env(render_mode='rgb_array')"
             )
+        if self.render_mode == "rgb_array_list":
+            film, self._film = self._film, []
+            if not film:
+                return [self._renderer.picture(self._shown, self._last)]
+            return [frame for one in film for frame in self._renderer.frames(*one, FILM_SPEED)]
         if self.render_mode != "rgb_array":
             return None
         return self._renderer.picture(self._shown, self._last)
+
+    def frames(self, speed: float = 1.0) -> Iterator[Image]:
+        """The last delivery as a film: pictures at `metadata["render_fps"]`.
+
+        Parameters
+        ----------
+        speed : how many times faster than it happened it is shown
+
+        Raises
+        ------
+        InputError : the environment has no render mode, and so has kept no paths
+        """
+        if self.render_mode is None:
+            raise InputError("a film needs a render_mode: render_mode='rgb_array'")
+        if self._last_delivery is None:
+            yield self._renderer.picture(self._shown, None)
+        else:
+            yield from self._renderer.frames(*self._last_delivery, speed)
 
     def close(self) -> None:
         """Close the window, if there is one."""

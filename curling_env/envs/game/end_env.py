@@ -2,44 +2,41 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, ClassVar, Literal
 
 import gymnasium
 from numpy.typing import ArrayLike
 
-from curling_env.envs.game.action import (
-    Choices,
-    FollowsDecisions,
-    GameAction,
-    Sweeping,
-    TeamDecisions,
-)
+from curling_env.envs.game.action import Choices, FollowsDecisions, Sweeping, TeamDecisions
 from curling_env.envs.game.observation import GameObservation, ObservationKind
+from curling_env.envs.game.opponents import Opponents
+from curling_env.envs.game.potential import potential_from
 from curling_env.envs.game.rendering import GameRenderer
 from curling_env.envs.game.reward import GameRewardParts, GameRewardWeights, reward_parts
-from curling_env.envs.rendering import FPS, RENDER_MODES, check_render_mode
-from curling_env.envs.sheet.action import throw_range_for
-from curling_env.errors import InputError
-from curling_env.game import (
-    NO_EVOLUTION,
-    Call,
-    GameSimulator,
-    GameState,
-    IceEvolution,
-    PlayedShot,
-    Player,
-    player_named,
+from curling_env.envs.game.table import (
+    DeliveryOption,
+    EvolutionOption,
+    GameTable,
+    RulesOption,
+    SkillOption,
 )
-from curling_env.game.rules import RuleSet, Team, rule_set
-from curling_env.game.rules.placement import Side
+from curling_env.envs.ices import GivenIce, IceOption
+from curling_env.envs.options import dataclass_from, one_of, reset_options, rules_from
+from curling_env.envs.rendering import FILM_SPEED, FPS, RENDER_MODES, check_render_mode
+from curling_env.errors import InputError
+from curling_env.game import NO_EVOLUTION, Call, GameSimulator, GameState, PlayedShot, Player
+from curling_env.game.rules import Team
 from curling_env.game.simulator import direction_of
-from curling_env.ice import Ice
-from curling_env.sheet import Direction
-from curling_env.throw import Delivery, Skill, delivery_named
 from curling_env.typing import Image, Singles
 
 Hammer = Literal["own", "opponent", "random"]
+HAMMERS = ("own", "opponent", "random")
+RESET_OPTIONS = ("hammer", "power_play", "state", "ice", "known_ice")
+"""What `reset` may be asked for in its `options`."""
+Delivered = tuple[GameState, GameState, PlayedShot]
+"""The game before and after a delivery, and the delivery."""
 AGENT = Team.HOME
 """The agent plays the home team's stones."""
 
@@ -49,21 +46,27 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
 
     Parameters
     ----------
-    ice : the ice played on: an `Ice`, a file or a preset
-    known_ice : the ice as both teams know it; the ice played on by default
-    opponent : name of a player, ``module:Class``, or a `Player`
+    ice, known_ice, ices : the ice played on and as both teams know it, as for `CurlingSheetEnv`
+    opponent : a player's name, ``module:Class``, the file of a trained model, a `Player`, a policy
+        (a function of observations, or something with `predict`), or a list of such, of which every
+        episode draws one; `opponents` is that list, to which past selves may be appended
     hammer : who delivers last: "own", "opponent" or "random"
-    rules : a set of rules or its name
-    skill : execution error of the agent; "none" for none
+    rules : a set of rules, its name, or a mapping of a name and what differs
+    skill : execution error of the agent: a name, a `Skill` or its fields; "none" for none
     opponent_skill : execution error of the opponent; by default the agent's
-    ice_evolution : how the ice changes during the end
+    ice_evolution : how the ice changes during the end: "none", "typical", or an `IceEvolution` or
+        its fields
     sweeping : "none", "scripted" (sweepers decide) or "action" (part of the action)
-    delivery : where throws begin: "hog-line", "hack" (as in Digital Curling) or a `Delivery`
+    delivery : where throws begin: "hog-line", "hack" (as in Digital Curling), a `Delivery` or its
+        fields
     choices : whether after an opponent's tick the stones are put back or left by "rule" (whichever
         counts for more), or as the agent's last "action" says
     observation : "flat", "dict" or "planes"
-    weights : weights of the parts of the reward
-    render_mode : "rgb_array", "human" (a window; needs the extra `viewer`) or None
+    weights : weights of the parts of the reward, or those that differ
+    potential : value of positions, whose rise is part of the reward: a function of a game and a
+        team, a declared name such as "value-network", or a mapping of `of` and `discount`
+    render_mode : "rgb_array", "rgb_array_list" (pictures of a film of what happened), "human" (a
+        window; needs the extra `viewer`) or None
 
     Raises
     ------
@@ -71,8 +74,9 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
 
     Notes
     -----
-    ``reset(options=…)`` takes `hammer` for one end, and in mixed doubles `power_play`, "left" or
-    "right", for an end in which the agent decides; or `state`, a `GameState` to go on from.
+    ``reset(options=…)`` takes `hammer`, `ice` and `known_ice` for one end, and in mixed doubles
+    `power_play`, "left" or "right", for an end in which the agent decides; or `state`, a
+    `GameState` to go on from.
 
     ``state`` may be kept and put back at any moment: it is frozen, so a search branches from it
     without copying. The same state and action always have the same outcome, including the
@@ -89,55 +93,64 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
 
     def __init__(
         self,
-        ice: Ice | str | Path = "standard",
+        ice: IceOption = "standard",
         *,
-        known_ice: Ice | str | Path | None = None,
-        opponent: str | Player = "draw",
+        known_ice: IceOption | None = None,
+        ices: Any = None,
+        opponent: Any = "draw",
         hammer: Hammer = "random",
-        rules: str | RuleSet = "world_curling_2024",
-        skill: str | Skill = "elite",
-        opponent_skill: str | Skill | None = None,
-        ice_evolution: IceEvolution = NO_EVOLUTION,
+        rules: RulesOption = "world_curling_2024",
+        skill: SkillOption = "elite",
+        opponent_skill: SkillOption | None = None,
+        ice_evolution: EvolutionOption = NO_EVOLUTION,
         sweeping: Sweeping = "none",
-        delivery: str | Delivery = "hog-line",
+        delivery: DeliveryOption = "hog-line",
         choices: Choices = "rule",
         observation: ObservationKind = "flat",
-        weights: GameRewardWeights | None = None,
+        weights: GameRewardWeights | Mapping[str, Any] | None = None,
+        potential: Any = None,
         render_mode: str | None = None,
     ) -> None:
         check_render_mode(render_mode)
-        self.simulator = GameSimulator(
-            ice,
+        self.table = GameTable(
+            ice=ice,
             known_ice=known_ice,
-            rules=rule_set(rules, ends=1),
+            ices=ices,
+            rules=rules_from(rules, ends=1),
             skills=(skill, skill if opponent_skill is None else opponent_skill),
             ice_evolution=ice_evolution,
-            sweeping=sweeping != "none",
-            delivery=delivery_named(delivery),
+            sweeping=sweeping,
+            delivery=delivery,
+            choices=choices,
+            observation=observation,
         )
-        self.opponent = player_named(opponent)
-        self.action = GameAction(
-            throw_range_for(
-                self.simulator.known_ice,
-                Direction.AWAY,
-                hits=True,
-                delivery=self.simulator.delivery,
-            ),
-            sweeping,
-            choices,
+        self.action = self.table.action
+        self.opponents = Opponents(opponent, self.table)
+        self.opponent = self.opponents[0]
+        self.weights = dataclass_from(
+            GameRewardWeights, "weights", GameRewardWeights() if weights is None else weights
         )
-        self.observation = GameObservation(
-            observation, self.simulator.known_ice, self.simulator.lines
-        )
-        self.weights = weights or GameRewardWeights()
+        self.potential = potential_from(potential)
         self.render_mode = render_mode
         self.action_space = self.action.space
-        self.observation_space = self.observation.space
-        self._hammer: Hammer = _checked_hammer(hammer)
+        self.observation_space = self.table.observation.space
+        self._hammer: Hammer = one_of("hammer", hammer, HAMMERS)
         self._state: GameState | None = None
         self._shots: tuple[PlayedShot, ...] = ()
+        self._film: list[Delivered] = []
+        self._last_step: list[Delivered] = []
         self._decisions: TeamDecisions | None = None
         self._renderer = GameRenderer(self.simulator.known_ice, "CurlingEnd-v0")
+
+    @property
+    def simulator(self) -> GameSimulator:
+        """What plays the throws, on the ice of this end."""
+        return self.table.simulator
+
+    @property
+    def observation(self) -> GameObservation:
+        """What makes the observations, on the ice of this end as it is known."""
+        return self.table.observation
 
     @property
     def state(self) -> GameState:
@@ -153,12 +166,24 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
 
     @state.setter
     def state(self, state: GameState) -> None:
+        self._state, self._shots, self._decisions = self.checked(state), (), None
+        self._film, self._last_step = [], []
+
+    def checked(self, state: Any) -> GameState:
+        """A state to go on from.
+
+        Raises
+        ------
+        InputError : something else, a game by other rules, or one in which the opponent is to throw
+        """
+        if not isinstance(state, GameState):
+            raise InputError(f"state must be a GameState, as env.unwrapped.state, got {state!r}")
         end = state.game.end
         if state.game.rules != self.simulator.rules:
             raise InputError("a state must be of a game by this environment's rules")
         if end is not None and end.to_throw is not AGENT:
             raise InputError("a state must have the agent (the home team) to throw")
-        self._state, self._shots, self._decisions = state, (), None
+        return state
 
     @property
     def chooser(self) -> Player:
@@ -176,38 +201,50 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """Begin an end; the opponent delivers first if the agent has the hammer."""
+        """Begin an end; the opponent delivers first if the agent has the hammer.
+
+        Raises
+        ------
+        InputError : an option that is unknown or makes no sense
+        """
         super().reset(seed=seed)
-        options = options or {}
-        unknown = sorted(options.keys() - {"hammer", "power_play", "state"})
-        if unknown:
-            raise InputError(
-                f"unknown option {unknown[0]!r}; options are hammer, power_play, state"
-            )
-        if "state" in options:
-            self.state = options["state"]
-            return self._observe(), {"shots": ()}
-        self._state = self.new_state(options.get("hammer"), options.get("power_play"))
-        self._shots, self._decisions = (), None
-        self._answer()
+        asked = reset_options(options, RESET_OPTIONS)
+        given = self.table.ices.given(asked)
+        self._shots, self._decisions, self._film, self._last_step = (), None, [], []
+        self._state = self.begin(asked, given)
+        if "state" not in asked:
+            self._answer()
         if self.render_mode == "human":
             self._renderer.show_position(self.state)
         return self._observe(), {"shots": self._shots}
 
-    def new_state(self, hammer: Hammer | None = None, power_play: Side | None = None) -> GameState:
-        """An end before its first stone, with a seed from the environment's random generator.
+    def begin(self, asked: Mapping[str, Any], given: GivenIce = (None, None)) -> GameState:
+        """An end before its first stone, on its ice, against its opponent.
+
+        All that is random follows from the environment's random generator.
 
         Parameters
         ----------
-        hammer : who delivers last; by default as the environment was made
-        power_play : the agent's power play; the opponent decides on its own
+        asked : what `reset` was asked for, besides the ice
+        given : the ice that it was asked for, and what is known of it
 
         Raises
         ------
-        InputError : a power play that these rules do not allow
+        InputError : a power play that these rules do not allow, or a state to go on from that is
+            none of this environment
         """
-        chosen = self._hammer if hammer is None else _checked_hammer(hammer)
-        own = chosen == "own" or (chosen == "random" and self.np_random.random() < 0.5)
+        hammer = one_of("hammer", asked.get("hammer") or self._hammer, HAMMERS)
+        state, power_play = asked.get("state"), asked.get("power_play")
+        if power_play is not None:
+            one_of("power_play", power_play, ("left", "right"))
+        if "state" in asked:
+            state = self.checked(state)
+        self.table.draw(self.np_random, given)
+        self._renderer.ice = self.simulator.known_ice
+        self.opponent = self.opponents.draw(self.np_random)
+        if state is not None:
+            return state
+        own = hammer == "own" or (hammer == "random" and self.np_random.random() < 0.5)
         state = self.simulator.new_game(
             int(self.np_random.integers(2**31)), last_stone=AGENT if own else AGENT.other
         )
@@ -218,28 +255,66 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
         return self.simulator.begin_end(state, power_play=power_play)
 
     def step(self, action: Singles) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Deliver a stone, and let the opponent answer."""
+        """Deliver a stone, and let the opponent answer.
+
+        Raises
+        ------
+        InputError : before the first reset, after the end, or an action that is none
+        """
         if self.state.game.end is None:
             raise InputError("the end is over; call reset()")
-        self._shots = ()
+        call = self.action.call_of(action)
+        self._shots, self._last_step = (), []
         self._decisions = self.action.decisions_of(action)
-        parts = self._play(self.action.call_of(action)) + self._answer()
+        before = self.potential.value(self.state.game, AGENT) if self.potential else 0.0
+        parts = self._play(call) + self._answer()
         state = self.state
+        if self.potential:
+            parts = replace(parts, potential=self.potential.rise(before, state.game, AGENT))
         over = state.game.end is None
         info: dict[str, Any] = {"shots": self._shots, "reward_parts": parts.as_dict()}
         if over:
             info["score"] = state.game.line_score[-1]
         return self._observe(), self.weights.total(parts), over, False, info
 
-    def render(self) -> Image | None:  # pyright: ignore[reportIncompatibleMethodOverride]
-        """The sheet from above as an RGB picture, with the paths of the last delivery on it."""
+    def render(self) -> Any:
+        """The sheet from above as an RGB picture, with the paths of the last delivery on it.
+
+        With the render mode ``rgb_array_list``, the pictures of a film of the deliveries since the
+        last call, at `metadata["render_fps"]` a second and four times as fast as they were.
+        """
         if self.render_mode is None:
             gymnasium.logger.warn(
                 "render() needs a render_mode: gym.make('CurlingEnd-v0', render_mode='rgb_array')"
             )
+        if self.render_mode == "rgb_array_list":
+            film = list(self._filmed(FILM_SPEED, self._film))
+            self._film = []
+            return film
         if self.render_mode != "rgb_array":
             return None
         return self._renderer.picture(self.state, self._shots[-1] if self._shots else None)
+
+    def frames(self, speed: float = 1.0) -> Iterator[Image]:
+        """The deliveries of the last step as a film: pictures at `metadata["render_fps"]`.
+
+        Parameters
+        ----------
+        speed : how many times faster than they happened they are shown
+
+        Raises
+        ------
+        InputError : the environment has no render mode, and so has kept no paths
+        """
+        if self.render_mode is None:
+            raise InputError("a film needs a render_mode: render_mode='rgb_array'")
+        yield from self._filmed(speed, self._last_step)
+
+    def _filmed(self, speed: float, deliveries: Sequence[Delivered]) -> Iterator[Image]:
+        if not deliveries:
+            yield self._renderer.picture(self.state, None)
+        for before, after, shot in deliveries:
+            yield from self._renderer.frames(before, after, shot, speed)
 
     def close(self) -> None:
         """Close the window, if there is one."""
@@ -255,6 +330,10 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
         chooser = self.opponent if ours else self.chooser
         self._state, shot = self.simulator.play(before, call, opponent=chooser, paths=paths)
         self._shots = (*self._shots, shot)
+        if paths:
+            self._last_step.append((before, self._state, shot))
+        if self.render_mode == "rgb_array_list":
+            self._film.append(self._last_step[-1])
         if self.render_mode == "human":
             self._renderer.show(before, self._state, shot)
         return reward_parts(before.game, self._state.game, shot.team, shot.ruling, AGENT)
@@ -269,10 +348,16 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
             parts = parts + self._play(self.opponent.call(self.simulator.view(self.state)))
 
     def _observe(self) -> Any:
-        return self.observation.observe(self.state.game, AGENT, direction_of(0))
+        return observed(self.observation, self.state)
 
 
-def _checked_hammer(hammer: Any) -> Hammer:
-    if hammer not in ("own", "opponent", "random"):
-        raise InputError(f"hammer must be 'own', 'opponent' or 'random', got {hammer!r}")
-    return hammer
+def observed(observation: GameObservation, state: GameState) -> Any:
+    """What the agent sees of an end."""
+    return observation.observe(
+        state.game,
+        AGENT,
+        direction_of(0),
+        clock=state.clock,
+        throws=state.throws,
+        wear=state.wear,
+    )

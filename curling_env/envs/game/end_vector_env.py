@@ -5,164 +5,302 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from typing import Any, ClassVar
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space, iterate
-from numpy.typing import NDArray
 
 from curling_env.envs.game.action import FollowsDecisions, TeamDecisions
-from curling_env.envs.game.end_env import AGENT, CurlingEndEnv
+from curling_env.envs.game.batch import DIRECTION, batch_outcome, release_table_of
+from curling_env.envs.game.end_env import AGENT, RESET_OPTIONS, CurlingEndEnv, observed
+from curling_env.envs.game.observation import GameObservation
+from curling_env.envs.game.opponents import Opponents
 from curling_env.envs.game.reward import GameRewardParts, reward_parts
+from curling_env.envs.ices import GivenIce
+from curling_env.envs.options import reset_options, whole_number
+from curling_env.envs.vector import (
+    autoreset_mode_of,
+    masked,
+    objects,
+    reset_mask_of,
+    seeds_of,
+    unmasked,
+)
 from curling_env.errors import InputError
-from curling_env.game import Call, GameState, Player
+from curling_env.game import Call, GameSimulator, GameState, PlayedShot, Player, PlayerView
 from curling_env.game.ice_evolution import ice_for_game
 from curling_env.game.rules import Ruling, Team
-from curling_env.game.rules.game import deliver
+from curling_env.game.rules.game import deliver, new_game
 from curling_env.game.rules.teams import STONES_PER_TEAM
-from curling_env.game.simulator import direction_of, result_of_places
-from curling_env.physics.many_stones.batch import RELEASE_DTYPE, play_batch
+from curling_env.game.simulator import result_of_places
+from curling_env.ice import Ice
+from curling_env.physics.many_stones.batch import play_batch
 from curling_env.physics.one_stone.slide import play_bounds
 from curling_env.sheet import TEE_Y
-from curling_env.throw import Delivery, velocity_of
+from curling_env.throw import Throw
 from curling_env.typing import Flags, Floats
 
-DIRECTION = direction_of(0)
+NOTHING: Mapping[str, Any] = {}
+"""A reset that was asked for nothing."""
 
 
 class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
     """Many ends of `CurlingEnd-v0` at once.
 
     With the same seeds, ends are those of `CurlingEndEnv`, in less time: the throws of a step are
-    simulated together. Where stones wear the ice, or every game has its own set of stones, no two
-    ends share an ice; they are then played one after another, as slowly as by `CurlingEndEnv`.
-    An end that is over begins anew at the next step.
+    simulated together. Before stones touch, both agree to a tenth of a millimetre; contacts
+    multiply what is left. `info` holds the same entries in Gymnasium's form; the outcomes of its
+    `shots` have no contacts and no paths. Where stones wear the ice, or every game has its own set
+    of stones, no two ends share an ice; they are then played one after another, as slowly as by
+    `CurlingEndEnv`, and with its outcomes.
 
     Parameters
     ----------
     num_envs : number of ends
-    settings : options of `CurlingEndEnv` other than `render_mode`
+    autoreset_mode : when an end that is over begins anew: in the next step ("NextStep"), whose
+        action is then not played; in the same step ("SameStep"); or when `reset` asks for it with a
+        `reset_mask` ("Disabled")
+    render_mode : None; many ends are not drawn
+    settings : options of `CurlingEndEnv`
 
     Raises
     ------
     InputError : a setting that makes no sense, or that only a single end can have
     """
 
-    metadata: ClassVar[dict[str, Any]] = {  # pyright: ignore[reportIncompatibleVariableOverride]
-        "autoreset_mode": AutoresetMode.NEXT_STEP
-    }
-
-    def __init__(self, num_envs: int = 1, **settings: Any) -> None:
-        if num_envs < 1:
-            raise InputError(f"num_envs must be at least 1, got {num_envs}")
-        if settings.get("render_mode") is not None:
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        render_mode: str | None = None,
+        **settings: Any,
+    ) -> None:
+        self.num_envs = whole_number("num_envs", num_envs, least=1)
+        if render_mode is not None:
             raise InputError("many ends at once have no render_mode; use a single environment")
+        self._mode = autoreset_mode_of(autoreset_mode)
         self.single = CurlingEndEnv(**settings)
-        self.num_envs = num_envs
+        self.metadata = {
+            **self.single.metadata,
+            "render_modes": [],
+            "autoreset_mode": self._mode,
+        }
         self.single_observation_space = self.single.observation_space
         self.single_action_space = self.single.action_space
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._bounds = play_bounds(self.single.simulator.ice, DIRECTION)
-        simulator = self.single.simulator
-        evolution = simulator.ice_evolution
-        self._one_by_one = bool(simulator.ice_wears or evolution.stone_spread)
-        self._ice = ice_for_game(simulator.ice, evolution, 0, sweeping=simulator.sweeping)
+        self._rngs: list[np.random.Generator] = []
         self._states: list[GameState] = []
+        simulator, observation = self.single.simulator, self.single.observation
+        self._simulators: list[GameSimulator] = [simulator] * num_envs
+        self._observations: list[GameObservation] = [observation] * num_envs
+        self._opponents: list[Player] = [self.single.opponent] * num_envs
         self._decisions: list[TeamDecisions | None] = [None] * num_envs
+        self._shots: list[tuple[PlayedShot, ...]] = [()] * num_envs
+        self._ices: dict[int, tuple[Ice, Ice, Floats]] = {}
 
     @property
     def states(self) -> tuple[GameState, ...]:
         """The ends at this moment."""
         return tuple(self._states)
 
+    @property
+    def opponents(self) -> Opponents:
+        """The players that the agent may meet, to which more may be appended."""
+        return self.single.opponents
+
     def reset(
-        self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
+        self, *, seed: Any = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
         """Begin all ends.
 
         Parameters
         ----------
         seed : one for each end, or the first of consecutive seeds
-        options : `hammer` and `power_play`, as for `CurlingEndEnv`
+        options : those of `CurlingEndEnv`, where `state` may also be a list with one for each end;
+            and `reset_mask` (num_envs,) to begin only some
 
         Raises
         ------
-        InputError : an unknown option, or a power play that these rules do not allow
+        InputError : an option that is unknown or makes no sense
         """
-        if isinstance(seed, list):
-            seeds = seed
-        else:
-            seeds = [None if seed is None else seed + i for i in range(self.num_envs)]
-        first = next((s for s in seeds if s is not None), None)
-        if first is not None or not hasattr(self, "_rngs"):
-            self._rngs = [np.random.Generator(np.random.PCG64(s)) for s in seeds]
-        options = options or {}
-        unknown = sorted(options.keys() - {"hammer", "power_play"})
-        if unknown:
-            raise InputError(f"unknown option {unknown[0]!r}; options are hammer, power_play")
-        hammer, power_play = options.get("hammer"), options.get("power_play")
-        self._states = [self._new(i, hammer, power_play) for i in range(self.num_envs)]
-        self._answer(range(self.num_envs))
-        return self._observe(), {}
+        n = self.num_envs
+        seeds = seeds_of(seed, n)
+        asked = reset_options(options, (*RESET_OPTIONS, "reset_mask"))
+        mask = reset_mask_of(asked.pop("reset_mask", None), n)
+        given = self.single.table.ices.given(asked)
+        states = asked.pop("state", None)
+        if states is not None:
+            many = isinstance(states, Sequence)
+            each = list(cast("Sequence[Any]", states)) if many else [states] * n
+            if len(each) != n:
+                raise InputError(f"expected a state for each of {n} ends, got {len(each)}")
+            states = [self.single.checked(state) for state in each]
+        if not self._rngs:
+            self._rngs = [np.random.default_rng() for _ in range(n)]
+            mask = np.ones(n, dtype=np.bool_)
+        rows: list[int] = np.flatnonzero(mask).tolist()
+        self._states = self._states or [GameState(game=new_game(self.single.simulator.rules))] * n
+        for i in rows:
+            if seeds[i] is not None:
+                self._rngs[i] = np.random.Generator(np.random.PCG64(seeds[i]))
+            self._begin(i, asked if states is None else {**asked, "state": states[i]}, given)
+        if states is None:
+            self._answer(rows)
+        shots = objects([self._shots[i] for i in rows])
+        return self._observe(), masked({"shots": shots}, mask)
 
     def step(self, actions: Any) -> tuple[Any, Floats, Flags, Flags, dict[str, Any]]:
-        """Deliver a stone in every end, and let the opponents answer."""
+        """Deliver a stone in every end, and let the opponents answer.
+
+        Raises
+        ------
+        InputError : before the first reset, actions that are none, or with the mode "Disabled" an
+            end that is over
+        """
         if not self._states:
             raise InputError("call reset() before the first step")
-        n = self.num_envs
-        anew = [i for i in range(n) if self._states[i].game.end is None]
-        going = [i for i in range(n) if self._states[i].game.end is not None]
-        for i in anew:
-            self._states[i] = self._new(i, None)
-        rows = list(iterate(self.action_space, actions))
+        n, single = self.num_envs, self.single
+        over = np.array([state.game.end is None for state in self._states])
+        if self._mode is AutoresetMode.DISABLED and over.any():
+            raise InputError(
+                f"end {int(np.argmax(over))} is over; begin it with "
+                "reset(options={'reset_mask': …})"
+            )
+        rows = _rows(self.action_space, actions, n)
+        going: list[int] = np.flatnonzero(~over).tolist()
         calls = {i: self.single.action.call_of(rows[i]) for i in going}
+        for i in np.flatnonzero(over).tolist():
+            self._begin(i)
+        potential, held = single.potential, dict.fromkeys(going, 0.0)
         for i in going:
-            self._decisions[i] = self.single.action.decisions_of(rows[i])
+            self._shots[i] = ()
+            self._decisions[i] = single.action.decisions_of(rows[i])
+            if potential:
+                held[i] = potential.value(self._states[i].game, AGENT)
         parts = self._play(calls)
         for i, answered in self._answer(range(n)).items():
             parts[i] = parts.get(i, GameRewardParts()) + answered
-        rewards, over = np.zeros(n), np.zeros(n, dtype=np.bool_)
-        points = np.zeros(n)
-        for i in going:
-            rewards[i] = self.single.weights.total(parts[i])
-            over[i] = self._states[i].game.end is None
-            points[i] = parts[i].points
-        info = {"points": points, "_points": over.copy()} if over.any() else {}
-        return self._observe(), rewards, over, np.zeros(n, dtype=np.bool_), info
+        if potential:
+            for i in going:
+                rise = potential.rise(held[i], self._states[i].game, AGENT)
+                parts[i] = replace(parts[i], potential=rise)
+        rewards = np.zeros(n)
+        rewards[going] = [single.weights.total(parts[i]) for i in going]
+        ended = np.array([state.game.end is None for state in self._states])
+        info = self._info(parts, ~over, ended)
+        observations = self._observe()
+        return *self._ended(observations, rewards, ended, info), info
 
     # --- the parts ------------------------------------------------------------------------------
 
-    def _new(self, i: int, hammer: Any, power_play: Any = None) -> GameState:
-        self.single.np_random = self._rngs[i]
-        self._decisions[i] = None
-        return self.single.new_state(hammer, power_play)
+    def _info(
+        self, parts: dict[int, GameRewardParts], played: Flags, ended: Flags
+    ) -> dict[str, Any]:
+        """What is told of a step: `shots`, `reward_parts`, and where an end is over its `score`."""
+        each = [parts[i].as_dict() for i in np.flatnonzero(played).tolist()]
+        info = masked({"shots": objects(self._shots)}, np.ones(self.num_envs, dtype=np.bool_))
+        if each:
+            table = {name: np.array([one[name] for one in each]) for name in each[0]}
+            info |= masked({"reward_parts": table}, played)
+        if ended.any():
+            scores = [self._states[i].game.line_score[-1] for i in np.flatnonzero(ended).tolist()]
+            info |= masked({"score": objects(scores)}, ended)
+        return info
+
+    def _ended(
+        self, observations: Any, rewards: Floats, ended: Flags, info: dict[str, Any]
+    ) -> tuple[Any, Floats, Flags, Flags]:
+        """What a step returns; with the mode "SameStep", ends that are over have begun anew."""
+        never = np.zeros(self.num_envs, dtype=np.bool_)
+        if self._mode is not AutoresetMode.SAME_STEP or not ended.any():
+            return observations, rewards, ended, never
+        rows: list[int] = np.flatnonzero(ended).tolist()
+        final = np.full(self.num_envs, None, dtype=object)
+        for i in rows:
+            final[i] = (
+                {name: array[i].copy() for name, array in observations.items()}
+                if isinstance(observations, dict)
+                else observations[i].copy()
+            )
+        told = {"shots": info["shots"], "reward_parts": unmasked(info["reward_parts"])}
+        final_info = masked({**told, "score": info["score"]}, ended, whole=True)
+        for i in rows:
+            self._begin(i)
+        self._answer(rows)
+        going = ~ended
+        left = {"shots": objects(self._shots)}
+        parts = masked({"reward_parts": told["reward_parts"]}, going, whole=True)
+        info.clear()
+        info |= {"final_obs": final, "_final_obs": ended.copy()}
+        info |= {"final_info": final_info, "_final_info": ended.copy()}
+        info |= masked(left, np.ones(self.num_envs, dtype=np.bool_))
+        if going.any():
+            info |= parts
+        return self._observe(), rewards, ended, never
+
+    def _begin(
+        self, i: int, asked: Mapping[str, Any] = NOTHING, given: GivenIce = (None, None)
+    ) -> None:
+        """Begin an end, on its ice, against its opponent."""
+        single = self.single
+        single.np_random = self._rngs[i]
+        self._states[i] = single.begin(asked, given)
+        self._simulators[i], self._observations[i] = single.simulator, single.observation
+        self._opponents[i] = single.opponent
+        self._decisions[i], self._shots[i] = None, ()
 
     def _answer(self, among: Iterable[int]) -> dict[int, GameRewardParts]:
         """The opponents deliver where it is their turn."""
         total: dict[int, GameRewardParts] = {}
-        single = self.single
         while True:
-            calls: dict[int, Call] = {}
+            views: dict[int, PlayerView] = {}
             for i in among:
                 end = self._states[i].game.end
                 if end is not None and end.to_throw is not AGENT:
-                    state: GameState = self._states[i]
-                    calls[i] = single.opponent.call(single.simulator.view(state))
-            if not calls:
+                    views[i] = self._simulators[i].view(self._states[i])
+            if not views:
                 return total
-            for i, parts in self._play(calls).items():
+            for i, parts in self._play(self._called(views)).items():
                 total[i] = total.get(i, GameRewardParts()) + parts
 
+    def _called(self, views: dict[int, PlayerView]) -> dict[int, Call]:
+        """What each opponent calls."""
+        return {i: self._opponents[i].call(view) for i, view in views.items()}
+
     def _play(self, calls: dict[int, Call]) -> dict[int, GameRewardParts]:
-        """Play one delivery in each of some ends."""
-        if not calls:
-            return {}
-        if self._one_by_one:
-            return {i: self._play_alone(i, call) for i, call in calls.items()}
-        simulator, states = self.single.simulator, self._states
+        """Play one delivery in each of some ends: together where they share an ice."""
+        parts: dict[int, GameRewardParts] = {}
+        alike: dict[int, dict[int, Call]] = {}
+        for i, call in calls.items():
+            simulator = self._simulators[i]
+            if simulator.ice_wears or simulator.ice_evolution.stone_spread:
+                parts[i] = self._play_alone(i, call)
+            else:
+                alike.setdefault(id(simulator), {})[i] = call
+        for some in alike.values():
+            parts |= self._play_together(some)
+        return parts
+
+    def _ice_of(self, simulator: GameSimulator) -> tuple[Ice, Floats]:
+        """The ice that ends of a simulator share, and the edges of play; made once for each."""
+        kept = self._ices.get(id(simulator.ice))
+        if kept is None or kept[0] is not simulator.ice:
+            evolution = simulator.ice_evolution
+            ice = ice_for_game(simulator.ice, evolution, 0, sweeping=simulator.sweeping)
+            if len(self._ices) > 4 * self.num_envs:
+                self._ices.clear()
+            kept = (simulator.ice, ice, play_bounds(simulator.ice, DIRECTION))
+            self._ices[id(simulator.ice)] = kept
+        return kept[1:]
+
+    def _play_together(self, calls: dict[int, Call]) -> dict[int, GameRewardParts]:
+        """Play one delivery in each of some ends on one ice."""
+        simulator, states = self._simulators[next(iter(calls))], self._states
         # A stone keeps its column, so that its identifier follows from the column in every end.
         # The same team throws in all ends, and its last stone lies in none: fifteen are enough.
         lying = [end.stones for i in calls if (end := states[i].game.end) is not None]
@@ -191,15 +329,18 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
                 (throw.x, throw.speed, throw.angle, throw.spin, number, clock, throws, begin, until)
             )
         places = np.array(lie).reshape(len(calls), len(names), 2)
-        releases = _releases(np.array(thrown), self.single.simulator.delivery)
-        after = play_batch(self._ice, places, releases, identity=names, bounds=self._bounds)
+        releases = release_table_of(np.array(thrown), simulator.delivery)
+        ice, bounds = self._ice_of(simulator)
+        after = play_batch(ice, places, releases, identity=names, bounds=bounds)
         if (after.collisions < 0).any():
             raise InputError("a stone never stops on this ice; check its friction and slope")
         xy = (after.xy - np.array([0.0, TEE_Y])).tolist()
         still = (after.xy[:, : len(names)] == places).all(axis=2).tolist()
         met = after.collisions.tolist()
+        last = after.last.tolist()
         parts: dict[int, GameRewardParts] = {}
-        for row, i in enumerate(calls):
+        times = after.time.tolist()
+        for row, (i, call) in enumerate(calls.items()):
             state = states[i]
             end = state.game.end
             assert end is not None
@@ -207,52 +348,78 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
             unmoved = [still[row][k] for k in columns[row]]
             result = result_of_places(end, came_to, unmoved, bool(met[row]))
             team = end.to_throw
-            game, ruling = deliver(state.game, result, put_back=self._put_back(i, team))
+            chosen: list[bool] = []
+            game, ruling = deliver(state.game, result, put_back=self._put_back(i, team, chosen))
             parts[i] = reward_parts(state.game, game, team, ruling, AGENT)
+            x, speed, angle, spin = thrown[row][:4]
+            stone = STONES_PER_TEAM * team + end.number_of_stone
+            shot = PlayedShot(
+                end=end.number,
+                number=end.delivered,
+                team=team,
+                stone=stone,
+                call=call,
+                thrown=Throw(speed=speed, angle=angle, spin=spin, x=x),
+                sweep=(thrown[row][7], thrown[row][8]),
+                direction=DIRECTION,
+                outcome=batch_outcome(
+                    [*(lying.stone for lying in end.stones), stone],
+                    [last[row][k] for k in (*columns[row], -1)],
+                    came_to,
+                    unmoved,
+                    times[row],
+                    bool(met[row]),
+                    bounds,
+                    simulator.lines.stone_radius,
+                ),
+                ruling=ruling,
+                put_back=any(chosen),
+            )
+            self._shots[i] = (*self._shots[i], shot)
             states[i] = simulator.after(state, game)
         return parts
 
     def _play_alone(self, i: int, call: Call) -> GameRewardParts:
         """Play one delivery in one end, on the ice of that end."""
-        single, before = self.single, self._states[i]
-        self._states[i], shot = single.simulator.play(before, call, opponent=self._chooser(i))
+        before = self._states[i]
+        self._states[i], shot = self._simulators[i].play(before, call, opponent=self._chooser(i))
+        self._shots[i] = (*self._shots[i], shot)
         return reward_parts(before.game, self._states[i].game, shot.team, shot.ruling, AGENT)
 
     def _chooser(self, i: int) -> Player:
         """The player that decides for the team that is not to throw, as in `CurlingEndEnv`."""
         end, decisions = self._states[i].game.end, self._decisions[i]
         ours = end is not None and end.to_throw is AGENT
-        return self.single.opponent if ours or decisions is None else FollowsDecisions(decisions)
+        return self._opponents[i] if ours or decisions is None else FollowsDecisions(decisions)
 
-    def _put_back(self, i: int, team: Team) -> Callable[[Ruling], bool]:
-        """The decision after a tick by a team."""
-        simulator, state, chooser = self.single.simulator, self._states[i], self._chooser(i)
-        return lambda ruling: chooser.puts_back(simulator.view(state, team.other), ruling)
+    def _put_back(self, i: int, team: Team, chosen: list[bool]) -> Callable[[Ruling], bool]:
+        """The decision after a tick by a team, which is added to `chosen`."""
+        simulator, state, chooser = self._simulators[i], self._states[i], self._chooser(i)
+
+        def put_back(ruling: Ruling) -> bool:
+            chosen.append(chooser.puts_back(simulator.view(state, team.other), ruling))
+            return chosen[-1]
+
+        return put_back
 
     def _observe(self) -> Any:
         seen: list[Any] = [
-            self.single.observation.observe(state.game, AGENT, DIRECTION) for state in self._states
+            observed(observation, state)
+            for observation, state in zip(self._observations, self._states, strict=True)
         ]
         if not isinstance(seen[0], dict):
             return np.stack(seen)
-        names = ("context", "ice", "stones")
-        return {name: np.stack([one[name] for one in seen]) for name in names}
+        return {name: np.stack([one[name] for one in seen]) for name in seen[0]}
 
 
-def _releases(throws: Floats, delivery: Delivery) -> NDArray[Any]:
-    """Releases, of RELEASE_DTYPE.
+def _rows(space: Any, actions: Any, count: int) -> list[Any]:
+    """The action of each environment.
 
-    Parameters
-    ----------
-    throws : (n, 9) rows of offset, speed, angle, spin, stone, clock, order, begin and end of
-        sweeping
-    delivery : where throws begin
+    Raises
+    ------
+    InputError : actions of another shape
     """
-    x, speed, angle, spin, stone, clock, order, begin, until = throws.T
-    vx, vy = velocity_of(speed, angle, DIRECTION)
-    given = {"x": x, "y": -delivery.line_y, "vx": vx, "vy": vy, "omega": spin, "stone": stone}
-    given |= {"clock": clock, "order": order, "sweep_start": begin, "sweep_end": until}
-    releases = np.zeros(len(throws), dtype=RELEASE_DTYPE)
-    for name, values in given.items():
-        releases[name] = values
-    return releases
+    shape = np.shape(actions)
+    if shape != space.shape:
+        raise InputError(f"expected actions of shape {space.shape} for {count} ends, got {shape}")
+    return list(iterate(space, np.asarray(actions)))

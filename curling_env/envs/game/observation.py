@@ -12,20 +12,15 @@ from typing import Any, Literal
 import numpy as np
 from gymnasium import spaces
 
-from curling_env.envs.sheet.observation import (
-    BANDS,
-    LANES,
-    LENGTH_SCALE,
-    ice_features,
-    observed_parameters,
-)
+from curling_env.envs.known_ice import KnownIce, ice_names, stone_names, told, wear_names
+from curling_env.envs.sheet.observation import LENGTH_SCALE
 from curling_env.errors import InputError
+from curling_env.game import PlayerView
 from curling_env.game.rules.game import Game
 from curling_env.game.rules.lines import BACK_LINE, HOG_LINE, Lines
 from curling_env.game.rules.teams import STONES_PER_TEAM, Team
-from curling_env.ice import Ice
 from curling_env.sheet import RING_RADII, Direction, to_sheet
-from curling_env.typing import Singles
+from curling_env.typing import Floats, Singles
 
 ObservationKind = Literal["flat", "dict", "planes"]
 
@@ -37,12 +32,23 @@ CONTEXT = (
     "ends left",
     "extra end",
     "guards protected",
+    "own power play left",
+    "their power play left",
+    "clock",
+    "throws",
 )
 """The numbers besides those of stones and ice, each within ±1."""
 LEAD_SCALE = 8.0
 """The lead that counts as 1 [points]."""
+CLOCK_SCALE = 3.0 * 3600.0
+"""Time since the first delivery of the game that counts as 1 [s]."""
+THROWS_SCALE = 160.0
+"""Number of throws since the game began that counts as 1."""
 SLOTS = 2 * STONES_PER_TEAM
-PLANES = ("own stones", "their stones", "house", "friction", *CONTEXT)
+STONES = tuple(
+    f"{whose} stone {k + 1}" for whose in ("own", "their") for k in range(STONES_PER_TEAM)
+)
+PLANES = ("own stones", "their stones", "house", "friction")
 PLANE_CELL = 0.1
 """Side of a cell of a plane [m]; a stone covers about seven cells."""
 PLANE_Y = (HOG_LINE - 0.2, BACK_LINE + 0.2)
@@ -54,8 +60,9 @@ class GameObservation:
 
     Parameters
     ----------
-    kind : ``flat`` (a vector), ``dict`` (context, ice and stones apart) or ``planes`` (from above)
-    ice : the ice as the team knows it
+    kind : ``flat`` (a vector), ``dict`` (context, ice and stones apart) or ``planes`` (stones and
+        ice from above, and the numbers of context and ice)
+    known : the ice as the team is told of it
     lines : lines of the sheet
 
     Raises
@@ -63,33 +70,31 @@ class GameObservation:
     InputError : an unknown kind
     """
 
-    def __init__(self, kind: ObservationKind, ice: Ice, lines: Lines) -> None:
+    def __init__(self, kind: ObservationKind, known: KnownIce, lines: Lines) -> None:
         if kind not in ("flat", "dict", "planes"):
             raise InputError(f"observation must be 'flat', 'dict' or 'planes', got {kind!r}")
-        self.kind = kind
+        self.kind: ObservationKind = kind
         self.lines = lines
-        self._known = {d: ice_features(ice, d) for d in Direction}
-        self._known_size = len(self._known[Direction.AWAY])
+        self.known = known
+        self._of_stones = known.of_stones(range(SLOTS))
+        self._ice_size = len(_ice_names())
         if kind == "planes":
             x = np.arange(-lines.width / 2 + PLANE_CELL / 2, lines.width / 2, PLANE_CELL)
             y = np.arange(PLANE_Y[0] + PLANE_CELL / 2, PLANE_Y[1], PLANE_CELL)[::-1]
             self._x, self._y = np.meshgrid(x, y)
-            self._fixed = {d: self._fixed_planes(ice, d) for d in Direction}
+            self._fixed = {d: self._fixed_planes(d) for d in Direction}
+
+    def on(self, known: KnownIce) -> GameObservation:
+        """The same observations on another ice."""
+        return GameObservation(self.kind, known, self.lines)
 
     @property
     def names(self) -> tuple[str, ...]:
         """What each number of a flat observation is."""
         return (
             *CONTEXT,
-            "mean friction",
-            *(f"friction of band {i + 1}, {lane}" for i in range(BANDS) for lane in LANES),
-            *(f"{card.name}.{parameter.name}" for card, parameter, _ in observed_parameters()),
-            *(
-                f"{whose} stone {k + 1} {what}"
-                for whose in ("own", "their")
-                for k in range(STONES_PER_TEAM)
-                for what in ("present", "x", "y")
-            ),
+            *_ice_names(),
+            *(f"{stone} {what}" for stone in STONES for what in ("present", "x", "y")),
         )
 
     @property
@@ -100,18 +105,41 @@ class GameObservation:
             return spaces.Box(-1.0, 1.0, shape, np.float32)
 
         if self.kind == "flat":
-            return box(len(CONTEXT) + self._known_size + 3 * SLOTS)
+            return box(len(self.names))
         if self.kind == "planes":
-            return box(len(PLANES), *self._x.shape)
+            numbers = len(CONTEXT) + self._ice_size
+            return spaces.Dict(
+                {"planes": box(len(PLANES), *self._x.shape), "numbers": box(numbers)}
+            )
         return spaces.Dict(
             {
                 "context": box(len(CONTEXT)),
-                "ice": box(self._known_size),
+                "ice": box(self._ice_size),
                 "stones": box(SLOTS, 3),
             }
         )
 
-    def observe(self, game: Game, team: Team, direction: Direction) -> Any:
+    def of_view(self, view: PlayerView) -> Any:
+        """What a player sees before it calls, as an observation: for policies as players."""
+        return self.observe(
+            view.game,
+            view.team,
+            view.direction,
+            clock=view.clock,
+            throws=view.entropy[1],
+            wear=view.wear,
+        )
+
+    def observe(
+        self,
+        game: Game,
+        team: Team,
+        direction: Direction,
+        *,
+        clock: float = 0.0,
+        throws: int = 0,
+        wear: Floats | None = None,
+    ) -> Any:
         """What a team sees of a game.
 
         Parameters
@@ -119,14 +147,21 @@ class GameObservation:
         game : a game in play, between ends or over
         team : the team that observes
         direction : the end played to
+        clock : time since the first delivery of the game [s]
+        throws : number of throws since then
+        wear : (rows, columns) logarithm of each cell's friction over what it was then
         """
-        context = _context(game, team)
+        context = _context(game, team, clock, throws)
+        own_first = np.roll(self._of_stones, -STONES_PER_TEAM * team, axis=0).ravel()
+        worn = self.known.wear(wear, direction)
+        ice = np.concatenate([self.known.features(direction), worn, own_first])
         if self.kind == "planes":
-            return self._planes(game, team, direction, context)
+            planes = self._planes(game, team, direction)
+            return {"planes": planes, "numbers": np.concatenate([context, ice])}
         stones = self._stones(game, team)
         if self.kind == "dict":
-            return {"context": context, "ice": self._known[direction].copy(), "stones": stones}
-        return np.concatenate([context, self._known[direction], stones.ravel()])
+            return {"context": context, "ice": ice, "stones": stones}
+        return np.concatenate([context, ice, stones.ravel()])
 
     def _stones(self, game: Game, team: Team) -> Singles:
         """Presence, x and y of every stone, (16, 3); own stones first, by number."""
@@ -137,28 +172,31 @@ class GameObservation:
             out[slot] = 1.0, x / half, max(y / LENGTH_SCALE, -1.0)
         return out
 
-    def _planes(self, game: Game, team: Team, direction: Direction, context: Singles) -> Singles:
-        out = np.empty((len(PLANES), *self._x.shape), dtype=np.float32)
-        out[:2] = 0.0
+    def _planes(self, game: Game, team: Team, direction: Direction) -> Singles:
+        out = np.zeros((len(PLANES), *self._x.shape), dtype=np.float32)
         out[2:4] = self._fixed[direction]
-        out[4:] = context[:, None, None]
-        radius = self.lines.stone_radius
+        radius = game.lines.stone_radius
         for whose, _, x, y in () if game.end is None else game.end.stones:
             covered = (self._x - x) ** 2 + (self._y - y) ** 2 <= radius**2
             out[0 if whose is team else 1][covered] = 1.0
         return out
 
-    def _fixed_planes(self, ice: Ice, direction: Direction) -> Singles:
+    def _fixed_planes(self, direction: Direction) -> Singles:
         """The share of the rings that hold each point, and friction relative to its mean here."""
         distance = np.hypot(self._x, self._y)
         house = np.mean([distance <= radius for radius in RING_RADII], axis=0)
         points = to_sheet(np.stack([self._x, self._y], axis=-1), direction)
-        mu = ice.mu_at(points)
-        relative = np.clip((mu / mu.mean() - 1) / 0.2, -1.0, 1.0)
-        return np.stack([house, relative]).astype(np.float32)
+        mu = self.known.ice.mu_at(points)
+        return np.stack([house, told((mu / mu.mean() - 1) / 0.2)]).astype(np.float32)
 
 
-def _context(game: Game, team: Team) -> Singles:
+def _ice_names() -> tuple[str, ...]:
+    """What is told of the ice: as it was, as it has worn, and of each stone."""
+    each = (f"{stone} {what}" for stone in STONES for what in stone_names())
+    return (*ice_names(), *wear_names(), *each)
+
+
+def _context(game: Game, team: Team, clock: float, throws: int) -> Singles:
     """The numbers named in `CONTEXT`."""
     end, rules = game.end, game.rules
     delivered = rules.deliveries if end is None else end.delivered
@@ -177,6 +215,10 @@ def _context(game: Game, team: Team) -> Singles:
             game.ends_left / rules.ends,
             float(game.is_extra_end),
             float(delivered < protected),
+            float(rules.power_play and team not in game.power_plays),
+            float(rules.power_play and team.other not in game.power_plays),
+            float(told(clock / CLOCK_SCALE)),
+            float(told(throws / THROWS_SCALE)),
         ],
         dtype=np.float32,
     )

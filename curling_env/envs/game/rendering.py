@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from curling_env.envs.rendering import FPS, EnvRenderer
@@ -17,6 +19,8 @@ from curling_env.typing import Floats, Image
 
 PLAYBACK_SPEED = 4.0
 """How many times faster than it happened a window shows a delivery."""
+RULED_FRAMES = FPS // 2
+"""How many pictures of a film show the stones as they lie after the ruling."""
 FAULT_TEXT = {
     Fault.HOG_LINE: "hogged",
     Fault.FREE_GUARD_ZONE: "free guard zone: put back",
@@ -91,28 +95,36 @@ class GameRenderer(EnvRenderer):
         direction = _direction(state, shot)
         return self.sheet(direction).draw(scene_of(state.game, direction, shot))
 
-    def show(self, before: GameState, after: GameState, shot: PlayedShot) -> None:
-        """In the window: a delivery as it happened, then the stones as they lie."""
-        window, end = self.window(), before.game.end
+    def frames(
+        self, before: GameState, after: GameState, shot: PlayedShot, speed: float
+    ) -> Iterator[Image]:
+        """A delivery as a film, `speed` times as fast as it was, then the stones as they lie."""
+        end = before.game.end
         lying = [] if end is None else [state_on_sheet(s, shot.direction) for s in end.stones]
         scene = DrawnScene(
             title=f"End {shot.end + 1}   {score_text(before.game)}",
             facts=facts_of(before.game, shot),
         )
-        frames = playback_frames(
+        yield from playback_frames(
             self.sheet(shot.direction),
             scene,
             lying,
             shot.outcome,
             colour_of,
             fps=FPS,
-            speed=PLAYBACK_SPEED,
+            speed=speed,
         )
-        for frame in frames:
+        ruled = self.picture(after, shot)
+        for _ in range(RULED_FRAMES):
+            yield ruled
+
+    def show(self, before: GameState, after: GameState, shot: PlayedShot) -> None:
+        """In the window: a delivery as it happened, then the stones as they lie."""
+        window = self.window()
+        for frame in self.frames(before, after, shot, PLAYBACK_SPEED):
             if not window.is_open:
                 return
             window.show(frame)
-        window.show(self.picture(after, shot))
 
     def show_position(self, state: GameState) -> None:
         """In the window: the stones as they lie."""

@@ -18,12 +18,15 @@ class GameRewardParts:
     ----------
     points : points scored less points conceded in an end that was completed
     win : 1 for a game won, -1 for one lost
-    fault : -1 for a delivery of the team that broke a rule
+    fault : -1 for a delivery of the team that broke a rule; a hogged stone is none
+    potential : by how much the potential of the position rose, where the environment has one; see
+        `potential`
     """
 
     points: float = 0.0
     win: float = 0.0
     fault: float = 0.0
+    potential: float = 0.0
 
     def as_dict(self) -> dict[str, float]:
         """The parts by name."""
@@ -34,6 +37,7 @@ class GameRewardParts:
             points=self.points + other.points,
             win=self.win + other.win,
             fault=self.fault + other.fault,
+            potential=self.potential + other.potential,
         )
 
 
@@ -49,6 +53,7 @@ class GameRewardWeights:
     points: float = 1.0
     win: float = 0.0
     fault: float = 0.0
+    potential: float = 1.0
 
     def __post_init__(self) -> None:
         for part in fields(self):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,8 +15,6 @@ from curling_env.physics.one_stone.slide import NO_BOUNDS, SlideEnd, slide
 from curling_env.sheet import HACK_Y, HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import FROM_HOG_LINE, MAX_SPEED, MAX_SPIN, Delivery, Throw
 from curling_env.typing import Floats, Singles
-
-"""Bounds that end no slide."""
 
 MAX_HIT_WEIGHT = 1.6
 """Speed of the firmest throw offered where there are stones to hit, over draw weight."""
@@ -164,3 +163,12 @@ def throw_range_for(
         fast = max(fast, MAX_HIT_WEIGHT * tee)
     most = delivery.max_speed
     return ThrowRange(speed=(min(slow, most - 0.1), min(fast, most)))
+
+
+def widest_range(
+    ices: Sequence[Ice], *, hits: bool, delivery: Delivery = FROM_HOG_LINE
+) -> ThrowRange:
+    """The range that holds the throws worth offering on each of the ices: `throw_range_for` all."""
+    ranges = [throw_range_for(ice, Direction.AWAY, hits=hits, delivery=delivery) for ice in ices]
+    slowest, fastest = zip(*(one.speed for one in ranges), strict=True)
+    return ThrowRange(speed=(min(slowest), max(fastest)))

@@ -77,8 +77,13 @@ class Shown:
     throws: int
     last: LastThrow | None
 
-    def scene(self) -> DrawnScene:
-        """The stones and the target, and in words the last throw."""
+    def scene(self, *, at_rest: bool = True) -> DrawnScene:
+        """The stones and the target, and in words the last throw.
+
+        Parameters
+        ----------
+        at_rest : whether all stones rest, so that it may be told what came of the throw
+        """
         end = self.direction.name.lower()
         number = f"throw {self.throw_number} of {self.throws}" if self.throws > 1 else "throw"
         facts: list[tuple[str, str]] = []
@@ -88,6 +93,8 @@ class Shown:
                 ("Speed", f"{throw.speed:.2f} m/s"),
                 ("Line", _signed(np.degrees(throw.angle), "°")),
                 ("Spin", _signed(throw.spin, " rad/s")),
+            ]
+            came_of_it = [
                 ("Time", f"{outcome.time:.1f} s"),
                 ("From target", f"{self.last.distance_m:.2f} m"),
                 ("Result", STATUS_TEXT[outcome.delivered_status]),
@@ -96,6 +103,7 @@ class Shown:
                     "made" if self.last.success else "missed",
                 ),
             ]
+            facts += came_of_it if at_rest else []
         return DrawnScene(
             stones=drawn_stones(self.stones, _handle_colour),
             target=to_sheet(self.target, self.direction),
@@ -124,12 +132,19 @@ class SheetEnvRenderer(EnvRenderer):
 
     def frames(self, shown: Shown, speed: float) -> Iterator[Image]:
         """The last throw as a film, `speed` times as fast as it happened."""
-        sheet, scene, last = self.sheet(shown.direction), shown.scene(), shown.last
+        sheet, last = self.sheet(shown.direction), shown.last
         if last is None:
-            yield sheet.draw(scene)
+            yield sheet.draw(shown.scene())
             return
         yield from playback_frames(
-            sheet, scene, last.before, last.outcome, _handle_colour, fps=FPS, speed=speed
+            sheet,
+            shown.scene(at_rest=False),
+            last.before,
+            last.outcome,
+            _handle_colour,
+            fps=FPS,
+            speed=speed,
+            scene_at_rest=shown.scene(),
         )
 
     def show(self, shown: Shown) -> None:

@@ -6,13 +6,14 @@ The options are read once, into the distribution from which every episode draws 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import hypot
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from curling_env.envs.options import is_whole_number
 from curling_env.envs.sheet.tasks import Task
 from curling_env.errors import InputError
 from curling_env.ice import Ice
@@ -26,7 +27,9 @@ DirectionOption = Direction | Literal["away", "home", "random"]
 
 FIRST_OWN_STONE = 100
 """Identifiers of the agent's stones start here; stones laid at reset count from 0."""
-RESET_OPTIONS = ("target", "stones", "direction", "level")
+POSITION_OPTIONS = ("target", "stones", "direction", "level")
+"""Options that decide how an episode begins."""
+RESET_OPTIONS = (*POSITION_OPTIONS, "ice", "known_ice")
 """What `reset` may be asked for in its `options`."""
 
 # Where random stones lie, delivery frame: in the house and before it. These are choices.
@@ -90,6 +93,11 @@ class ResetDistribution:
         no_random_stones = self.stones == 0 if isinstance(self.stones, int) else True
         return self.direction is not None and self.goal is not None and no_random_stones
 
+    def on(self, ice: Ice) -> ResetDistribution:
+        """The same distribution with the stones of an ice."""
+        radius = ice.stone.radius
+        return self if radius == self.stone_radius else replace(self, stone_radius=radius)
+
     def sample(self, rng: np.random.Generator) -> InitialState:
         """Draw the initial state of one episode.
 
@@ -144,7 +152,7 @@ def reset_distribution(options: Mapping[str, Any], ice: Ice, task: Task) -> Rese
 
     Parameters
     ----------
-    options : all of RESET_OPTIONS, as `CurlingSheetEnv` takes them
+    options : all of POSITION_OPTIONS, as `CurlingSheetEnv` takes them
     ice : the ice, which knows the size of sheet and stone
     task : what a throw is asked to do
 
@@ -152,9 +160,6 @@ def reset_distribution(options: Mapping[str, Any], ice: Ice, task: Task) -> Rese
     ------
     InputError : an unknown option, or one that makes no sense
     """
-    unknown = sorted(options.keys() - set(RESET_OPTIONS))
-    if unknown:
-        raise InputError(f"unknown option {unknown[0]!r}; options are {', '.join(RESET_OPTIONS)}")
     level = _level(options["level"])
     goal = _goal(options["target"], ice.sheet.width / 2)
     if options["target"] is None and not level:
@@ -175,7 +180,7 @@ def _direction(direction: Any) -> Direction | None:
     if direction == "random":
         return None
     names = {end.name.lower(): end for end in Direction}
-    if direction not in names:
+    if not isinstance(direction, str) or direction not in names:
         raise InputError(f"direction must be 'away', 'home' or 'random', got {direction!r}")
     return names[direction]
 
@@ -183,7 +188,7 @@ def _direction(direction: Any) -> Direction | None:
 def _level(level: Any) -> float | None:
     if level is None:
         return None
-    if not isinstance(level, (int, float)) or not 0 <= level <= 1:
+    if isinstance(level, bool) or not isinstance(level, (int, float)) or not 0 <= level <= 1:
         raise InputError(f"level must be None or a number from 0 to 1, got {level!r}")
     return float(level)
 
@@ -208,13 +213,15 @@ def _goal(target: Any, half_width: float) -> Floats | None:
 
 
 def _stones(stones: Any, bounds: Floats) -> Floats | int:
-    if isinstance(stones, int):
+    if is_whole_number(stones):
         if stones < 0:
             raise InputError(f"the number of stones must be at least 0, got {stones}")
-        return stones
+        return int(stones)
     try:
         places = np.asarray(stones, dtype=np.float64)
     except (TypeError, ValueError):
+        places = np.full((1, 1), np.nan)
+    if isinstance(stones, bool):
         places = np.full((1, 1), np.nan)
     if places.size == 0:
         return np.empty((0, 2))

@@ -98,7 +98,7 @@ class Landing:
     target_stone : (..., 2) where the task's target stone lies afterwards; NaN where it left play,
         or where the task has none
     target_stone_before : (..., 2) where it lay before the throw
-    stone_radius : radius of a stone [m]
+    stone_radius : radius of a stone [m]; (...) where throws are on different ices
     """
 
     stone: Any
@@ -106,7 +106,7 @@ class Landing:
     target: Any
     target_stone: Any
     target_stone_before: Any
-    stone_radius: float
+    stone_radius: Any
 
     @property
     def distance_m(self) -> Any:

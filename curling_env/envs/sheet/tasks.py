@@ -282,5 +282,8 @@ def task_named(name: str | Task) -> Task:
     if not isinstance(task, Task):  # pyright: ignore[reportUnnecessaryIsInstance]  (from outside)
         parts = [part for part in vars(Task) if not part.startswith("_")]
         missing = next(part for part in parts if not hasattr(task, part))
-        raise InputError(f"{name!r} is no task: it has no {missing}")
+        raise InputError(
+            f"{str(name)[:60]!r} is no task: it has no {missing}; give one of "
+            f"{', '.join(task_names())}, module:Class, or a Task"
+        )
     return task

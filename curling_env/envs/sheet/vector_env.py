@@ -6,16 +6,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
+from curling_env.envs.ices import GivenIce
+from curling_env.envs.options import reset_options, whole_number
 from curling_env.envs.sheet.env import CurlingSheetEnv, engine_for
-from curling_env.envs.sheet.reset import FIRST_OWN_STONE, ResetDistribution
+from curling_env.envs.sheet.reset import FIRST_OWN_STONE, RESET_OPTIONS, ResetDistribution
 from curling_env.envs.sheet.reward import Landing, judge
+from curling_env.envs.vector import autoreset_mode_of, masked, reset_mask_of, seeds_of
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.many_stones.batch import MOST_STONES, RELEASE_DTYPE, play_batch
@@ -28,6 +31,22 @@ from curling_env.typing import Flags, Floats, Indices, Singles
 STATUSES = np.array([status.value for status in Status], dtype=object)
 """What `info` calls each status, in the order of `Status`."""
 _CODE = {status: code for code, status in enumerate(Status)}
+
+
+DIRECTIONS = np.array([Direction.AWAY, Direction.HOME], dtype=object)
+
+
+def _bounds(ice: Ice) -> Floats:
+    """The edges of play towards each end, (2, 4); see `play_bounds`."""
+    return np.array([play_bounds(ice, end) for end in Direction])
+
+
+def _throws(numbers: Floats) -> NDArray[Any]:
+    """Throws of speeds, angles and spins (n, 3), as objects."""
+    throws = np.empty(len(numbers), dtype=object)
+    for row, (speed, angle, spin) in enumerate(numbers.tolist()):
+        throws[row] = Throw(speed=speed, angle=angle, spin=spin)
+    return throws
 
 
 class _Played(NamedTuple):
@@ -54,14 +73,15 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
     """Many sheets of `CurlingSheet-v0` at once.
 
     With the same seeds, sheets, throws and rewards are those of `CurlingSheetEnv`, in far less
-    time. `info` holds the same entries, as arrays with a mask each; `throw` holds the arrays
-    `speed`, `angle` and `spin`.
+    time. `info` holds the same entries in Gymnasium's form, as arrays with a mask each; without
+    `fps` it has neither `trajectory` nor `outcome`.
 
     Parameters
     ----------
     num_envs : number of sheets
-    autoreset_mode : when an episode that is over begins anew: in the next step, whose action is
-        then not thrown, or in the same step. In the same step, every step is a throw.
+    autoreset_mode : when an episode that is over begins anew: in the next step ("NextStep"), whose
+        action is then not thrown; in the same step ("SameStep"), so that every step is a throw; or
+        when `reset` asks for it with a `reset_mask` ("Disabled")
     fps : samples a second of `trajectory` in `info`; without it `info` has neither `trajectory`
         nor `outcome`. With it throws are simulated one by one, as slowly as in `CurlingSheetEnv`.
     render_mode : None; many sheets are not drawn
@@ -81,19 +101,12 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
         render_mode: str | None = None,
         **settings: Any,
     ) -> None:
-        if num_envs < 1:
-            raise InputError(f"num_envs must be at least 1, got {num_envs}")
+        num_envs = whole_number("num_envs", num_envs, least=1)
         if render_mode is not None:
             raise InputError(
                 "many sheets at once are not shown: make a single environment for that"
             )
-        modes = (AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP)
-        mode = next((m for m in modes if autoreset_mode in (m, m.value)), None)
-        if mode is None:
-            raise InputError(
-                f"autoreset_mode must be {' or '.join(m.value for m in modes)}, "
-                f"got {autoreset_mode!r}"
-            )
+        mode = autoreset_mode_of(autoreset_mode)
         if fps is not None:
             settings["fps"] = fps
         self.single = CurlingSheetEnv(**settings)
@@ -103,7 +116,7 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
         self.single_action_space = self.single.action_space
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._same_step = mode is AutoresetMode.SAME_STEP
+        self._mode = mode
         self._fps = fps
         slots = self.single.observation.slots
         if slots > MOST_STONES:
@@ -117,10 +130,20 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
         self._identifiers = [
             s if s < self._resting else FIRST_OWN_STONE + s - self._resting for s in range(slots)
         ]
-        self._bounds = np.array([play_bounds(self.single.ice, end) for end in Direction])
-        self._known = np.array([self.single.ice_features(end) for end in Direction])
+        self._usual_bounds = _bounds(self.single.ice)
         self._rngs: list[np.random.Generator] = []
+        usual = self.single.ices.known_as(self.single.ices.known[0])
+        self._usual = np.array([usual.features(end) for end in Direction])
+        # What is told of the stones by their slots, and of none after the last.
+        told = usual.of_stones(self._identifiers)
+        self._usual_stones = np.concatenate([told, np.zeros_like(told[:1])])
         self._ices = [self.single.ice] * num_envs
+        self._same_ice = True
+        # The edges of play for each sheet and each end, and the radius of its stones.
+        self._bounds = np.repeat(self._usual_bounds[None], num_envs, axis=0)
+        self._radius = np.full(num_envs, self.single.ice.stone.radius)
+        self._known = np.repeat(self._usual[:1], num_envs, axis=0)
+        self._of_stones = np.repeat(self._usual_stones[None], num_envs, axis=0)
         self._directions = np.ones(num_envs, dtype=np.int64)
         self._targets = np.zeros((num_envs, 2))
         self._places = np.full((num_envs, slots, 2), np.nan)
@@ -155,18 +178,11 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
         InputError : an option that makes no sense
         """
         n = self.num_envs
-        if seed is None or isinstance(seed, int):
-            seeds = [None if seed is None else seed + i for i in range(n)]
-        else:
-            seeds = list(seed)
-        if len(seeds) != n:
-            raise InputError(f"expected a seed for each of {n} environments, got {len(seeds)}")
-        options = dict(options or {})
-        mask = np.asarray(options.pop("reset_mask", np.ones(n, dtype=np.bool_)))
-        if mask.shape != (n,) or mask.dtype != np.bool_ or not mask.any():
-            raise InputError(
-                f"reset_mask must have a boolean for each of {n} environments, one of them True"
-            )
+        seeds = seeds_of(seed, n)
+        asked = reset_options(options, (*RESET_OPTIONS, "reset_mask"))
+        mask = reset_mask_of(asked.pop("reset_mask", None), n)
+        given = self.single.ices.given(asked)
+        distribution = self.single.reset_distribution(asked)
         if not self._rngs:
             self._rngs = [np.random.default_rng() for _ in range(n)]
             mask = np.ones(n, dtype=np.bool_)
@@ -174,15 +190,16 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
         for i in rows:
             if seeds[i] is not None:
                 self._rngs[i] = np.random.Generator(np.random.PCG64(seeds[i]))
-        self._begin(rows, self.single.reset_distribution(options))
-        return self._observe(), self._with_mask(self._target_info(rows), mask)
+        self._begin(rows, distribution, given)
+        return self._observe(), masked(self._target_info(rows), mask)
 
     def step(self, actions: Singles) -> tuple[Singles, Floats, Flags, Flags, dict[str, Any]]:
         """Throw a stone on every sheet.
 
         Raises
         ------
-        InputError : before the first reset, or actions of another shape
+        InputError : before the first reset, actions of another shape, or with the mode "Disabled"
+            an episode that is over
         """
         if not self._rngs:
             raise InputError("call reset() before the first step")
@@ -191,6 +208,11 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
         if actions.shape != (n, 3):
             raise InputError(f"expected actions of shape ({n}, 3), got {actions.shape}")
         everyone = np.arange(n)
+        if self._mode is AutoresetMode.DISABLED and self._over.any():
+            raise InputError(
+                f"the episode of environment {int(np.argmax(self._over))} is over; begin it with "
+                "reset(options={'reset_mask': …})"
+            )
         beginning = np.flatnonzero(self._over)
         playing = np.flatnonzero(~self._over) if len(beginning) else everyone
         self._begin(beginning, self.single.reset_distribution())
@@ -201,41 +223,55 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
         over = self._played >= self.single.throws
         observations = self._observe()
         info: dict[str, Any] = {}
-        if self._same_step and over.any():
+        same_step = self._mode is AutoresetMode.SAME_STEP
+        if same_step and over.any():
             final = np.empty(n, dtype=object)
             for i in np.flatnonzero(over):
                 final[i] = observations[i].copy()
             ended = {**facts, **self._target_info(everyone)}
             info["final_obs"], info["_final_obs"] = final, over.copy()
-            info["final_info"] = self._with_mask(ended, over, whole=True)
+            info["final_info"] = masked(ended, over, whole=True)
             info["_final_info"] = over.copy()
             self._begin(np.flatnonzero(over), self.single.reset_distribution())
             observations = self._observe()
         else:
             self._over = over
-        info |= self._with_mask(self._target_info(everyone), np.ones(n, dtype=np.bool_))
-        if len(playing) and not (self._same_step and over.all()):
-            mask = ~over if self._same_step else np.isin(everyone, playing)
-            info |= self._with_mask(facts, mask, whole=len(playing) == n)
+        info |= masked(self._target_info(everyone), np.ones(n, dtype=np.bool_))
+        if len(playing) and not (same_step and over.all()):
+            mask = ~over if same_step else np.isin(everyone, playing)
+            info |= masked(facts, mask, whole=len(playing) == n)
         return observations, rewards, over, np.zeros(n, dtype=np.bool_), info
 
     # --- the parts ------------------------------------------------------------------------------
 
-    def _begin(self, rows: Indices, distribution: ResetDistribution) -> None:
+    def _begin(
+        self, rows: Indices, distribution: ResetDistribution, given: GivenIce = (None, None)
+    ) -> None:
         """Begin an episode on some of the sheets."""
         if not len(rows):
             return
         self._played[rows], self._clock[rows], self._over[rows] = 0, 0.0, False
         self._places[rows] = np.nan
         each: list[int] = rows.tolist()
-        if distribution.is_fixed:
-            self._set_state(rows, *distribution.sample(self._rngs[0]))
-        else:
-            for i in each:
-                self._set_state(i, *distribution.sample(self._rngs[i]))
-        if self.single.ice_sigma:
-            for i in each:
-                self._ices[i] = self.single.draw_ice(self._rngs[i])
+        ices = self.single.ices
+        if ices.usual is not self._ices[0] or ices.are_drawn or given != (None, None):
+            self._same_ice = False
+        if self._same_ice:
+            if distribution.is_fixed:
+                self._set_state(rows, *distribution.sample(self._rngs[0]))
+            else:
+                for i in each:
+                    self._set_state(i, *distribution.sample(self._rngs[i]))
+            self._known[rows] = self._usual[(self._directions[rows] < 0).astype(np.intp)]
+            return
+        for i in each:
+            ice, known = ices.draw(self._rngs[i], given)
+            self._set_state(i, *distribution.on(ice).sample(self._rngs[i]))
+            self._known[i] = known.features(Direction(int(self._directions[i])))
+            self._of_stones[i, :-1] = known.of_stones(self._identifiers)
+            if ice is not self._ices[i]:
+                self._ices[i], self._radius[i] = ice, ice.stone.radius
+                self._bounds[i] = _bounds(ice)
 
     def _set_state(
         self, rows: Indices | int, direction: Direction, target: Any, places: Floats
@@ -247,14 +283,16 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
     def _throw(self, rows: Indices, actions: Singles) -> tuple[Floats, dict[str, Any]]:
         """Throw a stone on some of the sheets; their rewards, and facts for `info`."""
         single = self.single
-        throws = single.throw_range.numbers_of(actions)
+        meant = single.throw_range.numbers_of(actions)
+        throws = single.thrown(meant, [self._rngs[i] for i in rows])
         direction, thrown = self._directions[rows], self._resting + self._played[rows]
         k = int(thrown.max())
         played = self._play_each(rows, throws, k) if self._fps else self._play(rows, throws, k)
-        bounds = self._bounds[(direction < 0).astype(np.intp)]
+        bounds = self._bounds[rows, (direction < 0).astype(np.intp)]
+        radius: Any = self._radius[rows]
         x, y = played.last.T
         gone = np.isnan(played.xy[:, -1, 0])
-        hogged = ~gone & ~played.struck & is_hogged(y, direction, single.ice.stone.radius)
+        hogged = ~gone & ~played.struck & is_hogged(y, direction, radius)
         side = left_by_the_side(x, y, bounds.T)
         code = np.select(
             [hogged, ~gone, side],
@@ -273,11 +311,11 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
             target=self._targets[rows],
             target_stone=to_delivery(self._target_stone(rows), direction[:, None]),
             target_stone_before=before,
-            stone_radius=single.ice.stone.radius,
+            stone_radius=radius,
         )
         verdict = judge(landing, single.task.is_done(landing))
         facts: dict[str, Any] = {
-            "throw": dict(zip(("speed", "angle", "spin"), throws.T, strict=True)),
+            "throw": _throws(throws),
             "status": STATUSES[code],
             "distance_m": verdict.distance_m,
             "in_house": verdict.in_house,
@@ -305,9 +343,10 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
         before = self._places[rows, :k]
         xy, last = np.empty((len(rows), k + 1, 2)), np.empty((len(rows), 2))
         struck, time = np.empty(len(rows), dtype=np.bool_), np.empty(len(rows))
-        for end, bounds in zip(Direction, self._bounds, strict=True):
+        for number, end in enumerate(Direction):
             to_end = direction == end
             for mine, ice in self._by_ice(rows, to_end):
+                bounds = self._bounds[rows[mine][0], number]
                 after = play_batch(
                     ice,
                     before[mine],
@@ -323,14 +362,17 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
                 struck[mine], time[mine] = after.collisions > 0, after.time
         return _Played(xy, last, struck, time, {})
 
-    def _by_ice(self, rows: Indices, to_end: Flags) -> list[tuple[slice | Flags, Ice]]:
+    def _by_ice(self, rows: Indices, to_end: Flags) -> list[tuple[slice | Flags | Indices, Ice]]:
         """Parts of the rows that play to one end, each on one ice."""
-        if self.single.ice_sigma:
-            each: list[int] = np.flatnonzero(to_end).tolist()
-            return [(slice(i, i + 1), self._ices[rows[i]]) for i in each]
         if not to_end.any():
             return []
-        return [(slice(None) if to_end.all() else to_end, self.single.ice)]
+        if self._same_ice:
+            return [(slice(None) if to_end.all() else to_end, self.single.ice)]
+        alike: dict[int, tuple[list[int], Ice]] = {}
+        for row in np.flatnonzero(to_end).tolist():
+            ice = self._ices[int(rows[row])]
+            alike.setdefault(id(ice), ([], ice))[0].append(row)
+        return [(np.array(some), ice) for some, ice in alike.values()]
 
     def _play_each(self, rows: Indices, throws: Floats, k: int) -> _Played:
         """Simulate throws one by one through the engine, which keeps trajectories."""
@@ -340,7 +382,7 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
         for row, (i, (speed, angle, spin)) in enumerate(zip(rows, throws.tolist(), strict=True)):
             slots = np.flatnonzero(~np.isnan(self._places[i, :k, 0]))
             number = int(self._played[i])
-            engine = engine_for(self._ices[int(i)]) if self.single.ice_sigma else self.single.engine
+            engine = self.single.engine if self._same_ice else engine_for(self._ices[int(i)])
             outcome = engine.play(
                 Throw(speed=speed, angle=angle, spin=spin).release(
                     Direction(self._directions[i]),
@@ -366,47 +408,29 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
         return _Played(xy, last, struck, time, {"outcome": outcomes, "trajectory": trajectories})
 
     def _observe(self) -> Singles:
-        places, own = self._places, self._own
+        places, own, of_stones = self._places, self._own, self._of_stones[:, :-1]
         if places.shape[1] > 1:
             # Stones in play come first, in their order, as in the single environment.
             order = np.argsort(np.isnan(places[..., 0]), axis=1, kind="stable")
             places, own = np.take_along_axis(places, order[..., None], axis=1), own[order]
+            of_stones = np.take_along_axis(of_stones, order[..., None], axis=1)
+        to_come = np.where(self._played < self.single.throws, self._resting + self._played, -1)
         return self.single.observation.vector(
             target=self._targets,
             throws_left=1 - self._played / self.single.throws,
-            known=self._known[(self._directions < 0).astype(np.intp)],
+            clock=self._clock,
+            known=self._known,
+            next_stone=self._of_stones[np.arange(self.num_envs), to_come],
             stones=to_delivery(places, self._directions[:, None, None]),
             own=own,
+            of_stones=of_stones,
         )
 
     def _target_info(self, rows: Indices) -> dict[str, Any]:
-        """Target (sheet frame) and direction of some sheets, for `info`."""
+        """Target in both frames and direction of some sheets, for `info`."""
         direction = self._directions[rows]
         return {
             "target": to_sheet(self._targets[rows], direction[:, None]),
-            "direction": direction,
+            "target_from_tee": self._targets[rows],
+            "direction": DIRECTIONS[(direction < 0).astype(np.intp)],
         }
-
-    def _with_mask(
-        self, facts: dict[str, Any], mask: Flags, *, whole: bool = False
-    ) -> dict[str, Any]:
-        """Facts in Gymnasium's form: for each name an array over all environments, and a mask.
-
-        Parameters
-        ----------
-        facts : arrays by name, with a row for each environment in the mask
-        mask : (num_envs,) the environments that the facts belong to
-        whole : whether the arrays hold a row for every environment instead
-        """
-        out: dict[str, Any] = {}
-        for name, value in facts.items():
-            if isinstance(value, dict):
-                inner = cast("dict[str, Any]", value)
-                out[name] = self._with_mask(inner, mask, whole=whole)
-            else:
-                shape = (self.num_envs, *value.shape[1:])
-                empty = np.empty if value.dtype == object else np.zeros
-                out[name] = empty(shape, dtype=value.dtype)
-                out[name][mask] = value[mask] if whole else value
-            out[f"_{name}"] = mask.copy()
-        return out

@@ -158,6 +158,8 @@ def begin_end(
     if throw_first and not rules.placed_stones:
         raise InputError(f"{rules.name} leaves no choice who throws first")
     if power_play is not None:
+        if power_play not in ("left", "right"):
+            raise InputError(f"power_play must be 'left', 'right' or None, got {power_play!r}")
         if not rules.power_play:
             raise InputError(f"{rules.name} has no power play")
         if decides in game.power_plays:

@@ -208,6 +208,6 @@ def rule_set(name: str | RuleSet, **changes: Any) -> RuleSet:
     """
     if isinstance(name, RuleSet):
         return replace(name, **changes) if changes else name
-    if name not in RULE_SETS:
+    if not isinstance(name, str) or name not in RULE_SETS:  # pyright: ignore[reportUnnecessaryIsInstance]
         raise InputError(f"no set of rules is named {name!r}; there are {', '.join(RULE_SETS)}")
     return replace(RULE_SETS[name], **changes) if changes else RULE_SETS[name]

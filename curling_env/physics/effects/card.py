@@ -27,6 +27,7 @@ Breaks = Callable[[Values], tuple[float, ...]]
 Displacement = Callable[[Floats, Floats, Values], Floats]
 """Reported less true position (n, 2) [m], from true positions (n, 2), headings (n,), parameters."""
 Starts = Callable[[Values], Sequence[Values]]
+Turned = Callable[[Values], Values]
 
 
 def _no_breaks(_: Values) -> tuple[float, ...]:
@@ -179,9 +180,12 @@ class EffectCard:
         left, of the rotation, or fixed in the sheet
     search : how it is looked for in measured throws
     shown_over : variable over which figures show it
-    observed : what an agent may be told of it: parameters, and of each the value that counts as 1
-    observed_order : place of these numbers among those of other effects; trained policies rely on
-        it, so that it never changes
+    turned : parameters of the effect seen from the other end of the sheet, given those from this
+        one; by default those with an `axis` change their sign
+    observed : scales of the parameters that agents are told, each the value that counts as 1; a
+        parameter that is not named has a scale from its bounds
+    observed_order : place of these numbers among those of other effects
+    observed_times : how many effects of this name on one ice are told apart
     """
 
     name: str
@@ -205,6 +209,8 @@ class EffectCard:
     shown_over: Variable = "speed"
     observed: Values = field(default_factory=dict[str, float])
     observed_order: int = 1_000
+    observed_times: int = 1
+    turned: Turned | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         unknown = sorted((self.search.named | self.observed.keys()) - self._names)
@@ -256,6 +262,13 @@ class EffectCard:
         if self.search.first is not None:
             return self.search.first
         return tuple(name for name in self.neutral if name not in self.shape)
+
+    def seen_from_the_other_end(self, given: Values) -> Values:
+        """Parameters of the same effect, after a half-turn of the sheet frame."""
+        if self.turned is not None:
+            return self.turned(given)
+        axes = {parameter.name for parameter in self.parameters if parameter.axis}
+        return {name: -value if name in axes else value for name, value in given.items()}
 
     def parameter(self, name: str) -> Parameter:
         """The parameter of that name."""

@@ -64,7 +64,7 @@ CARD = EffectCard(
     kernel=_kernel,
     pushes=("left",),
     search=Search(needs=("headings",), shape=("speed_exponent", "spin_exponent")),
-    observed={"strength": 0.02, "speed_exponent": 1.0},
+    observed={"strength": 0.02, "speed_exponent": 1.0, "spin_exponent": 1.0},
     observed_order=1,
     dissipative=True,
 )

@@ -30,6 +30,12 @@ SOFT_BREAKS = tuple(0.75 * k for k in range(-6, 7))
 """Where a soft side counts as bent, in units of `edge`: tanh is straight enough in between."""
 
 
+def _turned(given: Mapping[str, float]) -> dict[str, float]:
+    """The patch as it lies seen from the other end."""
+    sides = {"x_min": "x_max", "x_max": "x_min", "y_min": "y_max", "y_max": "y_min"}
+    return {**given, **{side: -given[opposite] for side, opposite in sides.items()}}
+
+
 def _breaks(given: Mapping[str, float], *sides: str) -> tuple[float, ...]:
     edge = given.get("edge", 0.0)
     return tuple(
@@ -88,6 +94,10 @@ CARD = EffectCard(
         area=("x_min", "x_max", "y_min", "y_max"), shape=("y_min", "y_max"), finer=_finer
     ),
     shown_over="y",
+    turned=_turned,
+    observed={"x_min": 4.0, "x_max": 4.0, "y_min": 40.0, "y_max": 40.0, "factor": 0.2, "edge": 2.0},
+    observed_order=9,
+    observed_times=2,
     dissipative=True,
     x_breaks=_x_breaks,
     y_breaks=_y_breaks,

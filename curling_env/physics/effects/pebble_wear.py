@@ -57,5 +57,7 @@ CARD = EffectCard(
         ),
     ),
     shown_over="order",
+    observed={"rate": 0.01, "along_path": 0.01},
+    observed_order=7,
     dissipative=True,
 )

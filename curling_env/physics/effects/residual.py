@@ -50,6 +50,14 @@ def _y_breaks(given: Mapping[str, float]) -> tuple[float, ...]:
     return _places(given, VARIABLES.index("y"))
 
 
+def _turned(given: Mapping[str, float]) -> dict[str, float]:
+    """The table as it reads seen from the other end: one over x or y is read backwards."""
+    if VARIABLES[int(given["variable"])] not in ("x", "y"):
+        return dict(given)
+    knots = {f"log_factor_{k}": given.get(f"log_factor_{KNOTS - 1 - k}", 0.0) for k in range(KNOTS)}
+    return {**given, **knots, "low": -given["high"], "high": -given["low"]}
+
+
 def _knot(k: int) -> Parameter:
     return Parameter(
         name=f"log_factor_{k}",
@@ -86,6 +94,14 @@ CARD = EffectCard(
     evidence="what is left follows this variable, and the table shrinks the gap on throws held out",
     acts="friction",
     kernel=_kernel,
+    turned=_turned,
+    observed={
+        "variable": 2.0 * len(VARIABLES),
+        "low": 40.0,
+        "high": 40.0,
+        **{f"log_factor_{k}": 0.2 for k in range(KNOTS)},
+    },
+    observed_order=10,
     dissipative=True,
     x_breaks=_x_breaks,
     y_breaks=_y_breaks,

@@ -84,7 +84,7 @@ CARD = EffectCard(
     acts="contact_friction",
     kernel=_kernel,
     search=Search(shape=(), finer=_finer, mistaken_for=("map", "camera")),
-    observed={"exponent": 1.0},
+    observed={"exponent": 1.0, "speed_offset": 0.2, "share": 2.0},
     observed_order=0,
     dissipative=True,
 )

@@ -79,7 +79,7 @@ CARD = EffectCard(
         # A rate that must not be negative can be held at zero by a wrong shape.
         other_start={"rate": 0.01, "speed_exponent": 0.0, "spin_exponent": 1.0},
     ),
-    observed={"rate": 0.05},
+    observed={"rate": 0.05, "speed_exponent": 1.5, "speed_floor": 0.2, "spin_exponent": 1.5},
     observed_order=3,
     dissipative=True,
 )

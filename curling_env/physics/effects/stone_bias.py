@@ -69,5 +69,7 @@ CARD = EffectCard(
         stone="stone",
     ),
     shown_over="stone",
+    observed={"factor": 0.1, "curl_factor": 0.5},
+    observed_order=8,
     dissipative=True,
 )

@@ -48,5 +48,7 @@ CARD = EffectCard(
     kernel=_kernel,
     search=Search(needs=("swept",)),
     shown_over="swept",
+    observed={"friction_factor": 0.3, "curl_factor": 1.0},
+    observed_order=5,
     dissipative=True,
 )

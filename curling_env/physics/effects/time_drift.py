@@ -36,5 +36,7 @@ CARD = EffectCard(
     scope="between throws",
     search=Search(needs=("clocks",), mistaken_for=("map",)),
     shown_over="clock",
+    observed={"rate": 2e-5},
+    observed_order=6,
     dissipative=True,
 )

@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from curling_env.envs.sheet.observation import SheetObservation, ice_features
+from curling_env.envs.known_ice import ice_features, ice_names
 from curling_env.ice import ActiveEffect, Ice
 from curling_env.physics.effects import unregister
 from curling_env.sheet import Direction
@@ -87,26 +87,30 @@ def test_its_file_alone_makes_it_named_sized_and_drawn(make_session, trough, tmp
 
 
 def test_an_agent_is_told_of_it(trough):
-    before = SheetObservation(slots=2, width=4.5).names
-    place = before.index("trough.rate") - 3
+    names = ice_names()
+    place = names.index("trough.rate")
     ice = Ice.uniform(0.009, effects=(ActiveEffect(name="trough", parameters={"rate": 0.002}),))
     told = ice_features(ice, Direction.AWAY)
     assert told[place] == np.float32(0.5)
     # It comes after the effects of the project, whose places trained policies rely on.
-    assert before[place + 2] == "slope.y"
-    assert len(told) == place + 1
+    assert place == len(names) - 1 == len(told) - 1
 
 
 def test_what_is_known_of_the_projects_effects_keeps_its_places():
-    names = SheetObservation(slots=1, width=4.5).names
+    names = ice_names()
     first = names.index("speed_dependent_friction.exponent")
-    assert names[first : first + 8] == (
+    assert names[first : first + 13] == (
         "speed_dependent_friction.exponent",
+        "speed_dependent_friction.speed_offset",
+        "speed_dependent_friction.share",
         "curl.strength",
         "curl.speed_exponent",
+        "curl.spin_exponent",
         "air_drag.coefficient",
         "spin_drag.rate",
+        "spin_drag.speed_exponent",
+        "spin_drag.speed_floor",
+        "spin_drag.spin_exponent",
         "slope.x",
         "slope.y",
-        "stone 1 team",
     )

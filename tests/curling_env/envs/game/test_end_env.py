@@ -168,7 +168,7 @@ def test_a_guard_taken_out_too_early_is_put_back_and_counts_as_a_fault():
 def test_planes_show_every_stone_on_its_own_plane():
     env = make(observation="planes", hammer="own", skill="none", opponent_skill="none")
     seen, _ = env.reset(seed=0)
-    own, theirs = seen[0], seen[1]
+    own, theirs = seen["planes"][:2]
     assert own.sum() == 0
     area = 0.1**2 * theirs.sum()
     assert area == pytest.approx(np.pi * 0.145**2, rel=0.25)
@@ -230,3 +230,118 @@ def test_the_agent_has_its_power_play_and_its_choice_in_the_action():
         assert env.chooser.puts_back(None, None) is put_back
     with pytest.raises(InputError, match="no power play"):
         gym.make("CurlingEnd-v0", hammer="own").reset(options={"power_play": "left"})
+
+
+FACTS = {
+    "a stone": lambda s: replace(s, game=with_end(s, stones=s.game.end.stones[1:])),
+    "where it lies": lambda s: replace(s, game=with_end(s, stones=shifted(s.game.end.stones))),
+    "stones delivered": lambda s: replace(s, game=with_end(s, delivered=s.game.end.delivered - 2)),
+    "the score": lambda s: replace(s, game=replace(s.game, line_score=((1, 0),))),
+    "our power play": lambda s: replace(s, game=replace(s.game, power_plays=(Team.AWAY,))),
+    "their power play": lambda s: replace(s, game=replace(s.game, power_plays=(Team.HOME,))),
+    "the clock": lambda s: replace(s, clock=s.clock + 600.0),
+    "throws played": lambda s: replace(s, throws=s.throws + 10),
+    "wear": lambda s: replace(s, wear=None),
+}
+
+
+def with_end(state, **changes):
+    return replace(state.game, end=replace(state.game.end, **changes))
+
+
+def shifted(stones):
+    return (stones[0]._replace(x=stones[0].x + 0.1), *stones[1:])
+
+
+@pytest.mark.parametrize("kind", ["flat", "dict", "planes"])
+@pytest.mark.parametrize("fact", FACTS)
+def test_no_fact_that_decides_is_kept_from_the_agent(fact, kind):
+    """Each is changed alone."""
+    env = make(
+        rules="mixed_doubles_2024", ice_evolution="typical", hammer="opponent", observation=kind
+    )
+    env.reset(seed=0)
+    for _ in range(2):
+        env.step(env.action_of(Call(throw=Throw(speed=2.08, angle=-0.04, spin=1.5))))
+    state = env.state
+    assert state.game.power_plays == ()
+    seen = []
+    for one in (state, FACTS[fact](state)):
+        env._state = one
+        seen.append(flat(env._observe()))
+    assert not np.array_equal(*seen)
+
+
+def flat(observation):
+    if isinstance(observation, dict):
+        return np.concatenate([part.ravel() for part in observation.values()])
+    return observation.ravel()
+
+
+def test_how_the_ice_will_change_is_told():
+    seen = [
+        make(ice_evolution=evolution, hammer="opponent").reset(seed=0)[0]
+        for evolution in ("none", {"frost": 0.02}, {"wear": -0.003}, {"frost": 0.04})
+    ]
+    assert len({tuple(one) for one in seen}) == 4
+
+
+def test_a_policy_plays_as_an_opponent_what_it_sees_as_the_agent_would():
+    met = []
+
+    class Learner:
+        def predict(self, observation, deterministic=False):
+            met.append((observation, deterministic))
+            return np.float32([-0.2, 0.1, 0.5]), None
+
+    env = make(opponent=Learner(), hammer="own", skill="none")
+    env.reset(seed=0)
+    ((seen, is_best),) = met
+    assert is_best
+    assert seen in env.observation_space
+    told = dict(zip(env.observation.names, seen, strict=True))
+    assert (told["stones delivered"], told["hammer"]) == (0.0, -1.0)
+    assert env._shots[0].thrown == env.call_of(np.float32([-0.2, 0.1, 0.5])).throw
+
+
+def test_past_selves_join_the_opponents_and_each_episode_draws_one():
+    env = make(opponent=["draw"])
+    env.opponents.append(lambda seen: np.zeros(3))
+    env.opponents.append("rulebased")
+    names = []
+    for seed in range(12):
+        env.reset(seed=seed)
+        names.append(env.opponent.name)
+    assert set(names) == {"draw", "policy", "rulebased"}
+    for seed in range(12):
+        env.reset(seed=seed)
+        assert env.opponent.name == names[seed]
+
+
+def test_a_potential_pays_on_the_way_and_takes_back_at_the_end():
+    """The parts of an end add up to minus the potential of its beginning."""
+
+    def nearest(game, team):
+        stones = [s for s in game.end.stones if s.team is team]
+        return 0.5 + sum(np.exp(-np.hypot(s.x, s.y)) for s in stones)
+
+    env = make(potential=nearest, skill="none", hammer="opponent")
+    many = gym.make_vec(
+        "CurlingEnd-v0", num_envs=2, potential=nearest, skill="none", hammer="opponent"
+    )
+    env.reset(seed=0)
+    many.reset(seed=0)
+    action = env.action_of(Call(throw=Throw(speed=2.08, angle=-0.04, spin=1.5)))
+    total, over = 0.0, False
+    while not over:
+        _, reward, over, _, info = env.step(action)
+        *_, told = many.step(np.stack([action] * 2))
+        parts = info["reward_parts"]
+        assert reward == pytest.approx(parts["points"] + parts["potential"])
+        total += parts["potential"]
+    assert total == pytest.approx(-0.5)
+    assert told["reward_parts"]["potential"][0] == pytest.approx(parts["potential"], abs=0.05)
+    half = make(potential={"of": nearest, "discount": 0.5}, hammer="opponent")
+    half.reset(seed=0)
+    rise = half.potential.rise(0.5, half.state.game, AGENT)
+    assert rise == pytest.approx(0.25 - 0.5)

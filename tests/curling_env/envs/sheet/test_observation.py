@@ -1,30 +1,42 @@
-"""What the agent observes of the ice."""
+"""What the agent of a sheet observes; what it is told of the ice is in test_known_ice.py."""
 
 from __future__ import annotations
 
+import gymnasium
 import numpy as np
+import pytest
 
 import curling_env  # noqa: F401  (registers the environments)
-from curling_env.envs.sheet.observation import BANDS, ice_features
 from curling_env.ice import ActiveEffect, load_ice
-from curling_env.sheet import Direction
 
 
-def test_heavy_bands_are_seen_where_they_are(uneven_ice):
-    names = [f"{band + 1} {lane}" for band in range(BANDS) for lane in ("left", "middle", "right")]
-    away = dict(zip(names, ice_features(uneven_ice, Direction.AWAY)[1:], strict=False))
-    home = dict(zip(names, ice_features(uneven_ice, Direction.HOME)[1:], strict=False))
-    assert away["8 left"] > 0.3 > 0 > away["8 right"]
-    assert away["1 left"] < 0
-    assert home["1 right"] > 0.05
-    assert home["8 left"] < 0
+def make(**options):
+    return gymnasium.make("CurlingSheet-v0", **options).unwrapped
 
 
-def test_effects_are_known_and_slopes_turn_with_the_direction():
-    slope = ActiveEffect(name="slope", parameters={"x": 1e-3, "y": -5e-4})
-    away, home = (
-        ice_features(load_ice("standard").with_effect(slope), end)[-7:] for end in Direction
-    )
-    np.testing.assert_allclose(away[:5], [0.25, 0.41, 0.2, 0.475, 0.23], atol=1e-3)
-    np.testing.assert_allclose(away[5:], [0.5, -0.25])
-    np.testing.assert_allclose(home[5:], [-0.5, 0.25])
+def told_by(env, seed=0):
+    observation, _ = env.reset(seed=seed)
+    return dict(zip(env.observation.names, observation, strict=True))
+
+
+def test_every_number_has_a_name_and_usual_stones_read_zero():
+    told = told_by(make(stones=2, throws=2))
+    assert told["throws left"] == 1
+    assert told["clock"] == told["next stone stone_bias.factor"] == 0
+    assert told["stone 1 team"] == told["stone 2 team"] == -1
+
+
+def test_a_stone_of_its_own_is_told_where_it_lies_and_before_it_is_thrown():
+    ice = load_ice("standard")
+    for stone, factor in ((1, 1.04), (101, 0.97)):
+        parameters = {"stone": stone, "factor": factor}
+        ice = ice.with_effect(ActiveEffect(name="stone_bias", parameters=parameters))
+    env = make(ice=ice, stones=((0.5, 0.5), (-0.5, 0.5)), throws=3)
+    told = told_by(env)
+    assert told["stone 1 stone_bias.factor"] == 0
+    assert told["stone 2 stone_bias.factor"] == pytest.approx(0.4)
+    assert told["next stone stone_bias.factor"] == 0
+    seen, *_ = env.step(np.float32([0.0, 0.3, 0.5]))
+    told = dict(zip(env.observation.names, seen, strict=True))
+    assert told["next stone stone_bias.factor"] == pytest.approx(-0.3)
+    assert told["clock"] > 0

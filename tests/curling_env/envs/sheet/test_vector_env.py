@@ -25,6 +25,13 @@ HIT = 1e-4
 MODES = ("NextStep", "SameStep")
 
 
+def heavier_or_keener(rng):
+    """A distribution of ices of a user's own, of which only the mean is known."""
+    usual = load_ice("standard")
+    mu = usual.friction.mu * rng.uniform(0.9, 1.1)
+    return replace(usual, friction=replace(usual.friction, mu=mu)), usual
+
+
 def make(n: int = N, **options):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -61,6 +68,10 @@ LONE = [
     {"ice": load_ice("fcv1"), "direction": "random", "delivery": "hack"},
     {"target": "random", "direction": "home"},
     {"ice": WORN, "throws": 3, "target": (0.4, -0.7)},
+    {"skill": "club", "target": "random", "direction": "random"},
+    {"ices": ["standard", "paper", DOUBTFUL], "skill": "champion", "throws": 2},
+    {"ices": heavier_or_keener, "direction": "random"},
+    {"ices": {"level": 0.05, "knows": "mean"}, "target": "random"},
 ]
 
 
@@ -84,18 +95,25 @@ def test_many_sheets_behave_as_single_ones(options, mode, rng):
 
 def assert_same_info(many: dict, single: dict, bound: float) -> None:
     """The same names, masks and numbers, except of what only single sheets keep."""
-    apart = {"throw", "trajectory", "outcome", "_trajectory", "_outcome"}
+    apart = {"trajectory", "outcome", "_trajectory", "_outcome"}
     assert many.keys() - apart == single.keys() - apart
     for name in many.keys() - apart:
         a, b = many[name], single[name]
         if isinstance(a, dict):
             assert_same_info(a, b, bound)
-        elif name in ("status", "_status"):
+        elif name in ("status", "direction"):
+            assert a.dtype == b.dtype
             assert a.tolist() == b.tolist()
+            assert [type(one) for one in a] == [type(one) for one in b]
+        elif name == "throw":
+            for one, other in zip(a, b, strict=True):
+                assert type(one) is type(other)
+                assert one is None or one.__dict__ == pytest.approx(other.__dict__)
         elif a.dtype == object and name == "final_obs":
             np.testing.assert_allclose(np.stack(a), np.stack(b), atol=bound)
         else:
-            np.testing.assert_allclose(a, b.astype(a.dtype), atol=bound)
+            assert a.dtype == b.dtype
+            np.testing.assert_allclose(a, b, atol=bound)
 
 
 def test_hits_end_as_on_single_sheets(rng):
@@ -142,6 +160,56 @@ def test_a_seed_counts_up_from_sheet_to_sheet():
     first = envs.reset(seed=3)[0]
     assert np.abs(envs.reset()[0] - first).max() > 0.05
     np.testing.assert_array_equal(envs.reset(seed=3)[0], first)
+
+
+@pytest.mark.parametrize("form", [np.int64(5), (5, 6, 7), np.arange(5, 8), [5, None, 7]])
+def test_seeds_come_in_every_form(form):
+    options = {"stones": 3, "target": "random"}
+    seen, _ = make(3, **options).reset(seed=form)
+    usual, _ = make(3, **options).reset(seed=5)
+    same = [True, form[1] is not None if isinstance(form, list) else True, True]
+    np.testing.assert_array_equal((seen == usual).all(axis=1), same)
+    for wrong, says in (("5", "seed must be"), (-1, "at least 0"), (True, "seed must be")):
+        with pytest.raises(InputError, match=says):
+            make(3).reset(seed=wrong)
+
+
+def test_disabled_episodes_begin_only_when_asked(rng):
+    envs = make(autoreset_mode="Disabled", throws=2)
+    sync = one_by_one("Disabled", throws=2)
+    for one in (envs, sync):
+        one.reset(seed=0)
+    for _ in range(2):
+        actions = some_actions(rng)
+        steps = [one.step(actions) for one in (envs, sync)]
+    np.testing.assert_array_equal(steps[0][2], steps[1][2])
+    assert steps[0][2].all()
+    with pytest.raises(InputError, match="environment 0 is over"):
+        envs.step(actions)
+    mask = np.arange(N) != 2
+    seen, _ = envs.reset(options={"reset_mask": mask})
+    assert (seen[:, 2] == mask).all()
+    with pytest.raises(InputError, match="environment 2 is over"):
+        envs.step(actions)
+
+
+def test_an_ice_asked_for_holds_for_one_episode(rng):
+    """The known ice is the one asked for too, unless another is given."""
+    envs = make(3)
+    usual, _ = envs.reset(seed=0)
+    actions = np.tile(some_actions(rng, 1), (3, 1)) * np.float32([0.2, 0.2, 1.0])
+    far = envs.step(actions)[-1]["distance_m"]
+    mask = np.array([False, True, False])
+    envs.reset(seed=0)
+    seen, _ = envs.reset(options={"ice": "paper", "reset_mask": mask})
+    assert (np.abs(seen - usual).max(axis=1) > 0.1).tolist() == mask.tolist()
+    other = envs.step(actions)[-1]["distance_m"]
+    assert (np.abs(other - far) > 0.2).tolist() == mask.tolist()
+    seen, _ = envs.reset(options={"ice": "paper", "known_ice": "standard"})
+    np.testing.assert_array_equal(seen, usual)
+    assert np.abs(envs.step(actions)[-1]["distance_m"] - other[1]).max() < 1e-9
+    envs.step(actions)
+    np.testing.assert_allclose(envs.step(actions)[-1]["distance_m"], far)
 
 
 def test_only_the_masked_begin_anew(rng):
@@ -254,7 +322,7 @@ def test_both_ends_look_the_same_on_even_ice():
     ("options", "says"),
     [
         ({"n": 0}, "num_envs"),
-        ({"autoreset_mode": "Disabled"}, "autoreset_mode"),
+        ({"autoreset_mode": "Never"}, "autoreset_mode must be one of 'NextStep', 'SameStep'"),
         ({"render_mode": "rgb_array"}, "not shown"),
         ({"stones": 16}, "at most 16 stones"),
         ({"stones": ((3.0, 0.0),)}, "inside the side lines"),

@@ -1,0 +1,227 @@
+"""What an agent is told of an ice, as numbers within ±1.
+
+The mean friction, its differences from place to place, and every parameter of every effect, as the
+effects' cards say. All is seen along the direction of play, so that what is learnt towards one end
+serves towards the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from curling_env.ice import ActiveEffect, Ice
+from curling_env.physics.effects import EffectCard, Parameter, catalogue
+from curling_env.physics.effects.card import Values
+from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, TEE_Y, Direction, to_sheet
+from curling_env.typing import Floats, Singles
+
+# The layout and the scales of an observation. A change to any of them makes a new version of the
+# environments.
+BANDS = 8
+"""Number of bands of ice from the delivery hog line to the far back line whose μ is observed."""
+LANES = ("left", "middle", "right")
+"""Thirds of the sheet's width whose μ is observed, seen along the direction of play."""
+MU_SCALE = 0.01
+"""Friction that counts as 0; friction e² times as large counts as 1."""
+VARIATION_SCALE = 0.2
+"""Relative difference of a band's friction from the mean that counts as 1."""
+WEAR_SCALE = 0.05
+"""Relative change of a band's friction by wear that counts as 1."""
+LINEAR = 0.5
+"""Numbers up to this are told as they are; larger ones approach ±1, so that none is cut off."""
+
+
+def told(value: ArrayLike) -> Floats:
+    """Numbers on the scale of an observation: within ±1, and different for different numbers."""
+    value = np.asarray(value, dtype=np.float64)
+    size = np.abs(value)
+    beyond = 1.0 - LINEAR**2 / np.maximum(size, LINEAR)
+    return np.where(size <= LINEAR, value, np.copysign(beyond, value))
+
+
+def observed_parameters() -> list[tuple[EffectCard, Parameter, float]]:
+    """The parameters of the effects of the ice that an agent is told, as their cards say.
+
+    Returns
+    -------
+    card, parameter and the value that counts as 1, in order; an effect that the ice does not have
+    reads 0, and one of which an ice may have several is listed as often as it is told
+    """
+    return [
+        (card, parameter, _scale(card, parameter))
+        for card in _cards(of_stones=False)
+        for _ in range(card.observed_times)
+        for parameter in card.parameters
+    ]
+
+
+def ice_names() -> tuple[str, ...]:
+    """What each number of `KnownIce.features` is."""
+    effects: list[str] = []
+    for card in _cards(of_stones=False):
+        for number in range(card.observed_times):
+            name = card.name if number == 0 else f"{card.name} {number + 1}"
+            effects += [f"{name}.{parameter.name}" for parameter in card.parameters]
+    bands = (f"friction of band {i + 1}, {lane}" for i in range(BANDS) for lane in LANES)
+    return ("mean friction", *bands, *effects)
+
+
+def wear_names() -> tuple[str, ...]:
+    """What each number of `KnownIce.wear` is."""
+    return tuple(f"wear of band {i + 1}, {lane}" for i in range(BANDS) for lane in LANES)
+
+
+def stone_names() -> tuple[str, ...]:
+    """What each number of `KnownIce.of_stones` is, for one stone."""
+    return tuple(f"{card.name}.{parameter.name}" for card, parameter in _stone_parameters())
+
+
+class KnownIce:
+    """An ice as an agent is told of it.
+
+    Parameters
+    ----------
+    ice : the ice as it is known
+    told : the ice with what else is told, such as how it will change; by default the same
+    """
+
+    def __init__(self, ice: Ice, told: Ice | None = None) -> None:
+        self.ice = ice
+        self._told = told or ice
+        self._features: dict[Direction, Singles] = {}
+        self._of_stones = _own_numbers(self._told)
+
+    def features(self, direction: Direction) -> Singles:
+        """What is told of the ice seen along a direction of play, in the order of `ice_names`."""
+        if direction not in self._features:
+            features = ice_features(self._told, direction)
+            features.setflags(write=False)
+            self._features[direction] = features
+        return self._features[direction]
+
+    def of_stones(self, identifiers: Sequence[int]) -> Singles:
+        """What is told of single stones, (k, m) in the order of `stone_names`; 0 for usual ones."""
+        numbers = np.zeros((len(identifiers), len(stone_names())), dtype=np.float32)
+        if self._of_stones:
+            for row, identifier in enumerate(identifiers):
+                if identifier in self._of_stones:
+                    numbers[row] = told(self._of_stones[identifier])
+        return numbers
+
+    def wear(self, wear: Floats | None, direction: Direction) -> Singles:
+        """How bands of the ice have worn since the game began, in the order of `wear_names`.
+
+        Parameters
+        ----------
+        wear : (rows, columns) logarithm of each cell's friction over what it was; None for no wear
+        direction : the end played to
+        """
+        if wear is None:
+            return np.zeros(BANDS * len(LANES), dtype=np.float32)
+        worn = wear[self.ice.sheet.cell_of(_points(self.ice, direction))]
+        return told(_band_means(worn).ravel() / WEAR_SCALE).astype(np.float32)
+
+
+def ice_features(ice: Ice, direction: Direction) -> Singles:
+    """What an agent is told of an ice, seen along a direction of play.
+
+    Parameters
+    ----------
+    ice : the ice as the agent knows it
+    direction : the end played to
+
+    Returns
+    -------
+    within ±1, in the order of `ice_names`: the mean μ, the difference from it in each band and
+    lane, the parameters of the effects
+    """
+    mu = ice.mu_at(_points(ice, direction))
+    mean = float(mu.mean())
+    bands = (_band_means(mu) / mean - 1) / VARIATION_SCALE
+    numbers = [np.log(mean / MU_SCALE) / 2, *bands.ravel()]
+    for card in _cards(of_stones=False):
+        effects = [effect for effect in ice.effects if effect.name == card.name]
+        numbers += _numbers(card, effects, direction)
+    return told(numbers).astype(np.float32)
+
+
+def _cards(*, of_stones: bool) -> list[EffectCard]:
+    """Cards of the effects that a stone feels: those of single stones, or all others."""
+    felt = [card for card in catalogue().values() if card.is_physical and card.acts != "map"]
+    chosen = [card for card in felt if (card.search.stone is not None) is of_stones]
+    return sorted(chosen, key=lambda card: card.observed_order)
+
+
+def _numbers(card: EffectCard, effects: list[ActiveEffect], direction: Direction) -> list[float]:
+    """The parameters of the effects of one name; more than there are places for add to the last."""
+    rows = np.zeros((card.observed_times, len(card.parameters)))
+    for number, effect in enumerate(effects):
+        given = _values(card, effect)
+        if direction is Direction.HOME:
+            given = card.seen_from_the_other_end(given)
+        rows[min(number, len(rows) - 1)] += [
+            (given[p.name] - (p.neutral or 0.0)) / _scale(card, p) for p in card.parameters
+        ]
+    return rows.ravel().tolist()
+
+
+def _values(card: EffectCard, effect: ActiveEffect) -> Values:
+    """All parameters of an effect, those that its ice leaves out included."""
+    names = (parameter.name for parameter in card.parameters)
+    return dict(zip(names, card.theta(effect.parameters), strict=True))
+
+
+def _scale(card: EffectCard, parameter: Parameter) -> float:
+    """The difference from doing nothing that counts as 1."""
+    if parameter.name in card.observed:
+        return card.observed[parameter.name]
+    zero = parameter.neutral or 0.0
+    widest = max(abs(parameter.low - zero), abs(parameter.high - zero))
+    return widest if np.isfinite(widest) and widest > 0 else 1.0
+
+
+def _stone_parameters() -> list[tuple[EffectCard, Parameter]]:
+    return [
+        (card, parameter)
+        for card in _cards(of_stones=True)
+        for parameter in card.parameters
+        if parameter.name != card.search.stone
+    ]
+
+
+def _own_numbers(ice: Ice) -> dict[int, Floats]:
+    """For each stone with effects of its own, its numbers in the order of `stone_names`."""
+    parameters = _stone_parameters()
+    found: dict[int, Floats] = {}
+    for card in _cards(of_stones=True):
+        for effect in ice.effects:
+            if effect.name == card.name:
+                given = _values(card, effect)
+                stone = int(given[str(card.search.stone)])
+                row = found.setdefault(stone, np.zeros(len(parameters)))
+                for k, (owner, p) in enumerate(parameters):
+                    if owner is card:
+                        row[k] += (given[p.name] - (p.neutral or 0.0)) / _scale(card, p)
+    return found
+
+
+_ALONG, _ACROSS = 8, 6
+"""Points along and across each band and lane over which friction is averaged."""
+
+
+def _points(ice: Ice, direction: Direction) -> Floats:
+    """Points over all bands and lanes, (8 BANDS, 18, 2), sheet frame [m]."""
+    along = np.linspace(-HOG_LINE_Y, BACK_LINE_Y, BANDS * _ALONG + 1)
+    half = ice.sheet.width / 2
+    across = np.linspace(-half, half, len(LANES) * _ACROSS + 1)
+    y = (along[:-1] + along[1:]) / 2 - TEE_Y
+    x = (across[:-1] + across[1:]) / 2
+    return to_sheet(np.stack(np.meshgrid(x, y), axis=-1), direction)
+
+
+def _band_means(values: Floats) -> Floats:
+    """Means over each band and lane, (BANDS, 3)."""
+    return values.reshape(BANDS, _ALONG, len(LANES), _ACROSS).mean(axis=(1, 3))
