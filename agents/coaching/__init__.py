@@ -3,24 +3,35 @@
 - `calls`: what was called, as a coach types it (`read_call`)
 - `throw_sheet`: each throw's numbers with who threw it and what was called (`throw_table`)
 - `hand_or_ice`: why throws missed; `causes` holds what it tells
+- `athletes`: bias and spread of an athlete's throws, over sessions (`athlete_errors`)
+- `stones`: which stones run and curl alike (`match_stones`)
 - `released`, `intended`, `habits`: the throw that was made, and the one that was meant
 - `runs`, `session_ice`: throws run on ices, and the ice before each of them
 - `tuning`: the constants that were chosen
 """
 
+from agents.coaching.athletes import AthleteErrors, ErrorSummary, athlete_errors
 from agents.coaching.calls import Call, read_call
 from agents.coaching.causes import Part, Pattern, SessionCauses, ThrowCauses
 from agents.coaching.hand_or_ice import hand_or_ice
+from agents.coaching.stones import StoneFactor, StoneMatch, StonePair, match_stones
 from agents.coaching.throw_sheet import ThrowSheet, throw_table
 
 __all__ = [
+    "AthleteErrors",
     "Call",
+    "ErrorSummary",
     "Part",
     "Pattern",
     "SessionCauses",
+    "StoneFactor",
+    "StoneMatch",
+    "StonePair",
     "ThrowCauses",
     "ThrowSheet",
+    "athlete_errors",
     "hand_or_ice",
+    "match_stones",
     "read_call",
     "throw_table",
 ]

@@ -26,6 +26,7 @@ from agents.coaching.tuning import (
     OWN_FRICTION,
     RELEASE_WINDOW,
     UNSEEN_SPIN,
+    WIDE_BIN,
     WIDE_CURL,
     WIDE_FRICTION,
 )
@@ -119,8 +120,10 @@ class _Series:
     covariance: Floats
 
 
-def _averaged(t: Floats, values: Floats, white: float, stated: Floats | None) -> _Series:
-    """Rows averaged over `BIN`, with what their errors share.
+def _averaged(
+    t: Floats, values: Floats, white: float, stated: Floats | None, width: float
+) -> _Series:
+    """Rows averaged over some time, with what their errors share.
 
     Parameters
     ----------
@@ -128,8 +131,9 @@ def _averaged(t: Floats, values: Floats, white: float, stated: Floats | None) ->
     values : (n, k)
     white : standard deviation of the part of a row's error that is its own
     stated : (n,) standard errors that last; None for none
+    width : the time [s]
     """
-    _, number, count = np.unique(np.floor(t / BIN), return_inverse=True, return_counts=True)
+    _, number, count = np.unique(np.floor(t / width), return_inverse=True, return_counts=True)
 
     def mean(column: Floats) -> Floats:
         return np.bincount(number, column) / count
@@ -153,6 +157,7 @@ class _Fit:
     ) -> None:
         track = slide.track
         self._slide, self._whole = slide, whole
+        self._width = WIDE_BIN if whole else BIN
         ahead = slide.xy[-1, 1] >= slide.xy[0, 1]
         direction = Direction.AWAY if ahead else Direction.HOME
         xy, t = to_delivery(slide.xy, direction), slide.t
@@ -166,9 +171,8 @@ class _Fit:
             used &= t <= self._begin + RELEASE_WINDOW
         rows = slide.rows[used]
         since = t[used] - self._begin
-        self._xy = _averaged(
-            since, xy[used], slide.noise, track.sigma_xy[rows] if track.sigma_xy.size else None
-        )
+        stated = track.sigma_xy[rows] if track.sigma_xy.size else None
+        self._xy = _averaged(since, xy[used], slide.noise, stated, self._width)
         if len(self._xy.t) < FEWEST_BINS:
             raise TrackTooShortError(f"{name}: only {since[-1]:.1f} s seen beyond the hog line")
         self._heading = self._headings(rows, since)
@@ -196,7 +200,7 @@ class _Fit:
         # Second differences of a smooth turn leave the noise of single rows.
         white = robust_deviation(np.diff(theta, 2)) / 6**0.5
         stated = track.sigma_theta[rows] if track.sigma_theta.size else None
-        return _averaged(since, theta[:, None], white, stated)
+        return _averaged(since, theta[:, None], white, stated, self._width)
 
     def _begin_from(self) -> tuple[Floats, Floats]:
         """First guess of the parameters (8,), and how well each is known before, (8,)."""

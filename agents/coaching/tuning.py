@@ -23,6 +23,8 @@ MOST_FRICTION, MOST_CURL = 0.6, 1.0
 """How far these may go, in ln: further off it is no curling stone."""
 BIN = 0.125
 """Rows are averaged over this time before a fit [s]."""
+WIDE_BIN = 0.25
+"""The same for the whole slide [s]."""
 LASTING = 1.5
 """How long an error of a track lasts that its σ states [s]."""
 UNSEEN_SPIN = 0.6
@@ -40,3 +42,28 @@ HABIT_THROWS = 3
 """Throws from which an athlete's usual rotation, or speed for a named weight, is taken."""
 MAX_REACH = 0.6
 """How far before the target of a hit the free slide may end [m]: two radii, and a frame."""
+
+# --- athletes ----------------------------------------------------------------------------------
+
+USUAL_SPREAD = (0.04, 0.25, 0.3)
+"""Spread of speed [m/s], line at the far tee [m] and spin [rad/s] that is believed of anybody
+beforehand: a little more than a club player's, and held by little."""
+USUAL_BIAS = (0.03, 0.15, 0.2)
+"""How large a bias is believed to be beforehand, the same."""
+GROUP_WEIGHT = 8.0
+"""How firmly the spreads of an athlete's groups are held together, in throws and four more."""
+GIBBS_WARM_UP, GIBBS_DRAWS = 150, 600
+"""Draws of an athlete's posterior: the first are thrown away."""
+
+# --- stones ------------------------------------------------------------------------------------
+
+ALIKE_FRICTION = 0.01
+"""Difference in ln friction below which two stones are a pair: 30 cm on a draw."""
+ALIKE_CURL = 0.1
+"""The same for the curl: a hand's breadth on a draw."""
+KNOWN_CURL = 0.5
+"""Standard error of a throw's ln curl above which it says nothing."""
+STONE_DRAWS = 16
+"""Ices drawn for what a map's errors do to single throws."""
+MOST_MORE = 50
+"""Throws beyond which nobody would go on."""

@@ -48,7 +48,8 @@ def plan(
     skill: Annotated[
         str,
         typer.Option(
-            help="Execution error of the player: none, elite, digital-curling, champion or club."
+            help="Execution error of the player: none, elite, digital-curling, champion, club, or "
+            "the file of an athlete from `curling athletes`."
         ),
     ] = "elite",
     spin: Annotated[
@@ -116,6 +117,7 @@ def plan(
     from agents.planning.stones_file import read_stones
     from curling_env.ice import load_ice
     from curling_env.physics.one_stone.slide import NO_OBSTACLES
+    from curling_env.skill_file import load_skill
     from curling_env.throw import delivery_named
 
     if target is None and task is None:
@@ -130,7 +132,7 @@ def plan(
     wanted: dict[str, Any] = {
         "stones": places,
         "own": own,
-        "skill": skill,
+        "skill": load_skill(skill),
         "spins": tried,
         "x": x,
         "delivery": delivery_named(delivery),

@@ -41,7 +41,8 @@ RulesOption = Annotated[
 SkillOption = Annotated[
     str,
     typer.Option(
-        help="Execution error of both players: none, elite, digital-curling, champion or club."
+        help="Execution error of both players: none, elite, digital-curling, champion or club, or "
+        "the file of an athlete from `curling athletes`."
     ),
 ]
 StillOption = Annotated[
@@ -112,6 +113,7 @@ def play(
     from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator
     from curling_env.game.rules import Team, rule_set
     from curling_env.infrastructure.files.storage import make_directory, together
+    from curling_env.skill_file import load_skill
     from curling_env.throw import delivery_named
 
     if film and output is None:
@@ -124,7 +126,7 @@ def play(
         ice,
         known_ice=known_ice,
         rules=chosen,
-        skills=skill,
+        skills=load_skill(skill),
         ice_evolution=NO_EVOLUTION if still else TYPICAL_EVOLUTION,
         sweeping=sweep,
         delivery=delivery_named(delivery),

@@ -66,13 +66,14 @@ def tournament(
     from agents.playing.trained_player import player_from
     from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator
     from curling_env.game.rules import rule_set
+    from curling_env.skill_file import load_skill
     from curling_env.throw import delivery_named
 
     chosen = rule_set(rules) if ends is None else rule_set(rules, ends=ends)
     simulator = GameSimulator(
         ice,
         rules=chosen,
-        skills=skill,
+        skills=load_skill(skill),
         ice_evolution=NO_EVOLUTION if still else TYPICAL_EVOLUTION,
         sweeping=sweep,
         delivery=delivery_named(delivery),

@@ -49,6 +49,7 @@ from curling_env.physics.ice_remarks import believed_effects, is_marked_unknown,
 from curling_env.physics.ice_uncertainty import plausible_ices
 from curling_env.physics.one_stone.slide import NO_OBSTACLES, SlideEnd
 from curling_env.sheet import HOUSE_RADIUS, tee
+from curling_env.skill_file import load_skill
 from curling_env.throw import (
     FROM_HOG_LINE,
     SKILLS,
@@ -190,7 +191,7 @@ def plan_throw(
     mark: ArrayLike | None = None,
     stones: ArrayLike = NO_OBSTACLES,
     own: ArrayLike | None = None,
-    skill: str | Skill = "elite",
+    skill: str | Path | Skill = "elite",
     delivery: str | Delivery = FROM_HOG_LINE,
     seed: int = 0,
 ) -> Plan:
@@ -204,7 +205,8 @@ def plan_throw(
     mark : (2,) mark of the task, see `plan_task`
     stones : (k, 2) centres of resting stones, sheet frame [m]
     own : (k,) whether each stone belongs to the thrower's team, see `plan_task`
-    skill : the player who throws: ``none``, ``elite``, ``champion``, ``club``, or a `Skill`
+    skill : the player who throws: ``none``, ``elite``, ``champion``, ``club``, a skill file, or a
+        `Skill`
     delivery : where throws begin: ``hog-line``, ``hack`` (as in Digital Curling) or a `Delivery`
     seed : seed of the trials; the same seed gives the same plan
 
@@ -216,7 +218,7 @@ def plan_throw(
     ------
     InputError : an impossible target, mark or stones, an unknown task, or no throw that gets there
     """
-    known = load_ice(ice)
+    known, skill = load_ice(ice), load_skill(skill)
     if isinstance(target, str | Task):
         return plan_task(
             known,

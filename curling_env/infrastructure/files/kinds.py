@@ -25,6 +25,7 @@ KIND_NAMES = {
     "releases": "a table of releases",
     "table": "a table of other columns",
     "game": "a recorded game",
+    "skill": "a skill file",
     "archive": "a file of arrays",
     "posterior": "a file of HDF5",
     "parquet": "a Parquet table",
@@ -52,7 +53,7 @@ _MAGIC: tuple[tuple[int, bytes, str], ...] = (
     (0, b"\x89HDF", "posterior"),
     (0, b"PAR1", "parquet"),
 )
-_FORMATS = {"curling-ice": "ice", "curling-game": "game"}
+_FORMATS = {"curling-ice": "ice", "curling-game": "game", "curling-skill": "skill"}
 
 
 def kind_of(path: str | Path) -> str | None:

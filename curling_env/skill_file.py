@@ -1,0 +1,92 @@
+"""The file of an athlete's own execution error (JSON)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, cast
+
+import msgspec
+
+from curling_env.errors import InputError
+from curling_env.infrastructure.files.schema import Document, Short, checked, within
+from curling_env.infrastructure.files.storage import read_json, write_json
+from curling_env.throw import SKILLS, Skill
+
+SKILL_FORMAT = "curling-skill/1"
+
+
+class SkillDocument(Document):
+    """A skill file."""
+
+    format: Short
+    name: Short
+    sigma_speed: Annotated[float, within(0.0, 2.0, "m/s")]
+    sigma_angle: Annotated[float, within(0.0, 1.0, "rad")]
+    sigma_spin: Annotated[float, within(0.0, 20.0, "rad/s")] = 0.0
+    source: str = ""
+    provenance: dict[str, Any] = msgspec.field(default_factory=dict[str, Any])
+
+
+def load_skill(source: str | Path | Skill) -> Skill:
+    """A skill by its name, or from a file that `curling athletes` wrote.
+
+    Parameters
+    ----------
+    source : a name in `SKILLS`, the path of a skill file, or a `Skill`, which is returned as it is
+
+    Raises
+    ------
+    InputError : neither a name nor a file, or a file that describes no skill
+    """
+    if isinstance(source, Skill):
+        return source
+    if str(source) in SKILLS:
+        return SKILLS[str(source)]
+    if not Path(source).exists():
+        raise InputError(
+            f"no skill and no skill file is named {str(source)[:80]!r}; there are "
+            f"{', '.join(SKILLS)}"
+        )
+    document = read_json(source)
+    found = cast("dict[str, Any]", document).get("format") if isinstance(document, dict) else None
+    if found != SKILL_FORMAT:
+        raise InputError(
+            f"expected a skill file of format {SKILL_FORMAT!r}, found {str(found)[:40]!r}",
+            source=source,
+        )
+    try:
+        skill = checked(document, SkillDocument)
+    except InputError as error:
+        raise InputError(error.problem, source=source, where=error.where) from error
+    return Skill(
+        name=skill.name,
+        sigma_speed=skill.sigma_speed,
+        sigma_angle=skill.sigma_angle,
+        sigma_spin=skill.sigma_spin,
+        source=skill.source,
+    )
+
+
+def save_skill(skill: Skill, path: str | Path, *, provenance: dict[str, Any] | None = None) -> None:
+    """Write a skill file, complete or not at all.
+
+    Parameters
+    ----------
+    skill : an athlete's execution error
+    path : file to write
+    provenance : where it comes from
+    """
+    write_json(path, skill_document(skill, provenance))
+
+
+def skill_document(skill: Skill, provenance: dict[str, Any] | None = None) -> dict[str, Any]:
+    """The skill as its file holds it, for JSON."""
+    return {
+        "format": SKILL_FORMAT,
+        "name": skill.name,
+        "sigma_speed": skill.sigma_speed,
+        "sigma_angle": skill.sigma_angle,
+        "sigma_spin": skill.sigma_spin,
+        "source": skill.source,
+        **({"provenance": provenance} if provenance else {}),
+    }

@@ -1,0 +1,56 @@
+"""The file of an athlete's execution error."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from curling_env.errors import InputError
+from curling_env.skill_file import load_skill, save_skill
+from curling_env.throw import SKILLS, Skill
+
+ADA = Skill(name="Ada", sigma_speed=0.02, sigma_angle=0.004, sigma_spin=0.1, source="40 throws")
+
+
+def test_what_is_written_is_read_again(tmp_path):
+    save_skill(ADA, tmp_path / "ada.json")
+    assert load_skill(tmp_path / "ada.json") == ADA
+    assert load_skill("club") is SKILLS["club"]
+    assert load_skill(ADA) is ADA
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"format": "curling-ice/1"}, "curling-skill/1"),
+        ({"sigma_speed": -1}, "sigma_speed"),
+        ({"sigma_speed": None}, "sigma_speed"),
+        ({"bias": 1}, "bias"),
+    ],
+)
+def test_a_file_that_describes_no_skill(tmp_path, change, said):
+    path = tmp_path / "ada.json"
+    save_skill(ADA, path)
+    path.write_text(json.dumps(json.loads(path.read_text(encoding="utf-8")) | change))
+    with pytest.raises(InputError, match=said):
+        load_skill(path)
+
+
+def test_a_name_that_is_none():
+    with pytest.raises(InputError, match="no skill and no skill file is named 'clubb'; there are"):
+        load_skill("clubb")
+
+
+def test_a_throw_is_planned_for_an_athlete(tmp_path, curling):
+    save_skill(ADA, tmp_path / "ada.json")
+    found = curling(
+        "plan", "--ice", "standard", "--target", "0,17.3735", "--skill", tmp_path / "ada.json",
+        "--spin", "1.3",
+    ).json()  # fmt: skip
+    elite = curling("plan", "--ice", "standard", "--target", "0,17.3735", "--spin", "1.3").json()
+    assert found["expected_miss_m"] > 1.5 * elite["expected_miss_m"]
+    assert (
+        "no skill"
+        in curling("plan", "--ice", "paper", "--target", "0,17", "--skill", "x").complaint
+    )
