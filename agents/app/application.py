@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import traceback
 from collections.abc import Collection
 
 from starlette.applications import Starlette
@@ -19,6 +21,9 @@ from agents.app.screens import SCREENS
 from agents.app.work.queue import WorkQueue
 from curling_env.errors import CurlingError, InputError
 from curling_env.infrastructure.qr_code import qr_outline
+
+TRACEBACK = "CURLING_TRACEBACK"
+"""Environment variable: where it is set, mistakes of the program show their place in the code."""
 
 
 def application(
@@ -51,6 +56,7 @@ def application(
         exception_handlers={
             HTTPException: _say_what_is_not_there,
             CurlingError: _say_what_is_wrong,
+            Exception: _own_up,
         },
     )
     app.state.club, app.state.work, app.state.network = club, work, network
@@ -81,6 +87,14 @@ async def _say_what_is_not_there(request: Request, error: Exception) -> Response
 async def _say_what_is_wrong(request: Request, error: Exception) -> Response:
     problem = error.problem if isinstance(error, InputError) else str(error)
     return _problem(request, problem, 422)
+
+
+async def _own_up(request: Request, error: Exception) -> Response:
+    """A mistake of the program, which is said to be one; it goes on with everything else."""
+    if os.environ.get(TRACEBACK):
+        traceback.print_exception(error)
+    told = "That is a mistake of this program, not of yours."
+    return _problem(request, f"{told} ({type(error).__name__}: {str(error)[:200]})", 500)
 
 
 def _problem(request: Request, problem: str, status: int) -> Response:

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from agents.app.club.club import Club
 from agents.app.club.database import rows_of
@@ -45,10 +45,13 @@ class Part:
     ----------
     throws : for each throw its tracks, the thrown stone's first
     handles : colours of the stones' handles, in the same order
+    camera : how the film's camera was solved, as `camera_document` writes it; None where the
+        scene is all that is known
     """
 
     throws: Sequence[Sequence[Trajectory]]
     handles: Sequence[Sequence[str | None]]
+    camera: dict[str, Any] | None = None
 
 
 def part_path(club: Club, session: Session, film: Film | None) -> Path:
@@ -65,7 +68,8 @@ def keep_part(club: Club, session: Session, film: Film | None, part: Part) -> No
         with together():
             numbered = enumerate(part.throws)
             write_tracks(path, [replace(k, throw=n) for n, tracks in numbered for k in tracks])
-            write_json(path.with_suffix(".json"), {"handles": [list(k) for k in part.handles]})
+            about = {"handles": [list(k) for k in part.handles], "camera": part.camera}
+            write_json(path.with_suffix(".json"), about)
         _number_throws(club, session)
         _write_files(club, session)
 
@@ -77,8 +81,9 @@ def load_part(path: Path) -> Part | None:
     tracks = read_tracks(path)
     throws = [list(group) for _, group in groupby(tracks, key=lambda track: track.throw)]
     beside = path.with_suffix(".json")
-    handles = read_json(beside)["handles"] if beside.exists() else [[None] * len(k) for k in throws]
-    return Part(throws=throws, handles=handles)
+    about = read_json(beside) if beside.exists() else {}
+    handles = about.get("handles") or [[None] * len(tracks) for tracks in throws]
+    return Part(throws=throws, handles=handles, camera=about.get("camera"))
 
 
 def write_files(club: Club, session: Session) -> None:

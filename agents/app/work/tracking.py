@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 from agents.app.club import Club, Film, Session
 from agents.app.club.records import State
-from agents.app.club.session_files import Part, keep_part, part_path
+from agents.app.club.session_files import Part, keep_part, load_part, part_path
 from curling_env.errors import CurlingError, InputError
 from friction_estimation.camera.scene import Scene, load_scene
 from friction_estimation.tracking import TrackedFilm, track_each
 from friction_estimation.tracking.films.resume import Checkpoints
-from friction_estimation.tracking.films.shared_cameras import SharedCameras
+from friction_estimation.tracking.films.shared_cameras import SharedCameras, camera_document
 
 if TYPE_CHECKING:
     from agents.app.work.worker import Reported
@@ -61,6 +61,8 @@ def _track_film(club: Club, session: Session, film: Film, scene: Scene, progress
     """Track a film, throw by throw; gives what there is to say of it."""
     found: list[TrackedFilm] = []
     said: list[str] = []
+    kept = load_part(part_path(club, session, film))
+    camera = None if kept is None else kept.camera
     checkpoints = Checkpoints(part_path(club, session, film))
     for one in track_each(
         [club.path(film.file)],
@@ -71,7 +73,11 @@ def _track_film(club: Club, session: Session, film: Film, scene: Scene, progress
         progress=progress,
     ):
         found.append(one)
-        part = Part(throws=[k.tracks for k in found], handles=[k.handles for k in found])
+        if one.found is not None:
+            camera = camera_document(one.found.refined)
+        part = Part(
+            throws=[k.tracks for k in found], handles=[k.handles for k in found], camera=camera
+        )
         keep_part(club, session, film, part)
         moved = 0.0 if one.found is None else one.found.moved_px
         if moved:

@@ -1,0 +1,144 @@
+// A throw's film with the stone's path drawn over it, in step with its speed.
+
+import { ask } from "./ask.js";
+
+const NAMESPACE = "http://www.w3.org/2000/svg";
+const HEIGHT = 180, LEFT = 44, BOTTOM = 28, TOP = 12;
+const SLOWLY = 0.25;
+const find = (id) => document.getElementById(id);
+
+function draw(parent, name, attributes, text) {
+  const made = document.createElementNS(NAMESPACE, name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  if (text !== undefined) made.textContent = text;
+  parent.append(made);
+  return made;
+}
+
+const points = (pairs) => pairs.map((pair) => pair.join(",")).join(" ");
+
+/** The sample at or before a time. */
+function sampleAt(t, time) {
+  let low = 0, high = t.length - 1;
+  while (low < high) {
+    const middle = Math.ceil((low + high) / 2);
+    if (t[middle] <= time) low = middle; else high = middle - 1;
+  }
+  return low;
+}
+
+/** The times at which the stone's centre passes the lines of the sheet. */
+function crossings({ t, y }) {
+  const ahead = y[y.length - 1] >= y[0] ? 1 : -1;
+  const lines = [[-10.9725, "hog"], [10.9725, "hog"], [17.3735, "tee"]];
+  const found = [];
+  for (const [line, name] of lines) {
+    const k = y.findIndex((value) => ahead * value >= line);
+    if (k > 0) found.push([t[k], name]);
+  }
+  return found;
+}
+
+function drawCurve(svg, track) {
+  const WIDTH = Math.max(svg.clientWidth, 280);
+  svg.setAttribute("viewBox", `0 0 ${WIDTH} ${HEIGHT}`);
+  const { t, speed } = track;
+  const begin = t[0], end = t[t.length - 1], most = Math.max(...speed, 0.5) * 1.15;
+  const x = (time) => LEFT + (time - begin) / (end - begin) * (WIDTH - LEFT - 8);
+  const y = (value) => HEIGHT - BOTTOM - value / most * (HEIGHT - BOTTOM - TOP);
+  for (let value = 0; value <= most; value += most > 2.6 ? 1 : 0.5) {
+    draw(svg, "line", { x1: LEFT, x2: WIDTH - 8, y1: y(value), y2: y(value), class: "grid" });
+    draw(svg, "text", { x: LEFT - 6, y: y(value) + 4, class: "across" }, value.toFixed(1));
+  }
+  for (let time = 0; time <= end - begin; time += 5) {
+    draw(svg, "text", { x: x(begin + time), y: HEIGHT - 10, class: "below" }, `${time} s`);
+  }
+  draw(svg, "text", { x: 0, y: TOP }, "m/s");
+  for (const [time, name] of crossings(track)) {
+    draw(svg, "line", { x1: x(time), x2: x(time), y1: TOP, y2: HEIGHT - BOTTOM, class: "mark" });
+    draw(svg, "text", { x: x(time) + 3, y: TOP + 10, class: "small" }, name);
+  }
+  draw(svg, "polyline", { points: points(t.map((k, i) => [x(k), y(speed[i])])), class: "speed" });
+  const cursor = draw(svg, "line", { y1: TOP, y2: HEIGHT - BOTTOM, class: "cursor" });
+  const dot = draw(svg, "circle", { r: 5, class: "dot" });
+  return {
+    show(time, value) {
+      cursor.setAttribute("x1", x(time));
+      cursor.setAttribute("x2", x(time));
+      dot.setAttribute("cx", x(time));
+      dot.setAttribute("cy", y(value));
+    },
+    timeAt(event) {
+      const box = svg.getBoundingClientRect();
+      const at = (event.clientX - box.left) / box.width * WIDTH;
+      const share = Math.min(Math.max((at - LEFT) / (WIDTH - LEFT - 8), 0), 1);
+      return begin + share * (end - begin);
+    },
+  };
+}
+
+function drawOverlay(svg, picture) {
+  if (!svg || !picture) return null;
+  svg.setAttribute("viewBox", `0 0 ${picture.size.join(" ")}`);
+  draw(svg, "polyline", { points: points(picture.path), class: "way" });
+  const so = draw(svg, "polyline", { class: "way so-far" });
+  const outline = draw(svg, "polygon", { class: "outline" });
+  return (k) => {
+    so.setAttribute("points", points(picture.path.slice(0, k + 1)));
+    outline.setAttribute("points", points(picture.outlines[k]));
+  };
+}
+
+const track = await ask(find("throw").dataset.track);
+const { t, speed } = track;
+const film = find("film"), slider = find("time");
+const curve = drawCurve(find("curve"), track);
+const overlay = drawOverlay(find("overlay"), track.picture);
+slider.min = t[0];
+slider.max = t[t.length - 1];
+
+function show(time) {
+  const within = Math.min(Math.max(time, t[0]), t[t.length - 1]);
+  const k = sampleAt(t, within + 1e-6);
+  curve.show(within, speed[k]);
+  overlay?.(k);
+  slider.value = within;
+  slider.setAttribute("aria-valuetext", `${(within - t[0]).toFixed(1)} seconds`);
+  find("now").textContent = `${(within - t[0]).toFixed(1)} s: ${speed[k].toFixed(2)} m/s`;
+}
+
+function go(time) {
+  if (film) film.currentTime = time;
+  show(time);
+}
+
+slider.addEventListener("input", () => go(Number(slider.value)));
+find("curve").addEventListener("pointerdown", (event) => {
+  go(curve.timeAt(event));
+  const move = (further) => go(curve.timeAt(further));
+  window.addEventListener("pointermove", move);
+  window.addEventListener("pointerup", () => window.removeEventListener("pointermove", move),
+    { once: true });
+});
+
+if (film) {
+  film.addEventListener("error", () => { find("unplayable").hidden = false; });
+  find("drawn").addEventListener("change", (event) => {
+    find("overlay").toggleAttribute("hidden", !event.target.checked);
+  });
+  find("slow").addEventListener("change", (event) => {
+    film.playbackRate = event.target.checked ? SLOWLY : 1;
+  });
+  film.addEventListener("seeked", () => show(film.currentTime));
+  // With each frame that is shown, where the browser tells of it.
+  if ("requestVideoFrameCallback" in film) {
+    const each = (now, frame) => {
+      show(frame.mediaTime);
+      film.requestVideoFrameCallback(each);
+    };
+    film.requestVideoFrameCallback(each);
+  } else {
+    film.addEventListener("timeupdate", () => show(film.currentTime));
+  }
+}
+go(t[0]);

@@ -1,0 +1,109 @@
+"""A throw's numbers as people read them: each with its uncertainty, none where there is none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import floor, log10
+
+from agents.coaching import ThrowSheet
+from curling_env.units import side
+from friction_estimation.tracks.throw_table import Measured, ThrowMeasures
+
+COLUMNS = (
+    ("Back line to hog", "from the back line to the hog line at the thrower's end"),
+    ("Hog to hog", "from hog line to hog line"),
+    ("Hog to tee", "from the first hog line to the tee played to"),
+    ("Line", "where it was sent, against the broom that was called, or from the centre line"),
+    ("Turns", "full turns from the hog line until it rested"),
+    ("Curl", "how far from the line of delivery it came to rest"),
+    ("Rest", "past or short of the tee"),
+    ("Beside", "right or left of the centre line, as the thrower sees it"),
+)
+"""Heads of the table, and what they mean."""
+NO_MORE = 2
+"""Decimals at most: nobody at a rink reads more."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Told:
+    """A number as it is told.
+
+    Parameters
+    ----------
+    name, meaning : of the column
+    value : with its unit; empty where it was not seen
+    sigma : its standard error; empty where it is not known
+    """
+
+    name: str
+    meaning: str
+    value: str = ""
+    sigma: str = ""
+
+
+def told(sheet: ThrowSheet) -> list[Told]:
+    """The numbers of a throw, one for each of the columns."""
+    one = sheet.measures
+    line, off = one.line, sheet.off_broom
+    values = (
+        _seconds(one.back_to_hog),
+        _seconds(one.hog_to_hog),
+        _seconds(one.hog_to_tee),
+        _beside(line, "the centre line") if off is None else _beside(off, "the broom"),
+        _number(one.turns),
+        _beside(_right(one.curl)),
+        _along(one),
+        _beside(one.right),
+    )
+    return [
+        Told(name=name, meaning=meaning, value=value, sigma=sigma)
+        for (name, meaning), (value, sigma) in zip(COLUMNS, values, strict=True)
+    ]
+
+
+def rounded(value: float, sigma: float | None) -> tuple[str, str]:
+    """A number and its standard error, to the decimals that the error leaves."""
+    if sigma is None or sigma <= 0:
+        return f"{value:.{NO_MORE}f}", ""
+    decimals = min(max(-floor(log10(sigma) + 1e-9), 0), NO_MORE)
+    error = max(sigma, 10.0**-NO_MORE / 2)
+    return f"{value:.{decimals}f}", f"± {error:.{decimals}f}" if decimals else f"± {error:.0f}"
+
+
+def _seconds(one: Measured | None) -> tuple[str, str]:
+    value, sigma = _number(one)
+    return (f"{value} s" if value else "", sigma)
+
+
+def _number(one: Measured | None) -> tuple[str, str]:
+    return ("", "") if one is None else rounded(*one)
+
+
+def _beside(one: Measured | None, what: str = "") -> tuple[str, str]:
+    """A length to the right (or left), to the centimetre."""
+    if one is None:
+        return "", ""
+    words = side(one.value)
+    if words == "on the line":
+        words = f"on {what or 'the line'}"
+    elif what == "the broom":
+        words = f"{words} of the broom"
+    return words, _centimetres(one.sigma)
+
+
+def _along(one: ThrowMeasures) -> tuple[str, str]:
+    if one.past is None:
+        return "", ""
+    words = side(one.past.value, right="past")
+    return words.replace("on the line", "level with the tee"), _centimetres(one.past.sigma)
+
+
+def _right(one: Measured | None) -> Measured | None:
+    return None if one is None else Measured(-one.value, one.sigma)
+
+
+def _centimetres(sigma: float | None) -> str:
+    if sigma is None:
+        return ""
+    centimetres = 100 * sigma
+    return f"± {centimetres:.1f} cm" if centimetres < 1 else f"± {centimetres:.0f} cm"

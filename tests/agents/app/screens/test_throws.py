@@ -1,0 +1,160 @@
+"""Throws: the table, a throw beside its film, and what a coach enters."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from agents.app.club.records import State
+from agents.app.club.session_files import Part, keep_part
+from agents.app.film_view import speeds
+from agents.app.take_in import add_film, take_in
+from agents.app.told import rounded
+from curling_env.trajectory import Trajectory, write_tracks
+
+SPEED, DECELERATION = 2.1, 0.088
+
+
+def straight(clock: float = 0.0, throw: int = 0) -> Trajectory:
+    """A stone that slows down evenly and turns twice, from the hog line straight ahead."""
+    t = np.arange(0.0, SPEED / DECELERATION + 1.0, 1 / 15)
+    moving = np.minimum(t, SPEED / DECELERATION)
+    y = -10.9725 + SPEED * moving - DECELERATION * moving**2 / 2
+    theta = 4 * np.pi * (1 - (1 - moving / moving[-1]) ** 2)
+    return Trajectory(
+        t=t,
+        xy=np.column_stack([0 * t, y]),
+        theta=theta,
+        sigma_xy=np.full(len(t), 0.004),
+        throw=throw,
+        clock=clock,
+    )
+
+
+@pytest.fixture
+def session(club, tmp_path):
+    folder = tmp_path / "evening"
+    folder.mkdir()
+    write_tracks(folder / "tracks.csv", [straight(60.0 * k, k) for k in range(3)])
+    return take_in(club, folder, name="Tuesday", day="2026-11-17", sheet="2")
+
+
+def enter(visitor, session, throw, **fields):
+    given = {"athlete": "Ben", "hand": "left", "stone": "red 3", "called": "draw button in"}
+    given |= {"made": "missed", "note": "hurried"}
+    return visitor.post(f"throws/{session.id}/{throw.id}", given | fields)
+
+
+def test_the_table_tells_what_was_measured(visitor, session):
+    text = visitor.get(f"throws/{session.id}").text
+    # 21.945 m from hog line to hog line at an even deceleration.
+    time = (SPEED - (SPEED**2 - 2 * DECELERATION * 21.945) ** 0.5) / DECELERATION
+    assert f"{time:.2f} s" in text
+    assert text.count('<th scope="row">') == 3
+
+
+def test_a_coachs_entry_stands_in_the_table_and_in_the_files(visitor, club, session):
+    throw = club.throws(session)[1]
+    assert enter(visitor, session, throw).status == 303
+    kept = club.throw(throw.id)
+    assert (kept.called, kept.made, kept.note) == ("draw button in", False, "hurried")
+    page = visitor.get(f"throws/{session.id}/{throw.id}").text
+    assert "Read as: draw, button, in-turn." in page
+    table = visitor.get(f"throws/{session.id}?athlete=Ben").text
+    assert table.count('<th scope="row">') == 1
+    # By the hand of the athlete: counter-clockwise is a left-hander's in-turn.
+    assert "<td>in-turn</td>" in table
+    assert (
+        "1,Ben,red 3,draw button in,hurried" in (club.folder_of(session) / "throws.csv").read_text()
+    )
+
+
+def test_tracking_again_leaves_what_the_coach_entered(visitor, club, session, tmp_path):
+    path = tmp_path / "a.mp4"
+    path.write_bytes(b"film")
+    film = add_film(club, session, path)
+    keep_part(club, session, film, Part(throws=[[straight()]], handles=[["#c03030"]]))
+    throw = club.throws(session)[-1]
+    enter(visitor, session, throw)
+    before = club.throw(throw.id)
+    keep_part(club, session, film, Part(throws=[[straight()]] * 2, handles=[["#3030c0"]] * 2))
+    assert club.throw(throw.id) == before
+    assert club.film(film.id).state is State.DONE
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"made": "perhaps"},
+        {"called": "x" * 301},
+        {"note": "x" * 301},
+        {"athlete": "x" * 81},
+        {"stone": "x" * 81},
+        {"hand": "both"},
+    ],
+)
+def test_an_entry_that_cannot_be_kept_changes_nothing(visitor, club, session, fields):
+    throw = club.throws(session)[0]
+    assert enter(visitor, session, throw, **fields).status == 422
+    assert club.throw(throw.id) == throw
+    assert club.athletes() == []
+
+
+def test_names_are_text(visitor, club, session):
+    throw = club.throws(session)[0]
+    enter(visitor, session, throw, athlete='"><img src=x>', called="<i>draw</i>\nto the pin")
+    for path in (f"throws/{session.id}", f"throws/{session.id}/{throw.id}"):
+        page = visitor.get(path).text
+        assert "<img src=x>" not in page
+        assert "<i>draw" not in page
+    assert club.throw(throw.id).called == "<i>draw</i> to the pin"
+
+
+def test_a_throw_of_another_session_is_not_here(visitor, club, session):
+    other = club.add_session("Wednesday", "2026-11-18", "2", None)
+    throw = club.throws(session)[0]
+    assert visitor.get(f"throws/{other.id}/{throw.id}").status == 404
+    assert enter(visitor, other, throw).status == 404
+    assert club.throw(throw.id) == throw
+
+
+def test_a_film_is_sent_in_the_parts_that_are_asked_for(visitor, club, session, tmp_path):
+    path = tmp_path / "a.mp4"
+    path.write_bytes(b"0123456789")
+    film = add_film(club, session, path)
+    part = visitor.get(f"throws/films/{film.id}", range="bytes=3-5")
+    assert (part.status, part.body) == (206, b"345")
+    assert part.headers["content-type"] == "video/mp4"
+    club.path(film.file).unlink()
+    assert visitor.get(f"throws/films/{film.id}").status == 404
+    assert visitor.get("throws/films/999").status == 404
+
+
+def test_the_speed_of_a_stone_that_slows_evenly():
+    track = straight()
+    found = speeds(track)
+    moving = track.t < SPEED / DECELERATION - 0.5
+    inner = moving & (track.t > 0.5)
+    assert np.abs(found - (SPEED - DECELERATION * track.t))[inner].max() < 1e-3
+    assert found[-1] == 0.0
+
+
+def test_the_curve_has_a_speed_for_each_time(visitor, club, session):
+    throw = club.throws(session)[0]
+    found = visitor.get(f"throws/{session.id}/{throw.id}/track").document
+    assert len(found["t"]) == len(found["speed"]) == len(straight())
+    assert found["picture"] is None
+
+
+@pytest.mark.parametrize(
+    ("value", "sigma", "words"),
+    [
+        (13.9012, 0.003, ("13.90", "± 0.01")),
+        (23.77, 0.03, ("23.77", "± 0.03")),
+        (23.77, 0.3, ("23.8", "± 0.3")),
+        (4.04, None, ("4.04", "")),
+        (127.3, 4.0, ("127", "± 4")),
+    ],
+)
+def test_numbers_have_the_decimals_that_their_error_leaves(value, sigma, words):
+    assert rounded(value, sigma) == words
