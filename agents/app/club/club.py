@@ -18,7 +18,7 @@ from curling_env.infrastructure.files.storage import make_directory
 
 DATABASE = "club.sqlite"
 SESSIONS, FILMS, CAMERAS = "sessions", "films", "cameras"
-TRACKS, ICE = "tracks.csv", "ice.json"
+TRACKS, ICE, DISCOVERY = "tracks.csv", "ice.json", "discovery"
 """Names of a session's files, as every command knows them."""
 LONGEST_NAME = 80
 

@@ -53,6 +53,7 @@ def show(request: Request) -> Response:
         against=against,
         hand=hand,
         trouble=trouble,
+        can_look=club.tracks_of(session).exists(),
         picture={
             "sheet": document["sheet"],
             "radius": document["stone_radius"],

@@ -34,7 +34,7 @@ SHEETS = {
     f"{sheet.length:g}x{sheet.width:g}": sheet for sheet in (WORLD_CURLING_SHEET, PAPER_SHEET)
 }
 """Sizes of the ice that a camera may see."""
-WORK = ("track", "estimate")
+WORK = ("track", "estimate", "discover")
 """What the page may ask for."""
 
 
@@ -124,7 +124,7 @@ async def record(request: Request) -> Response:
 
 
 async def ask_for_work(request: Request) -> Response:
-    """Track what waits, or estimate the ice."""
+    """Track what waits, estimate the ice, or look for what it lacks."""
     session, form = _session(request), await form_of(request)
     kind = form.get("kind", "")
     if kind not in WORK:

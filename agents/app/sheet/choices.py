@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from agents.app.club import Club, Session
+from agents.app.club.club import DISCOVERY
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.infrastructure.files.storage import read_json
@@ -21,7 +22,7 @@ HANDS = {
 }
 """Skills that are offered beside the athletes'."""
 MOST_SESSIONS = 40
-REPORTS = ("report.json", "discovery/report.json")
+REPORTS = (f"{DISCOVERY}/report.json", "report.json")
 """Where a discovery's report lies in the folder of a session."""
 
 

@@ -84,7 +84,7 @@ function turnTo(end) {
 
 function facts(rows) {
   return element("dl", { class: "facts" }, ...rows.filter(Boolean).map(([what, value, more]) =>
-    element("div", {}, element("dt", {}, what), element("dd", {}, value), ...(more ? [element("span", { class: "small quiet" }, more)] : []))));
+    element("div", {}, element("dt", {}, what), element("dd", {}, value), ...(more ? [element("dd", { class: "more" }, more)] : []))));
 }
 
 function button(words, act, plain = true) {
@@ -117,7 +117,7 @@ function show(found) {
   if (found.sweep) words.push(element("p", {}, `Swept from ${found.sweep[0].toFixed(0)} to ${found.sweep[1].toFixed(0)} s.`));
   if (found.miss?.by_the_ice_m != null) words.push(element("p", { class: "small quiet" },
     `The hand alone misses by ${cm(found.miss.by_the_hand_m)}, what is not known of the ice by ${cm(found.miss.by_the_ice_m)}.`));
-  if (found.costs?.length) words.push(element("h3", {}, "What errors cost"),
+  if (found.costs?.length) words.push(element("h2", {}, "What errors cost"),
     element("ul", {}, ...found.costs.map((cost) => element("li", {}, cost.words + (found.miss || cost.success ? "" : " – and it fails")))));
   if (!found.cloud && !found.costs) words.push(element("p", {}, `It ${found.ends}.`));
   for (const remark of found.remarks ?? []) words.push(element("p", { class: "small quiet" }, remark));

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from agents.app.club import Club, Session
+from agents.app.club.club import DISCOVERY
 from agents.app.work.recording import record
 from agents.app.work.tracking import track
 
@@ -24,10 +25,31 @@ def estimate(club: Club, session: Session, progress: Reported, given: str = "") 
     save_ice(found.ice, club.ice_of(session), provenance=provenance(seed=0))
 
 
+def discover(club: Club, session: Session, progress: Reported, given: str = "") -> None:
+    """What the ice of a session lacks, into the folder ``discovery`` of the session."""
+    from curling_env.infrastructure.files.storage import make_directory, together
+    from curling_env.infrastructure.provenance import provenance
+    from friction_estimation.discovery.assessment import assess
+    from friction_estimation.discovery.discover import discover as find
+    from friction_estimation.discovery.report import write_files
+    from friction_estimation.tracks.throw_list import load_tracks
+
+    found = find(load_tracks(club.tracks_of(session)), progress=progress)
+    folder = make_directory(club.folder_of(session) / DISCOVERY)
+    with together():
+        write_files(found, folder, assessment=assess(found), provenance=provenance(seed=0))
+
+
 KINDS: Mapping[str, Callable[[Club, Session, Reported, str], None]] = {
     "track": track,
     "record": record,
     "estimate": estimate,
+    "discover": discover,
 }
-IN_WORDS = {"track": "Tracking", "record": "Recording", "estimate": "Estimating the ice"}
+IN_WORDS = {
+    "track": "Tracking",
+    "record": "Recording",
+    "estimate": "Estimating the ice",
+    "discover": "Looking for what the ice lacks",
+}
 """What the pages call them."""
