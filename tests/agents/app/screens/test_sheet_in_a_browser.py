@@ -261,3 +261,11 @@ def test_the_ice_is_printed_on_one_page_from_a_phone_too(chromium, address):
         printed = page.pdf(format=paper)
         assert b"/Count 1" in printed, paper
     page.close()
+
+
+def test_a_form_that_a_browser_sends_is_one_of_ours(still, address):
+    still.goto(f"{address}practice")
+    with still.expect_navigation():
+        still.locator("button[value=estimate]").click()
+    assert still.url == f"{address}practice/6"
+    assert still.locator("h1").count() == 1
