@@ -20,7 +20,7 @@ from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.sheet import Direction, to_delivery
 from curling_env.throw import Throw
-from curling_env.typing import Floats
+from curling_env.typing import Floats, Singles
 
 
 class Actor(Protocol):
@@ -71,6 +71,34 @@ class TrainedPolicy:
             raise InputError("holds weights that do not fit its settings", source=path) from error
         actor.set_training_mode(False)
         return cls(actor=actor, settings=settings, throw_range=throws)
+
+    def predict(
+        self, observation: ArrayLike, *, deterministic: bool = True
+    ) -> tuple[Singles, None]:
+        """The action for an observation of the environment it was trained in, or for many.
+
+        Parameters
+        ----------
+        observation : (k,) or (n, k), of `CurlingSheet-v0` made with the settings of the training
+        deterministic : whether the best action is taken, rather than one drawn from the policy
+
+        Returns
+        -------
+        the action, (3,) or (n, 3), over `throw_range`; and None, as in stable-baselines3
+
+        Raises
+        ------
+        InputError : observations of another size
+        """
+        seen = np.asarray(observation, dtype=np.float32)
+        space: Any = getattr(self.actor, "observation_space", None)
+        if space is not None and seen.shape[-1:] != space.shape:
+            raise InputError(
+                f"this policy has learnt with observations of {space.shape[0]} numbers, got "
+                f"{seen.shape}; make the environment with the options of its training"
+            )
+        action, _ = self.actor.predict(seen, deterministic=deterministic)
+        return np.asarray(action, dtype=np.float32), None
 
     def throws(self, known: Ice, targets: ArrayLike) -> Floats:
         """The throw at each target, (n, 4) speed, angle, spin and offset at the hog line.

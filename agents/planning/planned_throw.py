@@ -12,7 +12,7 @@ from agents.planning.monte_carlo import Trials
 from agents.planning.objective import Objective
 from curling_env.physics.ice_remarks import NO_CURL, UNKNOWN, belief_in_words
 from curling_env.physics.one_stone.slide import SlideEnd
-from curling_env.sheet import Direction
+from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import Delivery, Skill, Throw
 from curling_env.typing import Flags, Floats
 from curling_env.units import Units, short_length
@@ -163,11 +163,21 @@ class Plan:
 
     @property
     def remarks(self) -> list[str]:
-        """What the thrower should know of the ice, in sentences."""
+        """What the thrower should know of the target and the ice, in sentences."""
         return [
+            *self._about_the_target(),
             *([UNKNOWN] if self.lacks_something else []),
             *([NO_CURL] if self.lacks_curl else []),
             *(belief_in_words(name) for name in self.believed),
+        ]
+
+    def _about_the_target(self) -> list[str]:
+        x, y = self.target.tolist()
+        if not self.objective.comes_to_rest or abs(y) >= HOG_LINE_Y:
+            return []
+        return [
+            f"the target ({x:g}, {y:g}) m lies mid-sheet, where no stone stays in play; targets "
+            f"are in the sheet frame, whose origin is mid-sheet; the away tee is at (0, {TEE_Y:g})"
         ]
 
     def as_dict(self) -> dict[str, object]:

@@ -16,6 +16,8 @@ from agents.planning.request import (
     check_room,
     check_stones,
     objective_for,
+    place_from,
+    places_from,
     skill_with,
     spins_for,
 )
@@ -62,7 +64,7 @@ from curling_env.typing import Floats
 
 
 def plan(
-    ice: Ice,
+    ice: Ice | str | Path,
     target: ArrayLike,
     *,
     stones: ArrayLike = NO_OBSTACLES,
@@ -80,7 +82,7 @@ def plan(
 
     Parameters
     ----------
-    ice : known or estimated ice
+    ice : known or estimated ice, a file, or a preset
     target : (2,) target, sheet frame [m]; the end played to is the half of the sheet it lies in
     stones : (k, 2) centres of resting stones, sheet frame [m]
     own : (k,) whether each belongs to the thrower's team, for the picture; None if that is not told
@@ -95,8 +97,9 @@ def plan(
     ------
     InputError : no stone can rest at the target, or every throw reaches it only through a stone
     """
-    target = np.asarray(target, dtype=np.float64)
-    stones = np.asarray(stones, dtype=np.float64).reshape(-1, 2)
+    ice = load_ice(ice)
+    target = place_from("target", target)
+    stones = places_from("stones", stones)
     spins = spins_for(delivery) if spins is None else spins
     skill = skill_with(skill, spins)
     check_target(ice, target)
@@ -112,7 +115,7 @@ def plan(
 
 
 def plan_task(
-    ice: Ice,
+    ice: Ice | str | Path,
     task: str | Task,
     target: ArrayLike | None = None,
     *,
@@ -150,11 +153,11 @@ def plan_task(
     """
     spins = spins_for(delivery) if spins is None else spins
     skill = skill_with(skill, spins)
-    stones = np.asarray(stones, dtype=np.float64).reshape(-1, 2)
+    ice, stones = load_ice(ice), places_from("stones", stones)
     teams = None if own is None else np.asarray(own, dtype=np.bool_)
     if task == "score" and len(stones) and teams is None:
         raise InputError("points need each stone's team: say which stones are own")
-    mark = None if target is None else np.asarray(target, dtype=np.float64)
+    mark = None if target is None else place_from("target", target)
     if mark is not None:
         check_target(ice, mark)
     check_stones(ice, stones)

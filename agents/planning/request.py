@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from agents.planning.objective import MostPoints, Objective, TaskDone
 from agents.planning.target_search import check_target
@@ -16,6 +17,44 @@ from curling_env.physics.many_stones.tuning import OVERLAP_ALLOWED
 from curling_env.sheet import Direction, tee, to_sheet
 from curling_env.throw import FROM_HOG_LINE, Delivery, Skill, skill_named
 from curling_env.typing import Flags, Floats
+
+
+def place_from(name: str, given: ArrayLike) -> Floats:
+    """A place (x, y) on the sheet, (2,) [m].
+
+    Raises
+    ------
+    InputError : something else
+    """
+    try:
+        place = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        place = np.empty(0)
+    if place.shape != (2,):
+        raise InputError(
+            f"{name} must be (x, y) in metres, in the sheet frame, got {str(given)[:60]!r}"
+        )
+    return place
+
+
+def places_from(name: str, given: ArrayLike) -> Floats:
+    """Places on the sheet, (k, 2) [m].
+
+    Raises
+    ------
+    InputError : something else
+    """
+    try:
+        places = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        places = np.empty((1, 1))
+    if places.size == 0:
+        return np.empty((0, 2))
+    if places.ndim != 2 or places.shape[1] != 2:
+        raise InputError(
+            f"{name} must be places (x, y) in metres, in the sheet frame, got {str(given)[:60]!r}"
+        )
+    return places
 
 
 def objective_for(

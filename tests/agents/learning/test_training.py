@@ -32,6 +32,7 @@ from agents.learning.evaluation import (
 from agents.learning.model_file import read_model, write_model
 from agents.learning.policy import TrainedPolicy
 from agents.learning.random_ice import RandomIces
+from curling_env.envs.sheet.env import CurlingSheetEnv
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.sheet import HOUSE_RADIUS, TEE_Y, Direction, tee
@@ -175,6 +176,14 @@ def test_trains_saves_and_loads(tmp_path: Path, algorithm: str) -> None:
     np.testing.assert_array_equal(throws, again.throws(ice, targets))
     low, high = policy.throw_range.speed
     assert ((throws[:, 0] >= low) & (throws[:, 0] <= high)).all()
+    options = {**settings.environment(), "throw_range": policy.throw_range}
+    env = CurlingSheetEnv(ice, **options)
+    seen, _ = env.reset(seed=0, options={"target": (0.3, 0.0)})
+    action, state = again.predict(seen)
+    assert state is None
+    assert env.throw_of(action).speed == pytest.approx(throws[0, 0], abs=1e-6)
+    with pytest.raises(InputError, match="numbers"):
+        again.predict(seen[:-1])
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from agents import plan_throw
 from agents.planning import plan, plan_task
 from agents.planning.description import describe, handles
 from agents.planning.monte_carlo import run_trials
@@ -502,3 +503,29 @@ def test_the_experiment_runs(monkeypatch, capsys, tmp_path) -> None:
     assert len(list(tmp_path.glob("*.png"))) == 9
     success = np.array([int(row[26:36].strip("% ")) for row in table[1:]]).reshape(3, 3)
     assert (np.diff(success, axis=1) <= 0).all()  # elite, champion, club
+
+
+def test_a_target_mid_sheet_is_questioned():
+    remarks = plan("standard", (0.0, 0.0), skill="none").remarks
+    assert "lies mid-sheet" in remarks[0]
+    assert "the away tee is at (0, 17.3735)" in remarks[0]
+    assert not any("mid-sheet" in one for one in plan("standard", (0, TEE_Y), skill="none").remarks)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "says"),
+    [
+        ((3, (0, TEE_Y)), "an ice must be an Ice"),
+        (("standard", None), "target must be"),
+        (("standard", (0, 1, 2)), r"target must be \(x, y\)"),
+        (("standard", "wiggle"), "no task is named 'wiggle'"),
+        (("standard", "takeout", {"mark": "here"}), r"target must be \(x, y\)"),
+        (("standard", (0, TEE_Y), {"stones": 3}), "stones must be places"),
+        (("standard", (0, TEE_Y), {"skill": 3}), "no skill is named"),
+        (("standard", (0, TEE_Y), {"delivery": 3}), "no delivery is named"),
+    ],
+)
+def test_what_cannot_be_planned_is_told_with_what_is_right(wanted, says):
+    *given, options = (*wanted, {}) if len(wanted) == 2 else wanted
+    with pytest.raises(InputError, match=says):
+        plan_throw(*given, **options)
