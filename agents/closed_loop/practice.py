@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from agents.closed_loop.filming import film_paths
+from agents.closed_loop.filming import FPS, film_paths
 from agents.closed_loop.hidden_ice import HiddenIce
 from agents.closed_loop.integrator import comes_to_rest, run_stone
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, TEE_Y, Direction
@@ -103,6 +103,7 @@ def film_camera(
     *,
     folder: Path,
     workers: int,
+    fps: float = FPS,
 ) -> list[Trajectory]:
     """A `ThrowCamera` that films the throws from above and tracks the films.
 
@@ -110,6 +111,7 @@ def film_camera(
     ----------
     folder : directory for the films
     workers : number of processes
+    fps : frames a second [1/s]
     """
     paths: list[Trajectory] = []
     for k, release in enumerate(releases):
@@ -125,6 +127,7 @@ def film_camera(
         PAPER_SHEET,
         RULE_BOOK_STONE,
         seed=int(rng.integers(1000)),
+        fps=fps,
         frame_size=(960, 540),
         workers=workers,
         progress=progress,

@@ -75,7 +75,7 @@ def test_a_filmed_practice_is_tracked_within_a_centimetre(tmp_path: Path) -> Non
     hidden = draw_hidden_ice(np.random.default_rng(3))
     soft = Throw(speed=1.0, angle=0.02, spin=1.2).release(clock=60.0)
     tracks = film_camera(
-        hidden, [soft], np.random.default_rng(1), no_progress, folder=tmp_path, workers=1
+        hidden, [soft], np.random.default_rng(1), no_progress, folder=tmp_path, workers=1, fps=10.0
     )
     assert tracks[0].clock < 60.0  # the film begins before the release
     assert track_errors(hidden, [soft], tracks)[0] < 0.01
