@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from curling_env.errors import TrackTooShortError
+from curling_env.physics.compiled import compiled
 from curling_env.sheet import HOG_LINE_Y
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Flags, Floats, Indices
@@ -20,6 +20,8 @@ from friction_estimation.tracks.contacts import contacts_of, longest_stretch, st
 from friction_estimation.tracks.outliers import wild_rows
 from friction_estimation.tracks.smoothing import SmoothedMotion, smooth_motion
 from friction_estimation.tracks.tuning import (
+    AFTER_PUSH_ENDS,
+    BEFORE_PUSH_ENDS,
     CLEAR_DEVIATIONS,
     MIN_MOVING_SPEED,
     MIN_SAMPLES,
@@ -203,36 +205,78 @@ def _release(
 def _end_of_push(t: Floats, distance: Floats, begin: int, stop: int, noise: float) -> float | None:
     """Last time at which a push ended, or None if none is seen [s].
 
-    For each candidate time a quadratic is fitted to the second and a half before and the four
-    seconds after it, with another acceleration before. The candidate at which the two accelerations
-    differ most clearly, and by more than ice can explain, is the end of a push.
+    For each candidate time a quadratic is fitted to the rows shortly before and after it, with
+    another acceleration before. The candidate at which the two accelerations differ most clearly,
+    and by more than ice can explain, is the end of a push.
     """
-    best: tuple[float, float] | None = None
     latest = t[begin] + 0.5 * (t[stop - 1] - t[begin])
-    for when in np.arange(t[begin] + 0.25, latest, 0.05):
-        low, high = np.searchsorted(t, [max(when - 1.5, t[begin]), when + 4.0])
-        high = min(int(high), stop)
-        u = t[low:high] - when
-        if (u < 0).sum() < 6 or (u > 0).sum() < 15:
-            continue
-        basis = np.column_stack([np.ones_like(u), u, 0.5 * u**2, 0.5 * np.minimum(u, 0.0) ** 2])
-        estimate, sigma = _least_squares(basis, distance[low:high], noise)
-        after, change = estimate[2], estimate[3]
-        certainty = change / sigma[3]
-        a_push_ends = (
-            after < 0
-            and change > (1 - PUSHED_DECELERATION) * -after
-            and certainty > CLEAR_DEVIATIONS
-        )
-        if a_push_ends and (best is None or certainty > best[0]):
-            best = (float(certainty), float(when))
-    return None if best is None else best[1]
+    times = np.arange(t[begin] + 0.25, latest, 0.05)
+    if not len(times):
+        return None
+    after, change, sigma = _accelerations_about(times, t[begin:stop], distance[begin:stop], noise)
+    certainty = change / sigma
+    a_push_ends = (
+        (after < 0) & (change > (1 - PUSHED_DECELERATION) * -after) & (certainty > CLEAR_DEVIATIONS)
+    )
+    if not a_push_ends.any():
+        return None
+    return float(times[np.argmax(np.where(a_push_ends, certainty, 0.0))])
 
 
-def _least_squares(basis: Floats, values: Floats, noise: float) -> tuple[Floats, Floats]:
-    """Coefficients and their standard errors, for a noise of at least the given one."""
-    solution: Any = np.linalg.lstsq(basis, values, rcond=None)[0]
-    residual = values - basis @ solution
-    spread = np.sqrt((residual**2).sum() / max(len(residual) - basis.shape[1], 1))
-    scale = max(noise, float(spread))
-    return solution, scale * np.sqrt(np.diag(np.linalg.inv(basis.T @ basis)))
+def _accelerations_about(
+    times: Floats, t: Floats, distance: Floats, noise: float
+) -> tuple[Floats, Floats, Floats]:
+    """Acceleration after each time, how much more there was before it, and the error of that.
+
+    Parameters
+    ----------
+    times : (m,) times [s]
+    t : (n,) times of the rows [s]
+    distance : (n,) distance along the path [m]
+    noise : least standard deviation of the distances [m]
+
+    Returns
+    -------
+    three arrays (m,) [m/s²]; the error is infinite where there are too few rows
+    """
+    grams, counts = np.zeros((len(times), 5, 5)), np.zeros((len(times), 2))
+    _sum_products(times, t, distance, np.empty(5), grams, counts)
+    known = np.flatnonzero((counts[:, 0] >= 6) & (counts[:, 1] >= 15))
+    after, change, sigma = np.zeros(len(times)), np.zeros(len(times)), np.full(len(times), np.inf)
+    inverse, right = np.linalg.inv(grams[known, :4, :4]), grams[known, :4, 4]
+    solution = np.einsum("kij,kj->ki", inverse, right)
+    left = np.maximum(grams[known, 4, 4] - np.einsum("ki,ki->k", solution, right), 0.0)
+    spread = np.sqrt(left / np.maximum(counts[known].sum(axis=1) - 4, 1))
+    after[known], change[known] = solution[:, 2], solution[:, 3]
+    sigma[known] = np.maximum(noise, spread) * np.sqrt(inverse[:, 3, 3])
+    return after, change, sigma
+
+
+@compiled
+def _sum_products(
+    times: Floats, t: Floats, distance: Floats, row: Floats, grams: Floats, counts: Floats
+) -> None:
+    """Sums of products of a fit's columns, and the distance, about each time.
+
+    Parameters
+    ----------
+    times : (m,) times [s]
+    t, distance : (n,) times of the rows [s] and distances [m]
+    row : (5,) room for a row of the fit: 1, u, u²/2, the same before the time only, distance
+    grams : (m, 5, 5) zeros, that the sums are added to
+    counts : (m, 2) zeros, that the numbers of rows before and after are added to
+    """
+    for k in range(len(times)):
+        for i in range(len(t)):
+            u = t[i] - times[k]
+            if u < -BEFORE_PUSH_ENDS or u >= AFTER_PUSH_ENDS:
+                continue
+            if u < 0:
+                counts[k, 0] += 1
+            elif u > 0:
+                counts[k, 1] += 1
+            row[0], row[1], row[2], row[3] = 1.0, u, 0.5 * u**2, 0.5 * min(u, 0.0) ** 2
+            row[4] = distance[i] - distance[0]
+            for p in range(5):
+                for q in range(5):
+                    grams[k, p, q] += row[p] * row[q]

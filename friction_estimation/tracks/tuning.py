@@ -21,6 +21,8 @@ MIN_TRAVEL = 1.0
 """Shortest free slide that is used [m]; less says nothing about friction."""
 MIN_SAMPLES = 20
 """Fewest samples of a free slide that is used."""
+BEFORE_PUSH_ENDS, AFTER_PUSH_ENDS = 1.5, 4.0
+"""Time before and after the end of a push that tells of it [s]."""
 PUSHED_DECELERATION = 0.5
 """Part of the deceleration of the free slide below which a stone is still pushed. Ice varies by
 some per cent; a hand takes the deceleration away altogether."""
