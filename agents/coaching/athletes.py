@@ -113,6 +113,9 @@ class AthleteErrors:
     groups : by handle and weight, then by handle, then by weight; those with a throw
     errors : (n, 3) errors of the throws, as measured; NaN where one was not
     handles, weights : of these throws
+    seconds_per_speed : seconds from hog line to hog line that a faster throw takes more, so below
+        nought [s per m/s]; None where it is not known
+    turns_per_spin : turns of a throw over its spin [turns per rad/s]; the same
     """
 
     name: str
@@ -122,6 +125,8 @@ class AthleteErrors:
     errors: Floats = field(repr=False)
     handles: tuple[Handle | None, ...] = field(repr=False)
     weights: tuple[WeightClass, ...] = field(repr=False)
+    seconds_per_speed: float | None = None
+    turns_per_spin: float | None = None
 
     @property
     def skill(self) -> Skill:
@@ -148,6 +153,8 @@ class AthleteErrors:
         return {
             "athlete": self.name,
             "sessions": self.sessions,
+            "seconds_per_speed": self.seconds_per_speed,
+            "turns_per_spin": self.turns_per_spin,
             **self.overall.as_dict(),
             "groups": [group.as_dict() for group in self.groups],
         }
@@ -223,7 +230,29 @@ def _of_athlete(
         errors=np.where(np.einsum("nii->ni", variances) >= _UNSEEN, np.nan, errors),
         handles=handles,
         weights=weights,
+        seconds_per_speed=_median(
+            [
+                one.errors.seconds.value / one.errors.speed.value
+                for one in causes
+                if one.errors.seconds is not None
+                and one.errors.speed is not None
+                and abs(one.errors.speed.value) > 1e-3
+            ]
+        ),
+        turns_per_spin=_median(
+            [
+                measures.turns.value / abs(measures.spin.value)
+                for measures in (one.sheet.measures for one in causes)
+                if measures.turns is not None
+                and measures.spin is not None
+                and abs(measures.spin.value) > 0.2
+            ]
+        ),
     )
+
+
+def _median(values: Sequence[float]) -> float | None:
+    return float(np.median(values)) if values else None
 
 
 def _error_of(one: ThrowCauses) -> tuple[Floats, Floats]:

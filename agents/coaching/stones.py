@@ -117,7 +117,6 @@ class StoneMatch:
     pairs : suggested pairs: each stone in at most one, so that partners run as alike as can be
     all_pairs : every two stones against each other
     spread : standard deviation of ln friction from throw to throw of one stone
-    draw : distance from the hog line to the tee, along which `carry` is told [m]
     left_out : why throws were not used, by their number
     remarks : what a reader should know
     """
