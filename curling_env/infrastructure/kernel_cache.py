@@ -15,6 +15,7 @@ from __future__ import annotations
 import hashlib
 import os
 import stat
+import sys
 import warnings
 from contextlib import suppress
 from pathlib import Path
@@ -55,6 +56,28 @@ def remarks() -> list[str]:
     _SAID.clear()
     _SAID.add("")
     return said
+
+
+FIRST_COMPILATION = (
+    "curling: compiling the physics for this machine, once: about 20 s of one core now, and a few "
+    "for what is first used later"
+)
+"""What is said when a machine compiles for the first time."""
+_TOLD: set[Path] = set()
+
+
+def _say_that_it_compiles(folder: Path) -> None:
+    """Say on stderr that compiling takes a while, where nothing has been kept yet.
+
+    Parameters
+    ----------
+    folder : where the code of all kernels of these sources is kept
+    """
+    if folder in _TOLD:
+        return
+    _TOLD.add(folder)
+    if not any(folder.rglob("*.nbi")) and sys.stderr is not None:
+        print(FIRST_COMPILATION, file=sys.stderr, flush=True)
 
 
 def _say_once(why: str) -> None:
@@ -168,11 +191,14 @@ class _KernelCache(FunctionCache):
         if not self._is_ours():
             return None
         try:
-            return super().load_overload(sig, target_context)
+            kept = super().load_overload(sig, target_context)
         except Exception:  # whatever a damaged file may lead numba to
             with suppress(OSError):
                 Path(self._cache_file._index_path).unlink()
             return None
+        if kept is None:
+            _say_that_it_compiles(self._folder.parent)
+        return kept
 
     def save_overload(self, sig: Any, data: Any) -> None:
         if not self._is_ours():

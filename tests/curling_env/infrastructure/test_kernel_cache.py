@@ -1,0 +1,46 @@
+"""The first start says that it compiles; where nothing can be kept, every start is only slower."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+USE_KERNELS = """
+
+
+from curling_env.physics.effects import air_drag
+
+print(air_drag.CARD.kernel.address != 0)
+"""
+
+
+def start(cache: Path) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "XDG_CACHE_HOME": str(cache), "HOME": str(cache)}
+    environment.pop("NUMBA_CACHE_DIR", None)
+    return subprocess.run(
+        [sys.executable, "-c", USE_KERNELS],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+
+
+def test_the_first_start_says_that_it_compiles_and_the_second_does_not(tmp_path):
+    first, second = start(tmp_path), start(tmp_path)
+    assert first.stdout == second.stdout == "True\n"
+    assert first.stderr.count("compiling the physics for this machine, once") == 1
+    assert first.stderr.count("\n") == 1
+    assert second.stderr == ""
+
+
+@pytest.mark.parametrize("place", ["/proc/nowhere", "/dev/null/nowhere"])
+def test_where_nothing_can_be_kept_it_runs_all_the_same(place):
+    found = start(Path(place))
+    assert found.returncode == 0, found.stderr
+    assert found.stdout == "True\n"
+    assert found.stderr.count("compiled code is not kept") == 1
