@@ -7,6 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import iterate
 from numpy.typing import NDArray
 
 from curling_env.envs.options import brief, is_whole_number, whole_number
@@ -106,3 +107,16 @@ def objects(values: Sequence[Any]) -> NDArray[Any]:
 def unmasked(facts: Mapping[str, Any]) -> dict[str, Any]:
     """The arrays of facts in Gymnasium's form, without their masks."""
     return {name: value for name, value in facts.items() if not name.startswith("_")}
+
+
+def rows_of(space: Any, actions: Any, count: int) -> list[Any]:
+    """The action of each environment.
+
+    Raises
+    ------
+    InputError : actions of another shape
+    """
+    shape = np.shape(actions)
+    if shape != space.shape:
+        raise InputError(f"expected actions of shape {space.shape} for {count} ends, got {shape}")
+    return list(iterate(space, np.asarray(actions)))

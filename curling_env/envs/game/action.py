@@ -101,8 +101,10 @@ class GameAction:
         box: Any = spaces.Box(-1.0, 1.0, (self.size,), np.float32)
         return box
 
-    def call_of(self, action: ArrayLike) -> Call:
+    def call_of(self, action: ArrayLike, view: PlayerView | None = None) -> Call:
         """The call an action means; numbers beyond ±1 are taken as ±1.
+
+        The position, which `view` shows, does not matter to it.
 
         Raises
         ------

@@ -106,6 +106,8 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
     choices : "rule" (stones are put back after a tick, there are no power plays, the deciding
         team keeps the hammer, nobody concedes) or "action" (part of the action, as decisions that
         hold until a team's next delivery)
+    actions : "throws", or "shots": the number of a shot of a list, see `shots`; `infos` then have
+        an `action_mask`
     observation : "flat", "dict" or "planes"
     weights : weights of the parts of the reward, or those that differ; by default the points of an
         end, at its last stone
@@ -147,6 +149,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         sweeping: Sweeping = "none",
         delivery: DeliveryOption = "hog-line",
         choices: Choices = "rule",
+        actions: str = "throws",
         observation: ObservationKind = "flat",
         weights: GameRewardWeights | Mapping[str, Any] | None = None,
         potential: Any = None,
@@ -174,6 +177,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
             delivery=delivery,
             choices=choices,
             observation=observation,
+            actions=actions,
         )
         self.action = self.table.action
         self.weights = dataclass_from(
@@ -251,7 +255,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
 
     def call_of(self, action: ArrayLike) -> Call:
         """The call an action means."""
-        return self.action.call_of(action)
+        return self.action.call_of(action, self.simulator.view(self.state))
 
     def action_of(self, call: Call) -> Singles:
         """The action that means a call; clipped where it is out of range."""
@@ -298,7 +302,14 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         self.terminations = dict.fromkeys(self.agents, over)
         self.truncations = dict.fromkeys(self.agents, False)
         self.infos: dict[str, dict[str, Any]] = {label: {} for label in self.agents}
+        self._tell_masks()
         self.agent_selection = self._to_act()
+
+    def _tell_masks(self) -> None:
+        """Put `action_mask` into the infos, where actions are shots."""
+        for label in self.agents:
+            team = Team(self.possible_agents.index(label))
+            self.infos[label] |= self.table.mask(self.simulator.view(self.state, team))
 
     def _to_act(self) -> str:
         end = self.state.game.end
@@ -314,7 +325,8 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
             return
         before = self.state
         paths = self.render_mode is not None
-        call, decisions = self.action.call_of(action), self.action.decisions_of(action)
+        call = self.action.call_of(action, self.simulator.view(before))
+        decisions = self.action.decisions_of(action)
         thrower = Team(self.possible_agents.index(agent))
         self._decisions[thrower] = decisions or TeamDecisions()
         if self._decisions[thrower].concede and may_concede(before.game, thrower):
@@ -345,6 +357,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
             self.infos[label] = {"shot": shot, "reward_parts": parts.as_dict()}
         self._state, self._last = after, shot
         truncated = self._max_throws is not None and self._thrown >= self._max_throws and not over
+        self._tell_masks()
         self.terminations = dict.fromkeys(self.agents, over)
         self.truncations = dict.fromkeys(self.agents, truncated)
         self.agent_selection = self._to_act() if not over else shot.team.other.label

@@ -7,7 +7,8 @@ from dataclasses import replace
 from typing import Any, ClassVar, Literal
 
 import gymnasium
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from curling_env.envs.game.action import Choices, FollowsDecisions, Sweeping, TeamDecisions
 from curling_env.envs.game.observation import GameObservation, ObservationKind
@@ -15,6 +16,7 @@ from curling_env.envs.game.opponents import Opponents
 from curling_env.envs.game.potential import potential_from
 from curling_env.envs.game.rendering import GameRenderer
 from curling_env.envs.game.reward import GameRewardParts, GameRewardWeights, reward_parts
+from curling_env.envs.game.shots import mask_of
 from curling_env.envs.game.table import (
     DeliveryOption,
     EvolutionOption,
@@ -26,7 +28,15 @@ from curling_env.envs.ices import GivenIce, IceOption
 from curling_env.envs.options import dataclass_from, one_of, reset_options, rules_from
 from curling_env.envs.rendering import FILM_SPEED, FPS, RENDER_MODES, check_render_mode
 from curling_env.errors import InputError
-from curling_env.game import NO_EVOLUTION, Call, GameSimulator, GameState, PlayedShot, Player
+from curling_env.game import (
+    NO_EVOLUTION,
+    Call,
+    GameSimulator,
+    GameState,
+    PlayedShot,
+    Player,
+    PlayerView,
+)
 from curling_env.game.rules import Team
 from curling_env.game.simulator import direction_of
 from curling_env.typing import Image, Singles
@@ -61,6 +71,8 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
         fields
     choices : whether after an opponent's tick the stones are put back or left by "rule" (whichever
         counts for more), or as the agent's last "action" says
+    actions : "throws", or "shots": the number of a shot of a list, see `shots`; `info` then has an
+        `action_mask`
     observation : "flat", "dict" or "planes"
     weights : weights of the parts of the reward, or those that differ
     potential : value of positions, whose rise is part of the reward: a function of a game and a
@@ -106,6 +118,7 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
         sweeping: Sweeping = "none",
         delivery: DeliveryOption = "hog-line",
         choices: Choices = "rule",
+        actions: str = "throws",
         observation: ObservationKind = "flat",
         weights: GameRewardWeights | Mapping[str, Any] | None = None,
         potential: Any = None,
@@ -123,6 +136,7 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
             delivery=delivery,
             choices=choices,
             observation=observation,
+            actions=actions,
         )
         self.action = self.table.action
         self.opponents = Opponents(opponent, self.table)
@@ -192,7 +206,19 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
 
     def call_of(self, action: ArrayLike) -> Call:
         """The call an action means."""
-        return self.action.call_of(action)
+        return self.action.call_of(action, self._view())
+
+    def action_masks(self) -> NDArray[np.int8]:
+        """The shots that the agent has, 1 or 0 each, as algorithms with masks ask for them.
+
+        Raises
+        ------
+        InputError : actions are throws, all of which there always are
+        """
+        mask = mask_of(self.action, self._view())
+        if mask is None:
+            raise InputError("only shots have a mask: make the environment with actions='shots'")
+        return mask
 
     def action_of(self, call: Call) -> Singles:
         """The action that means a call; clipped where it is out of range."""
@@ -216,7 +242,7 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
             self._answer()
         if self.render_mode == "human":
             self._renderer.show_position(self.state)
-        return self._observe(), {"shots": self._shots}
+        return self._observe(), {"shots": self._shots, **self.table.mask(self._view())}
 
     def begin(self, asked: Mapping[str, Any], given: GivenIce = (None, None)) -> GameState:
         """An end before its first stone, on its ice, against its opponent.
@@ -263,7 +289,7 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
         """
         if self.state.game.end is None:
             raise InputError("the end is over; call reset()")
-        call = self.action.call_of(action)
+        call = self.action.call_of(action, self._view())
         self._shots, self._last_step = (), []
         self._decisions = self.action.decisions_of(action)
         before = self.potential.value(self.state.game, AGENT) if self.potential else 0.0
@@ -273,6 +299,7 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
             parts = replace(parts, potential=self.potential.rise(before, state.game, AGENT))
         over = state.game.end is None
         info: dict[str, Any] = {"shots": self._shots, "reward_parts": parts.as_dict()}
+        info |= self.table.mask(self._view())
         if over:
             info["score"] = state.game.line_score[-1]
         return self._observe(), self.weights.total(parts), over, False, info
@@ -346,6 +373,9 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
             if end is None or end.to_throw is AGENT:
                 return parts
             parts = parts + self._play(self.opponent.call(self.simulator.view(self.state)))
+
+    def _view(self) -> PlayerView:
+        return self.simulator.view(self.state, AGENT)
 
     def _observe(self) -> Any:
         return observed(self.observation, self.state)

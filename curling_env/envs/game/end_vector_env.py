@@ -11,7 +11,8 @@ from typing import Any, cast
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
-from gymnasium.vector.utils import batch_space, iterate
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
 
 from curling_env.envs.game.action import FollowsDecisions, TeamDecisions
 from curling_env.envs.game.batch import DIRECTION, batch_outcome, release_table_of
@@ -19,6 +20,7 @@ from curling_env.envs.game.end_env import AGENT, RESET_OPTIONS, CurlingEndEnv, o
 from curling_env.envs.game.observation import GameObservation
 from curling_env.envs.game.opponents import Opponents
 from curling_env.envs.game.reward import GameRewardParts, reward_parts
+from curling_env.envs.game.shots import ShotActions, mask_of
 from curling_env.envs.ices import GivenIce
 from curling_env.envs.options import reset_options, whole_number
 from curling_env.envs.vector import (
@@ -26,6 +28,7 @@ from curling_env.envs.vector import (
     masked,
     objects,
     reset_mask_of,
+    rows_of,
     seeds_of,
     unmasked,
 )
@@ -152,7 +155,8 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         if states is None:
             self._answer(rows)
         shots = objects([self._shots[i] for i in rows])
-        return self._observe(), masked({"shots": shots}, mask)
+        info = masked({"shots": shots}, mask)
+        return self._observe(), info | self._masks(mask)
 
     def step(self, actions: Any) -> tuple[Any, Floats, Flags, Flags, dict[str, Any]]:
         """Deliver a stone in every end, and let the opponents answer.
@@ -171,9 +175,9 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
                 f"end {int(np.argmax(over))} is over; begin it with "
                 "reset(options={'reset_mask': …})"
             )
-        rows = _rows(self.action_space, actions, n)
+        rows = rows_of(self.action_space, actions, n)
         going: list[int] = np.flatnonzero(~over).tolist()
-        calls = {i: self.single.action.call_of(rows[i]) for i in going}
+        calls = {i: single.action.call_of(rows[i], self._view(i)) for i in going}
         for i in np.flatnonzero(over).tolist():
             self._begin(i)
         potential, held = single.potential, dict.fromkeys(going, 0.0)
@@ -203,7 +207,8 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
     ) -> dict[str, Any]:
         """What is told of a step: `shots`, `reward_parts`, and where an end is over its `score`."""
         each = [parts[i].as_dict() for i in np.flatnonzero(played).tolist()]
-        info = masked({"shots": objects(self._shots)}, np.ones(self.num_envs, dtype=np.bool_))
+        all_of_them = np.ones(self.num_envs, dtype=np.bool_)
+        info = masked({"shots": objects(self._shots)}, all_of_them) | self._masks(all_of_them)
         if each:
             table = {name: np.array([one[name] for one in each]) for name in each[0]}
             info |= masked({"reward_parts": table}, played)
@@ -228,6 +233,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
                 else observations[i].copy()
             )
         told = {"shots": info["shots"], "reward_parts": unmasked(info["reward_parts"])}
+        told |= {name: info[name] for name in ("action_mask",) if name in info}
         final_info = masked({**told, "score": info["score"]}, ended, whole=True)
         for i in rows:
             self._begin(i)
@@ -238,10 +244,31 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         info.clear()
         info |= {"final_obs": final, "_final_obs": ended.copy()}
         info |= {"final_info": final_info, "_final_info": ended.copy()}
-        info |= masked(left, np.ones(self.num_envs, dtype=np.bool_))
+        all_of_them = np.ones(self.num_envs, dtype=np.bool_)
+        info |= masked(left, all_of_them) | self._masks(all_of_them)
         if going.any():
             info |= parts
         return self._observe(), rewards, ended, never
+
+    def action_masks(self) -> NDArray[np.int8]:
+        """The shots that the agent has in each end, (num_envs, n): 1 or 0; see `CurlingEndEnv`."""
+        return np.stack([self._mask(i) for i in range(self.num_envs)])
+
+    def _mask(self, i: int) -> NDArray[np.int8]:
+        mask = mask_of(self.single.action, self._view(i))
+        if mask is None:
+            raise InputError("only shots have a mask: make the environment with actions='shots'")
+        return mask
+
+    def _masks(self, among: Flags) -> dict[str, Any]:
+        """For `info`: `action_mask`, where actions are shots."""
+        if not isinstance(self.single.action, ShotActions):
+            return {}
+        rows: list[int] = np.flatnonzero(among).tolist()
+        return masked({"action_mask": np.stack([self._mask(i) for i in rows])}, among)
+
+    def _view(self, i: int) -> PlayerView:
+        return self._simulators[i].view(self._states[i], AGENT)
 
     def _begin(
         self, i: int, asked: Mapping[str, Any] = NOTHING, given: GivenIce = (None, None)
@@ -410,16 +437,3 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         if not isinstance(seen[0], dict):
             return np.stack(seen)
         return {name: np.stack([one[name] for one in seen]) for name in seen[0]}
-
-
-def _rows(space: Any, actions: Any, count: int) -> list[Any]:
-    """The action of each environment.
-
-    Raises
-    ------
-    InputError : actions of another shape
-    """
-    shape = np.shape(actions)
-    if shape != space.shape:
-        raise InputError(f"expected actions of shape {space.shape} for {count} ends, got {shape}")
-    return list(iterate(space, np.asarray(actions)))

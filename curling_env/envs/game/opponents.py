@@ -64,7 +64,7 @@ class PolicyPlayer(Player):
     def call(self, view: PlayerView) -> Call:
         """What the policy's action means."""
         seen = self._table.observation_of(view.ice).of_view(view)
-        return self._table.action.call_of(self._policy(seen))
+        return self._table.action.call_of(self._policy(seen), view)
 
 
 class Opponents(list[Player]):

@@ -10,11 +10,12 @@ import numpy as np
 
 from curling_env.envs.game.action import Choices, GameAction, Sweeping
 from curling_env.envs.game.observation import GameObservation, ObservationKind
+from curling_env.envs.game.shots import ShotActions, checked_actions, mask_of
 from curling_env.envs.ices import EpisodeIces, GivenIce, IceOption
 from curling_env.envs.known_ice import KnownIce
 from curling_env.envs.options import delivery_from, evolution_from, skill_from
 from curling_env.envs.sheet.action import widest_range
-from curling_env.game import GameSimulator, IceEvolution
+from curling_env.game import GameSimulator, IceEvolution, PlayerView
 from curling_env.game.ice_evolution import ice_for_game
 from curling_env.game.rules import RuleSet
 from curling_env.ice import Ice
@@ -35,7 +36,7 @@ class GameTable:
     ice, known_ice, ices : the ice of every game, see `EpisodeIces`
     rules : the rules
     skills : execution errors of the home and the away team
-    ice_evolution, sweeping, delivery, choices, observation : options of the environments
+    ice_evolution, sweeping, delivery, choices, observation, actions : options of the environments
 
     Raises
     ------
@@ -55,6 +56,7 @@ class GameTable:
         delivery: DeliveryOption,
         choices: Choices,
         observation: ObservationKind,
+        actions: str = "throws",
     ) -> None:
         evolution = evolution_from(ice_evolution)
         lasting = replace(evolution, stone_spread=0.0)
@@ -76,7 +78,9 @@ class GameTable:
         known = self.ices.known_as(self.ices.known[0])
         self.simulator = self._simulator_on(self.ices.usual, known.ice)
         throws = widest_range(self.ices.known, hits=True, delivery=self.simulator.delivery)
-        self.action = GameAction(throws, sweeping, choices)
+        usual = GameAction(throws, sweeping, choices)
+        with_shots = checked_actions(actions, sweeping, choices) == "shots"
+        self.action: GameAction | ShotActions = ShotActions() if with_shots else usual
         self.observation = GameObservation(observation, known, self.simulator.lines)
 
     def draw(self, rng: np.random.Generator, given: GivenIce = (None, None)) -> None:
@@ -101,6 +105,11 @@ class GameTable:
         if known is self.observation.known.ice:
             return self.observation
         return self.observation.on(self.ices.known_as(known))
+
+    def mask(self, view: PlayerView) -> dict[str, Any]:
+        """For `info`: `action_mask`, the shots that a team has, where actions are shots."""
+        mask = mask_of(self.action, view)
+        return {} if mask is None else {"action_mask": mask}
 
     def _simulator_on(self, ice: Ice, known: Ice) -> GameSimulator:
         return GameSimulator(ice, known_ice=known, **self._settings)

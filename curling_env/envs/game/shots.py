@@ -1,0 +1,234 @@
+"""Shots as actions: an agent calls for a draw, a guard or a hit, and the throw for it is found.
+
+A list of shots has a number each. The throw is aimed on the ice as it is known, as a player of the
+package would. A mask tells which shots there are in a position.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from curling_env.errors import InputError
+from curling_env.game import Call, PlayerView
+from curling_env.game.opponents.aiming import BOARD_WEIGHT, PEEL_WEIGHT, AimingPlayer
+from curling_env.game.rules.teams import STONES_PER_TEAM, RestingStone, Stones, Team
+
+# The list of shots: a change to it makes a new version of the environments.
+DRAWS = {
+    "the button": (0.0, 0.0),
+    "the left of the button": (-0.45, 0.2),
+    "the right of the button": (0.45, 0.2),
+    "the top of the 4-foot": (0.0, -0.6),
+    "the back of the 4-foot": (0.0, 0.6),
+    "the left of the house": (-1.1, 0.1),
+    "the right of the house": (1.1, 0.1),
+    "the top of the house": (0.0, -1.3),
+}
+"""Places in the house to draw to, delivery frame [m]."""
+GUARDS = {
+    "a long centre guard": (0.0, -3.6),
+    "a short centre guard": (0.0, -2.4),
+    "a left corner guard": (-1.1, -3.0),
+    "a right corner guard": (1.1, -3.0),
+}
+"""Places before the house, delivery frame [m]."""
+WEIGHTS = {"control weight": 1.12, "board weight": BOARD_WEIGHT, "peel weight": PEEL_WEIGHT}
+"""Weights of hits over that of a draw to the button."""
+SIDES = {"on the nose": 0.0, "on its left": -0.12, "on its right": 0.12}
+"""Where a stone is hit, right of its centre [m]."""
+COVER = 1.6
+"""How far before a stone its guard lies [m]."""
+GAP = 0.02
+"""Gap that a freeze leaves [m]."""
+
+
+class Shot(NamedTuple):
+    """One shot of the list.
+
+    Parameters
+    ----------
+    name : what it is, in words
+    kind : "draw", "hit", "freeze", "cover" or "through"
+    place : (x, y) of a draw [m]
+    handle : -1 or 1 for a draw with that handle; 0 for whichever is free
+    stone : index of the stone that it is about, own ones first; -1 for none
+    weight, off : of a hit
+    """
+
+    name: str
+    kind: str
+    place: tuple[float, float] = (0.0, 0.0)
+    handle: int = 0
+    stone: int = -1
+    weight: float = 1.0
+    off: float = 0.0
+
+
+def _list_of_shots() -> tuple[Shot, ...]:
+    shots = [
+        Shot(f"draw to {name}, {turn}", "draw", place=place, handle=handle)
+        for name, place in {**DRAWS, **GUARDS}.items()
+        for turn, handle in (("clockwise", -1), ("counter-clockwise", 1))
+    ]
+    stones = [
+        f"{whose} stone {k + 1}" for whose in ("own", "their") for k in range(STONES_PER_TEAM)
+    ]
+    for k, stone in enumerate(stones):
+        for weight, speed in WEIGHTS.items():
+            for side, off in SIDES.items():
+                words = f"hit {stone} {side}, {weight}"
+                shots.append(Shot(words, "hit", stone=k, weight=speed, off=off))
+        shots.append(Shot(f"freeze to {stone}", "freeze", stone=k))
+        shots.append(Shot(f"guard {stone}", "cover", stone=k))
+    return (*shots, Shot("through the house", "through"))
+
+
+SHOTS = _list_of_shots()
+"""The shots, by their numbers."""
+
+
+class ShotActions:
+    """Converts between numbers of shots and calls; stands where `GameAction` stands."""
+
+    choices = "rule"
+    sweeping = "scripted"
+    size = 1
+    names = tuple(shot.name for shot in SHOTS)
+    """What each action is."""
+
+    def __init__(self) -> None:
+        self._aiming = _Aiming()
+
+    @property
+    def space(self) -> spaces.Space[Any]:
+        """The space of the actions."""
+        return spaces.Discrete(len(SHOTS))
+
+    def call_of(self, action: Any, view: PlayerView | None = None) -> Call:
+        """The call for the throw that makes a shot.
+
+        Parameters
+        ----------
+        action : number of the shot
+        view : what the team to throw sees
+
+        Raises
+        ------
+        InputError : no number of a shot, or no end in play
+        """
+        number = np.asarray(action)
+        if number.shape != () or number.dtype.kind not in "iu" or not 0 <= number < len(SHOTS):
+            raise InputError(
+                f"an action must be the number of a shot, 0 to {len(SHOTS) - 1}, got {action}"
+            )
+        if view is None or view.game.end is None:
+            raise InputError("a shot needs an end in play")
+        return self._aiming.shot(view, SHOTS[int(number)])
+
+    def decisions_of(self, action: Any) -> None:
+        """None: shots decide nothing else."""
+        return None
+
+    def action_of(self, call: Call, decisions: Any = None) -> Any:
+        """Not possible: few throws are a shot of the list."""
+        raise InputError(
+            "a throw has no number among shots; make the environment with actions='throws'"
+        )
+
+    def mask(self, stones: Stones, team: Team, *, last: bool) -> NDArray[np.int8]:
+        """Which shots there are, (n,): 1 or 0.
+
+        Parameters
+        ----------
+        stones : the stones that lie
+        team : the team that throws
+        last : whether it is the last stone of the end, before which no guard is worth anything
+        """
+        lying = _by_index(stones, team)
+        places = np.array([(stone.x, stone.y) for stone in stones]).reshape(-1, 2)
+        return np.array([_is_there(shot, lying, places, last) for shot in SHOTS], dtype=np.int8)
+
+
+def _by_index(stones: Stones, team: Team) -> dict[int, RestingStone]:
+    """Stones by their index, own ones first."""
+    return {
+        stone.number + (0 if stone.team is team else STONES_PER_TEAM): stone for stone in stones
+    }
+
+
+def _is_there(shot: Shot, lying: dict[int, RestingStone], places: NDArray[Any], last: bool) -> bool:
+    if shot.kind == "through":
+        return True
+    if shot.kind == "draw":
+        if last and shot.place in GUARDS.values():
+            return False
+        return not len(places) or bool((np.hypot(*(places - shot.place).T) > 0.3).all())
+    stone = lying.get(shot.stone)
+    if stone is None:
+        return False
+    return shot.kind == "hit" or (stone.y > -2.0 and not (last and shot.kind == "cover"))
+
+
+class _Aiming(AimingPlayer):
+    """Turns shots into throws."""
+
+    name = "shots"
+
+    def call(self, view: PlayerView) -> Call:
+        raise AssertionError("it is not asked for shots of its own")
+
+    def shot(self, view: PlayerView, shot: Shot) -> Call:
+        """The call for a shot; where none is possible, the stone goes through the house."""
+        end = view.game.end
+        assert end is not None
+        found: Call | None = None
+        stone = _by_index(end.stones, view.team).get(shot.stone)
+        if shot.kind == "draw":
+            throw = self.aim(view).draw(*shot.place, shot.handle * view.delivery.spin)
+            found = None if throw is None else Call(throw=throw, shot=shot.name)
+        elif stone is not None and shot.kind == "hit":
+            found = self.hit(
+                view, stone, shot.name, weight=shot.weight, off=shot.off, clear=True
+            ) or self.hit(view, stone, shot.name, weight=shot.weight, off=shot.off, clear=False)
+        elif stone is not None:
+            back = 2 * view.game.lines.stone_radius + GAP if shot.kind == "freeze" else COVER
+            found = self._draw(view, stone.x, stone.y - back, shot.name)
+        return self.through(view) if found is None else found
+
+    def _draw(self, view: PlayerView, x: float, y: float, name: str) -> Call | None:
+        """A draw with a free way if there is one, else one all the same."""
+        free = self.draw_to(view, x, y, name)
+        if free is not None:
+            return free
+        spin = view.delivery.spin if x >= 0 else -view.delivery.spin
+        throw = self.aim(view).draw(x, y, spin)
+        return None if throw is None else Call(throw=throw, shot=name)
+
+
+def mask_of(actions: Any, view: PlayerView) -> NDArray[np.int8] | None:
+    """The mask of the shots that a team has; None where actions are throws."""
+    end = view.game.end
+    if not isinstance(actions, ShotActions):
+        return None
+    if end is None:
+        return np.ones(len(SHOTS), dtype=np.int8)
+    last = end.delivered >= view.game.rules.deliveries - 1
+    return actions.mask(end.stones, view.team, last=last)
+
+
+def checked_actions(actions: Any, sweeping: str, choices: str) -> str:
+    """Which actions an environment has: "throws" or "shots".
+
+    Raises
+    ------
+    InputError : something else, or shots together with sweeping or choices in the action
+    """
+    if actions not in ("throws", "shots"):
+        raise InputError(f"actions must be 'throws' or 'shots', got {actions!r}")
+    if actions == "shots" and "action" in (sweeping, choices):
+        raise InputError("shots have no sweeping and no choices; those are for actions='throws'")
+    return str(actions)
