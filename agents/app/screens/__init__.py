@@ -1,6 +1,6 @@
 """The screens, in the order of the navigation; a new one is a module with a `SCREEN`."""
 
-from agents.app.screens import ice, practice, throw, throws
+from agents.app.screens import athletes, hand_or_ice, ice, practice, stones, throw, throws
 from agents.app.screens.screen import Screen
 
 SCREENS: tuple[Screen, ...] = (
@@ -8,4 +8,7 @@ SCREENS: tuple[Screen, ...] = (
     throws.SCREEN,
     ice.SCREEN,
     throw.SCREEN,
+    hand_or_ice.SCREEN,
+    athletes.SCREEN,
+    stones.SCREEN,
 )

@@ -6,10 +6,11 @@ from typing import Any
 
 from agents.app.club import Club, Session
 from agents.app.club.club import DISCOVERY
+from agents.app.coached import errors_of, sessions_with_causes
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.infrastructure.files.storage import read_json
-from curling_env.throw import SKILLS, Skill, skill_named
+from curling_env.throw import Skill, skill_named
 from friction_estimation.reports.missing_in_words import Findings, findings
 
 MADE_UP = {"standard": "Usual championship ice (nobody has measured it)"}
@@ -21,6 +22,8 @@ HANDS = {
     "none": "no error at all",
 }
 """Skills that are offered beside the athletes'."""
+ATHLETE = "athlete:"
+"""Before the number of an athlete whose measured hand is meant."""
 MOST_SESSIONS = 40
 REPORTS = (f"{DISCOVERY}/report.json", "report.json")
 """Where a discovery's report lies in the folder of a session."""
@@ -68,7 +71,8 @@ def ice_named(club: Club, key: str) -> Ice:
 
 def skills_of(club: Club) -> list[tuple[str, str]]:
     """The hands that there are: key and label."""
-    return list(HANDS.items())
+    own = [(f"{ATHLETE}{one.id}", one.name) for one in club.athletes()]
+    return [*HANDS.items(), *own]
 
 
 def skill_of(club: Club, key: str) -> Skill:
@@ -76,11 +80,17 @@ def skill_of(club: Club, key: str) -> Skill:
 
     Raises
     ------
-    InputError : there is none
+    InputError : there is none, or too few throws tell of it
     """
-    if key not in HANDS or key not in SKILLS:
+    if key in HANDS:
+        return skill_named(key)
+    one = next((one for one in club.athletes() if key == f"{ATHLETE}{one.id}"), None)
+    if one is None:
         raise InputError(f"there is no hand {key[:40]!r}; choose another")
-    return skill_named(key)
+    for errors in errors_of(club, sessions_with_causes(club)):
+        if errors.name == one.name:
+            return errors.skill
+    raise InputError(f"too few throws of {one.name} with a called target tell of that hand yet")
 
 
 def findings_of(club: Club, session: Session) -> Findings | None:
