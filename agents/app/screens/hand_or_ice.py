@@ -115,10 +115,14 @@ def _row(one: ThrowCauses, ids: Mapping[int, int]) -> dict[str, Any]:
 def _part(part: Part) -> dict[str, Any]:
     return {
         "words": _words(part.right, part.past),
-        "share": f"{100 * part.share.value:.0f} %",
+        "share": _share(part.share),
         "half": f"± {100 * INTERVAL * (part.share.sigma or 0.0):.0f}",
         "size": part.size,
     }
+
+
+def _share(share: Measured) -> str:
+    return f"{round(100 * share.value)} %".replace("-", "−")
 
 
 def _words(right: Measured, past: Measured) -> str:
@@ -145,7 +149,7 @@ def _pattern(pattern: Pattern | None) -> dict[str, Any] | None:
             {
                 "cause": cause,
                 "title": TITLES[cause],
-                "share": f"{100 * share.value:.0f} %",
+                "share": _share(share),
                 "half": f"± {100 * INTERVAL * (share.sigma or 0.0):.0f}",
                 "width": max(100 * share.value, 0.0),
                 "mean": _words(right, past) or "goes either way",

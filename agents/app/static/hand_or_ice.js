@@ -6,8 +6,7 @@ const { steps, target, rest } = JSON.parse(document.getElementById("steps").text
 const picture = new Sheet(document.getElementById("picture"), { editable: false });
 picture.aim(target);
 const spot = picture.layers.target.firstElementChild;
-spot.removeAttribute("tabindex");
-spot.removeAttribute("aria-roledescription");
+for (const name of ["tabindex", "aria-roledescription", "aria-label"]) spot.removeAttribute(name);
 spot.setAttribute("role", "presentation");
 picture.ghost(rest, "home");
 picture.trace(steps);

@@ -68,7 +68,7 @@ def test_why_throws_missed_is_told_throw_by_throw(visitor, evening):
     assert "was not given" in plain(visitor.get(f"hand-or-ice/{session.id}?believed=0").text)
     # Who throws a third of a second too heavy is long by weight, again and again.
     bo = plain(visitor.get(f"hand-or-ice/{session.id}?athlete=Bo").text)
-    long = re.search(r"Weight -?\d+ % ± \d+ ([\d.]+) (m|cm) long", bo)
+    long = re.search(r"Weight −?\d+ % ± \d+ ([\d.]+) (m|cm) long", bo)
     assert long is not None, bo[:1500]
     metres = float(long[1]) * (1.0 if long[2] == "m" else 0.01)
     assert 0.4 < metres < 3.0
