@@ -16,16 +16,18 @@ import numpy as np
 from agents.app.club import Club, Session
 from agents.app.take_in import take_in
 from agents.closed_loop.hidden_ice import patchy_ice
-from curling_env.ice import ActiveEffect, Ice
+from curling_env.ice import ActiveEffect, Ice, save_ice
 from curling_env.infrastructure.executor import executor
 from curling_env.infrastructure.files.storage import make_directory, write_table
+from curling_env.infrastructure.provenance import provenance
 from curling_env.physics.one_stone.aim import Aim
 from curling_env.physics.one_stone.slide import play_bounds, slide
 from curling_env.sheet import HOG_LINE_Y, HOG_TO_TEE, TEE_Y, Direction, to_delivery
 from curling_env.throw import Throw
-from curling_env.trajectory import Trajectory, write_tracks
+from curling_env.trajectory import Trajectory, read_tracks, write_tracks
 from curling_env.typing import Progress, no_progress, with_progress
 from friction_estimation.camera.scene import save_scene
+from friction_estimation.estimation.whole_ice import estimate_ice
 from friction_estimation.synthetic import FilmSpec, render_film, scene_of
 
 SCENE = "gantry.scene.json"
@@ -121,6 +123,11 @@ def fill(club: Club, day: str, *, seed: int = 0, progress: Progress = no_progres
             folder / "athletes.csv",
             {"athlete": [a.name for a in ATHLETES], "hand": [a.hand for a in ATHLETES]},
         )
+        progress("estimating the ice", 0.5)
+        # A quick estimate, of the map alone: the law of this ice is known.
+        tracks = read_tracks(folder / "tracks.csv")
+        ice = estimate_ice(tracks, effects="none", start=believed).ice
+        save_ice(ice, folder / "ice.json", provenance=provenance(seed=seed))
         return take_in(club, folder, name=NAME, day=day, sheet=SHEET)
 
 

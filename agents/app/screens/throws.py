@@ -12,7 +12,7 @@ from starlette.routing import Route
 from agents.app.club import Club, Session, Throw
 from agents.app.club.club import named
 from agents.app.club.records import Hand
-from agents.app.club.session_files import write_files
+from agents.app.club.session_files import finish_files
 from agents.app.film_view import throw_view
 from agents.app.measures import sheets_of
 from agents.app.pages import club_of, form_of, go_to, page, session_of
@@ -118,7 +118,7 @@ async def enter(request: Request) -> Response:
     if form.get("hand", "right") not in [hand.value for hand in Hand]:
         raise InputError("a hand is right or left")
     _keep(club, session, throw, form)
-    write_files(club, session)
+    finish_files(club)
     return go_to(request, f"throws/{session.id}/{throw.id}")
 
 
@@ -128,10 +128,19 @@ def _keep(club: Club, session: Session, throw: Throw, form: dict[str, str]) -> N
         athlete_id = stone_id = None
         if athlete:
             name = named(athlete, "an athlete")
-            query = "insert into athlete (name, hand) values (?, ?) on conflict do nothing"
-            connection.execute(query, (name, form.get("hand", "right")))
+            connection.execute(
+                "insert into athlete (name, hand) values (?, ?) "
+                "on conflict (name) do update set hand = excluded.hand",
+                (name, form.get("hand", "right")),
+            )
             query = "select id from athlete where name = ?"
             athlete_id = connection.execute(query, (name,)).fetchone()[0]
+            # With another hand the handles of all their throws have other names.
+            connection.execute(
+                "update session set stale = 1 where id in "
+                "(select session_id from throw where athlete_id = ?)",
+                (athlete_id,),
+            )
         if stone:
             name = named(stone, "a stone")
             connection.execute(

@@ -89,6 +89,14 @@ function drawOverlay(svg, picture) {
   };
 }
 
+// Whoever is known brings their hand along.
+const hand = document.querySelector("select[name=hand]");
+document.querySelector("input[name=athlete]").addEventListener("change", (event) => {
+  const known = [...document.querySelectorAll("#athletes option")]
+    .find((option) => option.value === event.target.value);
+  if (known) hand.value = known.dataset.hand;
+});
+
 const track = await ask(find("throw").dataset.track);
 const { t, speed } = track;
 const film = find("film"), slider = find("time");
