@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
+from threading import RLock
 
 from agents.app.club import Club, Session
 from agents.app.club.club import ICE, TRACKS
@@ -29,6 +30,9 @@ MOST = 24
 MOST_SESSIONS = 12
 """Sessions, the latest, from which an athlete's errors are told."""
 
+_ONE_AT_A_TIME = RLock()
+"""Who asks while an answer is worked out waits for it, and does not work it out too."""
+
 State = tuple[int, ...]
 """When the files of an answer were changed last."""
 
@@ -44,7 +48,8 @@ def causes_of(club: Club, session: Session, believed: Session | None) -> Session
     if not (folder / TRACKS).exists() or not (folder / ICE).exists():
         return None
     other = None if believed is None else club.ice_of(believed)
-    return _causes(folder, other, _state(folder), _changed(other))
+    with _ONE_AT_A_TIME:
+        return _causes(folder, other, _state(folder), _changed(other))
 
 
 def believed_ice(club: Club, session: Session) -> Session | None:
@@ -80,7 +85,8 @@ def errors_of(club: Club, sessions: Sequence[Session]) -> list[AthleteErrors]:
         folder, believed = club.folder_of(session), believed_ice(club, session)
         other = None if believed is None else club.ice_of(believed)
         kept.append((folder, other, _state(folder), _changed(other)))
-    return list(_errors(tuple(kept)))
+    with _ONE_AT_A_TIME:
+        return list(_errors(tuple(kept)))
 
 
 def stones_of(club: Club, session: Session) -> StoneMatch | None:
@@ -93,7 +99,8 @@ def stones_of(club: Club, session: Session) -> StoneMatch | None:
     folder = club.folder_of(session)
     if not (folder / TRACKS).exists() or not (folder / ICE).exists():
         return None
-    return _stones(folder, _state(folder))
+    with _ONE_AT_A_TIME:
+        return _stones(folder, _state(folder))
 
 
 @lru_cache(maxsize=MOST)

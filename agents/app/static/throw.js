@@ -5,7 +5,7 @@ import { HOG, RADIUS, Sheet, TEE, viewButtons } from "./sheet.js";
 import { read, STONES, written } from "./throw_address.js";
 
 const $ = (id) => document.getElementById(id);
-const NAMES = { home: "red", away: "yellow" }, START = 2 * HOG + (TEE - HOG);
+const NAMES = { home: "red", away: "yellow" }, HOUSE = 1.829, START = 2 * HOG + (TEE - HOG);
 
 // --- what the address says -----------------------------------------------------------------------
 
@@ -40,12 +40,15 @@ function say(words, problem = false) {
 async function post(path, json, then) {
   const number = ++asked;
   $("throwing").setAttribute("aria-busy", "true");
+  const soon = setTimeout(() => { if (number === asked) say("One moment …"); }, 700);
   try {
     const answer = await ask(path, { method: "POST", json });
+    clearTimeout(soon);
     if (number === asked) await then(answer);
   } catch (error) {
     if (number === asked) say(error.message, true);
   } finally {
+    clearTimeout(soon);
     if (number === asked) $("throwing").removeAttribute("aria-busy");
   }
 }
@@ -59,9 +62,17 @@ const thrower = () => (state.mode === "play" ? state.game?.person ?? "home" : st
 /** A plan is for the home team: give it the thrower's stones as those. */
 const asOwn = (stones) => asJson(stones).map((s) => ({ ...s, team: s.team === thrower() ? "home" : "away" }));
 
+/** The stones that would count as they lie: nearer the tee than the nearest of the other team. */
+function counting(stones) {
+  const far = ({ x, y }) => Math.hypot(x, Math.abs(y) - TEE);
+  const inside = stones.filter((s) => far(s) <= HOUSE + RADIUS).sort((a, b) => far(a) - far(b));
+  const other = inside.findIndex((s) => s.team !== inside[0].team);
+  return new Set(other < 0 ? inside : inside.slice(0, other));
+}
+
 function layStones() {
-  const numbers = { home: 0, away: 0 };
-  sheet.lay(lying().map((stone) => ({ ...stone, name: `${NAMES[stone.team]} stone ${++numbers[stone.team]}` })));
+  const numbers = { home: 0, away: 0 }, count = counting(lying());
+  sheet.lay(lying().map((stone) => ({ ...stone, counts: count.has(stone), name: `${NAMES[stone.team]} stone ${++numbers[stone.team]}` })));
 }
 
 function clearThrow() {
@@ -97,6 +108,10 @@ function button(words, act, plain = true) {
 function show(found) {
   shown = found;
   const { call } = found, team = thrower();
+  if (state.mode === "play") { // the sliders go on from what is planned
+    state.throw = found.throw;
+    setHand();
+  }
   sheet.stop?.();
   sheet.trace([...(found.second ? tracesOf(found.second, team, "second") : []), ...tracesOf(found, team)]);
   sheet.broom(call.broom, call.from);
@@ -159,6 +174,13 @@ const upper = (words) => words[0].toUpperCase() + words.slice(1);
 
 let waiting = null;
 function byHand() {
+  if (state.mode === "play") {
+    if (!play.mine) return;
+    freshEnd();
+    sheet.aim(null);
+    state.target = null;
+    $("calls").hidden = true;
+  }
   const speed = Number($("speed").value), broom = Number($("broom").value), spin = Number($("spin").value);
   state.throw = { speed, angle: -Math.atan2(broom, START), spin };
   sayHand();
@@ -170,7 +192,7 @@ function byHand() {
 
 function runThrow() {
   busy = true;
-  const json = { ice: state.ice, throw: state.throw, to: state.to, stones: asJson(lying()) };
+  const json = { ice: state.ice, throw: state.throw, to: state.mode === "play" ? play.to : state.to, stones: asJson(lying()) };
   post("throw/run", json, (found) => { say(`It ${found.ends}.`); show(found); }).finally(() => {
     busy = false;
     const next = waiting;
@@ -406,7 +428,7 @@ function freshEnd() {
 
 function setMode() {
   for (const input of document.querySelectorAll("#modes input")) input.checked = input.value === state.mode;
-  for (const part of document.querySelectorAll("[data-mode]")) part.hidden = part.dataset.mode !== state.mode;
+  for (const part of document.querySelectorAll("[data-mode]")) part.hidden = !part.dataset.mode.split(" ").includes(state.mode);
   for (const id of ["ice", "skill", "to", "handle"]) $(id).value = state[id];
   $("to").disabled = state.mode === "play";
   $("settings-said").textContent = `${$("ice").selectedOptions[0].textContent}; ${$("skill").selectedOptions[0].textContent}`;
