@@ -13,6 +13,7 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from agents.learning.random_ice import RandomIces
 from curling_env.envs.sheet.vector_env import CurlingSheetVectorEnv
+from curling_env.envs.stable_baselines import CurlingVecEnv
 from curling_env.errors import InputError
 from curling_env.throw import Skill, skill_named
 from curling_env.typing import Flags, Floats, Singles
@@ -23,8 +24,11 @@ INFO_KEYS = ("distance_m", "status", "success")
 """The parts of an environment's `info` that are passed on."""
 
 
-class SheetVecEnv(VecEnv):
-    """An adapter of `CurlingSheetVectorEnv` to stable-baselines3, with execution errors.
+class SheetVecEnv(CurlingVecEnv):
+    """Environments of `CurlingSheet-v0` whose throws have the execution errors of a player.
+
+    The errors come from a generator of their own, in opposite pairs as the trainers have always
+    drawn them; the option `skill` of the environments draws each from the sheet's.
 
     Parameters
     ----------
@@ -37,28 +41,18 @@ class SheetVecEnv(VecEnv):
 
     Notes
     -----
-    ``infos`` holds `distance_m`, `status` and `success` of each environment. At the end of an
-    episode it also holds `terminal_observation`, what `Monitor` adds, so that no monitor is needed,
-    and `is_success`, from which stable-baselines3 computes its `success_rate`.
+    ``infos`` holds `distance_m`, `status` and `success` of each environment, and what
+    `CurlingVecEnv` adds at the end of an episode.
     """
 
     def __init__(
         self, envs: gymnasium.vector.VectorEnv[Any, Any, Any], skill: Skill | str = "none"
     ):
-        sheets = envs.unwrapped
-        if not isinstance(sheets, CurlingSheetVectorEnv):
+        if not isinstance(envs.unwrapped, CurlingSheetVectorEnv):
             raise InputError(f"expected environments of CurlingSheet-v0, got {envs}")
-        if sheets.metadata["autoreset_mode"] is not AutoresetMode.SAME_STEP:
-            raise InputError("make the environments with autoreset_mode='SameStep'")
-        self.sheets = sheets
         self._skill = skill_named(skill)
         self._rng = np.random.default_rng()
-        self._actions = np.zeros((sheets.num_envs, 3), dtype=np.float32)
-        self._rewards = np.zeros(sheets.num_envs)
-        self._lengths = np.zeros(sheets.num_envs, dtype=np.int64)
-        super().__init__(
-            sheets.num_envs, sheets.single_observation_space, sheets.single_action_space
-        )
+        super().__init__(envs, told=INFO_KEYS)
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
         """Seed the execution errors now and the environments at the next reset: s, s + 1, …"""
@@ -66,63 +60,14 @@ class SheetVecEnv(VecEnv):
             self._rng = np.random.default_rng(np.random.SeedSequence(seed).spawn(1)[0])
         return super().seed(seed)
 
-    def reset(self) -> Singles:
-        """Begin all episodes."""
-        observations, _ = self.sheets.reset(seed=list(self._seeds))
-        self._reset_seeds()
-        self._reset_options()
-        self._rewards[:], self._lengths[:] = 0.0, 0
-        return observations
-
     def step_async(self, actions: Singles) -> None:
         """Take the actions and add the player's errors."""
-        self._actions = actions
         if not self._skill.is_exact:
             throws = self.sheets.single.throw_range
             # Errors come in pairs of opposite sign; half of twice as many are independent.
             errors = self._skill.errors(2 * self.num_envs, self._rng)[: self.num_envs]
-            self._actions = throws.actions_of(throws.numbers_of(actions) + errors)
-
-    def step_wait(self) -> tuple[Singles, Floats, Flags, list[Any]]:
-        """Throw in every environment."""
-        seen, rewards, over, _, info = self.sheets.step(self._actions)
-        self._rewards += rewards
-        self._lengths += 1
-        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
-        for source, mask in ((info, ~over), (info.get("final_info", {}), over)):
-            for i in np.flatnonzero(mask):
-                for name in INFO_KEYS:
-                    infos[i][name] = source[name][i]
-        for i in np.flatnonzero(over):
-            infos[i]["is_success"] = bool(infos[i]["success"])
-            infos[i]["terminal_observation"] = info["final_obs"][i]
-            infos[i]["TimeLimit.truncated"] = False
-            infos[i]["episode"] = {"r": float(self._rewards[i]), "l": int(self._lengths[i])}
-        self._rewards[over], self._lengths[over] = 0.0, 0
-        return seen, rewards, over, infos
-
-    def close(self) -> None:
-        """Close the environments."""
-        self.sheets.close()
-
-    def get_attr(self, attr_name: str, indices: EnvIndices = None) -> list[Any]:
-        """An attribute of the environments; it is the same for all."""
-        return [getattr(self.sheets, attr_name) for _ in self._get_indices(indices)]
-
-    def set_attr(self, attr_name: str, value: Any, indices: EnvIndices = None) -> None:
-        """Not possible: the environments share their attributes."""
-        raise InputError("environments side by side share their attributes; make new ones")
-
-    def env_method(
-        self, method_name: str, *method_args: Any, indices: EnvIndices = None, **method_kwargs: Any
-    ) -> list[Any]:
-        """The result of a method of a single environment; it is the same for all."""
-        result = getattr(self.sheets.single, method_name)(*method_args, **method_kwargs)
-        return [result for _ in self._get_indices(indices)]
-
-    def env_is_wrapped(self, wrapper_class: type, indices: EnvIndices = None) -> list[bool]:
-        """Whether a wrapper's work is done here: only that of `Monitor`."""
-        return [issubclass(wrapper_class, Monitor) for _ in self._get_indices(indices)]
+            actions = throws.actions_of(throws.numbers_of(actions) + errors)
+        super().step_async(actions)
 
 
 class RandomIceVecEnv(VecEnv):

@@ -93,6 +93,7 @@ class KnownIce:
         self._told = told or ice
         self._features: dict[Direction, Singles] = {}
         self._of_stones = _own_numbers(self._told)
+        self._numbers_of_a_stone = len(stone_names())
 
     def features(self, direction: Direction) -> Singles:
         """What is told of the ice seen along a direction of play, in the order of `ice_names`."""
@@ -104,7 +105,7 @@ class KnownIce:
 
     def of_stones(self, identifiers: Sequence[int]) -> Singles:
         """What is told of single stones, (k, m) in the order of `stone_names`; 0 for usual ones."""
-        numbers = np.zeros((len(identifiers), len(stone_names())), dtype=np.float32)
+        numbers = np.zeros((len(identifiers), self._numbers_of_a_stone), dtype=np.float32)
         if self._of_stones:
             for row, identifier in enumerate(identifiers):
                 if identifier in self._of_stones:

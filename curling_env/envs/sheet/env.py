@@ -193,6 +193,21 @@ class CurlingSheetEnv(gymnasium.Env[Singles, Singles]):
         """Whether every episode has an ice that the standard errors of the ice allow."""
         return self.ices.has_sigma
 
+    @property
+    def target(self) -> Floats:
+        """Where the delivered stone should go in this episode, (2,) delivery frame [m]."""
+        return self._target.copy()
+
+    @property
+    def direction(self) -> Direction:
+        """The end played to in this episode."""
+        return self._direction
+
+    @property
+    def places(self) -> Floats:
+        """Where the stones lie, the task's target stone first, (k, 2) sheet frame [m]."""
+        return np.array([(stone.x, stone.y) for stone in self._stones]).reshape(-1, 2)
+
     def ice_features(self, direction: Direction) -> Singles:
         """What the agent knows of the ice when it plays to an end; see `KnownIce.features`."""
         return self._known.features(direction)
@@ -295,10 +310,11 @@ class CurlingSheetEnv(gymnasium.Env[Singles, Singles]):
                 if never
                 else "the episode is over; call reset()"
             )
-        meant = self.throw_of(action)
-        numbers = np.array([[meant.speed, meant.angle, meant.spin]])
-        speed, angle, spin = self.thrown(numbers, [self.np_random])[0].tolist()
-        throw = Throw(speed=speed, angle=angle, spin=spin)
+        throw = self.throw_of(action)
+        if not self.skill.is_exact:
+            meant = np.array([[throw.speed, throw.angle, throw.spin]])
+            speed, angle, spin = self.thrown(meant, [self.np_random])[0].tolist()
+            throw = Throw(speed=speed, angle=angle, spin=spin)
         release = throw.release(
             self._direction,
             stone=FIRST_OWN_STONE + self._played,

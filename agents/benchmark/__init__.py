@@ -1,0 +1,11 @@
+"""Ten fixed tasks with fixed seeds, so that results of different people can be compared.
+
+- `tasks`: what is asked for, on which ices, and how it is measured
+- `contestants`: who may be measured: players, the planner, trained models, functions
+- `scores`: the measurement, with an interval
+"""
+
+from agents.benchmark.scores import Score, measure
+from agents.benchmark.tasks import TASKS, BenchmarkTask, make
+
+__all__ = ["TASKS", "BenchmarkTask", "Score", "make", "measure"]

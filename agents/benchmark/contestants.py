@@ -1,0 +1,89 @@
+"""Who is measured: a player by name, the planner, chance, a trained model, or a function."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from agents.learning.policy import TrainedPolicy
+from agents.planning import plan, plan_task
+from curling_env.envs.game.end_env import AGENT, CurlingEndEnv
+from curling_env.envs.game.opponents import policy_of
+from curling_env.envs.sheet.env import CurlingSheetEnv
+from curling_env.errors import InputError
+from curling_env.game import player_named
+from curling_env.game.players import player_names
+from curling_env.infrastructure.plugins import load_plugin
+from curling_env.sheet import to_sheet
+
+Contestant = Callable[[Any, Any], Any]
+"""The action, given the environment (unwrapped) and its observation."""
+
+
+def contestant(given: Any) -> Contestant:
+    """Who is measured.
+
+    Parameters
+    ----------
+    given : ``random``, ``planner`` (throws only), the name of a player (ends only), the file of a
+        trained policy (``.npz``), ``module:object``; or a function of observations, or something
+        with `predict`
+
+    Raises
+    ------
+    InputError : something else
+    """
+    if given == "random":
+        return _random
+    if given == "planner":
+        return _planned
+    if isinstance(given, str) and given.partition(":")[0] in player_names():
+        return _player(given)
+    if isinstance(given, str | Path) and Path(given).suffix == ".npz":
+        given = TrainedPolicy.load(given)
+    elif isinstance(given, str):
+        given = load_plugin("policy", "curling.policies", given, built_in=_names())
+        given = given() if isinstance(given, type) else given
+    policy = policy_of(given)
+    if policy is None:
+        raise InputError(
+            f"who is measured must be one of {', '.join(_names())}, a model's file (.npz), "
+            f"module:object, or a function of observations, got {str(given)[:60]!r}"
+        )
+    return lambda _, observation: policy(observation)
+
+
+def _names() -> list[str]:
+    return ["random", "planner", *player_names()]
+
+
+def _random(env: Any, observation: Any) -> Any:
+    # From the environment's own generator, so that the episode's seed decides.
+    return env.np_random.uniform(-1.0, 1.0, env.action_space.shape).astype(np.float32)
+
+
+def _planned(env: Any, observation: Any) -> Any:
+    if not isinstance(env, CurlingSheetEnv):
+        raise InputError("the planner plans single throws; in ends a player decides")
+    known, stones = env.known_ice, env.places
+    wanted: dict[str, Any] = {"skill": env.skill, "delivery": env.delivery}
+    if env.task.name == "draw":
+        found = plan(known, to_sheet(env.target, env.direction), stones=stones, **wanted)
+    else:
+        mark = stones[0] if env.task.has_target_stone else to_sheet(env.target, env.direction)
+        found = plan_task(known, env.task, mark, stones=stones, **wanted)
+    return env.action_of(found.best.throw)
+
+
+def _player(name: str) -> Contestant:
+    player = player_named(name)
+
+    def call(env: Any, observation: Any) -> Any:
+        if not isinstance(env, CurlingEndEnv):
+            raise InputError(f"the player {name!r} plays ends; single throws are the planner's")
+        return env.action_of(player.call(env.simulator.view(env.state, AGENT)))
+
+    return call

@@ -1,0 +1,127 @@
+"""The ten tasks of the benchmark.
+
+A task is an environment with fixed options, episodes with fixed seeds, and one number per episode.
+A change to any of them is a new version of the benchmark.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import gymnasium
+
+import curling_env  # noqa: F401  (registers the environments)
+from curling_env.errors import InputError
+
+VERSION = 0
+"""Version of the benchmark: scores of different versions cannot be compared."""
+FIRST_SEED = 1_000_000
+"""Seed of the first episode; the others count up. Train with smaller seeds."""
+
+ICES: dict[str, Any] = {"level": 0.06, "areas": 0.04, "curl": 0.1, "error": 0.015}
+"""The fields of `RandomIces` from which the seeds draw the held-out ices."""
+
+Metric = Literal["distance_m", "success", "points"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchmarkTask:
+    """One task.
+
+    Parameters
+    ----------
+    name : as on a command line
+    asks : what is asked for, in words
+    environment : name of the environment
+    options : its options
+    metric : what is averaged over episodes: ``distance_m`` from the target [m] (less is better),
+        ``success`` or ``points`` scored less conceded (more is better)
+    """
+
+    name: str
+    asks: str
+    environment: str = "CurlingSheet-v0"
+    options: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    metric: Metric = "success"
+
+    @property
+    def less_is_better(self) -> bool:
+        """Whether a smaller number is the better one."""
+        return self.metric == "distance_m"
+
+
+def _sheet(name: str, asks: str, metric: Metric = "success", **options: Any) -> BenchmarkTask:
+    """A task of one throw by a club player on ices that are known by an estimated map."""
+    settings = {"ices": {**ICES, "knows": "map"}, "skill": "club", "target": "random", **options}
+    return BenchmarkTask(name=name, asks=asks, options=settings, metric=metric)
+
+
+def _end(opponent: str) -> BenchmarkTask:
+    """An end against a player, on championship ice, with the hammer in half of the ends."""
+    return BenchmarkTask(
+        name=f"end-{opponent}",
+        asks=f"an end against `{opponent}`, both teams elite",
+        environment="CurlingEnd-v0",
+        options={"opponent": opponent},
+        metric="points",
+    )
+
+
+TASKS = {
+    task.name: task
+    for task in (
+        _sheet("draw", "a draw anywhere in the house, the map known", "distance_m"),
+        _sheet(
+            "draw-mean",
+            "the same, the mean friction known",
+            "distance_m",
+            ices={**ICES, "knows": "mean"},
+        ),
+        _sheet(
+            "draw-blind",
+            "the same, nothing known of the ice",
+            "distance_m",
+            ices={**ICES, "knows": "nothing"},
+        ),
+        _sheet("guard", "a guard before the house", task="guard"),
+        _sheet("takeout", "put a stone out of play", task="takeout"),
+        _sheet("hit-and-stay", "the same, and stay in play", task="hit_and_stay"),
+        _sheet("freeze", "rest against a stone", task="freeze"),
+        _end("draw"),
+        _end("rulebased"),
+        _end("greedy"),
+    )
+}
+"""The tasks by name."""
+
+
+def task_of(name: str) -> BenchmarkTask:
+    """The task of that name.
+
+    Raises
+    ------
+    InputError : an unknown name
+    """
+    if name not in TASKS:
+        raise InputError(
+            f"no task of the benchmark is named {name!r}; there are {', '.join(TASKS)}"
+        )
+    return TASKS[name]
+
+
+def make(name: str, **options: Any) -> gymnasium.Env[Any, Any]:
+    """The environment of a task.
+
+    Parameters
+    ----------
+    name : one of `TASKS`
+    options : further options, such as ``render_mode``
+
+    Raises
+    ------
+    InputError : an unknown name
+    """
+    task = task_of(name)
+    return gymnasium.make(task.environment, **{**task.options, **options})

@@ -1,0 +1,71 @@
+"""The benchmark's tasks are fixed, and who can do one is measured with an interval."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from agents.benchmark import TASKS, make, measure
+from agents.benchmark.contestants import contestant
+from agents.benchmark.scores import Score
+from curling_env.errors import InputError
+
+
+def test_there_are_ten_tasks_and_each_can_be_made():
+    assert len(TASKS) == 10
+    for name, task in TASKS.items():
+        env = make(name)
+        env.reset(seed=0)
+        assert env.spec.id == task.environment
+        json.loads(env.spec.to_json())  # plain data, to be written down
+
+
+def test_the_same_episodes_for_everybody():
+    first = measure(TASKS["draw"], contestant("random"), episodes=20)
+    assert first == measure(TASKS["draw"], contestant("random"), episodes=20)
+    assert first.low < first.mean < first.high
+    still = measure(TASKS["draw"], contestant(lambda seen: np.zeros(3)), episodes=20)
+    assert still.mean != first.mean
+
+
+def test_who_thinks_is_better_than_chance():
+    by_chance = measure(TASKS["draw"], contestant("random"), episodes=8)
+    planned = measure(TASKS["draw"], contestant("planner"), episodes=4)
+    assert planned.mean < 0.6 * by_chance.mean
+    ends = TASKS["end-draw"]
+    assert (
+        measure(ends, contestant("rulebased"), episodes=6).mean
+        > measure(ends, contestant("random"), episodes=6).mean + 1
+    )
+
+
+def test_the_command_prints_the_table_and_json(curling):
+    told = curling("benchmark", "random", "--task", "guard", "--episodes", "5", "--json").json()
+    (score,) = told["scores"]
+    assert (told["policy"], score["task"], score["metric"]) == ("random", "guard", "success")
+    assert score["version"] == 0
+    shown = curling("benchmark", "random", "--task", "end-draw", "--episodes", "2")
+    assert shown.out.startswith("end-draw")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("nobody",), "no policy is named 'nobody'; there are draw, greedy, planner, random"),
+        (("random", "--task", "curl"), "no task of the benchmark is named 'curl'"),
+        (("planner", "--task", "end-draw"), "the planner plans single throws"),
+        (("draw", "--task", "draw"), "plays ends"),
+        (("nowhere.npz",), "no such file"),
+    ],
+)
+def test_who_cannot_do_a_task_is_told(curling, arguments, says):
+    assert says in curling("benchmark", *arguments, "--episodes", "2").complaint
+
+
+def test_scores_read_in_words():
+    score = Score(task="guard", metric="success", mean=0.4, low=0.3, high=0.5, episodes=9)
+    assert score.in_words() == "40 % (30–50)"
+    with pytest.raises(InputError, match="at least 2"):
+        measure(TASKS["draw"], contestant("random"), episodes=1)
