@@ -69,10 +69,10 @@ def ice_named(club: Club, key: str) -> Ice:
     return ice
 
 
-def skills_of(club: Club) -> list[tuple[str, str]]:
-    """The hands that there are: key and label."""
-    own = [(f"{ATHLETE}{one.id}", one.name) for one in club.athletes()]
-    return [*HANDS.items(), *own]
+def skills_of(club: Club) -> list[tuple[str, str, str]]:
+    """The hands that there are: key, label, and right or left."""
+    usual = [(key, label, "right") for key, label in HANDS.items()]
+    return usual + [(f"{ATHLETE}{one.id}", one.name, one.hand) for one in club.athletes()]
 
 
 def skill_of(club: Club, key: str) -> Skill:

@@ -60,7 +60,8 @@ export function hold(sheet) {
   };
   svg.addEventListener("pointerup", up);
   svg.addEventListener("pointercancel", up);
-  // Two fingers are ours; one finger scrolls the page until the picture is zoomed.
+  // A held stone and two fingers are ours; else one finger scrolls the page until the picture is zoomed.
+  svg.addEventListener("touchstart", (event) => { if (sheet.editable && event.target.closest?.("[data-held]")) event.preventDefault(); }, { passive: false });
   svg.addEventListener("touchmove", (event) => { if (event.touches.length > 1) event.preventDefault(); }, { passive: false });
   svg.addEventListener("wheel", (event) => {
     // With the page's own scrolling left alone: a wheel zooms with ctrl, or once it is zoomed.

@@ -124,7 +124,7 @@ function show(found) {
       ["Weight", call.hog_to_hog_s === null ? "short" : `${call.hog_to_hog_s.toFixed(1)} s`, "hog to hog"],
       ["Broom", call.broom_in_words.replace(" of the centre line", ""), "from the centre line"],
       state.mode === "target" && !state.hit ? ["Ice", `${call.ice_m.toFixed(2)} m`, `${call.ice_in_brooms} to the ${call.ice_side}`] : null,
-      ["Handle", call.right_hander === "no turn" ? "no turn" : `${call.right_hander}`, call.right_hander === "no turn" ? "" : `of a right-hander, ${call.turns} turns`],
+      ["Handle", turnOf(call), turnOf(call) === "no turn" ? "" : `of a ${hand()}-hander, ${call.turns} turns`],
       found.miss ? ["Expected miss", found.miss.words.split(" on average")[0], found.miss.words.split(", ")[1]] : null,
       found.chance !== undefined && !found.miss ? ["Succeeds", `${Math.round(100 * found.chance)} %`, found.success_means] : null,
       found.win !== undefined ? ["Wins the game", `${(100 * found.win).toFixed(0)} %`, `± ${(100 * found.win_error).toFixed(1)}`] : null,
@@ -141,12 +141,15 @@ function show(found) {
   if (state.mode === "play") {
     if (play.mine) row.append(button("Throw it", () => throwInGame(found.throw), false));
   } else row.append(button("Let it run", letItRun, false));
-  if (found.second) row.append(button(`Second choice: ${found.second.call.right_hander}, ${weight(found.second)}`, () => show({ ...found.second, second: null, remarks: found.remarks })));
+  if (found.second) row.append(button(`Second choice: ${turnOf(found.second.call)}, ${weight(found.second)}`, () => show({ ...found.second, second: null, remarks: found.remarks })));
   box.replaceChildren(...words.filter(Boolean));
   box.hidden = false;
 }
 
 const cm = (metres) => (metres < 0.995 ? `${Math.round(100 * metres)} cm` : `${metres.toFixed(2)} m`);
+/** The hand that throws, and a call's handle for it. */
+const hand = () => $("skill").selectedOptions[0]?.dataset.hand ?? "right";
+const turnOf = (call) => (hand() === "left" ? call.left_hander : call.right_hander);
 const weight = (found) => (found.call.hog_to_hog_s === null ? "short" : `${found.call.hog_to_hog_s.toFixed(1)} s`);
 const tracesOf = (found, team, kind) => (found.paths ?? []).map((path) => ({ ...path, kind: kind ?? (path.stone === null ? team : lying()[path.stone]?.team) }));
 
@@ -285,14 +288,14 @@ function listCalls(found) {
   const box = $("calls");
   const rows = found.calls.map((call, k) => {
     const row = element("button", { type: "button", class: "call", "aria-pressed": "false" },
-      element("b", {}, `${k + 1}. ${call.shot}, ${call.call.right_hander}`), element("b", {}, `${(100 * call.win).toFixed(0)} %`),
+      element("b", {}, `${k + 1}. ${call.shot}, ${turnOf(call.call)}`), element("b", {}, `${(100 * call.win).toFixed(0)} %`),
       element("span", { class: "small" }, `${weight(call)}, broom ${call.call.broom_in_words}; ` +
         (found.last_stone ? `scores in ${percent(call.lies_shot)}, ${signed(call.points)} points on average` : `lies shot in ${percent(call.lies_shot)}, ${signed(call.points)} on average`)));
     row.addEventListener("click", () => pickCall(call, row));
     return row;
   });
   box.replaceChildren(element("h2", {}, `Best calls for ${NAMES[found.team]}`),
-    element("p", { class: "small quiet" }, "The chance of winning the game, over the errors of this hand; in-turn and out-turn of a right-hander."), ...rows);
+    element("p", { class: "small quiet" }, `The chance of winning the game, over the errors of this hand; in-turn and out-turn of a ${hand()}-hander.`), ...rows);
   box.hidden = false;
   say(`The best call: ${found.calls[0].shot}, ${percent(found.calls[0].win)} to win.`);
   rows[0].click();

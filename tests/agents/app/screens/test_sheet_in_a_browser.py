@@ -243,12 +243,22 @@ def test_a_phone_shows_it_all_and_two_fingers_zoom(chromium, address):
         fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
     assert scale_of(page) > 1.8 * before
     assert place_of(page, "target") == pytest.approx((0.2, 17.0), abs=1e-3)
-    # A wheel zooms out again, about the pointer.
-    zoomed = scale_of(page)
-    page.mouse.move(x, y)
-    page.mouse.wheel(0, 200)
+    # One finger takes a stone along; the page stays where it is.
+    page.goto("about:blank")
+    page.goto(f"{address}throw#mode=position&n=9&{STONES}")
+    page.locator(".stone.home").wait_for()
+    path = [at(page, 0.3, 17.2), at(page, 0.1, 16.9), at(page, -0.2, 16.2), at(page, -0.4, 15.4)]
+    for kind, place in zip(["touchStart", *["touchMove"] * 3], path, strict=True):
+        points = [{"x": place[0], "y": place[1], "id": 1}]
+        fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    fingers.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    assert place_of(page, "red stone 1") == pytest.approx((-0.4, 15.4), abs=0.03)
+    assert page.evaluate("scrollY") == 0
+    # A wheel zooms, about the pointer.
+    page.mouse.move(*at(page, 0.0, 17.0))
+    page.mouse.wheel(0, -200)
     page.wait_for_timeout(200)
-    assert scale_of(page) < 0.7 * zoomed
+    assert scale_of(page) > 1.4 * before
     context.close()
     assert errors == []
 

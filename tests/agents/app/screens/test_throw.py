@@ -66,3 +66,13 @@ def test_what_is_wrong_is_one_sentence(visitor, name, wish, problem):
 def test_without_the_token_nothing_is_answered(visitor):
     answer = visitor.ask("POST", "throw/run", b"{}", {"content-type": "application/json"})
     assert answer.status == 403
+
+
+def test_a_left_hander_has_other_handles(visitor, club):
+    with club.database.writing() as connection:
+        connection.execute("insert into athlete (name, hand) values ('Lefty', 'left')")
+    assert '<option value="athlete:1" data-hand="left">Lefty</option>' in visitor.get("throw").text
+    asked = {"ice": "standard", "target": TARGET, "skill": "athlete:1"}
+    answer = visitor.send("throw/plan", asked)
+    assert answer.status == 422
+    assert "too few throws of Lefty" in answer.document["problem"]
