@@ -121,6 +121,7 @@ def check_lines(lines: list[dict[str, Any]]) -> None:
     ------
     InputError : the line and what was expected there
     """
+    before = (0, 0)
     for number, line in enumerate(lines, start=1):
         kind: Any = DeliveryLine
         if number in (1, len(lines)):
@@ -129,6 +130,12 @@ def check_lines(lines: list[dict[str, Any]]) -> None:
             document = checked(line, kind)
             if isinstance(document, DeliveryLine):
                 _check_paths(document)
+                if (document.end, document.stone) <= before:
+                    raise InputError(
+                        f"end {document.end}, stone {document.stone} comes after end {before[0]}, "
+                        f"stone {before[1]}"
+                    )
+                before = document.end, document.stone
         except InputError as error:
             place = f"line {number}" + (f", {error.where}" if error.where else "")
             raise InputError(error.problem, where=place) from error

@@ -22,7 +22,8 @@ CORNERS = ("home_left", "home_right", "away_right", "away_left")
 """The ice corners in order around the sheet, counter-clockwise seen from above."""
 LENS_KEYS = ("camera_matrix", "distortion", "image_size", "reprojection_px")
 """The keys of a camera file; a scene file may have them too."""
-MIN_POINTS = 4
+MIN_POINTS, MAX_POINTS = 4, 500
+"""Known points of a scene. People mark a dozen; a thousand would take a minute to fit."""
 MIN_SPREAD = 1e-3
 """Points lie in a line where their narrower extent is below this share of their wider one."""
 
@@ -229,7 +230,7 @@ class SceneDocument(LensDocument):
     """A scene file."""
 
     corners_px: CornersDocument | None = None
-    points: Annotated[list[PointDocument], Meta(max_length=10_000)] | None = None
+    points: Annotated[list[PointDocument], Meta(max_length=MAX_POINTS)] | None = None
     stone: SceneStoneDocument = msgspec.field(default_factory=SceneStoneDocument)
     sheet: SceneSheetDocument | None = None
     fps: Annotated[float, within(0.01, 1e5, "1/s")] | None = None

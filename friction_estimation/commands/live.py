@@ -77,6 +77,7 @@ def live(
 
     from curling_env.infrastructure.files.storage import make_directory
     from curling_env.trajectory import write_tracks
+    from friction_estimation.camera.pose import camera_from_scene
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.film.video import is_stream
     from friction_estimation.live import TrackedClip, follow_stream, open_feed
@@ -87,6 +88,7 @@ def live(
     where = load_scene(scene, camera)
     function = load_tracker(tracker)
     feed = open_feed(source)
+    camera_from_scene(where, feed.size)  # the scene of another camera is refused before it watches
     folder = make_directory(output.with_suffix("") if keep is None else keep)
     page = None if report is None else make_directory(report)
     tracks: list[Trajectory] = []

@@ -51,6 +51,16 @@ def _points(good: Good) -> bytes:
     return _with_list(scene, "points", {"sheet": [0.5, 17.0], "px": [30.0, 20.0]})
 
 
+def _allowed_points(good: Good) -> bytes:
+    """As many marks as are read, spread over the picture."""
+    spread = np.random.default_rng(0).uniform(-1, 1, (500, 2))
+    points = [
+        {"sheet": [2.2 * x, 22.0 * y], "px": [30 + (20 - 5 * y) * x, 60 - 50 * y]}
+        for x, y in spread.tolist()
+    ]
+    return json.dumps({"points": points, "stone": {"radius": 0.145}}).encode()
+
+
 def _scene_with_members(good: Good) -> bytes:
     notes = {f"note {k}": "of a hall" for k in range(SIZE // 26)}
     return json.dumps(json.loads(good["s.json"]) | notes).encode()
@@ -69,8 +79,9 @@ def _passwords(good: Good) -> bytes:
 
 
 def _game_of_many_shots(good: Good) -> bytes:
-    first, *shots = good["g.jsonl"].splitlines(keepends=True)
-    return first + _repeated(b"".join(shots))
+    """One end, played again and again: every line is as it should be by itself."""
+    first, *shots, score = good["g.jsonl"].splitlines(keepends=True)
+    return first + _repeated(b"".join(shots)) + score
 
 
 def _game_of_a_long_line(good: Good) -> bytes:
@@ -185,7 +196,7 @@ def _film_of_many_frames(good: Good) -> bytes:
 
 
 LARGE: list[tuple[str, Callable[[Good], bytes], str, str]] = [
-    ("100,000 marks of a scene", _points, "s.json", "track f.mp4 --scene s.json -o o.csv"),
+    ("200,000 marks of a scene", _points, "s.json", "track f.mp4 --scene s.json -o o.csv"),
     ("", _points, "s.json", "stones n.png --empty e.png --scene s.json -o o.json"),
     ("", _points, "s.json", "discover t.csv --scene s.json -o found"),
     ("", _points, "s.json", "corners e.png --no-browser --start s.json -o o.json"),
@@ -196,22 +207,19 @@ LARGE: list[tuple[str, Callable[[Good], bytes], str, str]] = [
         "s.json",
         "join-cameras f.mp4 g.mp4 --scene s.json --scene s.json -o o.csv",
     ),
+    ("500 marks of a scene", _allowed_points, "s.json", "read scene s.json"),
+    ("", _allowed_points, "s.json", "stones n.png --empty e.png --scene s.json -o o.json"),
     (
         "a scene of 400,000 members",
         _scene_with_members,
         "s.json",
         "track f.mp4 --scene s.json -o o.csv",
     ),
-    (
-        "a lens of millions of terms",
-        _lens,
-        "cam.json",
-        "calibrate e.png --start cam.json -o o.json",
-    ),
+    ("a lens of 2 million terms", _lens, "cam.json", "read lens cam.json"),
     ("", _lens, "cam.json", "track f.mp4 --scene hall.json --camera cam.json -o o.csv"),
     ("300,000 stones", _stones, "st.json", "plan --ice standard --target 0,17 --stones st.json"),
     ("a game of thousands of shots", _game_of_many_shots, "g.jsonl", "replay g.jsonl -o o.html"),
-    ("", _game_of_many_shots, "g.jsonl", "replay g.jsonl --end 1 --speed 1000 -o o.mp4"),
+    ("", _game_of_many_shots, "g.jsonl", "replay g.jsonl --end 1 --speed 100 -o o.mp4"),
     ("a game with a note of 10 MB", _game_of_a_long_line, "g.jsonl", "replay g.jsonl -o o.html"),
     ("an export of 400,000 rows", _kinovea, "k.csv", "convert k.csv -o o.csv"),
     ("the same of another program", _tracker, "k.txt", "convert k.txt -o o.csv"),
@@ -237,12 +245,27 @@ LARGE: list[tuple[str, Callable[[Good], bytes], str, str]] = [
     ("", _many_members, "net.npz", "train --resume net.npz -o runs"),
     ("", _many_members, "e.evidence.npz", "estimate t.csv --update e.json -o e.json"),
     ("passwords of 400,000 users", _passwords, "p.json", "read passwords p.json"),
-    ("a PNG of 36 million pixels", _png, "n.png", "stones n.png --scene s.json -o o.json"),
-    ("", _png, "n.png", "locate n.png --start s.json -o o.json"),
+    (
+        "a PNG of 36 million pixels",
+        _png,
+        "n.png",
+        "stones n.png --empty n.png --scene s.json",
+    ),
+    (
+        "",
+        _png,
+        "n.png",
+        "locate n.png --mark away_tee=9,9 --mark away_hog_centre=9,90",
+    ),
     ("", _png, "n.png", "corners n.png --no-browser -o o.json"),
-    ("a JPEG of as many", _jpeg, "n.png", "stones n.png --scene s.json -o o.json"),
-    ("a TIFF of as many", _tiff, "n.png", "stones n.png --scene s.json -o o.json"),
-    ("a PNG of 50,000 remarks", _marked_png, "n.png", "stones n.png --scene s.json -o o.json"),
+    ("a JPEG of as many", _jpeg, "n.png", "stones n.png --empty n.png --scene s.json"),
+    ("a TIFF of as many", _tiff, "n.png", "stones n.png --empty n.png --scene s.json"),
+    (
+        "a PNG of 50,000 remarks",
+        _marked_png,
+        "n.png",
+        "stones n.png --empty n.png --scene s.json",
+    ),
     ("a film in 4K", _film_4k, "f.mp4", "corners f.mp4 --no-browser -o o.json"),
     ("", _film_4k, "f.mp4", "live file://{here}/f.mp4 --scene hall.json --throws 1 -o o.csv"),
     (

@@ -131,6 +131,17 @@ def test_what_is_no_record_is_refused_with_its_place(tmp_path, text, problem):
         read_record(path)
 
 
+def test_a_record_whose_stones_do_not_follow_each_other_is_refused(tmp_path):
+    place = simulator(1)
+    played = play_game(place, (DrawPlayer(), DrawPlayer()), seed=2, paths=True)
+    path = tmp_path / "game.jsonl"
+    write_record(path, played, place, ice="standard", seed=2)
+    head, *shots, score = path.read_text().splitlines(keepends=True)
+    path.write_text("".join([head, *shots, *shots, score]))
+    with pytest.raises(InputError, match="line 18: end 1, stone 1 comes after end 1, stone 16"):
+        read_record(path)
+
+
 def test_the_page_stands_alone_and_holds_the_record():
     place = simulator(1)
     played = play_game(place, (RuleBasedPlayer(), DrawPlayer()), seed=2, paths=True)
