@@ -1,10 +1,12 @@
 """How well the coaching functions find the truth of simulated clubs: recovery and coverage.
 
 python scripts/club_study.py --evenings 20
+python scripts/club_study.py --evenings 0 -o runs/club    # the files of one evening, to try with
 """
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import numpy as np
@@ -13,15 +15,19 @@ import typer
 
 from agents.coaching import athlete_errors, hand_or_ice, match_stones
 from agents.coaching.runs import HOG_TO_FAR_TEE
+from curling_env.ice import save_ice
+from curling_env.infrastructure.files.storage import make_directory, write_table
+from curling_env.trajectory import write_tracks
 from curling_env.typing import Floats
 
 SET = 1 + 0.02 * (np.arange(6) - 2.5)
 """Friction of six stones, each 2 % from the next."""
-MAP_SIGMA, CURL_SIGMA = 0.004, 0.01
-"""How well the session's ice is known: ln μ in a cell, and the curl."""
+KNOWN, WELL_KNOWN, CURL_SIGMA = 0.004, 0.002, 0.01
+"""How well the ice of the session is known: ln μ over two metres, and the curl. A draw then rests
+5 cm, or 3 cm, from where the ice file says."""
 
 
-def causes_study(evenings: int) -> None:
+def causes_study(evenings: int, sigma: float) -> None:
     """Causes of misses: how often within 15 % of the miss, and how often an interval holds."""
     near: list[tuple[float, float]] = []
     held: dict[str, list[bool]] = {}
@@ -33,7 +39,7 @@ def causes_study(evenings: int) -> None:
             club.Athlete(name="Bo", bias=(0.02, 0.003, 0.0), spin=1.7),
         )
         evening = club.evening(rng, athletes=athletes, throws=8)
-        ice = evening.ice.as_ice(rng, sigma=MAP_SIGMA, curl_sigma=CURL_SIGMA)
+        ice = evening.ice.as_ice(rng, sigma=sigma, curl_sigma=CURL_SIGMA)
         found = hand_or_ice(evening.tracks, ice, evening.notes, believed=evening.believed.as_ice())
         for one in found.throws:
             worst = 0.0
@@ -48,8 +54,14 @@ def causes_study(evenings: int) -> None:
                 )
             near.append((worst, one.distance))
     worst, miss = np.array(near).T
-    print(f"causes: {len(miss)} throws, median miss {np.median(miss):.2f} m")
+    print(
+        f"causes, ice known to {100 * sigma:g} %: {len(miss)} throws, "
+        f"median miss {np.median(miss):.2f} m"
+    )
     print(f"  every cause within 15 % of the miss: {100 * (worst < 0.15 * miss).mean():.0f} %")
+    far = miss > 0.5
+    share = 100 * (worst < 0.15 * miss)[far].mean()
+    print(f"  the same of the {far.sum()} that missed by half a metre or more: {share:.0f} %")
     for cause, flags in held.items():
         typical = 100 * float(np.sqrt(np.mean(np.square(off[cause]))))
         print(
@@ -71,7 +83,7 @@ def athletes_study(evenings: int) -> None:
         sessions = []
         for _ in range(2):
             evening = club.evening(rng, athletes=(athlete,), throws=10)
-            ice = evening.ice.as_ice(rng, sigma=MAP_SIGMA, curl_sigma=CURL_SIGMA)
+            ice = evening.ice.as_ice(rng, sigma=KNOWN, curl_sigma=CURL_SIGMA)
             believed = evening.believed.as_ice()
             sessions.append(hand_or_ice(evening.tracks, ice, evening.notes, believed=believed))
         (found,) = athlete_errors(sessions, seed=seed)
@@ -105,7 +117,7 @@ def stones_study(evenings: int) -> None:
         factors = np.column_stack([rng.permutation(SET), curls])
         stones = {k: (float(f), float(c)) for k, (f, c) in enumerate(factors)}
         evening = club.evening(rng, throws=48, stones=stones)
-        ice = evening.ice.as_ice(rng, sigma=MAP_SIGMA, curl_sigma=CURL_SIGMA)
+        ice = evening.ice.as_ice(rng, sigma=KNOWN, curl_sigma=CURL_SIGMA)
         found = match_stones(evening.tracks, ice, evening.notes)
         against = factors / np.exp(np.log(factors).mean(axis=0))
         order = [float(factors[one.number, 0]) for one in found.stones]
@@ -120,11 +132,42 @@ def stones_study(evenings: int) -> None:
         print(f"  95 % intervals of the {name} that hold: {100 * np.mean(flags):.1f} %")
 
 
+def write_example(folder: Path) -> None:
+    """Write one evening as a club has it: tracks, calls, its ice, and the ice of the morning."""
+    rng = np.random.default_rng(42)
+    friction = 1 + 0.012 * rng.standard_normal(8)
+    curl = np.exp(0.06 * rng.standard_normal(8))
+    athletes = (
+        club.Athlete(name="Ada", spread=(0.02, 0.004, 0.12)),
+        club.Athlete(name="Bo", bias=(0.03, 0.004, 0.0), spin=1.7),
+    )
+    stones = {k: (float(f), float(c)) for k, (f, c) in enumerate(zip(friction, curl, strict=True))}
+    evening = club.evening(rng, athletes=athletes, throws=12, stones=stones, off=0.012)
+    folder = make_directory(folder)
+    write_tracks(folder / "tracks.csv", evening.tracks)
+    save_ice(evening.ice.as_ice(rng, sigma=KNOWN, curl_sigma=CURL_SIGMA), folder / "ice.json")
+    save_ice(evening.believed.as_ice(), folder / "morning.json")
+    notes = {
+        name: [getattr(note, name) for note in evening.notes.values()]
+        for name in ("athlete", "stone", "called")
+    }
+    write_table(folder / "throws.csv", {"throw": list(evening.notes), **notes})
+
+
 def main(
-    evenings: Annotated[int, typer.Option(min=1, help="Evenings of each kind.")] = 20,
+    evenings: Annotated[int, typer.Option(min=0, help="Evenings of each kind.")] = 20,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="DIR", help="Also write one evening's files here."),
+    ] = None,
 ) -> None:
     """Print the table."""
-    causes_study(evenings)
+    if output is not None:
+        write_example(output)
+    if not evenings:
+        return
+    for sigma in (WELL_KNOWN, KNOWN):
+        causes_study(evenings, sigma)
     athletes_study(evenings)
     stones_study(evenings)
 

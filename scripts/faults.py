@@ -36,6 +36,8 @@ COMMANDS: tuple[Sequence[str], ...] = (
     ("estimate", "t.csv", "--uniform", "--effects", "none", "-o", "o.json", "--report", "report"),
     ("estimate", "t.csv", "--update", "e.json", "-o", "e.json"),
     ("compare", "t.csv", "--ice", "ice.json", "-o", "found"),
+    ("athletes", "t.csv", "--ice", "ice.json", "-o", "found"),
+    ("match-stones", "t.csv", "--ice", "ice.json", "-o", "o.json"),
     ("replay", "g.jsonl", "--speed", "60", "-o", "o.mp4"),
     ("replay", "g.jsonl", "-o", "o.html"),
     ("play", "--home", "draw", "--away", "draw", "--ends", "1", "-o", "game"),

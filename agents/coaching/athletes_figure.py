@@ -50,7 +50,7 @@ def draw_athletes(
             ax.axis("off")
     figure.suptitle(
         "Line and weight against what was meant: bias (crosses, 95 %), half and nine in ten throws",
-        fontsize=12,
+        fontsize=11,
         fontweight="bold",
         color=figures.PATH_COLOUR,
     )

@@ -12,7 +12,6 @@ from agents.coaching.released import Released
 from agents.coaching.runs import SPEED, SPIN
 from agents.coaching.throw_sheet import ThrowSheet
 from agents.coaching.tuning import HABIT_THROWS
-from friction_estimation.tracks.outliers import robust_deviation
 from friction_estimation.tracks.throw_table import Measured
 
 
@@ -62,6 +61,7 @@ def _usual(values: Sequence[float]) -> Measured | None:
     if len(values) < HABIT_THROWS:
         return None
     array = np.array(values)
-    return Measured(
-        float(np.median(array)), 1.25 * robust_deviation(array) / float(len(array)) ** 0.5
-    )
+    count = len(array)
+    # The median's error for Gaussian values, and what the spread of so few is not known to.
+    wider = 1.25 * ((count - 1) / max(count - 3, 1)) ** 0.5
+    return Measured(float(np.median(array)), wider * float(array.std(ddof=1)) / count**0.5)

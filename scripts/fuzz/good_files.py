@@ -59,7 +59,18 @@ TEXTS = {
     "q.json": json.dumps(REQUEST),
     "st.json": '[{"x": 0.3, "y": 17.0, "team": "own"}, {"x": -1, "y": 16.5}]',
     "p.json": '{"anna": "keen ice", "ben": "heavy ice"}',
-    "throws.csv": "throw,athlete,stone,called,note\n0,Anna,1,draw,\n2,Bo,,,x\n",
+    "throws.csv": "throw,athlete,stone,called,note\n"
+    '0,Anna,1,"draw 0.2,-1 in",\n1,Bo,2,guard,x\n2,Anna,2,draw top four,\n',
+    "athletes.csv": "athlete,hand\nAnna,left\n",
+    "skill.json": json.dumps(
+        {
+            "format": "curling-skill/1",
+            "name": "Anna",
+            "sigma_speed": 0.03,
+            "sigma_angle": 0.005,
+            "sigma_spin": 0.2,
+        }
+    ),
 }
 
 

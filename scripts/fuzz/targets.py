@@ -51,6 +51,12 @@ TARGETS = """
 2    k.txt            convert k.txt -o o.csv
 1    t.csv            throws t.csv -o o.csv
 0.5  throws.csv       throws t.csv
+0.5  athletes.csv     throws t.csv
+1    throws.csv       hand-or-ice t.csv --ice ice.json -o o.csv
+0.5  t.csv,ice.json   hand-or-ice t.csv --ice ice.json --believed standard
+0.3  throws.csv       athletes t.csv --ice ice.json -o found
+0.5  t.csv            match-stones t.csv --ice ice.json -o o.json
+0.5  skill.json       plan --ice standard --target 0,17 --skill skill.json
 2    t.csv,ice.json   compare t.csv --ice ice.json
 0.3  t.csv            compare t.csv --ice ice.json -o found
 
@@ -122,6 +128,9 @@ sweep --ice standard --releases r.csv --seeds 2 --seed 1 --skill club --workers 
 film --ice standard --releases r.csv --camera end --fps 2 --size 64x48 --noise 2 -o films
 convert k.csv --unit cm --origin 0,-17 --along x -o o.csv
 throws t.csv --units feet -o o.csv
+hand-or-ice t.csv --ice ice.json --believed standard --units feet --seed 1 -o o.csv
+athletes t.csv --ice ice.json --believed standard --seed 1 -o found
+match-stones t.csv --ice ice.json --units feet --seed 1 -o o.json
 compare t.csv --ice ice.json --window 2
 estimate t.csv -o o.json --seed 1
 discover t.csv --known-length 21.3,21.9 --clock 20,24 -o found
@@ -187,5 +196,7 @@ def _read_by(words: Sequence[str]) -> list[str]:
             named.append(word.replace(".json", ".evidence.npz"))
         elif word == "e.evidence.npz":
             named.append("e.json")
-    beside = {"throws": ["throws.csv"], "corners": ["q.json"]}
+    notes = ["throws.csv", "athletes.csv"]
+    coaching = dict.fromkeys(("throws", "hand-or-ice", "athletes", "match-stones"), notes)
+    beside = {**coaching, "corners": ["q.json"]}
     return [*named, *beside.get(words[0], [])]
