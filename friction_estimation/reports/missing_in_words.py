@@ -121,4 +121,4 @@ def _teaches(throw: FoundThrow) -> str:
     if not throw.teaches:
         return ""
     name, share = max(throw.teaches.items(), key=lambda item: item[1])
-    return f"most of {readable(name)}: it removes {100 * share:.0f} % of what is not known of it"
+    return f"it removes {100 * share:.0f} % of what is not known of {readable(name)}"

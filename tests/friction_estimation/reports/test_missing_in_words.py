@@ -50,7 +50,7 @@ def test_what_is_missing_and_what_would_settle_it():
     assert "clock" in unknown.words
     ((words, why),) = told.next_throws
     assert words.startswith("draw weight")
-    assert why == "most of curl: it removes 61 % of what is not known of it"
+    assert why == "it removes 61 % of what is not known of curl"
 
 
 def test_nothing_missing_is_no_fault():
