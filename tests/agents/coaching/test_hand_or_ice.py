@@ -13,6 +13,9 @@ from agents.coaching.hand_or_ice import hand_or_ice
 from agents.coaching.released import read_release
 from agents.coaching.runs import Place, rests
 from curling_env.errors import TrackTooShortError
+from curling_env.ice import ActiveEffect
+from curling_env.physics.one_stone.slide import slide
+from curling_env.throw import Throw
 from friction_estimation.tracks.throw_list import ThrowNote
 
 ATHLETES = (club.Athlete(name="Ada"), club.Athlete(name="Bo", bias=(0.03, 0.004, 0.0), spin=1.7))
@@ -163,3 +166,22 @@ def test_every_cause_has_its_place_in_the_table(told):
     for row in document["throws"]:
         assert {f"{cause}_share_sigma" for cause in CAUSES if cause != "sweeping"} <= set(row)
         assert row["speed_error_sigma"] > 0
+
+
+def test_sweeping_that_the_tracks_mark_is_a_cause_of_its_own(told):
+    """A stone that was swept for six seconds on ice whose file knows what sweeping does."""
+    _, ice, _ = told
+    swept_ice = ice.with_effect(ActiveEffect(name="sweeping", parameters={"friction_factor": 0.9}))
+    throw = Throw(speed=2.2, angle=0.0, spin=-1.3)
+    swept, plain = (
+        slide(swept_ice, throw.release(sweep=sweep), fps=30.0).trajectory
+        for sweep in ((5.0, 11.0), (0.0, 0.0))
+    )
+    longer = float(swept.xy[-1, 1] - plain.xy[-1, 1])
+    assert longer > 0.3
+    past = plain.xy[-1, 1] - 17.3735
+    notes = {0: ThrowNote(called=f"draw {plain.xy[-1, 0]:.3f},{past:.3f}")}
+    (one,) = hand_or_ice([swept], swept_ice, notes, believed=swept_ice).throws
+    assert one.main == "sweeping"
+    assert one.parts["sweeping"].past.value == pytest.approx(longer, rel=0.1)
+    assert one.parts["neither"].size < 0.1
