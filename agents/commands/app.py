@@ -77,6 +77,7 @@ def app(
         curling app club --import runs/demo
     """
     import webbrowser
+    from contextvars import Context
 
     from agents.app.club import Club
     from agents.app.club.films import settle_films
@@ -96,11 +97,19 @@ def app(
         if browser:
             webbrowser.open(address)
 
-    with club.alone():
-        settle_films(club)
-        finish_files(club)
-        _fill(club, take_in or [], demo=demo)
-        serve(club, port=port, share=share, opened=tell)
+    def run() -> None:
+        with club.alone():
+            settle_films(club)
+            finish_files(club)
+            _fill(club, take_in or [], demo=demo)
+            serve(club, port=port, share=share, opened=tell)
+
+    try:
+        # A club's files are read and written again and again: the rule that a command writes over
+        # nothing that it has read does not hold here.
+        Context().run(run)
+    except KeyboardInterrupt:
+        say(f"closed; everything is kept in {folder}")
 
 
 def _fill(club: Club, folders: Sequence[Path], *, demo: bool) -> None:

@@ -10,7 +10,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from agents.app.club import Camera, Club, Film, Session
+from agents.app.club import Camera, Club, Session
 from agents.app.club.club import CAMERAS, plain
 from agents.app.pages import club_of, session_of, work_of
 from curling_env.errors import InputError
@@ -23,20 +23,19 @@ from friction_estimation.camera.scene import Scene, load_scene, save_scene
 
 def can_be_marked(club: Club, session: Session) -> bool:
     """Whether the session has a camera, and a film that shows what it sees."""
-    return _what_is_marked(club, session) is not None
+    return session.camera_id is not None and any(k.is_whole for k in club.films(session))
 
 
 async def answer(request: Request) -> Response:
     """The page, its pictures, and what its script asks."""
     club, session = club_of(request), session_of(request)
-    marked = None if session is None else _what_is_marked(club, session)
-    if marked is None:
+    camera = None if session is None else club.camera(session.camera_id)
+    if session is None or camera is None or not can_be_marked(club, session):
         raise HTTPException(404, "This session has no camera, or no film yet to mark it in.")
-    camera, film = marked
     asked = None
     if request.method == "POST":
         asked = parse_json(await request.body(), source="the request")
-    opened = await run_in_threadpool(_annotation, club, camera, film)
+    opened = await run_in_threadpool(_annotation, club, session, camera)
     marking = AnnotationPage(opened, lambda scene: _keep(request, camera, scene))
     status, kind, content = await run_in_threadpool(
         marking.answer, request.path_params["rest"], asked
@@ -45,16 +44,23 @@ async def answer(request: Request) -> Response:
     return Response(content, status, headers, media_type=kind)
 
 
-def _what_is_marked(club: Club, session: Session) -> tuple[Camera, Film] | None:
-    camera = club.camera(session.camera_id)
-    film = next((film for film in club.films(session) if film.is_whole), None)
-    return None if camera is None or film is None else (camera, film)
+def _annotation(club: Club, session: Session, camera: Camera) -> Annotation:
+    """The first film of a session that can be opened, with what was marked before.
 
-
-def _annotation(club: Club, camera: Camera, film: Film) -> Annotation:
+    Raises
+    ------
+    InputError : none can
+    """
     scene = None if camera.scene is None else club.path(camera.scene)
     marked = scene.stat().st_mtime_ns if scene is not None and scene.exists() else 0
-    return _opened(club, camera, film.file, marked)
+    problem = InputError("no film of this session can be opened")
+    for film in club.films(session):
+        if film.is_whole:
+            try:
+                return _opened(club, camera, film.file, marked)
+            except InputError as error:
+                problem = error
+    raise problem
 
 
 @lru_cache(maxsize=1)  # its pictures take much memory

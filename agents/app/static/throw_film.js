@@ -97,7 +97,19 @@ document.querySelector("input[name=athlete]").addEventListener("change", (event)
   if (known) hand.value = known.dataset.hand;
 });
 
-const track = await ask(find("throw").dataset.track);
+/** The throw's track; while the app does not answer, it is asked again. */
+async function trackOfThrow() {
+  for (;;) {
+    try {
+      return await ask(find("throw").dataset.track);
+    } catch (error) {
+      if (!error.away) throw error;
+      await new Promise((done) => setTimeout(done, 1000));
+    }
+  }
+}
+
+const track = await trackOfThrow();
 const { t, speed } = track;
 const film = find("film"), slider = find("time");
 const curve = drawCurve(find("curve"), track);

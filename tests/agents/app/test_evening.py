@@ -1,0 +1,219 @@
+"""One whole evening in a real browser, on a machine whose power goes again and again."""
+
+from __future__ import annotations
+
+import base64
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from curling_env import Throw, load_ice
+from curling_env.ice import load_ice as read_ice
+from curling_env.physics.one_stone.slide import play_bounds, slide
+from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Direction
+from curling_env.trajectory import read_tracks
+from friction_estimation.camera.scene import CORNERS
+from friction_estimation.synthetic import FilmSpec, render_film, scene_of
+
+PHONE, LAPTOP = {"width": 390, "height": 844}, {"width": 1366, "height": 768}
+PATIENCE = 40_000
+"""For what the server works out on a busy machine [ms]."""
+
+
+class App:
+    """`curling app` in a process of its own, which can be killed and started again."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.port = folder, 0
+        self.address = ""
+
+    def start(self, *words: str) -> str:
+        port = ["--port", str(self.port)]
+        self.process = subprocess.Popen(
+            [
+                sys.executable,
+                "-m",
+                "curling",
+                "app",
+                str(self.folder),
+                "--no-browser",
+                *port,
+                *words,
+            ],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
+        assert self.process.stdout is not None
+        self.address = self.process.stdout.readline().strip()
+        found = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/[\w-]{20,}/", self.address)
+        assert found, self.address
+        self.port = int(found[1])
+        return self.address
+
+    def kill(self) -> None:
+        os.kill(self.process.pid, signal.SIGKILL)
+        self.process.wait()
+
+    def kill_and_start(self) -> None:
+        before = self.address
+        self.kill()
+        assert self.start() == before  # open pages go on at the same address
+
+
+@pytest.fixture
+def app(tmp_path: Path) -> Iterator[App]:
+    made = App(tmp_path / "club")
+    made.start()
+    yield made
+    made.kill()
+
+
+@pytest.fixture(scope="module")
+def filmed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any, np.ndarray]:
+    """A small film of a draw, the scene of its camera, and where the stone came to rest."""
+    ice = load_ice("standard")
+    release = Throw(speed=2.1, angle=0.02, spin=1.2).release(Direction.AWAY)
+    path = slide(ice, release, bounds=play_bounds(ice, release.direction), fps=60.0).trajectory
+    spec = FilmSpec(
+        camera="gantry", size=(640, 360), fps=8.0, people=False, noise=1.0, lead_in=0.5, tail=0.5
+    )
+    film = tmp_path_factory.mktemp("films") / "draw.mp4"
+    render_film(film, path, spec)
+    return film, scene_of(spec.resolved(), sheet=PAPER_SHEET, stone=RULE_BOOK_STONE), path.xy[-1]
+
+
+def open_page(browser: Any, errors: list[str], **about: Any) -> Any:
+    """A page under the app's own policy; what it complains of is collected."""
+    page = browser.new_context(**about).new_page()
+    page.set_default_timeout(PATIENCE)
+    page.on("pageerror", lambda error: errors.append(str(error)))
+
+    def note(said: Any) -> None:
+        # While the server is down, what is asked cannot be loaded; that is what is tested.
+        if said.type == "error" and "Failed to load resource" not in said.text:
+            errors.append(said.text)
+
+    page.on("console", note)
+    return page
+
+
+def fits(page: Any) -> bool:
+    return page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+@pytest.mark.slow
+def test_an_evening_from_dropped_films_to_the_ice(browser, app, filmed):
+    from playwright.sync_api import expect
+
+    expect.set_options(timeout=PATIENCE)
+    film, scene, rest = filmed
+    errors: list[str] = []
+    coach = open_page(browser, errors, viewport=LAPTOP)
+    coach.goto(app.address)
+    coach.get_by_label("Name", exact=True).fill("Tuesday draws")
+    coach.get_by_label("Sheet", exact=True).fill("Sheet 2")
+    coach.locator("select[name=camera]").select_option("new")
+    coach.get_by_label("Its name").fill("above the middle")
+    coach.locator("select[name=size]").select_option("44.5x4.5")
+    coach.get_by_role("button", name="Begin").click()
+    expect(coach.get_by_role("heading", level=1)).to_have_text("Tuesday draws")
+    here = coach.url
+
+    # A film that is none, in three pieces; the power goes between them.
+    broken = film.with_name("broken.mp4")
+    broken.write_bytes(np.random.default_rng(0).bytes(9 << 20))
+    pieces = 0
+
+    def cut_the_power(route: Any) -> None:
+        nonlocal pieces
+        pieces += 1
+        if pieces == 2:
+            app.kill()
+            route.abort()
+            app.start()
+        else:
+            route.continue_()
+
+    coach.route("**/practice/films/*", cut_the_power)
+    coach.locator("#files").set_input_files(broken)
+    films = coach.locator("#films li")
+    expect(films).to_have_count(1)
+    expect(films.first).to_contain_text("waits")
+    coach.unroute("**/practice/films/*")
+    (kept,) = (app.folder / "sessions").glob("*/films/*.mp4")
+    assert kept.read_bytes() == broken.read_bytes()
+
+    # The film itself is dropped onto the page.
+    data = coach.evaluate_handle(
+        """async (text) => {
+            const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+            const data = new DataTransfer();
+            data.items.add(new File([bytes], "draw.mp4", { type: "video/mp4" }));
+            return data;
+        }""",
+        base64.b64encode(film.read_bytes()).decode(),
+    )
+    coach.dispatch_event("#drop", "drop", {"dataTransfer": data})
+    expect(films).to_have_count(2)
+
+    # Somebody else watches on a phone.
+    athlete = open_page(browser, errors, viewport=PHONE, has_touch=True, color_scheme="dark")
+    athlete.goto(here)
+    expect(athlete.locator("#films li")).to_have_count(2)
+    assert fits(athlete)
+
+    with coach.context.expect_page() as opened:
+        coach.get_by_role("link", name="Mark the sheet").click()
+    marking = opened.value
+    clicks = dict(zip(CORNERS, scene.points_px.tolist(), strict=True))
+    saved = marking.evaluate(
+        """async (clicks) => (await fetch("save", {
+            method: "POST", body: JSON.stringify({ clicks }) })).json()""",
+        clicks,
+    )
+    assert saved == {"problem": None}
+    marking.close()
+
+    # The power goes while it is being tracked; both pages go on by themselves.
+    expect(coach.locator("#jobs")).to_contain_text("Tracking")
+    app.kill_and_start()
+    expect(films.nth(0)).to_contain_text("not tracked")
+    expect(films.nth(1)).to_contain_text("1 throw")
+    expect(athlete.locator("#count")).to_have_text("1 throw in all.")
+    (tracks,) = (app.folder / "sessions").glob("*/tracks.csv")
+    assert np.hypot(*(read_tracks(tracks)[0].xy[-1] - rest)) < 0.05
+
+    # The coach enters who it was, and the power goes right after it.
+    coach.get_by_role("link", name=re.compile("^1: ")).click()
+    expect(coach.locator("#curve polyline")).to_be_visible()
+    coach.get_by_label("Athlete").fill("Anna <b>")
+    coach.get_by_label("Called").fill("draw button out")
+    coach.get_by_label("missed").check()
+    coach.get_by_role("button", name="Keep it").click()
+    expect(coach.locator("#read")).to_contain_text("Read as: draw, button, out-turn")
+    app.kill_and_start()
+    coach.get_by_role("link", name="All throws").click()
+    expect(coach.locator("tbody tr")).to_contain_text(["Anna <b>"])
+
+    # And while the ice is being estimated.
+    coach.goto(here)
+    coach.get_by_role("button", name="Estimate the ice").click()
+    expect(coach.locator("#jobs")).to_contain_text("Estimating the ice")
+    time.sleep(1.0)
+    app.kill_and_start()
+    expect(coach.locator("#jobs")).to_contain_text("Estimating the ice: done")
+    assert read_ice(tracks.with_name("ice.json")).friction.mu.mean() > 0.001
+    coach.get_by_role("link", name="Ice", exact=True).click()
+    expect(coach.get_by_role("heading", level=1)).to_contain_text("Ice")
+    assert coach.pdf().startswith(b"%PDF")
+    assert errors == []
