@@ -75,6 +75,7 @@ EXTRAS = {
     "pyarrow": "parquet",
     "h5netcdf": "science",
     "h5py": "science",
+    "minari": "offline",
     "starlette": "digital-curling",
     "uvicorn": "digital-curling",
     "jinja2": "app",

@@ -1,0 +1,41 @@
+"""A dataset of ends holds what happened, and Minari reads it back."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from agents.playing.offline_data import record_ends
+from curling_env.errors import InputError
+from curling_env.game import player_named
+
+
+def test_ends_are_written_and_read_back(tmp_path, monkeypatch):
+    minari = pytest.importorskip("minari")
+    options = {"opponent": "draw", "hammer": "opponent"}
+    folder = record_ends(tmp_path, player_named("rulebased"), ends=3, options=options, seed=5)
+    assert [one.name for one in tmp_path.iterdir()] == ["curling"]
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    data = minari.load_dataset("curling/ends-v0")
+    assert (data.total_episodes, data.total_steps) == (3, 24)
+    env = data.recover_environment()
+    for episode in data.iterate_episodes():
+        seen, _ = env.reset(seed=int(episode.id) + 5)
+        np.testing.assert_array_equal(seen, episode.observations[0])
+        for k, action in enumerate(episode.actions):
+            seen, reward, over, _, _ = env.step(action)
+            np.testing.assert_array_equal(seen, episode.observations[k + 1])
+            assert reward == episode.rewards[k]
+            assert over == episode.terminations[k]
+    with pytest.raises(InputError, match="a dataset already"):
+        record_ends(tmp_path, player_named("draw"), ends=1)
+    assert folder.is_dir()
+
+
+def test_without_minari_the_command_says_what_to_install(curling, tmp_path):
+    try:
+        import minari  # noqa: F401
+    except ModuleNotFoundError:
+        told = curling("record-games", "--ends", "1", "-o", tmp_path / "data").complaint
+        assert "pip install 'curling-sheet[offline]'" in told
+        assert not (tmp_path / "data").exists() or not list((tmp_path / "data").iterdir())
