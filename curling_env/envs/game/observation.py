@@ -12,7 +12,14 @@ from typing import Any, Literal
 import numpy as np
 from gymnasium import spaces
 
-from curling_env.envs.known_ice import KnownIce, ice_names, stone_names, told, wear_names
+from curling_env.envs.known_ice import (
+    LINEAR,
+    KnownIce,
+    ice_names,
+    stone_names,
+    told,
+    wear_names,
+)
 from curling_env.envs.sheet.observation import LENGTH_SCALE
 from curling_env.errors import InputError
 from curling_env.game import PlayerView
@@ -76,7 +83,10 @@ class GameObservation:
         self.kind: ObservationKind = kind
         self.lines = lines
         self.known = known
-        self._of_stones = known.of_stones(range(SLOTS))
+        of_stones = known.of_stones(range(SLOTS))
+        self._of_stones = {
+            team: np.roll(of_stones, -STONES_PER_TEAM * team, axis=0).ravel() for team in Team
+        }
         self._ice_size = len(_ice_names())
         if kind == "planes":
             x = np.arange(-lines.width / 2 + PLANE_CELL / 2, lines.width / 2, PLANE_CELL)
@@ -152,9 +162,8 @@ class GameObservation:
         wear : (rows, columns) logarithm of each cell's friction over what it was then
         """
         context = _context(game, team, clock, throws)
-        own_first = np.roll(self._of_stones, -STONES_PER_TEAM * team, axis=0).ravel()
         worn = self.known.wear(wear, direction)
-        ice = np.concatenate([self.known.features(direction), worn, own_first])
+        ice = np.concatenate([self.known.features(direction), worn, self._of_stones[team]])
         if self.kind == "planes":
             planes = self._planes(game, team, direction)
             return {"planes": planes, "numbers": np.concatenate([context, ice])}
@@ -217,8 +226,13 @@ def _context(game: Game, team: Team, clock: float, throws: int) -> Singles:
             float(delivered < protected),
             float(rules.power_play and team not in game.power_plays),
             float(rules.power_play and team.other not in game.power_plays),
-            float(told(clock / CLOCK_SCALE)),
-            float(told(throws / THROWS_SCALE)),
+            _pressed(clock / CLOCK_SCALE),
+            _pressed(throws / THROWS_SCALE),
         ],
         dtype=np.float32,
     )
+
+
+def _pressed(value: float) -> float:
+    """A number that is not negative as `told` tells it."""
+    return value if value <= LINEAR else 1.0 - LINEAR**2 / value
