@@ -110,7 +110,7 @@ def fill(club: Club, day: str, *, seed: int = 0, progress: Progress = no_progres
         films = make_directory(folder / "films")
         save_scene(scene_of(FILM.resolved(), sheet=truth.sheet, stone=truth.stone), films / SCENE)
         jobs = [
-            _Job(path=films / f"evening-{k}.mp4", track=paths[k], ice=truth)
+            _Job(path=films / f"evening-{k}.mp4", track=paths[k], ice=truth, spec=FILM)
             for k in range(THROWS - FILMED, THROWS)
         ]
         with executor(2) as crew:
@@ -138,11 +138,12 @@ class _Job:
     path: Path
     track: Trajectory
     ice: Ice
+    spec: FilmSpec
 
 
 def _film(job: _Job) -> Trajectory:
     cv2.setNumThreads(1)
-    spec = replace(FILM, seed=job.track.throw)
+    spec = replace(job.spec, seed=job.track.throw)
     truth = render_film(job.path, job.track, spec, sheet=job.ice.sheet, stone=job.ice.stone)
     about = {"throw": job.track.throw, "stone": job.track.stone, "clock": job.track.clock}
     return replace(truth, **about)

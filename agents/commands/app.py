@@ -79,6 +79,8 @@ def app(
     import webbrowser
     from contextvars import Context
 
+    import jinja2  # noqa: F401  of the extra `app`, which is named where it is missing
+
     from agents.app.club import Club
     from agents.app.club.films import settle_films
     from agents.app.club.session_files import finish_files

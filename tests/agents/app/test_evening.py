@@ -16,12 +16,19 @@ from typing import Any
 import numpy as np
 import pytest
 
+pytest.importorskip("starlette", reason="the extra `app` is not installed")
+
+from agents.app.club import Club
+from agents.app.club.club import added
+from agents.app.work.queue import WorkQueue
+from agents.app.work.worker import Reported
 from curling_env import Throw, load_ice
+from curling_env.errors import InputError
 from curling_env.ice import load_ice as read_ice
 from curling_env.physics.one_stone.slide import play_bounds, slide
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Direction
 from curling_env.trajectory import read_tracks
-from friction_estimation.camera.scene import CORNERS
+from friction_estimation.camera.scene import CORNERS, save_scene
 from friction_estimation.synthetic import FilmSpec, render_film, scene_of
 
 PHONE, LAPTOP = {"width": 390, "height": 844}, {"width": 1366, "height": 768}
@@ -217,3 +224,27 @@ def test_an_evening_from_dropped_films_to_the_ice(browser, app, filmed):
     expect(coach.get_by_role("heading", level=1)).to_contain_text("Ice")
     assert coach.pdf().startswith(b"%PDF")
     assert errors == []
+
+
+def test_a_camera_that_films_now_gives_films_that_are_tracked(tmp_path, filmed, monkeypatch):
+    from agents.app.work import recording
+
+    film, scene, _ = filmed
+    club = Club(tmp_path / "club")
+    save_scene(scene, club.path("cameras/middle.scene.json"))
+    with club.database.writing() as connection:
+        size = {"length": 44.5, "width": 4.5}
+        number = added(
+            connection, "camera", name="middle", scene="cameras/middle.scene.json", **size
+        )
+    session = club.add_session("Tuesday", "2026-11-17", "2", club.camera(number))
+    for source in ("/etc/passwd", "file:///etc/passwd", "concat:/etc/passwd", "-1", str(film)):
+        with pytest.raises(InputError, match="no number of a camera"):
+            recording.record(club, session, Reported(club, 1), source)
+    monkeypatch.setattr(recording, "SOURCE", ".*")  # a film stands for a stream
+    recording.record(club, session, Reported(club, 1), str(film))
+    (kept,) = club.films(session)
+    assert kept.is_whole
+    assert abs(club.path(kept.file).stat().st_size / film.stat().st_size - 1) < 0.5
+    (job,) = WorkQueue(club).jobs(session)
+    assert (job.kind, job.state) == ("track", "waiting")

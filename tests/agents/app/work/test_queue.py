@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+import asyncio
+import json
 import time
 
-from agents.app.work.queue import WorkQueue
+import numpy as np
+
+from agents.app.club.records import State
+from agents.app.club.session_files import Part, keep_part
+from agents.app.progress import events, time_left
+from agents.app.work.queue import MAX_LOSSES, MOST, WorkQueue
+from curling_env.trajectory import Trajectory
 
 
 def wait_for(work, number, *states, seconds=60.0):
@@ -42,3 +50,106 @@ def test_cancelled_work_never_begins(club):
     with work:
         time.sleep(0.6)
         assert [job.state for job in work.jobs()] == ["cancelled"]
+
+
+def test_running_work_is_cancelled_and_leaves_nothing_half_written(club):
+    session = club.add_session("Tuesday", "2026-11-17", "sheet 1", None)
+    t = np.linspace(0.0, 24.0, 300)
+    y = -10.97 + 2.1 * t - 0.0437 * t**2
+    throws = [[Trajectory(t=t, xy=np.column_stack([0 * t + k / 30, y]))] for k in range(30)]
+    keep_part(club, session, None, Part(throws=throws, handles=[[None]] * 30))
+    before = sorted(path.name for path in club.folder_of(session).iterdir())
+    with WorkQueue(club) as work:
+        number = work.submit("estimate", session).id
+        wait_for(work, number, "running")
+        time.sleep(0.5)
+        work.cancel(number)
+        assert next(job for job in work.jobs()).state is State.CANCELLED
+        time.sleep(0.6)
+        assert next(job for job in work.jobs()).state is State.CANCELLED
+    assert sorted(path.name for path in club.folder_of(session).iterdir()) == before
+
+
+class Process:
+    """Stands for a process."""
+
+    def __init__(self) -> None:
+        self.alive = True
+
+    def is_alive(self) -> bool:
+        return self.alive
+
+    def terminate(self) -> None:
+        self.alive = False
+
+    def join(self, _seconds: float) -> None: ...
+
+
+def begun(work, monkeypatch):
+    """The jobs that are begun, by their processes' stand-ins."""
+    made = {}
+
+    def start(job):
+        with work.club.database.writing() as connection:
+            connection.execute("update job set state = 'running' where id = ?", (job.id,))
+        made[job.id] = work._running[job.id] = Process()
+
+    monkeypatch.setattr(work, "_start", start)
+    return made
+
+
+def test_two_at_a_time_and_one_for_a_session_but_a_camera_goes_on_beside(club, monkeypatch):
+    sessions = [club.add_session(f"{k}", "2026-11-17", "1", None) for k in range(3)]
+    work = WorkQueue(club)
+    made = begun(work, monkeypatch)
+    first = work.submit("track", sessions[0])
+    work.submit("estimate", sessions[0])
+    camera = work.submit("record", sessions[0], "0")
+    for session in sessions[1:]:
+        work.submit("track", session)
+    work._begin()
+    assert set(made) == {first.id, camera.id}
+    assert len(made) == MOST
+    work._begin()
+    assert len(made) == MOST
+
+
+def test_work_whose_process_was_ended_is_done_again_but_not_for_ever(club, monkeypatch):
+    session = club.add_session("Tuesday", "2026-11-17", "1", None)
+    work = WorkQueue(club)
+    made = begun(work, monkeypatch)
+    number = work.submit("track", session).id
+    for _ in range(MAX_LOSSES + 1):
+        work._begin()
+        made[number].alive = False
+        work._reap()
+    (job,) = work.jobs()
+    assert job.state is State.FAILED
+    assert "was ended" in job.problem
+
+
+def test_a_page_that_watches_is_told_what_has_changed(club):
+    session = club.add_session("Tuesday", "2026-11-17", "1", None)
+    work = WorkQueue(club)
+
+    async def watch():
+        told = events(club, work, session)
+        first = await anext(told)
+        work.submit("track", session)
+        second = await anext(told)
+        await told.aclose()
+        return first, second
+
+    first, second = (json.loads(text.removeprefix("data: ")) for text in asyncio.run(watch()))
+    assert first["jobs"] == []
+    assert [(job["what"], job["state"]) for job in second["jobs"]] == [("Tracking", "waiting")]
+
+
+def test_a_time_is_told_no_more_exactly_than_it_is_known():
+    assert [time_left(s) for s in (3, 34, 100, 3000, 7200)] == [
+        "about 10 s left",
+        "about 30 s left",
+        "about 2 min left",
+        "about 50 min left",
+        "2 h left",
+    ]

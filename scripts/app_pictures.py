@@ -1,0 +1,100 @@
+"""The pictures of docs/app.md: every screen of the app on a made-up evening, as a browser shows it.
+
+    python scripts/app_pictures.py docs/pictures/app
+
+It fills a club in a temporary folder, serves it, and takes a picture of each screen on a laptop, in
+light, and of some on a phone, in dark. Needs Chromium or Chrome.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+LAPTOP, PHONE = (1366, 768), (390, 844)
+QUALITY = 65
+"""Of the pictures (JPEG)."""
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+SCREENS = {
+    "practice": "practice",
+    "throws": "throws",
+    "throw-film": "throws/1/38",
+    "ice": "ice",
+    "throw": "throw",
+    "hand-or-ice": "hand-or-ice",
+    "athletes": "athletes",
+    "stones": "stones",
+}
+"""The name of each picture and the address of what it shows."""
+ON_A_PHONE = ("practice", "throw-film", "ice", "throw")
+PATIENCE = 120_000
+"""For a screen that is worked out first [ms]."""
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(prog="app_pictures", description="pictures of docs/app.md")
+    options.add_argument("folder", type=Path, help="where the pictures are written")
+    folder: Path = options.parse_args().folder
+    program = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if program is None:
+        sys.exit("no Chromium or Chrome on this machine")
+    folder.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory() as club:
+        words = [sys.executable, "-m", "curling", "app", club, "--demo", "--no-browser"]
+        app = subprocess.Popen([*words, "--port", "0"], stdout=subprocess.PIPE, text=True)
+        try:
+            assert app.stdout is not None
+            address = app.stdout.readline().strip()
+            if not address:
+                sys.exit("the app has not started")
+            take_all(program, address, folder)
+        finally:
+            app.terminate()
+            app.wait()
+
+
+def take_all(program: str, address: str, folder: Path) -> None:
+    """A picture of every screen."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=program, args=["--no-sandbox"])
+        for size, names in ((LAPTOP, SCREENS), (PHONE, ON_A_PHONE)):
+            where = browser.new_context(
+                viewport={"width": size[0], "height": size[1]},
+                color_scheme="light" if size is LAPTOP else "dark",
+            )
+            page = where.new_page()
+            page.set_default_timeout(PATIENCE)
+            for name in names:
+                ending = "" if size is LAPTOP else "-phone"
+                take(page, address + SCREENS[name], folder / f"{name}{ending}.jpg")
+            where.close()
+        browser.close()
+
+
+def take(page: Any, address: str, picture: Path) -> None:
+    """A picture of what a screen shows first, once it is all there."""
+    page.goto(address, wait_until="load")
+    aim = page.get_by_role("button", name="Aim at the button")
+    if aim.count():
+        aim.click()
+    if page.locator("#time").count():  # in the middle of the throw
+        page.locator("#curve polyline").wait_for()
+        page.locator("#time").evaluate(
+            "(it) => { it.value = (Number(it.min) + Number(it.max)) / 2;"
+            " it.dispatchEvent(new Event('input')); }"
+        )
+    page.wait_for_timeout(1500)
+    page.screenshot(path=picture, type="jpeg", quality=QUALITY)
+    print(picture.name, re.sub(r"/[\w-]{20,}/", "/…/", page.url))
+
+
+if __name__ == "__main__":
+    main()
