@@ -46,16 +46,22 @@ class Ices:
 
     def __init__(self, given: Any, usual: Ice) -> None:
         self._draw: Any = None
+        self._pairs: tuple[tuple[Ice, Ice], ...] = ()
         self.listed: tuple[Ice, ...] = ()
+        """The ices of a list as they are known; none where they are drawn."""
         if given == "random" or isinstance(given, Mapping):
             given = dataclass_from(RandomIces, "ices", {} if given == "random" else given)
         if isinstance(given, RandomIces):
             usual, self._draw = load_ice(given.base), given.draw
+            if given.pool:
+                rng = np.random.default_rng(given.pool_seed)
+                self._pairs = tuple(given.draw(rng) for _ in range(given.pool))
         elif hasattr(given, "draw") or callable(given):
             self._draw = getattr(given, "draw", given)
         else:
-            self.listed = _listed(given)
-            usual = self.listed[0]
+            self._pairs = _listed(given)
+            self.listed = tuple(known for _, known in self._pairs)
+            usual = self._pairs[0][0]
         self.usual = usual
         """An ice of the distribution, or like them."""
 
@@ -66,17 +72,13 @@ class Ices:
         ------
         InputError : a distribution that returns something else
         """
-        if self.listed:
-            ice = self.listed[int(rng.integers(len(self.listed)))]
-            return ice, ice
-        drawn: Any = self._draw(rng)
-        pair = cast("tuple[Any, ...]", drawn) if isinstance(drawn, tuple) else (drawn, drawn)
-        if len(pair) != 2:
-            raise InputError(
-                "a distribution of ices must return an ice, or an ice and what is known of it, got "
-                f"{brief(drawn)}"
-            )
-        return load_ice(pair[0]), load_ice(pair[1])
+        if self._pairs:
+            return self._pairs[int(rng.integers(len(self._pairs)))]
+        return _pair(self._draw(rng))
+
+    def has(self, ice: Ice) -> bool:
+        """Whether an ice, as it is or as it is known, comes again in later episodes."""
+        return any(ice is one for pair in self._pairs for one in pair)
 
 
 class EpisodeIces:
@@ -173,28 +175,49 @@ class EpisodeIces:
             known = known or self.known_ice or self._usual
         return ice, self.known_as(known)
 
+    def lasts(self, ice: Ice, known: KnownIce) -> bool:
+        """Whether an ice and what is known of it come again in later episodes."""
+        kept = self._knowns.get(id(known.ice))
+        again = ice is self._usual or (self.ices is not None and self.ices.has(ice))
+        return again and kept is not None and kept[1] is known
+
     def known_as(self, ice: Ice) -> KnownIce:
         """What the agent is told of an ice; the same object for ices that come again."""
         kept = self._knowns.get(id(ice))
         if kept is not None and kept[0] is ice:
             return kept[1]
         known = KnownIce(ice, self._told(ice))
-        if ice is self._usual or any(ice is one for one in self.known):
+        lasts = self.ices is not None and self.ices.has(ice)
+        if lasts or ice is self._usual or ice is self.known_ice:
             self._knowns[id(ice)] = (ice, known)
         return known
 
 
-def _listed(given: Any) -> tuple[Ice, ...]:
+def _pair(given: Any) -> tuple[Ice, Ice]:
+    """An ice and what is known of it, from that or from an ice alone."""
+    if not isinstance(given, tuple):
+        ice = load_ice(given)
+        return ice, ice
+    pair = cast("tuple[Any, ...]", given)
+    if len(pair) != 2:
+        raise InputError(
+            "a distribution of ices must return an ice, or an ice and what is known of it, got "
+            f"{brief(given)}"
+        )
+    return load_ice(pair[0]), load_ice(pair[1])
+
+
+def _listed(given: Any) -> tuple[tuple[Ice, Ice], ...]:
     if isinstance(given, str | Path) and Path(given).is_dir():
         files = sorted(Path(given).glob("*.json"))
         if not files:
             raise InputError("has no ice file (*.json)", source=given)
-        return tuple(load_ice(file) for file in files)
+        return tuple(_pair(file) for file in files)
     if isinstance(given, str | Path | Ice):
-        return (load_ice(given),)
+        return (_pair(given),)
     if not isinstance(given, Iterable):
         raise InputError(f"ices must be {ACCEPTED}, got {brief(given)}")
-    ices = tuple(load_ice(one) for one in cast("Iterable[Any]", given))
+    ices = tuple(_pair(one) for one in cast("Iterable[Any]", given))
     if not ices:
         raise InputError(f"ices must be {ACCEPTED}, got none")
     return ices

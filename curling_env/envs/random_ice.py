@@ -8,6 +8,7 @@ of a few per cent, and a map estimated from films.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -34,6 +35,9 @@ class RandomIces:
     error : standard deviation of the error of the estimated map, in ln μ
     error_length : correlation length of that error [m]
     knows : what the agent knows of each ice, one of `KNOWLEDGE`
+    pool : number of ices that are drawn once, of which episodes then take one each; 0 for another
+        ice in every episode. Many sheets on few ices are simulated together, and so faster
+    pool_seed : seed of these ices
 
     Raises
     ------
@@ -50,6 +54,8 @@ class RandomIces:
     error: float = 0.015
     error_length: float = 2.0
     knows: str = "map"
+    pool: int = 0
+    pool_seed: int = 0
 
     def __post_init__(self) -> None:
         for name in ("level", "areas", "curl", "error"):
@@ -65,6 +71,10 @@ class RandomIces:
         if not isinstance(self.base, str):  # pyright: ignore[reportUnnecessaryIsInstance]
             raise InputError(f"base must name an ice, got {str(self.base)[:40]!r}")
         _check_knowledge(self.knows)
+        for name in ("pool", "pool_seed"):
+            value: Any = getattr(self, name)
+            if not isinstance(value, int) or isinstance(value, bool) or value < 0:
+                raise InputError(f"{name} must be a whole number of at least 0, got {value!r}")
 
     def draw(self, rng: np.random.Generator, knows: str | None = None) -> tuple[Ice, Ice]:
         """Draw an ice and what is known of it.

@@ -75,6 +75,8 @@ class GameTable:
             # As exact as many ends side by side, so that both play the same ends.
             "tolerance": QUICK_TOLERANCE,
         }
+        # Those on ices that come again: ends that share one are simulated together.
+        self._kept: dict[tuple[int, int], tuple[GameSimulator, GameObservation]] = {}
         known = self.ices.known_as(self.ices.known[0])
         self.simulator = self._simulator_on(self.ices.usual, known.ice)
         throws = widest_range(self.ices.known, hits=True, delivery=self.simulator.delivery)
@@ -95,10 +97,15 @@ class GameTable:
 
     def play_on(self, ice: Ice, known: KnownIce) -> None:
         """Take an ice, and what the teams are told of it."""
-        if ice is not self.simulator.ice or known.ice is not self.simulator.known_ice:
-            self.simulator = self._simulator_on(ice, known.ice)
-        if known is not self.observation.known:
-            self.observation = self.observation.on(known)
+        if ice is self.simulator.ice and known is self.observation.known:
+            return
+        key = (id(ice), id(known))
+        kept = self._kept.get(key)
+        if kept is None:
+            kept = (self._simulator_on(ice, known.ice), self.observation.on(known))
+            if self.ices.lasts(ice, known):
+                self._kept[key] = kept
+        self.simulator, self.observation = kept
 
     def observation_of(self, known: Ice) -> GameObservation:
         """The observations of a team that knows the ice so."""

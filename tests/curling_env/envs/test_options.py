@@ -87,6 +87,8 @@ WRONG = {
         ({"ices": []}, "got none"),
         ({"ices": {"levels": 0.1}}, "ices has no 'levels'"),
         ({"ices": {"knows": "everything"}}, "knows must be one of map"),
+        ({"ices": {"pool": -1}}, "pool must be a whole number"),
+        ({"ices": [("standard", "paper", "fcv1")]}, "an ice and what is known of it"),
         ({"ices": ["standard", "nowhere.json"]}, "no such ice file"),
         ({"ices": ["standard"], "ice_sigma": True}, "either ices or ice_sigma"),
         ({"skill": "god"}, "no skill is named 'god'"),

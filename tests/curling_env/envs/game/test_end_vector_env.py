@@ -234,6 +234,13 @@ def test_ices_and_opponents_of_each_end_are_those_of_single_ends():
     assert np.abs(seen - seen[0]).max() > 0.01
 
 
+def test_ends_that_share_an_ice_share_what_simulates_them():
+    many = make(8, ices={"pool": 2}, hammer="opponent").unwrapped
+    for _ in range(2):
+        many.reset(seed=0)
+        assert len({id(one) for one in many._simulators}) == 2
+
+
 def test_steps_that_make_no_sense_are_refused():
     many = make(2)
     with pytest.raises(InputError, match="reset"):

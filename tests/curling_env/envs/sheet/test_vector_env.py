@@ -72,6 +72,8 @@ LONE = [
     {"ices": ["standard", "paper", DOUBTFUL], "skill": "champion", "throws": 2},
     {"ices": heavier_or_keener, "direction": "random"},
     {"ices": {"level": 0.05, "knows": "mean"}, "target": "random"},
+    {"ices": {"level": 0.05, "pool": 3}, "throws": 2, "direction": "random"},
+    {"ices": [("standard", "fcv1"), "paper"]},
 ]
 
 
