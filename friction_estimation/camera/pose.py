@@ -6,7 +6,7 @@ measures it on the painted lines.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -22,6 +22,7 @@ from friction_estimation.camera.tuning import (
     FOCAL_RANGE,
     MAX_AXIS_OFFSET,
     MAX_MISFIT,
+    MEASURED_HEIGHT_SIGMA,
 )
 
 
@@ -39,6 +40,11 @@ class Pose:
     rotation: Floats
     translation: Floats
     rms_px: float
+
+    @property
+    def height(self) -> float:
+        """Height of the camera above the ice [m]."""
+        return float(-self.rotation[:, 2] @ self.translation)
 
 
 def poses_from_points(sheet_points: Floats, points_px: Floats, lens: Lens) -> list[Pose]:
@@ -73,13 +79,14 @@ def poses_from_points(sheet_points: Floats, points_px: Floats, lens: Lens) -> li
         rvec, tvec = cv2.solvePnPRefineLM(world, pixels, matrix, distortion, rvec, tvec)
         rotation = np.asarray(cv2.Rodrigues(rvec)[0], dtype=np.float64)
         translation = np.asarray(tvec, dtype=np.float64).ravel()
-        above = (-rotation.T @ translation)[2] > 0
+        pose = Pose(rotation=rotation, translation=translation, rms_px=np.nan)
+        above = pose.height > 0
         before = (world @ rotation.T + translation)[:, 2].min() > 0
         if not (above and before):
             continue
         seen = cv2.projectPoints(world, rvec, tvec, matrix, distortion)[0].reshape(-1, 2)
         rms = float(np.sqrt(np.mean(np.sum((seen - pixels) ** 2, axis=1))))
-        poses.append(Pose(rotation=rotation, translation=translation, rms_px=rms))
+        poses.append(replace(pose, rms_px=rms))
     return sorted(poses, key=lambda pose: pose.rms_px)
 
 
@@ -88,7 +95,9 @@ def pose_from_points(sheet_points: Floats, points_px: Floats, lens: Lens) -> Pos
     return next(iter(poses_from_points(sheet_points, points_px, lens)), None)
 
 
-def solve_focal(sheet_points: Floats, points_px: Floats, lens: Lens) -> Lens:
+def solve_focal(
+    sheet_points: Floats, points_px: Floats, lens: Lens, height: float | None = None
+) -> Lens:
     """The lens with the focal length whose best pose fits known points best.
 
     A weak prior decides where the points cannot.
@@ -99,6 +108,7 @@ def solve_focal(sheet_points: Floats, points_px: Floats, lens: Lens) -> Lens:
     points_px : (n, 2) raw image [px]
     lens : distortion and size of the image; its focal length is not used, its axis is taken to
         meet the middle of the image
+    height : the camera's height, where somebody measured it [m]
     """
     side = max(lens.size)
 
@@ -108,6 +118,8 @@ def solve_focal(sheet_points: Floats, points_px: Floats, lens: Lens) -> Lens:
     def cost(log_ratio: float) -> float:
         pose = pose_from_points(sheet_points, points_px, with_focal(log_ratio))
         misfit = 1e6 if pose is None else len(points_px) * pose.rms_px**2
+        if pose is not None and height is not None:
+            misfit += (np.log(pose.height / height) / MEASURED_HEIGHT_SIGMA) ** 2
         return misfit + ((log_ratio - np.log(FOCAL_PRIOR[0])) / FOCAL_PRIOR[1]) ** 2
 
     tried = np.linspace(np.log(FOCAL_RANGE[0]), np.log(FOCAL_RANGE[1]), 61)
@@ -168,7 +180,7 @@ def camera_from_scene(scene: Scene, size: tuple[int, int]) -> Camera:
     matrix = _matrix_for(scene, size)
     points = scene.sheet_points, scene.points_px
     if matrix is None:
-        lens = solve_focal(*points, Lens.centred(1.0, size, distortion))
+        lens = solve_focal(*points, Lens.centred(1.0, size, distortion), scene.camera_height)
     else:
         lens = Lens(matrix=matrix, distortion=distortion, size=size)
     pose = pose_from_points(*points, lens)

@@ -70,6 +70,13 @@ class RefinedCamera:
         """Standard error of the logarithm of the focal length; 0 where it was given."""
         return float(np.sqrt(self.covariance[6, 6])) if self.lens.focal else 0.0
 
+    @property
+    def height_doubt(self) -> float:
+        """Standard error of the log height that pictures of stones told; 0 where they did not."""
+        if self.farther is None:
+            return 0.0
+        return abs(float(np.log(self.farther.position[2] / self.camera.position[2])))
+
     def moved(self, parameter: int, step: float) -> Camera:
         """The camera with one free parameter changed."""
         delta = np.zeros(len(self.covariance))
@@ -176,7 +183,7 @@ def refine_from(
         sheet_points=sheet_points,
         points_px=points_px,
         lens=lens,
-        height=CAMERA_HEIGHT_PRIOR if height is None else (height, MEASURED_HEIGHT_SIGMA),
+        height=height_prior(height),
         correlation=PHOTO_CORRELATION,
         min_scale_px=PHOTO_MIN_SCALE_PX,
     )
@@ -221,9 +228,14 @@ def refine_at_focal(
     return _judged(replace(refined, camera=fitted.camera), fit, fitted)
 
 
-def log_height_prior(camera: Camera) -> float:
+def height_prior(measured: float | None) -> tuple[float, float]:
+    """Median of a camera's height [m] and its spread in log; narrow where it was measured."""
+    return CAMERA_HEIGHT_PRIOR if measured is None else (measured, MEASURED_HEIGHT_SIGMA)
+
+
+def log_height_prior(camera: Camera, measured: float | None = None) -> float:
     """How unlikely a camera's height is [squared standard deviations]."""
-    middle, spread = CAMERA_HEIGHT_PRIOR
+    middle, spread = height_prior(measured)
     return float((np.log(camera.position[2] / middle) / spread) ** 2)
 
 
@@ -249,6 +261,7 @@ def _fit_to(
         sheet_points=scene.sheet_points,
         points_px=scene.points_px,
         lens=lens,
+        height=height_prior(scene.camera_height),
     )
 
 

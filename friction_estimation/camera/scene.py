@@ -22,6 +22,8 @@ CORNERS = ("home_left", "home_right", "away_right", "away_left")
 """The ice corners in order around the sheet, counter-clockwise seen from above."""
 LENS_KEYS = ("camera_matrix", "distortion", "image_size", "reprojection_px")
 """The keys of a camera file; a scene file may have them too."""
+CAMERA_HEIGHTS = (0.5, 50.0)
+"""How high cameras may hang above the ice [m]."""
 MIN_POINTS, MAX_POINTS = 4, 500
 """Known points of a scene. People mark a dozen; a thousand would take a minute to fit."""
 MIN_SPREAD = 1e-3
@@ -40,6 +42,7 @@ class Scene:
     distortion : (5,) in the order of `lens.TERMS`; None where it is not known
     image_size : width and height of the images that the camera matrix belongs to [px]; those of
         the film where None
+    camera_height : measured height of the camera above the ice [m]; None where nobody measured it
     stone_radius, stone_height : radius and height of the stone's body, without its handle [m]
     sheet : the ice whose points these are
     fps : frames per second where the film's own times are wrong; None trusts the film
@@ -55,6 +58,7 @@ class Scene:
     camera_matrix: Floats | None = None
     distortion: Floats | None = None
     image_size: tuple[int, int] | None = None
+    camera_height: float | None = None
     stone_radius: float = 0.145
     stone_height: float = 0.1143
     sheet: Sheet = PAPER_SHEET
@@ -119,13 +123,16 @@ class Scene:
                 )
 
 
-def load_scene(path: str | Path, camera: str | Path | None = None) -> Scene:
+def load_scene(
+    path: str | Path, camera: str | Path | None = None, height: float | None = None
+) -> Scene:
     """A scene from its JSON file.
 
     Parameters
     ----------
     path : path of the scene file
     camera : a camera file (`curling calibrate`) whose lens replaces the scene's own
+    height : measured height of the camera [m], which replaces the scene's own
 
     Raises
     ------
@@ -135,6 +142,8 @@ def load_scene(path: str | Path, camera: str | Path | None = None) -> Scene:
     if camera is not None and isinstance(document, dict):
         document = {key: value for key, value in document.items() if key not in LENS_KEYS}
         document |= _camera_file(camera)
+    if height is not None and isinstance(document, dict):
+        document = {**document, "camera_height": height}
     try:
         return _parse(document, str(path))
     except InputError as error:
@@ -169,6 +178,8 @@ def save_scene(scene: Scene, path: str | Path) -> None:
         document["distortion"] = scene.distortion.tolist()
     if scene.image_size is not None:
         document["image_size"] = list(scene.image_size)
+    if scene.camera_height is not None:
+        document["camera_height"] = scene.camera_height
     document["stone"] = {"radius": scene.stone_radius, "height": scene.stone_height}
     document["sheet"] = {"length": scene.sheet.length, "width": scene.sheet.width}
     if scene.fps is not None:
@@ -231,6 +242,7 @@ class SceneDocument(LensDocument):
 
     corners_px: CornersDocument | None = None
     points: Annotated[list[PointDocument], Meta(max_length=MAX_POINTS)] | None = None
+    camera_height: Annotated[float, within(*CAMERA_HEIGHTS, "m")] | None = None
     stone: SceneStoneDocument = msgspec.field(default_factory=SceneStoneDocument)
     sheet: SceneSheetDocument | None = None
     fps: Annotated[float, within(0.01, 1e5, "1/s")] | None = None
@@ -257,6 +269,7 @@ def _parse(document: Any, source: str) -> Scene:
     return Scene(
         sheet_points=sheet_points,
         points_px=points_px,
+        camera_height=scene.camera_height,
         stone_radius=scene.stone.radius,
         stone_height=scene.stone.height,
         sheet=sheet,

@@ -21,6 +21,7 @@ from curling_env.errors import InputError
 from curling_env.units import Units
 from friction_estimation.commands.track import (
     CameraOption,
+    HeightOption,
     SlowOption,
     TrackerOption,
     choose_tracker,
@@ -78,6 +79,7 @@ def estimate(
         ),
     ] = None,
     camera: CameraOption = None,
+    height: HeightOption = None,
     slow: SlowOption = None,
     tracker: TrackerOption = "built-in",
     uniform: Annotated[
@@ -222,7 +224,12 @@ def estimate(
     notes = NO_NOTES
     checkpoints: Checkpoints | None = None
     if tables:
-        for option, given in (("--scene", scene), ("--camera", camera), ("--slow", slow)):
+        for option, given in (
+            ("--scene", scene),
+            ("--camera", camera),
+            ("--height", height),
+            ("--slow", slow),
+        ):
             if given:
                 raise InputError("belongs to films, not to tracks", source=option)
         tracks, notes = load_tracks(inputs[0]), throws_beside(inputs[0])
@@ -235,7 +242,9 @@ def estimate(
             )
         films_shown = 0 if report is None else FILMS_SHOWN
         function = choose_tracker(tracker, slow=slow)
-        tracks, stills, checkpoints = _track(inputs, scene, camera, function, output, films_shown)
+        tracks, stills, checkpoints = _track(
+            inputs, scene, (camera, height), function, output, films_shown
+        )
     before = None if update is None else evidence_path(update)
     origin = provenance([*inputs, *(scene or []), camera, start, prior, update, before], seed=seed)
     if earlier:
@@ -307,12 +316,15 @@ def _check_update(asked: Choices, before: Choices, update: Path) -> None:
 def _track(
     films: list[Path],
     scenes: list[Path],
-    camera: Path | None,
+    known_of_cameras: tuple[Path | None, float | None],
     tracker: Tracker,
     output: Path,
     films_shown: int,
 ) -> tuple[list[Trajectory], list[Still], Checkpoints]:
-    """The tracks of films, frames of the first ones for the report, and the checkpoints."""
+    """The tracks of films, frames of the first ones for the report, and the checkpoints.
+
+    The lens and the height of the cameras are None where their scenes tell what is known.
+    """
     import cv2
 
     from friction_estimation.camera.scene import load_scene
@@ -323,7 +335,7 @@ def _track(
     from friction_estimation.tracking.overlay.film import draw_stills as stills_of
 
     cv2.setNumThreads(1)
-    known = [load_scene(path, camera) for path in scenes]
+    known = [load_scene(path, *known_of_cameras) for path in scenes]
     checkpoints = Checkpoints(output)
     tracks: list[Trajectory] = []
     stills: list[Still] = []

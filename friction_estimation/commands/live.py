@@ -18,7 +18,7 @@ from curling_env.commands.cli import (
 )
 from curling_env.errors import InputError
 from curling_env.units import Units
-from friction_estimation.commands.track import CameraOption, TrackerOption
+from friction_estimation.commands.track import CameraOption, HeightOption, TrackerOption
 
 if TYPE_CHECKING:
     from curling_env.trajectory import Trajectory
@@ -54,6 +54,7 @@ def live(
         Writes(folder=True),
     ] = None,
     camera: CameraOption = None,
+    height: HeightOption = None,
     tracker: TrackerOption = "built-in",
     units: UnitsOption = Units.METRES,
     as_json: JsonOption = False,
@@ -85,7 +86,7 @@ def live(
 
     if not is_stream(source):
         raise InputError("is a film, not a camera; `curling track` tracks it", source=source)
-    where = load_scene(scene, camera)
+    where = load_scene(scene, camera, height)
     function = load_tracker(tracker)
     feed = open_feed(source)
     camera_from_scene(where, feed.size)  # the scene of another camera is refused before it watches

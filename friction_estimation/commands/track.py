@@ -23,6 +23,7 @@ from curling_env.commands.cli import (
 )
 from curling_env.errors import InputError
 from curling_env.units import Units
+from friction_estimation.camera.scene import CAMERA_HEIGHTS
 
 if TYPE_CHECKING:
     from curling_env.trajectory import Trajectory
@@ -32,6 +33,16 @@ CameraOption = Annotated[
     Path | None,
     typer.Option(
         metavar="CAMERA.json", help="Lens from `curling calibrate`, instead of the scene's."
+    ),
+]
+HeightOption = Annotated[
+    float | None,
+    typer.Option(
+        metavar="M",
+        min=CAMERA_HEIGHTS[0],
+        max=CAMERA_HEIGHTS[1],
+        help="Measured height of the camera above the ice [m]. From above, and in small pictures, "
+        "nothing tells it as well where the lens is not known.",
     ),
 ]
 TrackerOption = Annotated[
@@ -60,6 +71,10 @@ SlowOption = Annotated[
         "Otherwise what the camera noted is believed.",
     ),
 ]
+
+
+UNSURE_HEIGHT = 0.05
+"""A camera's height whose standard error is a larger share than this is questioned."""
 
 
 class FlowChoice(StrEnum):
@@ -99,6 +114,7 @@ def track(
         Writes(kinds=("film",)),
     ] = None,
     camera: CameraOption = None,
+    height: HeightOption = None,
     refine: RefineOption = True,
     flow: Annotated[
         FlowChoice,
@@ -172,7 +188,7 @@ def track(
     if overlay is not None and len(paths) > 1:
         raise InputError("an overlay is drawn for one film at a time", source="--overlay")
     cv2.setNumThreads(1)
-    scenes = [load_scene(path, camera) for path in scene]
+    scenes = [load_scene(path, camera, height) for path in scene]
     if len(scenes) == len(films):
         scenes = [one for one, some in zip(scenes, within, strict=True) for _ in some]
     function = choose_tracker(tracker, refine=refine, flow=flow, slow=slow)
@@ -283,7 +299,17 @@ def describe(one: TrackedFilm) -> str:
     )
     return (
         f"stone seen in {len(found.trajectory)} of {found.frame_count} frames, its place known "
-        f"to about {known:.1f} mm; {paint}{_moved(found)}{_other_stones(found)}"
+        f"to about {known:.1f} mm; {paint}{_height(found)}{_moved(found)}{_other_stones(found)}"
+    )
+
+
+def _height(found: FilmTrack) -> str:
+    doubt = found.refined.height_doubt
+    if doubt < UNSURE_HEIGHT:
+        return ""
+    return (
+        f"; its camera hangs some {found.camera.position[2]:.1f} m above the ice, uncertain by "
+        f"{100 * doubt:.0f} %: measure it and give --height"
     )
 
 

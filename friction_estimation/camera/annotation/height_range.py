@@ -51,7 +51,7 @@ def height_from_clicks(scene: Scene, camera: Camera) -> tuple[float, float]:
         seen = Camera(lens=lens, rotation=pose.rotation, translation=pose.translation)
         heights[k] = seen.position[2]
         misfit = len(scene.points_px) * (pose.rms_px / CLICK_PX) ** 2
-        costs[k] = misfit + log_height_prior(seen)
+        costs[k] = misfit + log_height_prior(seen, scene.camera_height)
     likely = np.isfinite(costs)
     order = np.argsort(heights[likely])
     weight = np.exp(-0.5 * (costs[likely] - costs[likely].min()))[order]

@@ -11,6 +11,7 @@ import typer
 from curling_env.commands.cli import JsonOption, UnitsOption, Writes, conclude, say
 from curling_env.errors import InputError
 from curling_env.units import Units
+from friction_estimation.commands.track import HeightOption
 
 if TYPE_CHECKING:
     from curling_env.sheet import Sheet
@@ -33,6 +34,7 @@ def corners(
         Path | None,
         typer.Option(metavar="SCENE.json", help="A scene to continue from."),
     ] = None,
+    height: HeightOption = None,
     sheet: Annotated[
         str, typer.Option(metavar="LxW", help="Length and width of the ice [m].")
     ] = "44.5x4.5",
@@ -58,7 +60,8 @@ def corners(
     and a thrower are drawn back into the picture at once: the lines must lie on the paint, and the
     thrower at the thrower's end (Swap ends turns them round). A few pixels do not matter: tracking
     corrects the marks by the painted lines. From straight above the points do not tell how high the
-    camera hangs; the page then gives the range.
+    camera hangs; the page then gives the range. Measure it (a laser or a tape from the ice to the
+    lens) and give --height, unless the lens is known.
 
     Only this machine can open the page, unless you --share it: then whoever has its address, which
     is also shown as a QR code, may mark and save. The command ends when you save.
@@ -75,13 +78,12 @@ def corners(
     from friction_estimation.camera.annotation.server import AnnotationServer
     from friction_estimation.camera.scene import load_lens, load_scene, save_scene
 
-    before = None if start is None else load_scene(start, camera)
+    before = None if start is None else load_scene(start, camera, height)
     if before is not None:
         annotation = Annotation.from_scene(film, before)
     else:
-        annotation = Annotation.open(
-            film, _sheet(sheet), None if camera is None else load_lens(camera)
-        )
+        known = {} if camera is None else load_lens(camera)
+        annotation = Annotation.open(film, _sheet(sheet), {**known, "camera_height": height})
 
     server = AnnotationServer(
         annotation, lambda scene: save_scene(scene, output), port=port, share=share, units=units

@@ -13,6 +13,7 @@ from curling_env.commands.cli import JsonOption, OutputFile, conclude, progress_
 from curling_env.errors import InputError
 from friction_estimation.commands.track import (
     CameraOption,
+    HeightOption,
     RefineOption,
     SlowOption,
     TrackerOption,
@@ -42,6 +43,7 @@ def join_cameras(
         typer.Option("--bridge", help="Also write rows for times when no camera saw the stone."),
     ] = False,
     camera: CameraOption = None,
+    height: HeightOption = None,
     refine: RefineOption = True,
     slow: SlowOption = None,
     tracker: TrackerOption = "built-in",
@@ -77,7 +79,7 @@ def join_cameras(
     if len(films) < 2:
         raise InputError("give the films of two cameras or more", source="VIDEO...")
     cv2.setNumThreads(1)
-    scenes = [load_scene(path, camera) for path in scene]
+    scenes = [load_scene(path, camera, height) for path in scene]
     checkpoints = Checkpoints(output)
     seen: list[list[TrackedFilm]] = [[] for _ in films]
     with progress_bar("frame") as bar:

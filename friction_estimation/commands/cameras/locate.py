@@ -16,9 +16,7 @@ from curling_env.commands.cli import (
 )
 from curling_env.errors import InputError
 from curling_env.units import Units, length
-
-UNSURE_HEIGHT = 0.05
-"""A height whose standard error is a larger share than this is mentioned as uncertain."""
+from friction_estimation.commands.track import UNSURE_HEIGHT, HeightOption
 
 
 def locate(
@@ -36,9 +34,7 @@ def locate(
         Path | None,
         typer.Option(metavar="SCENE.json", help="A scene whose points serve as marks."),
     ] = None,
-    height: Annotated[
-        float | None, typer.Option(metavar="M", help="The camera's height above the ice [m].")
-    ] = None,
+    height: HeightOption = None,
     picture: Annotated[
         Path | None,
         typer.Option(metavar="P.png", help="Draw the rings and lines found into the photo."),
@@ -84,10 +80,6 @@ def locate(
         raise InputError(
             "mark the tee and the middle of the hog line, or give a scene with --start",
             source="--mark",
-        )
-    if height is not None and not 1.0 <= height <= 50.0:
-        raise InputError(
-            f"a camera hangs 1 to 50 m above the ice, got {height:g}", source="--height"
         )
     known = Annotation.open(photo, PAPER_SHEET)
     if start is not None:

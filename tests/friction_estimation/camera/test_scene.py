@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError
+from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.scene import Scene, load_scene, save_scene
 
 GOOD = {
@@ -35,7 +37,8 @@ def corners(**changes):
 
 
 def test_a_scene_is_read_back_as_written(tmp_path):
-    scene = load_scene(written(tmp_path, fps=29.97, sheet={"length": 45.72, "width": 4.75}))
+    path = written(tmp_path, fps=29.97, sheet={"length": 45.72, "width": 4.75}, camera_height=6.1)
+    scene = load_scene(path)
     save_scene(scene, tmp_path / "again.json")
     again = load_scene(tmp_path / "again.json")
     assert again.has_corners
@@ -44,6 +47,30 @@ def test_a_scene_is_read_back_as_written(tmp_path):
     assert again.distortion.tolist() == GOOD["distortion"]
     assert (again.stone_radius, again.stone_height) == (0.14, 0.114)
     assert (again.fps, again.sheet.length) == (29.97, 45.72)
+    assert again.camera_height == 6.1
+    assert load_scene(path, height=7.0).camera_height == 7.0
+
+
+@pytest.mark.parametrize("lean", [0.0, 0.3])
+def test_a_measured_height_tells_the_focal_length_that_points_cannot(lean):
+    """Straight from above every height fits; leaning, the points tell it to some per cent."""
+    camera = Camera.looking_at(
+        position=(0.0, -14.0 * lean, 14.0),
+        target=(0.0, 0.0, 0.0),
+        up=(-1.0, 0.0, 0.0),
+        focal_px=600.0,
+        size=(1920, 1080),
+    )
+    ice = np.array([[-2.25, -22.25, 0], [2.25, -22.25, 0], [2.25, 22.25, 0], [-2.25, 22.25, 0]])
+    px = camera.project(ice) + np.random.default_rng(0).normal(0, 0.5, (4, 2))
+    guess, measured = (
+        camera_from_scene(
+            Scene(sheet_points=ice[:, :2], points_px=px, camera_height=height), (1920, 1080)
+        ).position[2]
+        for height in (None, 14.0)
+    )
+    assert measured == pytest.approx(14.0, rel=0.01)
+    assert abs(guess - 14.0) > 0.5 or lean
 
 
 def test_points_serve_where_no_corner_is_in_view(tmp_path):
