@@ -24,8 +24,6 @@ End = Literal["away", "home"]
 """The end played to."""
 TeamName = Literal["home", "away"]
 MOST_STONES = 16
-PLAYERS = ("greedy", "search", "rulebased", "draw")
-"""Players that a person may play against."""
 
 
 class StoneForm(Document):
