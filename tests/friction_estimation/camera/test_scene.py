@@ -51,14 +51,14 @@ def test_a_scene_is_read_back_as_written(tmp_path):
     assert load_scene(path, height=7.0).camera_height == 7.0
 
 
-@pytest.mark.parametrize("lean", [0.0, 0.3])
+@pytest.mark.parametrize("lean", [0.0, 0.1])
 def test_a_measured_height_tells_the_focal_length_that_points_cannot(lean):
     """Straight from above every height fits; leaning, the points tell it to some per cent."""
     camera = Camera.looking_at(
         position=(0.0, -14.0 * lean, 14.0),
         target=(0.0, 0.0, 0.0),
         up=(-1.0, 0.0, 0.0),
-        focal_px=600.0,
+        focal_px=500.0,
         size=(1920, 1080),
     )
     ice = np.array([[-2.25, -22.25, 0], [2.25, -22.25, 0], [2.25, 22.25, 0], [-2.25, 22.25, 0]])
