@@ -264,7 +264,8 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         """Begin a game."""
         if seed is not None or not hasattr(self, "_rng"):
-            self._rng, _ = seeding.np_random(seed)
+            given = None if seed is None else whole_number("seed", seed, least=0)
+            self._rng, _ = seeding.np_random(given)
         options = dict(options or {})
         self.table.draw(self._rng, self.table.ices.given(options))
         self._renderer.ice = self.simulator.known_ice

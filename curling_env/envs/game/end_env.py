@@ -25,7 +25,13 @@ from curling_env.envs.game.table import (
     SkillOption,
 )
 from curling_env.envs.ices import GivenIce, IceOption
-from curling_env.envs.options import dataclass_from, one_of, reset_options, rules_from
+from curling_env.envs.options import (
+    dataclass_from,
+    one_of,
+    reset_options,
+    rules_from,
+    whole_number,
+)
 from curling_env.envs.rendering import FILM_SPEED, FPS, RENDER_MODES, check_render_mode
 from curling_env.errors import InputError
 from curling_env.game import (
@@ -233,7 +239,7 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
         ------
         InputError : an option that is unknown or makes no sense
         """
-        super().reset(seed=seed)
+        super().reset(seed=None if seed is None else whole_number("seed", seed, least=0))
         asked = reset_options(options, RESET_OPTIONS)
         given = self.table.ices.given(asked)
         self._shots, self._decisions, self._film, self._last_step = (), None, [], []

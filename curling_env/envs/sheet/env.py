@@ -276,7 +276,7 @@ class CurlingSheetEnv(gymnasium.Env[Singles, Singles]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Singles, dict[str, Any]]:
         """Clear the sheet, lay the stones and choose the target."""
-        super().reset(seed=seed)
+        super().reset(seed=None if seed is None else whole_number("seed", seed, least=0))
         asked = reset_options(options, RESET_OPTIONS)
         given = self.ices.given(asked)
         distribution = self.reset_distribution(asked)

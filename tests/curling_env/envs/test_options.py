@@ -186,6 +186,15 @@ def test_steps_out_of_turn_are_refused(name):
     env.step(action)
 
 
+@pytest.mark.parametrize("name", ["CurlingSheet-v0", "CurlingEnd-v0"])
+def test_seeds_are_whole_numbers_of_any_kind(name):
+    env = gym.make(name, **({"stones": 2} if "Sheet" in name else {})).unwrapped
+    np.testing.assert_array_equal(env.reset(seed=np.int64(4))[0], env.reset(seed=4)[0])
+    for wrong in ("4", 4.0, -1, True):
+        with pytest.raises(InputError, match="seed must be a whole number"):
+            env.reset(seed=wrong)
+
+
 def test_another_ice_holds_where_it_is_set_or_for_one_episode():
     env = gym.make("CurlingSheet-v0").unwrapped
     throw = np.float32([0.2, 0.3, 0.5])
