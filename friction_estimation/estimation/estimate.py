@@ -31,7 +31,8 @@ class Estimate:
     ice : the estimate; friction.sigma and friction.observed for each cell
     method : ``trajectory``, the joint fit of all throws, or ``paper``, differentiate and average
     uniform : whether one μ was asked for
-    mu, sigma : level of μ over the cells that were crossed, and its standard error
+    mu, sigma : level of μ over the cells that were crossed, and its standard error; not a number
+        where rounding has lost it
     slides : free slides that were used
     skipped : reasons why other throws were not used
     fit : the fit to the tracks as they are; None for the paper's method
@@ -101,13 +102,14 @@ class Estimate:
         return float(np.sqrt(crossed / max(self.resolved, 1.0)))
 
     def summary(self) -> dict[str, Any]:
-        """The estimate in numbers, for JSON."""
+        """The estimate in numbers, for JSON; an error that rounding has lost is null."""
         low, high = self.interval
+        is_known = bool(np.isfinite(self.sigma))
         document: dict[str, Any] = {
             "mu": self.mu,
-            "sigma": self.sigma,
-            "low": low,
-            "high": high,
+            "sigma": self.sigma if is_known else None,
+            "low": low if is_known else None,
+            "high": high if is_known else None,
             "throws": len(self.slides),
             "samples": sum(len(slide.rows) for slide in self.slides),
             "method": self.method,

@@ -203,7 +203,10 @@ def headline(found: Estimate) -> str:
 
 def _facts(found: Estimate, units: Units) -> list[tuple[str, str]]:
     low, high = found.interval
-    pairs = [(f"{found.mu:.5f}", f"friction μ, known to ± {50 * (high - low) / found.mu:.2g} %")]
+    known = f"known to ± {50 * (high - low) / found.mu:.2g} %"
+    if not np.isfinite(found.sigma):
+        known = "its error is not known: rounding has lost it"
+    pairs = [(f"{found.mu:.5f}", f"friction μ, {known}")]
     pairs += draw_facts(found.ice, found.mu, units)
     pairs.append((str(len(found.slides)), "throws measured"))
     if found.resolution is not None:

@@ -55,11 +55,14 @@ def map_errors(fitted: SessionFit) -> Floats | None:
 
 
 def level_error(fitted: SessionFit) -> float:
-    """Standard error of the mean ln μ of the cells that stones crossed."""
+    """Standard error of the mean ln μ of the cells that stones crossed; NaN where rounding has
+    left a variance below zero.
+    """
     field, covariance = fitted.model.map_field, _map_covariance(fitted)
     patterns = np.empty(0) if field is None else field.patterns[field.crossed].mean(axis=0)
     mean = np.append(1.0, patterns)
-    return float(np.sqrt(mean @ covariance @ mean))
+    variance = float(mean @ covariance @ mean)
+    return variance**0.5 if variance >= 0 else float("nan")
 
 
 def _map_covariance(fitted: SessionFit) -> Floats:

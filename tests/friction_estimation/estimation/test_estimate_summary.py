@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -119,6 +120,12 @@ def test_what_there_is_not_is_left_out(estimate):
     assert gaussian.summary()["map"]["smoothness"] == "gaussian"
     one = replace(estimate, ice=Ice.uniform(0.009), uniform=True, fit=None).summary()
     assert not {"map", "noise_m", "effects"} & set(one)
+
+
+def test_an_error_that_rounding_has_lost_is_null_and_the_rest_is_told(estimate):
+    found = replace(estimate, sigma=float("nan")).summary()
+    assert (found["sigma"], found["low"], found["high"]) == (None, None, None)
+    json.dumps(found, allow_nan=False)
 
 
 def test_noise_without_a_memory_has_no_time():
