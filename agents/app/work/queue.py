@@ -93,6 +93,11 @@ class WorkQueue:
                     "where id = ? and state in ('waiting', 'running')",
                     (number,),
                 )
+                connection.execute(
+                    "update film set state = 'waiting' where state = 'running' and session_id = "
+                    "(select session_id from job where id = ? and kind = 'track')",
+                    (number,),
+                )
 
     def jobs(self, session: Session | None = None) -> list[Job]:
         """Work of a session, or of all, the latest first."""

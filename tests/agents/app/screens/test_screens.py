@@ -41,3 +41,34 @@ def test_a_session_that_is_not_there_is_said_so(visitor, name):
 def test_what_is_not_a_number_is_no_page(visitor):
     assert visitor.get("throws/abc").status == 404
     assert visitor.get("throws/" + "9" * 40).status == 404
+
+
+def fillings(path: str):
+    """The path of a route with numbers and texts in its places."""
+    for number, text in (("0", "x"), ("1", "../../club.sqlite"), ("9" * 15, "%00<b>")):
+        yield re.sub(r"{\w+:int}", number, re.sub(r"{\w+(:path)?}", text, path)).lstrip("/")
+
+
+@pytest.mark.parametrize(
+    ("method", "path"),
+    [
+        (method, path)
+        for screen in SCREENS
+        for route in screen.routes
+        for method in sorted(route.methods - {"HEAD"})
+        for path in fillings(route.path)
+        if not path.endswith("events")
+    ],
+)
+def test_nothing_that_is_sent_is_a_mistake_of_the_program(visitor, club, method, path):
+    club.add_session("Tuesday", "2026-11-17", "1", None)
+    sent = {
+        "application/x-www-form-urlencoded": f"csrf={visitor.token}&name=%00&kind=&made=%FF&x=1",
+        "application/json": '{"x": [1e999, null, "\ud800"], "stones": 7, "ice": -1}',
+        "application/octet-stream": "\x00\xff" * 20,
+    }
+    for kind, body in sent.items():
+        headers = {"content-type": kind, "x-csrf-token": visitor.token}
+        for query in ("", "?begin=0", "?begin=x&hand=%00&athlete=<b>&against=zz&believed=-1"):
+            answer = visitor.ask(method, path + query, body.encode("utf-8", "replace"), headers)
+            assert answer.status < 500, answer.text[:500]

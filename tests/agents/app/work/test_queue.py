@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 
+from agents.app.club.films import begin_film
 from agents.app.club.records import State
 from agents.app.club.session_files import Part, keep_part
 from agents.app.progress import events, time_left
@@ -84,6 +85,8 @@ class Process:
 
     def join(self, _seconds: float) -> None: ...
 
+    def kill(self) -> None: ...
+
 
 def begun(work, monkeypatch):
     """The jobs that are begun, by their processes' stand-ins."""
@@ -153,3 +156,16 @@ def test_a_time_is_told_no_more_exactly_than_it_is_known():
         "about 50 min left",
         "2 h left",
     ]
+
+
+def test_a_film_whose_tracking_is_cancelled_waits_again(club, monkeypatch):
+    session = club.add_session("Tuesday", "2026-11-17", "1", None)
+    film = begin_film(club, session, "end.mp4", 4)
+    with club.database.writing() as connection:
+        connection.execute("update film set state = 'running'")
+    work = WorkQueue(club)
+    begun(work, monkeypatch)
+    number = work.submit("track", session).id
+    work._begin()
+    work.cancel(number)
+    assert club.film(film.id).state is State.WAITING
