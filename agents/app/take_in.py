@@ -19,6 +19,7 @@ from agents.coaching.throw_sheet import hands_beside
 from curling_env.errors import InputError
 from curling_env.ice import load_ice, save_ice
 from curling_env.infrastructure.files.storage import atomic_path, make_directory
+from curling_env.infrastructure.provenance import sha256_of
 from curling_env.trajectory import Trajectory, read_tracks
 from friction_estimation.camera.scene import load_scene, save_scene
 from friction_estimation.tracks.throw_list import ThrowNote, throws_beside
@@ -94,7 +95,9 @@ def take_in(club: Club, folder: Path, *, name: str, day: str, sheet: str) -> Ses
     found = look_through(folder)
     camera = None if found.scene is None else _camera(club, found.scene)
     session = club.add_session(name, day, sheet, camera)
-    alone = [tracks for number, tracks in found.throws.items() if number not in found.films]
+    shown: dict[int, int] = {}
+    without = [number for number in found.throws if number not in found.films]
+    alone = [found.throws[number] for number in without]
     if alone:
         nothing = [[None] * len(tracks) for tracks in alone]
         keep_part(club, session, None, Part(throws=alone, handles=nothing))
@@ -102,13 +105,32 @@ def take_in(club: Club, folder: Path, *, name: str, day: str, sheet: str) -> Ses
         if number in found.films:
             film = add_film(club, session, found.films[number], clock=tracks[0].clock)
             # Times of a film count from its first frame.
-            shown = [replace(track, clock=0.0, throw=0) for track in tracks]
-            keep_part(club, session, film, Part(throws=[shown], handles=[[None] * len(shown)]))
-    _note(club, session, found, sorted(found.throws, key=lambda number: number in found.films))
+            part = [replace(track, clock=0.0, throw=0) for track in tracks]
+            keep_part(club, session, film, Part(throws=[part], handles=[[None] * len(part)]))
+            shown[film.id] = number
+    before = {
+        one.number: without[one.part] if one.film_id is None else shown[one.film_id]
+        for one in club.throws(session)
+    }
+    _note(club, session, found, before)
     write_files(club, session)
     if found.ice is not None:
         save_ice(load_ice(found.ice), club.ice_of(session))
+    with club.database.writing() as connection:
+        query = "insert into setting values (?, ?) on conflict do nothing"
+        connection.execute(query, (_mark(folder), str(session.id)))
     return session
+
+
+def is_in(club: Club, folder: Path) -> bool:
+    """Whether the tracks of a folder were taken in before."""
+    with club.database.reading() as connection:
+        query = "select 1 from setting where name = ?"
+        return connection.execute(query, (_mark(folder),)).fetchone() is not None
+
+
+def _mark(folder: Path) -> str:
+    return f"taken in: {sha256_of(folder / TRACKS)}"
 
 
 def add_film(club: Club, session: Session, path: Path, *, clock: float | None = None) -> Film:
@@ -163,15 +185,15 @@ def _camera(club: Club, scene: Path) -> Camera:
     return found
 
 
-def _note(club: Club, session: Session, found: Found, order: Sequence[int]) -> None:
+def _note(club: Club, session: Session, found: Found, before: Mapping[int, int]) -> None:
     """Enter what is noted beside the tracks.
 
     Parameters
     ----------
-    order : numbers of the throws in the folder, by their numbers in the session
+    before : numbers of the throws in the folder, by their numbers in the session
     """
     with club.database.writing() as connection:
-        for number, old in enumerate(order):
+        for number, old in before.items():
             note = found.notes.get(old, ThrowNote())
             athlete = stone = None
             if note.athlete:

@@ -119,12 +119,15 @@ def _fill(club: Club, folders: Sequence[Path], *, demo: bool) -> None:
     import datetime
 
     from agents.app.demo import NAME, fill
-    from agents.app.take_in import look_through, take_in
+    from agents.app.take_in import is_in, look_through, take_in
 
     for folder in folders:
         look_through(folder)  # all of them, before the first is taken in
     today = datetime.date.today().isoformat()
     for folder in folders:
+        if is_in(club, folder):
+            say(f"{folder}: is in this club already")
+            continue
         name = folder.resolve().name
         session = take_in(club, folder, name=name, day=today, sheet="")
         say(f"{folder}: {len(club.throws(session))} throws")

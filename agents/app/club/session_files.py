@@ -148,7 +148,7 @@ def session_throws(club: Club, session: Session) -> list[FoundThrow]:
             else:
                 stones = numbers.of(tracks, handles)
             numbered = [
-                replace(track, throw=len(found), stone=stone, clock=round(clock + track.clock, 3))
+                replace(track, stone=stone, clock=round(clock + track.clock, 3))
                 for track, stone in zip(tracks, stones, strict=True)
             ]
             found.append(FoundThrow(film, k, tracks[0].clock, numbered))
@@ -156,7 +156,11 @@ def session_throws(club: Club, session: Session) -> list[FoundThrow]:
         if film is None:
             used = 1 + max((track.stone for one in found for track in one.tracks), default=-1)
             numbers.colours.extend([None] * used)
-    return found
+    found.sort(key=lambda one: one.tracks[0].clock)
+    return [
+        one._replace(tracks=[replace(track, throw=number) for track in one.tracks])
+        for number, one in enumerate(found)
+    ]
 
 
 def _number_throws(club: Club, session: Session) -> None:
