@@ -60,7 +60,15 @@ def __getattr__(name: str) -> Any:
     if name == "simulate":
         return import_module("curling_env.physics.session").simulate
     if name == "curling_v0":
-        return import_module("curling_env.envs.game.curling_v0")
+        try:
+            return import_module("curling_env.envs.game.curling_v0")
+        except ModuleNotFoundError as error:
+            if error.name != "pettingzoo":
+                raise
+            raise ModuleNotFoundError(
+                "the two-team game needs PettingZoo: pip install 'curling-sheet[game]'",
+                name="pettingzoo",
+            ) from error
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -124,3 +124,16 @@ def test_progress_counts_the_throws():
         progress=lambda what, done, total=1.0: seen.append((done, total)),
     )
     assert seen == [(0, 3), (1, 3), (2, 3), (3, 3)]
+
+
+def test_without_pettingzoo_the_two_team_game_says_what_to_install():
+    printed = run(
+        "import sys\n"
+        "sys.modules['pettingzoo'] = None\n"
+        "import curling_env\n"
+        "try:\n"
+        "    curling_env.curling_v0\n"
+        "except ModuleNotFoundError as error:\n"
+        "    print(error)\n"
+    )
+    assert printed == "the two-team game needs PettingZoo: pip install 'curling-sheet[game]'\n"
