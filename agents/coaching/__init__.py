@@ -6,7 +6,8 @@
 - `athletes`: bias and spread of an athlete's throws, over sessions (`athlete_errors`)
 - `stones`: which stones run and curl alike (`match_stones`)
 - `released`, `intended`, `habits`: the throw that was made, and the one that was meant
-- `runs`, `session_ice`: throws run on ices, and the ice before each of them
+- `runs`, `session_ice`, `shared_ice`: throws run on ices, the ice before each of them, and what all
+  of them show of it
 - `tuning`: the constants that were chosen
 """
 

@@ -31,6 +31,7 @@ from agents.coaching.intended import intend
 from agents.coaching.released import Released, read_release
 from agents.coaching.runs import ANGLE, HOG_TO_FAR_TEE, SPEED, SPIN, X, hog_times, outcomes
 from agents.coaching.session_ice import IceBefore, SessionIce
+from agents.coaching.shared_ice import Parts, agree
 from agents.coaching.throw_sheet import ALL_RIGHT, Hands, ThrowSheet, sheet_of, spin_sign
 from agents.coaching.tuning import DRAWS, MAX_REACH
 from curling_env.errors import InputError, TrackTooShortError
@@ -84,12 +85,17 @@ def hand_or_ice(
     rng = np.random.default_rng(seed)
     read, left_out = _read(tracks, ice, notes, hands, rng, progress)
     habits = habits_of([(one.sheet, one.released) for one in read])
-    found: list[ThrowCauses] = []
+    told: list[_Causes] = []
+    parts: list[Parts] = []
     for one in read:
         try:
-            found.append(_Causes(one, believed, habits, rng).result())
+            causes = _Causes(one, believed, habits, rng)
+            parts.append(causes.parts())
+            told.append(causes)
         except InputError as error:
             left_out[one.sheet.throw] = error.problem
+    together = agree(parts, rng)
+    found = [causes.result(one) for causes, one in zip(told, together.parts, strict=True)]
     return SessionCauses(
         throws=tuple(found),
         left_out=dict(sorted(left_out.items())),
@@ -100,7 +106,7 @@ def hand_or_ice(
             if name and (pattern := pattern_of(found, name)) is not None
         ),
         believed=believed is not None,
-        remarks=_remarks(ice, believed, found),
+        remarks=_remarks(ice, believed, found, together.remark),
     )
 
 
@@ -244,30 +250,40 @@ class _Causes:
         if self._swept:
             self._names.append("sweeping")
 
-    def result(self) -> ThrowCauses:
-        """All of it."""
+    def parts(self) -> Parts:
+        """What each cause adds to the miss, and what none explains.
+
+        Raises
+        ------
+        TrackTooShortError : a throw like it does not get to the target
+        """
         read, target = self._read, np.array(self._call.target)
         made, meant = read.released.throw, self._meant.throw
-        miss = read.ended - target
         value = self._parts(made[None], meant[None], [read.ices.ice])[0]
         value = np.vstack([value, read.ended - target - value.sum(axis=0)])
-        draws = self._draws()
-        self._names.append("neither")
         if not np.isfinite(value).all():
             raise TrackTooShortError("a throw like it does not get to the target on these ices")
-        parts: dict[Cause, Part] = {
-            name: part_of(value[k], draws[:, k], miss) for k, name in enumerate(self._names)
+        draws = self._draws()
+        return Parts(value=value, draws=np.where(np.isfinite(draws), draws, value))
+
+    def result(self, parts: Parts) -> ThrowCauses:
+        """All of it, from the parts."""
+        read, target = self._read, np.array(self._call.target)
+        miss = read.ended - target
+        names: list[Cause] = [*self._names, "neither"]
+        found: dict[Cause, Part] = {
+            name: part_of(parts.value[k], parts.draws[:, k], miss) for k, name in enumerate(names)
         }
         return ThrowCauses(
             sheet=read.sheet,
             target=target,
             rest=read.ended,
             miss=miss,
-            parts=parts,
+            parts=found,
             errors=self._errors(),
-            intended=_throw(meant),
-            released=_throw(made),
-            draws=draws,
+            intended=_throw(self._meant.throw),
+            released=_throw(read.released.throw),
+            draws=parts.draws,
         )
 
     def _draws(self) -> Floats:
@@ -285,9 +301,7 @@ class _Causes:
         ended = read.ended + read.sigma * self._rng.standard_normal((n, 2))
         target = np.array(self._call.target)
         neither = ended - target - value.sum(axis=1)
-        draws = np.concatenate([value, neither[:, None]], axis=1)
-        whole = np.isfinite(draws).all(axis=(1, 2))
-        return draws[whole] if whole.any() else np.zeros((1, value.shape[1] + 1, 2))
+        return np.concatenate([value, neither[:, None]], axis=1)
 
     def _parts(self, made: Floats, meant: Floats, ices: Sequence[Ice]) -> Floats:
         """What each cause adds, (n, causes, 2), for n throws that were made and meant (n, 4).
@@ -399,13 +413,17 @@ def _throw(row: Floats) -> Throw:
     )
 
 
-def _remarks(ice: Ice, believed: Ice | None, found: Sequence[ThrowCauses]) -> tuple[str, ...]:
+def _remarks(
+    ice: Ice, believed: Ice | None, found: Sequence[ThrowCauses], shared: str | None
+) -> tuple[str, ...]:
     """What a reader should know."""
     remarks = [NOT_GIVEN] if believed is None else []
     if lacks_curl(ice):
         remarks.append(NO_CURL)
     if is_marked_unknown(ice):
         remarks.append(UNKNOWN)
+    if shared is not None:
+        remarks.append(shared)
     if not found:
         remarks.append("no throw has a called target and was seen from the hog line to its rest")
     return tuple(remarks)

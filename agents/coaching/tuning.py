@@ -40,6 +40,8 @@ DRAWS = 64
 """Errors of the measurement and of the ice that are drawn for the intervals."""
 HABIT_THROWS = 3
 """Throws from which an athlete's usual rotation, or speed for a named weight, is taken."""
+FEWEST_TOGETHER = 4
+"""Throws from which on what none of them explains corrects the ice of all."""
 MAX_REACH = 0.6
 """How far before the target of a hit the free slide may end [m]: two radii, and a frame."""
 

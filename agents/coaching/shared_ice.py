@@ -1,0 +1,94 @@
+"""What all throws of a session show of its ice together.
+
+An ice file has standard errors, and all throws of a session run on one ice: what its file gets
+wrong carries all of them alike. What no cause explains should be nothing on average; where it is
+not, the ice is off, as far as its standard errors allow. The parts of every throw are corrected for
+that, by the regression of each part on that average over the ices drawn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from agents.coaching.tuning import FEWEST_TOGETHER
+from curling_env.typing import Floats
+from curling_env.units import Units, length
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Parts:
+    """The parts of one throw.
+
+    Parameters
+    ----------
+    value : (causes, 2) right and past; the last is what no cause explains [m]
+    draws : (k, causes, 2) the same on k ices and releases; draw i of all throws is of one ice
+    """
+
+    value: Floats
+    draws: Floats
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Together:
+    """Parts that agree with what all throws show.
+
+    Parameters
+    ----------
+    parts : of each throw
+    left : (2,) what is left unexplained on average, right and past [m]
+    allowed : (2,) standard deviation that the ice's errors and the scatter allowed it [m]
+    """
+
+    parts: list[Parts]
+    left: Floats
+    allowed: Floats
+
+    @property
+    def remark(self) -> str | None:
+        """That the ice is not as its file says, where it is off by more than that allows."""
+        if not (np.abs(self.left) > 3 * self.allowed + 0.1).any():
+            return None
+        along = "past" if self.left[1] > 0 else "short of"
+        far = length(float(self.left[1]), Units.METRES)
+        return (
+            f"on average stones came to rest {far} {along} where this ice file says: it is not "
+            "the ice of these throws, or knows too little of it"
+        )
+
+
+def agree(parts: Sequence[Parts], rng: np.random.Generator) -> Together:
+    """Correct the parts of throws for what all of them show of the ice.
+
+    Parameters
+    ----------
+    parts : of each throw of a session, with equally many draws
+    rng : source of the scatter of an average
+    """
+    count = len(parts)
+    if count < FEWEST_TOGETHER or len({len(one.draws) for one in parts}) > 1:
+        return Together(parts=list(parts), left=np.zeros(2), allowed=np.full(2, np.inf))
+    unexplained = np.array([one.value[-1] for one in parts])
+    # A hair on one stone should not move the ice of all.
+    left = np.median(unexplained, axis=0)
+    scatter = 1.4826 * np.median(np.abs(unexplained - left), axis=0) + 1e-3
+    error = 1.25 * scatter / count**0.5
+    average = np.mean([one.draws[:, -1] for one in parts], axis=0)
+    swing = average - average.mean(axis=0)
+    inverse = np.linalg.inv(swing.T @ swing / len(swing) + np.diag(error**2))
+    noise = error * rng.standard_normal(swing.shape)
+    agreed: list[Parts] = []
+    for one in parts:
+        off = one.draws - one.draws.mean(axis=0)
+        gain = np.einsum("kci,kj->cij", off, swing) / len(swing) @ inverse
+        gain[-1] = -gain[:-1].sum(axis=0)  # the miss is what was measured: parts still add up to it
+        agreed.append(
+            Parts(
+                value=one.value - gain @ left,
+                draws=one.draws - np.einsum("cij,kj->kci", gain, left + swing + noise),
+            )
+        )
+    return Together(parts=agreed, left=left, allowed=np.hypot(swing.std(axis=0), error))
