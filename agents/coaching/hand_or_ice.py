@@ -221,6 +221,7 @@ class _Causes:
     ) -> None:
         assert read.sheet.call is not None  # see _why_not
         self._read, self._call, self._rng = read, read.sheet.call, rng
+        self._is_believed = believed is not None
         self._believed = read.ices.ice if believed is None else believed
         self._place, made = read.released.place, read.released.throw
         handle = self._call.handle
@@ -321,7 +322,9 @@ class _Causes:
         by_id = {id(ice): ice for ice in ices}
         surfaces = [self._believed, *(by_id[kind] for kind in kinds)]
         index = np.array([1 + kinds.index(id(ice)) for ice in ices])
-        which = np.where(chosen[None, :, 3], index[:, None], 0)
+        # Without another ice the team is taken to know the session's, whichever that is.
+        on_session = chosen[None, :, 3] | (not self._is_believed)
+        which = np.where(on_session, index[:, None], 0)
         sweeps = np.zeros((n, len(chosen), 2))
         if self._swept:
             sweeps[:, chosen[:, 4]] = self._read.released.sweep
@@ -334,8 +337,15 @@ class _Causes:
             sweeps=sweeps.reshape(-1, 2),
         ).reshape(n, len(chosen), 2)
         parts = np.einsum("cs,nsk->nck", weights, ends)
+        off = ends[:, 0] - np.array(self._call.target)
         # A broom or a time that does not do on the believed ice what was called was read wrong too.
-        parts[:, 3] += ends[:, 0] - np.array(self._call.target)
+        line, weight = 3, 3
+        if not self._is_believed:
+            # Else on other ice another throw would have been meant: the hand is held against that.
+            line = 3 if self._call.broom is not None else 1
+            weight = 3 if self._call.hog_to_hog is not None else 0
+        parts[:, line, 0] += off[:, 0]
+        parts[:, weight, 1] += off[:, 1]
         return parts
 
     def _errors(self) -> HandError:

@@ -82,11 +82,13 @@ def test_what_an_athlete_does_again_and_again_is_the_pattern(told):
 
 def test_without_the_believed_ice_it_says_so_and_blames_no_ice(told):
     evening, ice, _ = told
-    found = hand_or_ice(evening.tracks[:3], ice, evening.notes)
+    found = hand_or_ice(evening.tracks, ice, evening.notes)
     assert not found.believed
     assert "was not given" in found.remarks[0]
     for one in found.throws:
         assert one.parts["ice"].size < 2e-3
+        assert one.parts["ice"].past.sigma < 2e-3
+        assert one.parts["weight"].past.sigma > 0.02  # what the ice is not known to
 
 
 def test_a_broom_at_a_wrong_place_is_ice_that_was_read_wrong(told):
