@@ -74,10 +74,12 @@ function take(files) {
 }
 
 const drop = find("drop");
-find("files").addEventListener("change", (event) => {
-  take([...event.target.files]);
-  event.target.value = "";
-});
+function takeChosen() {
+  take([...find("files").files]);
+  find("files").value = "";
+}
+find("files").addEventListener("change", takeChosen);
+if (find("files").files.length) takeChosen(); // chosen before this script was there
 for (const name of ["dragenter", "dragover"]) {
   drop.addEventListener(name, (event) => {
     event.preventDefault();
@@ -181,5 +183,12 @@ function show(state) {
   }
 }
 
-new EventSource(at(`practice/${session}/events`)).addEventListener("message", (event) =>
-  show(JSON.parse(event.data)));
+/** Listen to the app; where the browser has given up, because it was away for long, begin anew. */
+function listen() {
+  const events = new EventSource(at(`practice/${session}/events`));
+  events.addEventListener("message", (event) => show(JSON.parse(event.data)));
+  events.addEventListener("error", () => {
+    if (events.readyState === EventSource.CLOSED) setTimeout(listen, PATIENCE);
+  });
+}
+listen();

@@ -9,6 +9,7 @@ import socket
 import subprocess
 import sys
 import urllib.request
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -19,7 +20,9 @@ from curling_env.commands.cli import main
 
 
 def refused(capsys, *words: str) -> str:
-    assert main(["app", "--no-browser", *words]) == 2
+    # In a thread: a browser that is driven in this one has its loop running there.
+    with ThreadPoolExecutor(1) as thread:
+        assert thread.submit(main, ["app", "--no-browser", *words]).result() == 2
     captured = capsys.readouterr()
     assert captured.out == ""
     (line,) = captured.err.strip().splitlines()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -14,6 +15,12 @@ from agents.app.club.session_files import Part, keep_part
 from agents.app.progress import events, time_left
 from agents.app.work.queue import MAX_LOSSES, MOST, WorkQueue
 from curling_env.trajectory import Trajectory
+
+
+def in_a_thread(work):
+    """Done in a thread: a browser that is driven in this one has its loop running there."""
+    with ThreadPoolExecutor(1) as thread:
+        return thread.submit(work).result()
 
 
 def wait_for(work, number, *states, seconds=60.0):
@@ -143,7 +150,10 @@ def test_a_page_that_watches_is_told_what_has_changed(club):
         await told.aclose()
         return first, second
 
-    first, second = (json.loads(text.removeprefix("data: ")) for text in asyncio.run(watch()))
+    first, second = (
+        json.loads(text.removeprefix("data: "))
+        for text in in_a_thread(lambda: asyncio.run(watch()))
+    )
     assert first["jobs"] == []
     assert [(job["what"], job["state"]) for job in second["jobs"]] == [("Tracking", "waiting")]
 
