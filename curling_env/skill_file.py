@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated, Any, cast
 
@@ -42,9 +43,11 @@ def load_skill(source: str | Path | Skill) -> Skill:
         return source
     if str(source) in SKILLS:
         return SKILLS[str(source)]
-    if not Path(source).exists():
+    # Anything may come from Python.
+    a_path = isinstance(source, str | Path)  # pyright: ignore[reportUnnecessaryIsInstance]
+    if not (a_path and os.path.exists(source)):  # unlike a Path's, for any name
         raise InputError(
-            f"no skill and no skill file is named {str(source)[:80]!r}; there are "
+            f"no skill is named {str(source)[:80]!r}, nor a skill file; there are "
             f"{', '.join(SKILLS)}"
         )
     document = read_json(source)

@@ -38,7 +38,9 @@ def test_a_file_that_describes_no_skill(tmp_path, change, said):
 
 
 def test_a_name_that_is_none():
-    with pytest.raises(InputError, match="no skill and no skill file is named 'clubb'; there are"):
+    with pytest.raises(
+        InputError, match="no skill is named 'clubb', nor a skill file; there are none"
+    ):
         load_skill("clubb")
 
 
