@@ -77,8 +77,14 @@ def mixture(fitted: SessionFit) -> Mixture:
 
 def integrated_spreads(fitted: SessionFit) -> Floats:
     """Spreads over which the posterior of a fit is integrated."""
-    few = len(fitted.session) < LEAST_THROWS_FOR_SPREAD
-    return np.array([USUAL_SPREAD]) if few else INTEGRATED_SPREADS
+    if fitted.only_spread is not None:
+        return np.array([fitted.only_spread])
+    return np.array([USUAL_SPREAD]) if has_few_throws(fitted) else INTEGRATED_SPREADS
+
+
+def has_few_throws(fitted: SessionFit) -> bool:
+    """Whether a session has too few throws to tell how far they differ."""
+    return len(fitted.session) < LEAST_THROWS_FOR_SPREAD
 
 
 def gaussian(totals: Floats) -> Gaussian:

@@ -66,6 +66,8 @@ class SessionFit:
     predicted : (rows, 6) states at the measured times, as the camera sees them
     grams : (k, m, m) whitened Gram matrices of [6 states, ln factor, shared, residual]
     deviance : F, which is −2 ln likelihood up to a constant of the data and the noise
+    only_spread : the one spread of ln μ between throws at which the Gram matrices hold; None where
+        they hold at any
     """
 
     model: Model
@@ -76,6 +78,7 @@ class SessionFit:
     predicted: Floats
     grams: Floats
     deviance: float
+    only_spread: float | None = None
 
     @property
     def residuals(self) -> Floats:

@@ -15,6 +15,7 @@ import numpy as np
 from curling_env.physics.effects.card import Push
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
+from friction_estimation.discovery.evidence.mixture import has_few_throws
 from friction_estimation.discovery.evidence.unknown.nearby import (
     Combination,
     Following,
@@ -35,6 +36,7 @@ from friction_estimation.discovery.tuning import (
     LEAST_GAIN,
     MOST_PUSHES,
     MOST_VARIABLES,
+    USUAL_SPREAD,
 )
 
 SHORTLIST = 5
@@ -274,7 +276,8 @@ def less(session: Session, displacement: Floats) -> Session:
 def fit_beside(fitted: SessionFit, pushes: Sequence[Following]) -> SessionFit:
     """The fit of the same effects to a session less what pushes of an unknown do to its paths.
 
-    What the pushes could do in place of an effect is no information on that effect.
+    What the pushes could do in place of an effect is no information on that effect. How much that
+    is depends on how far throws differ, so that the fit holds at one spread of theirs.
 
     Parameters
     ----------
@@ -289,8 +292,12 @@ def fit_beside(fitted: SessionFit, pushes: Sequence[Following]) -> SessionFit:
     dispersion = around.dispersion(made)
     made = around.at_best(made, dispersion)[1]
     calm = _fit_beside(around, made, around.dispersion(made))
+    if not made.pushes:
+        return calm
+    if has_few_throws(fitted):
+        made = replace(made, spread=USUAL_SPREAD)
     again = nearby(replace(calm, session=fitted.session), ())
     grams = calm.grams.copy()
     shared = slice(7, 7 + len(calm.model.vector))
     grams[:, shared, shared] -= again.taken_over(made) / len(grams)
-    return replace(calm, grams=grams)
+    return replace(calm, grams=grams, only_spread=made.spread)

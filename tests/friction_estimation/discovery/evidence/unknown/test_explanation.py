@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from friction_estimation.discovery.evidence.mixture import mixture
 from friction_estimation.discovery.evidence.unknown.explanation import (
     explain,
     find_dependences,
     fit_beside,
 )
+from friction_estimation.discovery.evidence.unknown.nearby import Following
 from friction_estimation.discovery.model.candidates import candidates
 from friction_estimation.discovery.search.selection import refit
 
@@ -56,3 +58,13 @@ def test_without_an_unknown_a_fit_beside_it_is_the_fit(fitted_to):
     assert np.diagonal(beside.grams, axis1=1, axis2=2) == pytest.approx(
         np.diagonal(fitted.grams, axis1=1, axis2=2), rel=0.3, abs=1e3
     )
+
+
+def test_what_pushes_may_do_is_never_more_than_what_the_throws_tell(fitted_to):
+    fitted = fitted_to(SLOPE, throws=12)
+    beside = fit_beside(fitted, (Following("speed", "along"),))
+    for covariance in mixture(beside).covariances:
+        scale = np.sqrt(np.diag(covariance))
+        assert np.linalg.eigvalsh(covariance / np.outer(scale, scale)).min() > 0
+    alone, doubted = (mixture(one).covariances[0, 0, 0] for one in (fitted, beside))
+    assert doubted > 2 * alone  # friction that follows the speed leaves its mean open
