@@ -13,8 +13,8 @@
 
 from agents.coaching.athletes import AthleteErrors, ErrorSummary, athlete_errors
 from agents.coaching.calls import Call, read_call
-from agents.coaching.causes import Part, Pattern, SessionCauses, ThrowCauses
-from agents.coaching.hand_or_ice import hand_or_ice
+from agents.coaching.misses.causes import Part, Pattern, SessionCauses, ThrowCauses
+from agents.coaching.misses.hand_or_ice import hand_or_ice
 from agents.coaching.stones import StoneFactor, StoneMatch, StonePair, match_stones
 from agents.coaching.throw_sheet import ThrowSheet, throw_table
 

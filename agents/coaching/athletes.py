@@ -18,7 +18,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from agents.coaching.calls import Handle, WeightClass
-from agents.coaching.causes import SessionCauses, ThrowCauses
+from agents.coaching.misses.causes import SessionCauses, ThrowCauses
 from agents.coaching.runs import HOG_TO_FAR_TEE
 from agents.coaching.tuning import (
     GIBBS_DRAWS,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from agents.coaching.athletes import AthleteErrors, ErrorSummary, Interval
-from agents.coaching.causes import CAUSES, INTERVAL, Cause, Part, Pattern, SessionCauses
+from agents.coaching.misses.causes import CAUSES, INTERVAL, Cause, Part, Pattern, SessionCauses
 from agents.coaching.stones import StoneFactor, StoneMatch, StonePair
 from curling_env.units import Units, length, short_length, side, speed
 from friction_estimation.reports.throws_section import NOT_SEEN, ThrowRows

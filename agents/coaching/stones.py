@@ -19,9 +19,9 @@ from scipy.optimize import LinearConstraint, milp, minimize_scalar
 from scipy.stats import t as student
 
 from agents.coaching.athletes import Interval
-from agents.coaching.released import Released, read_release
+from agents.coaching.misses.released import Released, read_release
+from agents.coaching.misses.session_ice import SessionIce
 from agents.coaching.runs import SPEED, SPIN, Place, rests
-from agents.coaching.session_ice import SessionIce
 from agents.coaching.tuning import (
     ALIKE_CURL,
     ALIKE_FRICTION,

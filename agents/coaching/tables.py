@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from agents.coaching.athletes import AthleteErrors
-from agents.coaching.causes import SessionCauses
+from agents.coaching.misses.causes import SessionCauses
+from curling_env.game.skill_file import save_skill
 from curling_env.infrastructure.files.storage import make_directory, together, write_table
 from curling_env.infrastructure.provenance import provenance
-from curling_env.skill_file import save_skill
 
 ERRORS_TABLE = "athlete_errors.csv"
 """Name of the table of all athletes' errors."""

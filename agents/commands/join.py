@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from agents.commands.play import PlayerOption
+from agents.commands.games.play import PlayerOption
 from curling_env.commands.cli import (
     JsonOption,
     SeedOption,

@@ -9,10 +9,10 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from agents.app.club import Club, Session
-from agents.app.coached import errors_of, sessions_with_causes
 from agents.app.pages import club_of, page, session_of
-from agents.app.pictures import hand_picture
 from agents.app.screens.screen import Screen
+from agents.app.views.coached import errors_of, sessions_with_causes
+from agents.app.views.pictures import hand_picture
 from agents.coaching import AthleteErrors, ErrorSummary
 from agents.coaching.athletes import Interval
 from agents.planning.description import seconds_per_speed

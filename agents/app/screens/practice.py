@@ -23,9 +23,9 @@ from agents.app.pages import (
     session_of,
     work_of,
 )
-from agents.app.progress import events
 from agents.app.screens.marking import MARKING, can_be_marked
 from agents.app.screens.screen import Screen
+from agents.app.views.progress import events
 from curling_env.errors import InputError
 from curling_env.sheet import PAPER_SHEET, WORLD_CURLING_SHEET
 from friction_estimation.film.video import SUFFIXES

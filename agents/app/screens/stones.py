@@ -8,10 +8,10 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from agents.app.coached import stones_of
 from agents.app.pages import club_of, page, session_of
-from agents.app.pictures import furthest, interval_bar
 from agents.app.screens.screen import Screen
+from agents.app.views.coached import stones_of
+from agents.app.views.pictures import furthest, interval_bar
 from agents.coaching import StoneFactor, StonePair
 from agents.coaching.athletes import Interval
 from curling_env.errors import InputError

@@ -13,12 +13,12 @@ from agents.app.club import Club, Session, Throw
 from agents.app.club.club import named
 from agents.app.club.records import Hand
 from agents.app.club.session_files import finish_files
-from agents.app.film_view import throw_view
-from agents.app.measures import sheets_of
 from agents.app.pages import club_of, form_of, go_to, page, session_of
-from agents.app.progress import in_words
 from agents.app.screens.screen import Screen
-from agents.app.told import COLUMNS, told
+from agents.app.views.film_view import throw_view
+from agents.app.views.measures import sheets_of
+from agents.app.views.progress import in_words
+from agents.app.views.told import COLUMNS, told
 from agents.coaching import read_call
 from curling_env.errors import InputError
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from agents.app.club import Club, Session
 from agents.app.club.club import DISCOVERY
-from agents.app.coached import errors_of, sessions_with_causes
+from agents.app.views.coached import errors_of, sessions_with_causes
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.infrastructure.files.storage import read_json

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from agents.app.sheet.forms import rounded
-from agents.planning.lane_draws import LANES, LaneDraw, lane_draws
+from agents.coaching.lane_draws import LANES, LaneDraw, lane_draws
 from curling_env.ice import Ice
 from curling_env.physics.ice_remarks import (
     NO_CURL,

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from agents.app import demo
 from agents.app.club.records import Hand
-from agents.app.measures import sheets_of
+from agents.app.views.measures import sheets_of
 from curling_env.ice import load_ice
 
 

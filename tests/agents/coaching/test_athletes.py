@@ -8,7 +8,7 @@ import simulated_club as club
 
 from agents.coaching.athletes import athlete_errors
 from agents.coaching.calls import read_call
-from agents.coaching.causes import HandError, SessionCauses, ThrowCauses
+from agents.coaching.misses.causes import HandError, SessionCauses, ThrowCauses
 from agents.coaching.throw_sheet import ThrowSheet
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
@@ -136,7 +136,7 @@ def test_an_ellipse_holds_its_share():
 
 def test_athletes_of_a_simulated_club():
     """From tracks to spreads: the whole way, once."""
-    from agents.coaching.hand_or_ice import hand_or_ice
+    from agents.coaching.misses.hand_or_ice import hand_or_ice
 
     rng = np.random.default_rng(8)
     ada = club.Athlete(name="Ada", bias=(0.04, 0.0, 0.0), spread=(0.02, 0.004, 0.15))

@@ -7,9 +7,9 @@ import pytest
 
 from agents.app.club.records import State
 from agents.app.club.session_files import Part, keep_part
-from agents.app.film_view import speeds
 from agents.app.take_in import add_film, take_in
-from agents.app.told import rounded
+from agents.app.views.film_view import speeds
+from agents.app.views.told import rounded
 from curling_env.trajectory import Trajectory, write_tracks
 
 SPEED, DECELERATION = 2.1, 0.088

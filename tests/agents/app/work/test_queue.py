@@ -12,7 +12,7 @@ import numpy as np
 from agents.app.club.films import begin_film
 from agents.app.club.records import State
 from agents.app.club.session_files import Part, keep_part
-from agents.app.progress import events, time_left
+from agents.app.views.progress import events, time_left
 from agents.app.work.queue import MAX_LOSSES, MOST, WorkQueue
 from curling_env.trajectory import Trajectory
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from agents.commands.play import RulesOption, SkillOption, StillOption, SweepOption
+from agents.commands.games.play import RulesOption, SkillOption, StillOption, SweepOption
 from curling_env.commands.cli import (
     DeliveryOption,
     IceOption,
@@ -66,7 +66,7 @@ def tournament(
     from agents.playing.trained_player import player_from
     from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator
     from curling_env.game.rules import rule_set
-    from curling_env.skill_file import load_skill
+    from curling_env.game.skill_file import load_skill
     from curling_env.throw import delivery_named
 
     chosen = rule_set(rules) if ends is None else rule_set(rules, ends=ends)

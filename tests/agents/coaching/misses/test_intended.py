@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from agents.coaching.calls import read_call
-from agents.coaching.intended import intend
+from agents.coaching.misses.intended import intend
 from agents.coaching.runs import Place
 from curling_env.errors import InputError
 from curling_env.ice import load_ice

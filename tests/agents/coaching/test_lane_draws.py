@@ -8,7 +8,7 @@ from math import hypot
 import numpy as np
 import pytest
 
-from agents.planning.lane_draws import LANES, lane_draws
+from agents.coaching.lane_draws import LANES, lane_draws
 from curling_env.ice import load_ice
 from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import TEE_Y, Direction

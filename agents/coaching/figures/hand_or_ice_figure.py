@@ -5,8 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from agents.coaching.causes import CAUSES, INTERVAL, Cause, Pattern, SessionCauses, ThrowCauses
 from agents.coaching.in_words import CAUSE_WORDS
+from agents.coaching.misses.causes import (
+    CAUSES,
+    INTERVAL,
+    Cause,
+    Pattern,
+    SessionCauses,
+    ThrowCauses,
+)
 from curling_env.render import figures
 from curling_env.units import FOOT, Units, length
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from agents.commands.coaching_options import (
+from agents.commands.coaching.options import (
     BelievedOption,
     PictureOption,
     TracksArgument,
@@ -76,7 +76,7 @@ def hand_or_ice(
 
         write_causes(output, found)
     if picture is not None:
-        from agents.coaching.hand_or_ice_figure import draw_causes
+        from agents.coaching.figures.hand_or_ice_figure import draw_causes
 
         draw_causes(found, picture, units)
     table = [as_text(causes_rows(found, units))] if found.throws else []

@@ -17,7 +17,7 @@ from math import factorial
 
 import numpy as np
 
-from agents.coaching.causes import (
+from agents.coaching.misses.causes import (
     Cause,
     HandError,
     Part,
@@ -26,12 +26,12 @@ from agents.coaching.causes import (
     part_of,
     pattern_of,
 )
-from agents.coaching.habits import Habits, habits_of
-from agents.coaching.intended import intend
-from agents.coaching.released import Released, read_release
+from agents.coaching.misses.habits import Habits, habits_of
+from agents.coaching.misses.intended import intend
+from agents.coaching.misses.released import Released, read_release
+from agents.coaching.misses.session_ice import IceBefore, SessionIce
+from agents.coaching.misses.shared_ice import Parts, agree
 from agents.coaching.runs import ANGLE, HOG_TO_FAR_TEE, SPEED, SPIN, X, hog_times, outcomes
-from agents.coaching.session_ice import IceBefore, SessionIce
-from agents.coaching.shared_ice import Parts, agree
 from agents.coaching.throw_sheet import ALL_RIGHT, Hands, ThrowSheet, sheet_of, spin_sign
 from agents.coaching.tuning import DRAWS, MAX_REACH
 from curling_env.errors import InputError, TrackTooShortError

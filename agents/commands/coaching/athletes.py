@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from agents.commands.coaching_options import PictureOption, causes_of
+from agents.commands.coaching.options import PictureOption, causes_of
 from curling_env.commands.cli import (
     JsonOption,
     SeedOption,
@@ -100,7 +100,7 @@ def athletes(
         for name in write_athletes(output, found, [*tracks, *ice, *(believed or [])], seed=seed):
             say(f"{name}")
     if picture is not None:
-        from agents.coaching.athletes_figure import draw_athletes
+        from agents.coaching.figures.athletes_figure import draw_athletes
 
         draw_athletes(found, picture, units)
     conclude(

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from agents.commands.coaching_options import PictureOption, TracksArgument
+from agents.commands.coaching.options import PictureOption, TracksArgument
 from curling_env.commands.cli import (
     IceOption,
     JsonOption,
@@ -69,7 +69,7 @@ def match_stones(
     if output is not None:
         save_ice(found.on(known), output, provenance=provenance([tracks, ice], seed=seed))
     if picture is not None:
-        from agents.coaching.stones_figure import draw_stones
+        from agents.coaching.figures.stones_figure import draw_stones
 
         draw_stones(found, picture, units)
     conclude(

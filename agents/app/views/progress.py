@@ -12,7 +12,7 @@ from starlette.concurrency import run_in_threadpool
 
 from agents.app.club import Club, Job, Session
 from agents.app.club.records import State
-from agents.app.measures import sheets_of
+from agents.app.views.measures import sheets_of
 from agents.app.work.kinds import IN_WORDS
 from agents.app.work.queue import WorkQueue
 from agents.coaching import ThrowSheet

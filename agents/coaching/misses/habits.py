@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agents.coaching.calls import Call
-from agents.coaching.released import Released
+from agents.coaching.misses.released import Released
 from agents.coaching.runs import SPEED, SPIN
 from agents.coaching.throw_sheet import ThrowSheet
 from agents.coaching.tuning import HABIT_THROWS

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.coaching.shared_ice import Parts, agree
+from agents.coaching.misses.shared_ice import Parts, agree
 
 SIGMA = 0.3
 """How far off the ice may be [m]."""

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import simulated_club as club
 
-from agents.coaching.causes import CAUSES
-from agents.coaching.hand_or_ice import hand_or_ice
-from agents.coaching.released import read_release
+from agents.coaching.misses.causes import CAUSES
+from agents.coaching.misses.hand_or_ice import hand_or_ice
+from agents.coaching.misses.released import read_release
 from agents.coaching.runs import Place, rests
 from curling_env.errors import TrackTooShortError
 from curling_env.ice import ActiveEffect

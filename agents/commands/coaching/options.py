@@ -11,7 +11,7 @@ from curling_env.commands.cli import Writes
 from curling_env.errors import InputError
 
 if TYPE_CHECKING:
-    from agents.coaching.causes import SessionCauses
+    from agents.coaching.misses.causes import SessionCauses
     from curling_env.typing import Progress
 
 TracksArgument = Annotated[
@@ -54,7 +54,7 @@ def causes_of(
     ------
     InputError : a file that cannot be read, or a session without calls
     """
-    from agents.coaching.hand_or_ice import hand_or_ice
+    from agents.coaching.misses.hand_or_ice import hand_or_ice
     from agents.coaching.throw_sheet import hands_beside
     from curling_env.ice import load_ice
     from friction_estimation.tracks.throw_list import THROW_LIST, load_tracks, throws_beside

@@ -112,8 +112,8 @@ def play(
     from curling_env.errors import InputError
     from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator
     from curling_env.game.rules import Team, rule_set
+    from curling_env.game.skill_file import load_skill
     from curling_env.infrastructure.files.storage import make_directory, together
-    from curling_env.skill_file import load_skill
     from curling_env.throw import delivery_named
 
     if film and output is None:

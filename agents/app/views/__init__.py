@@ -1,0 +1,1 @@
+"""What screens show of sessions and throws, made ready for their templates."""

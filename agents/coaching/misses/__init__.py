@@ -1,0 +1,1 @@
+"""Why throws missed: what left the hand, the ice that it found, and what neither explains."""

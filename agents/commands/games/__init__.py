@@ -1,0 +1,1 @@
+"""The sub-commands that play games, record them and show them."""
