@@ -117,7 +117,7 @@ TARGETS = """
 OPTIONS = """
 # Command lines whose words are replaced, and to which further options are added. `bench` reads
 # nothing; what `demo` has here is refused, because a whole run takes minutes; nobody listens where
-# `join` would play.
+# `join` would play. `app` serves until it is ended, and `record-games` needs an extra.
 
 throw --ice standard --speed 2.1 --angle 0.1 --spin 1 --x 0.1
 plan --ice standard --target 0,17.3 --skill elite --spin 1 --x 0
@@ -144,6 +144,7 @@ live file://{here}/f.mp4 --scene hall.json --throws 1 --keep kept -o o.csv
 live 0 --scene hall.json --throws 1 -o o.csv
 play --home draw --away draw --ends 1 --skill elite --hammer home --seed 2 --json
 tournament draw draw --games 1 --ends 1 --seed 0 --json
+benchmark random --task draw --episodes 2
 host --team0 draw --team1 draw --ends 1 --time 9 --noise0 none --port 0 --http 0 --seed 1 -o match
 join 127.0.0.1:1 --player draw --ice standard --name Us --seed 1 -o match
 replay g.jsonl --end 1 --speed 90 -o o.mp4

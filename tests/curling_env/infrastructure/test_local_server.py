@@ -83,11 +83,11 @@ def test_what_is_broken_or_too_long_is_refused(server):
 
 
 def test_silent_connections_hold_no_threads(server, monkeypatch):
-    monkeypatch.setattr(local_server, "PATIENCE", 0.3)
-    monkeypatch.setattr(Handler, "timeout", 0.3)
+    monkeypatch.setattr(local_server, "PATIENCE", 0.1)
+    monkeypatch.setattr(Handler, "timeout", 0.1)
     before = threading.active_count()
-    silent = [socket.create_connection(server.server_address, timeout=5) for _ in range(40)]
-    for connection in silent[:20]:
+    silent = [socket.create_connection(server.server_address, timeout=5) for _ in range(24)]
+    for connection in silent[:12]:
         connection.sendall(b"POST / HTTP/1.1\r\nContent-Le")
     time.sleep(0.1)
     assert threading.active_count() - before <= local_server.MAX_CONNECTIONS

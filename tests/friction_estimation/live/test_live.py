@@ -30,6 +30,8 @@ from friction_estimation.tracking.cutting.motion import MotionDetector
 from friction_estimation.tracking.cutting.tuning import COMPARED_AFTER, LOOK_INTERVAL
 
 FPS = 20.0
+SESSION_FPS = 12.0
+"""Of the film of two throws, of which every frame is made, sent and tracked."""
 KEY_EVERY = 12
 """A camera's stream has a key frame so often [frames]."""
 SURELY_OVER = QUIET_SECONDS + COMPARED_AFTER + 1
@@ -287,17 +289,23 @@ def session(tmp_path_factory):
     """A film of two throws, its scene, where the stones truly were, and when they began."""
     folder = tmp_path_factory.mktemp("session")
     ice = Ice.uniform(0.03)
-    spec = FilmSpec(camera="gantry", people=False, size=(960, 540), fps=FPS, tail=0.2, lead_in=0.3)
+    spec = FilmSpec(
+        camera="gantry", people=False, size=(960, 540), fps=SESSION_FPS, tail=0.2, lead_in=0.3
+    )
     renderer = FilmRenderer(spec)
-    frames, truths, starts = [np.asarray(renderer.still, dtype=np.uint8)] * int(2 * FPS), [], []
+    frames, truths, starts = (
+        [np.asarray(renderer.still, dtype=np.uint8)] * int(2 * SESSION_FPS),
+        [],
+        [],
+    )
     for i, (speed, angle) in enumerate([(1.9, 0.02), (2.2, -0.02)]):
         path = slide(ice, Throw(speed=speed, angle=angle, spin=1.2).release(), fps=120).trajectory
         assert path is not None
-        starts.append(len(frames) / FPS)
+        starts.append(len(frames) / SESSION_FPS)
         shown = list(renderer.frames(path, seed=i))
         truths.append(on_film(path, spec))
-        frames += [*shown, *[shown[-1]] * int(SURELY_OVER * FPS)]
-    write_film(folder / "sent.mp4", frames, FPS)
+        frames += [*shown, *[shown[-1]] * int(SURELY_OVER * SESSION_FPS)]
+    write_film(folder / "sent.mp4", frames, SESSION_FPS)
     save_scene(scene_of(renderer.camera), folder / "scene.json")
     return SimpleNamespace(
         film=folder / "sent.mp4", scene=folder / "scene.json", truths=truths, starts=starts
@@ -308,7 +316,7 @@ def send(film, address):
     """Send a film as a camera on a network does, as soon as somebody listens."""
     for _ in range(600):
         sent = av.open(address, "w", format="mpegts")
-        stream = sent.add_stream("libx264", rate=int(FPS))
+        stream = sent.add_stream("libx264", rate=int(SESSION_FPS))
         stream.width, stream.height, stream.pix_fmt = 960, 540, "yuv420p"
         stream.options = {"preset": "superfast", "crf": "22", "bf": "2", "g": "20"}
         try:
@@ -381,7 +389,7 @@ def test_what_was_recorded_before_an_interruption_is_tracked(session, tmp_path):
     news = list(follow_stream(feed, load_scene(session.scene), tmp_path))
     seen = [k for k in news if isinstance(k, TrackedClip)]
     assert [len(k.tracks) for k in seen] == [1, 1]
-    assert seen[1].clip.clock + seen[1].tracks[0].t[-1] == pytest.approx(amid, abs=0.3)
+    assert seen[1].clip.clock + seen[1].tracks[0].t[-1] == pytest.approx(amid, abs=0.5)
     assert isinstance(news[-1], IceSoFar)
     assert "from 2 throws" in news[-1].words
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -51,8 +53,9 @@ def test_parallel_api():
 
 
 def test_render(monkeypatch):
-    pytest.importorskip("pygame")
-    monkeypatch.setattr("curling_env.envs.game.rendering.PLAYBACK_SPEED", 200.0)
+    pygame = pytest.importorskip("pygame")
+    monkeypatch.setattr(pygame.time, "Clock", lambda: SimpleNamespace(tick=lambda _: 0))
+    monkeypatch.setattr("curling_env.envs.game.rendering.PLAYBACK_SPEED", 2000.0)
     render_test(lambda render_mode=None: curling_v0.env(ends=1, render_mode=render_mode))
 
 
