@@ -422,6 +422,8 @@ def test_a_password_that_is_refused_is_said(curling, monkeypatch):
 
 def test_a_stream_that_breaks_off_is_taken_up_again(monkeypatch):
     monkeypatch.setattr(join_module, "PAUSE", 0.05)
+    # The last break may come with the end of the game; the host must still be there then.
+    monkeypatch.setattr(web_host_module, "FAREWELL", 2.0)
     real = join_module.Connection4.states
 
     def twice(self):
