@@ -36,6 +36,8 @@ def test_the_first_line_is_the_address_and_an_interrupt_is_an_orderly_end(tmp_pa
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        # Who runs the tests in the background may have them ignore interrupts.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
     assert app.stdout is not None
     address = app.stdout.readline().strip()

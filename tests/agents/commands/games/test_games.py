@@ -1,0 +1,49 @@
+"""The commands that play games: what they print, write and refuse."""
+
+from __future__ import annotations
+
+import pytest
+
+from agents.playing.record import read_record
+
+
+def test_the_command_prints_the_score_and_writes_record_and_page(curling, tmp_path):
+    common = ("play", "--home", "rulebased", "--away", "draw", "--ends", "2", "--seed", "3")
+    shown = curling(*common, "-o", tmp_path / "game")
+    assert shown.status == 0
+    assert "Total" in shown.out
+    lines = read_record(tmp_path / "game" / "game.jsonl")
+    assert (tmp_path / "game" / "game.html").read_text().startswith("<!doctype html>")
+    told = curling(*common, "--json").json()
+    assert told["line_score"] == lines[-1]["line_score"]
+    assert told["winner"] == lines[-1]["winner"]
+    assert sum(end[0] for end in told["line_score"]) == told["score"][0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (("--home", "nobody", "--away", "draw"), "nobody"),
+        (("--home", "missing.npz", "--away", "draw"), "missing.npz"),
+        (("--home", "draw", "--away", "draw", "--rules", "backyard"), "backyard"),
+        (("--home", "draw", "--away", "draw", "--hammer", "ours"), "hammer"),
+        (("--home", "draw", "--away", "draw", "--ice", "none.json"), "none.json"),
+        (("--home", "draw", "--away", "draw", "--ends", "0"), "ends"),
+    ],
+)
+def test_the_command_refuses_what_makes_no_sense(curling, arguments, word):
+    assert word in curling("play", *arguments).complaint
+
+
+def test_the_tournament_command(curling):
+    told = curling(
+        "tournament", "draw", "rulebased", "--games", "4", "--ends", "1", "--json"
+    ).json()
+    assert {s["name"] for s in told["standings"]} == {"draw", "rulebased"}
+    for standing in told["standings"]:
+        assert standing["share_low"] <= standing["share"] <= standing["share_high"]
+        assert standing["elo_low"] <= standing["elo_high"]
+    shown = curling("tournament", "draw", "rulebased", "--games", "2", "--ends", "1")
+    assert "Elo" in shown.out
+    assert "two players" in curling("tournament", "draw").complaint
+    assert "workers" in curling("tournament", "draw", "rulebased", "--workers", "0").complaint
