@@ -469,7 +469,7 @@ def filmed(rng: np.random.Generator, states: Floats, *, throw: int, stone: int) 
     ]
     seen = path + error
     return Trajectory(
-        t=t,
+        t=np.asarray(t, dtype=np.float64),
         xy=seen[:, :2],
         theta=seen[:, 2],
         throw=throw,
