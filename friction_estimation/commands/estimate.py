@@ -30,6 +30,7 @@ from friction_estimation.commands.track import (
 
 if TYPE_CHECKING:
     from curling_env.trajectory import Trajectory
+    from friction_estimation.camera.scene import Scene
     from friction_estimation.estimation.evidence_file import Choices
     from friction_estimation.reports.estimate_page import Still
     from friction_estimation.tracking import Tracker
@@ -185,6 +186,7 @@ def estimate(
     from curling_env.ice import load_ice, save_ice
     from curling_env.infrastructure.files.storage import make_directory, together
     from curling_env.infrastructure.provenance import provenance
+    from friction_estimation.camera.scene import load_scene
     from friction_estimation.discovery.evidence.posterior import draw_posterior
     from friction_estimation.discovery.posterior_file import can_write_posterior, write_posterior
     from friction_estimation.estimation.evidence_file import (
@@ -243,7 +245,11 @@ def estimate(
         films_shown = 0 if report is None else FILMS_SHOWN
         function = choose_tracker(tracker, slow=slow)
         tracks, stills, checkpoints = _track(
-            inputs, scene, (camera, height), function, output, films_shown
+            inputs,
+            [load_scene(path, camera, height) for path in scene],
+            function,
+            output,
+            films_shown,
         )
     before = None if update is None else evidence_path(update)
     origin = provenance([*inputs, *(scene or []), camera, start, prior, update, before], seed=seed)
@@ -315,19 +321,14 @@ def _check_update(asked: Choices, before: Choices, update: Path) -> None:
 
 def _track(
     films: list[Path],
-    scenes: list[Path],
-    known_of_cameras: tuple[Path | None, float | None],
+    scenes: list[Scene],
     tracker: Tracker,
     output: Path,
     films_shown: int,
 ) -> tuple[list[Trajectory], list[Still], Checkpoints]:
-    """The tracks of films, frames of the first ones for the report, and the checkpoints.
-
-    The lens and the height of the cameras are None where their scenes tell what is known.
-    """
+    """The tracks of films, frames of the first ones for the report, and the checkpoints."""
     import cv2
 
-    from friction_estimation.camera.scene import load_scene
     from friction_estimation.reports.estimate_page import Still
     from friction_estimation.tracking import track_each
     from friction_estimation.tracking.films.resume import Checkpoints
@@ -335,14 +336,13 @@ def _track(
     from friction_estimation.tracking.overlay.film import draw_stills as stills_of
 
     cv2.setNumThreads(1)
-    known = [load_scene(path, *known_of_cameras) for path in scenes]
     checkpoints = Checkpoints(output)
     tracks: list[Trajectory] = []
     stills: list[Still] = []
     with progress_bar("frame") as bar:
         tracked = track_each(
             films,
-            known,
+            scenes,
             tracker=tracker,
             checkpoints=checkpoints,
             cameras=SharedCameras(keep=True),
@@ -353,7 +353,7 @@ def _track(
             tracks += film.tracks
             say(f"{film.film.name}: {describe(film)}")
             if i < films_shown and film.found is not None:
-                scene = film.scene or known[0]
+                scene = film.scene or scenes[0]
                 shown = stills_of(film.shown or film.film, scene, film.found)
                 stills += [Still.of(film.film.name, t, image) for t, image in shown]
     return tracks, stills, checkpoints

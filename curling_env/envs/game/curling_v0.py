@@ -23,7 +23,7 @@ from pettingzoo.utils.conversions import (  # pyright: ignore[reportMissingTypeS
 from curling_env.envs.game.action import Choices, FollowsDecisions, Sweeping, TeamDecisions
 from curling_env.envs.game.observation import GameObservation, ObservationKind
 from curling_env.envs.game.potential import potential_from
-from curling_env.envs.game.rendering import GameRenderer
+from curling_env.envs.game.rendering import Delivered, GameRenderer
 from curling_env.envs.game.reward import GameRewardWeights, concession_parts, reward_parts
 from curling_env.envs.game.table import (
     DeliveryOption,
@@ -196,7 +196,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         self._state: GameState | None = None
         self._thrown = 0
         self._last: PlayedShot | None = None
-        self._film: list[tuple[GameState, GameState, PlayedShot]] = []
+        self._film: list[Delivered] = []
         self._renderer = GameRenderer(self.simulator.known_ice, "curling_v0")
 
     @property
@@ -293,7 +293,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         over = self.state.game.is_over
         self._shown = self.state
         self._thrown = 0
-        self._film, self._last_delivery = [], None
+        self._film, self._last_step = [], []
         self._decisions = [TeamDecisions(), TeamDecisions()]
         if self.render_mode == "human":
             self._renderer.show_position(self.state)
@@ -338,7 +338,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         self._shown = after
         if self.render_mode == "human":
             self._renderer.show(before, after, shot)
-        self._last_delivery = (before, after, shot) if paths else None
+        self._last_step = [(before, after, shot)] if paths else []
         if self.render_mode == "rgb_array_list":
             self._film.append((before, after, shot))
         self._thrown += 1
@@ -410,10 +410,9 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
                 "render() needs a render_mode: curling_v0.env(render_mode='rgb_array')"
             )
         if self.render_mode == "rgb_array_list":
-            film, self._film = self._film, []
-            if not film:
-                return [self._renderer.picture(self._shown, self._last)]
-            return [frame for one in film for frame in self._renderer.frames(*one, FILM_SPEED)]
+            film = list(self._renderer.film(self._film, self._shown, FILM_SPEED, self._last))
+            self._film = []
+            return film
         if self.render_mode != "rgb_array":
             return None
         return self._renderer.picture(self._shown, self._last)
@@ -431,10 +430,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         """
         if self.render_mode is None:
             raise InputError("a film needs a render_mode: render_mode='rgb_array'")
-        if self._last_delivery is None:
-            yield self._renderer.picture(self._shown, None)
-        else:
-            yield from self._renderer.frames(*self._last_delivery, speed)
+        yield from self._renderer.film(self._last_step, self._shown, speed)
 
     def close(self) -> None:
         """Close the window, if there is one."""

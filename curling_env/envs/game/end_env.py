@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, ClassVar, Literal
 
@@ -14,7 +14,7 @@ from curling_env.envs.game.action import Choices, FollowsDecisions, Sweeping, Te
 from curling_env.envs.game.observation import GameObservation, ObservationKind
 from curling_env.envs.game.opponents import Opponents
 from curling_env.envs.game.potential import potential_from
-from curling_env.envs.game.rendering import GameRenderer
+from curling_env.envs.game.rendering import Delivered, GameRenderer
 from curling_env.envs.game.reward import GameRewardParts, GameRewardWeights, reward_parts
 from curling_env.envs.game.shots import mask_of
 from curling_env.envs.game.table import (
@@ -51,8 +51,6 @@ Hammer = Literal["own", "opponent", "random"]
 HAMMERS = ("own", "opponent", "random")
 RESET_OPTIONS = ("hammer", "power_play", "state", "ice", "known_ice")
 """What `reset` may be asked for in its `options`."""
-Delivered = tuple[GameState, GameState, PlayedShot]
-"""The game before and after a delivery, and the delivery."""
 AGENT = Team.HOME
 """The agent plays the home team's stones."""
 
@@ -321,7 +319,7 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
                 "render() needs a render_mode: gym.make('CurlingEnd-v0', render_mode='rgb_array')"
             )
         if self.render_mode == "rgb_array_list":
-            film = list(self._filmed(FILM_SPEED, self._film))
+            film = list(self._renderer.film(self._film, self.state, FILM_SPEED))
             self._film = []
             return film
         if self.render_mode != "rgb_array":
@@ -341,13 +339,7 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
         """
         if self.render_mode is None:
             raise InputError("a film needs a render_mode: render_mode='rgb_array'")
-        yield from self._filmed(speed, self._last_step)
-
-    def _filmed(self, speed: float, deliveries: Sequence[Delivered]) -> Iterator[Image]:
-        if not deliveries:
-            yield self._renderer.picture(self.state, None)
-        for before, after, shot in deliveries:
-            yield from self._renderer.frames(before, after, shot, speed)
+        yield from self._renderer.film(self._last_step, self.state, speed)
 
     def close(self) -> None:
         """Close the window, if there is one."""

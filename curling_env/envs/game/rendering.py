@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from curling_env.render.canvas import Colour
 from curling_env.sheet import Direction
 from curling_env.typing import Floats, Image
 
+Delivered = tuple[GameState, GameState, PlayedShot]
+"""A delivery: the game before and after it, and the shot."""
 PLAYBACK_SPEED = 4.0
 """How many times faster than it happened a window shows a delivery."""
 RULED_FRAMES = FPS // 2
@@ -117,6 +119,19 @@ class GameRenderer(EnvRenderer):
         ruled = self.picture(after, shot)
         for _ in range(RULED_FRAMES):
             yield ruled
+
+    def film(
+        self,
+        deliveries: Sequence[Delivered],
+        state: GameState,
+        speed: float,
+        last: PlayedShot | None = None,
+    ) -> Iterator[Image]:
+        """Deliveries as a film; where there are none, one picture of the game after the last."""
+        if not deliveries:
+            yield self.picture(state, last)
+        for before, after, shot in deliveries:
+            yield from self.frames(before, after, shot, speed)
 
     def show(self, before: GameState, after: GameState, shot: PlayedShot) -> None:
         """In the window: a delivery as it happened, then the stones as they lie."""
