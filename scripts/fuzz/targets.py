@@ -41,6 +41,8 @@ TARGETS = """
 3    ice.json         throw --ice ice.json --speed 2.1
 3    full.json        throw --ice full.json --speed 2.1
 3    r.csv            simulate --ice standard --releases r.csv --fps 5 -o o.csv
+1    ice.json         validate ice.json
+0.5  full.json        validate full.json
 1    r.csv            sweep --releases r.csv --skill club -o o.csv
 0.5  full.json        plan --ice full.json --target 0,17
 1    st.json          plan --ice standard --target 0,17 --stones st.json
@@ -120,6 +122,7 @@ OPTIONS = """
 # `join` would play. `app` serves until it is ended, and `record-games` needs an extra.
 
 throw --ice standard --speed 2.1 --angle 0.1 --spin 1 --x 0.1
+validate standard --json
 plan --ice standard --target 0,17.3 --skill elite --spin 1 --x 0
 plan --ice standard --task draw --target 0,17.3 --seed 3
 design --resolution 4 --precision 5 --noise 0.005 --fps 30 --mu 0.009 --spread 5 --speeds 1.8,2.2

@@ -54,6 +54,16 @@ def test_a_draw_on_standard_ice_is_a_championship_draw() -> None:
     assert 2.0 <= path.theta / (2 * np.pi) <= 4.0
 
 
+def test_club_ice_runs_and_curls_as_a_clubs_was_measured() -> None:
+    # Jensen & Shegelski (2004), as quoted by Penner: 2.09 m/s, 1.01 rad/s, 25.6 m, 0.78 m.
+    path = straight(load_ice("club"), 2.09, spin=1.01)
+    assert path.y + HOG_LINE_Y == pytest.approx(25.6, abs=0.1)
+    assert -path.x == pytest.approx(0.78, abs=0.02)
+    draw = straight(load_ice("club"), 2.188)
+    assert draw.y == pytest.approx(TEE_Y, abs=0.15)
+    assert 23.5 <= draw.time <= 24.0
+
+
 def test_paper_ice_stops_a_stone_where_coulomb_says() -> None:
     path = straight(load_ice("paper"), 0.9, spin=0.0)
     assert path.y + HOG_LINE_Y == pytest.approx(0.9**2 / (2 * 0.0019 * 9.80665), abs=1e-5)
@@ -65,6 +75,7 @@ def test_paper_ice_stops_a_stone_where_coulomb_says() -> None:
     [
         # The paper's tables 1 and 2; the rule book's C1; Digital Curling's simulator and server.
         ("standard", (44.5, 4.5), (89, 9), (19.1, 0.145, 0.1143, 0.2008, 0.85, 0.2)),
+        ("club", (44.5, 4.5), (89, 9), (19.1, 0.145, 0.1143, 0.2008, 0.85, 0.2)),
         ("paper", (44.5, 4.5), (89, 9), (19.96, 0.105, 0.15, 0.110029, 0.85, 0.2)),
         ("fcv1", (45.72, 4.75), (92, 10), (19.96, 0.145, 0.1143, 0.209830, 1.0, 0.2)),
     ],

@@ -1,0 +1,7 @@
+"""An ice beside published measurements: what agrees, what does not and why."""
+
+from curling_env.validation.row import Comparison, Row, Verdict
+from curling_env.validation.shots import Shots
+from curling_env.validation.table import ICE_ROWS, OTHER_ROWS, compare
+
+__all__ = ["ICE_ROWS", "OTHER_ROWS", "Comparison", "Row", "Shots", "Verdict", "compare"]

@@ -1,0 +1,85 @@
+"""The table of published measurements, and an ice beside it."""
+
+from __future__ import annotations
+
+import textwrap
+from collections import Counter
+from collections.abc import Iterable, Sequence
+
+from curling_env.ice import Ice, preset_names
+from curling_env.validation import draw_rows, friction_rows
+from curling_env.validation.row import Comparison, Row, Verdict
+from curling_env.validation.shots import Shots
+
+ROWS: tuple[Row, ...] = (*friction_rows.ROWS, *draw_rows.ROWS)
+"""Every row that is computed by the physics alone; those that depend on the ice, and the others."""
+ICE_ROWS = tuple(row for row in ROWS if row.depends_on_ice)
+OTHER_ROWS = tuple(row for row in ROWS if not row.depends_on_ice)
+
+WIDTH = 100
+"""Columns of the table as text."""
+
+IN_WORDS = {
+    Verdict.AGREES: "agree with what is published",
+    Verdict.EXPLAINED: "do not, for a known reason",
+    Verdict.DIFFERS: "do not",
+    Verdict.NOT_MEASURED: "nobody has measured",
+    Verdict.NOT_COMPUTED: "cannot be had on this ice",
+}
+
+
+def compare(ice: Ice, preset: str = "", rows: Iterable[Row] = ICE_ROWS) -> list[Comparison]:
+    """An ice beside published measurements.
+
+    Parameters
+    ----------
+    ice : what is compared
+    preset : its name, if it is a preset, for which reasons are known
+    rows : of the table
+    """
+    shots = Shots(ice)
+    return [row.compared(shots, preset) for row in rows]
+
+
+def counts(found: Sequence[Comparison]) -> dict[str, int]:
+    """How many rows have each verdict, by its name; verdicts that none has are 0."""
+    number = Counter(comparison.verdict for comparison in found)
+    return {verdict.value: number[verdict] for verdict in Verdict}
+
+
+def as_text(found: Sequence[Comparison]) -> str:
+    """The table for people: a line for each row, under its part, and why those differ that do."""
+    lines: list[str] = []
+    wide = max((len(c.row.name) for c in found), default=0)
+    said = max((len(c.row.said) for c in found), default=0)
+    part = ""
+    for c in found:
+        if c.row.part != part:
+            part = c.row.part
+            lines += ["", part]
+        unit = "" if c.row.unit == "1" else f" {c.row.unit}"
+        value = "–" if c.value is None else f"{c.value:.4g}{unit}"
+        lines.append(f"  {c.row.name:{wide}}  {c.row.said:{said}}  {value:>11}  {c.verdict.value}")
+    reasons: dict[str, list[str]] = {}
+    for c in found:
+        if c.why:
+            reasons.setdefault(c.why, []).append(c.row.name)
+    if reasons:
+        lines += ["", "why"]
+    for why, names in reasons.items():
+        lines += textwrap.wrap(
+            f"{'; '.join(names)}: {why}.", WIDTH, initial_indent="  ", subsequent_indent="    "
+        )
+    return "\n".join(lines).strip("\n")
+
+
+def in_words(found: Sequence[Comparison]) -> str:
+    """How many rows agree, in a sentence."""
+    number = Counter(comparison.verdict for comparison in found)
+    told = [f"{number[verdict]} {words}" for verdict, words in IN_WORDS.items() if number[verdict]]
+    return f"Of {len(found)} rows, " + "; ".join(told) + "."
+
+
+def preset_of(source: str) -> str:
+    """The name of a preset, or nothing for the path of an ice file."""
+    return source if source in preset_names() else ""
