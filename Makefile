@@ -14,7 +14,8 @@ TORCH  := $(shell sed -n 's/^\(torch==[0-9.]*\).*/\1/p' constraints.txt)
 # thread per core only get in each other's way.
 SINGLE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS=1
 
-.PHONY: help setup demo test lint format types arch bench docs soak fuzz faults mutants lock clean
+.PHONY: help setup demo test lint format types arch bench docs schemas soak fuzz faults mutants \
+	lock clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -63,6 +64,9 @@ docs: setup  ## the help of every command and the pictures of the environments, 
 		print(*sorted(e.name for e in m.entry_points(group='curling.commands')))"); do \
 		$(BIN)/curling $$command --help > runs/docs/$$command.txt || exit 1; done
 	$(BIN)/python scripts/environment_pictures.py runs/docs
+
+schemas: setup  ## the JSON Schemas of every file format, into docs/schemas
+	cd scripts && ../$(BIN)/python -m schemas
 
 soak: setup  ## the property tests with ten seeds of new examples, and ten thousand random ends
 	for seed in 1 2 3 4 5 6 7 8 9 10; do \

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from importlib.resources import files
 from pathlib import Path
-from typing import Annotated, Any, Literal, cast
+from typing import Annotated, Any, Literal
 
 import msgspec
 import numpy as np
@@ -17,10 +17,11 @@ from numpy.typing import ArrayLike
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.schema import Document, Short, checked, within
 from curling_env.infrastructure.files.storage import read_json, write_json, write_table
+from curling_env.infrastructure.files.versions import FileFormat
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
 from curling_env.typing import Flags, Floats
 
-ICE_FORMAT = "curling-ice/1"
+ICE_FORMAT = FileFormat(name="curling-ice", what="an ice file")
 MAX_FRICTION = 1.0
 """Largest μ accepted: far above any ice, but low enough to catch a file in other units."""
 
@@ -317,7 +318,7 @@ def save_ice(ice: Ice, path: str | Path, *, provenance: Mapping[str, Any] | None
 def ice_document(ice: Ice) -> dict[str, Any]:
     """The ice as an ice file holds it, for JSON; `parse_ice` reads it."""
     return {
-        "format": ICE_FORMAT,
+        "format": ICE_FORMAT.newest,
         **({"provenance": dict(ice.provenance)} if ice.provenance else {}),
         "sheet": {"length": ice.sheet.length, "width": ice.sheet.width},
         "stone": asdict(ice.stone),
@@ -412,12 +413,7 @@ def parse_ice(document: Any) -> Ice:
     ------
     InputError : it does not describe an ice
     """
-    found = cast("dict[str, Any]", document).get("format") if isinstance(document, dict) else None
-    if found != ICE_FORMAT:
-        raise InputError(
-            f"expected an ice file of format {ICE_FORMAT!r}, found {str(found)[:40]!r}"
-        )
-    ice = checked(document, IceDocument)
+    ice = checked(ICE_FORMAT.brought_up(document), IceDocument)
     sheet = Sheet(length=ice.sheet.length, width=ice.sheet.width, cell_size=ice.friction.cell_size)
     mu = _table(ice.friction.mu, "friction.mu", sheet.shape)
     stone = {

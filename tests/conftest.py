@@ -7,6 +7,8 @@ import os
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 # Before NumPy and OpenCV are imported: tests run side by side, each on one core.
@@ -51,6 +53,29 @@ class Outcome:
         assert len(lines) == 1, self.err
         assert lines[0].startswith("curling: "), self.err
         return lines[0].removeprefix("curling: ")
+
+
+@cache
+def schema_validator(name: str) -> Any:
+    """What checks documents by docs/schemas/NAME.schema.json."""
+    from jsonschema import Draft202012Validator
+
+    folder = Path(__file__).parents[1] / "docs" / "schemas"
+    schema = json.loads((folder / f"{name}.schema.json").read_text(encoding="utf-8"))
+    Draft202012Validator.check_schema(schema)
+    return Draft202012Validator(schema)
+
+
+@pytest.fixture
+def must_fit() -> Callable[..., None]:
+    """Hold a JSON file, or each line of a file of JSON lines, to its published schema."""
+
+    def hold(path: Path, schema: str) -> None:
+        text = path.read_text(encoding="utf-8")
+        for line in text.splitlines() if path.suffix == ".jsonl" else [text]:
+            schema_validator(schema).validate(json.loads(line))
+
+    return hold
 
 
 @pytest.fixture

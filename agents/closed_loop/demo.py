@@ -24,6 +24,7 @@ from curling_env.errors import OutputError
 from curling_env.ice import Ice, save_ice
 from curling_env.infrastructure.files.kinds import document_keys
 from curling_env.infrastructure.files.storage import folder_of_drafts, make_directory, write_json
+from curling_env.infrastructure.files.versions import FileFormat
 from curling_env.infrastructure.provenance import provenance
 from curling_env.sheet import TEE_Y
 from curling_env.throw import write_releases
@@ -47,6 +48,7 @@ HOUSE_TARGETS = tuple(
 ASSUMED_FRICTION = 0.0082
 """Uniform friction with which the estimation begins."""
 FINDINGS = "findings.json"
+FINDINGS_FORMAT = FileFormat(name="curling-findings", what="the findings of a demo")
 """By this file, and the numbers that only the demo has, an earlier demo's folder is known."""
 RESULTS = (
     *("true-ice.json", "releases.csv", "tracks.csv", "ice.json", "index.html", "page.png"),
@@ -179,7 +181,10 @@ def _run_in(
     progress("drawing the page", 0.98)
     demo_figures.draw_all(found, folder)
     demo_page.write_demo_page(found, folder, film_still=films.still)
-    write_json(folder / FINDINGS, {**found.as_dict(), "provenance": origin})
+    write_json(
+        folder / FINDINGS,
+        {"format": FINDINGS_FORMAT.newest, **found.as_dict(), "provenance": origin},
+    )
     progress("done", 1.0)
     return found
 

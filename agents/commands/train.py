@@ -134,7 +134,8 @@ def train(
             )
     say(f"the agent: {output / 'model.npz'}")
     with progress_bar(unit="draw") as progress:
-        result = evaluation.evaluate(policy, thrown_on, draws=targets, progress=progress)
+        judged = evaluation.evaluate(policy, thrown_on, draws=targets, progress=progress)
+    result = {"format": evaluation.EVALUATION_FORMAT.newest, **judged}
     write_json(output / "evaluation.json", result)
     over = result["agent_over_best"]
     misses = ", ".join(

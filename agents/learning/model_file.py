@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.storage import parse_json, read_arrays, write_arrays
+from curling_env.infrastructure.files.versions import FileFormat
 
-MODEL_FORMAT = "curling-agent/1"
+MODEL_FORMAT = FileFormat(name="curling-agent", what="a model")
 _ARRAY = "$array"
 _DOCUMENT = "document"
 
@@ -34,7 +35,7 @@ def write_model(path: str | Path, document: Mapping[str, Any]) -> None:
     OutputError : the file cannot be written
     """
     arrays: dict[str, NDArray[Any]] = {}
-    layout = json.dumps({"format": MODEL_FORMAT, "content": _take_apart(document, arrays)})
+    layout = json.dumps({"format": MODEL_FORMAT.newest, "content": _take_apart(document, arrays)})
     arrays[_DOCUMENT] = np.frombuffer(layout.encode(), dtype=np.uint8)
     write_arrays(path, arrays)
 
@@ -50,8 +51,10 @@ def read_model(path: str | Path) -> dict[str, Any]:
     if _DOCUMENT not in arrays:
         raise InputError("is not a trained model of this project", source=path)
     layout = parse_json(arrays[_DOCUMENT].tobytes(), source=path, where="its document")
-    if not isinstance(layout, dict) or layout.get("format") != MODEL_FORMAT:
-        raise InputError(f"expected a model of format {MODEL_FORMAT!r}", source=path)
+    try:
+        layout = MODEL_FORMAT.brought_up(layout)
+    except InputError as error:
+        raise InputError(error.problem, source=path) from error
     try:
         content = _put_together(layout["content"], arrays)
     except (KeyError, TypeError, ValueError) as error:

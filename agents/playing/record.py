@@ -24,10 +24,11 @@ from curling_env.game.simulator import state_on_sheet
 from curling_env.ice import preset_names
 from curling_env.infrastructure.files import limits
 from curling_env.infrastructure.files.storage import confined, parse_json, read_text, write_text
+from curling_env.infrastructure.files.versions import FileFormat
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 
-FORMAT = "curling-game/1"
+FORMAT = FileFormat(name="curling-game", what="a recorded game")
 KEPT_SAMPLES = 3
 """One in so many of a path's 30 samples a second is written."""
 
@@ -63,7 +64,7 @@ def head_line(
     simulator, ice, seed : as in `lines_of`
     """
     return {
-        "format": FORMAT,
+        "format": FORMAT.newest,
         "home": names[Team.HOME],
         "away": names[Team.AWAY],
         "rules": first.rules.name,
@@ -118,10 +119,10 @@ def read_record(path: str | Path) -> list[dict[str, Any]]:
         if not isinstance(line, dict):
             raise InputError("expected an object", source=path, where=f"line {number}")
         lines.append(cast("dict[str, Any]", line))
-    if not lines or lines[0].get("format") != FORMAT:
-        raise InputError(
-            f"expected a recorded game of format {FORMAT!r}", source=path, where="line 1"
-        )
+    try:
+        lines[:1] = [FORMAT.brought_up(lines[0] if lines else None)]
+    except InputError as error:
+        raise InputError(error.problem, source=path, where="line 1") from error
     if len(lines) < 2 or "line_score" not in lines[-1]:
         raise InputError("the game breaks off: its last line is no result", source=path)
     try:

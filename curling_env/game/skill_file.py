@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated, Any, cast
+from typing import Annotated, Any
 
 import msgspec
 
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.schema import Document, Short, checked, within
 from curling_env.infrastructure.files.storage import read_json, write_json
+from curling_env.infrastructure.files.versions import FileFormat
 from curling_env.throw import SKILLS, Skill
 
-SKILL_FORMAT = "curling-skill/1"
+SKILL_FORMAT = FileFormat(name="curling-skill", what="a skill file")
 
 
 class SkillDocument(Document):
@@ -51,14 +52,8 @@ def load_skill(source: str | Path | Skill) -> Skill:
             f"{', '.join(SKILLS)}"
         )
     document = read_json(source)
-    found = cast("dict[str, Any]", document).get("format") if isinstance(document, dict) else None
-    if found != SKILL_FORMAT:
-        raise InputError(
-            f"expected a skill file of format {SKILL_FORMAT!r}, found {str(found)[:40]!r}",
-            source=source,
-        )
     try:
-        skill = checked(document, SkillDocument)
+        skill = checked(SKILL_FORMAT.brought_up(document), SkillDocument)
     except InputError as error:
         raise InputError(error.problem, source=source, where=error.where) from error
     return Skill(
@@ -85,7 +80,7 @@ def save_skill(skill: Skill, path: str | Path, *, provenance: dict[str, Any] | N
 def skill_document(skill: Skill, provenance: dict[str, Any] | None = None) -> dict[str, Any]:
     """The skill as its file holds it, for JSON."""
     return {
-        "format": SKILL_FORMAT,
+        "format": SKILL_FORMAT.newest,
         "name": skill.name,
         "sigma_speed": skill.sigma_speed,
         "sigma_angle": skill.sigma_angle,

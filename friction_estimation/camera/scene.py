@@ -12,14 +12,16 @@ import numpy as np
 from msgspec import Meta
 
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.schema import Document, checked, within
+from curling_env.infrastructure.files.schema import Document, Short, checked, within
 from curling_env.infrastructure.files.storage import read_json, write_json
+from curling_env.infrastructure.files.versions import FileFormat
 from curling_env.sheet import PAPER_SHEET, Sheet
 from curling_env.typing import Floats
 from friction_estimation.camera.lens import TERMS
 
 CORNERS = ("home_left", "home_right", "away_right", "away_left")
 """The ice corners in order around the sheet, counter-clockwise seen from above."""
+SCENE_FORMAT = FileFormat(name="curling-scene", what="a scene", numbered=False)
 LENS_KEYS = ("camera_matrix", "distortion", "image_size", "reprojection_px")
 """The keys of a camera file; a scene file may have them too."""
 CAMERA_HEIGHTS = (0.5, 50.0)
@@ -139,12 +141,14 @@ def load_scene(
     InputError : unreadable file, unknown or missing key, wrong shape, points that span no sheet
     """
     document = read_json(path)
-    if camera is not None and isinstance(document, dict):
-        document = {key: value for key, value in document.items() if key not in LENS_KEYS}
-        document |= _camera_file(camera)
-    if height is not None and isinstance(document, dict):
-        document = {**document, "camera_height": height}
     try:
+        if isinstance(document, dict):
+            document = SCENE_FORMAT.brought_up(document)
+            if camera is not None:
+                document = {key: value for key, value in document.items() if key not in LENS_KEYS}
+                document |= _camera_file(camera)
+            if height is not None:
+                document["camera_height"] = height
         return _parse(document, str(path))
     except InputError as error:
         if error.source is not None:
@@ -164,7 +168,7 @@ def load_lens(path: str | Path) -> dict[str, Any]:
 
 def save_scene(scene: Scene, path: str | Path) -> None:
     """Write a scene file, complete or not at all."""
-    document: dict[str, Any] = {}
+    document: dict[str, Any] = {"format": SCENE_FORMAT.newest}
     if scene.has_corners:
         document["corners_px"] = dict(zip(CORNERS, scene.points_px.tolist(), strict=True))
     else:
@@ -240,6 +244,7 @@ class LensDocument(Document):
 class SceneDocument(LensDocument):
     """A scene file."""
 
+    format: Short = ""
     corners_px: CornersDocument | None = None
     points: Annotated[list[PointDocument], Meta(max_length=MAX_POINTS)] | None = None
     camera_height: Annotated[float, within(*CAMERA_HEIGHTS, "m")] | None = None

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from curling_env.ice import write_cells
 from curling_env.infrastructure.files.storage import write_json, write_table, written_so_far
+from curling_env.infrastructure.files.versions import FileFormat
 from curling_env.physics.effects import catalogue
 from curling_env.units import Units, length
 from friction_estimation.estimation.estimate import Estimate
@@ -22,6 +23,8 @@ from friction_estimation.reports.html import facts, picture, table, write_page
 from friction_estimation.reports.throws_section import Notes, throws_section, write_measures
 from friction_estimation.tracks.throw_list import NO_NOTES
 from friction_estimation.tracks.throw_table import throw_table
+
+SUMMARY_FORMAT = FileFormat(name="curling-estimate", what="an estimate")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +101,9 @@ def write_report(
     write_cells(folder / "cells.csv", found.ice)
     write_table(folder / "rows.csv", row_table(found))
     origin = {"provenance": dict(provenance)} if provenance else {}
-    write_json(folder / "estimate.json", {**found.summary(), **origin})
+    write_json(
+        folder / "estimate.json", {"format": SUMMARY_FORMAT.newest, **found.summary(), **origin}
+    )
     measured = throw_table([part.track for part in found.slides])
     write_measures(folder / "throw_table.csv", measured, notes)
     throws = throws_section(measured, units, notes) if measured else ""

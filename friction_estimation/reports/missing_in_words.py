@@ -10,6 +10,7 @@ import msgspec
 
 from curling_env.infrastructure.files.schema import Short, Text, checked
 from curling_env.physics.effects import catalogue
+from friction_estimation.discovery.report import REPORT_FORMAT
 from friction_estimation.discovery.verdict import readable
 
 
@@ -87,7 +88,7 @@ def findings(report: Mapping[str, Any]) -> Findings:
     ------
     InputError : it is no report of a discovery
     """
-    told = checked(dict(report), Report)
+    told = checked(REPORT_FORMAT.brought_up(report), Report)
     return Findings(
         verdict=told.verdict,
         missing=tuple(_missing(effect) for effect in told.effects),

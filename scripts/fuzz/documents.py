@@ -26,6 +26,9 @@ def strategies(rng: random.Random) -> dict[str, Iterator[bytes]]:
     from friction_estimation.film.video import TIMES_TABLE
 
     ice = document(IceDocument).map(lambda d: {**d, "format": "curling-ice/1"})
+    scene = document(SceneDocument).map(
+        lambda d: _text({**d, "format": "curling-scene/1"}).encode()
+    )
     game = st.tuples(
         document(HeadLine).map(lambda d: {**d, "format": "curling-game/1"}),
         st.lists(document(DeliveryLine), max_size=3),
@@ -34,8 +37,8 @@ def strategies(rng: random.Random) -> dict[str, Iterator[bytes]]:
     made: dict[str, st.SearchStrategy[bytes]] = {
         "ice.json": ice.map(lambda d: _text(d).encode()),
         "full.json": ice.map(lambda d: _text(d).encode()),
-        "s.json": document(SceneDocument).map(lambda d: _text(d).encode()),
-        "hall.json": document(SceneDocument).map(lambda d: _text(d).encode()),
+        "s.json": scene,
+        "hall.json": scene,
         "cam.json": document(LensDocument).map(lambda d: _text(d).encode()),
         "st.json": st.lists(document(StoneDocument), max_size=4).map(lambda d: _text(d).encode()),
         "g.jsonl": game,

@@ -19,6 +19,7 @@ import numpy as np
 
 from curling_env.errors import CurlingError, InputError
 from curling_env.infrastructure.files.storage import at_once, read_json, write_json
+from curling_env.infrastructure.files.versions import FileFormat
 from curling_env.typing import Progress, no_progress
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import FreeLens, Lens
@@ -37,7 +38,7 @@ from friction_estimation.tracking.found_stone import (
     focal_from_stones,
 )
 
-FORMAT = "curling-camera/1"
+FORMAT = FileFormat(name="curling-camera", what="a solved camera")
 
 
 @dataclass(eq=False)
@@ -126,9 +127,8 @@ class SharedCameras:
         if not self.keep or path is None or not path.exists():
             return None
         try:
-            document = read_json(path)
-            fits = document["format"] == FORMAT and document["scene"] == key
-            return camera_from(document) if fits else None
+            document = FORMAT.brought_up(read_json(path))
+            return camera_from(document) if document["scene"] == key else None
         except (CurlingError, KeyError, TypeError, ValueError):
             return None  # it is solved again, and written anew
 
@@ -138,7 +138,7 @@ class SharedCameras:
             return
         try:
             with at_once():
-                write_json(path, {"format": FORMAT, "scene": key, **camera_document(camera)})
+                write_json(path, {"format": FORMAT.newest, "scene": key, **camera_document(camera)})
         except CurlingError:
             return  # a folder in which nothing can be written is no reason to stop
 
@@ -214,10 +214,10 @@ def _may_replace(path: Path) -> bool:
     if not path.exists():
         return True
     try:
-        document = read_json(path)
+        FORMAT.brought_up(read_json(path))
     except CurlingError:
         return False
-    return isinstance(document, dict) and document.get("format") == FORMAT
+    return True
 
 
 def camera_document(refined: RefinedCamera) -> dict[str, Any]:

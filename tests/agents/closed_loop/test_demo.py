@@ -115,7 +115,7 @@ def test_a_hidden_curl_is_named_and_the_draw_lands(tmp_path: Path, as_filmed) ->
 
 
 @pytest.mark.slow
-def test_the_demo_leaves_all_it_promises(curling, tmp_path: Path) -> None:
+def test_the_demo_leaves_all_it_promises(curling, must_fit, tmp_path: Path) -> None:
     told: list[float] = []
     found = run_demo(
         tmp_path / "demo",
@@ -140,6 +140,7 @@ def test_the_demo_leaves_all_it_promises(curling, tmp_path: Path) -> None:
     assert found.headline() in page.replace("&#x27;", "'")
     assert page.count("data:image/png;base64,") == 5
     assert 'src="http' not in page
+    must_fit(folder / "findings.json", "findings-1")
     numbers = json.loads((folder / "findings.json").read_text())
     assert numbers["miss_on_true_ice_m"] == pytest.approx(
         np.hypot(found.tested.rest[0], found.tested.rest[1] - TEE_Y)

@@ -305,7 +305,7 @@ def test_the_best_throw_under_errors_misses_no_more_than_the_planned() -> None:
         assert best <= 1.01 * planned
 
 
-def test_the_command_compares_the_agent_with_the_planner(curling, tmp_path: Path) -> None:
+def test_the_command_compares_the_agent_with_the_planner(curling, must_fit, tmp_path: Path) -> None:
     (tmp_path / "tiny.yml").write_text(
         "algorithm: ppo\nn_envs: 8\nn_steps: 4\nbatch_size: 16\nn_timesteps: 64\n"
         "env_kwargs: {target: [0, 0]}\ncheckpoint_every: 32\neval_freq: 32\n"
@@ -315,6 +315,7 @@ def test_the_command_compares_the_agent_with_the_planner(curling, tmp_path: Path
     assert result.status == 0, result.err
     judged = result.json()
     assert judged == json.loads((run / "evaluation.json").read_text())
+    must_fit(run / "evaluation.json", "evaluation-1")
     assert judged["planner"]["mean_miss_m"] < 5e-3
     # A few throws teach little: the planner throws the same errors and misses less.
     assert judged["agent_over_best"]["low"] > 1.0

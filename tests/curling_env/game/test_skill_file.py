@@ -13,8 +13,9 @@ from curling_env.throw import SKILLS, Skill
 ADA = Skill(name="Ada", sigma_speed=0.02, sigma_angle=0.004, sigma_spin=0.1, source="40 throws")
 
 
-def test_what_is_written_is_read_again(tmp_path):
+def test_what_is_written_is_read_again(tmp_path, must_fit):
     save_skill(ADA, tmp_path / "ada.json")
+    must_fit(tmp_path / "ada.json", "skill-1")
     assert load_skill(tmp_path / "ada.json") == ADA
     assert load_skill("club") is SKILLS["club"]
     assert load_skill(ADA) is ADA

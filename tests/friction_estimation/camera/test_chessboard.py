@@ -140,11 +140,12 @@ def test_a_board_of_other_squares_is_not_found(chess):
     assert find_board(cv2.imread(str(chess[0])), Board(columns=12, rows=9, square=0.03)) is None
 
 
-def test_the_command_writes_a_camera_that_a_scene_accepts(chess, tmp_path, capsys):
+def test_the_command_writes_a_camera_that_a_scene_accepts(chess, tmp_path, capsys, must_fit):
     camera = tmp_path / "camera.json"
     arguments = ["--squares", "8x6", "--square-size", "0.022", "-o", str(camera)]
     assert main(["calibrate", *map(str, chess), *arguments]) == 0
     report = json.loads(capsys.readouterr().out)
+    must_fit(camera, "lens-1")
     document = json.loads(camera.read_text())
     assert document["reprojection_px"] == report["reprojection_px"] < 0.3
     assert_lens(document["camera_matrix"], document["distortion"])

@@ -31,7 +31,7 @@ def test_command_prints_one_number_and_writes_an_ice(curling, tracks_file, tmp_p
 
 
 @pytest.mark.parametrize("method", ["trajectory", "paper"])
-def test_command_writes_map_and_report(curling, tracks_file, tmp_path, method):
+def test_command_writes_map_and_report(curling, tracks_file, tmp_path, method, must_fit):
     ice = tmp_path / "ice.json"
     report = tmp_path / "report"
     result = curling("estimate", tracks_file, "-o", ice, "--method", method, "--report", report)
@@ -40,6 +40,8 @@ def test_command_writes_map_and_report(curling, tracks_file, tmp_path, method):
     for name in ("map.png", "motion.png"):
         assert (report / name).stat().st_size > 10_000
     assert json.loads((report / "estimate.json").read_text())["method"] == method
+    must_fit(report / "estimate.json", "estimate-1")
+    must_fit(ice, "ice-1")
     origin = json.loads((report / "estimate.json").read_text())["provenance"]
     assert origin["command"] == f"curling estimate tracks.csv --method {method}"
     assert load_ice(ice).provenance == origin

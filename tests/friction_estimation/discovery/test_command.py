@@ -12,12 +12,14 @@ from friction_estimation.discovery.posterior_file import can_write_posterior
 from .conftest import effect
 
 
-def test_report_ice_and_page(curling, make_session, tmp_path):
+def test_report_ice_and_page(curling, make_session, tmp_path, must_fit):
     hidden = effect("curl", strength=0.006)
     write_tracks(tmp_path / "tracks.csv", make_session([hidden]))
     result = curling("discover", tmp_path / "tracks.csv", "-o", tmp_path / "found")
     assert result.status == 0, result.err
     report = json.loads((tmp_path / "found" / "report.json").read_text())
+    must_fit(tmp_path / "found" / "report.json", "report-1")
+    must_fit(tmp_path / "found" / "ice.json", "ice-1")
     (curl,) = report["effects"]
     assert curl["name"] == "curl"
     assert curl["kind"] == "physics"

@@ -177,7 +177,7 @@ def test_speeds_well_apart_tell_it_one_way(sliding):
     assert error(found.ice, field) < 0.5 * error(without.ice, field)
 
 
-def test_report_names_and_draws_the_bias(seen_badly, tmp_path):
+def test_report_names_and_draws_the_bias(seen_badly, tmp_path, must_fit):
     names = write_report(seen_badly.found, tmp_path)
     assert (tmp_path / "camera.png").stat().st_size > 10_000
     assert "camera.png" in names
@@ -185,6 +185,7 @@ def test_report_names_and_draws_the_bias(seen_badly, tmp_path):
     size = seen_badly.found.camera_bias.size
     assert f"{1000 * size:.1f} mm" in page
     assert "What the camera was off by" in page
+    must_fit(tmp_path / "estimate.json", "estimate-1")
     document = json.loads((tmp_path / "estimate.json").read_text())["camera_bias"]
     assert document["outcome"] == "found"
     assert document["size_m"] == pytest.approx(size)

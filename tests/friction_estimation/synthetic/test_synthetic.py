@@ -337,7 +337,7 @@ def test_a_heading_that_is_not_known_is_bridged():
     assert (unknown.theta == 0).all()
 
 
-def test_a_film_has_its_truth_and_its_scene_beside_it(tmp_path):
+def test_a_film_has_its_truth_and_its_scene_beside_it(tmp_path, must_fit):
     spec = FilmSpec(camera="gantry", size=(192, 108), fps=15, seed=3)
     throws = [braked(speed=1.0, stop=1.5, throw=k) for k in range(2)]
     films = render_films(tmp_path / "new" / "films", throws, spec, notes={"mu": 0.008})
@@ -358,6 +358,8 @@ def test_a_film_has_its_truth_and_its_scene_beside_it(tmp_path):
     reader = cv2.VideoCapture(str(films[0]))
     assert int(reader.get(cv2.CAP_PROP_FRAME_COUNT)) == len(rows)
     assert reader.get(cv2.CAP_PROP_FPS) == 15
+    must_fit(folder / "gantry.truth.json", "truth-1")
+    must_fit(folder / "gantry.scene.json", "scene-1")
     told = json.loads((folder / "gantry.truth.json").read_text())
     assert told["mu"] == 0.008
     assert told["throws"][1]["released_at_s"] == 0.5
@@ -365,11 +367,12 @@ def test_a_film_has_its_truth_and_its_scene_beside_it(tmp_path):
 
 
 @pytest.mark.parametrize("name", list(CAMERAS))
-def test_the_scene_file_gives_the_camera_back(name, tmp_path):
+def test_the_scene_file_gives_the_camera_back(name, tmp_path, must_fit):
     from friction_estimation.camera.scene import save_scene
 
     camera = named_camera(name)
     save_scene(scene_of(camera), tmp_path / "scene.json")
+    must_fit(tmp_path / "scene.json", "scene-1")
     scene = load_scene(tmp_path / "scene.json")
     assert scene.has_corners == (not name.startswith("ceiling"))
     again = camera_from_scene(scene, camera.size)

@@ -7,12 +7,13 @@ import pytest
 from agents.playing.record import read_record
 
 
-def test_the_command_prints_the_score_and_writes_record_and_page(curling, tmp_path):
+def test_the_command_prints_the_score_and_writes_record_and_page(curling, tmp_path, must_fit):
     common = ("play", "--home", "rulebased", "--away", "draw", "--ends", "2", "--seed", "3")
     shown = curling(*common, "-o", tmp_path / "game")
     assert shown.status == 0
     assert "Total" in shown.out
     lines = read_record(tmp_path / "game" / "game.jsonl")
+    must_fit(tmp_path / "game" / "game.jsonl", "game-1")
     assert (tmp_path / "game" / "game.html").read_text().startswith("<!doctype html>")
     told = curling(*common, "--json").json()
     assert told["line_score"] == lines[-1]["line_score"]

@@ -53,7 +53,9 @@ def test_pictures_of_another_size_are_refused(club_photo, known):
         )
 
 
-def test_the_command_writes_stones_that_the_planner_reads(club_photo, known, tmp_path, capsys):
+def test_the_command_writes_stones_that_the_planner_reads(
+    club_photo, known, tmp_path, capsys, must_fit
+):
     from agents.planning.stones_file import read_stones
 
     paths = {name: tmp_path / name for name in ("now.png", "empty.png", "scene.json", "s.json")}
@@ -70,6 +72,7 @@ def test_the_command_writes_stones_that_the_planner_reads(club_photo, known, tmp
         )
         == 0
     )
+    must_fit(paths["s.json"], "stones-1")
     told = json.loads(capsys.readouterr().out)
     places, own = read_stones(paths["s.json"], teams_needed=True)
     assert len(told) == len(places) >= 2

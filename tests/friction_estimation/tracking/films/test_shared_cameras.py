@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 
 import cv2
@@ -37,7 +36,9 @@ def pieces(paths):
     return [Piece.whole(Film.open(path)) for path in paths]
 
 
-def test_a_camera_is_kept_beside_its_scene_to_the_last_bit_and_used_again(films, monkeypatch):
+def test_a_camera_is_kept_beside_its_scene_to_the_last_bit_and_used_again(
+    films, monkeypatch, must_fit
+):
     scene = load_scene(films[0].with_name("hall.scene.json"))
     kept = camera_beside(scene)
     assert kept == films[0].with_name("hall.solved.json")
@@ -46,7 +47,7 @@ def test_a_camera_is_kept_beside_its_scene_to_the_last_bit_and_used_again(films,
     assert solved is not None
     assert not kept.exists(), "no throw was tracked with it yet"
     cameras.keep_of(scene, Film.open(films[0]).size)
-    assert json.loads(kept.read_text())["format"] == "curling-camera/1"
+    must_fit(kept, "camera-1")
 
     def never(*_, **__):
         raise AssertionError("solved again")
