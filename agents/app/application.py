@@ -16,9 +16,11 @@ from starlette.types import ASGIApp
 
 from agents.app.club import Club
 from agents.app.gate import READING, Gate
-from agents.app.pages import go_to, network_address_of, page
+from agents.app.pages import go_to, network_address_of, page, session_of
 from agents.app.screens import SCREENS
-from agents.app.work.queue import WorkQueue
+from agents.app.views.progress import job_in_words
+from agents.app.work.causes import ComingError
+from agents.app.work.queue import OPEN, WorkQueue
 from curling_env.errors import CurlingError, InputError
 from curling_env.infrastructure.qr_code import qr_outline
 
@@ -55,6 +57,7 @@ def application(
         routes=routes,
         exception_handlers={
             HTTPException: _say_what_is_not_there,
+            ComingError: _show_it_coming,
             CurlingError: _say_what_is_wrong,
             Exception: _own_up,
         },
@@ -87,6 +90,25 @@ async def _say_what_is_not_there(request: Request, error: Exception) -> Response
 async def _say_what_is_wrong(request: Request, error: Exception) -> Response:
     problem = error.problem if isinstance(error, InputError) else str(error)
     return _problem(request, problem, 422)
+
+
+async def _show_it_coming(request: Request, error: Exception) -> Response:
+    """How far that is which was asked for; a script asks again until it is there."""
+    assert isinstance(error, ComingError)
+    is_open = any(job.state in OPEN for job in error.jobs)
+    if not (request.method in READING and "text/html" in request.headers.get("Accept", "")):
+        told = "; ".join(job.problem for job in error.jobs if job.problem)
+        answer = {"problem": str(error) if is_open or not told else told, "coming": is_open}
+        return JSONResponse(answer, 503 if is_open else 422)
+    here = request.scope["path"].removeprefix(request.scope["root_path"]).strip("/").split("/")[0]
+    return page(
+        request,
+        "coming.html",
+        session=session_of(request),
+        status=202,
+        heading=next((screen.title for screen in SCREENS if screen.name == here), ""),
+        jobs=[job_in_words(job) for job in error.jobs],
+    )
 
 
 async def _own_up(request: Request, error: Exception) -> Response:

@@ -10,14 +10,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import cv2
 import numpy as np
 
 from agents.app.club import Club, Session
-from agents.app.take_in import take_in
+from agents.app.take_in import fill_from
 from agents.closed_loop.hidden_ice import patchy_ice
 from curling_env.ice import ActiveEffect, Ice, save_ice
-from curling_env.infrastructure.executor import executor
 from curling_env.infrastructure.files.storage import make_directory, write_table
 from curling_env.infrastructure.provenance import provenance
 from curling_env.physics.one_stone.aim import Aim
@@ -25,7 +23,7 @@ from curling_env.physics.one_stone.slide import play_bounds, slide
 from curling_env.sheet import HOG_LINE_Y, HOG_TO_TEE, TEE_Y, Direction, to_delivery
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory, read_tracks, write_tracks
-from curling_env.typing import Progress, no_progress, with_progress
+from curling_env.typing import Progress, no_progress, part_of_progress, with_progress
 from friction_estimation.camera.scene import save_scene
 from friction_estimation.estimation.whole_ice import estimate_ice
 from friction_estimation.synthetic import FilmSpec, render_film, scene_of
@@ -75,12 +73,26 @@ ATHLETES = (
 )
 
 
-def fill(club: Club, day: str, *, seed: int = 0, progress: Progress = no_progress) -> Session:
-    """Add the made-up evening to a club.
+def begin_evening(club: Club, day: str) -> Session | None:
+    """The session of the made-up evening, still empty; None where the club has one.
 
     Parameters
     ----------
     day : of the evening, as ``2026-11-22``
+    """
+    if any(session.name == NAME for session in club.sessions()):
+        return None
+    return club.add_session(NAME, day, SHEET, None)
+
+
+def fill(
+    club: Club, session: Session, *, seed: int = 0, progress: Progress = no_progress
+) -> Session:
+    """Fill a session with the made-up evening; one that was filled in part is filled up.
+
+    Parameters
+    ----------
+    session : of the evening
     seed : of the ice, the throws and the films
     progress : called as it advances
     """
@@ -113,9 +125,9 @@ def fill(club: Club, day: str, *, seed: int = 0, progress: Progress = no_progres
             _Job(path=films / f"evening-{k}.mp4", track=paths[k], ice=truth, spec=FILM)
             for k in range(THROWS - FILMED, THROWS)
         ]
-        with executor(2) as crew:
-            done = crew.map(_film, jobs)
-            filmed = list(with_progress(done, "filming the last throws", progress, len(jobs)))
+        filming = part_of_progress(progress, 0.0, 0.6)
+        done = map(_film, jobs)
+        filmed = list(with_progress(done, "filming the last throws", filming, len(jobs)))
         shown = [_before(path) for path in paths[: THROWS - FILMED]] + filmed
         write_tracks(folder / "tracks.csv", [_seen(path, rng) for path in shown])
         write_table(folder / "throws.csv", columns)
@@ -123,17 +135,17 @@ def fill(club: Club, day: str, *, seed: int = 0, progress: Progress = no_progres
             folder / "athletes.csv",
             {"athlete": [a.name for a in ATHLETES], "hand": [a.hand for a in ATHLETES]},
         )
-        progress("estimating the ice", 0.5)
         # A quick estimate, of the map alone: the law of this ice is known.
         tracks = read_tracks(folder / "tracks.csv")
-        ice = estimate_ice(tracks, effects="none", start=believed).ice
+        estimating = part_of_progress(progress, 0.6, 1.0)
+        ice = estimate_ice(tracks, effects="none", start=believed, progress=estimating).ice
         save_ice(ice, folder / "ice.json", provenance=provenance(seed=seed))
-        return take_in(club, folder, name=NAME, day=day, sheet=SHEET)
+        return fill_from(club, session, folder)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Job:
-    """A film to render in a process of its own."""
+    """A film to render."""
 
     path: Path
     track: Trajectory
@@ -142,7 +154,6 @@ class _Job:
 
 
 def _film(job: _Job) -> Trajectory:
-    cv2.setNumThreads(1)
     spec = replace(job.spec, seed=job.track.throw)
     truth = render_film(job.path, job.track, spec, sheet=job.ice.sheet, stone=job.ice.stone)
     about = {"throw": job.track.throw, "stone": job.track.stone, "clock": job.track.clock}

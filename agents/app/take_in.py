@@ -13,6 +13,7 @@ from pathlib import Path
 
 from agents.app.club import Camera, Club, Film, Session
 from agents.app.club.club import ICE, TRACKS, added, plain
+from agents.app.club.database import row_of
 from agents.app.club.records import Hand, State
 from agents.app.club.session_files import Part, keep_part, write_files
 from agents.coaching.throw_sheet import hands_beside
@@ -92,9 +93,38 @@ def take_in(club: Club, folder: Path, *, name: str, day: str, sheet: str) -> Ses
     ------
     InputError : see `look_through`
     """
+    return fill_from(club, begin_from(club, folder, name=name, day=day, sheet=sheet), folder)
+
+
+def begin_from(club: Club, folder: Path, *, name: str, day: str, sheet: str) -> Session:
+    """A new session that `fill_from` fills; the folder counts as taken in from now on.
+
+    Raises
+    ------
+    InputError : see `look_through`
+    """
+    look_through(folder)
+    session = club.add_session(name, day, sheet, None)
+    with club.database.writing() as connection:
+        query = "insert into setting values (?, ?) on conflict do nothing"
+        connection.execute(query, (_mark(folder), str(session.id)))
+    return session
+
+
+def fill_from(club: Club, session: Session, folder: Path) -> Session:
+    """Fill a session with what a folder holds; one that was filled in part is filled up.
+
+    Raises
+    ------
+    InputError : see `look_through`
+    """
     found = look_through(folder)
-    camera = None if found.scene is None else _camera(club, found.scene)
-    session = club.add_session(name, day, sheet, camera)
+    if found.scene is not None and session.camera_id is None:
+        camera = _camera(club, found.scene)
+        with club.database.writing() as connection:
+            query = "update session set camera_id = ? where id = ?"
+            connection.execute(query, (camera.id, session.id))
+        session = club.session(session.id) or session
     shown: dict[int, int] = {}
     without = [number for number in found.throws if number not in found.films]
     alone = [found.throws[number] for number in without]
@@ -116,9 +146,6 @@ def take_in(club: Club, folder: Path, *, name: str, day: str, sheet: str) -> Ses
     write_files(club, session)
     if found.ice is not None:
         save_ice(load_ice(found.ice), club.ice_of(session))
-    with club.database.writing() as connection:
-        query = "insert into setting values (?, ?) on conflict do nothing"
-        connection.execute(query, (_mark(folder), str(session.id)))
     return session
 
 
@@ -134,7 +161,7 @@ def _mark(folder: Path) -> str:
 
 
 def add_film(club: Club, session: Session, path: Path, *, clock: float | None = None) -> Film:
-    """A film that was tracked already, with its file in the club folder."""
+    """A film that was tracked already, with its file in the club folder; added once."""
     folder = make_directory(club.folder_of(session) / "films")
     target = folder / path.name
     with suppress(OSError):  # a film that many sessions share is kept once where the disk can
@@ -142,8 +169,12 @@ def add_film(club: Club, session: Session, path: Path, *, clock: float | None = 
     if not target.exists():
         with atomic_path(target) as draft:
             shutil.copyfile(path, draft)
-    size = target.stat().st_size
+    size, file = target.stat().st_size, club.name_of(target)
     with club.database.writing() as connection:
+        query = "select * from film where session_id = ? and file = ?"
+        known = row_of(connection, Film, query, (session.id, file))
+        if known is not None:
+            return known
         query = "select coalesce(max(place), -1) + 1 from film where session_id = ?"
         place = connection.execute(query, (session.id,)).fetchone()[0]
         number = added(
@@ -152,7 +183,7 @@ def add_film(club: Club, session: Session, path: Path, *, clock: float | None = 
             session_id=session.id,
             place=place,
             name=path.name,
-            file=club.name_of(target),
+            file=file,
             size=size,
             received=size,
             state=State.DONE,
@@ -186,7 +217,7 @@ def _camera(club: Club, scene: Path) -> Camera:
 
 
 def _note(club: Club, session: Session, found: Found, before: Mapping[int, int]) -> None:
-    """Enter what is noted beside the tracks.
+    """Enter what is noted beside the tracks, and nothing over what somebody has entered here.
 
     Parameters
     ----------
@@ -211,7 +242,8 @@ def _note(club: Club, session: Session, found: Found, before: Mapping[int, int])
                 stone = connection.execute(query, (note.stone,)).fetchone()[0]
             connection.execute(
                 "update throw set athlete_id = ?, stone_id = ?, called = ?, note = ? "
-                "where session_id = ? and number = ?",
+                "where session_id = ? and number = ? "
+                "and athlete_id is null and stone_id is null and called = '' and note = ''",
                 (athlete, stone, note.called, note.note, session.id, number),
             )
         connection.execute("update session set stale = 1 where id = ?", (session.id,))

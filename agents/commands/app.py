@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from curling_env.commands.cli import progress_bar, say
+from curling_env.commands.cli import say
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -82,11 +82,9 @@ def app(
     import jinja2  # noqa: F401  of the extra `app`, which is named where it is missing
 
     from agents.app.club import Club
-    from agents.app.club.films import settle_films
-    from agents.app.club.session_files import finish_files
     from agents.app.serve import serve
 
-    club = Club(folder)
+    club, folders = Club(folder), take_in or []
 
     def tell(address: str, shared: str | None) -> None:
         print(address, flush=True)
@@ -101,10 +99,14 @@ def app(
 
     def run() -> None:
         with club.alone():
-            settle_films(club)
-            finish_files(club)
-            _fill(club, take_in or [], demo=demo)
-            serve(club, port=port, share=share, opened=tell)
+            _check(folders)
+            serve(
+                club,
+                port=port,
+                share=share,
+                opened=tell,
+                begin=lambda: _begin(club, folders, demo=demo),
+            )
 
     try:
         # A club's files are read and written again and again: the rule that a command writes over
@@ -114,23 +116,30 @@ def app(
         say(f"closed; everything is kept in {folder}")
 
 
-def _fill(club: Club, folders: Sequence[Path], *, demo: bool) -> None:
-    """What the club gets before its page opens."""
+def _check(folders: Sequence[Path]) -> None:
+    """See that all folders can be taken in before the first one is."""
+    if folders:
+        from agents.app.take_in import look_through
+
+        for folder in folders:
+            look_through(folder)
+
+
+def _begin(club: Club, folders: Sequence[Path], *, demo: bool) -> None:
+    """Begin the sessions that were asked for; they are filled while the page is open."""
     import datetime
 
-    from agents.app.demo import NAME, fill
-    from agents.app.take_in import is_in, look_through, take_in
+    from agents.app.demo import begin_evening
+    from agents.app.take_in import begin_from, is_in
+    from agents.app.work.queue import submit
 
-    for folder in folders:
-        look_through(folder)  # all of them, before the first is taken in
     today = datetime.date.today().isoformat()
     for folder in folders:
         if is_in(club, folder):
             say(f"{folder}: is in this club already")
             continue
-        name = folder.resolve().name
-        session = take_in(club, folder, name=name, day=today, sheet="")
-        say(f"{folder}: {len(club.throws(session))} throws")
-    if demo and all(session.name != NAME for session in club.sessions()):
-        with progress_bar() as progress:
-            fill(club, today, progress=progress)
+        session = begin_from(club, folder, name=folder.resolve().name, day=today, sheet="")
+        submit(club, "import", session, str(folder.resolve()))
+    evening = begin_evening(club, today) if demo else None
+    if evening is not None:
+        submit(club, "make up", evening)

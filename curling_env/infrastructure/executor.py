@@ -26,6 +26,7 @@ from threading import Thread
 from typing import Any, Protocol, TypeVar, cast
 
 from curling_env.errors import CurlingError, InputError
+from curling_env.infrastructure.threads import one_thread
 
 Piece = TypeVar("Piece")
 Output = TypeVar("Output")
@@ -152,7 +153,7 @@ class ProcessExecutor:
 
 
 def begin_worker() -> None:
-    """Make this worker process end with its parent, and hold nothing that others wait for.
+    """Make this worker process end with its parent, take one core, and hold nothing else.
 
     A parent that was killed cannot tell its workers to end. They notice that it is gone, also while
     they work. What they print has no reader: whoever reads the parent's output would else wait for
@@ -165,6 +166,7 @@ def begin_worker() -> None:
     for stream in (0, 1, 2):
         os.dup2(nothing, stream)
     os.close(nothing)
+    one_thread()
     Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
 
 

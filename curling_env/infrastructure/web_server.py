@@ -28,13 +28,11 @@ class _Server(uvicorn.Server):
         yield
 
 
-@asynccontextmanager
-async def serving(application: ASGIApp, address: str, port: int) -> AsyncGenerator[int]:
-    """Serve an application while something else goes on; gives its port.
+def listening(address: str, port: int) -> socket.socket:
+    """An open port: whoever asks there waits until it is served.
 
     Parameters
     ----------
-    application : what is served
     address, port : where; port 0 takes any free one
 
     Raises
@@ -42,10 +40,32 @@ async def serving(application: ASGIApp, address: str, port: int) -> AsyncGenerat
     InputError : the port is taken, or the address is none of this machine's
     """
     try:
-        listener = socket.create_server((address, port))
+        return socket.create_server((address, port))
     except OSError as error:
         reason = f"cannot listen there: {(error.strerror or str(error)).lower()}"
         raise InputError(reason, source=f"{address}:{port}") from error
+
+
+@asynccontextmanager
+async def serving(application: ASGIApp, address: str, port: int) -> AsyncGenerator[int]:
+    """Serve an application while something else goes on; gives its port.
+
+    Parameters
+    ----------
+    application : what is served
+    address, port : see `listening`
+
+    Raises
+    ------
+    InputError : see `listening`
+    """
+    async with serving_at(application, listening(address, port)) as there:
+        yield there
+
+
+@asynccontextmanager
+async def serving_at(application: ASGIApp, listener: socket.socket) -> AsyncGenerator[int]:
+    """Serve an application at an open port, which is closed in the end; gives its number."""
     server = _Server(
         uvicorn.Config(
             application,

@@ -9,9 +9,10 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from agents.app.club import Club, Session
+from agents.app.club.planned_ice import sessions_with_causes
 from agents.app.pages import club_of, page, session_of
 from agents.app.screens.screen import Screen
-from agents.app.views.coached import errors_of, sessions_with_causes
+from agents.app.views.coached import errors_of
 from agents.app.views.pictures import hand_picture
 from agents.coaching import AthleteErrors, ErrorSummary
 from agents.coaching.athletes import Interval

@@ -12,9 +12,10 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from agents.app.club import Club, Session
+from agents.app.club.planned_ice import believed_ice, earlier_sessions
 from agents.app.pages import club_of, number_in, page, session_of
 from agents.app.screens.screen import Screen
-from agents.app.views.coached import believed_ice, causes_of, earlier_sessions
+from agents.app.work.causes import causes_of
 from agents.coaching import Part, Pattern, SessionCauses, ThrowCauses
 from agents.coaching.misses.causes import CAUSES, INTERVAL
 from curling_env.sheet import Direction, to_sheet

@@ -25,7 +25,7 @@ from agents.app.pages import (
 )
 from agents.app.screens.marking import MARKING, can_be_marked
 from agents.app.screens.screen import Screen
-from agents.app.views.progress import events
+from agents.app.views.progress import events, job_events
 from curling_env.errors import InputError
 from curling_env.sheet import PAPER_SHEET, WORLD_CURLING_SHEET
 from friction_estimation.film.video import SUFFIXES
@@ -36,6 +36,8 @@ SHEETS = {
 """Sizes of the ice that a camera may see."""
 WORK = ("track", "estimate", "discover")
 """What the page may ask for."""
+LONGEST_LIST = 400
+"""Letters of a list of numbers."""
 
 
 def show(request: Request) -> Response:
@@ -139,6 +141,19 @@ def cancel(request: Request) -> Response:
     return Response(status_code=204)
 
 
+def work_again(request: Request) -> Response:
+    """Begin work once more that failed or was cancelled."""
+    work_of(request).again(request.path_params["job"])
+    return Response(status_code=204)
+
+
+async def watch_work(request: Request) -> Response:
+    """Server-sent events: how far some work is, by its numbers."""
+    asked = request.query_params.get("jobs", "")[:LONGEST_LIST]
+    numbers = {number_in(part, "a piece of work") for part in asked.split(",") if part}
+    return StreamingResponse(job_events(work_of(request), numbers), media_type="text/event-stream")
+
+
 def again(request: Request) -> Response:
     """Track a film once more that could not be tracked."""
     club, film = club_of(request), _film(request)
@@ -218,6 +233,8 @@ SCREEN = Screen(
         Route("/practice", show),
         Route("/practice", begin, methods=["POST"]),
         Route("/practice/films/{film:int}", receive_piece, methods=["PUT"]),
+        Route("/practice/work/{job:int}/again", work_again, methods=["POST"]),
+        Route("/practice/work/events", watch_work),
         Route("/practice/films/{film:int}/again", again, methods=["POST"]),
         Route("/practice/work/{job:int}/cancel", cancel, methods=["POST"]),
         Route("/practice/{session:int}", show),

@@ -6,7 +6,8 @@ from typing import Any
 
 from agents.app.club import Club, Session
 from agents.app.club.club import DISCOVERY
-from agents.app.views.coached import errors_of, sessions_with_causes
+from agents.app.club.planned_ice import sessions_with_causes
+from agents.app.views.coached import errors_of
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.infrastructure.files.storage import read_json
@@ -81,6 +82,7 @@ def skill_of(club: Club, key: str) -> Skill:
     Raises
     ------
     InputError : there is none, or too few throws tell of it
+    ComingError : it is being worked out
     """
     if key in HANDS:
         return skill_named(key)

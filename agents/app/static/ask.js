@@ -1,5 +1,6 @@
 // How the pages' scripts talk to the server: with the token, in JSON, and with one kind of error.
 
+const SOON = 1000; // until what is being worked out is asked for again [ms]
 const meta = (name) => document.querySelector(`meta[name="${name}"]`).content;
 
 /** The address of a path in the app, such as "throws/3". */
@@ -15,14 +16,17 @@ export async function ask(path, { method = "GET", json, body, type } = {}) {
   } else if (type) {
     headers["Content-Type"] = type;
   }
-  let response;
-  try {
-    response = await fetch(at(path), { method, headers, body });
-  } catch {
-    throw Object.assign(new Error("The app does not answer. Is it still running?"), { away: true });
-  }
-  const kind = response.headers.get("Content-Type") ?? "";
-  const document = kind.includes("json") ? await response.json() : null;
+  let response, document;
+  do {
+    if (document) await new Promise((done) => setTimeout(done, SOON));
+    try {
+      response = await fetch(at(path), { method, headers, body });
+    } catch {
+      throw Object.assign(new Error("The app does not answer. Is it still running?"), { away: true });
+    }
+    const kind = response.headers.get("Content-Type") ?? "";
+    document = kind.includes("json") ? await response.json() : null;
+  } while (response.status === 503 && document?.coming);
   if (!response.ok) {
     const problem = document?.problem ?? `The app answered with ${response.status}.`;
     throw Object.assign(new Error(problem), { status: response.status, document });

@@ -1,6 +1,7 @@
 // Practice: sends films piece by piece, and shows how far everything is.
 
 import { ask, at, element } from "./ask.js";
+import { jobLine, listen } from "./jobs.js";
 
 const session = document.getElementById("practice").dataset.session;
 const PIECE = 4 * 1024 * 1024;
@@ -137,29 +138,6 @@ function filmLine(film) {
   return line;
 }
 
-function jobLine(job) {
-  const open = job.state === "waiting" || job.state === "running";
-  const words = [job.what, job.state === "running" ? job.says : job.state, job.left]
-    .filter(Boolean).join(": ");
-  const line = element("li", { "data-state": job.state }, element("span", {}, words));
-  if (job.state === "running") {
-    const bar = element("progress", { max: 1, "aria-label": job.what });
-    if (job.share > 0) bar.setAttribute("value", job.share);
-    line.append(bar);
-  }
-  if (job.problem) line.append(element("p", { class: "problem small" }, job.problem));
-  if (open) {
-    const stop = element("button", { type: "button", class: "plain" },
-      job.kind === "record" ? "Stop the camera" : "Cancel");
-    stop.addEventListener("click", () => {
-      stop.disabled = true;
-      ask(`practice/work/${job.id}/cancel`, { method: "POST" }).catch((e) => complain(e.message));
-    });
-    line.append(stop);
-  }
-  return line;
-}
-
 function throwLine(one) {
   const words = `${one.number}: ${one.words}`;
   return element("li", {}, one.id === null
@@ -169,7 +147,7 @@ function throwLine(one) {
 
 function show(state) {
   find("films").replaceChildren(...state.films.map(filmLine));
-  find("jobs").replaceChildren(...state.jobs.map(jobLine));
+  find("jobs").replaceChildren(...state.jobs.map((job) => jobLine(job, complain)));
   find("nothing").hidden = state.jobs.length > 0;
   find("count").textContent = state.count
     ? `${plural(state.count, "throw")} in all.` : "Nobody has thrown yet.";
@@ -183,12 +161,4 @@ function show(state) {
   }
 }
 
-/** Listen to the app; where the browser has given up, because it was away for long, begin anew. */
-function listen() {
-  const events = new EventSource(at(`practice/${session}/events`));
-  events.addEventListener("message", (event) => show(JSON.parse(event.data)));
-  events.addEventListener("error", () => {
-    if (events.readyState === EventSource.CLOSED) setTimeout(listen, PATIENCE);
-  });
-}
-listen();
+listen(`practice/${session}/events`, show);

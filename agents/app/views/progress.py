@@ -5,16 +5,16 @@ from __future__ import annotations
 import asyncio
 import json
 import re
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Collection
 from typing import Any
 
 from starlette.concurrency import run_in_threadpool
 
 from agents.app.club import Club, Job, Session
-from agents.app.club.records import State
 from agents.app.views.measures import sheets_of
+from agents.app.work.causes import KIND
 from agents.app.work.kinds import IN_WORDS
-from agents.app.work.queue import WorkQueue
+from agents.app.work.queue import OPEN, WorkQueue
 from agents.coaching import ThrowSheet
 from curling_env.errors import CurlingError
 from friction_estimation.reports.throws_section import throw_in_words
@@ -25,6 +25,8 @@ SILENCE = 20
 """Looks without news after which something is sent all the same, to keep the line open."""
 SHOWN = 5
 """Jobs that have ended, and the latest throws, that are shown."""
+UNTOLD = (KIND,)
+"""Work that is begun by looking at a page, which tells how it ended."""
 
 
 async def events(club: Club, work: WorkQueue, session: Session) -> AsyncIterator[str]:
@@ -42,14 +44,27 @@ async def events(club: Club, work: WorkQueue, session: Session) -> AsyncIterator
         await asyncio.sleep(PAUSE)
 
 
+async def job_events(work: WorkQueue, numbers: Collection[int]) -> AsyncIterator[str]:
+    """Server-sent events: how far some work is, until all of it has ended."""
+    told = ""
+    while not work.closed.is_set():
+        jobs = await run_in_threadpool(work.those, numbers)
+        state = json.dumps([job_in_words(job) for job in jobs])
+        yield f"data: {state}\n\n" if state != told else ": nothing new\n\n"
+        told = state
+        if all(job.state not in OPEN for job in jobs):
+            return
+        await asyncio.sleep(PAUSE)
+
+
 def state_of(club: Club, work: WorkQueue, session: Session) -> dict[str, Any]:
     """Films, work and the latest throws of a session, for JSON."""
     session = club.session(session.id) or session
     throws, camera = club.throws(session), club.camera(session.camera_id)
     seen = [one.film_id for one in throws]
     jobs = work.jobs(session)
-    open_jobs = [job for job in jobs if job.state in (State.WAITING, State.RUNNING)]
-    ended = [job for job in jobs if job not in open_jobs][:SHOWN]
+    open_jobs = [job for job in jobs if job.state in OPEN]
+    ended = [job for job in jobs if job.state not in OPEN and job.kind not in UNTOLD][:SHOWN]
     return {
         "camera": None if camera is None else {"name": camera.name, "marked": bool(camera.scene)},
         "films": [

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from agents.app.club import Club, Session
 from agents.app.club.club import DISCOVERY
+from agents.app.work import causes
 from agents.app.work.recording import record
 from agents.app.work.tracking import track
 
@@ -23,6 +25,7 @@ def estimate(club: Club, session: Session, progress: Reported, given: str = "") 
 
     found = estimate_ice(load_tracks(club.tracks_of(session)), progress=progress)
     save_ice(found.ice, club.ice_of(session), provenance=provenance(seed=0))
+    causes.prepare(club, session)
 
 
 def discover(club: Club, session: Session, progress: Reported, given: str = "") -> None:
@@ -40,16 +43,38 @@ def discover(club: Club, session: Session, progress: Reported, given: str = "") 
         write_files(found, folder, assessment=assess(found), provenance=provenance(seed=0))
 
 
+def import_files(club: Club, session: Session, progress: Reported, given: str = "") -> None:
+    """Fill a session with the files of the folder that is given."""
+    from agents.app.take_in import fill_from
+
+    fill_from(club, session, Path(given))
+    causes.prepare(club, session)
+
+
+def make_up(club: Club, session: Session, progress: Reported, given: str = "") -> None:
+    """Fill a session with a made-up evening."""
+    from agents.app.demo import fill
+
+    fill(club, session, progress=progress)
+    causes.prepare(club, session)
+
+
 KINDS: Mapping[str, Callable[[Club, Session, Reported, str], None]] = {
     "track": track,
     "record": record,
     "estimate": estimate,
     "discover": discover,
+    causes.KIND: causes.work_out,
+    "import": import_files,
+    "make up": make_up,
 }
 IN_WORDS = {
     "track": "Tracking",
     "record": "Recording",
     "estimate": "Estimating the ice",
     "discover": "Looking for what the ice lacks",
+    causes.KIND: "Telling the hand from the ice",
+    "import": "Taking in files",
+    "make up": "Making up an evening",
 }
 """What the pages call them."""

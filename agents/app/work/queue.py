@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import sys
+from collections.abc import Collection
 from multiprocessing import get_context
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
@@ -18,10 +19,12 @@ MOST = 2
 """Processes at a time."""
 PAUSE = 0.25
 """Between looks at the queue [s]."""
-BESIDE = "record"
+BESIDE = ("record", "causes")
 """Work that goes on beside other work on the same session."""
 MAX_LOSSES = 2
 """Times that work is done again whose process was ended from outside."""
+OPEN = (State.WAITING, State.RUNNING)
+"""Work that has not ended."""
 GOODBYE = 5.0
 """Time that a process has to end [s]."""
 
@@ -35,13 +38,23 @@ def submit(club: Club, kind: str, session: Session, given: str = "") -> Job:
     given : what it needs to know besides the session
     """
     with club.database.writing() as connection:
-        query = "select * from job where kind = ? and session_id = ? and state = 'waiting'"
-        found = row_of(connection, Job, query, (kind, session.id))
+        query = (
+            "select * from job where kind = ? and session_id = ? and given = ? "
+            "and state = 'waiting'"
+        )
+        found = row_of(connection, Job, query, (kind, session.id, given))
         if found is None:
             number = added(connection, "job", kind=kind, session_id=session.id, given=given)
             found = row_of(connection, Job, "select * from job where id = ?", (number,))
     assert found is not None
     return found
+
+
+def latest(club: Club, kind: str, session: Session, given: str) -> Job | None:
+    """The latest work of a kind that was asked for; None if there was none."""
+    with club.database.reading() as connection:
+        query = "select * from job where kind = ? and session_id = ? and given = ? order by id desc"
+        return row_of(connection, Job, query, (kind, session.id, given))
 
 
 class WorkQueue:
@@ -99,6 +112,19 @@ class WorkQueue:
                     (number,),
                 )
 
+    def again(self, number: int) -> None:
+        """Begin work once more that failed or was cancelled."""
+        with self.club.database.writing() as connection:
+            connection.execute(
+                "update job set state = 'waiting', share = 0, problem = null "
+                "where id = ? and state in ('failed', 'cancelled')",
+                (number,),
+            )
+
+    def those(self, numbers: Collection[int]) -> list[Job]:
+        """Work by its numbers."""
+        return [job for job in self.jobs() if job.id in numbers]
+
     def jobs(self, session: Session | None = None) -> list[Job]:
         """Work of a session, or of all, the latest first."""
         with self.club.database.reading() as connection:
@@ -142,12 +168,14 @@ class WorkQueue:
                 Job,
                 "select * from job where state = 'waiting' order by id",
             )
-            query = "select session_id from job where state = 'running' and kind <> ?"
-            busy = {row[0] for row in connection.execute(query, (BESIDE,))}
+            running = connection.execute(
+                "select session_id, kind from job where state = 'running'"
+            ).fetchall()
+            busy = {row["session_id"] for row in running if row["kind"] not in BESIDE}
         for job in waiting:
             if len(self._running) >= MOST:
                 return
-            if job.kind == BESIDE:
+            if job.kind in BESIDE:
                 self._start(job)
             elif job.session_id not in busy:
                 busy.add(job.session_id)

@@ -226,7 +226,7 @@ class Pattern:
         return found
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class SessionCauses:
     """Why the throws of a session missed.
 

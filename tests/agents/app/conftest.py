@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,6 +18,7 @@ from agents.app.application import application
 from agents.app.club import Club
 from agents.app.gate import token_for
 from agents.app.work.queue import WorkQueue
+from agents.app.work.worker import do_job
 
 SECRET, PORT = "the-secret", 8711
 
@@ -107,6 +108,23 @@ class Visitor:
             headers={k.decode().lower(): v.decode() for k, v in start["headers"]},
             body=b"".join(m.get("body", b"") for m in came if m["type"] == "http.response.body"),
         )
+
+
+@pytest.fixture(scope="session")
+def work_off() -> Callable[[Club], list[str]]:
+    """Does the work that waits, in this process, as the queue's processes would."""
+
+    def work(club: Club) -> list[str]:
+        done: list[str] = []
+        for job in WorkQueue(club).jobs()[::-1]:
+            if job.state == "waiting":
+                with club.database.writing() as connection:
+                    connection.execute("update job set state = 'running' where id = ?", (job.id,))
+                do_job(club.folder, job.id)
+                done.append(job.kind)
+        return done
+
+    return work
 
 
 @pytest.fixture

@@ -14,7 +14,9 @@ def test_a_made_up_evening_fills_every_table(club, monkeypatch):
     monkeypatch.setattr(demo, "THROWS", 9)
     monkeypatch.setattr(demo, "FILMED", 1)
     monkeypatch.setattr(demo, "FILM", replace(demo.FILM, size=(320, 180), fps=4.0))
-    session = demo.fill(club, "2026-11-20")
+    begun = demo.begin_evening(club, "2026-11-20")
+    assert demo.begin_evening(club, "2026-11-20") is None  # once is enough
+    session = demo.fill(club, begun)
     assert {one.name: one.hand for one in club.athletes()} == {
         "Anna": Hand.RIGHT,
         "Ben": Hand.LEFT,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from html import unescape
 
@@ -11,6 +12,8 @@ import pytest
 import simulated_club as made
 
 from agents.app.club import Club
+from agents.app.work.causes import prepare
+from agents.app.work.queue import WorkQueue
 from curling_env.ice import save_ice
 from curling_env.infrastructure.files.storage import write_table
 from curling_env.trajectory import write_tracks
@@ -20,7 +23,7 @@ HEAVY = 0.05
 
 
 @pytest.fixture(scope="module")
-def evening(tmp_path_factory):
+def evening(tmp_path_factory, work_off):
     """A club with an evening on Sheet B, the ice that it believed in, and what is true."""
     rng = np.random.default_rng(11)
     athletes = (made.Athlete(name="Ada <i>"), made.Athlete(name="Bo", bias=(HEAVY, 0.0, 0.0)))
@@ -43,6 +46,8 @@ def evening(tmp_path_factory):
     with club.database.writing() as connection:
         for name in ("Ada <i>", "Bo"):
             connection.execute("insert into athlete (name) values (?)", (name,))
+    prepare(club, session)
+    assert work_off(club) == ["causes"]
     return club, session, before
 
 
@@ -65,13 +70,58 @@ def test_why_throws_missed_is_told_throw_by_throw(visitor, evening):
     assert "Ada <i>'s" in words
     assert f'<option value="{before.id}" selected>' in answer.text
     assert "was not given" not in words
-    assert "was not given" in plain(visitor.get(f"hand-or-ice/{session.id}?believed=0").text)
     # Who throws a third of a second too heavy is long by weight, again and again.
     bo = plain(visitor.get(f"hand-or-ice/{session.id}?athlete=Bo").text)
     long = re.search(r"Weight −?\d+ % ± \d+ ([\d.]+) (m|cm) long", bo)
     assert long is not None, bo[:1500]
     metres = float(long[1]) * (1.0 if long[2] == "m" else 0.01)
     assert 0.4 < metres < 3.0
+
+
+def test_it_is_worked_out_beside_the_server_and_kept_until_something_changes(
+    visitor, evening, work_off
+):
+    club, session, _ = evening
+    page = f"hand-or-ice/{session.id}?believed=0"
+    coming = visitor.get(page)
+    assert coming.status == 202
+    assert "Telling the hand from the ice: waiting" in plain(coming.text)
+    assert visitor.get(page).status == 202  # and asks for it once
+    assert work_off(club) == ["causes"]
+    assert "was not given" in plain(visitor.get(page).text)
+    notes = club.folder_of(session) / "throws.csv"
+    before = notes.read_text()
+    notes.write_text(before)
+    assert visitor.get(page).status == 200
+    notes.write_text(before.replace("Ada <i>", "Eve", 1))
+    os.utime(notes, ns=(1, 1))
+    assert visitor.get(page).status == 202
+    asked = {"target": {"x": 0, "y": 17.3735}, "ice": "standard", "skill": "athlete:1"}
+    answer = visitor.send("throw/plan", asked)  # a script is told to ask again
+    assert (answer.status, answer.document["coming"]) == (503, True)
+    notes.write_text(before)
+    work_off(club)  # what has changed again meanwhile is not worked out for nothing
+    assert visitor.get(page).status == 200
+
+
+def test_work_that_failed_is_said_and_begun_again_only_when_asked_for(visitor, evening, work_off):
+    club, session, before = evening
+    page = f"hand-or-ice/{session.id}?believed={before.id}&athlete=Bo"
+    kept = club.folder_of(session) / "coaching" / f"hand-or-ice-{before.id}.json"
+    content = kept.read_text()
+    kept.write_text("[")
+    os.utime(kept, ns=(1, 1))
+    assert visitor.get(page).status == 202  # a file that was damaged is written anew
+    (job,) = [job for job in WorkQueue(club).jobs() if job.state == "waiting"]
+    with club.database.writing() as connection:
+        query = "update job set state = 'failed', problem = 'no memory' where id = ?"
+        connection.execute(query, (job.id,))
+    assert "no memory" in visitor.get(page).text
+    assert work_off(club) == []
+    assert visitor.send(f"practice/work/{job.id}/again", {}).status == 204
+    assert work_off(club) == ["causes"]
+    assert kept.read_text() == content
+    assert visitor.get(page).status == 200
 
 
 def test_one_throw_has_an_address_and_its_parts_lead_to_its_rest(visitor, evening):

@@ -1,0 +1,23 @@
+"""The address is there first; what the club gets comes after."""
+
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip("starlette", reason="the extra `app` is not installed")
+
+from agents.app.serve import serve
+
+
+def test_the_address_is_there_before_anything_else_is_done(club):
+    told = []
+
+    def begin() -> None:
+        told.append("begin")
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        serve(club, port=0, share=False, opened=lambda *told_of: told.append(told_of), begin=begin)
+    (address, shared), after = told
+    assert address.startswith("http://127.0.0.1:")
+    assert (shared, after) == (None, "begin")
