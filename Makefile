@@ -14,11 +14,11 @@ TORCH  := $(shell sed -n 's/^\(torch==[0-9.]*\).*/\1/p' constraints.txt)
 # thread per core only get in each other's way.
 SINGLE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS=1
 
-.PHONY: help setup demo test lint format types arch bench docs schemas soak fuzz faults mutants \
-	lock clean
+.PHONY: help setup demo test lint format types arch bench docs docs-serve docs-test schemas \
+	soak fuzz faults mutants lock clean
 
 help:  ## this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: $(STAMP)  ## the environment in .venv, with everything development needs
 
@@ -30,7 +30,7 @@ $(STAMP): pyproject.toml constraints.txt
 	@$(BIN)/python -m pip install --quiet --no-index --no-deps $(TORCH) 2>/dev/null || true
 	$(BIN)/python -m pip install --quiet --require-hashes --no-deps --requirement constraints.txt
 	$(BIN)/python -m pip install --quiet --no-build-isolation \
-		--editable '.[dev,train,viewer,game,ray,parquet,science,digital-curling,app]'
+		--editable '.[dev,docs,train,viewer,game,ray,parquet,science,digital-curling,app]'
 	@touch $@
 
 demo: setup  ## the whole loop on a film it renders itself, into runs/demo
@@ -39,10 +39,10 @@ demo: setup  ## the whole loop on a film it renders itself, into runs/demo
 test: setup  ## every test
 	$(SINGLE) $(BIN)/pytest -n $(JOBS) --dist worksteal -q
 
-lint: setup  ## style, types and architecture
+lint: setup  ## style, types, architecture and the site
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
-	@$(MAKE) --no-print-directory types arch
+	@$(MAKE) --no-print-directory types arch docs
 
 format: setup  ## put the code into the house's form
 	$(BIN)/ruff check --fix
@@ -57,13 +57,14 @@ arch: setup  ## who may import whom
 bench: setup  ## how fast it is, one line per measure
 	$(SINGLE) $(BIN)/curling bench
 
-docs: setup  ## the help of every command and the pictures of the environments, into runs/docs
-	@mkdir -p runs/docs
-	$(BIN)/curling --help > runs/docs/curling.txt
-	for command in $$($(BIN)/python -c "import importlib.metadata as m; \
-		print(*sorted(e.name for e in m.entry_points(group='curling.commands')))"); do \
-		$(BIN)/curling $$command --help > runs/docs/$$command.txt || exit 1; done
-	$(BIN)/python scripts/environment_pictures.py runs/docs
+docs: setup  ## the site, into site/: every warning and broken link is an error
+	@cd scripts && $(SINGLE) ../$(BIN)/python -m website ../site
+
+docs-serve: docs  ## the site in the browser, at http://127.0.0.1:8000/
+	@cd scripts && ../$(BIN)/python -m website ../site --serve
+
+docs-test: setup  ## every example of every page is run, on files that the pages make themselves
+	CURLING_EXAMPLES=all $(SINGLE) $(BIN)/pytest -n $(JOBS) -q tests/test_examples.py
 
 schemas: setup  ## the JSON Schemas of every file format, into docs/schemas
 	cd scripts && ../$(BIN)/python -m schemas
@@ -90,5 +91,5 @@ lock:  ## constraints.txt anew, with hashes (UPGRADE=--upgrade: the newest versi
 	runs/lock/bin/python scripts/lock.py $(UPGRADE)
 
 clean:  ## remove what can be made again (not the environment)
-	rm -rf build dist *.egg-info .pytest_cache .ruff_cache .hypothesis .import_linter_cache runs
+	rm -rf build dist *.egg-info .pytest_cache .ruff_cache .hypothesis .import_linter_cache runs site
 	find . -name __pycache__ -not -path './$(VENV)/*' -prune -exec rm -rf {} +

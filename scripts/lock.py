@@ -16,7 +16,10 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 LOCK = ROOT / "constraints.txt"
-EXTRAS = ("dev", "train", "viewer", "game", "ray", "parquet", "science", "digital-curling", "app")
+EXTRAS = (
+    *("dev", "docs", "train", "viewer", "game", "ray", "parquet", "science"),
+    *("digital-curling", "app"),
+)
 """What `make setup` installs."""
 HEADER = """\
 # The versions everything was tested with, and the SHA-256 of every file that each may be installed

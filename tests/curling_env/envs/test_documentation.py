@@ -1,4 +1,4 @@
-"""docs/environments.md says what the environments are: spaces, options, parts of the reward."""
+"""The pages say what environments are: spaces, options, parts of the reward, numbers seen."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from pathlib import Path
 import cv2
 import gymnasium as gym
 import pytest
+from website import observations
 
 import curling_env
 from curling_env.envs.game.end_env import CurlingEndEnv
@@ -22,13 +23,22 @@ from curling_env.ice import load_ice
 
 DOCS = Path(__file__).parents[3] / "docs"
 PAGE = (DOCS / "environments.md").read_text(encoding="utf-8")
+PAGES = {
+    "CurlingSheet-v0": "curling-sheet.md",
+    "CurlingEnd-v0": "curling-end.md",
+    "curling_v0": "curling-game.md",
+}
 SPACES = re.findall(
     r"^\| `(\w[\w-]*)` \| `(\{.*?\})` \| `(.*?)` \| `(.*?)` \|$", PAGE, re.MULTILINE
 )
 
 
-def section(title: str) -> str:
-    return PAGE.split(f"## {title}", 1)[1].split("\n## ", 1)[0]
+def page(environment: str) -> str:
+    return (DOCS / "environments" / PAGES[environment]).read_text(encoding="utf-8")
+
+
+def section(environment: str, title: str) -> str:
+    return page(environment).split(f"\n## {title}\n", 1)[1].split("\n## ", 1)[0]
 
 
 def first_column(table: str) -> list[str]:
@@ -59,14 +69,14 @@ def test_every_environment_is_in_the_table():
     ("title", "made_by"), [("CurlingSheet-v0", CurlingSheetEnv), ("CurlingEnd-v0", CurlingEndEnv)]
 )
 def test_every_option_is_explained_and_no_other(title, made_by):
-    explained = first_column(section(title).split("| option | meaning |", 1)[1])
+    explained = first_column(section(title, "Arguments").split("| option | meaning |", 1)[1])
     assert sorted(explained) == sorted(inspect.signature(made_by).parameters)
 
 
 def test_every_part_of_the_reward_is_explained():
-    explained = first_column(section("CurlingSheet-v0").split("| part | value |", 1)[1])
+    explained = first_column(section("CurlingSheet-v0", "Rewards").split("| part | value |", 1)[1])
     assert explained == [part.name for part in fields(RewardParts)]
-    said = section("CurlingEnd-v0").split("**Reward**", 1)[1].split("\n\n", 1)[0]
+    said = section("CurlingEnd-v0", "Rewards")
     for part in fields(GameRewardParts):
         assert f"`{part.name}`" in said
 
@@ -76,7 +86,7 @@ def test_the_python_of_each_environment_runs(title, capsys):
     if title == "curling_v0":
         pytest.importorskip("pettingzoo")
     names = {"ice": load_ice("standard"), "dataclasses": dataclasses}
-    blocks = re.findall(r"```python\n(.*?)```", section(title), re.DOTALL)
+    blocks = re.findall(r"```python\n(.*?)```", page(title), re.DOTALL)
     assert blocks
     for block in blocks:
         if "env.unwrapped.state" in block and "env.reset" not in block:  # goes on from a new end
@@ -86,9 +96,25 @@ def test_the_python_of_each_environment_runs(title, capsys):
     assert capsys.readouterr().out
 
 
+@pytest.mark.parametrize("title", PAGES)
+def test_a_page_says_which_spaces_there_are(title):
+    (named,) = [row[2:] for row in SPACES if row[:2] == (title, "{}")]
+    for space, said in zip(("Action", "Observation"), named, strict=True):
+        assert f"| {space} space | `{said}` |" in page(title)
+
+
+@pytest.mark.parametrize("title", ["CurlingSheet-v0", "CurlingEnd-v0"])
+def test_every_number_of_an_observation_has_a_meaning(title):
+    asked, options = re.search(r"```{observation} (\S+)(.*)\n```", page(title)).groups()
+    assert asked == title
+    names = observations.names_of(asked, options)
+    told = list(observations.rows(names))
+    assert [first for first, *_ in told] == [0, *(last + 1 for _, last, *_ in told[:-1])]
+    assert told[-1][1] == len(names) - 1
+
+
 def test_pictures_are_there_and_small():
-    names = re.findall(r"!\[.+?\]\((.+?)\)", PAGE)
-    assert len(names) == 3
-    for name in names:
+    for title in PAGES:
+        (name,) = re.findall(r"!\[.+?\]\(\.\./(.+?)\)", page(title))
         assert (DOCS / name).stat().st_size < 100_000
         assert cv2.imread(str(DOCS / name)).shape == (720, 1280, 3)

@@ -1,0 +1,76 @@
+"""A page for every command, from its own help."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.metadata
+import io
+import os
+from collections.abc import Iterator
+
+from curling_env.commands.cli import COMMAND_GROUP, main
+
+GROUPS = {
+    "Films and cameras": ("corners", "locate", "calibrate", "stones", "track", "live",
+                          "join-cameras", "convert"),
+    "Ice": ("estimate", "design", "compare", "discover"),
+    "Coaching": ("app", "throws", "hand-or-ice", "athletes", "match-stones"),
+    "Throws": ("plan", "throw", "simulate", "sweep", "film"),
+    "Agents and games": ("train", "benchmark", "play", "tournament", "replay", "record-games",
+                         "join", "host"),
+    "The project": ("demo", "bench"),
+}  # fmt: skip
+"""The commands by what they are for; those that are declared elsewhere stand under the last."""
+
+
+def pages() -> dict[str, str]:
+    """A page for each declared command, and their list."""
+    declared = sorted(entry.name for entry in importlib.metadata.entry_points(group=COMMAND_GROUP))
+    helps = {name: help_of(name) for name in declared}
+    texts = {
+        f"reference/commands/{name}.md": f"# curling {name}\n\n```text\n{text}\n```\n"
+        for name, text in helps.items()
+    }
+    texts["reference/commands/index.md"] = _contents(helps)
+    return texts
+
+
+def help_of(*words: str) -> str:
+    """What `curling WORDS --help` prints."""
+    shown = io.StringIO()
+    with _columns(100), contextlib.redirect_stdout(shown):
+        assert main([*words, "--help"]) == 0
+    return shown.getvalue().rstrip()
+
+
+def _contents(helps: dict[str, str]) -> str:
+    known = {name for names in GROUPS.values() for name in names}
+    groups = {title: [name for name in names if name in helps] for title, names in GROUPS.items()}
+    groups["The project"] += [name for name in helps if name not in known]
+    lines = ["# Commands", "", "```text", help_of(), "```", ""]
+    for title, names in groups.items():
+        lines += [f"## {title}", ""]
+        lines += [f"- [`curling {name}`]({name}.md): {_summary(helps[name])}" for name in names]
+        lines += [""]
+    order = [name for names in groups.values() for name in names]
+    return "\n".join([*lines, "```{toctree}", ":hidden:", "", *order, "```", ""])
+
+
+def _summary(text: str) -> str:
+    """The first sentence below the usage."""
+    said = text.split("\n\n", 2)[1]
+    sentence = " ".join(line.strip() for line in said.splitlines())
+    return sentence.split(". ")[0].rstrip(".") + "."
+
+
+@contextlib.contextmanager
+def _columns(width: int) -> Iterator[None]:
+    before = os.environ.get("COLUMNS")
+    os.environ["COLUMNS"] = str(width)
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["COLUMNS"]
+        else:
+            os.environ["COLUMNS"] = before

@@ -1,0 +1,96 @@
+"""A page for every effect of the catalogue, from its card."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from curling_env.physics.effects import EffectCard, Parameter, catalogue
+
+ACTS = {
+    "friction": "a factor on the friction of all contacts alike",
+    "contact_friction": "a factor on the friction of each contact of the running band",
+    "motion": "an acceleration of its own, or a factor on the others",
+    "map": "the friction map itself",
+    "measurement": "what a camera reports; the stone does not feel it",
+    "nothing": "nothing: a remark in an ice file",
+}
+
+
+def pages() -> dict[str, str]:
+    """A page for each card, and their list."""
+    cards = catalogue()
+    texts = {f"effects/{name}.md": page(card) for name, card in cards.items()}
+    rows = [
+        f"| [{card.title}]({name}.md) | `{name}` | {ACTS[card.acts]} |"
+        for name, card in cards.items()
+    ]
+    table = ["| Effect | In ice files | Acts on |", "|---|---|---|", *rows]
+    texts["effects/index.md"] = "\n".join(
+        [
+            "# The effects",
+            "",
+            "Every effect of ice, stone, air or measurement that the project knows, each page from"
+            " the card that stands beside its code."
+            " [An effect of your own](../effects.md) is one more file.",
+            "",
+            *table,
+            "",
+            "```{toctree}",
+            ":hidden:",
+            "",
+            *cards,
+            "```",
+            "",
+        ]
+    )
+    return texts
+
+
+def page(card: EffectCard) -> str:
+    """What a card says, for people."""
+    lines = [f"# {card.title}", "", f"`{card.name}` in ice files.", "", "```text"]
+    lines += [card.formula, "```", ""]
+    facts = {
+        "Acts on": ACTS[card.acts],
+        "Shows": card.scope,
+        "Energy": "it can only take it" if card.dissipative else "it may add some",
+        "Source": card.source,
+        "Holds for": card.validity,
+        "Seen in tracks": card.evidence,
+        "To measure it": card.measured_by,
+    }
+    lines += ["| | |", "|---|---|", *(f"| {k} | {_cell(v)} |" for k, v in facts.items()), ""]
+    if card.parameters:
+        lines += ["## Parameters", "", "| Name | Unit | Meaning | From | To | Default | Off at |"]
+        lines += ["|---|---|---|---|---|---|---|", *map(_row, card.parameters), ""]
+        usual = [p for p in card.parameters if p.usual is not None]
+        if usual:
+            lines += ["## On the ice of a usual rink", ""]
+            lines += [f"- `{p.name}`: {p.usual:g} {p.unit}{_spread(p)}" for p in usual] + [""]
+    for variant in card.search.variants:
+        lines += [f"## Variant: {variant.readable}", ""]
+        lines += [f"Switched on by `{variant.parameter}`. Seen in tracks: {variant.evidence}.", ""]
+    return "\n".join(lines)
+
+
+def _row(parameter: Parameter) -> str:
+    cells = [f"`{parameter.name}`", parameter.unit, parameter.meaning]
+    cells += [_bound(parameter.low), _bound(parameter.high)]
+    cells += ["" if v is None else f"{v:g}" for v in (parameter.default, parameter.neutral)]
+    return "| " + " | ".join(map(_cell, cells)) + " |"
+
+
+def _spread(parameter: Parameter) -> str:
+    return "" if parameter.spread is None else f", give or take {parameter.spread:g}"
+
+
+def _bound(value: float) -> str:
+    return f"{value:g}" if math.isfinite(value) else ""
+
+
+def _cell(text: str) -> str:
+    """Words as they stand, whatever signs of Markdown are among them."""
+    if text.startswith("`"):
+        return text
+    return re.sub(r"([|*_])", r"\\\1", text)

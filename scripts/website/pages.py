@@ -1,0 +1,103 @@
+"""Every page of the site in one folder: of docs/, of the root, and those made from the code."""
+
+from __future__ import annotations
+
+import posixpath
+import re
+import shutil
+from collections.abc import Container
+from pathlib import Path
+
+from website import commands, effects, observations, python_api
+
+ROOT_PAGES = {
+    "ARCHITECTURE.md": "architecture.md",
+    "CHANGELOG.md": "changelog.md",
+    "CONTRIBUTING.md": "contributing.md",
+}
+"""Documents of the repository's root -> their place on the site."""
+ELSEWHERE = {**ROOT_PAGES, "README.md": "index.md"}
+_PERHAPS = re.compile(r"^([\w./-]+)\?\n", re.MULTILINE)
+_LINK = re.compile(r"(\]\()([^)\s]+)(\))")
+
+
+def gather(root: Path, folder: Path) -> None:
+    """Write all pages, and remove those of an earlier time that are no more.
+
+    What has not changed keeps its time, so that Sphinx reads only the rest again.
+    """
+    texts, copied = pages(root)
+    wanted = {folder / name for name in (*texts, *copied)}
+    for old in [path for path in folder.rglob("*") if path.is_file() and path not in wanted]:
+        old.unlink()
+    for name, text in texts.items():
+        page = folder / name
+        page.parent.mkdir(parents=True, exist_ok=True)
+        if not page.exists() or page.read_text(encoding="utf-8") != text:
+            page.write_text(text, encoding="utf-8")
+    for name, source in copied.items():
+        page = folder / name
+        page.parent.mkdir(parents=True, exist_ok=True)
+        if not page.exists() or page.stat().st_mtime != source.stat().st_mtime:
+            shutil.copy2(source, page)
+
+
+def pages(root: Path) -> tuple[dict[str, str], dict[str, Path]]:
+    """The texts of all pages by their names, and the files that go beside them as they are."""
+    texts: dict[str, str] = {}
+    copied: dict[str, Path] = {}
+    docs = root / "docs"
+    for path in sorted(docs.rglob("*")):
+        name = path.relative_to(docs).as_posix()
+        if path.suffix == ".md":
+            text = path.read_text(encoding="utf-8")
+            texts[name] = observations.filled_in(relinked(text, name, below="docs/"))
+        elif path.is_file():
+            copied[name] = path
+    for source, name in ROOT_PAGES.items():
+        texts[name] = relinked((root / source).read_text(encoding="utf-8"), name, below="")
+    texts["decisions/README.md"] += _hidden_contents("[0-9]*")
+    texts |= {**commands.pages(), **effects.pages(), **python_api.pages()}
+    return {name: with_what_exists(text, name, texts) for name, text in texts.items()}, copied
+
+
+def with_what_exists(text: str, name: str, names: Container[str]) -> str:
+    """A page whose list of contents asks for ``PAGE?`` gets that page if there is one."""
+    here = posixpath.dirname(name)
+
+    def kept(asked: re.Match[str]) -> str:
+        page = posixpath.normpath(posixpath.join(here, f"{asked[1]}.md"))
+        return f"{asked[1]}\n" if page in names else ""
+
+    return _PERHAPS.sub(kept, text)
+
+
+def relinked(text: str, name: str, *, below: str) -> str:
+    """A page whose links lead to where documents stand on the site.
+
+    Parameters
+    ----------
+    text : the page in Markdown
+    name : its place on the site
+    below : where its relative links begin in the repository: ``docs/``, or nothing for the root's
+    """
+    up = "../" * name.count("/")
+
+    def elsewhere(link: re.Match[str]) -> str:
+        target, hash_mark, anchor = link[2].partition("#")
+        if below and target.startswith(f"{up}../"):
+            place = ELSEWHERE.get(target.removeprefix(f"{up}../"))
+        elif not below:
+            place = ELSEWHERE.get(target, target.removeprefix("docs/") if target else None)
+        else:
+            place = None
+        if place is None or "://" in target:
+            return link[0]
+        return f"{link[1]}{up}{place}{hash_mark}{anchor}{link[3]}"
+
+    return _LINK.sub(elsewhere, text)
+
+
+def _hidden_contents(*entries: str) -> str:
+    lines = "\n".join(entries)
+    return f"\n```{{toctree}}\n:hidden:\n:glob:\n\n{lines}\n```\n"

@@ -1,0 +1,87 @@
+"""What the site is made of: links, docstrings, assets, and pages from the code."""
+
+from __future__ import annotations
+
+import pytest
+from website import assets, commands, effects
+from website.docstrings import field_list
+from website.pages import relinked, with_what_exists
+
+from curling_env.physics.effects import catalogue
+
+
+@pytest.mark.parametrize(
+    ("name", "below", "link", "there"),
+    [
+        ("versioning.md", "docs/", "../CHANGELOG.md", "changelog.md"),
+        ("environments/end.md", "docs/", "../../CHANGELOG.md#added", "../changelog.md#added"),
+        ("environments/curling-end.md", "docs/", "../rules.md", "../rules.md"),
+        ("contributing.md", "", "docs/decisions/README.md", "decisions/README.md"),
+        ("contributing.md", "", "ARCHITECTURE.md", "architecture.md"),
+        ("changelog.md", "", "https://keepachangelog.com/docs/x", "https://keepachangelog.com/docs/x"),
+        ("changelog.md", "", "#unreleased", "#unreleased"),
+    ],
+)  # fmt: skip
+def test_links_lead_to_where_documents_stand_on_the_site(name, below, link, there):
+    assert relinked(f"see [it]({link}).", name, below=below) == f"see [it]({there})."
+
+
+def test_contents_list_what_there_is():
+    text = "```{toctree}\nresults\nvalidation?\n../schemas/index?\n```\n"
+    names = {"reference/validation.md", "reference/results.md"}
+    kept = with_what_exists(text, "reference/index.md", names)
+    assert kept == "```{toctree}\nresults\nvalidation\n```\n"
+
+
+def test_a_docstring_becomes_fields():
+    said = field_list(
+        [
+            "Find *it* in `a_place`.",
+            "",
+            "Parameters",
+            "----------",
+            "x, y : place [m],",
+            "    sheet frame",
+            "**more : of the kind a_b",
+            "",
+            "Returns",
+            "-------",
+            "(n, 2) [m]",
+            "",
+            "Raises",
+            "------",
+            "InputError : nothing there",
+        ]
+    )
+    assert [line for line in said if line] == [
+        r"Find \*it\* in `a_place`.",
+        r":param x,\ y: place [m], sheet frame",
+        r":param \*\*more: of the kind a\_b",
+        ":returns: (n, 2) [m]",
+        ":raises InputError: nothing there",
+    ]
+
+
+def test_what_would_be_loaded_from_elsewhere_is_found(tmp_path):
+    page = '<a href="https://example.org">there</a><script src="_static/a.js"></script>'
+    (tmp_path / "good.html").write_text(page)
+    assert list(assets.remote_assets(tmp_path)) == []
+    (tmp_path / "bad.html").write_text('<script async src="//cdn.example.org/x.js"></script>')
+    (tmp_path / "bad.css").write_text("@import 'https://fonts.example.org/a.css';")
+    (tmp_path / "worse.html").write_text('<link href="https://a.org/b.css" rel="stylesheet">')
+    found = [where.split(":")[0] for where in assets.remote_assets(tmp_path)]
+    assert found == ["bad.html", "worse.html", "bad.css"]
+
+
+def test_the_help_of_a_command_is_its_page():
+    text = commands.help_of("throws")
+    assert text.startswith("Usage: curling throws")
+    assert "--units" in text
+
+
+def test_every_effect_has_a_page_with_every_parameter():
+    pages = effects.pages()
+    for name, card in catalogue().items():
+        for parameter in card.parameters:
+            assert f"| `{parameter.name}` |" in pages[f"effects/{name}.md"]
+        assert f"({name}.md)" in pages["effects/index.md"]
