@@ -24,6 +24,8 @@ MAX_SPIN = 20.0
 
 MAX_OFFSET = 100.0
 """Largest |x| of a throw accepted [m]; a sheet is not 5 m wide."""
+MIN_TAILS = 2.0
+"""Student's t with so few degrees of freedom has no standard deviation."""
 
 RELEASE_TABLE = (
     Column(name="throw"),
@@ -303,23 +305,34 @@ def _numbers(releases: Sequence[Release]) -> list[int]:
 class Skill:
     """How much the throws of a player scatter about what was meant.
 
+    Errors follow Student's t-distribution in three dimensions: speed, angle and spin of one throw
+    share one random factor, so that a throw that went wrong went wrong in everything. Without tails
+    and correlation they are normal and independent.
+
     Parameters
     ----------
     name : the name on a command line
     sigma_speed : standard deviation of the release speed [m/s]
     sigma_angle : standard deviation of the line of delivery [rad]
     sigma_spin : standard deviation of the spin [rad/s]
+    tails : degrees of freedom of Student's t; fewer make large errors more frequent while the
+        standard deviations stay. Without end, as by default, the errors are normal
+    correlation : of the errors of speed and angle; positive where throws that are too fast leave
+        too far to the left
     source : origin of the numbers
 
     Raises
     ------
-    InputError : a standard deviation that is negative or not finite
+    InputError : a standard deviation that is negative or not finite, tails of `MIN_TAILS` or less,
+        or a correlation that is not between -1 and 1
     """
 
     name: str
     sigma_speed: float = 0.0
     sigma_angle: float = 0.0
     sigma_spin: float = 0.0
+    tails: float = math.inf
+    correlation: float = 0.0
     source: str = ""
 
     def __post_init__(self) -> None:
@@ -327,6 +340,15 @@ class Skill:
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0):
                 raise InputError(f"skill {self.name}: {name} must be at least 0, got {value}")
+        if not self.tails > MIN_TAILS:
+            raise InputError(
+                f"skill {self.name}: tails must be above {MIN_TAILS:g} degrees of freedom, "
+                f"got {self.tails}"
+            )
+        if not abs(self.correlation) < 1:
+            raise InputError(
+                f"skill {self.name}: correlation must lie between -1 and 1, got {self.correlation}"
+            )
 
     @property
     def is_exact(self) -> bool:
@@ -336,6 +358,11 @@ class Skill:
     def error(self, rng: np.random.Generator) -> tuple[float, float, float]:
         """Draw the error of one throw: speed [m/s], angle [rad], spin [rad/s]."""
         speed, angle, spin = rng.standard_normal(3).tolist()
+        if self.correlation:
+            angle = self.correlation * speed + math.sqrt(1 - self.correlation**2) * angle
+        if self.tails < math.inf:
+            size = math.sqrt((self.tails - 2) / rng.chisquare(self.tails))
+            speed, angle, spin = size * speed, size * angle, size * spin
         return self.sigma_speed * speed, self.sigma_angle * angle, self.sigma_spin * spin
 
     def errors(self, n: int, rng: np.random.Generator) -> Floats:
@@ -344,12 +371,22 @@ class Skill:
         They come in opposite pairs, so that their mean is zero for an even n, and an expectation
         over them needs fewer throws.
         """
-        half = rng.standard_normal((-(-n // 2), 3))
+        half = self.standard_errors(-(-n // 2), rng)
         return np.concatenate([half, -half])[:n] * [
             self.sigma_speed,
             self.sigma_angle,
             self.sigma_spin,
         ]
+
+    def standard_errors(self, n: int, rng: np.random.Generator) -> Floats:
+        """Draw the errors of n throws in standard deviations, (n, 3)."""
+        drawn = rng.standard_normal((n, 3))
+        if self.correlation:
+            drawn[:, 1] *= math.sqrt(1 - self.correlation**2)
+            drawn[:, 1] += self.correlation * drawn[:, 0]
+        if self.tails < math.inf:
+            drawn *= np.sqrt((self.tails - 2) / rng.chisquare(self.tails, n))[:, None]
+        return drawn
 
 
 _SPIN = "spread of the spin: a choice, about a tenth of a usual spin; no measurement is published"

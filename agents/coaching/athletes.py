@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import pi
+from math import inf, isfinite, pi
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +20,7 @@ from scipy.stats import chi2
 from agents.coaching.calls import Handle, WeightClass
 from agents.coaching.misses.causes import SessionCauses, ThrowCauses
 from agents.coaching.runs import HOG_TO_FAR_TEE
+from agents.coaching.tails import squared_distances, tails_of
 from agents.coaching.tuning import (
     GIBBS_DRAWS,
     GIBBS_WARM_UP,
@@ -81,6 +82,11 @@ class ErrorSummary:
         circle = np.column_stack([np.cos(angle), np.sin(angle)]) * np.sqrt(values) * radius
         return circle @ vectors.T + [self.bias[1].value, self.bias[0].value]
 
+    @property
+    def line_speed_correlation(self) -> float:
+        """Correlation of line and speed about the bias."""
+        return float(self.covariance[0, 1] / (self.covariance[0, 0] * self.covariance[1, 1]) ** 0.5)
+
     def as_dict(self) -> dict[str, object]:
         """The numbers by name."""
         found: dict[str, object] = {
@@ -95,9 +101,7 @@ class ErrorSummary:
                     f"{name}_{kind}_low": one.low,
                     f"{name}_{kind}_high": one.high,
                 }
-        found["line_speed_correlation"] = float(
-            self.covariance[0, 1] / (self.covariance[0, 0] * self.covariance[1, 1]) ** 0.5
-        )
+        found["line_speed_correlation"] = self.line_speed_correlation
         return found
 
 
@@ -113,6 +117,8 @@ class AthleteErrors:
     groups : by handle and weight, then by handle, then by weight; those with a throw
     errors : (n, 3) errors of the throws, as measured; NaN where one was not
     handles, weights : of these throws
+    tails : degrees of freedom of the t-distribution of the errors; without end where they are
+        normal as far as these throws can tell
     seconds_per_speed : seconds from hog line to hog line that a faster throw takes more, so below
         nought [s per m/s]; None where it is not known
     turns_per_spin : turns of a throw over its spin [turns per rad/s]; the same
@@ -125,6 +131,7 @@ class AthleteErrors:
     errors: Floats = field(repr=False)
     handles: tuple[Handle | None, ...] = field(repr=False)
     weights: tuple[WeightClass, ...] = field(repr=False)
+    tails: float = inf
     seconds_per_speed: float | None = None
     turns_per_spin: float | None = None
 
@@ -139,12 +146,16 @@ class AthleteErrors:
     def skill_of(self, group: ErrorSummary) -> Skill:
         """The same from one group of throws."""
         speed, line, spin = (one.value for one in group.spread)
+        # A line error counts to the right, the angle of a throw to the left.
+        correlation = -group.line_speed_correlation
         of = " ".join(filter(None, (group.handle, group.weight)))
         return Skill(
             name=self.name or "athlete",
             sigma_speed=speed,
             sigma_angle=line / HOG_TO_FAR_TEE,
             sigma_spin=spin,
+            tails=self.tails,
+            correlation=correlation,
             source=f"measured on {group.throws} throws{f' ({of})' if of else ''}",
         )
 
@@ -155,6 +166,7 @@ class AthleteErrors:
             "sessions": self.sessions,
             "seconds_per_speed": self.seconds_per_speed,
             "turns_per_spin": self.turns_per_spin,
+            "tails": self.tails if isfinite(self.tails) else None,
             **self.overall.as_dict(),
             "groups": [group.as_dict() for group in self.groups],
         }
@@ -222,14 +234,20 @@ def _of_athlete(
         found += [summary(h, None) for h in some_handles]
     if len(some_handles) > 1:
         found += [summary(None, w) for w in some_weights]
+    seen = np.where(np.einsum("nii->ni", variances) >= _UNSEEN, np.nan, errors)
     return AthleteErrors(
         name=name,
         sessions=len({number for number, _ in throws}),
         overall=overall,
         groups=tuple(group for group in found if group is not None),
-        errors=np.where(np.einsum("nii->ni", variances) >= _UNSEEN, np.nan, errors),
+        errors=seen,
         handles=handles,
         weights=weights,
+        tails=tails_of(
+            *squared_distances(
+                seen, variances, group, bias.mean(axis=0), np.median(covariance, axis=0)
+            )
+        ),
         seconds_per_speed=_median(
             [
                 one.errors.seconds.value / one.errors.speed.value

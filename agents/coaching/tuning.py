@@ -56,6 +56,11 @@ GROUP_WEIGHT = 8.0
 """How firmly the spreads of an athlete's groups are held together, in throws and four more."""
 GIBBS_WARM_UP, GIBBS_DRAWS = 150, 600
 """Draws of an athlete's posterior: the first are thrown away."""
+TAILS = (2.2, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 12.0, 20.0)
+"""Degrees of freedom of Student's t that are tried for an athlete's errors."""
+TAIL_EVIDENCE = 9.0
+"""Twice the gain in log likelihood over normal errors from which on an athlete has tails; about one
+athlete in a thousand without tails gains as much by luck."""
 
 # --- stones ------------------------------------------------------------------------------------
 

@@ -17,6 +17,7 @@ from curling_env.game.rules.rulesets import RuleSet, rule_set
 from curling_env.game.rules.teams import STONES_PER_TEAM, RestingStone, Stones, Team
 from curling_env.game.state import GameState
 from curling_env.game.sweepers import sweep_for
+from curling_env.game.team_judgement import NEVER_WRONG, TeamJudgement
 from curling_env.ice import Ice, load_ice
 from curling_env.physics.many_stones.engine import Engine, Outcome, Status, StoneState
 from curling_env.physics.one_stone.tuning import FINE_TOLERANCE
@@ -94,6 +95,7 @@ class GameSimulator:
     throwers : execution errors of the two teams' throwers, for each stone of a team in order of
         delivery; by default `skills` for all
     tolerance : how far the rest of a lone stone may be off on the roughest ice [m]
+    judgement : how far off teams are when they read the ice and sweep
 
     Raises
     ------
@@ -112,6 +114,7 @@ class GameSimulator:
         delivery: Delivery = FROM_HOG_LINE,
         throwers: tuple[Sequence[Skill], Sequence[Skill]] | None = None,
         tolerance: float = FINE_TOLERANCE,
+        judgement: TeamJudgement = NEVER_WRONG,
     ) -> None:
         self.ice = load_ice(ice)
         self.known_ice = self.ice if known_ice is None else load_ice(known_ice)
@@ -130,6 +133,8 @@ class GameSimulator:
         self._initial_ice = ice_for_game(self.ice, self.ice_evolution, 0, sweeping=sweeping)
         self.ice_wears = wear_along_path(self._initial_ice) != 0.0
         """Whether stones change the ice along their paths."""
+        self.judgement = judgement
+        self._read: dict[tuple[int, Team, int], Ice] = {}
         self._tolerance = tolerance
         self._rng = ThrowRng()
         self._engine: tuple[int, Engine] | None = None
@@ -177,7 +182,7 @@ class GameSimulator:
         return PlayerView(
             game=state.game,
             team=team,
-            ice=self.known_ice,
+            ice=self.ice_as_read(state.seed, team, number),
             direction=direction_of(number),
             skill=self.skill_of(team, 0 if end is None else end.number_of_stone),
             entropy=(state.seed, state.throws, team + 1),
@@ -185,6 +190,15 @@ class GameSimulator:
             clock=state.clock,
             wear=state.wear,
         )
+
+    def ice_as_read(self, seed: int, team: Team, end: int) -> Ice:
+        """The ice as a team takes it in an end; the same object while the end lasts."""
+        key = seed, team, end
+        if key not in self._read:
+            if len(self._read) >= 2:
+                self._read.clear()
+            self._read[key] = self.judgement.ice_as_read(self.known_ice, seed, team, end)
+        return self._read[key]
 
     def skill_of(self, team: Team, number: int) -> Skill:
         """The execution error of whoever throws that stone of a team, counted from 0."""
@@ -222,7 +236,13 @@ class GameSimulator:
         skill = self.skill_of(team, end.number_of_stone)
         thrown = self.with_execution_error(call.throw, skill, state)
         stone = STONES_PER_TEAM * team + end.number_of_stone
-        sweep = self.sweep_interval(call, thrown, direction)
+        sweep = self.sweep_interval(
+            call,
+            thrown,
+            direction,
+            read=self.ice_as_read(state.seed, team, end.number),
+            misjudged=self.judgement.sweepers_error(state.seed, state.throws),
+        )
         outcome = self._engine_for(state).play(
             thrown.release(
                 direction,
@@ -291,13 +311,37 @@ class GameSimulator:
             x=meant.x,
         )
 
-    def sweep_interval(self, call: Call, thrown: Throw, direction: Direction) -> SweepInterval:
-        """When a delivery is swept: as called, else as the sweepers judge; equal times if never."""
+    def sweep_interval(
+        self,
+        call: Call,
+        thrown: Throw,
+        direction: Direction,
+        *,
+        read: Ice | None = None,
+        misjudged: float = 0.0,
+    ) -> SweepInterval:
+        """When a delivery is swept: as called, else as the sweepers judge; equal times if never.
+
+        Parameters
+        ----------
+        call, thrown : what was called for, and the throw as it left the hand
+        direction : the end played to
+        read : the ice for which the team called the throw; by default the known ice
+        misjudged : how much farther than it would the sweepers expect the stone to go unswept [m]
+        """
         if not self.sweeping:
             return (0.0, 0.0)
         if call.sweep is not None:
             return call.sweep
-        return sweep_for(self.known_ice, call.throw, thrown, direction, delivery=self.delivery)
+        return sweep_for(
+            self.known_ice,
+            call.throw,
+            thrown,
+            direction,
+            delivery=self.delivery,
+            read=read,
+            misjudged=misjudged,
+        )
 
     def current_ice(self, state: GameState) -> Ice:
         """The ice at this moment of a game."""

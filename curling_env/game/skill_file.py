@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from math import inf, isfinite
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,7 +13,7 @@ from curling_env.errors import InputError
 from curling_env.infrastructure.files.schema import Document, Short, checked, within
 from curling_env.infrastructure.files.storage import read_json, write_json
 from curling_env.infrastructure.files.versions import FileFormat
-from curling_env.throw import SKILLS, Skill
+from curling_env.throw import MIN_TAILS, SKILLS, Skill
 
 SKILL_FORMAT = FileFormat(name="curling-skill", what="a skill file")
 
@@ -25,6 +26,8 @@ class SkillDocument(Document):
     sigma_speed: Annotated[float, within(0.0, 2.0, "m/s")]
     sigma_angle: Annotated[float, within(0.0, 1.0, "rad")]
     sigma_spin: Annotated[float, within(0.0, 20.0, "rad/s")] = 0.0
+    tails: Annotated[float, within(MIN_TAILS, 1e6)] | None = None
+    correlation: Annotated[float, within(-1.0, 1.0)] = 0.0
     source: str = ""
     provenance: dict[str, Any] = msgspec.field(default_factory=dict[str, Any])
 
@@ -54,15 +57,17 @@ def load_skill(source: str | Path | Skill) -> Skill:
     document = read_json(source)
     try:
         skill = checked(SKILL_FORMAT.brought_up(document), SkillDocument)
+        return Skill(
+            name=skill.name,
+            sigma_speed=skill.sigma_speed,
+            sigma_angle=skill.sigma_angle,
+            sigma_spin=skill.sigma_spin,
+            tails=inf if skill.tails is None else skill.tails,
+            correlation=skill.correlation,
+            source=skill.source,
+        )
     except InputError as error:
         raise InputError(error.problem, source=source, where=error.where) from error
-    return Skill(
-        name=skill.name,
-        sigma_speed=skill.sigma_speed,
-        sigma_angle=skill.sigma_angle,
-        sigma_spin=skill.sigma_spin,
-        source=skill.source,
-    )
 
 
 def save_skill(skill: Skill, path: str | Path, *, provenance: dict[str, Any] | None = None) -> None:
@@ -85,6 +90,8 @@ def skill_document(skill: Skill, provenance: dict[str, Any] | None = None) -> di
         "sigma_speed": skill.sigma_speed,
         "sigma_angle": skill.sigma_angle,
         "sigma_spin": skill.sigma_spin,
+        **({"tails": skill.tails} if isfinite(skill.tails) else {}),
+        **({"correlation": skill.correlation} if skill.correlation else {}),
         "source": skill.source,
         **({"provenance": provenance} if provenance else {}),
     }

@@ -6,9 +6,11 @@
 - `value_network`: how an end is scored from a position, learnt from ends of self-play
 - `win_probability`: the chance to win from score, ends and hammer, backwards from the last end
 - `kernel_regression`: the expected value of a throw, from all simulations near it
+- `calling_style`: what a team calls for beside the odds
 - `tuning`: the constants that were tuned
 """
 
+from agents.playing.search.calling_style import BY_THE_ODDS, CallingStyle
 from agents.playing.search.player import SearchPlayer, ShotEstimate
 
-__all__ = ["SearchPlayer", "ShotEstimate"]
+__all__ = ["BY_THE_ODDS", "CallingStyle", "SearchPlayer", "ShotEstimate"]

@@ -10,13 +10,23 @@ in the same way, with kernels of a chosen width and without that denominator.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from curling_env.typing import Floats, Singles
 
 
 def estimate(
-    asked: Floats, tried: Floats, counts: Floats, executed: Floats, values: Floats, sigma: Floats
+    asked: Floats,
+    tried: Floats,
+    counts: Floats,
+    executed: Floats,
+    values: Floats,
+    sigma: Floats,
+    *,
+    tails: float = math.inf,
+    correlation: float = 0.0,
 ) -> tuple[Floats, Floats]:
     """Expected value of throws.
 
@@ -28,6 +38,7 @@ def estimate(
     executed : (n, 3) all executed throws, as they left the hand
     values : (n,) value that each led to
     sigma : (3,) standard deviations of the error, all above 0
+    tails, correlation : the rest of its distribution, see `curling_env.throw.Skill`
 
     Returns
     -------
@@ -41,10 +52,17 @@ def estimate(
             continue
         centre = asked[here].mean(axis=0)
         source = (tried[:, 2] > 0) == side
-        x = ((executed[known] - centre) / sigma).astype(np.float32)
-        density = _density((tried[source] - centre) / sigma, x)
+
+        def standard(throws: Floats, centre: Floats = centre) -> Floats:
+            z = (throws - centre) / sigma
+            if correlation:
+                z[:, 1] = (z[:, 1] - correlation * z[:, 0]) / math.sqrt(1 - correlation**2)
+            return z
+
+        x = standard(executed[known]).astype(np.float32)
+        density = _density(standard(tried[source]), x, tails)
         tried_there = np.maximum(counts[source].astype(np.float32) @ density, 1e-12)
-        weights = _density((asked[here] - centre) / sigma, x) / tried_there
+        weights = _density(standard(asked[here]), x, tails) / tried_there
         total = np.maximum(weights.sum(axis=1), 1e-12)
         value = values[known]
         mean[here] = (weights @ value) / total
@@ -54,11 +72,16 @@ def estimate(
     return mean, error
 
 
-def _density(means: Floats, x: Singles) -> Singles:
-    """Gaussian density, up to a factor, of each x (n, 3) for each mean (m, 3): (m, n)."""
+def _density(means: Floats, x: Singles, tails: float) -> Singles:
+    """Density of the error, up to a factor, of each x (n, 3) for each mean (m, 3): (m, n)."""
     m = means.astype(np.float32)
     exponent = m @ x.T
     exponent -= 0.5 * (x * x).sum(axis=1)
     exponent -= 0.5 * (m * m).sum(axis=1)[:, None]
     np.minimum(exponent, 0, out=exponent)
+    if tails < math.inf:
+        # Student's t in three dimensions, whose standard deviations are 1.
+        exponent *= -2 / (tails - 2)
+        np.log1p(exponent, out=exponent)
+        exponent *= -(tails + 3) / 2
     return np.exp(exponent, out=exponent)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from agents.playing.search.aiming_table import AimingTable
+from agents.playing.search.calling_style import BY_THE_ODDS, CallingStyle
 from agents.playing.search.kernel_regression import estimate
 from agents.playing.search.positions import MAX_POINTS, EndSimulator, points_of, position_of
 from agents.playing.search.shots import KINDS, Shots, shots_for
@@ -60,10 +61,19 @@ class PositionEvaluator:
     network : predicts how the end will be scored
     rules, lines : rules and lines of the game
     skill : skill of the players as the network sees it, see `skill_feature`
+    calls : what the team calls for, beside the odds
     """
 
-    def __init__(self, network: ValueNetwork, rules: RuleSet, lines: Lines, skill: float) -> None:
+    def __init__(
+        self,
+        network: ValueNetwork,
+        rules: RuleSet,
+        lines: Lines,
+        skill: float,
+        calls: CallingStyle = BY_THE_ODDS,
+    ) -> None:
         self.network, self.rules, self.lines, self.skill = network, rules, lines, skill
+        self.calls = calls
         self.game_odds = WinProbability(rules)
 
     def win_probabilities(self, view: PlayerView, stones: Floats, delivered: int) -> Floats:
@@ -77,6 +87,8 @@ class PositionEvaluator:
         """
         end, left = _end_of(view), self.rules.deliveries - delivered
         by_score = self.game_odds.by_score(view.game.lead(end.hammer), view.game.ends_left)
+        if end.hammer is view.team:
+            by_score = self.calls.with_hammer(by_score, view.game.ends_left)
         if left == 0:
             points = np.clip(points_of(self.lines, stones), -MAX_POINTS, MAX_POINTS)
             hammers = by_score[points + MAX_POINTS]
@@ -101,6 +113,7 @@ class SearchPlayer(Player):
     seconds : processor time for each delivery instead of a budget [s]; the choice then depends on
         the machine
     network : network that values positions; the package's own by default
+    calls : what the player calls for, beside the odds
 
     Raises
     ------
@@ -115,12 +128,13 @@ class SearchPlayer(Player):
         *,
         seconds: float | None = None,
         network: ValueNetwork | None = None,
+        calls: CallingStyle = BY_THE_ODDS,
     ) -> None:
         if budget < 1 or (seconds is not None and not seconds > 0):
             raise InputError(
                 f"a search needs 1 throw or more, or a time above 0, got {budget} and {seconds}"
             )
-        self.budget, self.seconds = budget, seconds
+        self.budget, self.seconds, self.calls = budget, seconds, calls
         self.network = load_network() if network is None else network
         self._rate = FIRST_RATE
         self._tables: dict[tuple[Direction, Delivery], tuple[Ice, AimingTable]] = {}
@@ -191,7 +205,7 @@ class SearchPlayer(Player):
     def _evaluator(self, view: PlayerView) -> PositionEvaluator:
         key = (view.game.rules, view.game.lines, skill_feature(view.skill.sigma_angle))
         if key not in self._evaluators:
-            self._evaluators[key] = PositionEvaluator(self.network, *key)
+            self._evaluators[key] = PositionEvaluator(self.network, *key, self.calls)
         return self._evaluators[key]
 
     def _table(self, view: PlayerView) -> AimingTable:
@@ -223,6 +237,7 @@ class _Search:
         own = [view.skill.sigma_speed, view.skill.sigma_angle, view.skill.sigma_spin]
         self.sigma = np.hypot(own, UNMODELLED_ERROR)
         shots = shots_for(table, self.simulator, self.stones[None], end.delivered)
+        shots = evaluator.calls.among(shots, view, self.simulator)
         self.shots = self._affordable(shots)
         self.counts = np.zeros(len(self.shots))
         self.executed = np.empty((0, 3))
@@ -295,7 +310,8 @@ class _Search:
 
     def _simulate(self, chosen: Indices, times: int) -> None:
         """Simulate shots so many times each, with the same errors for all, and update them."""
-        half = self.rng.standard_normal((-(-times // 2), 3))
+        skill = self.view.skill
+        half = skill.standard_errors(-(-times // 2), self.rng)
         errors = np.concatenate([half, -half])[:times] * self.sigma
         executed = (self.shots.throws[chosen][:, None] + errors).reshape(-1, 3)
         self.counts[chosen] += times
@@ -309,6 +325,8 @@ class _Search:
             self.executed,
             self.values,
             self.sigma,
+            tails=skill.tails,
+            correlation=skill.correlation,
         )
 
     def _values_of(self, executed: Floats) -> Floats:

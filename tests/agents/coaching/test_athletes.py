@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 import simulated_club as club
@@ -113,6 +115,34 @@ def test_a_skill_is_the_spread_without_the_bias():
     assert skill.sigma_angle == pytest.approx(SPREAD[1] / 28.346, rel=0.3)
     assert skill.sigma_spin == pytest.approx(SPREAD[2], rel=0.3)
     assert "60 throws" in skill.source
+
+
+def test_a_skill_has_the_tails_and_the_correlation_of_the_throws():
+    def errors(rng, tails):
+        z = rng.standard_normal((200, 3))
+        z[:, 1] = 0.6 * z[:, 0] + 0.8 * z[:, 1]
+        return z * np.sqrt((tails - 2) / rng.chisquare(tails, (200, 1))) if tails else z
+
+    for tails in (None, 3.0):
+        drawn = iter(errors(np.random.default_rng(9), tails))
+        throws = thrown(Drawn(drawn), 200)
+        (found,) = athlete_errors([session(*throws)])
+        assert found.skill.correlation == pytest.approx(-0.6, abs=0.15)
+        if tails is None:
+            assert found.skill.tails == math.inf
+        else:
+            assert 2 < found.skill.tails < 5
+
+
+class Drawn:
+    """Gives errors that were drawn before, and no errors of measurement."""
+
+    def __init__(self, drawn):
+        self.drawn, self.odd = drawn, False
+
+    def standard_normal(self, n):
+        self.odd = not self.odd
+        return next(self.drawn) if self.odd else np.zeros(n)
 
 
 def test_what_was_not_measured_is_left_to_what_is_usual():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -17,6 +18,9 @@ def test_what_is_written_is_read_again(tmp_path, must_fit):
     save_skill(ADA, tmp_path / "ada.json")
     must_fit(tmp_path / "ada.json", "skill-1")
     assert load_skill(tmp_path / "ada.json") == ADA
+    tailed = replace(ADA, tails=3.5, correlation=-0.2)
+    save_skill(tailed, tmp_path / "tailed.json")
+    assert load_skill(tmp_path / "tailed.json") == tailed
     assert load_skill("club") is SKILLS["club"]
     assert load_skill(ADA) is ADA
 
@@ -28,6 +32,9 @@ def test_what_is_written_is_read_again(tmp_path, must_fit):
         ({"sigma_speed": -1}, "sigma_speed"),
         ({"sigma_speed": None}, "sigma_speed"),
         ({"bias": 1}, "bias"),
+        ({"tails": 1.5}, "tails"),
+        ({"tails": 2.0}, "tails"),
+        ({"correlation": 1.5}, "correlation"),
     ],
 )
 def test_a_file_that_describes_no_skill(tmp_path, change, said):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from agents.playing.match import play_game
-from agents.playing.search import SearchPlayer
+from agents.playing.search import CallingStyle, SearchPlayer
 from agents.playing.search.aiming_table import AimingTable
 from agents.playing.search.kernel_regression import estimate
 from agents.playing.search.player import PositionEvaluator
@@ -37,7 +37,7 @@ from curling_env.game.rules.lines import Lines
 from curling_env.ice import Ice, load_ice
 from curling_env.physics.one_stone.aim import Aim
 from curling_env.sheet import Direction
-from curling_env.throw import FROM_HACK, FROM_HOG_LINE, Throw
+from curling_env.throw import FROM_HACK, FROM_HOG_LINE, Skill, Throw
 
 FOURS = rule_set("world_curling_2024", ends=8)
 LINES = Lines(width=4.5)
@@ -353,6 +353,46 @@ def test_kernel_regression_finds_the_mean_of_a_known_worth():
     alone = executed[:400], worth[:400]
     _, by_itself = estimate(tried[:1], tried[:1], often[:1], *alone, sigma)
     assert error[2] < by_itself[0] * 1.5
+
+
+@pytest.mark.parametrize("tails", [3.0, np.inf])
+def test_throws_nearby_tell_of_a_throw_also_with_tails_and_a_correlation(tails):
+    skill = Skill(name="own", sigma_speed=0.02, sigma_angle=0.003, sigma_spin=0.1, tails=tails,
+                  correlation=0.7)  # fmt: skip
+    sigma = np.array([0.02, 0.003, 0.1])
+    tried = np.array([[2.0, 0.0, 1.5], [2.02, 0.002, 1.5], [1.98, -0.003, 1.5]])
+    rng, often = np.random.default_rng(8), np.full(3, 3000.0)
+    errors = np.array([skill.standard_errors(3000, rng) for _ in tried]) * sigma
+    executed = (tried[:, None] + errors).reshape(-1, 3)
+
+    def made(throws):  # needs speed and line together, as a throw behind a guard does
+        speed, angle = ((throws[:, :2] - tried[0, :2]) / sigma[:2]).T
+        return ((np.abs(speed) < 1) & (np.abs(angle) < 0.5)).astype(float)
+
+    asked = np.concatenate([tried, [[2.01, 0.001, 1.5]]])
+    mean, error = estimate(
+        asked, tried, often, executed, made(executed), sigma, tails=tails, correlation=0.7
+    )
+    many = skill.standard_errors(100_000, rng) * sigma
+    truth = np.array([made(one + many).mean() for one in asked])
+    assert np.abs(mean - truth).max() < 0.015
+    assert np.all(np.abs(mean - truth) < 4 * error)
+
+
+def test_a_team_that_wants_to_score_plays_no_blank(player):
+    """An empty house and the last stone: a draw for one, or out of the house to keep the hammer."""
+    view = view_of([], ends_left=6)
+    blanked = player.call(view)
+    eager = SearchPlayer(BUDGET, calls=CallingStyle(blank_cost=0.3))
+    assert blanked.shot == "through the house" or blanked.throw.speed > 2.3
+    assert eager.call(view).throw.speed < 2.3
+    at_last = view_of([], ends_left=2)
+    assert eager.call(at_last) == player.call(at_last)
+    odds = np.linspace(0, 1, len(SCORES))
+    kept = CallingStyle(blank_cost=0.1).with_hammer(odds, 5)
+    assert np.flatnonzero(kept != odds).tolist() == [6]
+    with pytest.raises(InputError, match="blank_cost"):
+        CallingStyle(blank_cost=2.0)
 
 
 def test_handles_tell_nothing_of_each_other():

@@ -1,0 +1,238 @@
+"""Games that are played to see how their ends are scored, one record for each game."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from agents.playing.ends.grades import grade, shot_type
+from agents.playing.match import Match, PlayedDelivery
+from agents.playing.search import BY_THE_ODDS, CallingStyle, SearchPlayer
+from agents.playing.search.positions import EndSimulator, position_of
+from curling_env.game import Call, GameSimulator, PlayerView
+from curling_env.game.ice_evolution import TYPICAL_EVOLUTION, IceEvolution
+from curling_env.game.rules import Team, rule_set
+from curling_env.game.team_judgement import NEVER_WRONG, TeamJudgement
+from curling_env.infrastructure.executor import executor
+from curling_env.throw import Skill, skill_named
+from curling_env.typing import Progress, no_progress, with_progress
+
+
+@dataclass(frozen=True, kw_only=True)
+class Conditions:
+    """Who plays, on what, and what they know of it.
+
+    Parameters
+    ----------
+    ice, rules : the ice and the rules, by name
+    ends : scheduled ends of a game
+    skill : execution error of both teams' throwers
+    budget : simulated throws before each delivery
+    judgement : how far off teams are when they read the ice and sweep
+    calls : what teams call for, beside the odds
+    evolution : how the ice changes, and how far stones differ
+    sweeping : whether stones are swept
+    """
+
+    ice: str = "standard"
+    rules: str = "world_curling_2024"
+    ends: int = 10
+    skill: str | Skill = "champion"
+    budget: int = 300
+    judgement: TeamJudgement = NEVER_WRONG
+    calls: CallingStyle = BY_THE_ODDS
+    evolution: IceEvolution = TYPICAL_EVOLUTION
+    sweeping: bool = True
+
+    def simulator(self) -> GameSimulator:
+        """The simulator of such games."""
+        return GameSimulator(
+            self.ice,
+            rules=rule_set(self.rules, ends=self.ends),
+            skills=skill_named(self.skill),
+            ice_evolution=self.evolution,
+            sweeping=self.sweeping,
+            judgement=self.judgement,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class EndRecord:
+    """One end, seen from the team with the hammer.
+
+    Parameters
+    ----------
+    lead : its lead before the end
+    ends_left : scheduled ends to come, with this one; 0 for an extra end
+    score : its points, negative for its opponent's
+    won : whether it won the game
+    """
+
+    lead: int
+    ends_left: int
+    score: int
+    won: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShotRecord:
+    """One delivery.
+
+    Parameters
+    ----------
+    type : see `grades.SHOT_TYPES`; empty for a stone that is thrown away
+    grade : 0 to 4; None for that
+    left : stones to come in the end, with this one
+    hammer : whether the team has the hammer
+    predicted : chance to win the game that the player saw in its call
+    won : whether its team won the game
+    """
+
+    type: str
+    grade: int | None
+    left: int
+    hammer: bool
+    predicted: float
+    won: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class GameRecord:
+    """What is kept of a game.
+
+    Parameters
+    ----------
+    seed : its seed
+    ends, shots : its complete ends and its deliveries, in order
+    """
+
+    seed: int
+    ends: tuple[EndRecord, ...]
+    shots: tuple[ShotRecord, ...] = field(repr=False)
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON, in short lists."""
+        return {
+            "seed": self.seed,
+            "ends": [[e.lead, e.ends_left, e.score, int(e.won)] for e in self.ends],
+            "shots": [
+                [s.type, s.grade, s.left, int(s.hammer), round(s.predicted, 4), int(s.won)]
+                for s in self.shots
+            ],
+        }
+
+    @classmethod
+    def from_dict(cls, document: dict[str, Any]) -> GameRecord:
+        """What `as_dict` gave."""
+        return cls(
+            seed=document["seed"],
+            ends=tuple(
+                EndRecord(lead=lead, ends_left=left, score=score, won=bool(won))
+                for lead, left, score, won in document["ends"]
+            ),
+            shots=tuple(
+                ShotRecord(
+                    type=kind,
+                    grade=points,
+                    left=left,
+                    hammer=bool(hammer),
+                    predicted=predicted,
+                    won=bool(won),
+                )
+                for kind, points, left, hammer, predicted, won in document["shots"]
+            ),
+        )
+
+
+def play_games(
+    conditions: Conditions,
+    seeds: Sequence[int],
+    *,
+    workers: int | str = 1,
+    progress: Progress = no_progress,
+) -> Iterator[GameRecord]:
+    """Play games of `search` against itself, one for each seed.
+
+    Parameters
+    ----------
+    conditions : who plays on what
+    seeds : seeds of the games; the same seed gives the same game on any number of workers
+    workers : who plays them, see `curling_env.infrastructure.executor`
+    progress : called after each game
+    """
+    with executor(workers) as crew:
+        played = crew.map(_play, [(conditions, seed) for seed in seeds])
+        for _, record in zip(with_progress(seeds, "games", progress), played, strict=True):
+            yield record
+
+
+class _Caller(SearchPlayer):
+    """`search` that keeps what it expected of its last call."""
+
+    expected = 0.5
+    """The chance to win that it saw in its last call."""
+
+    def call(self, view: PlayerView) -> Call:
+        best = self.ranked_shots(view)[0]
+        self.expected = best.win_probability
+        return Call(throw=best.throw, shot=best.shot)
+
+
+def _play(item: tuple[Conditions, int]) -> GameRecord:
+    conditions, seed = item
+    simulator = conditions.simulator()
+    callers = [_Caller(conditions.budget, calls=conditions.calls) for _ in Team]
+    match = Match(simulator, (callers[0], callers[1]), seed=seed)
+    expected: list[float] = []
+    deliveries: list[PlayedDelivery] = []
+    for delivery in match:
+        deliveries.append(delivery)
+        expected.append(callers[delivery.shot.team].expected)
+    game = match.game
+    return GameRecord(
+        seed=seed,
+        ends=tuple(
+            EndRecord(
+                lead=sum(end[hammer] - end[hammer.other] for end in game.line_score[:number]),
+                ends_left=max(game.rules.ends - number, 0),
+                score=game.line_score[number][hammer] - game.line_score[number][hammer.other],
+                won=game.winner is hammer,
+            )
+            for number, hammer in enumerate(game.hammers)
+        ),
+        shots=tuple(
+            _shot_record(simulator, delivery, predicted, game.winner)
+            for delivery, predicted in zip(deliveries, expected, strict=True)
+        ),
+    )
+
+
+def _shot_record(
+    simulator: GameSimulator, delivery: PlayedDelivery, predicted: float, winner: Team | None
+) -> ShotRecord:
+    before, shot = delivery.before, delivery.shot
+    end = before.game.end
+    assert end is not None
+    own = EndSimulator(
+        ice=simulator.ice_as_read(before.seed, shot.team, end.number),
+        direction=shot.direction,
+        rules=simulator.rules,
+        lines=simulator.lines,
+        delivery=simulator.delivery,
+    )
+    throw, position = shot.call.throw, position_of(end)
+    intended = np.array([[throw.speed, throw.angle, throw.spin]])
+    called = own.play(position[None], end.delivered, intended)[0]
+    made = position_of(replace(end, stones=shot.stones_after))
+    points = grade(shot.call.shot, position, called, made, own.slot(end.delivered))
+    return ShotRecord(
+        type=shot_type(shot.call.shot) or "",
+        grade=points,
+        left=simulator.rules.deliveries - end.delivered,
+        hammer=shot.team is end.hammer,
+        predicted=predicted,
+        won=winner is shot.team,
+    )

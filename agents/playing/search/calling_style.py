@@ -1,0 +1,85 @@
+"""What a team calls for, beside the odds of the game."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from agents.playing.search.positions import SCORES, SLOTS, EndSimulator
+from agents.playing.search.shots import KINDS, Shots
+from curling_env.errors import InputError
+from curling_env.game import PlayerView
+from curling_env.typing import Floats
+
+CENTRE, CORNER = 0.35, 0.9
+"""A centre guard lies nearer to the centre line, and a corner guard farther from it [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CallingStyle:
+    """What a team calls for, beside the odds.
+
+    Parameters
+    ----------
+    blank_cost : by how much a blank is worth less to the team with the hammer than the odds say, in
+        probability of winning; teams that want to score in every end do not play for a blank
+    blank_until : with so many ends left, or fewer, a blank counts as the odds say
+    opening_guards : how many of its first stones a team throws as guards: without the hammer before
+        the centre of the house, with it at a corner
+    open_with_lead : a team that leads by so many points throws no guards
+    source : origin of the numbers
+
+    Raises
+    ------
+    InputError : a cost that is no difference between two probabilities, or a negative number
+    """
+
+    blank_cost: float = 0.0
+    blank_until: int = 2
+    opening_guards: int = 0
+    open_with_lead: int = 2
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        if not abs(self.blank_cost) <= 1:
+            raise InputError(f"blank_cost must lie within -1 and 1, got {self.blank_cost}")
+        if self.opening_guards < 0:
+            raise InputError(f"opening_guards must be at least 0, got {self.opening_guards}")
+
+    def with_hammer(self, by_score: Floats, ends_left: int) -> Floats:
+        """The win probability after each of `SCORES`, (13,), as the team with the hammer sees it.
+
+        Parameters
+        ----------
+        by_score : (13,) the same by the odds
+        ends_left : scheduled ends that are not complete, with the current one
+        """
+        if not self.blank_cost or ends_left <= self.blank_until:
+            return by_score
+        return by_score - self.blank_cost * (SCORES == 0)
+
+    def among(self, shots: Shots, view: PlayerView, simulator: EndSimulator) -> Shots:
+        """The shots that the team considers; all, unless it opens with a guard.
+
+        Parameters
+        ----------
+        shots : for the position that the view shows
+        view : the game as the team sees it
+        simulator : ice and rules, to tell where a guard comes to rest
+        """
+        end = view.game.end
+        if end is None or end.number_of_stone >= self.opening_guards:
+            return shots
+        if view.game.lead(view.team) >= self.open_with_lead:
+            return shots
+        guards = shots[shots.kind == KINDS.index("guard")]
+        empty = np.full((len(guards), SLOTS, 2), np.nan)
+        rests = simulator.play(empty, end.delivered, guards.throws)
+        beside = np.abs(rests[:, simulator.slot(end.delivered), 0])
+        wanted = guards[beside > CORNER if view.has_hammer else beside < CENTRE]
+        return wanted if len(wanted) else shots
+
+
+BY_THE_ODDS = CallingStyle()
+"""Teams that call whatever wins most often."""

@@ -1,0 +1,76 @@
+"""What a team takes the ice and its stones for, which is not quite what they are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from curling_env.errors import InputError
+from curling_env.game.rules.teams import Team
+from curling_env.ice import ActiveEffect, Ice
+
+_ICE, _SWEEP = 2**32 - 2, 2**32 - 3
+"""Set the numbers of a judgement apart from others of the same seed."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TeamJudgement:
+    """How far off teams are when they read the ice and judge a stone; zeros are never off.
+
+    Both teams read the ice anew in every end, from what they saw until then, each for itself.
+
+    Parameters
+    ----------
+    weight : relative standard deviation of μ as a team reads it
+    curl : relative standard deviation of the strength of the curl as a team reads it
+    sweep : standard deviation of the place at which sweepers expect an unswept stone to stop [m]
+
+    Raises
+    ------
+    InputError : a standard deviation that no team has
+    """
+
+    weight: float = 0.0
+    curl: float = 0.0
+    sweep: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, limit in (("weight", 0.2), ("curl", 0.5), ("sweep", 5.0)):
+            if not 0 <= getattr(self, name) <= limit:
+                raise InputError(f"{name} must lie within 0 and {limit}, got {getattr(self, name)}")
+
+    def ice_as_read(self, ice: Ice, seed: int, team: Team, end: int) -> Ice:
+        """The ice as a team takes it in an end.
+
+        Parameters
+        ----------
+        ice : the ice as it is known without an error
+        seed : seed of the game
+        team, end : who reads it, and in which end
+        """
+        if not self.weight and not self.curl:
+            return ice
+        slow, bend = np.random.default_rng((seed, end, int(team), _ICE)).standard_normal(2).tolist()
+        friction = replace(ice.friction, mu=ice.friction.mu * float(np.exp(self.weight * slow)))
+        factor = float(np.exp(self.curl * bend))
+        effects = tuple(_curling(effect, factor) for effect in ice.effects)
+        return replace(ice, friction=friction, effects=effects)
+
+    def sweepers_error(self, seed: int, throw: int) -> float:
+        """How much farther than it would, sweepers expect an unswept stone to go [m]."""
+        if not self.sweep:
+            return 0.0
+        return self.sweep * float(np.random.default_rng((seed, throw, _SWEEP)).standard_normal())
+
+
+NEVER_WRONG = TeamJudgement()
+"""Teams that know the ice as well as their file of it, and sweepers who see where a stone stops."""
+
+
+def _curling(effect: ActiveEffect, factor: float) -> ActiveEffect:
+    if effect.name != "curl":
+        return effect
+    parameters = dict(effect.parameters)
+    parameters["strength"] = factor * parameters["strength"]
+    return replace(effect, parameters=parameters)
