@@ -106,7 +106,10 @@ def begin_from(club: Club, folder: Path, *, name: str, day: str, sheet: str) -> 
     look_through(folder)
     session = club.add_session(name, day, sheet, None)
     with club.database.writing() as connection:
-        query = "insert into setting values (?, ?) on conflict do nothing"
+        query = (
+            "insert into setting values (?, ?) "
+            "on conflict (name) do update set value = excluded.value"
+        )
         connection.execute(query, (_mark(folder), str(session.id)))
     return session
 
@@ -150,9 +153,12 @@ def fill_from(club: Club, session: Session, folder: Path) -> Session:
 
 
 def is_in(club: Club, folder: Path) -> bool:
-    """Whether the tracks of a folder were taken in before."""
+    """Whether the tracks of a folder were taken in before, into a session that is still there."""
     with club.database.reading() as connection:
-        query = "select 1 from setting where name = ?"
+        query = (
+            "select 1 from setting join session on cast(session.id as text) = setting.value "
+            "where setting.name = ? and session.removed is null"
+        )
         return connection.execute(query, (_mark(folder),)).fetchone() is not None
 
 
@@ -171,7 +177,7 @@ def add_film(club: Club, session: Session, path: Path, *, clock: float | None = 
             shutil.copyfile(path, draft)
     size, file = target.stat().st_size, club.name_of(target)
     with club.database.writing() as connection:
-        query = "select * from film where session_id = ? and file = ?"
+        query = "select * from film where session_id = ? and file = ? and removed is null"
         known = row_of(connection, Film, query, (session.id, file))
         if known is not None:
             return known

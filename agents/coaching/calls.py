@@ -209,6 +209,17 @@ _SPELLINGS = (
     (re.compile(r"\btee line\b"), "tee"),
 )
 
+KNOWN_WORDS = frozenset(
+    word
+    for words in (PLACES, SHOTS, HANDLES, WEIGHTS, _FILLERS, _UNITS)
+    for name in words
+    for word in name.split()
+).union(
+    ("short", "past", "behind", "long", "broom", "center", "sec", "s", "second", "seconds"),
+    ("turn", "turns", "rotation"),
+)
+"""Words that mean something in a call."""
+
 
 class _Words:
     """The rest of a line that has still to be understood."""

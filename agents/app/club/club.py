@@ -21,6 +21,12 @@ SESSIONS, FILMS, CAMERAS = "sessions", "films", "cameras"
 TRACKS, ICE, DISCOVERY = "tracks.csv", "ice.json", "discovery"
 """Names of a session's files, as every command knows them."""
 LONGEST_NAME = 80
+THROWS_OF_SESSION = (
+    "select throw.* from throw left join film on film.id = throw.film_id "
+    "where throw.session_id = ? and throw.removed is null and film.removed is null "
+    "order by throw.number"
+)
+"""The question for the throws of a session that are there."""
 
 
 class Club:
@@ -139,38 +145,44 @@ class Club:
     def sessions(self) -> list[Session]:
         """All sessions, the latest first."""
         with self.database.reading() as connection:
-            query = "select * from session order by day desc, id desc"
+            query = "select * from session where removed is null order by day desc, id desc"
             return rows_of(connection, Session, query)
 
     def session(self, number: int) -> Session | None:
         """A session by its number."""
         with self.database.reading() as connection:
-            return row_of(connection, Session, "select * from session where id = ?", (number,))
+            query = "select * from session where id = ? and removed is null"
+            return row_of(connection, Session, query, (number,))
 
     def films(self, session: Session) -> list[Film]:
         """The films of a session in order of play."""
         with self.database.reading() as connection:
-            query = "select * from film where session_id = ? order by place"
+            query = "select * from film where session_id = ? and removed is null order by place"
             return rows_of(connection, Film, query, (session.id,))
 
     def film(self, number: int | None) -> Film | None:
         """A film by its number."""
         with self.database.reading() as connection:
-            return row_of(connection, Film, "select * from film where id = ?", (number,))
+            query = "select * from film where id = ? and removed is null"
+            return row_of(connection, Film, query, (number,))
 
     def throws(self, session: Session) -> list[Throw]:
         """The throws of a session in order of play."""
         with self.database.reading() as connection:
-            query = "select * from throw where session_id = ? order by number"
-            return rows_of(connection, Throw, query, (session.id,))
+            return rows_of(connection, Throw, THROWS_OF_SESSION, (session.id,))
 
     def throw(self, number: int) -> Throw | None:
         """A throw by its own number, not that within its session."""
         with self.database.reading() as connection:
-            return row_of(connection, Throw, "select * from throw where id = ?", (number,))
+            query = "select * from throw where id = ? and removed is null"
+            return row_of(connection, Throw, query, (number,))
 
     def targets(self) -> list[Target]:
-        """All targets by name."""
+        """The targets that are offered, by name."""
+        return [target for target in self.named_targets() if target.removed is None]
+
+    def named_targets(self) -> list[Target]:
+        """All targets that calls may name, also those that are no longer offered."""
         with self.database.reading() as connection:
             return rows_of(connection, Target, "select * from target order by name")
 

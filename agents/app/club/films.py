@@ -48,7 +48,9 @@ def begin_film(club: Club, session: Session, name: str, size: int) -> Film:
         raise InputError(f"a film has 1 byte to {MAX_FILM >> 30} GB", source=name[:80])
     folder = make_directory(club.folder_of(session) / "films")
     with club.database.writing() as connection:
-        query = "select * from film where session_id = ? and name = ? and size = ?"
+        query = (
+            "select * from film where session_id = ? and name = ? and size = ? and removed is null"
+        )
         found = row_of(connection, Film, query, (session.id, name, size))
         if found is not None:
             return found
@@ -113,7 +115,7 @@ def take_film(club: Club, session: Session, path: Path) -> Film:
         raise InputError(f"is no film ({', '.join(SUFFIXES)})", source=file[:80])
     size = inside.stat().st_size
     with club.database.writing() as connection:
-        query = "select * from film where session_id = ? and file = ?"
+        query = "select * from film where session_id = ? and file = ? and removed is null"
         if row_of(connection, Film, query, (session.id, file)) is not None:
             raise InputError("is in this session already", source=file[:80])
         return _added(connection, session, inside.name, size, size, file)

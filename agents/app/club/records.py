@@ -69,6 +69,7 @@ class Session:
     camera_id : what films it; None for tracks alone
     folder : where its tracks and ice lie, from the club folder
     stale : whether its files must be written anew from what the database says
+    removed : when it was removed; None for what is there, here and below
     """
 
     id: int
@@ -78,6 +79,7 @@ class Session:
     camera_id: int | None
     folder: str
     stale: bool = False
+    removed: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,6 +108,7 @@ class Film:
     state: State = State.WAITING
     said: str = ""
     clock: float | None = None
+    removed: str | None = None
 
     @property
     def is_whole(self) -> bool:
@@ -140,16 +143,18 @@ class Throw:
     called: str = ""
     made: bool | None = None
     note: str = ""
+    removed: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Target:
-    """A place on the ice that is asked for often, sheet frame [m]."""
+    """A place on the ice that is asked for often, sheet frame [m]: at the away end."""
 
     id: int
     name: str
     x: float
     y: float
+    removed: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

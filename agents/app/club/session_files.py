@@ -16,9 +16,9 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from agents.app.club.club import Club
-from agents.app.club.database import rows_of
-from agents.app.club.records import Film, Session, Throw
+from agents.app.club.club import TRACKS, Club
+from agents.app.club.records import Film, Session
+from agents.app.club.targets import with_places
 from curling_env.infrastructure.files.storage import (
     make_directory,
     read_json,
@@ -156,11 +156,20 @@ def session_throws(club: Club, session: Session) -> list[FoundThrow]:
         if film is None:
             used = 1 + max((track.stone for one in found for track in one.tracks), default=-1)
             numbers.colours.extend([None] * used)
+    removed = _removed(club, session)
+    found = [one for one in found if (one.film.id if one.film else None, one.part) not in removed]
     found.sort(key=lambda one: one.tracks[0].clock)
     return [
         one._replace(tracks=[replace(track, throw=number) for track in one.tracks])
         for number, one in enumerate(found)
     ]
+
+
+def _removed(club: Club, session: Session) -> set[tuple[int | None, int]]:
+    """Film and part of the throws that were removed."""
+    with club.database.reading() as connection:
+        query = "select film_id, part from throw where session_id = ? and removed is not null"
+        return {(row["film_id"], row["part"]) for row in connection.execute(query, (session.id,))}
 
 
 def _number_throws(club: Club, session: Session) -> None:
@@ -187,10 +196,11 @@ def _number_throws(club: Club, session: Session) -> None:
 def _write_files(club: Club, session: Session) -> None:
     """Write `tracks.csv`, `throws.csv` and `athletes.csv`, and mark the session as clean."""
     throws = session_throws(club, session)
-    if throws:
-        with club.database.reading() as connection:
-            query = "select * from throw where session_id = ? order by number"
-            entries = rows_of(connection, Throw, query, (session.id,))
+    if not throws:  # all of them were removed
+        for name in (TRACKS, THROW_LIST, HANDS_LIST):
+            (club.folder_of(session) / name).unlink(missing_ok=True)
+    else:
+        entries, targets = club.throws(session), club.named_targets()
         athletes = {one.id: one for one in club.athletes()}
         stones = {one.id: one.name for one in club.stones()}
         folder = club.folder_of(session)
@@ -209,7 +219,7 @@ def _write_files(club: Club, session: Session) -> None:
                     "stone": [
                         "" if one.stone_id is None else stones[one.stone_id] for one in entries
                     ],
-                    "called": [one.called for one in entries],
+                    "called": [with_places(one.called, targets) for one in entries],
                     "note": [one.note for one in entries],
                 },
             )

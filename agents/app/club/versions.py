@@ -45,5 +45,10 @@ _FIRST = (
         given text not null default '') strict""",
 )
 
-VERSIONS = (_FIRST,)
+_SECOND = tuple(
+    f"alter table {table} add column removed text"
+    for table in ("session", "film", "throw", "target")
+)
+
+VERSIONS = (_FIRST, _SECOND)
 """The statements of each version, oldest first."""

@@ -13,6 +13,7 @@ from agents.app.club import Camera, Club, Film, Session
 from agents.app.club.club import added, named
 from agents.app.club.films import add_piece, begin_film, films_there, take_film
 from agents.app.club.records import State
+from agents.app.club.removal import removed_in, removed_sessions
 from agents.app.pages import (
     club_of,
     document_of,
@@ -24,6 +25,7 @@ from agents.app.pages import (
     work_of,
 )
 from agents.app.screens.marking import MARKING, can_be_marked
+from agents.app.screens.removing import REMOVING
 from agents.app.screens.screen import Screen
 from agents.app.views.progress import events, job_events
 from curling_env.errors import InputError
@@ -57,6 +59,8 @@ def show(request: Request) -> Response:
         today=datetime.date.today().isoformat(),
         can_be_marked=session is not None and can_be_marked(club, session),
         notes=[] if session is None else club.notes(session),
+        removed=[] if session is None else removed_in(club, session),
+        removed_sessions=removed_sessions(club),
     )
 
 
@@ -246,5 +250,6 @@ SCREEN = Screen(
         Route("/practice/{session:int}/note", write_note, methods=["POST"]),
         Route("/practice/{session:int}/events", watch),
         *MARKING,
+        *REMOVING,
     ],
 )

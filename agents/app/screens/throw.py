@@ -11,11 +11,13 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from agents.app.club import Club
+from agents.app.club.session_files import finish_files
+from agents.app.club.targets import keep_target, remove_target
 from agents.app.pages import club_of, document_of, page, session_of
 from agents.app.screens.screen import Screen
 from agents.app.sheet import calls, games, plans, runs
 from agents.app.sheet.choices import ice_named, ices_of, skill_of, skills_of
-from agents.app.sheet.forms import CallsForm, GameForm, PlanForm, RunForm, asked
+from agents.app.sheet.forms import CallsForm, GameForm, PlanForm, RunForm, TargetForm, asked
 
 
 def show(request: Request) -> Response:
@@ -28,6 +30,7 @@ def show(request: Request) -> Response:
         session=session,
         ices=[(key, label) for key, label, _ in ices],
         skills=skills_of(club),
+        targets=_targets(club)["targets"],
         sizes=[
             {"length": ice.sheet.length, "width": ice.sheet.width, "radius": ice.stone.radius}
             for *_, ice in ices
@@ -62,6 +65,25 @@ def _advice(club: Club, document: Any) -> dict[str, Any]:
     return games.advised(ice_named(club, form.ice), hands, form)
 
 
+def _targets(club: Club) -> dict[str, Any]:
+    kept = [{"id": one.id, "name": one.name, "x": one.x, "y": one.y} for one in club.targets()]
+    return {"targets": kept}
+
+
+def _keep(club: Club, document: Any) -> dict[str, Any]:
+    form = asked(document, TargetForm)
+    keep_target(club, form.name, form.place.x, form.place.y)
+    finish_files(club)  # of sessions whose calls name it
+    return _targets(club)
+
+
+async def forget(request: Request) -> Response:
+    """Offer a target no longer."""
+    club = club_of(request)
+    await run_in_threadpool(remove_target, club, request.path_params["target"])
+    return JSONResponse(_targets(club))
+
+
 def _answering(
     answer: Callable[[Club, Any], dict[str, Any]],
 ) -> Callable[[Request], Awaitable[Response]]:
@@ -80,6 +102,7 @@ SCREEN = Screen(
     routes=[
         Route("/throw", show),
         Route("/throw/{session:int}", show),
+        Route("/throw/targets/{target:int}/forget", forget, methods=["POST"]),
         *(
             Route(f"/throw/{name}", _answering(answer), methods=["POST"])
             for name, answer in (
@@ -88,6 +111,7 @@ SCREEN = Screen(
                 ("calls", _calls),
                 ("game", _game),
                 ("advice", _advice),
+                ("targets", _keep),
             )
         ),
     ],

@@ -13,6 +13,7 @@ from agents.app.club import Club, Session, Throw
 from agents.app.club.club import named
 from agents.app.club.records import Hand
 from agents.app.club.session_files import finish_files
+from agents.app.club.targets import with_places
 from agents.app.pages import club_of, form_of, go_to, page, session_of
 from agents.app.screens.screen import Screen
 from agents.app.views.film_view import throw_view
@@ -78,7 +79,8 @@ def show_throw(request: Request) -> Response:
         stone=next((s for s in club.stones() if s.id == throw.stone_id), None),
         athletes=club.athletes(),
         stones=club.stones(),
-        call=read_call(throw.called),
+        call=read_call(with_places(throw.called, club.named_targets())),
+        targets=club.targets(),
         before=throws[place - 1] if place else None,
         after=throws[place + 1] if place + 1 < len(throws) else None,
     )

@@ -56,6 +56,13 @@ class PlaceForm(Document):
     y: Place
 
 
+class TargetForm(Document):
+    """Keep a place by a name."""
+
+    name: Short
+    place: PlaceForm
+
+
 class RunForm(Document):
     """Throw a stone."""
 

@@ -1,7 +1,8 @@
 // How the pages' scripts talk to the server: with the token, in JSON, and with one kind of error.
 
 const SOON = 1000; // until what is being worked out is asked for again [ms]
-const meta = (name) => document.querySelector(`meta[name="${name}"]`).content;
+/** What the page knows by a name: its token, or the root of the addresses. */
+export const meta = (name) => document.querySelector(`meta[name="${name}"]`).content;
 
 /** The address of a path in the app, such as "throws/3". */
 export const at = (path) => meta("root") + path.replace(/^\//, "");

@@ -1,6 +1,6 @@
 // Practice: sends films piece by piece, and shows how far everything is.
 
-import { ask, at, element } from "./ask.js";
+import { ask, at, element, meta } from "./ask.js";
 import { jobLine, listen } from "./jobs.js";
 
 const session = document.getElementById("practice").dataset.session;
@@ -135,7 +135,22 @@ function filmLine(film) {
       ask(`practice/films/${film.id}/again`, { method: "POST" }).catch((e) => complain(e.message)));
     line.append(again);
   }
+  const away = element("button", { type: "button", class: "plain", "aria-label": `Remove ${film.name}` }, "Remove");
+  away.addEventListener("click", () => removeFilm(film));
+  line.append(away);
   return line;
+}
+
+async function removeFilm(film) {
+  const throws = film.throws ? ` and its ${plural(film.throws, "throw")}` : "";
+  if (!confirm(`Remove ${film.name}${throws}? It can be brought back below.`)) return;
+  const fields = { kind: "film", id: film.id, session, csrf: meta("csrf") };
+  try {
+    await ask("practice/remove", { method: "POST", body: new URLSearchParams(fields) });
+    location.reload();
+  } catch (error) {
+    complain(error.message);
+  }
 }
 
 function throwLine(one) {

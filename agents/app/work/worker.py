@@ -69,7 +69,12 @@ def do_job(folder: Path, number: int) -> None:
     with club.database.reading() as connection:
         job = row_of(connection, Job, "select * from job where id = ?", (number,))
     session = None if job is None else club.session(job.session_id)
-    if job is None or session is None:
+    if job is None:
+        return
+    if session is None:  # it was removed
+        with club.database.writing() as connection:
+            query = "update job set state = 'cancelled' where id = ?"
+            connection.execute(query, (number,))
         return
     problem = None
     try:

@@ -84,3 +84,40 @@ def test_a_note_is_kept(visitor, club):
     (session,) = club.sessions()
     visitor.post(f"practice/{session.id}/note", {"text": "frost <b>left</b>"})
     assert "frost &lt;b&gt;left&lt;/b&gt;" in visitor.get("practice").text
+
+
+def test_what_is_removed_can_be_brought_back_on_the_page(visitor, club):
+    begin(visitor, name="Tuesday")
+    (session,) = club.sessions()
+    about = {"kind": "session", "id": str(session.id)}
+    assert visitor.send("practice/remove", about).status == 422  # no form of ours
+    answer = visitor.post("practice/remove", about)
+    assert answer.headers["location"] == f"/{visitor.secret}/practice#removed"
+    assert visitor.get(f"throws/{session.id}").status == 404
+    page = visitor.get("practice").text
+    assert "Bring back Tuesday" in page
+    assert "Delete Tuesday, 2026-11-17 for good" in page
+    visitor.post("practice/bring-back", about)
+    assert visitor.get(f"practice/{session.id}").status == 200
+
+
+def test_work_on_a_session_that_is_removed_ends(visitor, club):
+    begin(visitor)
+    (session,) = club.sessions()
+    visitor.post(f"practice/{session.id}/work", {"kind": "estimate"})
+    visitor.post("practice/remove", {"kind": "session", "id": str(session.id)})
+    with club.database.reading() as connection:
+        assert [tuple(row) for row in connection.execute("select state from job")] == [
+            ("cancelled",)
+        ]
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [{}, {"kind": "club", "id": "1"}, {"kind": "film", "id": "x"}, {"kind": "film", "id": "1"}],
+)
+def test_only_what_there_is_to_remove_is_removed(visitor, club, fields):
+    begin(visitor)
+    for path in ("remove", "bring-back", "delete"):
+        assert visitor.post(f"practice/{path}", fields).status == 422
+    assert len(club.sessions()) == 1

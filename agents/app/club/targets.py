@@ -1,0 +1,87 @@
+"""Places on the ice that are asked for often: kept by a name, and called by it.
+
+A call may say the name of a kept target where it would say a place. The files of a session, which
+every command reads, have the place itself.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from agents.app.club.club import Club, added, named
+from agents.app.club.database import row_of
+from agents.app.club.records import Target
+from agents.coaching import read_call
+from agents.coaching.calls import KNOWN_WORDS
+from curling_env.errors import InputError
+from curling_env.sheet import Direction, to_delivery, to_sheet
+
+MOST_TARGETS = 60
+
+
+def keep_target(club: Club, name: str, x: float, y: float) -> Target:
+    """Keep a place by a name; a target that no throw has called may be moved.
+
+    Parameters
+    ----------
+    x, y : sheet frame, at either end [m]
+
+    Raises
+    ------
+    InputError : a name that calls have a meaning for, that another target has, or a place where no
+        stone can lie
+    """
+    name = named(name, "a target")
+    right, past = to_delivery(np.array([x, y]), Direction.AWAY if y > 0 else Direction.HOME)
+    if not re.fullmatch(r"[^\W\d_][\w' -]*", name):
+        raise InputError("the name of a target begins with a letter, and has no signs in it")
+    if KNOWN_WORDS.issuperset(name.lower().split()):
+        raise InputError(f"{name!r} means something in a call already; choose another name")
+    if read_call(f"draw {_place(right, past)}") is None:
+        raise InputError("no stone can lie there")
+    x, y = (float(v) for v in to_sheet(np.array([right, past]), Direction.AWAY))
+    with club.database.writing() as connection:
+        query = "select * from target where name = ? collate nocase"
+        found = row_of(connection, Target, query, (name,))
+        if found is None:
+            count = connection.execute("select count(*) from target").fetchone()[0]
+            if count >= MOST_TARGETS:
+                raise InputError(f"a club keeps at most {MOST_TARGETS} targets")
+            number = added(connection, "target", name=name, x=x, y=y)
+        else:
+            number = found.id
+            if np.hypot(found.x - x, found.y - y) > 0.005:
+                calls = [row[0] for row in connection.execute("select called from throw")]
+                if any(with_places(called, [found]) != called for called in calls):
+                    raise InputError(f"throws have called {found.name!r}; choose another name")
+            connection.execute(
+                "update target set x = ?, y = ?, removed = null where id = ?", (x, y, number)
+            )
+        kept = row_of(connection, Target, "select * from target where id = ?", (number,))
+        # Calls that have named it before mean this place now.
+        query = "select session_id from throw where instr(lower(called), lower(?))"
+        connection.execute(f"update session set stale = 1 where id in ({query})", (name,))
+    assert kept is not None
+    return kept
+
+
+def remove_target(club: Club, number: int) -> None:
+    """Offer a target no longer; calls that name it keep their meaning."""
+    with club.database.writing() as connection:
+        connection.execute("update target set removed = datetime() where id = ?", (number,))
+
+
+def with_places(called: str, targets: Sequence[Target]) -> str:
+    """What was called, with places for the names of targets, as `read_call` reads it."""
+    for one in sorted(targets, key=lambda target: -len(target.name)):
+        right, past = to_delivery(np.array([one.x, one.y]), Direction.AWAY)
+        pattern = re.compile(rf"(?<![\w-]){re.escape(one.name)}(?![\w-])", re.IGNORECASE)
+        called = pattern.sub(_place(right, past), called)
+    return called
+
+
+def _place(right: float, past: float) -> str:
+    return f"{right:.2f},{past:.2f}"

@@ -1,0 +1,51 @@
+// A throw by hand: speed, broom and turns by sliders, and the path that follows.
+
+import { $, asJson, cm, keep, lying, play, post, say, sheet, START, state } from "./throw_board.js";
+import { show } from "./throw_found.js";
+import { freshEnd } from "./throw_game.js";
+
+let busy = false;
+let waiting = null;
+export function byHand() {
+  if (state.mode === "play") {
+    if (!play.mine) return;
+    freshEnd();
+    sheet.aim(null);
+    state.target = null;
+    $("calls").hidden = true;
+  }
+  const speed = Number($("speed").value), broom = Number($("broom").value), spin = Number($("spin").value);
+  state.throw = { speed, angle: -Math.atan2(broom, START), spin };
+  sayHand();
+  keep();
+  // While an answer is awaited, only the latest wish is kept.
+  if (busy) { waiting = byHand; return; }
+  runThrow();
+}
+
+export function runThrow() {
+  busy = true;
+  const json = { ice: state.ice, throw: state.throw, to: state.mode === "play" ? play.to : state.to, stones: asJson(lying()) };
+  post("throw/run", json, (found) => { say(`It ${found.ends}.`); show(found); }).finally(() => {
+    busy = false;
+    const next = waiting;
+    waiting = null;
+    next?.();
+  });
+}
+
+function sayHand() {
+  const { speed, angle, spin } = state.throw, broom = -START * Math.tan(angle);
+  $("speed-said").textContent = `${speed.toFixed(2)} m/s`;
+  $("broom-said").textContent = Math.abs(broom) < 0.005 ? "on the centre line" : `${cm(Math.abs(broom))} ${broom > 0 ? "right" : "left"} (${(Math.abs(angle) * 180 / Math.PI).toFixed(2)}°)`;
+  const turn = Math.abs(spin) < 0.01 ? "none" : `${Math.abs(spin).toFixed(2)} rad/s ${spin > 0 ? "counter-clockwise" : "clockwise"}`;
+  $("spin-said").textContent = turn;
+  for (const [id, words] of [["speed", `${speed.toFixed(2)} metres a second`], ["broom", $("broom-said").textContent], ["spin", turn]]) $(id).setAttribute("aria-valuetext", words);
+}
+
+export function setHand() {
+  $("speed").value = state.throw.speed;
+  $("broom").value = -START * Math.tan(state.throw.angle);
+  $("spin").value = state.throw.spin;
+  sayHand();
+}

@@ -1,0 +1,79 @@
+// A throw that the server told: drawn on the sheet, said in words, and run.
+
+import { element } from "./ask.js";
+import { $, asOwn, cm, desk, hand, keep, lying, play, post, say, sheet, state, thrower, turnOf, upper, weight } from "./throw_board.js";
+import { setHand } from "./throw_by_hand.js";
+import { throwInGame } from "./throw_game.js";
+
+function facts(rows) {
+  return element("dl", { class: "facts" }, ...rows.filter(Boolean).map(([what, value, more]) =>
+    element("div", {}, element("dt", {}, what), element("dd", {}, value), ...(more ? [element("dd", { class: "more" }, more)] : []))));
+}
+
+function button(words, act, plain = true) {
+  const made = element("button", { type: "button", class: plain ? "plain" : "" }, words);
+  made.addEventListener("click", act);
+  return made;
+}
+
+/** Draw a throw that the server told, and say it in words. */
+export function show(found) {
+  desk.shown = found;
+  const { call } = found, team = thrower();
+  if (state.mode === "play") { // the sliders go on from what is planned
+    state.throw = found.throw;
+    setHand();
+  }
+  sheet.stop?.();
+  sheet.trace([...(found.second ? tracesOf(found.second, team, "second") : []), ...tracesOf(found, team)]);
+  sheet.broom(call.broom, call.from);
+  sheet.expect(found.cloud, found.ellipse);
+  sheet.ghost(found.in_play ? found.rest : null, team);
+  const box = $("result");
+  const words = [
+    found.shot ? element("h2", {}, found.shot[0].toUpperCase() + found.shot.slice(1)) : "",
+    facts([
+      ["Weight", call.hog_to_hog_s === null ? "short" : `${call.hog_to_hog_s.toFixed(1)} s`, "hog to hog"],
+      ["Broom", call.broom_in_words.replace(" of the centre line", ""), "from the centre line"],
+      state.mode === "target" && !state.hit ? ["Ice", `${call.ice_m.toFixed(2)} m`, `${call.ice_in_brooms} to the ${call.ice_side}`] : null,
+      ["Handle", turnOf(call), turnOf(call) === "no turn" ? "" : `of a ${hand()}-hander, ${call.turns} turns`],
+      found.miss ? ["Expected miss", found.miss.words.split(" on average")[0], found.miss.words.split(", ")[1]] : null,
+      found.chance !== undefined && !found.miss ? ["Succeeds", `${Math.round(100 * found.chance)} %`, found.success_means] : null,
+      found.win !== undefined ? ["Wins the game", `${(100 * found.win).toFixed(0)} %`, `± ${(100 * found.win_error).toFixed(1)}`] : null,
+    ])];
+  if (found.sweep) words.push(element("p", {}, `Swept from ${found.sweep[0].toFixed(0)} to ${found.sweep[1].toFixed(0)} s.`));
+  if (found.miss?.by_the_ice_m != null) words.push(element("p", { class: "small quiet" },
+    `The hand alone misses by ${cm(found.miss.by_the_hand_m)}, what is not known of the ice by ${cm(found.miss.by_the_ice_m)}.`));
+  if (found.costs?.length) words.push(element("h2", {}, "What errors cost"),
+    element("ul", {}, ...found.costs.map((cost) => element("li", {}, cost.words + (found.miss || cost.success ? "" : " – and it fails")))));
+  if (!found.cloud && !found.costs) words.push(element("p", {}, `It ${found.ends}.`));
+  for (const remark of found.remarks ?? []) words.push(element("p", { class: "small quiet" }, remark));
+  const row = $("act");
+  row.replaceChildren();
+  if (state.mode === "play") {
+    if (play.mine) row.append(button("Throw it", () => throwInGame(found.throw), false));
+  } else row.append(button("Let it run", letItRun, false));
+  if (found.second) row.append(button(`Second choice: ${turnOf(found.second.call)}, ${weight(found.second)}`, () => show({ ...found.second, second: null, remarks: found.remarks })));
+  box.replaceChildren(...words.filter(Boolean));
+  box.hidden = false;
+}
+
+const tracesOf = (found, team, kind) => (found.paths ?? []).map((path) => ({ ...path, kind: kind ?? (path.stone === null ? team : lying()[path.stone]?.team) }));
+
+async function letItRun() {
+  if (!desk.shown?.paths) return;
+  const team = thrower(), stones = lying();
+  sheet.ghost(null);
+  await sheet.run(desk.shown.paths.map((path) => ({ ...path, team: path.stone === null ? team : stones[path.stone].team })),
+    { speed: Number($("pace").value), hide: desk.shown.paths.filter((path) => path.stone !== null).map((path) => stones[path.stone].id) });
+  sheet.ghost(desk.shown.in_play ? desk.shown.rest : null, team);
+  say(`It ${desk.shown.ends}.`);
+}
+
+export function planIt() {
+  if (!state.target) return;
+  sheet.aim(state.target);
+  keep();
+  const json = { ice: state.ice, skill: state.skill, target: state.target, stones: asOwn(lying()), hit: state.hit, handle: state.handle };
+  post("throw/plan", json, (found) => { say(found.expectation ? `${upper(found.expectation)}.` : ""); show(found); });
+}
