@@ -1,4 +1,4 @@
-"""The pictures of docs/environments.md: what `render()` shows of each environment.
+"""The pictures of the environments' pages: what `render()` shows of each, and the slides as films.
 
 python scripts/environment_pictures.py docs
 """
@@ -6,16 +6,18 @@ python scripts/environment_pictures.py docs
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import cv2
 import gymnasium
 import numpy as np
+from PIL import Image as Picture
 from scipy.ndimage import gaussian_filter
 
 import curling_env
+from curling_env.envs.rendering import FPS
 from curling_env.game import player_named
 from curling_env.ice import Ice, load_ice
 from curling_env.infrastructure.files.storage import atomic_path
@@ -24,6 +26,9 @@ from curling_env.sheet import Direction
 from curling_env.typing import Image
 
 QUALITY = 82
+FILM_SIZE, FILM_QUALITY = (800, 450), 50
+SPEED, HELD = 7.0, 2000
+"""A film shows a slide so many times faster, and its last picture for so many milliseconds."""
 
 
 def keen_and_heavy() -> Ice:
@@ -34,7 +39,7 @@ def keen_and_heavy() -> Ice:
     return replace(ice, friction=replace(ice.friction, mu=mu))
 
 
-def sheet() -> Image:
+def sheet() -> Any:
     """A draw that comes off a stone in the house."""
     ice = keen_and_heavy()
     stones = np.array([[0.3, 0.1], [-0.9, -0.6], [0.8, -3.0], [-1.2, 0.9]])
@@ -43,10 +48,10 @@ def sheet() -> Image:
     drawn = Aim(ice, Direction.AWAY).draw(0.05, 0.35, 1.5)
     assert drawn is not None  # the button can be reached on this ice
     env.step(env.unwrapped.action_of(drawn))  # pyright: ignore[reportAttributeAccessIssue]
-    return _shown(env)
+    return env
 
 
-def end() -> Image:
+def end() -> Any:
     """The middle of an end between two rule-based players."""
     player = player_named("rulebased")
     env = gymnasium.make(
@@ -60,10 +65,10 @@ def end() -> Image:
     game: Any = env.unwrapped
     for _ in range(5):
         env.step(game.action_of(player.call(game.simulator.view(game.state))))
-    return _shown(env)
+    return env
 
 
-def match() -> Image:
+def match() -> Any:
     """The first stones of mixed doubles after a power play."""
     player = player_named("rulebased")
     env = curling_env.curling_v0.env(
@@ -73,26 +78,36 @@ def match() -> Image:
     game: Any = env.unwrapped
     for _ in range(3):
         env.step(game.action_of(player.call(game.simulator.view(game.state))))
-    return _shown(env)
+    return env
 
 
-def _shown(env: Any) -> Image:
-    picture = env.render()
-    env.close()
-    return picture
-
-
-PICTURES = {"curling-sheet.jpg": sheet, "curling-end.jpg": end, "curling-v0.jpg": match}
+STILLS = ("curling-sheet", "curling-end")
+PICTURES = {"curling-sheet": sheet, "curling-end": end, "curling-v0": match}
 
 
 def main(folder: Path) -> None:
-    """Write all of them."""
-    for name, draw in PICTURES.items():
-        with atomic_path(folder / name) as draft:
-            bgr = cv2.cvtColor(draw(), cv2.COLOR_RGB2BGR)
-            done, coded = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
-            assert done
-            draft.write_bytes(coded.tobytes())
+    """Write all of them: pictures/NAME.webp, and of some the last picture, NAME.jpg."""
+    for name, played in PICTURES.items():
+        env = played()
+        if name in STILLS:
+            with atomic_path(folder / f"{name}.jpg") as draft:
+                Picture.fromarray(env.render()).save(draft, "JPEG", quality=QUALITY)
+        with atomic_path(folder / "pictures" / f"{name}.webp") as draft:
+            film(env.unwrapped.frames(speed=SPEED), draft)
+        env.close()
+
+
+def film(frames: Iterable[Image], path: Path) -> None:
+    """Write pictures as an animated WebP that stays at its last one for a while."""
+    shown = [
+        Picture.fromarray(frame).resize(FILM_SIZE, Picture.Resampling.LANCZOS) for frame in frames
+    ]
+    shown = [*shown[:-1:2], shown[-1]]
+    times = [1000 * 2 // FPS] * (len(shown) - 1) + [HELD]
+    shown[0].save(
+        path, "WEBP", save_all=True, append_images=shown[1:], duration=times, loop=0,
+        quality=FILM_QUALITY, method=6, minimize_size=True,
+    )  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ def mapped() -> dict[PurePosixPath, str]:
     final slash and, after two spaces or more, its words; a folder inside another is indented more.
     """
     text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
-    block = re.search(r"^## The map$.*?^```\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+    block = re.search(r"^## The map$.*?^```text\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
     assert block, 'ARCHITECTURE.md has no fenced block below "## The map"'
     found: dict[PurePosixPath, str] = {}
     above: list[tuple[int, PurePosixPath]] = []

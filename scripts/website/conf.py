@@ -6,6 +6,9 @@ import importlib.metadata
 import sys
 from pathlib import Path
 
+from pygments.lexers.special import TextLexer
+from sphinx.application import Sphinx
+
 sys.path.insert(0, str(Path(__file__).parents[1]))  # the package `website`
 
 project = "curling-sheet"
@@ -33,3 +36,7 @@ html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sphinx = False
 html_show_copyright = False
+
+
+def setup(app: Sphinx) -> None:
+    app.add_lexer("csv", TextLexer)

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
 import inspect
 import json
 import re
 from dataclasses import fields
 from pathlib import Path
 
-import cv2
 import gymnasium as gym
 import pytest
+from PIL import Image as Picture
 from website import observations
 
 import curling_env
@@ -19,7 +18,6 @@ from curling_env.envs.game.end_env import CurlingEndEnv
 from curling_env.envs.game.reward import GameRewardParts
 from curling_env.envs.sheet.env import CurlingSheetEnv
 from curling_env.envs.sheet.reward import RewardParts
-from curling_env.ice import load_ice
 
 DOCS = Path(__file__).parents[3] / "docs"
 PAGE = (DOCS / "environments.md").read_text(encoding="utf-8")
@@ -81,21 +79,6 @@ def test_every_part_of_the_reward_is_explained():
         assert f"`{part.name}`" in said
 
 
-@pytest.mark.parametrize("title", ["CurlingSheet-v0", "CurlingEnd-v0", "curling_v0"])
-def test_the_python_of_each_environment_runs(title, capsys):
-    if title == "curling_v0":
-        pytest.importorskip("pettingzoo")
-    names = {"ice": load_ice("standard"), "dataclasses": dataclasses}
-    blocks = re.findall(r"```python\n(.*?)```", page(title), re.DOTALL)
-    assert blocks
-    for block in blocks:
-        if "env.unwrapped.state" in block and "env.reset" not in block:  # goes on from a new end
-            names["env"].reset(seed=2)
-            names["action"] = names["env"].action_space.sample()
-        exec(block, names)
-    assert capsys.readouterr().out
-
-
 @pytest.mark.parametrize("title", PAGES)
 def test_a_page_says_which_spaces_there_are(title):
     (named,) = [row[2:] for row in SPACES if row[:2] == (title, "{}")]
@@ -116,5 +99,7 @@ def test_every_number_of_an_observation_has_a_meaning(title):
 def test_pictures_are_there_and_small():
     for title in PAGES:
         (name,) = re.findall(r"!\[.+?\]\(\.\./(.+?)\)", page(title))
-        assert (DOCS / name).stat().st_size < 100_000
-        assert cv2.imread(str(DOCS / name)).shape == (720, 1280, 3)
+        assert (DOCS / name).stat().st_size < 250_000
+        with Picture.open(DOCS / name) as film:
+            assert film.n_frames > 30
+            assert film.size == (800, 450)
