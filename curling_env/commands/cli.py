@@ -94,8 +94,8 @@ Ice to throw:       curling plan --ice ice.json --target 0,17.37
                     curling throw --ice ice.json --speed 2.1 --angle 0 --spin 1.5
 
 Lengths are in metres, times in seconds, angles in radians. An ICE is an ice file or the name of a
-preset: standard (championship ice), club (slower and straighter), fcv1 (the law of Digital Curling)
-or paper (uniform friction).
+preset: standard (championship ice), fitted (the same, fitted to what is published), club (slower
+and straighter), fcv1 (the law of Digital Curling) or paper (uniform friction).
 """
 
 # --- what sub-commands share -------------------------------------------------------------------
@@ -103,7 +103,9 @@ or paper (uniform friction).
 IceOption = Annotated[
     str,
     typer.Option(
-        "--ice", metavar="ICE", help="An ice file, or a preset: standard, club, fcv1, paper."
+        "--ice",
+        metavar="ICE",
+        help="An ice file, or a preset: standard, fitted, club, fcv1, paper.",
     ),
 ]
 SeedOption = Annotated[

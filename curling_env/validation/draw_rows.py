@@ -57,7 +57,7 @@ def _speed_of_time(shots: Shots, seconds: float) -> float | None:
     return None if scaled is None else scaled.weight_of_time(seconds)
 
 
-def _metres_per_second(shots: Shots, to_rest: bool) -> float | None:
+def metres_per_second(shots: Shots, to_rest: bool) -> float | None:
     """How much further a draw carries that is a second quicker, from its two neighbours."""
     speed = shots.draw_speed
     if speed is None:
@@ -111,9 +111,9 @@ def _slow_side(shots: Shots) -> float:
 
 WATCH = "coaches' watches"
 TURN = "curl and turns"
-RULE_OF_SIX_FEET = (
-    "the table follows its own rule of six feet a second; on ice of any friction that does not "
-    "grow with speed a draw that is a second quicker carries further than that"
+SIX_FEET = (
+    "the table goes by six feet a second; on such ice, whose friction falls with speed, a stone "
+    "that is a second quicker carries 2.1 m further near draw weight, and more beyond"
 )
 
 ROWS = (
@@ -159,6 +159,8 @@ ROWS = (
         why={
             "standard": "0.9 % above the round number: air drag and the spin take a stone of this "
             "law beyond the bare power law's 24.9 s",
+            "fitted": "0.03 s above the round number: air drag and the spin take a stone of this "
+            "law beyond the bare power law's",
             "club": "0.9 % above the round number, as on the standard ice, whose law it has",
             "paper": "constant friction takes longer over the last metres than any ice",
         },
@@ -174,6 +176,7 @@ ROWS = (
         source=sources.CURLING_SCHOOL + ": 12.0 to 12.5 s are the old 20 to 23 s",
         value=partial(_hog_to_tee_on, seconds=12.25),
         why={"paper": "constant friction takes longer over the last metres than any ice"},
+        fitted=True,
     ),
     *(
         Row(
@@ -186,12 +189,29 @@ ROWS = (
             source=sources.WATCHES,
             value=partial(_time_of_weight, place=place),
             about=about,
-            why={"any": RULE_OF_SIX_FEET},
+            why={"any": why},
+            fitted=True,
         )
-        for place, said, about in (
-            ("a guard", 15.2, "Another table says guard 16, draw 14, peel 9."),
-            ("the hack", 12.5, "Two seconds for the 12 feet to the hack, at six feet a second."),
-            ("the backboard", 11.2, "Even at six feet a second the 16 feet take 2.7 s, not 3.3."),
+        for place, said, about, why in (
+            (
+                "a guard",
+                15.2,
+                "Another table says guard 16, draw 14, peel 9: two seconds, not 0.7.",
+                "by the coaches' own six feet a second such a stone stops in the house; the table "
+                "with guard two seconds above the draw agrees within 0.4 s",
+            ),
+            (
+                "the hack",
+                12.5,
+                "Two seconds for the 12 feet to the hack, at six feet a second.",
+                SIX_FEET,
+            ),
+            (
+                "the backboard",
+                11.2,
+                "Even at six feet a second the 16 feet take 2.7 s, not 3.3.",
+                SIX_FEET + "; nor do its 3.3 s for 16 feet follow that rule",
+            ),
         )
     ),
     *(
@@ -216,13 +236,15 @@ ROWS = (
         high=1.98,
         unit="m/s",
         source=sources.WATCHES,
-        value=partial(_metres_per_second, to_rest=False),
-        about="Half a foot either way. A power law −¼ without drag gives 2.36 m.",
+        value=partial(metres_per_second, to_rest=False),
+        about="Half a foot either way. In proportion to 1/T: a power law −¼ without drag gives "
+        "2.36 m where a draw takes 13.0 s, and 2.1 m at 14.5 s; constant friction 1.9 m there.",
         why={
             "paper": PAPER_ICE,
-            "any": "friction falling with v^(-1/4) gives 2.36 m without drag, constant friction "
-            "still 1.9 m: the rule is for feet and round seconds, and Beijing's friction denies it",
+            "any": "the rule is that of constant friction on ice of 14.5 s; Beijing's friction, "
+            "which falls with v^(-1/4), denies it",
         },
+        fitted=True,
     ),
     Row(
         name="further for a second more, hog to rest",
@@ -232,13 +254,14 @@ ROWS = (
         high=3.3,
         unit="m/s",
         source=sources.BRUSHERS,
-        value=partial(_metres_per_second, to_rest=True),
+        value=partial(metres_per_second, to_rest=True),
         about="The other coaches' six feet a second are of another watch, hog to hog.",
         why={
             "paper": PAPER_ICE,
             "any": "a power law −n gives (2 + n)/(1 + n)·D/T, 2.1 m; 3.05 m would need an ice on "
             "which draws take 17 s. The rule is for judging sweepers, not for the ice",
         },
+        fitted=True,
     ),
     Row(
         name="curl of a draw",
@@ -252,8 +275,8 @@ ROWS = (
         about="Four feet, half a foot more or less, are 1.07 to 1.37 m; Digital Curling's law, "
         "with which players trained for years, gives 1.47 m; Nyberg 'slightly more than a metre'.",
         why={
-            "standard": "curls as Digital Curling's law does, 7 cm more than the ice makers' upper "
-            "bound; a fit to all rows curls 1.2 m",
+            "standard": "curls as Digital Curling's law does, 7 cm more than the upper bound; the "
+            "preset `fitted` curls 1.2 m",
             "fcv1": "the law as its authors wrote it",
             "club": "club ice is straighter, on purpose",
             "paper": "this ice has no curl",
@@ -270,6 +293,7 @@ ROWS = (
         source=sources.TYSOE + " (1 to 3); " + sources.DZIKOWSKI + " (50 to 150 °/s)",
         value=partial(_of_draw, what="turns", spin=0.9),
         why={"paper": PAPER_ICE},
+        fitted=True,
     ),
     Row(
         name="turns of a draw released at 2.6 rad/s",
@@ -284,6 +308,7 @@ ROWS = (
             "any": "the two ranges cannot meet at their upper ends: 2.6 rad/s fading evenly to "
             "nought over 25 s are five turns already"
         },
+        fitted=True,
     ),
     Row(
         name="largest over smallest curl, spins 0.9 to 2.6 rad/s",
@@ -294,6 +319,7 @@ ROWS = (
         unit="1",
         source=sources.NYBERG,
         value=_curl_by_spin,
+        fitted=True,
     ),
     Row(
         name="share of the curl in the last quarter of the way",

@@ -41,11 +41,13 @@ def _steepness(shots: Shots) -> float | None:
     return None if slow is None or fast is None else math.log(slow / fast) / math.log(2.15 / 0.25)
 
 
+def _jensen_carry(shots: Shots) -> float:
+    return shots.carry(JENSEN_SPEED, JENSEN_SPIN)
+
+
 def _jensen(shots: Shots, what: str) -> float | None:
     """Time, curl or turns of the published shot on the ice scaled to its distance."""
-    scaled = shots.scaled_until(
-        lambda other: other.carry(JENSEN_SPEED, JENSEN_SPIN), JENSEN_DISTANCE
-    )
+    scaled = shots.scaled_until(_jensen_carry, JENSEN_DISTANCE)
     run = None if scaled is None else scaled.run(JENSEN_SPEED, JENSEN_SPIN)
     if run is None:
         return None
@@ -110,8 +112,9 @@ ROWS = (
         source=sources.YANG,
         value=_steepness,
         about="From 0.012 and 0.007, the two rows above. Penner and Maeno: ½; Jensen & "
-        "Shegelski's shot: 0.16; the coaches' six feet a second: below nought.",
+        "Shegelski's shot: 0.16; the coaches' six feet a second: about nought.",
         why={"paper": "the paper's friction does not follow the speed"},
+        fitted=True,
     ),
     Row(
         name="greatest friction, at 0.1 m/s",
@@ -127,6 +130,7 @@ ROWS = (
             "slide",
             "paper": PAPER_ICE,
         },
+        fitted=True,
     ),
     Row(
         name="least friction, at 2.2 m/s",
@@ -138,6 +142,7 @@ ROWS = (
         source=sources.LI,
         value=partial(friction_between, fast=2.25, slow=2.15),
         why={"paper": PAPER_ICE},
+        fitted=True,
     ),
     Row(
         name="distance of a stone at 2.09 m/s and 1.01 rad/s",
@@ -147,7 +152,7 @@ ROWS = (
         high=25.7,
         unit="m",
         source=sources.JENSEN,
-        value=lambda shots: shots.carry(JENSEN_SPEED, JENSEN_SPIN),
+        value=_jensen_carry,
         about="The last digit; σ of the speed is not quoted, and 0.01 m/s are 0.27 m.",
         why={
             "any": "another ice on another day: its friction was a tenth above championship ice. "

@@ -38,7 +38,7 @@ class Row:
     about : what the source leaves open, and where other sources disagree
     why : by name of a preset, why its value does not agree; ``any`` serves for every ice
     depends_on_ice : whether another ice can give another value
-    fitted : whether the row takes part in a fit of the ice
+    fitted : whether the row is of championship ice and takes part in a fit of it
 
     Raises
     ------

@@ -42,6 +42,7 @@ class Shots:
 
     def __init__(self, ice: Ice) -> None:
         self.ice = ice
+        self._scaled: dict[tuple[Callable[[Shots], float | None], float], Shots | None] = {}
 
     def run(
         self,
@@ -146,6 +147,12 @@ class Shots:
         ----------
         measure : of the scaled ice; falls or rises steadily with the friction
         """
+        key = (measure, wanted)
+        if key not in self._scaled:
+            self._scaled[key] = self._scale_until(measure, wanted)
+        return self._scaled[key]
+
+    def _scale_until(self, measure: Callable[[Shots], float | None], wanted: float) -> Shots | None:
 
         def off(log_scale: float) -> float:
             found = measure(self.scaled(math.exp(log_scale)))

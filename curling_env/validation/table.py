@@ -7,11 +7,23 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from curling_env.ice import Ice, preset_names
-from curling_env.validation import draw_rows, friction_rows
+from curling_env.validation import (
+    collision_rows,
+    draw_rows,
+    friction_rows,
+    mechanics_rows,
+    sweeping_rows,
+)
 from curling_env.validation.row import Comparison, Row, Verdict
 from curling_env.validation.shots import Shots
 
-ROWS: tuple[Row, ...] = (*friction_rows.ROWS, *draw_rows.ROWS)
+ROWS: tuple[Row, ...] = (
+    *friction_rows.ROWS,
+    *draw_rows.ROWS,
+    *sweeping_rows.ROWS,
+    *collision_rows.ROWS,
+    *mechanics_rows.ROWS,
+)
 """Every row that is computed by the physics alone; those that depend on the ice, and the others."""
 ICE_ROWS = tuple(row for row in ROWS if row.depends_on_ice)
 OTHER_ROWS = tuple(row for row in ROWS if not row.depends_on_ice)

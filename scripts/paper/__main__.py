@@ -41,7 +41,7 @@ def main(
     if figure6:
         from figure6 import draw_flow_figure
 
-        print(draw_flow_figure(folder / "figure6.png", np.random.default_rng(seed)))
+        print(draw_flow_figure(folder / "figure6.png", np.random.default_rng(seed))[0])
     say(f"tables and figures in {folder}")
 
 

@@ -42,7 +42,9 @@ STRETCHES = {"before mid-sheet": (7.0, 3.0), "after mid-sheet": (-4.0, -10.5)}
 """Where the stone is followed, y at the beginning and the end [m]; it is played home."""
 
 
-def draw_flow_figure(path: Path, rng: np.random.Generator) -> str:
+def draw_flow_figure(
+    path: Path, rng: np.random.Generator
+) -> tuple[str, dict[tuple[str, str], float]]:
     """Film a throw, follow it with both forms, draw figure 6.
 
     Parameters
@@ -52,7 +54,8 @@ def draw_flow_figure(path: Path, rng: np.random.Generator) -> str:
 
     Returns
     -------
-    what was found, as text: points kept and distance to the true stone at the end
+    what was found, as text: points kept and distance to the true stone at the end; and that
+        distance by form and stretch [m]
     """
     spec = FilmSpec(
         camera=_camera(),
@@ -68,6 +71,7 @@ def draw_flow_figure(path: Path, rng: np.random.Generator) -> str:
     figure = new_figure(10, 6.4)
     panels = figure.subplots(2, 2)
     lines: list[str] = []
+    misses: dict[tuple[str, str], float] = {}
     for row, flow in enumerate(FLOW_METHODS):
         for column, (name, (begin, end)) in enumerate(STRETCHES.items()):
             first = int(np.argmax(truth.xy[:, 1] <= begin))
@@ -79,6 +83,7 @@ def draw_flow_figure(path: Path, rng: np.random.Generator) -> str:
             ax = panels[row, column]
             _draw(ax, frames[last], trail, points, true_px)
             miss = _miss(camera, trail, truth.xy[first : last + 1])
+            misses[flow, name] = miss
             kept = f"{len(points)} points kept" if len(points) else "all points lost"
             ax.set_title(f"{flow}, {name}: {kept}", fontsize=10, color=INK)
             followed = len(trail) / (last + 1 - first)
@@ -92,7 +97,7 @@ def draw_flow_figure(path: Path, rng: np.random.Generator) -> str:
         fontsize=12, color=INK,
     )  # fmt: skip
     save_figure(figure, path)
-    return "\n".join(lines)
+    return "\n".join(lines), misses
 
 
 def _camera() -> Camera:

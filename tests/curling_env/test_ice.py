@@ -76,7 +76,7 @@ def test_what_is_believed_and_not_measured_is_kept_by_the_file(tmp_path):
     assert "believed" not in written[1]
 
 
-@pytest.mark.parametrize("name", ["standard", "club", "fcv1", "paper"])
+@pytest.mark.parametrize("name", ["standard", "fitted", "club", "fcv1", "paper"])
 def test_presets_are_ice_and_have_a_file(tmp_path, name):
     ice = load_ice(name)
     save_ice(ice, tmp_path / "ice.json")
@@ -174,7 +174,7 @@ def test_what_is_no_ice_is_refused(tmp_path, text):
 
 
 def test_a_name_that_is_neither_file_nor_preset_is_named_beside_the_presets():
-    with pytest.raises(InputError, match="championship: .*club, fcv1, paper, standard"):
+    with pytest.raises(InputError, match="championship: .*club, fcv1, fitted, paper, standard"):
         load_ice("championship")
 
 

@@ -75,7 +75,10 @@ def test_plain_data_means_what_objects_mean():
 
 WRONG = {
     "CurlingSheet-v0": [
-        ({"ice": 3}, "ice must be an Ice, an ice file or one of club, fcv1, paper, standard"),
+        (
+            {"ice": 3},
+            "ice must be an Ice, an ice file or one of club, fcv1, fitted, paper, standard",
+        ),
         ({"task": 3}, "no task"),
         ({"throws": "2"}, "throws must be a whole number"),
         ({"throws": True}, "throws must be a whole number"),

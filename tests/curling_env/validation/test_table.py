@@ -19,13 +19,17 @@ PASS_ON_STANDARD = {
     "hog to tee on old slow ice, 12.25 s hog to hog",
     "turns of a draw released at 0.9 rad/s",
     "largest over smallest curl, spins 0.9 to 2.6 rad/s",
+    "the same swept, on ice scaled to 5.84 m",
 }
+PASS_ON_FITTED = PASS_ON_STANDARD | {"its turns, on ice scaled to its distance", "curl of a draw"}
 PASS_ON_FCV1 = PASS_ON_STANDARD - {
     "friction at 0.2 to 0.3 m/s",
     "greatest friction, at 0.1 m/s",
 } | {
     "its turns, on ice scaled to its distance",
     "hog to tee where a draw is 14.0 s hog to hog",
+    "speed of a fully hit stone over the thrown stone's",
+    "energy kept in a full hit",
 }  # fmt: skip
 
 PASS_ON_CLUB = PASS_ON_STANDARD - {
@@ -40,7 +44,12 @@ PASS_ON_CLUB = PASS_ON_STANDARD - {
 
 @pytest.mark.parametrize(
     ("preset", "passing"),
-    [("standard", PASS_ON_STANDARD), ("club", PASS_ON_CLUB), ("fcv1", PASS_ON_FCV1)],
+    [
+        ("standard", PASS_ON_STANDARD),
+        ("fitted", PASS_ON_FITTED),
+        ("club", PASS_ON_CLUB),
+        ("fcv1", PASS_ON_FCV1),
+    ],
 )
 def test_the_rows_that_pass(preset: str, passing: set[str]) -> None:
     found = compare(load_ice(preset), preset)

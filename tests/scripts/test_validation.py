@@ -1,0 +1,54 @@
+"""The table of published measurements as the script prints it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import validation
+from typer.testing import CliRunner
+
+from curling_env.validation import ICE_ROWS, OTHER_ROWS, compare
+
+
+@pytest.fixture
+def without_films(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rows that render films or fit tables have tests of their own."""
+    monkeypatch.setattr(validation, "ROWS_OF_NO_ICE", OTHER_ROWS)
+
+
+def test_rows_are_one_list_with_their_ice(without_films: None) -> None:
+    documents = validation.as_documents(validation.tables(["standard", "paper"]))
+    assert len(documents) == 2 * len(ICE_ROWS) + len(OTHER_ROWS)
+    assert [d["ice"] for d in documents[:1]] == ["standard"]
+    assert documents[-1]["ice"] is None
+    assert {"part", "name", "published", "value", "verdict", "source"} <= documents[0].keys()
+
+
+def test_rows_of_the_paper_compare_with_what_it_printed(monkeypatch: pytest.MonkeyPatch) -> None:
+    from curling_env.ice import load_ice
+
+    monkeypatch.setattr(validation, "_paper_errors", lambda: {1: 0.1, 5: 0.4})
+    misses = {(form, where): 0.1 for form in ("plain", "pyramidal") for where in
+              ("before mid-sheet", "after mid-sheet")}  # fmt: skip
+    monkeypatch.setattr(validation, "_flow_misses", lambda: misses)
+    found = compare(load_ice("standard"), "standard", validation.PAPER_ROWS)
+    assert [c.verdict.value for c in found] == ["agrees", "differs", "agrees", "agrees"]
+
+
+def test_the_figures_are_drawn(tmp_path: Path) -> None:
+    from validation_figures import draw_friction, draw_weights
+
+    draw_friction(tmp_path / "friction.png")
+    draw_weights(tmp_path / "weights.png")
+    assert all((tmp_path / n).stat().st_size > 20_000 for n in ("friction.png", "weights.png"))
+
+
+def test_a_name_that_is_no_ice_is_refused() -> None:
+    import typer
+
+    app = typer.Typer()
+    app.command()(validation.main)
+    done = CliRunner().invoke(app, ["--ice", "nothing"])
+    assert done.exit_code != 0
+    assert "no such ice file" in str(done.exception)
