@@ -135,7 +135,7 @@ function filmLine(film) {
       ask(`practice/films/${film.id}/again`, { method: "POST" }).catch((e) => complain(e.message)));
     line.append(again);
   }
-  const away = element("button", { type: "button", class: "plain", "aria-label": `Remove ${film.name}` }, "Remove");
+  const away = element("button", { type: "button", class: "plain light", "aria-label": `Remove ${film.name}` }, "Remove");
   away.addEventListener("click", () => removeFilm(film));
   line.append(away);
   return line;
