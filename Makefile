@@ -15,10 +15,10 @@ TORCH  := $(shell sed -n 's/^\(torch==[0-9.]*\).*/\1/p' constraints.txt)
 SINGLE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS=1
 
 .PHONY: help setup demo test lint format types arch bench docs docs-serve docs-test schemas \
-	soak fuzz faults mutants lock clean
+	soak fuzz faults mutants release-check sbom lock clean
 
 help:  ## this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: $(STAMP)  ## the environment in .venv, with everything development needs
 
@@ -84,6 +84,16 @@ faults: setup  ## full disks, kills and homes that cannot be written, for every 
 
 mutants: setup  ## 300 small faults put into the code, and which of them the tests notice
 	$(BIN)/python scripts/mutation.py --workers $(JOBS)
+
+release-check:  ## wheel and sdist in clean environments of every Python, extras one by one
+	$(PYTHON) -m venv runs/tools
+	runs/tools/bin/python -m pip install --quiet build uv
+	cd scripts && ../runs/tools/bin/python -m release.check $(CHECKS)
+
+sbom:  ## bill of materials (CycloneDX) of an installation, and the pages of licences and sizes
+	$(PYTHON) -m venv runs/tools
+	runs/tools/bin/python -m pip install --quiet cyclonedx-bom packaging uv
+	cd scripts && ../runs/tools/bin/python -m release.bill
 
 lock:  ## constraints.txt anew, with hashes (UPGRADE=--upgrade: the newest versions)
 	$(PYTHON) -m venv runs/lock

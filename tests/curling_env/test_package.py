@@ -30,10 +30,15 @@ def run(program: str) -> str:
     return done.stdout
 
 
-def test_importing_the_package_loads_nothing_heavy():
+@pytest.mark.parametrize(
+    "modules",
+    ["curling_env", "friction_estimation, agents", "curling, curling_env.commands.cli"],
+)
+def test_importing_a_package_loads_nothing_heavy(modules):
     printed = run(
-        "import sys, curling_env, curling_env.commands.cli\n"
-        "heavy = {'cv2', 'matplotlib', 'numba', 'pygame', 'pymunk', 'scipy', 'torch'}\n"
+        f"import sys, {modules}\n"
+        "heavy = {'PIL', 'av', 'cv2', 'jinja2', 'matplotlib', 'numba', 'pygame', 'pymunk', 'ray',\n"
+        "         'scipy', 'stable_baselines3', 'starlette', 'torch'}\n"
         "print(*sorted(heavy & set(sys.modules)))\n"
     )
     assert printed == "\n"

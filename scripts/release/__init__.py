@@ -1,0 +1,1 @@
+"""What a release must show: `make release-check`, the bill of materials, and the licences."""
