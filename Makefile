@@ -63,8 +63,8 @@ docs: setup  ## the site, into site/: every warning and broken link is an error
 docs-serve: docs  ## the site in the browser, at http://127.0.0.1:8000/
 	@cd scripts && ../$(BIN)/python -m website ../site --serve
 
-docs-test: setup  ## every example of every page is run, on files that the pages make themselves
-	CURLING_EXAMPLES=all $(SINGLE) $(BIN)/pytest -n $(JOBS) -q tests/test_examples.py
+docs-test: docs  ## every example of every page is run, and the site is looked at in a browser
+	CURLING_EXAMPLES=all $(SINGLE) $(BIN)/pytest -n $(JOBS) -q tests/test_examples.py tests/test_site.py
 
 schemas: setup  ## the JSON Schemas of every file format, into docs/schemas
 	cd scripts && ../$(BIN)/python -m schemas

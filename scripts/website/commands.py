@@ -38,7 +38,7 @@ def pages() -> dict[str, str]:
 def help_of(*words: str) -> str:
     """What `curling WORDS --help` prints."""
     shown = io.StringIO()
-    with _columns(100), contextlib.redirect_stdout(shown):
+    with _columns(80), contextlib.redirect_stdout(shown):
         assert main([*words, "--help"]) == 0
     return shown.getvalue().rstrip()
 

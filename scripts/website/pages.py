@@ -8,7 +8,7 @@ import shutil
 from collections.abc import Container
 from pathlib import Path
 
-from website import commands, effects, observations, python_api
+from website import commands, effects, notebooks, observations, python_api
 
 ROOT_PAGES = {
     "ARCHITECTURE.md": "architecture.md",
@@ -52,12 +52,13 @@ def pages(root: Path) -> tuple[dict[str, str], dict[str, Path]]:
         if path.suffix == ".md":
             text = path.read_text(encoding="utf-8")
             texts[name] = observations.filled_in(relinked(text, name, below="docs/"))
-        elif path.is_file():
+        elif path.is_file() and path.suffix != ".ipynb":
             copied[name] = path
     for source, name in ROOT_PAGES.items():
         texts[name] = relinked((root / source).read_text(encoding="utf-8"), name, below="")
     texts["decisions/README.md"] += _hidden_contents("[0-9]*")
     texts |= {**commands.pages(), **effects.pages(), **python_api.pages()}
+    texts |= notebooks.pages(root)
     return {name: with_what_exists(text, name, texts) for name, text in texts.items()}, copied
 
 

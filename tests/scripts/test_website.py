@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
-from website import assets, commands, effects
+from website import assets, commands, effects, notebooks
 from website.docstrings import field_list
 from website.pages import relinked, with_what_exists
 
@@ -85,3 +87,17 @@ def test_every_effect_has_a_page_with_every_parameter():
         for parameter in card.parameters:
             assert f"| `{parameter.name}` |" in pages[f"effects/{name}.md"]
         assert f"({name}.md)" in pages["effects/index.md"]
+
+
+def test_a_notebook_becomes_a_page(tmp_path):
+    assert notebooks.pages(tmp_path) == {}
+    cells = [
+        {"cell_type": "markdown", "source": ["# From film\n", "\n", "Words."]},
+        {"cell_type": "code", "source": "x = 1\n", "outputs": []},
+    ]
+    (tmp_path / "notebooks").mkdir()
+    (tmp_path / "notebooks" / "film.ipynb").write_text(json.dumps({"cells": cells}))
+    made = notebooks.pages(tmp_path)
+    assert made["notebooks/film.md"].startswith("# From film\n\nWords.\n\n*This is")
+    assert made["notebooks/film.md"].endswith("```python\nx = 1\n```\n")
+    assert "\nfilm\n" in made["notebooks/index.md"]
