@@ -45,6 +45,7 @@ class FilmWriter:
         fps: float,
         quality: float = QUALITY,
         *,
+        preset: str = PRESET,
         threads: int | None = None,
         name: str | Path | None = None,
     ) -> None:
@@ -67,7 +68,7 @@ class FilmWriter:
         stream.codec_context.time_base = self._unit
         if kind == "mp4":
             every = max(round(fps * KEY_SECONDS), 1)
-            stream.options = {"preset": PRESET, "crf": f"{quality:g}", "g": str(every)}
+            stream.options = {"preset": preset, "crf": f"{quality:g}", "g": str(every)}
         else:
             stream.options = {"q:v": "3"}
         self._stream = stream
@@ -134,6 +135,7 @@ def film_writer(
     fps: float,
     *,
     quality: float = QUALITY,
+    preset: str = PRESET,
     threads: int | None = None,
 ) -> Iterator[FilmWriter]:
     """A film being written, which appears under its name only when it is complete.
@@ -147,6 +149,7 @@ def film_writer(
     size : width and height of every frame [px]
     fps : frames per second
     quality : constant rate factor of H.264; 0 loses nothing, 51 is the worst
+    preset : x264's name for how much work goes into a small file
     threads : number of threads that compress it, on which the very pixels depend; by default as
         many as OpenCV may use
 
@@ -157,7 +160,7 @@ def film_writer(
     if Path(path).suffix.lower() not in CONTAINERS:
         raise OutputError(f"{path}: cannot be written as a film; name it .mp4 or .avi")
     with atomic_path(path) as draft:
-        writer = FilmWriter(draft, size, fps, quality, threads=threads, name=path)
+        writer = FilmWriter(draft, size, fps, quality, preset=preset, threads=threads, name=path)
         try:
             yield writer
         except BaseException:
