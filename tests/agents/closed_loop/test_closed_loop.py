@@ -98,7 +98,9 @@ def test_plans_on_the_truth_succeed_on_the_hidden_ice() -> None:
 def test_map_and_effects_are_told_apart() -> None:
     hidden = draw_hidden_ice(np.random.default_rng(5))
     rng = np.random.default_rng(6)
-    tracks = [noisy_track(hidden, r, k, rng) for k, r in enumerate(mixed_practice(10, rng))]
+    tracks = [
+        noisy_track(hidden, r, k, rng, fps=10.0) for k, r in enumerate(mixed_practice(10, rng))
+    ]
     whole = estimate_ice(tracks)
     assert whole.ice.effect("time_drift") is None  # there is none
     air = whole.ice.effect("air_drag")  # nor this, but every ice is believed to have it

@@ -99,7 +99,7 @@ def test_a_hidden_curl_is_named_and_the_draw_lands(tmp_path: Path, as_filmed) ->
     target = np.array([0.0, TEE_Y])
     truth = patchy_ice(np.random.default_rng(3))
     releases = draw_practice(8, np.random.default_rng(4))
-    paths = [slide(truth, r, fps=15, throw=k).trajectory for k, r in enumerate(releases)]
+    paths = [slide(truth, r, fps=12, throw=k).trajectory for k, r in enumerate(releases)]
     law = load_ice("standard")
     without_curl = replace(
         law, stone=truth.stone, effects=tuple(e for e in law.effects if e.name != "curl")

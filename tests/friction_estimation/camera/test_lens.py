@@ -23,7 +23,7 @@ BENT = (-0.12, 0.03, 0.002, -0.001, 0.004)
 FULL = FreeLens(focal=True, bends=True, minor=True, axis=True)
 STONE = 0.057
 """Height at which a stone is placed [m]."""
-SIZES = {"ceiling": (960, 720), "side": (960, 540), "end": (1280, 720)}
+SIZES = {"ceiling": (720, 540), "side": (960, 540), "end": (1280, 720)}
 
 
 @pytest.fixture

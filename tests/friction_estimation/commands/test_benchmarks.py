@@ -19,10 +19,10 @@ def test_tracking_is_timed_with_and_without_its_overlay(monkeypatch):
         return 10.0 * repeats
 
     monkeypatch.setattr(benchmarks, "SIZE", (640, 360))
-    monkeypatch.setattr(benchmarks, "FPS", 12.0)
+    monkeypatch.setattr(benchmarks, "FPS", 6.0)
     monkeypatch.setattr(benchmarks, "rate", once)
     found = {measure.name: measure.value for measure in benchmarks.measures()}
-    assert timed[0] == timed[1] > 60  # frames, while the stone crosses the sheet
+    assert timed[0] == timed[1] > 30  # frames, while the stone crosses the sheet
     assert found["track_frames_per_s"] == 10.0
     assert 0.05 < found["track_learning_s"] < 60.0
     assert found["track_frame_loop_per_s"] > 10.0

@@ -69,7 +69,7 @@ def test_outside_the_catalogue_is_unknown_and_not_a_name(make_session, without_e
 
 
 def test_what_happened_once_is_an_event_and_spoils_nothing(make_session):
-    tracks = make_session([effect("curl", strength=0.005)])
+    tracks = make_session([effect("curl", strength=0.005)], throws=9)
     picked = tracks[4]
     kick = np.maximum(picked.t - 6.0, 0.0) * 0.05
     tracks[4] = replace(picked, xy=picked.xy + np.column_stack([kick, 0 * kick]))

@@ -19,7 +19,7 @@ def thrown(sliding) -> dict[float, SimpleNamespace]:
         rng = np.random.default_rng(7)
         field = sliding.random_field(rng, mu=0.009, spread=0.06, length=3.0)
         starts = sliding.varied_starts(rng, 12, spin=0.0)
-        tracks = sliding.measured_throws(field, starts, rng, exponent=exponent)
+        tracks = sliding.measured_throws(field, starts, rng, exponent=exponent, fps=15)
         found = estimate_ice(tracks)
         sheet = found.ice.sheet
         truth = field(*np.meshgrid(sheet.x_centres, sheet.y_centres))

@@ -42,16 +42,16 @@ def one_way(sliding, rng, count: int, mu: float) -> list[Trajectory]:
 def test_interval_of_one_friction_holds_it_through_many_cameras(sliding):
     """Throws one way: nothing in them tells the camera's error from the ice's friction."""
     stated, unsaid = [], []
-    for seed in range(16):
+    for seed in range(12):
         rng = np.random.default_rng([71, seed])
         mu = rng.uniform(0.0075, 0.0105)
-        tracks = misplaced(one_way(sliding, rng, 6, mu), rng, STATED)
+        tracks = misplaced(one_way(sliding, rng, 4, mu), rng, STATED)
         silent = [replace(track, sigma_xy=np.empty(0)) for track in tracks]
         for found, session in ((stated, tracks), (unsaid, silent)):
             estimate = friction_alone(session, uniform=True)
             found.append((estimate.mu - mu) / estimate.sigma)
-    # 16 of a share of 0.95: fewer than 13 with 0.7 %.
-    assert np.sum(np.abs(stated) < 1.96) >= 13
+    # 12 of a share of 0.95: fewer than 9 with 0.2 %.
+    assert np.sum(np.abs(stated) < 1.96) >= 9
     assert 0.5 < np.sqrt(np.mean(np.square(stated))) < 1.5
     # What is not stated cannot be known.
     assert np.sqrt(np.mean(np.square(unsaid))) > 1.3 * np.sqrt(np.mean(np.square(stated)))

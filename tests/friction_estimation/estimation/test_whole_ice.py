@@ -62,7 +62,7 @@ def test_without_headings_the_spin_is_believed(three_draws) -> None:
 
 
 def test_a_map_and_curl_are_told_apart_and_both_sized(tmp_path) -> None:
-    tracks, sealed = session(tmp_path, ("friction_map", "curl"), 3, throws=16)
+    tracks, sealed = session(tmp_path, ("friction_map", "curl"), 3, throws=12)
     found = discover(tracks)
     named, _ = names(found)
     assert named == ["curl", "friction_map"]
@@ -80,7 +80,7 @@ def test_a_map_and_curl_are_told_apart_and_both_sized(tmp_path) -> None:
 
 @pytest.mark.parametrize(("hidden", "seed"), [((), 2), (("slope",), 3)])
 def test_a_given_models_strengths_are_changes_and_no_effects(tmp_path, hidden, seed) -> None:
-    tracks, sealed = session(tmp_path, hidden, seed, throws=16, championship=True)
+    tracks, sealed = session(tmp_path, hidden, seed, throws=12, championship=True)
     found = discover(tracks, load_ice("standard"))
     named, report = names(found)
     assert named == list(hidden)
@@ -97,7 +97,7 @@ def test_a_given_models_strengths_are_changes_and_no_effects(tmp_path, hidden, s
 
 def test_slow_noise_is_no_effect(tmp_path) -> None:
     for seed in (1, 2):
-        tracks, _ = session(tmp_path, (), seed, throws=16, bad=True)
+        tracks, _ = session(tmp_path, (), seed, throws=12, bad=True)
         assert names(discover(tracks))[0] == []
 
 
