@@ -88,6 +88,12 @@ def track_film(
         stone = find_stone(steady, scene, refined.camera, background)
     else:
         refined = refined_by_paint(steady, scene, background, options.refine)
+        if camera is not None and options.refine and not refined.measured:
+            raise InputError(
+                "the camera has moved so far that the paint is not found near where it was "
+                "marked; mark the sheet anew in this film",
+                source=film.path,
+            )
         stone = found_or_misplaced(steady, scene, refined, background, options.refine)
         refined = focal_from_stones(refined, scene, [stone])
     learnt = _learn(steady, scene, refined.camera, stone)

@@ -17,7 +17,7 @@ from curling_env.errors import InputError
 from curling_env.infrastructure.files.storage import make_directory
 
 DATABASE = "club.sqlite"
-SESSIONS, FILMS, CAMERAS = "sessions", "films", "cameras"
+SESSIONS, FILMS, CAMERAS, PLAYABLE = "sessions", "films", "cameras", "playable"
 TRACKS, ICE, DISCOVERY = "tracks.csv", "ice.json", "discovery"
 """Names of a session's files, as every command knows them."""
 LONGEST_NAME = 80
@@ -141,6 +141,11 @@ class Club:
         """A camera by its number."""
         with self.database.reading() as connection:
             return row_of(connection, Camera, "select * from camera where id = ?", (number,))
+
+    def camera_of(self, session: Session, film: Film) -> Camera | None:
+        """The camera of a film: the session's, or as it stood after it was moved."""
+        number = session.camera_id if film.camera_id is None else film.camera_id
+        return self.camera(number)
 
     def sessions(self) -> list[Session]:
         """All sessions, the latest first."""

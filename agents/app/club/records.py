@@ -96,6 +96,7 @@ class Film:
     said : what tracking has to say of it: why it could not be tracked, or that the camera moved
     clock : when it began, since the session began [s]; None where nobody knows: right after the
         film before it
+    camera_id : the camera as it stood in this film, where it was moved; None: the session's
     """
 
     id: int
@@ -109,6 +110,7 @@ class Film:
     said: str = ""
     clock: float | None = None
     removed: str | None = None
+    camera_id: int | None = None
 
     @property
     def is_whole(self) -> bool:

@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import datetime
 import shutil
-import sqlite3
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from agents.app.club.club import Club
-from agents.app.club.database import rows_of
+from agents.app.club.club import PLAYABLE, Club
+from agents.app.club.database import row_of, rows_of
 from agents.app.club.records import Film, Session, Throw
 from agents.app.club.session_files import finish_files, part_path
 
@@ -89,15 +88,21 @@ def delete_for_good(club: Club, kind: Kind, number: int) -> None:
 
     A throw is a part of its film's tracks, which stay; so only sessions and films are deleted.
     """
+    if kind == "throw":
+        return
     with club.database.writing() as connection:
-        table = {"session": Session, "film": Film}.get(kind)
-        if table is None:
+        if kind == "session":
+            query = "select * from session where id = ? and removed is not null"
+        else:
+            query = (
+                "select session.* from film join session on session.id = film.session_id "
+                "where film.id = ? and film.removed is not null"
+            )
+        session = row_of(connection, Session, query, (number,))
+        if session is None:
             return
-        query = f"select * from {kind} where id = ? and removed is not null"
-        found = rows_of(connection, table, query, (number,))
-        if not found:
-            return
-        films = found if kind == "film" else _films_of(connection, number)
+        which = "session_id" if kind == "session" else "id"
+        films = rows_of(connection, Film, f"select * from film where {which} = ?", (number,))
         for film in films:
             connection.execute("delete from throw where film_id = ?", (film.id,))
             connection.execute("delete from film where id = ?", (film.id,))
@@ -106,24 +111,17 @@ def delete_for_good(club: Club, kind: Kind, number: int) -> None:
                 connection.execute(f"delete from {row} where session_id = ?", (number,))
             connection.execute("delete from session where id = ?", (number,))
     # Only now: a row without its file would be worse than a file without its row.
-    for one in found:
-        if isinstance(one, Session):
-            shutil.rmtree(club.folder_of(one), ignore_errors=True)
-        else:
-            _delete_files(club, one)
+    for film in films:
+        _delete_files(club, session, film)
+    if kind == "session":
+        shutil.rmtree(club.folder_of(session), ignore_errors=True)
 
 
-def _films_of(connection: sqlite3.Connection, session: int) -> list[Film]:
-    return rows_of(connection, Film, "select * from film where session_id = ?", (session,))
-
-
-def _delete_files(club: Club, film: Film) -> None:
-    """A film's file, if it was sent here, and what was found in it."""
-    with club.database.reading() as connection:
-        query = "select * from session where id = ?"
-        (session,) = rows_of(connection, Session, query, (film.session_id,))
+def _delete_files(club: Club, session: Session, film: Film) -> None:
+    """A film's file, if it was sent here, its copy, and what was found in it."""
     part = part_path(club, session, film)
-    for path in (part, part.with_suffix(".json"), *_own_file(club, session, film)):
+    copy = club.path(f"{PLAYABLE}/film-{film.id}.mp4")
+    for path in (part, part.with_suffix(".json"), copy, *_own_file(club, session, film)):
         with suppress(OSError):
             path.unlink(missing_ok=True)
 

@@ -50,5 +50,7 @@ _SECOND = tuple(
     for table in ("session", "film", "throw", "target")
 )
 
-VERSIONS = (_FIRST, _SECOND)
+_THIRD = ("alter table film add column camera_id integer references camera (id)",)
+
+VERSIONS = (_FIRST, _SECOND, _THIRD)
 """The statements of each version, oldest first."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 
 from starlette.concurrency import run_in_threadpool
@@ -10,8 +11,8 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from agents.app.club import Camera, Club, Session
-from agents.app.club.club import CAMERAS, plain
+from agents.app.club import Camera, Club, Film, Session
+from agents.app.club.club import CAMERAS, added, plain
 from agents.app.pages import club_of, session_of, work_of
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.storage import parse_json
@@ -27,16 +28,32 @@ def can_be_marked(club: Club, session: Session) -> bool:
 
 
 async def answer(request: Request) -> Response:
-    """The page, its pictures, and what its script asks."""
+    """The page, its pictures, and what its script asks; about one film, or about all."""
     club, session = club_of(request), session_of(request)
-    camera = None if session is None else club.camera(session.camera_id)
-    if session is None or camera is None or not can_be_marked(club, session):
+    number = request.path_params.get("film")
+    film = None if number is None else club.film(number)
+    camera = None
+    if session is not None:
+        camera = club.camera(session.camera_id) if film is None else club.camera_of(session, film)
+    is_there = session is not None and can_be_marked(club, session)
+    is_of_session = number is None or (
+        film is not None and session is not None and film.session_id == session.id
+    )
+    if session is None or camera is None or not is_there or not is_of_session:
         raise HTTPException(404, "This session has no camera, or no film yet to mark it in.")
     asked = None
     if request.method == "POST":
         asked = parse_json(await request.body(), source="the request")
-    opened = await run_in_threadpool(_annotation, club, session, camera)
-    marking = AnnotationPage(opened, lambda scene: _keep(request, camera, scene))
+    films = club.films(session) if film is None else [film]
+    opened = await run_in_threadpool(_annotation, club, films, camera)
+
+    def keep(scene: Scene) -> None:
+        if film is None:
+            _keep(request, camera, scene)
+        else:
+            _keep_from(request, session, film, camera, scene)
+
+    marking = AnnotationPage(opened, keep)
     status, kind, content = await run_in_threadpool(
         marking.answer, request.path_params["rest"], asked
     )
@@ -44,8 +61,8 @@ async def answer(request: Request) -> Response:
     return Response(content, status, headers, media_type=kind)
 
 
-def _annotation(club: Club, session: Session, camera: Camera) -> Annotation:
-    """The first film of a session that can be opened, with what was marked before.
+def _annotation(club: Club, films: Sequence[Film], camera: Camera) -> Annotation:
+    """The first of some films that can be opened, with what was marked before.
 
     Raises
     ------
@@ -54,7 +71,7 @@ def _annotation(club: Club, session: Session, camera: Camera) -> Annotation:
     scene = None if camera.scene is None else club.path(camera.scene)
     marked = scene.stat().st_mtime_ns if scene is not None and scene.exists() else 0
     problem = InputError("no film of this session can be opened")
-    for film in club.films(session):
+    for film in films:
         if film.is_whole:
             try:
                 return _opened(club, camera, film.file, marked)
@@ -74,6 +91,47 @@ def _opened(club: Club, camera: Camera, file: str, marked: int) -> Annotation:
 def _keep(request: Request, camera: Camera, scene: Scene) -> None:
     """Save a scene with its camera, and track what has waited for it."""
     club = club_of(request)
+    _save(club, camera, scene)
+    for session in club.sessions():
+        if session.camera_id == camera.id and any(k.is_whole for k in club.films(session)):
+            work_of(request).submit("track", session)
+
+
+def _keep_from(
+    request: Request, session: Session, film: Film, before: Camera, scene: Scene
+) -> None:
+    """Save the scene of a camera that was moved: it holds from this film on, and is tracked anew.
+
+    Films before it keep the camera as it stood, and so do other sessions.
+    """
+    club = club_of(request)
+    name = f"{before.name[:40]}, from {film.name[:30]} on"
+    with club.database.writing() as connection:
+        query = "select count(*) from camera where substr(name, 1, ?) = ?"
+        known = connection.execute(query, (len(name), name)).fetchone()[0]
+        length, width = scene.sheet.length, scene.sheet.width
+        name = f"{name} ({known + 1})" if known else name
+        number = added(connection, "camera", name=name, length=length, width=width)
+    camera = club.camera(number)
+    assert camera is not None
+    _save(club, camera, scene)
+    with club.database.writing() as connection:
+        connection.execute(
+            "update film set camera_id = ? where session_id = ? and place < ? "
+            "and camera_id is null",
+            (before.id, session.id, film.place),
+        )
+        connection.execute(
+            "update film set camera_id = null, said = '', state = 'waiting' "
+            "where session_id = ? and (id = ? or (place > ? and state <> 'done'))",
+            (session.id, film.id, film.place),
+        )
+        query = "update session set camera_id = ? where id = ?"
+        connection.execute(query, (number, session.id))
+    work_of(request).submit("track", session)
+
+
+def _save(club: Club, camera: Camera, scene: Scene) -> None:
     file = camera.scene or f"{CAMERAS}/{camera.id}-{plain(camera.name)}.scene.json"
     try:
         save_scene(scene, club.path(file))
@@ -81,12 +139,11 @@ def _keep(request: Request, camera: Camera, scene: Scene) -> None:
         raise InputError(str(error)) from error
     with club.database.writing() as connection:
         connection.execute("update camera set scene = ? where id = ?", (file, camera.id))
-    for session in club.sessions():
-        if session.camera_id == camera.id and any(k.is_whole for k in club.films(session)):
-            work_of(request).submit("track", session)
 
 
 # The token stands in the address, because that page's script knows of none.
+_PAGE = "mark/{token}/{rest:path}"
 MARKING = [
-    Route("/practice/{session:int}/mark/{token}/{rest:path}", answer, methods=["GET", "POST"])
+    Route(f"/practice/{{session:int}}/{_PAGE}", answer, methods=["GET", "POST"]),
+    Route(f"/practice/{{session:int}}/films/{{film:int}}/{_PAGE}", answer, methods=["GET", "POST"]),
 ]

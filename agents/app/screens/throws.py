@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import mimetypes
+from pathlib import Path
 
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
@@ -11,7 +12,7 @@ from starlette.routing import Route
 
 from agents.app.club import Club, Session, Throw
 from agents.app.club.club import named
-from agents.app.club.records import Hand
+from agents.app.club.records import Hand, State
 from agents.app.club.session_files import finish_files
 from agents.app.club.targets import with_places
 from agents.app.pages import club_of, form_of, go_to, page, session_of
@@ -20,6 +21,8 @@ from agents.app.views.film_view import throw_view
 from agents.app.views.measures import sheets_of
 from agents.app.views.progress import in_words
 from agents.app.views.told import COLUMNS, told
+from agents.app.work.film_copy import KIND, copy_of
+from agents.app.work.queue import latest, submit
 from agents.coaching import read_call
 from curling_env.errors import InputError
 
@@ -75,6 +78,7 @@ def show_throw(request: Request) -> Response:
         words="" if sheet is None else in_words(sheet),
         told=[] if sheet is None else [k for k in told(sheet) if k.value],
         film=film,
+        copied=film is not None and copy_of(club, film).exists(),
         athlete=next((a for a in club.athletes() if a.id == throw.athlete_id), None),
         stone=next((s for s in club.stones() if s.id == throw.stone_id), None),
         athletes=club.athletes(),
@@ -99,13 +103,36 @@ def show_film(request: Request) -> Response:
     """A film, or the part of it that the browser asks for."""
     club = club_of(request)
     film = club.film(request.path_params["film"])
-    path = None if film is None else club.path(film.file)
-    if film is None or path is None or not path.is_file():
+    return _sent(None if film is None else club.path(film.file))
+
+
+def show_copy(request: Request) -> Response:
+    """The copy of a film that browsers play, or a part of it."""
+    club = club_of(request)
+    film = club.film(request.path_params["film"])
+    return _sent(None if film is None else copy_of(club, film))
+
+
+def _sent(path: Path | None) -> Response:
+    if path is None or not path.is_file():
         raise HTTPException(404, "There is no such film.")
     kind = mimetypes.guess_type(path.name)[0] or "application/octet-stream"
     if not kind.startswith("video/"):
         kind = "application/octet-stream"
     return FileResponse(path, media_type=kind, headers={"Cache-Control": "private, max-age=3600"})
+
+
+def make_playable(request: Request) -> Response:
+    """Ask for a copy that browsers play; the work that makes it."""
+    club = club_of(request)
+    film = club.film(request.path_params["film"])
+    session = None if film is None else club.session(film.session_id)
+    if film is None or session is None:
+        raise HTTPException(404, "There is no such film.")
+    job = latest(club, KIND, session, str(film.id))
+    if job is None or job.state is State.DONE:
+        job = submit(club, KIND, session, str(film.id))
+    return JSONResponse({"job": job.id})
 
 
 async def enter(request: Request) -> Response:
@@ -184,6 +211,8 @@ SCREEN = Screen(
     routes=[
         Route("/throws", show),
         Route("/throws/films/{film:int}", show_film),
+        Route("/throws/films/{film:int}/copy", show_copy),
+        Route("/throws/films/{film:int}/copy", make_playable, methods=["POST"]),
         Route("/throws/{session:int}", show),
         Route("/throws/{session:int}/{throw:int}", show_throw),
         Route("/throws/{session:int}/{throw:int}", enter, methods=["POST"]),

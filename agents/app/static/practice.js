@@ -135,6 +135,10 @@ function filmLine(film) {
       ask(`practice/films/${film.id}/again`, { method: "POST" }).catch((e) => complain(e.message)));
     line.append(again);
   }
+  if (film.mark) {
+    line.append(element("a", { href: at(`practice/${session}/films/${film.id}/mark/${meta("csrf")}/`), target: "_blank", class: "small" },
+      "Was the camera moved? Mark the sheet from this film on"));
+  }
   const away = element("button", { type: "button", class: "plain light", "aria-label": `Remove ${film.name}` }, "Remove");
   away.addEventListener("click", () => removeFilm(film));
   line.append(away);

@@ -1,6 +1,7 @@
 // A throw's film with the stone's path drawn over it, in step with its speed.
 
-import { ask } from "./ask.js";
+import { ask, at, element } from "./ask.js";
+import { jobLine, listen } from "./jobs.js";
 
 const NAMESPACE = "http://www.w3.org/2000/svg";
 const HEIGHT = 180, LEFT = 44, BOTTOM = 28, TOP = 12;
@@ -127,6 +128,27 @@ function show(time) {
   find("now").textContent = `${(within - t[0]).toFixed(1)} s: ${speed[k].toFixed(2)} m/s`;
 }
 
+/** Ask for a copy that this browser plays, and play it as soon as it is there. */
+async function playCopy() {
+  const { copy } = film.dataset, list = find("copying");
+  const complain = (text) => list.replaceChildren(element("li", { class: "problem" }, text));
+  find("unplayable").hidden = false;
+  if (film.src.endsWith(copy)) return; // not even that
+  try {
+    const { job } = await ask(copy, { method: "POST" });
+    listen(`practice/work/events?jobs=${job}`, ([told], events) => {
+      list.replaceChildren(jobLine(told, complain));
+      if (told.state !== "done") return;
+      events.close();
+      find("unplayable").hidden = true;
+      film.src = at(copy);
+      film.addEventListener("loadedmetadata", () => go(Number(slider.value)), { once: true });
+    });
+  } catch (error) {
+    complain(error.message);
+  }
+}
+
 function go(time) {
   if (film) film.currentTime = time;
   show(time);
@@ -142,7 +164,8 @@ find("curve").addEventListener("pointerdown", (event) => {
 });
 
 if (film) {
-  film.addEventListener("error", () => { find("unplayable").hidden = false; });
+  film.addEventListener("error", playCopy);
+  if (film.error) playCopy(); // before this script was there
   find("drawn").addEventListener("change", (event) => {
     find("overlay").toggleAttribute("hidden", !event.target.checked);
   });

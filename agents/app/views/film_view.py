@@ -76,7 +76,7 @@ def _camera(
     """The camera of a film: as it was solved for it, or as its scene has it."""
     if solved is not None:
         return camera_from(solved).camera
-    camera = club.camera(session.camera_id)
+    camera = club.camera_of(session, film)
     if camera is None or camera.scene is None:
         return None
     size = OpenedFilm.open(club.path(film.file)).size

@@ -11,10 +11,12 @@ from typing import Any
 from starlette.concurrency import run_in_threadpool
 
 from agents.app.club import Club, Job, Session
+from agents.app.club.records import State
 from agents.app.views.measures import sheets_of
-from agents.app.work.causes import KIND
+from agents.app.work import causes, film_copy
 from agents.app.work.kinds import IN_WORDS
 from agents.app.work.queue import OPEN, WorkQueue
+from agents.app.work.tracking import MOVED
 from agents.coaching import ThrowSheet
 from curling_env.errors import CurlingError
 from friction_estimation.reports.throws_section import throw_in_words
@@ -25,7 +27,7 @@ SILENCE = 20
 """Looks without news after which something is sent all the same, to keep the line open."""
 SHOWN = 5
 """Jobs that have ended, and the latest throws, that are shown."""
-UNTOLD = (KIND,)
+UNTOLD = (causes.KIND, film_copy.KIND)
 """Work that is begun by looking at a page, which tells how it ended."""
 
 
@@ -75,6 +77,9 @@ def state_of(club: Club, work: WorkQueue, session: Session) -> dict[str, Any]:
                 "received": film.received,
                 "state": film.state if film.is_whole else "coming",
                 "said": film.said,
+                "mark": camera is not None
+                and film.is_whole
+                and (film.state is State.FAILED or MOVED in film.said),
                 "throws": seen.count(film.id),
             }
             for film in club.films(session)

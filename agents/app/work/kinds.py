@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from agents.app.club import Club, Session
 from agents.app.club.club import DISCOVERY
-from agents.app.work import causes
+from agents.app.work import causes, film_copy
 from agents.app.work.recording import record
 from agents.app.work.tracking import track
 
@@ -65,6 +65,7 @@ KINDS: Mapping[str, Callable[[Club, Session, Reported, str], None]] = {
     "estimate": estimate,
     "discover": discover,
     causes.KIND: causes.work_out,
+    film_copy.KIND: film_copy.make_copy,
     "import": import_files,
     "make up": make_up,
 }
@@ -74,6 +75,7 @@ IN_WORDS = {
     "estimate": "Estimating the ice",
     "discover": "Looking for what the ice lacks",
     causes.KIND: "Telling the hand from the ice",
+    film_copy.KIND: "A copy for the browser",
     "import": "Taking in files",
     "make up": "Making up an evening",
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from agents.app.club import Club, Film, Session
@@ -18,6 +19,10 @@ if TYPE_CHECKING:
     from agents.app.work.worker import Reported
 
 
+MOVED = "the camera had moved"
+"""How what is said of a film begins in which the camera is elsewhere than it was marked."""
+
+
 def track(club: Club, session: Session, progress: Reported, given: str = "") -> None:
     """Track the films of a session that are there and not tracked yet, in the order of play.
 
@@ -27,21 +32,32 @@ def track(club: Club, session: Session, progress: Reported, given: str = "") -> 
     ------
     InputError : the session's camera has not been marked
     """
-    camera = club.camera(session.camera_id)
-    if camera is None or camera.scene is None:
-        raise InputError("mark the sheet in the camera's picture first", source=session.name)
-    scene = load_scene(club.path(camera.scene))
     films = list(_waiting(club, session))
+    scenes = {film.id: scene_file(club, session, film) for film in films}
     for k, film in enumerate(films):
         progress.piece(k, len(films))
         set_state(club, film, State.RUNNING)
         try:
+            scene = load_scene(scenes[film.id])
             said = _track_film(club, session, film, scene, progress)
         except CurlingError as error:
             problem = error.problem if isinstance(error, InputError) else str(error)
             set_state(club, film, State.FAILED, problem)
         else:
             set_state(club, film, State.DONE, said)
+
+
+def scene_file(club: Club, session: Session, film: Film) -> Path:
+    """The scene of a film.
+
+    Raises
+    ------
+    InputError : its camera has not been marked
+    """
+    camera = club.camera_of(session, film)
+    if camera is None or camera.scene is None:
+        raise InputError("mark the sheet in the camera's picture first", source=session.name)
+    return club.path(camera.scene)
 
 
 def set_state(club: Club, film: Film, state: State, said: str = "") -> None:
@@ -73,7 +89,7 @@ def _track_film(club: Club, session: Session, film: Film, scene: Scene, progress
         progress=progress,
     ):
         found.append(one)
-        if one.found is not None:
+        if one.found is not None and one.found.refined.measured:
             camera = camera_document(one.found.refined)
         part = Part(
             throws=[k.tracks for k in found], handles=[k.handles for k in found], camera=camera
@@ -82,6 +98,6 @@ def _track_film(club: Club, session: Session, film: Film, scene: Scene, progress
         moved = 0.0 if one.found is None else one.found.moved_px
         if moved:
             far = f"by {moved:.1f} px" if moved < 100 else "far"
-            said.append(f"the camera had moved {far} since it was marked, and was solved anew")
+            said.append(f"{MOVED} {far} since it was marked, and was solved anew")
     checkpoints.delete()
     return "; ".join(dict.fromkeys(said))

@@ -46,6 +46,7 @@ class Visitor:
     secret: str = SECRET
     host: str = f"127.0.0.1:{PORT}"
     headers: dict[str, str] = field(default_factory=dict)
+    club: Any = None
 
     @property
     def token(self) -> str:
@@ -136,4 +137,4 @@ def club(tmp_path: Path) -> Club:
 def visitor(club: Club) -> Iterator[Visitor]:
     """Whoever knows the secret; no work is begun."""
     app = application(club, WorkQueue(club), secret=SECRET, hosts=["127.0.0.1", "localhost"])
-    return Visitor(app)
+    return Visitor(app, club=club)

@@ -20,6 +20,8 @@ pytest.importorskip("starlette", reason="the extra `app` is not installed")
 
 from agents.app.club import Club
 from agents.app.club.club import added
+from agents.app.club.films import add_piece, begin_film, take_film
+from agents.app.views.progress import state_of
 from agents.app.work.queue import WorkQueue
 from agents.app.work.worker import Reported
 from curling_env import Throw, load_ice
@@ -28,7 +30,9 @@ from curling_env.ice import load_ice as read_ice
 from curling_env.physics.one_stone.slide import play_bounds, slide
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Direction
 from curling_env.trajectory import read_tracks
-from friction_estimation.camera.scene import CORNERS, save_scene
+from friction_estimation.camera.scene import CORNERS, load_scene, save_scene
+from friction_estimation.film.video import Film
+from friction_estimation.film.writer import film_writer
 from friction_estimation.synthetic import FilmSpec, render_film, scene_of
 
 PHONE, LAPTOP = {"width": 390, "height": 844}, {"width": 1366, "height": 768}
@@ -248,3 +252,63 @@ def test_a_camera_that_films_now_gives_films_that_are_tracked(tmp_path, filmed, 
     assert abs(club.path(kept.file).stat().st_size / film.stat().st_size - 1) < 0.5
     (job,) = WorkQueue(club).jobs(session)
     assert (job.kind, job.state) == ("track", "waiting")
+
+
+def test_a_camera_that_was_moved_is_marked_from_a_film_on(visitor, filmed):
+    film, scene, _ = filmed
+    club = visitor.club
+    save_scene(scene, club.path("cameras/middle.scene.json"))
+    with club.database.writing() as connection:
+        size = {"length": 44.5, "width": 4.5}
+        number = added(
+            connection, "camera", name="middle", scene="cameras/middle.scene.json", **size
+        )
+    session = club.add_session("Tuesday", "2026-11-17", "2", club.camera(number))
+    content = film.read_bytes()
+    first, second, third = (
+        add_piece(club, begin_film(club, session, f"{name}.mp4", len(content)), 0, content)
+        for name in "abc"
+    )
+    with club.database.writing() as connection:
+        query = "update film set state = ?, said = ? where id = ?"
+        connection.execute(query, ("done", "", first.id))
+        connection.execute(query, ("failed", "the camera has moved so far", second.id))
+    told = state_of(club, WorkQueue(club), session)["films"]
+    assert [one["mark"] for one in told] == [False, True, False]
+    page = f"practice/{session.id}/films/{second.id}/mark/{visitor.token}"
+    moved = scene.points_px + np.array([40.0, 25.0])
+    clicks = {"clicks": dict(zip(CORNERS, moved.tolist(), strict=True))}
+    assert visitor.send(f"{page}/save", clicks).document == {"problem": None}
+    session = club.session(session.id)
+    new = club.camera(session.camera_id)
+    assert new.name == "middle, from b.mp4 on"
+    assert (load_scene(club.path(new.scene)).points_px == moved).all()
+    assert (load_scene(club.path("cameras/middle.scene.json")).points_px == scene.points_px).all()
+    seen = [club.camera_of(session, club.film(one.id)).id for one in (first, second, third)]
+    assert seen == [number, new.id, new.id]
+    assert [club.film(one.id).state for one in (first, second)] == ["done", "waiting"]
+    assert [job.kind for job in WorkQueue(club).jobs(session)] == ["track"]
+    assert visitor.get(f"practice/{session.id}/films/99/mark/{visitor.token}/").status == 404
+
+
+def test_a_film_that_a_browser_does_not_play_gets_a_copy(visitor, work_off, tmp_path):
+    club = visitor.club
+    session = club.add_session("Tuesday", "2026-11-17", "2", None)
+    path = club.folder / "films" / "old.avi"
+    frames = np.arange(12)
+    with film_writer(path, (330, 180), 6.0) as writer:  # Motion JPEG
+        for k in frames:
+            writer.write(np.full((180, 330, 3), 20 * k, np.uint8))
+    film = take_film(club, session, path)
+    address = f"throws/films/{film.id}/copy"
+    assert visitor.get(address).status == 404
+    asked = visitor.send(address, {}).document
+    assert visitor.send(address, {}).document == asked  # once is enough
+    assert work_off(club) == ["copy"]
+    answer = visitor.get(address)
+    assert answer.headers["content-type"] == "video/mp4"
+    copy = tmp_path / "copy.mp4"
+    copy.write_bytes(answer.body)
+    times, grey = zip(*((t, frame.mean()) for t, frame in Film.open(copy).frames()), strict=True)
+    assert np.allclose(times, frames / 6.0, atol=1e-3)
+    assert np.allclose(grey, 20 * frames, atol=4)

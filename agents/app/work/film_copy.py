@@ -1,0 +1,59 @@
+"""A copy of a film that every browser plays: H.264, at most as large as a screen.
+
+Some phones and cameras write HEVC, and old ones Motion JPEG, which most browsers do not play. The
+film itself stays as it is, and is what is tracked.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from agents.app.club import Club, Film, Session
+from agents.app.club.club import PLAYABLE
+from curling_env.errors import InputError
+from curling_env.infrastructure.files.storage import make_directory
+from friction_estimation.film.video import Film as OpenedFilm
+from friction_estimation.film.writer import film_writer
+
+if TYPE_CHECKING:
+    from agents.app.work.worker import Reported
+
+KIND = "copy"
+"""Of the job."""
+WIDEST = 1280
+"""Of a copy [px]."""
+QUALITY = 24.0
+"""See `friction_estimation.film.writer`."""
+
+
+def copy_of(club: Club, film: Film) -> Path:
+    """Where the copy of a film lies, once there is one."""
+    return club.path(f"{PLAYABLE}/film-{film.id}.mp4")
+
+
+def make_copy(club: Club, session: Session, progress: Reported, given: str = "") -> None:
+    """Make the copy of a film whose number is given.
+
+    Raises
+    ------
+    InputError : the film is not there, or cannot be read
+    """
+    film = club.film(int(given)) if given.isdecimal() else None
+    if film is None:
+        raise InputError("that film is not there")
+    path = copy_of(club, film)
+    if path.exists():
+        return
+    opened = OpenedFilm.open(club.path(film.file))
+    scale = min(1.0, WIDEST / opened.size[0])
+    width, height = (2 * max(round(scale * side / 2), 1) for side in opened.size)
+    make_directory(path.parent)
+    with film_writer(path, (width, height), opened.fps, quality=QUALITY) as writer:
+        for t, frame in opened.frames():
+            small = cv2.resize(frame, (width, height), interpolation=cv2.INTER_AREA)
+            writer.write(np.asarray(small, dtype=np.uint8), t)
+            progress("turning the film into one that browsers play", t, opened.duration)
