@@ -362,7 +362,7 @@ def load_ice(source: str | Path | Ice | Mapping[str, Any]) -> Ice:
       and dω/dt = -0.025/max(v, 0.001). Its stones lose nothing when they collide (restitution 1,
       friction 0.2, 19.96 kg, inertia ½mR²) and its sheet is the rule book's, 45.72 × 4.75 m.
     - ``fitted``: the law of the standard ice fitted to all published rows of championship ice at
-      once: friction 0.00825·s^(-0.265), curl 0.0068·v^0.2. A draw takes 24.5 s and curls 1.2 m.
+      once: friction 0.00822·s^(-0.269), curl 0.0067·v^0.2. A draw takes 24.6 s and curls 1.2 m.
     - ``club``: the standard ice slower and straighter, as a club's was measured from end to end: a
       stone of 2.09 m/s and 1.01 rad/s runs 25.6 m and curls 0.78 m (Jensen & Shegelski 2004, as
       quoted by Penner). A draw takes 23.8 s from hog line to tee and curls 0.9 m.

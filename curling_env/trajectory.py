@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.storage import (
@@ -133,7 +135,17 @@ def read_tracks(path: str | Path) -> list[Trajectory]:
     ------
     InputError : unreadable file, missing column, a number that is none, time running backwards
     """
-    table = read_table(path, columns=TRACK_TABLE)
+    return tracks_of(read_table(path, columns=TRACK_TABLE))
+
+
+def tracks_of(table: Table) -> list[Trajectory]:
+    """The tracks in a table with the columns of TRACK_TABLE, in the order of play.
+
+    Raises
+    ------
+    InputError : see `read_tracks`
+    """
+    path = table.source
     if len(table) == 0:
         raise InputError("holds no rows; expected one row per frame", source=path)
     throws = table.integers("throw")
@@ -216,6 +228,11 @@ def is_tracks(path: str | Path) -> bool:
 
 def write_tracks(path: str | Path, tracks: Sequence[Trajectory]) -> None:
     """Write a file of tracks (CSV, or Parquet by its suffix); positions are rounded to 0.01 mm."""
+    write_table(path, track_columns(tracks))
+
+
+def track_columns(tracks: Sequence[Trajectory]) -> dict[str, NDArray[Any]]:
+    """Tracks as columns by name, one row per frame; positions are rounded to 0.01 mm."""
     measured = [
         name for name in ("sigma_xy", "sigma_theta") if any(getattr(k, name).size for k in tracks)
     ]
@@ -230,17 +247,14 @@ def write_tracks(path: str | Path, tracks: Sequence[Trajectory]) -> None:
 
     counts = [len(track) for track in tracks]
     xy = np.concatenate([track.xy for track in tracks])
-    write_table(
-        path,
-        {
-            "throw": np.repeat([track.throw for track in tracks], counts),
-            "t": np.round(column("t"), 6),
-            "x": np.round(xy[:, 0], 5),
-            "y": np.round(xy[:, 1], 5),
-            "theta": np.round(column("theta"), 5),
-            "stone": np.repeat([track.stone for track in tracks], counts),
-            "clock": np.repeat([track.clock for track in tracks], counts),
-            "swept": column("swept").astype(int),
-            **{name: np.round(column(name), 6) for name in measured},
-        },
-    )
+    return {
+        "throw": np.repeat([track.throw for track in tracks], counts),
+        "t": np.round(column("t"), 6),
+        "x": np.round(xy[:, 0], 5),
+        "y": np.round(xy[:, 1], 5),
+        "theta": np.round(column("theta"), 5),
+        "stone": np.repeat([track.stone for track in tracks], counts),
+        "clock": np.repeat([track.clock for track in tracks], counts),
+        "swept": column("swept").astype(int),
+        **{name: np.round(column(name), 6) for name in measured},
+    }

@@ -45,6 +45,8 @@ COMMANDS: tuple[Sequence[str], ...] = (
     ("film", "--ice", "standard", "--releases", "r.csv", "--fps", "3", "--size", "64x48", "-o",
      "films"),
     ("convert", "t.csv", "-o", "o.csv"),
+    ("donate", "t.csv", "--scene", "s.json", "--consent", "All who threw agree to this.",
+     "-o", "o.json"),
 )  # fmt: skip
 
 

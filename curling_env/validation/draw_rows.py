@@ -159,7 +159,7 @@ ROWS = (
         why={
             "standard": "0.9 % above the round number: air drag and the spin take a stone of this "
             "law beyond the bare power law's 24.9 s",
-            "fitted": "0.03 s above the round number: air drag and the spin take a stone of this "
+            "fitted": "0.01 s above the round number: air drag and the spin take a stone of this "
             "law beyond the bare power law's",
             "club": "0.9 % above the round number, as on the standard ice, whose law it has",
             "paper": "constant friction takes longer over the last metres than any ice",

@@ -28,6 +28,8 @@ PARAMETERS = ("friction", "exponent", "curl", "spin_drag", "air_drag")
 drag [rad/s²], coefficient of the drag [1/m]."""
 AIR_DRAG, AIR_DRAG_DOUBT = 9.5e-4, 0.3
 """What is believed of the drag, ρ·C_d·A/(2m) [1/m], and its relative uncertainty."""
+STARTS = ((1.0, 1.0), (1.0, 1.5), (0.7, 1.0), (0.7, 1.5))
+"""Where fits begin: under Cauchy's loss rows that contradict each other make several valleys."""
 BEYOND = 20.0
 """Residual of a row that a trial ice gives no value for."""
 
@@ -119,8 +121,16 @@ def cost(found: Floats) -> float:
     return float(np.log1p(found**2).sum())
 
 
-def fit_to_rows(rows: Sequence[Row] | None = None) -> Fit:
-    """Fit the law of the standard ice to rows, beginning where it is."""
+def fit_to_rows(
+    rows: Sequence[Row] | None = None, *, starts: Sequence[tuple[float, float]] = STARTS
+) -> Fit:
+    """Fit the law of the standard ice to rows; the best of several beginnings.
+
+    Parameters
+    ----------
+    rows : those of championship ice by default
+    starts : factors on the exponent and the spin drag of the standard ice to begin with
+    """
     chosen = fitted_rows() if rows is None else list(rows)
     start = standard_law()
     scale = np.array([0.1 * start[name] for name in PARAMETERS])
@@ -133,10 +143,11 @@ def fit_to_rows(rows: Sequence[Row] | None = None) -> Fit:
         return np.append(residuals(ice_of(steps), chosen), drag)
 
     solve: Any = optimize.least_squares  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
-    found = solve(
-        off, np.full(len(scale), 10.0), loss="cauchy", diff_step=1e-3, bounds=(0.0, np.inf)
-    )
-    best = np.asarray(found.x, dtype=np.float64)
+    found: list[Any] = []
+    for exponent, spin_drag in starts:
+        begin = np.array([10.0, 10.0 * exponent, 10.0, 10.0 * spin_drag, 10.0])
+        found.append(solve(off, begin, loss="cauchy", diff_step=1e-3, bounds=(0.0, np.inf)))
+    best = np.asarray(min(found, key=lambda run: run.cost).x, dtype=np.float64)
     return Fit(
         parameters=dict(zip(PARAMETERS, (best * scale).tolist(), strict=True)),
         rows=chosen,

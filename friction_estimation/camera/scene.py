@@ -149,7 +149,7 @@ def load_scene(
                 document |= _camera_file(camera)
             if height is not None:
                 document["camera_height"] = height
-        return _parse(document, str(path))
+        return scene_of(document, str(path))
     except InputError as error:
         if error.source is not None:
             raise
@@ -168,6 +168,11 @@ def load_lens(path: str | Path) -> dict[str, Any]:
 
 def save_scene(scene: Scene, path: str | Path) -> None:
     """Write a scene file, complete or not at all."""
+    write_json(path, document_of(scene))
+
+
+def document_of(scene: Scene) -> dict[str, Any]:
+    """A scene as its file has it."""
     document: dict[str, Any] = {"format": SCENE_FORMAT.newest}
     if scene.has_corners:
         document["corners_px"] = dict(zip(CORNERS, scene.points_px.tolist(), strict=True))
@@ -188,7 +193,7 @@ def save_scene(scene: Scene, path: str | Path) -> None:
     document["sheet"] = {"length": scene.sheet.length, "width": scene.sheet.width}
     if scene.fps is not None:
         document["fps"] = scene.fps
-    write_json(path, document)
+    return document
 
 
 # --- their documents -----------------------------------------------------------------------------
@@ -265,7 +270,18 @@ def _camera_file(path: str | Path) -> dict[str, Any]:
     return document
 
 
-def _parse(document: Any, source: str) -> Scene:
+def scene_of(document: Any, source: str) -> Scene:
+    """The scene that a document describes.
+
+    Parameters
+    ----------
+    document : content of a scene file
+    source : where it comes from, for messages
+
+    Raises
+    ------
+    InputError : see `load_scene`
+    """
     scene = checked(document, SceneDocument)
     sheet = PAPER_SHEET
     if scene.sheet is not None:

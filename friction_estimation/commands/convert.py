@@ -30,7 +30,8 @@ def convert(
     table: Annotated[
         Path,
         typer.Argument(
-            metavar="TABLE", help="An export of Kinovea or Tracker, a tracks file, or an ice file."
+            metavar="TABLE",
+            help="An export of Kinovea or Tracker, tracks, an ice file, or a donated session.",
         ),
     ],
     output: OutputFile = Path("tracks.csv"),
@@ -60,7 +61,8 @@ def convert(
     second axis must point to the left of the first, as it does in both programs.
 
     An output that ends in .parquet is written as Parquet, any other as CSV. An ice file becomes the
-    table of its cells: row, column, x, y, mu, sigma, observed.
+    table of its cells: row, column, x, y, mu, sigma, observed. A donated session (`curling donate`)
+    becomes its tracks.
 
     \b
     Example:
@@ -68,13 +70,26 @@ def convert(
         curling convert tracker.txt --unit cm --origin 0,-17.3735 -o tracks.csv
         curling convert tracks.csv -o tracks.parquet
         curling convert ice.json -o cells.parquet
+        curling convert session.json -o tracks.csv
     """
     from curling_env.ice import load_ice, write_cells
+    from curling_env.infrastructure.files.kinds import kind_of
     from curling_env.sheet import PAPER_SHEET
     from curling_env.trajectory import is_tracks, read_tracks, write_tracks
     from friction_estimation.camera.markings import keypoints_of
+    from friction_estimation.donation import read_session
     from friction_estimation.tracks.importers import on_sheet, read_export
 
+    if kind_of(table) == "session":
+        given = read_session(table).tracks
+        write_tracks(output, given)
+        rows, throws = sum(map(len, given)), len({track.throw for track in given})
+        conclude(
+            {"written": str(output), "throws": throws, "rows": rows},
+            f"{throws} throws, {rows} rows: {output}",
+            as_json=as_json,
+        )
+        return
     if table.suffix.lower() == ".json":
         ice = load_ice(table)
         write_cells(output, ice)

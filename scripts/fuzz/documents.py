@@ -23,6 +23,7 @@ def strategies(rng: random.Random) -> dict[str, Iterator[bytes]]:
     from curling_env.throw import RELEASE_TABLE
     from curling_env.trajectory import TRACK_TABLE
     from friction_estimation.camera.scene import LensDocument, SceneDocument
+    from friction_estimation.donation.session import SessionDocument
     from friction_estimation.film.video import TIMES_TABLE
 
     ice = document(IceDocument).map(lambda d: {**d, "format": "curling-ice/1"})
@@ -41,6 +42,9 @@ def strategies(rng: random.Random) -> dict[str, Iterator[bytes]]:
         "hall.json": scene,
         "cam.json": document(LensDocument).map(lambda d: _text(d).encode()),
         "st.json": st.lists(document(StoneDocument), max_size=4).map(lambda d: _text(d).encode()),
+        "session.json": document(SessionDocument).map(
+            lambda d: _text({**d, "format": "curling-session/1"}).encode()
+        ),
         "g.jsonl": game,
         "r.csv": table(RELEASE_TABLE),
         "t.csv": table(TRACK_TABLE),

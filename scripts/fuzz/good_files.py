@@ -129,6 +129,8 @@ def _ices_and_throws(folder: Path) -> None:
     (folder / "full.json").write_text(json.dumps(document | {"effects": EFFECTS}))
     _curling(folder, "simulate --ice standard --releases @r.csv --fps 6 -o @t.csv")
     _curling(folder, "throw --ice @full.json --speed 2.1")
+    consent = "All-who-threw-agree-to-this"
+    _curling(folder, f"donate @t.csv --scene @s.json --consent {consent} -o @session.json")
 
 
 def _game(folder: Path) -> None:

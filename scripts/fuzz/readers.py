@@ -39,6 +39,12 @@ def _tracks(path: Path) -> object:
     return load_tracks(path)
 
 
+def _session(path: Path) -> object:
+    from friction_estimation.donation import read_session
+
+    return read_session(path)
+
+
 def _notes(path: Path) -> object:
     from friction_estimation.tracks.throw_list import throws_beside
 
@@ -127,6 +133,7 @@ def _evidence(path: Path) -> object:
 READERS: dict[str, Callable[[Path], object]] = {
     "ice": _ice,
     "releases": _releases,
+    "session": _session,
     "tracks": _tracks,
     "notes": _notes,
     "scene": _scene,

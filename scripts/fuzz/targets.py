@@ -59,6 +59,9 @@ TARGETS = """
 0.3  throws.csv       athletes t.csv --ice ice.json -o found
 0.5  t.csv            match-stones t.csv --ice ice.json -o o.json
 0.5  skill.json       plan --ice standard --target 0,17 --skill skill.json
+1    t.csv,s.json     donate t.csv --scene s.json --consent All-who-threw-agree-to-this -o o.json
+0.5  throws.csv       donate t.csv --scene s.json --consent All-who-threw-agree-to-this -o o.json
+3    session.json     convert session.json -o o.csv
 2    t.csv,ice.json   compare t.csv --ice ice.json
 0.3  t.csv            compare t.csv --ice ice.json -o found
 
@@ -99,6 +102,7 @@ TARGETS = """
 0.5  ice.json         read ice ice.json
 0.5  full.json        read ice full.json
 0.5  r.csv            read releases r.csv
+0.5  session.json     read session session.json
 0.5  t.csv            read tracks t.csv
 0.5  throws.csv       read notes throws.csv
 0.5  s.json           read scene s.json
@@ -134,6 +138,7 @@ throws t.csv --units feet -o o.csv
 hand-or-ice t.csv --ice ice.json --believed standard --units feet --seed 1 -o o.csv
 athletes t.csv --ice ice.json --believed standard --seed 1 -o found
 match-stones t.csv --ice ice.json --units feet --seed 1 -o o.json
+donate t.csv --scene s.json --consent All-who-threw-agree-to-this -o o.json --json
 compare t.csv --ice ice.json --window 2
 estimate t.csv -o o.json --seed 1
 discover t.csv --known-length 21.3,21.9 --clock 20,24 -o found
@@ -201,6 +206,6 @@ def _read_by(words: Sequence[str]) -> list[str]:
         elif word == "e.evidence.npz":
             named.append("e.json")
     notes = ["throws.csv", "athletes.csv"]
-    coaching = dict.fromkeys(("throws", "hand-or-ice", "athletes", "match-stones"), notes)
+    coaching = dict.fromkeys(("throws", "hand-or-ice", "athletes", "match-stones", "donate"), notes)
     beside = {**coaching, "corners": ["q.json"]}
     return [*named, *beside.get(words[0], [])]

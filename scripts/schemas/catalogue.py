@@ -19,6 +19,7 @@ from curling_env.ice import ICE_FORMAT, IceDocument
 from curling_env.infrastructure.files.versions import FileFormat
 from friction_estimation.camera.scene import SCENE_FORMAT, LensDocument, SceneDocument
 from friction_estimation.discovery.report import REPORT_FORMAT
+from friction_estimation.donation.session import SESSION_FORMAT, SessionDocument
 from friction_estimation.reports.estimate_page import SUMMARY_FORMAT
 from friction_estimation.synthetic.films import TRUTH_FORMAT
 from friction_estimation.tracking.films import shared_cameras
@@ -128,6 +129,12 @@ FILES = (
         forms=[HeadLine, DeliveryLine, ResultLine],
         format=record.FORMAT,
         lines=True,
+    ),
+    JsonFile(
+        title="Donated session",
+        written_by="`curling donate`",
+        forms=[SessionDocument],
+        format=SESSION_FORMAT,
     ),
     JsonFile(
         title="Report of a discovery",

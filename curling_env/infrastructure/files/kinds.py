@@ -26,6 +26,7 @@ KIND_NAMES = {
     "table": "a table of other columns",
     "game": "a recorded game",
     "skill": "a skill file",
+    "session": "a donated session",
     "archive": "a file of arrays",
     "posterior": "a file of HDF5",
     "parquet": "a Parquet table",
@@ -53,7 +54,12 @@ _MAGIC: tuple[tuple[int, bytes, str], ...] = (
     (0, b"\x89HDF", "posterior"),
     (0, b"PAR1", "parquet"),
 )
-_FORMATS = {"curling-ice": "ice", "curling-game": "game", "curling-skill": "skill"}
+_FORMATS = {
+    "curling-ice": "ice",
+    "curling-game": "game",
+    "curling-skill": "skill",
+    "curling-session": "session",
+}
 
 
 def kind_of(path: str | Path) -> str | None:

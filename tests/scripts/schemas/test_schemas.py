@@ -16,6 +16,7 @@ from agents.playing.record import read_record
 from curling_env.game.skill_file import load_skill
 from curling_env.ice import load_ice, preset_names
 from friction_estimation.camera.scene import load_lens, load_scene
+from friction_estimation.donation import read_session
 from friction_estimation.reports.missing_in_words import findings
 from friction_estimation.tracking.films.shared_cameras import FORMAT as CAMERA_FORMAT
 from friction_estimation.tracking.films.shared_cameras import camera_from
@@ -112,5 +113,6 @@ def test_every_released_number_is_read():
     assert len(read_stones(SPECIMENS / "stones-1.json")[0]) > 1
     assert load_skill(SPECIMENS / "skill-1.json").name == "Ada"
     assert len(read_record(SPECIMENS / "game-1.jsonl")) == 3
+    assert len(read_session(SPECIMENS / "session-1.json").tracks) == 1
     report = json.loads((SPECIMENS / "report-1.json").read_text(encoding="utf-8"))
     assert findings(report).missing[0].title == "curl"

@@ -1,0 +1,237 @@
+"""The file of a donated session, `curling-session/1`: one JSON document.
+
+It has the scene, the tracks column by column, what may be told of each throw, and a note of
+consent. Nothing in it says who threw, where, or on which day.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+from numpy.typing import NDArray
+
+from curling_env.errors import InputError
+from curling_env.infrastructure.files.schema import Document, Short, checked
+from curling_env.infrastructure.files.storage import read_json, write_json
+from curling_env.infrastructure.files.table import Table
+from curling_env.infrastructure.files.versions import FileFormat
+from curling_env.trajectory import TRACK_TABLE, Trajectory, track_columns, tracks_of
+from friction_estimation.camera.scene import Scene, SceneDocument, document_of, scene_of
+from friction_estimation.tracks.throw_list import MAX_THROWS
+
+SESSION_FORMAT = FileFormat(name="curling-session", what="a donated session")
+LICENCE = "CC0-1.0"
+"""Under which sessions are given: anybody may use them for anything."""
+MAX_ROWS = 300_000
+"""Frames of one session: 350 throws at 30 frames a second."""
+LEAST_CONSENT, MOST_CONSENT = 20, 1000
+"""Letters of a note of consent."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThrownBy:
+    """What is told of a throw.
+
+    Parameters
+    ----------
+    throw : number of the throw in the tracks
+    athlete : number in the order of the first throws; None if it was not noted
+    hand : right, left, or empty where it is not known
+    called : the shot that was called, in the words of calls; or empty
+    """
+
+    throw: int
+    athlete: int | None = None
+    hand: str = ""
+    called: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Session:
+    """A measured session without film and without names.
+
+    Parameters
+    ----------
+    consent : that and by whom it may be used, in a sentence or two without names
+    scene : of the camera that filmed it
+    tracks : its throws in order of play
+    throws : what is told of them, if anything
+    licence : under which it is given
+
+    Raises
+    ------
+    InputError : a consent that says too little or too much, or no tracks, or too many
+    """
+
+    consent: str
+    scene: Scene
+    tracks: Sequence[Trajectory]
+    throws: Sequence[ThrownBy] = ()
+    licence: str = LICENCE
+
+    def __post_init__(self) -> None:
+        length = len(self.consent.strip())
+        if not LEAST_CONSENT <= length <= MOST_CONSENT or not self.consent.isprintable():
+            raise InputError(
+                f"a note of consent has {LEAST_CONSENT} to {MOST_CONSENT} letters in one line and "
+                f"says who agrees to what, got {length}"
+            )
+        if not self.tracks:
+            raise InputError("a session needs at least one throw")
+        rows = sum(map(len, self.tracks))
+        if rows > MAX_ROWS:
+            raise InputError(f"has {rows} frames; a donated session has at most {MAX_ROWS}")
+
+
+Whole = Annotated[int, Meta(ge=-(2**53), le=2**53)]
+Numbers = Annotated[list[float | None], Meta(max_length=MAX_ROWS)]
+
+
+class ThrowDocument(Document, omit_defaults=True):
+    """What is told of a throw."""
+
+    throw: Whole
+    athlete: Annotated[int, Meta(ge=0, le=MAX_THROWS)] | None = None
+    hand: Literal["right", "left"] | None = None
+    called: Short = ""
+
+
+class TracksDocument(Document):
+    """The columns of a tracks file, one entry per frame; null where a cell would be empty."""
+
+    throw: Numbers
+    t: Numbers
+    x: Numbers
+    y: Numbers
+    theta: Numbers
+    stone: Numbers | None = None
+    clock: Numbers | None = None
+    swept: Numbers | None = None
+    sigma_xy: Numbers | None = None
+    sigma_theta: Numbers | None = None
+
+
+class SessionDocument(Document):
+    """A donated session."""
+
+    format: Short
+    licence: Short
+    consent: Annotated[str, Meta(min_length=LEAST_CONSENT, max_length=MOST_CONSENT)]
+    scene: SceneDocument
+    tracks: TracksDocument
+    throws: Annotated[list[ThrowDocument], Meta(max_length=MAX_THROWS)] = msgspec.field(
+        default_factory=list[ThrowDocument]
+    )
+
+
+def write_session(session: Session, path: str | Path) -> None:
+    """Write a donated session, complete or not at all; the same session gives the same bytes."""
+    begins = min(track.clock for track in session.tracks)
+    tracks = [replace(track, clock=track.clock - begins) for track in session.tracks]
+    columns = {name: _plain(column) for name, column in track_columns(tracks).items()}
+    write_json(
+        path,
+        {
+            "format": SESSION_FORMAT.newest,
+            "licence": session.licence,
+            "consent": session.consent.strip(),
+            "scene": document_of(session.scene),
+            "throws": [
+                {
+                    key: value
+                    for key, value in (
+                        ("throw", thrown.throw),
+                        ("athlete", thrown.athlete),
+                        ("hand", thrown.hand or None),
+                        ("called", thrown.called or None),
+                    )
+                    if value is not None
+                }
+                for thrown in session.throws
+            ],
+            "tracks": columns,
+        },
+    )
+
+
+def read_session(path: str | Path) -> Session:
+    """A donated session from its file.
+
+    Raises
+    ------
+    InputError : unreadable, of another format, columns of different lengths, or whatever a tracks
+        file or a scene file would be refused for
+    """
+    document = read_json(path)
+    try:
+        document = SESSION_FORMAT.brought_up(document)
+        form = checked(document, SessionDocument)
+        scene = _scene(document["scene"], str(path))
+        return Session(
+            consent=form.consent,
+            licence=form.licence,
+            scene=scene,
+            tracks=_tracks(form.tracks, str(path)),
+            throws=[
+                ThrownBy(throw=k.throw, athlete=k.athlete, hand=k.hand or "", called=k.called)
+                for k in form.throws
+            ],
+        )
+    except InputError as error:
+        if error.source is not None:
+            raise
+        raise InputError(error.problem, source=path, where=error.where) from error
+
+
+def is_session(document: Any) -> bool:
+    """Whether a JSON document says that it is a donated session, of any number."""
+    found = document.get("format") if isinstance(document, dict) else None
+    return isinstance(found, str) and found.partition("/")[0] == SESSION_FORMAT.name
+
+
+def _scene(document: Any, source: str) -> Scene:
+    try:
+        return scene_of(document, source)
+    except InputError as error:
+        where = f"scene.{error.where}" if error.where else "scene"
+        raise InputError(error.problem, source=source, where=where) from error
+
+
+def _tracks(form: TracksDocument, source: str) -> list[Trajectory]:
+    columns: dict[str, list[str]] = {}
+    length = len(form.throw)
+    for column in TRACK_TABLE:
+        given: list[float | None] | None = getattr(form, column.name)
+        if given is None:
+            continue
+        if len(given) != length:
+            raise InputError(
+                f"has {len(given)} entries, throw has {length}",
+                source=source,
+                where=f"tracks.{column.name}",
+            )
+        columns[column.name] = ["" if value is None else repr(value) for value in given]
+    return tracks_of(
+        Table(
+            source=source,
+            columns=columns,
+            rows=range(1, length + 1),
+            optional=frozenset(c.name for c in TRACK_TABLE if not c.required),
+            known={c.name: c for c in TRACK_TABLE},
+        )
+    )
+
+
+def _plain(column: NDArray[Any]) -> list[float | None]:
+    """A column as JSON has it: whole numbers as such, null for what is not known."""
+    whole = bool(np.isfinite(column).all() and (column == np.round(column)).all())
+    return [
+        None if not np.isfinite(value) else int(value) if whole else float(value)
+        for value in column.tolist()
+    ]
