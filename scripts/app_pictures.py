@@ -32,7 +32,7 @@ SCREENS = {
     "stones": "stones",
 }
 """The name of each picture and the address of what it shows."""
-ON_A_PHONE = ("practice", "throw-film", "ice", "throw")
+ON_A_PHONE = ("practice", "throw-film", "ice", "throw", "hand-or-ice")
 PATIENCE = 120_000
 """For a screen that is worked out first [ms]."""
 
@@ -72,6 +72,8 @@ def take_all(program: str, address: str, folder: Path) -> None:
             )
             page = where.new_page()
             page.set_default_timeout(PATIENCE)
+            page.goto(address)
+            page.get_by_text("Making up an evening: done").wait_for()
             for name in names:
                 ending = "" if size is LAPTOP else "-phone"
                 take(page, address + SCREENS[name], folder / f"{name}{ending}.jpg")
@@ -82,6 +84,7 @@ def take_all(program: str, address: str, folder: Path) -> None:
 def take(page: Any, address: str, picture: Path) -> None:
     """A picture of what a screen shows first, once it is all there."""
     page.goto(address, wait_until="load")
+    page.locator("ul[data-jobs]").wait_for(state="detached")  # until it is worked out
     aim = page.get_by_role("button", name="Aim at the button")
     if aim.count():
         aim.click()

@@ -30,6 +30,7 @@ KNOWN, WELL_KNOWN, CURL_SIGMA = 0.004, 0.002, 0.01
 def causes_study(evenings: int, sigma: float) -> None:
     """Causes of misses: how often within 15 % of the miss, and how often an interval holds."""
     near: list[tuple[float, float]] = []
+    if_known: list[tuple[float, float]] = []
     held: dict[str, list[bool]] = {}
     off: dict[str, list[float]] = {}
     for seed in range(evenings):
@@ -42,10 +43,11 @@ def causes_study(evenings: int, sigma: float) -> None:
         ice = evening.ice.as_ice(rng, sigma=sigma, curl_sigma=CURL_SIGMA)
         found = hand_or_ice(evening.tracks, ice, evening.notes, believed=evening.believed.as_ice())
         for one in found.throws:
-            worst = 0.0
+            worst, errors = 0.0, dict[str, Floats]()
             for cause, part in one.parts.items():
                 truth = evening.parts[cause][one.throw]
                 value = np.array([part.right.value, part.past.value])
+                errors[cause] = value - truth
                 worst = max(worst, float(np.hypot(*(value - truth))))
                 off.setdefault(cause, []).append(float(np.hypot(*(value - truth))))
                 held.setdefault(cause, []).extend(
@@ -53,6 +55,7 @@ def causes_study(evenings: int, sigma: float) -> None:
                     for x, (low, high) in zip(truth, part.interval(), strict=True)
                 )
             near.append((worst, one.distance))
+            if_known.append((_worst(errors, 0.0), _worst(errors, 0.5)))
     worst, miss = np.array(near).T
     print(
         f"causes, ice known to {100 * sigma:g} %: {len(miss)} throws, "
@@ -62,6 +65,9 @@ def causes_study(evenings: int, sigma: float) -> None:
     far = miss > 0.5
     share = 100 * (worst < 0.15 * miss)[far].mean()
     print(f"  the same of the {far.sum()} that missed by half a metre or more: {share:.0f} %")
+    better = np.array(if_known)
+    exact, halved = (100 * (better < 0.15 * miss[:, None]).mean(axis=0)).tolist()
+    print(f"  if nothing, or half, were wrong in the ice's part: {exact:.0f} %, {halved:.0f} %")
     for cause, flags in held.items():
         typical = 100 * float(np.sqrt(np.mean(np.square(off[cause]))))
         print(
@@ -69,6 +75,16 @@ def causes_study(evenings: int, sigma: float) -> None:
         )
     everything = [flag for flags in held.values() for flag in flags]
     print(f"  all 95 % intervals that hold: {100 * np.mean(everything):.1f} %")
+
+
+def _worst(errors: dict[str, Floats], left: float) -> float:
+    """The largest error of a cause [m] if only a share of that of the ice were left.
+
+    What is taken from the ice's part goes to what no cause explains: the miss is as it was.
+    """
+    moved = (1 - left) * errors["ice"]
+    better = errors | {"ice": errors["ice"] - moved, "neither": errors["neither"] + moved}
+    return max(float(np.hypot(*error)) for error in better.values())
 
 
 def athletes_study(evenings: int) -> None:

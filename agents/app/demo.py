@@ -7,6 +7,7 @@ throws, the camera and the coach are made up.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from datetime import date, timedelta
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -29,7 +30,7 @@ from friction_estimation.estimation.whole_ice import estimate_ice
 from friction_estimation.synthetic import FilmSpec, render_film, scene_of
 
 SCENE = "gantry.scene.json"
-NAME, SHEET = "A made-up evening", "Sheet 2"
+NAME, BEFORE, SHEET = "A made-up evening", "The week before", "Sheet 2"
 THROWS, FILMED, STONES = 40, 3, 8
 BETWEEN = 75.0
 """From one throw to the next [s]."""
@@ -40,6 +41,10 @@ SEEN_BEFORE = 4.2
 FILM = FilmSpec(
     camera="gantry", size=(800, 450), fps=10.0, noise=1.0, people=False, lead_in=0.5, tail=0.5
 )
+ODD = {2: (1.03, 1.0), 5: (1.0, 0.88)}
+"""Two stones that a set should not have: one is heavy, one curls less; factors of both."""
+OWN_FRICTION, OWN_CURL = 0.006, 0.03
+"""By how much throws of one stone differ, as parts: frost, hair, dust."""
 CALLS = (
     ("draw button", 0.0, 0.0),
     ("draw top four", 0.0, -0.38),
@@ -97,22 +102,15 @@ def fill(
     progress : called as it advances
     """
     rng = np.random.default_rng(seed)
-    believed = patchy_ice(rng)
-    # Two stones that a set should not have: one is heavy, one curls less.
-    odd = (
-        {"stone": 2.0, "factor": 1.03, "curl_factor": 1.0},
-        {"stone": 5.0, "factor": 1.0, "curl_factor": 0.88},
-    )
-    extra = tuple(ActiveEffect(name="stone_bias", parameters=one) for one in odd)
-    truth = replace(believed, effects=(*believed.effects, *extra))
+    truth = patchy_ice(rng)
     # The skip takes the ice for even.
-    even = np.full_like(believed.friction.mu, np.median(believed.friction.mu))
-    believed = replace(believed, friction=replace(believed.friction, mu=even))
+    even = np.full_like(truth.friction.mu, np.median(truth.friction.mu))
+    believed = replace(truth, friction=replace(truth.friction, mu=even))
     paths: list[Trajectory] = []
     columns: dict[str, list[str]] = {"throw": [], "athlete": [], "stone": [], "called": []}
     for k in range(THROWS):
         athlete = ATHLETES[k % len(ATHLETES)]
-        path, called = _throw(truth, believed, k, athlete, rng)
+        path, called = _throw(_as_met(truth, k % STONES, rng), believed, k, athlete, rng)
         paths.append(path)
         noted = (str(k), athlete.name, f"red {path.stone + 1}", called)
         for column, value in zip(columns.values(), noted, strict=True):
@@ -140,7 +138,29 @@ def fill(
         estimating = part_of_progress(progress, 0.6, 1.0)
         ice = estimate_ice(tracks, effects="none", start=believed, progress=estimating).ice
         save_ice(ice, folder / "ice.json", provenance=provenance(seed=seed))
-        return fill_from(club, session, folder)
+        fill_from(club, session, folder)
+    _remember(club, session, believed)
+    return session
+
+
+def _as_met(ice: Ice, stone: int, rng: np.random.Generator) -> Ice:
+    """The ice as one throw of a stone meets it: with what is the stone's and the throw's own."""
+    friction, curl = ODD.get(stone, (1.0, 1.0))
+    own = {
+        "stone": float(stone),
+        "factor": friction * float(np.exp(OWN_FRICTION * rng.standard_normal())),
+        "curl_factor": curl * float(np.exp(OWN_CURL * rng.standard_normal())),
+    }
+    return ice.with_effect(ActiveEffect(name="stone_bias", parameters=own))
+
+
+def _remember(club: Club, session: Session, believed: Ice) -> None:
+    """The ice that the team takes it for: of an earlier session, of which only that is kept."""
+    day = (date.fromisoformat(session.day) - timedelta(days=7)).isoformat()
+    if any(one.name == BEFORE and one.day == day for one in club.sessions()):
+        return
+    before = club.add_session(BEFORE, day, SHEET, None)
+    save_ice(believed, club.ice_of(before))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -5,7 +5,8 @@
 - `hand_or_ice`: why throws missed; `causes` holds what it tells
 - `athletes`: bias and spread of an athlete's throws, over sessions (`athlete_errors`)
 - `stones`: which stones run and curl alike (`match_stones`)
-- `released`, `intended`, `habits`: the throw that was made, and the one that was meant
+- `seen_throws`, `released`: the throw that was made; `intended`, `habits`: the one that was meant
+- `throw_parts`: what each cause adds to a miss
 - `runs`, `session_ice`, `shared_ice`: throws run on ices, the ice before each of them, and what all
   of them show of it
 - `tuning`: the constants that were chosen

@@ -10,9 +10,13 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
+import av
 import numpy as np
 import pytest
 
@@ -230,7 +234,25 @@ def test_an_evening_from_dropped_films_to_the_ice(browser, app, filmed):
     assert errors == []
 
 
-def test_a_camera_that_films_now_gives_films_that_are_tracked(tmp_path, filmed, monkeypatch):
+@pytest.fixture
+def stream(filmed, tmp_path) -> Iterator[str]:
+    """The address of a made-up camera: the film as a transport stream over HTTP."""
+    path = tmp_path / "camera.ts"
+    with av.open(str(filmed[0])) as film, av.open(str(path), "w", format="mpegts") as out:
+        video = film.streams.video[0]
+        copied = out.add_stream_from_template(video)
+        for packet in film.demux(video):
+            if packet.dts is not None:
+                packet.stream = copied
+                out.mux(packet)
+    handler = partial(SimpleHTTPRequestHandler, directory=tmp_path)
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_address[1]}/camera.ts"
+        server.shutdown()
+
+
+def test_a_camera_that_films_now_gives_films_that_are_tracked(tmp_path, filmed, stream):
     from agents.app.work import recording
 
     film, scene, _ = filmed
@@ -245,8 +267,7 @@ def test_a_camera_that_films_now_gives_films_that_are_tracked(tmp_path, filmed, 
     for source in ("/etc/passwd", "file:///etc/passwd", "concat:/etc/passwd", "-1", str(film)):
         with pytest.raises(InputError, match="no number of a camera"):
             recording.record(club, session, Reported(club, 1), source)
-    monkeypatch.setattr(recording, "SOURCE", ".*")  # a film stands for a stream
-    recording.record(club, session, Reported(club, 1), str(film))
+    recording.record(club, session, Reported(club, 1), stream)
     (kept,) = club.films(session)
     assert kept.is_whole
     assert abs(club.path(kept.file).stat().st_size / film.stat().st_size - 1) < 0.5
