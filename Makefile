@@ -14,7 +14,7 @@ TORCH  := $(shell sed -n 's/^\(torch==[0-9.]*\).*/\1/p' constraints.txt)
 # thread per core only get in each other's way.
 SINGLE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS=1
 
-.PHONY: help setup demo test lint format types arch bench docs docs-serve docs-test schemas \
+.PHONY: help setup demo test lint format types arch bench docs docs-serve docs-test notebooks schemas \
 	soak fuzz faults mutants release-check sbom lock clean
 
 help:  ## this list
@@ -47,6 +47,7 @@ lint: setup  ## style, types, architecture and the site
 format: setup  ## put the code into the house's form
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
+	$(BIN)/python scripts/notebooks.py --strip
 
 types: setup  ## strict for curling_env, standard for the rest
 	$(BIN)/basedpyright --warnings
@@ -65,6 +66,9 @@ docs-serve: docs  ## the site in the browser, at http://127.0.0.1:8000/
 
 docs-test: docs  ## every example of every page is run, and the site is looked at in a browser
 	CURLING_EXAMPLES=all $(SINGLE) $(BIN)/pytest -n $(JOBS) -q tests/test_examples.py tests/test_site.py
+
+notebooks: setup  ## every notebook executed, as a page with its outputs, into runs/notebooks
+	$(SINGLE) $(BIN)/python scripts/notebooks.py
 
 schemas: setup  ## the JSON Schemas of every file format, into docs/schemas
 	cd scripts && ../$(BIN)/python -m schemas

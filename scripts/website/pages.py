@@ -52,13 +52,16 @@ def pages(root: Path) -> tuple[dict[str, str], dict[str, Path]]:
         if path.suffix == ".md":
             text = path.read_text(encoding="utf-8")
             texts[name] = observations.filled_in(relinked(text, name, below="docs/"))
-        elif path.is_file() and path.suffix != ".ipynb":
+        elif path.is_file():
             copied[name] = path
     for source, name in ROOT_PAGES.items():
         texts[name] = relinked((root / source).read_text(encoding="utf-8"), name, below="")
     texts["decisions/README.md"] += _hidden_contents("[0-9]*")
+    if notebooks.INDEX in texts:
+        index = notebooks.linked(texts[notebooks.INDEX])
+        texts[notebooks.INDEX] = index + _hidden_contents("[0-9]*")
+    texts |= notebooks.pages(docs)
     texts |= {**commands.pages(), **effects.pages(), **python_api.pages()}
-    texts |= notebooks.pages(root)
     return {name: with_what_exists(text, name, texts) for name, text in texts.items()}, copied
 
 

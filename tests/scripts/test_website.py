@@ -89,15 +89,15 @@ def test_every_effect_has_a_page_with_every_parameter():
         assert f"({name}.md)" in pages["effects/index.md"]
 
 
-def test_a_notebook_becomes_a_page(tmp_path):
-    assert notebooks.pages(tmp_path) == {}
+def test_a_notebook_is_a_page_of_its_text_and_code(tmp_path):
     cells = [
-        {"cell_type": "markdown", "source": ["# From film\n", "\n", "Words."]},
-        {"cell_type": "code", "source": "x = 1\n", "outputs": []},
+        {"cell_type": "markdown", "source": ["# Title\n", "\n", "Words."]},
+        {"cell_type": "code", "source": ["x = 1\n", "x + 1"]},
     ]
     (tmp_path / "notebooks").mkdir()
-    (tmp_path / "notebooks" / "film.ipynb").write_text(json.dumps({"cells": cells}))
-    made = notebooks.pages(tmp_path)
-    assert made["notebooks/film.md"].startswith("# From film\n\nWords.\n\n*This is")
-    assert made["notebooks/film.md"].endswith("```python\nx = 1\n```\n")
-    assert "\nfilm\n" in made["notebooks/index.md"]
+    (tmp_path / "notebooks" / "1-a.ipynb").write_text(json.dumps({"cells": cells}))
+    ((name, text),) = notebooks.pages(tmp_path).items()
+    assert name == "notebooks/1-a.md"
+    assert text.startswith("# Title\n\n{download}`The notebook <1-a.ipynb>`\n\nWords.")
+    assert text.endswith("```python\nx = 1\nx + 1\n```\n")
+    assert notebooks.linked("[a](1-a.ipynb)") == "[a](1-a.md)"
