@@ -416,6 +416,14 @@ SKILLS = {
             source="estimates for elite players, 0.01-0.02 m/s and 0.1-0.2° (0.15°); " + _SPIN,
         ),
         Skill(
+            name="championship",
+            sigma_speed=0.03,
+            sigma_angle=0.0026,
+            sigma_spin=0.1,
+            tails=5.0,
+            source="fitted so that ends are scored as in championships; " + _SPIN,
+        ),
+        Skill(
             name="club",
             sigma_speed=0.03,
             sigma_angle=0.0052,

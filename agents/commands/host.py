@@ -33,8 +33,9 @@ NoiseOption = Annotated[
     str | None,
     typer.Option(
         metavar="SKILL",
-        help="Execution error of the team's players: none, elite, digital-curling, champion, club, "
-        "or SPEED:ANGLE, standard deviations in m/s and rad. One for all, or four with commas, "
+        help="Execution error of the team's players: none, elite, digital-curling, champion, "
+        "championship, club, or SPEED:ANGLE, standard deviations in m/s and rad. One for all, or "
+        "four with commas, "
         "in the order in which clients are told of them. By default digital-curling, and for a "
         "client of version 4 what it says of its players.",
     ),

@@ -48,8 +48,8 @@ def plan(
     skill: Annotated[
         str,
         typer.Option(
-            help="Execution error of the player: none, elite, digital-curling, champion, club, or "
-            "the file of an athlete from `curling athletes`."
+            help="Execution error of the player: none, elite, digital-curling, champion, "
+            "championship, club, or the file of an athlete from `curling athletes`."
         ),
     ] = "elite",
     spin: Annotated[

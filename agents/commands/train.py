@@ -34,7 +34,9 @@ def train(
     ] = None,
     skill: Annotated[
         str | None,
-        typer.Option(help="Skill: none, elite, champion or club; by default as configured."),
+        typer.Option(
+            help="Skill: none, elite, champion, championship or club; by default as configured."
+        ),
     ] = None,
     checkpoint_every: Annotated[
         int | None, typer.Option(min=0, help="Throws between checkpoints; 0 for none.")

@@ -208,8 +208,8 @@ def plan_throw(
     mark : (2,) mark of the task, see `plan_task`
     stones : (k, 2) centres of resting stones, sheet frame [m]
     own : (k,) whether each stone belongs to the thrower's team, see `plan_task`
-    skill : the player who throws: ``none``, ``elite``, ``champion``, ``club``, a skill file, or a
-        `Skill`
+    skill : the player who throws: ``none``, ``elite``, ``champion``, ``championship``,
+        ``club``, a skill file, or a `Skill`
     delivery : where throws begin: ``hog-line``, ``hack`` (as in Digital Curling) or a `Delivery`
     seed : seed of the trials; the same seed gives the same plan
 

@@ -31,7 +31,7 @@ def sweep(
     ] = 1,
     seed: SeedOption = 0,
     skill: Annotated[
-        str, typer.Option(help="Accuracy of the player: none, elite, champion, club.")
+        str, typer.Option(help="Accuracy of the player: none, elite, champion, championship, club.")
     ] = "none",
     workers: Annotated[
         str,

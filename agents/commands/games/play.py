@@ -41,8 +41,8 @@ RulesOption = Annotated[
 SkillOption = Annotated[
     str,
     typer.Option(
-        help="Execution error of both players: none, elite, digital-curling, champion or club, or "
-        "the file of an athlete from `curling athletes`."
+        help="Execution error of both players: none, elite, digital-curling, champion, "
+        "championship or club, or the file of an athlete from `curling athletes`."
     ),
 ]
 StillOption = Annotated[

@@ -59,7 +59,7 @@ def grade(shot: str, before: Floats, called: Floats, made: Floats, slot: int) ->
         return None
     removed = np.isfinite(before[:, 0]) & np.isnan(called[:, 0])
     if kind in ("takeout", "peel") and removed[_opponents(slot)].any():
-        return _hit(before, called, made, slot, removed)
+        return _hit(before, called, made, slot, removed, stays=kind == "takeout")
     reach = FINE_REACH if shot in FINE_SHOTS else DRAW_REACH
     moved = np.hypot(*(called - before).T) > MOVED
     moved[slot] = True
@@ -75,8 +75,10 @@ def _placed(called: Floats, made: Floats, reach: tuple[float, ...]) -> int:
     return int((off.max() <= np.array(reach)).sum())
 
 
-def _hit(before: Floats, called: Floats, made: Floats, slot: int, removed: Flags) -> int:
-    """Points for a takeout: for what it took out, and for where the shooter stayed."""
+def _hit(
+    before: Floats, called: Floats, made: Floats, slot: int, removed: Flags, *, stays: bool
+) -> int:
+    """Points for a takeout: for what it took out, and, if it `stays`, for where the shooter did."""
     wanted = removed & _opponents(slot)
     out = wanted & np.isnan(made[:, 0])
     if not out.any():
@@ -85,7 +87,7 @@ def _hit(before: Floats, called: Floats, made: Floats, slot: int, removed: Flags
     lost = np.isfinite(before[:, 0]) & np.isnan(made[:, 0]) & ~removed & ~_opponents(slot)
     if not out[wanted].all() or lost.any():
         return 2
-    if np.isnan(called[slot, 0]):
+    if not stays or np.isnan(called[slot, 0]):
         return BEST
     if np.isnan(made[slot, 0]):
         return 2

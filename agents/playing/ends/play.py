@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -12,13 +13,16 @@ from agents.playing.ends.grades import grade, shot_type
 from agents.playing.match import Match, PlayedDelivery
 from agents.playing.search import BY_THE_ODDS, CallingStyle, SearchPlayer
 from agents.playing.search.positions import EndSimulator, position_of
-from curling_env.game import Call, GameSimulator, PlayerView
+from curling_env.game import Call, GameSimulator, GameState, PlayerView
 from curling_env.game.ice_evolution import TYPICAL_EVOLUTION, IceEvolution
 from curling_env.game.rules import Team, rule_set
 from curling_env.game.team_judgement import NEVER_WRONG, TeamJudgement
 from curling_env.infrastructure.executor import executor
-from curling_env.throw import Skill, skill_named
+from curling_env.throw import Skill, Throw, skill_named
 from curling_env.typing import Progress, no_progress, with_progress
+
+HIT_SPEED = 2.3
+"""A faster throw over the hog line is a hit [m/s]; a draw through the house is slower."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,6 +39,8 @@ class Conditions:
     calls : what teams call for, beside the odds
     evolution : how the ice changes, and how far stones differ
     sweeping : whether stones are swept
+    hit_factor, turn_factor : by how much all errors are larger for a throw of hit weight, and for a
+        counter-clockwise turn, than `skill` says; players do not know of it
     """
 
     ice: str = "standard"
@@ -46,10 +52,14 @@ class Conditions:
     calls: CallingStyle = BY_THE_ODDS
     evolution: IceEvolution = TYPICAL_EVOLUTION
     sweeping: bool = True
+    hit_factor: float = 1.0
+    turn_factor: float = 1.0
 
     def simulator(self) -> GameSimulator:
         """The simulator of such games."""
-        return GameSimulator(
+        return _UnevenHands(
+            self.hit_factor,
+            self.turn_factor,
             self.ice,
             rules=rule_set(self.rules, ends=self.ends),
             skills=skill_named(self.skill),
@@ -125,8 +135,9 @@ class GameRecord:
         }
 
     @classmethod
-    def from_dict(cls, document: dict[str, Any]) -> GameRecord:
-        """What `as_dict` gave."""
+    def from_line(cls, line: str) -> GameRecord:
+        """The game of what `as_dict` gave, as a line of JSON."""
+        document = json.loads(line)
         return cls(
             seed=document["seed"],
             ends=tuple(
@@ -167,6 +178,26 @@ def play_games(
         played = crew.map(_play, [(conditions, seed) for seed in seeds])
         for _, record in zip(with_progress(seeds, "games", progress), played, strict=True):
             yield record
+
+
+class _UnevenHands(GameSimulator):
+    """Games of throwers whose errors depend on the weight and the turn of a throw."""
+
+    def __init__(self, hit_factor: float, turn_factor: float, *given: Any, **options: Any) -> None:
+        super().__init__(*given, **options)
+        self._hit_factor, self._turn_factor = hit_factor, turn_factor
+
+    def with_execution_error(self, meant: Throw, skill: Skill, state: GameState) -> Throw:
+        factor = self._hit_factor if meant.speed > HIT_SPEED else 1.0
+        factor *= self._turn_factor if meant.spin > 0 else 1.0
+        if factor != 1.0:
+            skill = replace(
+                skill,
+                sigma_speed=factor * skill.sigma_speed,
+                sigma_angle=factor * skill.sigma_angle,
+                sigma_spin=factor * skill.sigma_spin,
+            )
+        return super().with_execution_error(meant, skill, state)
 
 
 class _Caller(SearchPlayer):

@@ -64,6 +64,9 @@ def test_a_takeout_is_graded_by_the_stone_it_removes_and_where_it_stays(made, po
 
 
 def test_a_peel_need_not_stay_a_double_counts_whole_and_a_lost_stone_of_ones_own_costs():
+    single, rolled = position(theirs=(0.0, -2.5)), position(shooter=(0.0, -2.0))
+    assert grade("peel", single, rolled, position(), SHOOTER) == 4
+    assert grade("hit", single, rolled, position(), SHOOTER) == 2
     both = position(theirs=(0.0, 0.3), other=(0.5, 0.5), own=(-1.0, 1.0))
     kept = position(own=(-1.0, 1.0))
     assert grade("peel", both, kept, kept, SHOOTER) == 4

@@ -1,0 +1,105 @@
+"""What was found of played games, and what of it is kept with the package."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from agents.playing.ends.play import Conditions, GameRecord
+from agents.playing.ends.published import score_shares
+from agents.playing.ends.records import conditions_document, games_in
+from agents.playing.ends.summary import (
+    calls_calibration,
+    end_comparison,
+    ends_of,
+    grades,
+    odds_of,
+    shares_won,
+    table_calibration,
+    win_table,
+)
+from agents.playing.search.win_probability import WinProbability
+from curling_env.game.rules import rule_set
+from curling_env.infrastructure.files.storage import read_json
+
+RESULTS = Path(str(files("agents.playing.ends").joinpath("results.json")))
+"""The kept results."""
+COMMAND = "python scripts/ends.py play NAME; python scripts/ends.py keep"
+
+
+def counted(path: Path, conditions: Conditions) -> dict[str, Any]:
+    """How the ends of a file of games were scored, for JSON.
+
+    Parameters
+    ----------
+    path : the games
+    conditions : those under which they were played
+    """
+    games = games_in(path)
+    comparison = end_comparison(games)
+    return {
+        "conditions": conditions_document(conditions),
+        "games": len(games),
+        "seeds": [min(game.seed for game in games), max(game.seed for game in games)],
+        "ends": int(comparison.counts.sum()),
+        "counts": comparison.counts.tolist(),
+        "net": sum(end.score for end in ends_of(games)) / max(len(ends_of(games)), 1),
+        "chi_square": comparison.chi_square,
+        "p_value": comparison.p_value,
+    }
+
+
+def summary(path: Path, conditions: Conditions) -> dict[str, Any]:
+    """All that the games of a file tell: what `counted` gives, grades, and chances to win."""
+    games = games_in(path)
+    rules = rule_set(conditions.rules, ends=conditions.ends)
+    return {
+        **counted(path, conditions),
+        "grades": [asdict(one) for one in grades(games)],
+        "win_table": win_table(odds_of(rules, end_comparison(games))),
+        "won": shares_won(games),
+        "calls": calls_calibration(games).as_dict(),
+        "table_of_search": table_calibration(games, WinProbability(rules)).as_dict(),
+        "table_of_published_ends": table_calibration(
+            games, WinProbability(rules, score_shares())
+        ).as_dict(),
+    }
+
+
+def summary_text(games: Sequence[GameRecord]) -> str:
+    """The numbers of games for people."""
+    lines = [end_comparison(games).text(), "  grades"]
+    lines += [
+        f"    {one.type:<16}{one.mean:6.1f} %   {one.low:.1f} to {one.high:.1f} %   "
+        f"{one.shots} shots, {100 * one.missed:.0f} % missed"
+        for one in grades(games)
+    ]
+    calibration = calls_calibration(games)
+    lines.append(f"  chances seen in calls (Brier {calibration.brier:.3f}, 0.25 for one half)")
+    lines += [
+        f"    {one.predicted:5.2f}  won {one.share:.2f} ({one.low:.2f} to {one.high:.2f}) "
+        f"of {one.number}"
+        for one in calibration.bins
+    ]
+    return "\n".join(lines)
+
+
+def kept_document(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """What the package keeps: the summaries by name, and how they are made anew."""
+    rules = rule_set("world_curling_2024")
+    return {
+        "command": COMMAND,
+        "win_table_of_search": win_table(WinProbability(rules)),
+        "win_table_of_published_ends": win_table(WinProbability(rules, score_shares())),
+        "found": found,
+    }
+
+
+def kept_results() -> dict[str, Any]:
+    """The kept results, as `kept_document` made them."""
+    document = read_json(RESULTS)
+    assert isinstance(document, dict)
+    return document  # pyright: ignore[reportUnknownVariableType]

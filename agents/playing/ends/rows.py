@@ -1,0 +1,168 @@
+"""The rows of hands and of strategy in the table of published measurements.
+
+They read the kept results of many games (`results.json`); playing them anew takes an hour.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from agents.playing.ends.published import (
+    CLASSES,
+    PUBLISHED_NET,
+    PUBLISHED_ODDS,
+    PUBLISHED_SHARES,
+    PUBLISHED_SOURCE,
+)
+from agents.playing.ends.results import kept_results
+from curling_env.validation import Row, Shots
+
+WITHIN = 2.0
+"""Percentage points within which a share of ends agrees."""
+HANDS, STRATEGY = "hands", "strategy"
+GRADES_SOURCE = (
+    "statistics of championships in round numbers, about 80 to 88 % for elite players; quoted, the "
+    "first source was not read"
+)
+
+_INDEPENDENT = (
+    "ends of one game are taken for independent of the score; teams play for what they need, and "
+    "the better team more often has the first hammer"
+)
+
+
+def rows() -> tuple[Row, ...]:
+    """The rows, from the results that are kept with the package."""
+    kept = kept_results()
+    fitted = kept["found"]["championship"]
+    return (*_ends(fitted), *_grades(fitted), *_chances(kept))
+
+
+def _ends(fitted: dict[str, Any]) -> list[Row]:
+    counts = fitted["counts"]
+    total = sum(counts)
+    about = (
+        f"hands, judgement and calls were fitted; {total} ends of other seeds, seen from the hammer"
+    )
+    found = [
+        _row(
+            f"ends: {name}",
+            HANDS,
+            f"{100 * share:.1f} %",
+            (100 * share - WITHIN, 100 * share + WITHIN),
+            "%",
+            PUBLISHED_SOURCE,
+            100 * count / total,
+            about,
+        )
+        for name, share, count in zip(CLASSES, PUBLISHED_SHARES, counts, strict=True)
+    ]
+    steals = sum(PUBLISHED_SHARES[:3])
+    found.append(
+        _row(
+            "ends: steals",
+            HANDS,
+            f"{100 * steals:.1f} %",
+            (100 * steals - WITHIN, 100 * steals + WITHIN),
+            "%",
+            PUBLISHED_SOURCE,
+            100 * sum(counts[:3]) / total,
+            about,
+        )
+    )
+    found.append(
+        _row(
+            "ends: points a hammer",
+            HANDS,
+            f"{PUBLISHED_NET:.2f}",
+            (PUBLISHED_NET - 0.1, PUBLISHED_NET + 0.1),
+            "points",
+            PUBLISHED_SOURCE,
+            fitted["net"],
+            about,
+        )
+    )
+    found.append(
+        _row(
+            "ends: all classes at once",
+            HANDS,
+            "χ² below 12.6 (95 %)",
+            (0.0, 12.6),
+            "1",
+            PUBLISHED_SOURCE,
+            fitted["chi_square"],
+            about,
+        )
+    )
+    return found
+
+
+def _grades(fitted: dict[str, Any]) -> list[Row]:
+    named = {"all": "all shots", "draw": "draws", "takeout": "takeouts"}
+    return [
+        _row(
+            f"grade: {named[one['type']]}",
+            HANDS,
+            "80-88 %",
+            (80.0, 88.0),
+            "%",
+            GRADES_SOURCE,
+            one["mean"],
+            "statisticians grade by eye; ours has distances of its own",
+            "our grade asks for the called place and the whole of a double, statisticians for less",
+        )
+        for one in fitted["grades"]
+        if one["type"] in named
+    ]
+
+
+def _chances(kept: dict[str, Any]) -> list[Row]:
+    own, published = kept["win_table_of_search"], kept["win_table_of_published_ends"]
+    found: list[Row] = []
+    for state in PUBLISHED_ODDS:
+        holder = "with hammer" if state.hammer else "without hammer"
+        bounds = (state.share - 0.03, state.share + 0.03)
+        for table, title in ((own, "search"), (published, "independent published ends")):
+            found.append(
+                _row(
+                    f"chance: {state.words}, {holder} ({title})",
+                    STRATEGY,
+                    f"{state.share:.3f}",
+                    bounds,
+                    "1",
+                    PUBLISHED_SOURCE,
+                    table[state.words],
+                    "three percentage points count as agreement: such states are rare",
+                    _INDEPENDENT,
+                )
+            )
+    return found
+
+
+def _row(
+    name: str,
+    part: str,
+    said: str,
+    bounds: tuple[float, float],
+    unit: str,
+    source: str,
+    value: float,
+    about: str,
+    why: str = "",
+) -> Row:
+    def kept(_shots: Shots) -> float:
+        return value
+
+    return Row(
+        name=name,
+        part=part,
+        said=said,
+        low=bounds[0],
+        high=bounds[1],
+        unit=unit,
+        source=source,
+        value=kept,
+        about=about,
+        why={"any": why} if why else {},
+        depends_on_ice=False,
+    )
