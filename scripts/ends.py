@@ -26,6 +26,7 @@ from curling_env.errors import CurlingError, InputError
 from curling_env.infrastructure.files.storage import write_json
 
 FOLDER = Path("runs/ends")
+PICTURE = Path("docs/pictures/validation/ends.png")
 NAMED = {"championship": CHAMPIONSHIP, "by-the-odds": BY_THE_ODDS}
 
 app = typer.Typer(no_args_is_help=True, help=__doc__)
@@ -70,8 +71,8 @@ def keep(folder: Annotated[Path, typer.Option(help="Where the games are kept.")]
     if "championship" not in found:
         raise InputError(f"{folder} holds no games named championship; play them first")
     write_json(RESULTS, kept_document(found))
-    draw_ends(found, Path("docs/pictures/ends.png"))
-    say(f"{RESULTS} and docs/pictures/ends.png: {len(found)} conditions")
+    draw_ends(found, PICTURE)
+    say(f"{RESULTS} and {PICTURE}: {len(found)} conditions")
 
 
 def _file_name(title: str) -> str:

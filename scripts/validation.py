@@ -5,7 +5,8 @@ python scripts/validation.py --json           JSON list of rows, each with `ice`
 python scripts/validation.py --fit            one ice fitted to all rows, with its residuals
 python scripts/validation.py --pictures docs/pictures/validation
 
-docs/validation.md tells of every row.
+docs/validation.md tells of every row, docs/validation-hands.md of those of hands and strategy,
+whose games `scripts/ends.py` plays.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from agents.playing.ends.rows import rows_of_ends
 from curling_env.commands.cli import print_json, say
 from curling_env.errors import CurlingError
 from curling_env.ice import load_ice
@@ -95,7 +97,7 @@ PAPER_ROWS: tuple[Row, ...] = (
         depends_on_ice=False,
     ),
 )
-ROWS_OF_NO_ICE: tuple[Row, ...] = (*OTHER_ROWS, *PAPER_ROWS)
+ROWS_OF_NO_ICE: tuple[Row, ...] = (*OTHER_ROWS, *PAPER_ROWS, *rows_of_ends())
 """Rows that are the same on every ice. Those of long experiments read a result that is kept."""
 
 

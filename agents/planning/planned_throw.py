@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 
@@ -195,6 +196,8 @@ class Plan:
                 "sigma_speed": self.skill.sigma_speed,
                 "sigma_angle": self.skill.sigma_angle,
                 "sigma_spin": self.skill.sigma_spin,
+                **({"tails": self.skill.tails} if isfinite(self.skill.tails) else {}),
+                **({"correlation": self.skill.correlation} if self.skill.correlation else {}),
             },
             "ice_is_uncertain": self.ice_is_uncertain,
             "map_is_uncertain": self.map_is_uncertain,

@@ -51,7 +51,8 @@ def draw_ends(found: Mapping[str, Mapping[str, Any]], path: Path) -> None:
     left.set_xticks(at, CLASSES)
     left.set_xlabel("points of the team with the hammer", fontsize=8)
     left.set_ylabel("ends [%]", fontsize=8)
-    left.legend(frameon=False, fontsize=8)
+    left.set_ylim(0, 1.35 * left.get_ylim()[1])
+    left.legend(frameon=False, fontsize=8, loc="upper left")
     plain_axes(right)
     right.plot([0, 1], [0, 1], color="#9aa7b3", lw=0.8)
     for key, label, colour in (

@@ -58,6 +58,7 @@ FACTORS: dict[str, Conditions] = {
     "hits: errors 1.5 times as large": replace(BY_THE_ODDS, hit_factor=1.5),
     "one turn: errors 1.5 times as large": replace(BY_THE_ODDS, turn_factor=1.5),
     "stones: 2 % apart": replace(BY_THE_ODDS, evolution=replace(_EVOLUTION, stone_spread=0.02)),
+    "championship by the four-rock rule": replace(CHAMPIONSHIP, free_guard_until=4, no_tick=False),
     "guards, weight 2": replace(_GUARDS, skill=_champion(2.0)),
     "guards, weight 2.3, line 0.8": replace(_GUARDS, skill=_champion(2.3, 0.8)),
     "two guards, weight 2.3, line 0.8": replace(

@@ -33,6 +33,7 @@ class Conditions:
     ----------
     ice, rules : the ice and the rules, by name
     ends : scheduled ends of a game
+    free_guard_until, no_tick : the free guard zone, see `curling_env.game.rules.rulesets.RuleSet`
     skill : execution error of both teams' throwers
     budget : simulated throws before each delivery
     judgement : how far off teams are when they read the ice and sweep
@@ -46,6 +47,8 @@ class Conditions:
     ice: str = "standard"
     rules: str = "world_curling_2024"
     ends: int = 10
+    free_guard_until: int = 5
+    no_tick: bool = True
     skill: str | Skill = "champion"
     budget: int = 300
     judgement: TeamJudgement = NEVER_WRONG
@@ -61,7 +64,12 @@ class Conditions:
             self.hit_factor,
             self.turn_factor,
             self.ice,
-            rules=rule_set(self.rules, ends=self.ends),
+            rules=rule_set(
+                self.rules,
+                ends=self.ends,
+                free_guard_until=self.free_guard_until,
+                no_tick=self.no_tick,
+            ),
             skills=skill_named(self.skill),
             ice_evolution=self.evolution,
             sweeping=self.sweeping,

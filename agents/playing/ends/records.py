@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from hashlib import sha256
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +19,16 @@ from curling_env.typing import Progress, no_progress
 
 def conditions_document(conditions: Conditions) -> dict[str, Any]:
     """All that the games follow from beside their seeds, for JSON; the ice by its digest too."""
+    skill = skill_named(conditions.skill)
     ice = json.dumps(ice_document(load_ice(conditions.ice)), sort_keys=True)
     return {
         "ice": conditions.ice,
         "ice_digest": sha256(ice.encode()).hexdigest()[:16],
         "rules": conditions.rules,
         "ends": conditions.ends,
-        "skill": asdict(skill_named(conditions.skill)),
+        "free_guard_until": conditions.free_guard_until,
+        "no_tick": conditions.no_tick,
+        "skill": asdict(skill) | {"tails": skill.tails if isfinite(skill.tails) else None},
         "budget": conditions.budget,
         "judgement": asdict(conditions.judgement),
         "calls": asdict(conditions.calls),

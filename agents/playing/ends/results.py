@@ -8,8 +8,10 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from agents.playing.ends.play import Conditions, GameRecord
-from agents.playing.ends.published import score_shares
+from agents.playing.ends.published import CLASSES, score_shares
 from agents.playing.ends.records import conditions_document, games_in
 from agents.playing.ends.summary import (
     calls_calibration,
@@ -21,9 +23,13 @@ from agents.playing.ends.summary import (
     table_calibration,
     win_table,
 )
+from agents.playing.search.positions import SCORES, SLOTS
+from agents.playing.search.value_network import load_network, skill_feature
 from agents.playing.search.win_probability import WinProbability
 from curling_env.game.rules import rule_set
 from curling_env.infrastructure.files.storage import read_json
+from curling_env.throw import SKILLS
+from curling_env.typing import Floats
 
 RESULTS = Path(str(files("agents.playing.ends").joinpath("results.json")))
 """The kept results."""
@@ -93,9 +99,32 @@ def kept_document(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
     return {
         "command": COMMAND,
         "win_table_of_search": win_table(WinProbability(rules)),
+        "network_before_an_end": {
+            name: expected_before_an_end(SKILLS[name].sigma_angle).tolist()
+            for name in ("elite", "champion", "club")
+        },
         "win_table_of_published_ends": win_table(WinProbability(rules, score_shares())),
         "found": found,
     }
+
+
+def expected_before_an_end(sigma_angle: float, *, lead: int = 0, ends_left: int = 10) -> Floats:
+    """Shares of `published.CLASSES`, (7,), that the value network expects of an end.
+
+    Parameters
+    ----------
+    sigma_angle : players' error of line [rad]
+    lead, ends_left : the game before the end, as the team with the hammer sees it
+    """
+    rules = rule_set("world_curling_2024")
+    worth = WinProbability(rules).by_score(lead, ends_left)
+    nothing = np.full((1, SLOTS, 2), np.nan)
+    shares = load_network().score_probabilities(
+        rules.lines(), nothing, rules.deliveries, worth, skill_feature(sigma_angle)
+    )[0]
+    found = np.zeros(len(CLASSES))
+    np.add.at(found, np.clip(SCORES, -3, 3) + 3, shares)
+    return found
 
 
 def kept_results() -> dict[str, Any]:
