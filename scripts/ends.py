@@ -3,6 +3,7 @@
 python scripts/ends.py play championship --games 110 --seed 700000   games under named conditions
 python scripts/ends.py play factors --games 12 --seed 100            each change by itself
 python scripts/ends.py tell runs/ends/championship.jsonl             the tables of played games
+python scripts/ends.py hits                                          grades of doubles and others
 python scripts/ends.py keep                                          results.json and the picture
 
 Games are kept one by one in runs/ends; what was interrupted goes on where it stopped. Seeds decide
@@ -18,7 +19,9 @@ from typing import Annotated
 import typer
 
 from agents.playing.ends.figure import draw_ends
+from agents.playing.ends.grades import BEST
 from agents.playing.ends.levels import BY_THE_ODDS, CHAMPIONSHIP, FACTORS
+from agents.playing.ends.play import grades_of_hits
 from agents.playing.ends.records import games_in, played_games
 from agents.playing.ends.results import RESULTS, counted, kept_document, summary, summary_text
 from curling_env.commands.cli import progress_bar, say
@@ -57,6 +60,20 @@ def play(
 def tell(file: Annotated[Path, typer.Argument(help="Games that were played.")]) -> None:
     """The tables of played games."""
     print(summary_text(games_in(file)))
+
+
+@app.command()
+def hits(
+    games: Annotated[int, typer.Option(min=1, help="Games that are played for it.")] = 6,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the first game.")] = 900_000,
+) -> None:
+    """Grades of hits by what they were meant to take out, as championships are played."""
+    found = grades_of_hits(CHAMPIONSHIP, range(seed, seed + games))
+    every = sum(map(len, found.values()))
+    for meaning, points in found.items():
+        if points:
+            mean = 100 * sum(points) / BEST / len(points)
+            print(f"{meaning:<22}{len(points):5d} ({len(points) / every:.0%})  grade {mean:.0f} %")
 
 
 @app.command()

@@ -30,6 +30,9 @@ NOT_GRADED = "through the house"
 SHOT_TYPES = ("draw", "guard", "freeze and tap", "takeout", "peel")
 """The types by which grades are told."""
 
+HIT_MEANINGS = ("one stone", "one stone by another", "two stones or more", "none")
+"""What hits are meant to take out of play."""
+
 
 def shot_type(shot: str) -> str | None:
     """The type of a shot that `search` names; None for a stone that is thrown away."""
@@ -64,6 +67,19 @@ def grade(shot: str, before: Floats, called: Floats, made: Floats, slot: int) ->
     moved = np.hypot(*(called - before).T) > MOVED
     moved[slot] = True
     return _placed(called[moved], made[moved], reach)
+
+
+def hit_meaning(before: Floats, called: Floats, slot: int) -> str:
+    """Which of `HIT_MEANINGS` a hit has, from the positions before it and as called; see `grade`.
+
+    One stone is taken out by another where a second stone moves with it, as in a run-back.
+    """
+    removed = np.isfinite(before[:, 0]) & np.isnan(called[:, 0])
+    out = int((removed & _opponents(slot)).sum())
+    if out != 1:
+        return "two stones or more" if out else "none"
+    moved = removed | (np.hypot(*(called - before).T) > MOVED)
+    return "one stone" if moved.sum() == 1 else "one stone by another"
 
 
 def _placed(called: Floats, made: Floats, reach: tuple[float, ...]) -> int:

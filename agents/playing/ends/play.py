@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from agents.playing.ends.grades import grade, shot_type
+from agents.playing.ends.grades import HIT_MEANINGS, HITS, grade, hit_meaning, shot_type
 from agents.playing.match import Match, PlayedDelivery
 from agents.playing.search import BY_THE_ODDS, CallingStyle, SearchPlayer
 from agents.playing.search.positions import EndSimulator, position_of
@@ -19,7 +19,7 @@ from curling_env.game.rules import Team, rule_set
 from curling_env.game.team_judgement import NEVER_WRONG, TeamJudgement
 from curling_env.infrastructure.executor import executor
 from curling_env.throw import Skill, Throw, skill_named
-from curling_env.typing import Progress, no_progress, with_progress
+from curling_env.typing import Floats, Progress, no_progress, with_progress
 
 HIT_SPEED = 2.3
 """A faster throw over the hog line is a hit [m/s]; a draw through the house is slower."""
@@ -249,9 +249,18 @@ def _play(item: tuple[Conditions, int]) -> GameRecord:
     )
 
 
-def _shot_record(
-    simulator: GameSimulator, delivery: PlayedDelivery, predicted: float, winner: Team | None
-) -> ShotRecord:
+@dataclass(frozen=True, kw_only=True)
+class _Judged:
+    """A delivery's positions before it, as called and as made, and its slot and grade."""
+
+    before: Floats
+    called: Floats
+    made: Floats
+    slot: int
+    grade: int | None
+
+
+def _judged(simulator: GameSimulator, delivery: PlayedDelivery) -> _Judged:
     before, shot = delivery.before, delivery.shot
     end = before.game.end
     assert end is not None
@@ -266,12 +275,40 @@ def _shot_record(
     intended = np.array([[throw.speed, throw.angle, throw.spin]])
     called = own.play(position[None], end.delivered, intended)[0]
     made = position_of(replace(end, stones=shot.stones_after))
-    points = grade(shot.call.shot, position, called, made, own.slot(end.delivered))
+    slot = own.slot(end.delivered)
+    points = grade(shot.call.shot, position, called, made, slot)
+    return _Judged(before=position, called=called, made=made, slot=slot, grade=points)
+
+
+def _shot_record(
+    simulator: GameSimulator, delivery: PlayedDelivery, predicted: float, winner: Team | None
+) -> ShotRecord:
+    shot, end = delivery.shot, delivery.before.game.end
+    assert end is not None
     return ShotRecord(
         type=shot_type(shot.call.shot) or "",
-        grade=points,
+        grade=_judged(simulator, delivery).grade,
         left=simulator.rules.deliveries - end.delivered,
         hammer=shot.team is end.hammer,
         predicted=predicted,
         won=winner is shot.team,
     )
+
+
+def grades_of_hits(conditions: Conditions, seeds: Sequence[int]) -> dict[str, list[int]]:
+    """Grades of hits by what they were meant to take out, see `grades.HIT_MEANINGS`.
+
+    Parameters
+    ----------
+    conditions, seeds : games that are played for it, as by `play_games`
+    """
+    found: dict[str, list[int]] = {meaning: [] for meaning in HIT_MEANINGS}
+    for seed in seeds:
+        simulator = conditions.simulator()
+        home, away = (_Caller(conditions.budget, calls=conditions.calls) for _ in Team)
+        for delivery in Match(simulator, (home, away), seed=seed):
+            if delivery.shot.call.shot in HITS:
+                one = _judged(simulator, delivery)
+                assert one.grade is not None
+                found[hit_meaning(one.before, one.called, one.slot)].append(one.grade)
+    return found

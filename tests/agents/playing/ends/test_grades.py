@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.playing.ends.grades import SHOT_TYPES, grade, shot_type
+from agents.playing.ends.grades import SHOT_TYPES, grade, hit_meaning, shot_type
 from agents.playing.search.shots import KINDS
 
 OWN, THEIRS, SHOOTER = 0, 8, 3
@@ -82,3 +82,12 @@ def test_every_shot_of_search_has_a_type_but_the_one_thrown_away():
         "through the house"
     ]
     assert grade("through the house", position(), position(), position(), SHOOTER) is None
+
+
+def test_hits_are_told_by_what_they_were_meant_to_take_out():
+    both = position(theirs=(0.0, 0.3), other=(0.5, 0.5), own=(-1.0, 1.0))
+    double = position(own=(-1.0, 1.0))
+    single = position(own=(-1.0, 1.0), other=(0.5, 0.5), shooter=(0.0, 0.2))
+    behind = position(own=(-1.0, 1.0), other=(0.9, 1.5), shooter=(0.0, 0.2))
+    told = [hit_meaning(both, called, SHOOTER) for called in (double, single, behind, both)]
+    assert told == ["two stones or more", "one stone", "one stone by another", "none"]

@@ -6,8 +6,8 @@ import json
 
 import pytest
 
-from agents.playing.ends.grades import SHOT_TYPES
-from agents.playing.ends.play import Conditions, GameRecord, play_games
+from agents.playing.ends.grades import HIT_MEANINGS, SHOT_TYPES
+from agents.playing.ends.play import Conditions, GameRecord, grades_of_hits, play_games
 from agents.playing.search import CallingStyle
 from curling_env.game.team_judgement import TeamJudgement
 
@@ -47,3 +47,13 @@ def test_a_game_follows_from_its_seed_and_comes_back_from_json(records):
     back = GameRecord.from_line(json.dumps(again.as_dict()))
     assert back.ends == again.ends
     assert back.as_dict() == again.as_dict()
+
+
+def test_hits_of_games_are_graded_by_what_they_were_meant_to_take_out(records):
+    games, conditions = records
+    found = grades_of_hits(conditions, [game.seed for game in games])
+    # Other deliveries of the same games are of other types.
+    hits = [s.grade for game in games for s in game.shots if s.type in ("takeout", "peel")]
+    assert sorted(points for one in found.values() for points in one) == sorted(hits)
+    assert set(found) == set(HIT_MEANINGS)
+    assert len(found["one stone"]) > 0
