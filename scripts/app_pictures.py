@@ -32,9 +32,9 @@ SCREENS = {
     "stones": "stones",
 }
 """The name of each picture and the address of what it shows."""
-ON_A_PHONE = ("practice", "throw-film", "ice", "throw", "hand-or-ice")
-PATIENCE = 120_000
-"""For a screen that is worked out first [ms]."""
+ON_A_PHONE = ("practice", "throw", "hand-or-ice")
+PATIENCE = 600_000
+"""For the made-up evening, and for a screen that is worked out first [ms]."""
 
 
 def main() -> None:
@@ -88,6 +88,7 @@ def take(page: Any, address: str, picture: Path) -> None:
     aim = page.get_by_role("button", name="Aim at the button")
     if aim.count():
         aim.click()
+        page.locator("#result").wait_for()
     if page.locator("#time").count():  # in the middle of the throw
         page.locator("#curve polyline").wait_for()
         page.locator("#time").evaluate(

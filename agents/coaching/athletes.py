@@ -15,7 +15,7 @@ from math import inf, isfinite, pi
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from agents.coaching.calls import Handle, WeightClass
 from agents.coaching.misses.causes import SessionCauses, ThrowCauses
@@ -78,7 +78,7 @@ class ErrorSummary:
         """
         values, vectors = np.linalg.eigh(self.covariance[np.ix_([1, 0], [1, 0])])
         angle = np.linspace(0.0, 2 * pi, points)
-        radius = float(chi2.ppf(share, 2)) ** 0.5
+        radius = float(chdtri(2, 1 - share)) ** 0.5
         circle = np.column_stack([np.cos(angle), np.sin(angle)]) * np.sqrt(values) * radius
         return circle @ vectors.T + [self.bias[1].value, self.bias[0].value]
 

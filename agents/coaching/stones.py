@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import LinearConstraint, milp, minimize_scalar
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from agents.coaching.athletes import Interval
 from agents.coaching.misses.released import Released, read_release
@@ -249,7 +249,7 @@ class _Levels:
     @property
     def reach(self) -> float:
         """Standard errors to either side of a 95 % interval."""
-        return float(student.ppf(0.975, self.freedom))
+        return float(stdtrit(self.freedom, 0.975))
 
 
 class _Match:

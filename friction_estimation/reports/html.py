@@ -9,12 +9,13 @@ import io
 from collections.abc import Collection, Mapping, Sequence
 from html import escape
 from pathlib import Path
-from typing import Any
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING, Any
 
 from curling_env.infrastructure.files.storage import write_text
 from curling_env.infrastructure.page_policy import policy_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 STYLE = """
 body{font:16px/1.5 system-ui,sans-serif;color:#22313f;background:#eef3f7;margin:0}

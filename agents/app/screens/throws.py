@@ -21,7 +21,8 @@ from agents.app.views.film_view import throw_view
 from agents.app.views.measures import sheets_of
 from agents.app.views.progress import in_words
 from agents.app.views.told import COLUMNS, told
-from agents.app.work.film_copy import KIND, copy_of
+from agents.app.work.film_copy import copy_of
+from agents.app.work.kinds import COPY
 from agents.app.work.queue import latest, submit
 from agents.coaching import read_call
 from curling_env.errors import InputError
@@ -129,9 +130,9 @@ def make_playable(request: Request) -> Response:
     session = None if film is None else club.session(film.session_id)
     if film is None or session is None:
         raise HTTPException(404, "There is no such film.")
-    job = latest(club, KIND, session, str(film.id))
+    job = latest(club, COPY, session, str(film.id))
     if job is None or job.state is State.DONE:
-        job = submit(club, KIND, session, str(film.id))
+        job = submit(club, COPY, session, str(film.id))
     return JSONResponse({"job": job.id})
 
 

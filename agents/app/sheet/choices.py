@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from agents.app.club import Club, Session
 from agents.app.club.club import DISCOVERY
@@ -12,7 +12,9 @@ from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.infrastructure.files.storage import read_json
 from curling_env.throw import Skill, skill_named
-from friction_estimation.reports.missing_in_words import Findings, findings
+
+if TYPE_CHECKING:
+    from friction_estimation.reports.missing_in_words import Findings
 
 MADE_UP = {"standard": "Usual championship ice (nobody has measured it)"}
 """Presets that are offered beside the sessions' ices."""
@@ -105,6 +107,8 @@ def findings_of(club: Club, session: Session) -> Findings | None:
     for name in REPORTS:
         path = club.folder_of(session) / name
         if path.exists():
+            from friction_estimation.reports.missing_in_words import findings
+
             report: Any = read_json(path)
             try:
                 return findings(report if isinstance(report, dict) else {})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,7 +30,9 @@ from friction_estimation.reports.keen_and_heavy import (
     relative_map,
     zones,
 )
-from friction_estimation.reports.missing_in_words import Findings
+
+if TYPE_CHECKING:
+    from friction_estimation.reports.missing_in_words import Findings
 
 LANE_NAMES = (
     "left edge, 8-foot",

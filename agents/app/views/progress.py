@@ -13,8 +13,7 @@ from starlette.concurrency import run_in_threadpool
 from agents.app.club import Club, Job, Session
 from agents.app.club.records import State
 from agents.app.views.measures import sheets_of
-from agents.app.work import causes, film_copy
-from agents.app.work.kinds import IN_WORDS
+from agents.app.work.kinds import CAUSES, COPY, IN_WORDS
 from agents.app.work.queue import OPEN, WorkQueue
 from agents.app.work.tracking import MOVED
 from agents.coaching import ThrowSheet
@@ -27,7 +26,7 @@ SILENCE = 20
 """Looks without news after which something is sent all the same, to keep the line open."""
 SHOWN = 5
 """Jobs that have ended, and the latest throws, that are shown."""
-UNTOLD = (causes.KIND, film_copy.KIND)
+UNTOLD = (CAUSES, COPY)
 """Work that is begun by looking at a page, which tells how it ended."""
 
 

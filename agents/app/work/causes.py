@@ -20,6 +20,7 @@ from agents.app.club import Club, Job, Session
 from agents.app.club.club import ICE, TRACKS
 from agents.app.club.planned_ice import believed_ice, has_causes
 from agents.app.club.records import State
+from agents.app.work.kinds import CAUSES
 from agents.app.work.queue import latest, submit
 from agents.coaching import SessionCauses, hand_or_ice
 from agents.coaching.throw_sheet import HANDS_LIST, hands_beside
@@ -32,8 +33,6 @@ from friction_estimation.tracks.throw_list import THROW_LIST, load_tracks, throw
 if TYPE_CHECKING:
     from agents.app.work.worker import Reported
 
-KIND = "causes"
-"""Of the job."""
 FOLDER = "coaching"
 """Of the answers, in the folder of a session."""
 
@@ -129,10 +128,10 @@ def digest_of(club: Club, session: Session, believed: Session | None) -> str:
 
 def _asked_for(club: Club, session: Session, believed: Session | None, digest: str) -> Job:
     given = f"{0 if believed is None else believed.id} {digest}"
-    job = latest(club, KIND, session, given)
+    job = latest(club, CAUSES, session, given)
     if job is not None and job.state is not State.DONE:
         return job
-    return submit(club, KIND, session, given)
+    return submit(club, CAUSES, session, given)
 
 
 def _path(club: Club, session: Session, believed: Session | None) -> Path:

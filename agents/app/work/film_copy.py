@@ -22,8 +22,6 @@ from friction_estimation.film.writer import film_writer
 if TYPE_CHECKING:
     from agents.app.work.worker import Reported
 
-KIND = "copy"
-"""Of the job."""
 WIDEST = 1280
 """Of a copy [px]."""
 QUALITY = 24.0

@@ -1,4 +1,7 @@
-"""The kinds of long work: each a function of club, session, progress, and what it was given."""
+"""The kinds of long work: each a function of club, session, progress, and what it was given.
+
+A process does one piece of work, and loads only what that needs: the functions import inside.
+"""
 
 from __future__ import annotations
 
@@ -8,16 +11,46 @@ from typing import TYPE_CHECKING
 
 from agents.app.club import Club, Session
 from agents.app.club.club import DISCOVERY
-from agents.app.work import causes, film_copy
-from agents.app.work.recording import record
-from agents.app.work.tracking import track
 
 if TYPE_CHECKING:
     from agents.app.work.worker import Reported
 
 
+CAUSES, COPY = "causes", "copy"
+"""Kinds that are begun by looking at a page."""
+
+
+def track(club: Club, session: Session, progress: Reported, given: str = "") -> None:
+    """See `agents.app.work.tracking`."""
+    from agents.app.work.tracking import track
+
+    track(club, session, progress, given)
+
+
+def record(club: Club, session: Session, progress: Reported, given: str = "") -> None:
+    """See `agents.app.work.recording`."""
+    from agents.app.work.recording import record
+
+    record(club, session, progress, given)
+
+
+def tell_causes(club: Club, session: Session, progress: Reported, given: str = "") -> None:
+    """See `agents.app.work.causes`."""
+    from agents.app.work.causes import work_out
+
+    work_out(club, session, progress, given)
+
+
+def copy_film(club: Club, session: Session, progress: Reported, given: str = "") -> None:
+    """See `agents.app.work.film_copy`."""
+    from agents.app.work.film_copy import make_copy
+
+    make_copy(club, session, progress, given)
+
+
 def estimate(club: Club, session: Session, progress: Reported, given: str = "") -> None:
     """The ice of a session from its tracks, into its ``ice.json``."""
+    from agents.app.work.causes import prepare
     from curling_env.ice import save_ice
     from curling_env.infrastructure.provenance import provenance
     from friction_estimation.estimation.whole_ice import estimate_ice
@@ -25,7 +58,7 @@ def estimate(club: Club, session: Session, progress: Reported, given: str = "") 
 
     found = estimate_ice(load_tracks(club.tracks_of(session)), progress=progress)
     save_ice(found.ice, club.ice_of(session), provenance=provenance(seed=0))
-    causes.prepare(club, session)
+    prepare(club, session)
 
 
 def discover(club: Club, session: Session, progress: Reported, given: str = "") -> None:
@@ -46,17 +79,19 @@ def discover(club: Club, session: Session, progress: Reported, given: str = "") 
 def import_files(club: Club, session: Session, progress: Reported, given: str = "") -> None:
     """Fill a session with the files of the folder that is given."""
     from agents.app.take_in import fill_from
+    from agents.app.work.causes import prepare
 
     fill_from(club, session, Path(given))
-    causes.prepare(club, session)
+    prepare(club, session)
 
 
 def make_up(club: Club, session: Session, progress: Reported, given: str = "") -> None:
     """Fill a session with a made-up evening."""
     from agents.app.demo import fill
+    from agents.app.work.causes import prepare
 
     fill(club, session, progress=progress)
-    causes.prepare(club, session)
+    prepare(club, session)
 
 
 KINDS: Mapping[str, Callable[[Club, Session, Reported, str], None]] = {
@@ -64,8 +99,8 @@ KINDS: Mapping[str, Callable[[Club, Session, Reported, str], None]] = {
     "record": record,
     "estimate": estimate,
     "discover": discover,
-    causes.KIND: causes.work_out,
-    film_copy.KIND: film_copy.make_copy,
+    CAUSES: tell_causes,
+    COPY: copy_film,
     "import": import_files,
     "make up": make_up,
 }
@@ -74,8 +109,8 @@ IN_WORDS = {
     "record": "Recording",
     "estimate": "Estimating the ice",
     "discover": "Looking for what the ice lacks",
-    causes.KIND: "Telling the hand from the ice",
-    film_copy.KIND: "A copy for the browser",
+    CAUSES: "Telling the hand from the ice",
+    COPY: "A copy for the browser",
     "import": "Taking in files",
     "make up": "Making up an evening",
 }

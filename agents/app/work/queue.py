@@ -14,12 +14,13 @@ from agents.app.club import Club, Job, Session
 from agents.app.club.club import added
 from agents.app.club.database import row_of, rows_of
 from agents.app.club.records import State
+from agents.app.work.kinds import CAUSES, COPY
 
 MOST = 2
 """Processes at a time."""
 PAUSE = 0.25
 """Between looks at the queue [s]."""
-BESIDE = ("record", "causes", "copy")
+BESIDE = ("record", CAUSES, COPY)
 """Work that goes on beside other work on the same session."""
 MAX_LOSSES = 2
 """Times that work is done again whose process was ended from outside."""

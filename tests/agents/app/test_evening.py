@@ -40,7 +40,7 @@ from friction_estimation.film.writer import film_writer
 from friction_estimation.synthetic import FilmSpec, render_film, scene_of
 
 PHONE, LAPTOP = {"width": 390, "height": 844}, {"width": 1366, "height": 768}
-PATIENCE = 40_000
+PATIENCE = 150_000
 """For what the server works out on a busy machine [ms]."""
 
 
@@ -208,7 +208,7 @@ def test_an_evening_from_dropped_films_to_the_ice(browser, app, filmed):
     (tracks,) = (app.folder / "sessions").glob("*/tracks.csv")
     assert np.hypot(*(read_tracks(tracks)[0].xy[-1] - rest)) < 0.05
 
-    # The coach enters who it was, and the power goes right after it.
+    # The power goes right after the coach has entered who it was.
     coach.get_by_role("link", name=re.compile("^1: ")).click()
     expect(coach.locator("#curve polyline")).to_be_visible()
     coach.get_by_label("Athlete").fill("Anna <b>")
@@ -216,16 +216,14 @@ def test_an_evening_from_dropped_films_to_the_ice(browser, app, filmed):
     coach.get_by_label("missed").check()
     coach.get_by_role("button", name="Keep it").click()
     expect(coach.locator("#read")).to_contain_text("Read as: draw, button, out-turn")
+    # And while the ice is being estimated.
+    athlete.get_by_role("button", name="Estimate the ice").click()
+    expect(athlete.locator("#jobs")).to_contain_text("Estimating the ice")
+    time.sleep(0.5)
     app.kill_and_start()
     coach.get_by_role("link", name="All throws").click()
     expect(coach.locator("tbody tr")).to_contain_text(["Anna <b>"])
-
-    # And while the ice is being estimated.
     coach.goto(here)
-    coach.get_by_role("button", name="Estimate the ice").click()
-    expect(coach.locator("#jobs")).to_contain_text("Estimating the ice")
-    time.sleep(1.0)
-    app.kill_and_start()
     expect(coach.locator("#jobs")).to_contain_text("Estimating the ice: done")
     assert read_ice(tracks.with_name("ice.json")).friction.mu.mean() > 0.001
     coach.get_by_role("link", name="Ice", exact=True).click()
