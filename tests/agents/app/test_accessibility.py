@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +14,11 @@ pytest.importorskip("starlette", reason="the extra `app` is not installed")
 
 from agents.app.application import application
 from agents.app.club import Club
+from agents.app.club.removal import remove
+from agents.app.club.targets import keep_target
 from agents.app.screens import SCREENS
 from agents.app.take_in import take_in
+from agents.app.work.causes import prepare
 from agents.app.work.queue import WorkQueue
 from curling_env.ice import load_ice, save_ice
 from curling_env.infrastructure.web_server import serving
@@ -29,7 +32,9 @@ SIZES = {"laptop": (1366, 768), "phone": (390, 844)}
 
 
 @pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+def address(
+    tmp_path_factory: pytest.TempPathFactory, work_off: Callable[[Club], list[str]]
+) -> Iterator[str]:
     """Where a club with six throws by two athletes, and their ice, is served."""
     folder: Path = tmp_path_factory.mktemp("evening")
     ice = load_ice("standard")
@@ -45,7 +50,14 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     (folder / "throws.csv").write_text("\n".join(rows))
     save_ice(ice, folder / "ice.json")
     club = Club(tmp_path_factory.mktemp("club"))
-    take_in(club, folder, name="Tuesday", day="2026-11-17", sheet="Sheet 2")
+    session = take_in(club, folder, name="Tuesday", day="2026-11-17", sheet="Sheet 2")
+    keep_target(club, "pocket", 0.6, 17.0)
+    for _ in range(2):
+        other = club.add_session("Wednesday", "2026-11-16", "Sheet 2", None)
+        remove(club, "session", other.id)
+    remove(club, "throw", club.throws(session)[-1].id)
+    prepare(club, session)
+    assert work_off(club) == ["causes"]
     app = application(club, WorkQueue(club), secret=SECRET, hosts=["127.0.0.1"])
     ports: list[int] = []
     opened, over = threading.Event(), threading.Event()
@@ -79,6 +91,8 @@ def test_every_screen_can_be_used_without_seeing_it(browser, address, size, sche
     found: list[str] = []
     for path in PATHS:
         page.goto(address + path, wait_until="load")
+        for details in page.locator("details.remove").all():
+            details.evaluate("(it) => { it.open = true; }")
         if page.evaluate("document.documentElement.scrollWidth > innerWidth"):
             found.append(f"{path}: wider than the screen")
         for problem in axe.Axe().run(page).response["violations"]:

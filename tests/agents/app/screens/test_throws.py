@@ -10,6 +10,7 @@ from agents.app.club.session_files import Part, keep_part
 from agents.app.take_in import add_film, take_in
 from agents.app.views.film_view import speeds
 from agents.app.views.told import rounded
+from agents.coaching import read_call
 from curling_env.trajectory import Trajectory, write_tracks
 
 SPEED, DECELERATION = 2.1, 0.088
@@ -158,3 +159,17 @@ def test_the_curve_has_a_speed_for_each_time(visitor, club, session):
 )
 def test_numbers_have_the_decimals_that_their_error_leaves(value, sigma, words):
     assert rounded(value, sigma) == words
+
+
+def test_a_call_may_name_a_kept_target_and_commands_read_its_place(visitor, club, session):
+    throw = club.throws(session)[0]
+    enter(visitor, session, throw, called="draw pocket out")
+    table = club.folder_of(session) / "throws.csv"
+    page = f"throws/{session.id}/{throw.id}"
+    assert "Kept as a remark" in visitor.get(page).text
+    kept = {"name": "pocket", "place": {"x": 0.6, "y": 17.3735 + 0.3}}
+    assert visitor.send("throw/targets", kept).status == 200
+    text = visitor.get(page).text
+    assert f"Read as: {read_call('draw 0.60,0.30 out').in_words()}." in text
+    assert 'value="draw pocket out"' in text
+    assert "draw 0.60,0.30 out" in table.read_text()
