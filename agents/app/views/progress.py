@@ -15,7 +15,6 @@ from agents.app.club.records import State
 from agents.app.views.measures import sheets_of
 from agents.app.work.kinds import CAUSES, COPY, IN_WORDS
 from agents.app.work.queue import OPEN, WorkQueue
-from agents.app.work.tracking import MOVED
 from agents.coaching import ThrowSheet
 from curling_env.errors import CurlingError
 from friction_estimation.reports.throws_section import throw_in_words
@@ -76,9 +75,7 @@ def state_of(club: Club, work: WorkQueue, session: Session) -> dict[str, Any]:
                 "received": film.received,
                 "state": film.state if film.is_whole else "coming",
                 "said": film.said,
-                "mark": camera is not None
-                and film.is_whole
-                and (film.state is State.FAILED or MOVED in film.said),
+                "mark": film.state is State.FAILED and film.is_whole and camera is not None,
                 "throws": seen.count(film.id),
             }
             for film in club.films(session)

@@ -19,10 +19,6 @@ if TYPE_CHECKING:
     from agents.app.work.worker import Reported
 
 
-MOVED = "the camera had moved"
-"""How what is said of a film begins in which the camera is elsewhere than it was marked."""
-
-
 def track(club: Club, session: Session, progress: Reported, given: str = "") -> None:
     """Track the films of a session that are there and not tracked yet, in the order of play.
 
@@ -98,6 +94,6 @@ def _track_film(club: Club, session: Session, film: Film, scene: Scene, progress
         moved = 0.0 if one.found is None else one.found.moved_px
         if moved:
             far = f"by {moved:.1f} px" if moved < 100 else "far"
-            said.append(f"{MOVED} {far} since it was marked, and was solved anew")
+            said.append(f"the camera had moved {far} since it was marked, and was solved anew")
     checkpoints.delete()
     return "; ".join(dict.fromkeys(said))
