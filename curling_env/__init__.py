@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from curling_env.envs.game import curling_v0
     from curling_env.physics.session import simulate
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 __all__ = [
     "PAPER_SHEET",
     "PAPER_STONE",

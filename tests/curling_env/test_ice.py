@@ -85,7 +85,7 @@ def test_presets_are_ice_and_have_a_file(tmp_path, name):
 
 
 def test_an_ice_file_keeps_where_it_comes_from(tmp_path):
-    origin = {"version": "0.1.0", "inputs": [], "a key of a later release": 1}
+    origin = {"version": "0.2.0", "inputs": [], "a key of a later release": 1}
     save_ice(uneven(), tmp_path / "ice.json", provenance=origin)
     read = load_ice(tmp_path / "ice.json")
     assert read.provenance == origin

@@ -23,7 +23,7 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # ArviZ announces its next version
     arviz = pytest.importorskip("arviz", reason="make setup installs it")
 
-ORIGIN = {"version": "0.1.0", "command": "curling discover tracks.csv", "inputs": []}
+ORIGIN = {"version": "0.2.0", "command": "curling discover tracks.csv", "inputs": []}
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
@@ -16,6 +17,8 @@ from packaging.utils import canonicalize_name
 from release import check, inventory, pages, smoke
 from release.artefacts import ROOT, faults_of, sdist_faults, tracked_files, wheel_faults
 from release.bill import with_bundled
+
+import curling_env
 
 
 @pytest.fixture(scope="module")
@@ -170,3 +173,16 @@ def test_a_built_wheel_and_sdist_are_read(wheel, tmp_path):
         for name in (*tracked_files(), "pyproject.toml", "README.md", "LICENSE"):
             archive.add(ROOT / name, f"a-1/{name}")
     assert faults_of(wheel, tmp_path / "a.tar.gz") == ["the sdist lacks PKG-INFO"]
+
+
+def test_the_version_is_the_same_wherever_it_stands():
+    version = check.PROJECT["version"]
+    assert curling_env.__version__ == version
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    dated = re.search(rf"(?m)^version: {re.escape(version)}\ndate-released: (\S+)$", citation)
+    assert dated is not None
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert f"## [{version}] - {dated[1]}\n" in changes
+    classifiers = check.PROJECT["classifiers"]
+    for python in check.PYTHONS:
+        assert f"Programming Language :: Python :: {python}" in classifiers
