@@ -96,7 +96,7 @@ release-check:  ## wheel and sdist in clean environments of every Python, extras
 
 sbom:  ## bill of materials (CycloneDX) of an installation, and the pages of licences and sizes
 	$(PYTHON) -m venv runs/tools
-	runs/tools/bin/python -m pip install --quiet cyclonedx-bom packaging uv
+	runs/tools/bin/python -m pip install --quiet cyclonedx-bom 'cyclonedx-python-lib[json-validation]' packaging uv
 	cd scripts && ../runs/tools/bin/python -m release.bill
 
 lock:  ## constraints.txt anew, with hashes (UPGRADE=--upgrade: the newest versions)

@@ -47,7 +47,7 @@ EFFECTS = [
     {"name": "air_drag", "parameters": {"coefficient": 0.00095}, "believed": []},
 ]
 SLIDING = "throw,x,y,vx,vy,theta,omega\n0,0.2,-2.0,0.0,1.7,0.0,1.2\n"
-FILM = "film --ice standard --releases @one.csv --fps 6 --noise 0.5 --size 320x180 --camera gantry"
+FILM = "film --ice standard --releases @one.csv --fps 6 --noise 0.5 --size 384x216 --camera gantry"
 """A throw of which a film of 126 small frames can be tracked."""
 TEXTS = {
     "one.csv": SLIDING,

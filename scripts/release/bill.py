@@ -7,6 +7,7 @@ bundle), docs/licences.md and docs/size.md.
 
 from __future__ import annotations
 
+import importlib
 import json
 import platform
 import re
@@ -43,11 +44,28 @@ def main() -> None:
     words += ["--pyproject", str(ROOT / "pyproject.toml"), "--output-reproducible"]
     subprocess.run([*words, "--output-file", str(bill)], check=True)
     document = with_bundled(json.loads(bill.read_text(encoding="utf-8")), rows)
-    bill.write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    text = json.dumps(document, indent=1, ensure_ascii=False) + "\n"
+    check(text, document["specVersion"])
+    bill.write_text(text, encoding="utf-8")
     where = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"
     (DOCS / "licences.md").write_text(pages.licences(rows), encoding="utf-8")
     (DOCS / "size.md").write_text(pages.sizes(rows, where), encoding="utf-8")
     print(f"{len(rows)} distributions: {bill}, docs/licences.md, docs/size.md")
+
+
+def check(bill: str, version: str) -> None:
+    """Hold a bill to the schema of CycloneDX.
+
+    Raises
+    ------
+    SystemExit : it does not fit
+    """
+    # Beside cyclonedx-py, where this script runs; the tests have neither.
+    schema = importlib.import_module("cyclonedx.schema")
+    validation = importlib.import_module("cyclonedx.validation.json")
+    validator = validation.JsonStrictValidator(schema.SchemaVersion.from_version(version))
+    if fault := validator.validate_str(bill):
+        raise SystemExit(f"the bill is no CycloneDX {version}: {fault}")
 
 
 def environment() -> Path:

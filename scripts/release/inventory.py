@@ -38,18 +38,14 @@ def licence_of(about: Any) -> str:
 
 def bundled_in(distribution: metadata.Distribution) -> list[dict[str, str]]:
     """Shared libraries of others in a distribution: name, version, and what each says itself."""
-    found: list[dict[str, str]] = []
+    found: dict[tuple[str, str], dict[str, str]] = {}
     for file in distribution.files or ():
         if match := BUNDLED.search(str(file)):
             own = SELF_DESCRIBED.search(Path(str(file.locate())).read_bytes())
-            found.append(
-                {
-                    "name": match[1],
-                    "version": match[3] or match[2] or "",
-                    "says": own[1].decode("ascii", "replace") if own else "",
-                }
-            )
-    return sorted(found, key=lambda library: library["name"])
+            name, version = match[1], match[3] or match[2] or ""
+            said = own[1].decode("ascii", "replace") if own else ""
+            found[name, version] = {"name": name, "version": version, "says": said}
+    return [found[key] for key in sorted(found)]
 
 
 def size_of(distribution: metadata.Distribution) -> int:

@@ -22,7 +22,7 @@ RELEASES = """throw,x,y,vx,vy,theta,omega
 2,0.1,-10.9725,0.02,2.1,0,-1.2
 3,0.3,-10.9725,0.03,2.2,0,1.2
 """
-SMALL = ("--camera", "gantry", "--size", "320x180", "--fps", "6", "--noise", "0.5")
+SMALL = ("--camera", "gantry", "--size", "480x270", "--fps", "6", "--noise", "0.5")
 """A film of few and small frames."""
 
 
