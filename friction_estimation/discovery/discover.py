@@ -36,6 +36,7 @@ from friction_estimation.discovery.evidence.unknown.residual_term import NAME, t
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import candidates
 from friction_estimation.discovery.model.fit import SessionFit, fit
+from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.naming import Structure, name_effects
 from friction_estimation.discovery.search.maps import renew_map
 from friction_estimation.discovery.search.patch_sides import place_sides
@@ -52,6 +53,7 @@ from friction_estimation.discovery.search.selection import (
     select,
 )
 from friction_estimation.discovery.tuning import (
+    ASTRAY,
     LAST_STEPS,
     LEAST_THROWS,
     RULED_OUT,
@@ -203,17 +205,22 @@ def _discover(
     progress("reading tracks", 0.0)
     session = open_session(tracks, scene)
     progress("fitting the baseline", 0.05)
-    return search_session(fit_with_noise(base_model(ice, session), session), rng, progress)
+    given = base_model(ice, session)
+    return search_session(fit_with_noise(given, session), given, rng, progress)
 
 
 def search_session(
-    everything: SessionFit, rng: np.random.Generator, progress: Progress = no_progress
+    everything: SessionFit,
+    given: Model,
+    rng: np.random.Generator,
+    progress: Progress = no_progress,
 ) -> Discovery:
     """Find what a model lacks that was fitted to all throws of a session.
 
     Parameters
     ----------
     everything : the fit
+    given : the model before the fit
     rng : source of the choice of held-out throws and of permutations
     progress : progress
     """
@@ -223,12 +230,12 @@ def search_session(
     start, session = everything.model, everything.session
     if len(session) < LEAST_THROWS:
         return _too_few(everything)
-    found = _search(everything, rng, progress)
+    found = _search(everything, given, rng, progress)
     odd = exceptional_throws(found.selection.best, session)
     if len(odd) and len(session) - len(odd) >= LEAST_THROWS:
         # What happened once must not spoil the rest: the other throws are searched by themselves.
         rest = session.only(np.setdiff1d(np.arange(len(session)), odd))
-        calm = _search(fit_with_noise(start, rest), rng, progress)
+        calm = _search(fit_with_noise(start, rest), given, rng, progress)
         alone = misfit_of(fit(calm.final.model, session.only(odd), calm.final.noise, shared=False))
         if misfit_of(calm.final).white and (alone.surprise > SURPRISING_THROW).all():
             return replace(calm, events=session.throws[odd].tolist())
@@ -267,7 +274,9 @@ def _too_few(everything: SessionFit) -> Discovery:
     )
 
 
-def _search(everything: SessionFit, rng: np.random.Generator, progress: Progress) -> Discovery:
+def _search(
+    everything: SessionFit, given: Model, rng: np.random.Generator, progress: Progress
+) -> Discovery:
     """Select, test and accept effects on one session."""
     session = everything.session
     held_out = choose_held_out(session, rng)
@@ -278,6 +287,8 @@ def _search(everything: SessionFit, rng: np.random.Generator, progress: Progress
         base,
         progress=part_of_progress(progress, 0.1, 0.7),
     )
+    if selection.after.ratio > ASTRAY:
+        selection = _select_from(given, selection)
     progress("testing throw by throw", 0.7)
     selection = replace(selection, best=add_effects_between_throws(selection.best, session, rng))
     found = name_effects(selection, unseen, session, rng, progress)
@@ -326,6 +337,20 @@ def _search(everything: SessionFit, rng: np.random.Generator, progress: Progress
         trial_closures=closures,
         residual_term=table,
     )
+
+
+def _select_from(given: Model, astray: Selection) -> Selection:
+    """A selection that begins at the model as it was given, if it comes nearer to the throws.
+
+    What is missing may be so large that the strengths of the given effects, fitted without it, end
+    where no step leads on.
+    """
+    base = astray.base
+    unmoved = fit(given, base.session, base.noise, shared=False)
+    other = select(unmoved)
+    if not other.after.ratio < 0.5 * astray.after.ratio:
+        return astray
+    return replace(other, base=refit(replace(base, noise=other.best.noise), base.model))
 
 
 def _fit_all(named: SessionFit, everything: SessionFit) -> SessionFit:

@@ -157,6 +157,9 @@ MOST_BETWEEN_THROWS_TRIALS = 2
 """Of these, effects between throws: where something else is missing they all look alike."""
 MOST_EFFECTS = 4
 """Most effects that are named."""
+ASTRAY = 20.0
+"""Slow misfit over that of noise from which on a selection counts as gone astray: what is missing,
+if it has a name, leaves a few at most."""
 RULED_OUT = 12.0
 """A candidate whose −2 ln likelihood is worse than the chosen one's by this is ruled out (a
 likelihood ratio of 400)."""

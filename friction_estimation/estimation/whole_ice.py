@@ -102,7 +102,10 @@ def estimate_ice(
         model = believed_model(first, session, from_map=from_map)
         fitted, search = _fit(model, session, camera_bias)
         found = search_session(
-            fitted, np.random.default_rng(seed), part_of_progress(progress, 0.2, 1.0)
+            fitted,
+            replace(model, ripple=fitted.model.ripple),
+            np.random.default_rng(seed),
+            part_of_progress(progress, 0.2, 1.0),
         )
         return _estimate(found.improved_ice(), found.final, search, tracks, discovery=found)
 
