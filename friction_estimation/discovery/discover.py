@@ -45,6 +45,7 @@ from friction_estimation.discovery.search.score_test import score_candidates
 from friction_estimation.discovery.search.selection import (
     Selection,
     SelectionRound,
+    best_trials,
     closure,
     fit_with_noise,
     misfit_of,
@@ -347,10 +348,18 @@ def _select_from(given: Model, astray: Selection) -> Selection:
     """
     base = astray.base
     unmoved = fit(given, base.session, base.noise, shared=False)
+    first = best_trials(unmoved, score_candidates(unmoved, candidates(base.session, given.terms)))
+    if not any(_halves(astray, misfit_of(trial.fit)) for trial in first[:3]):
+        return astray
     other = select(unmoved)
-    if not other.after.ratio < 0.5 * astray.after.ratio:
+    if not _halves(astray, other.after):
         return astray
     return replace(other, base=refit(replace(base, noise=other.best.noise), base.model))
+
+
+def _halves(astray: Selection, after: Misfit) -> bool:
+    """Whether a fit leaves less than half of what a selection leaves."""
+    return after.ratio < 0.5 * astray.after.ratio
 
 
 def _fit_all(named: SessionFit, everything: SessionFit) -> SessionFit:

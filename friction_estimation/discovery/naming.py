@@ -115,14 +115,19 @@ def _beside_unknown(
     """
     own = {term.label for term in selection.base.model.terms}
     training = selection.base.session
+    named, effects, left, after = found.fit, found.effects, found.after, found.after
+    explains = False
     if explanation.pushes:
-        calm = explanation.fit
-        named, effects, _ = _proved(calm, own, None, calm.session, rng)
-        left, after = misfit_of(named), misfit_of(replace(named, session=training))
+        calm, beside, _ = _proved(explanation.fit, own, None, explanation.fit.session, rng)
+        # An unknown with which the throws fit worse than without has taken over what has a name.
+        explains = misfit_of(calm).excess < found.after.excess
+        if explains:
+            named, effects, left = calm, beside, misfit_of(calm)
+    if explains:
+        after = misfit_of(replace(named, session=training))
         structure = friction_structure(named, rng)
         doubtful = [e.label for e in effects if not left.white and e.gain < left.excess]
     else:
-        named, effects, left, after = found.fit, found.effects, found.after, found.after
         structure = found.structure
         closes = closure(selection.before, after)
         doubtful = [
@@ -150,7 +155,7 @@ def _beside_unknown(
         structure=structure,
         unknown=True,
         dependences=_with_structure(explanation.dependences, structure),
-        pushes=explanation.pushes,
+        pushes=explanation.pushes if explains else (),
     )
 
 

@@ -264,6 +264,19 @@ def _refuse_beyond_a_session(tracks: Sequence[Trajectory]) -> None:
             )
 
 
+def _refuse_repeated_throws(tracks: Sequence[Trajectory]) -> None:
+    """Refuse tracks that say to be one and the same: as one throw they would tell nonsense."""
+    known: set[tuple[int, int]] = set()
+    for track in tracks:
+        key = int(track.throw), int(track.stone)
+        if key in known:
+            raise InputError(
+                f"two tracks are of throw {key[0]} and stone {key[1]}; number the throws, as by "
+                "dataclasses.replace(track, throw=k)"
+            )
+        known.add(key)
+
+
 def refuse_too_many_cells(ice: Ice | None) -> None:
     """Refuse an ice whose map is finer than throws can tell, and than can be fitted.
 
@@ -288,10 +301,12 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
 
     Raises
     ------
-    InputError : no throw lies on the sheet, or more is given than a session can hold
+    InputError : no throw lies on the sheet, two tracks are of the same throw and stone, or more is
+        given than a session can hold
     TrackTooShortError : no throw slides freely
     """
     _refuse_beyond_a_session(tracks)
+    _refuse_repeated_throws(tracks)
     cleaned = [without_outliers(track) for track in tracks]
     elsewhere = [_elsewhere(track) for track in cleaned]
     on_sheet = [track for track, reason in zip(cleaned, elsewhere, strict=True) if not reason]

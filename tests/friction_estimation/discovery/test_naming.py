@@ -1,0 +1,41 @@
+"""What is named beside something unknown."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from friction_estimation.discovery import naming
+from friction_estimation.discovery.discover import discover
+from friction_estimation.discovery.evidence.unknown.explanation import less
+from friction_estimation.discovery.evidence.unknown.nearby import Following
+from friction_estimation.discovery.model.fit import fit
+
+from .conftest import effect
+
+
+def test_an_unknown_with_which_the_throws_fit_worse_takes_no_name(
+    make_session, without_effects, monkeypatch
+):
+    """An explanation that goes astray, here on purpose, must not cost what is proved."""
+
+    def astray(fitted, own, rng):
+        told = explain(fitted, own, rng)
+        session = told.fit.session
+        bend = np.zeros((len(session.times), 3))
+        bend[:, 0] = 0.3 * np.sign(session.theta - session.theta[0]) * np.sin(session.xy[:, 1] / 3)
+        bent = less(session, np.nan_to_num(bend))
+        return replace(
+            told,
+            fit=fit(fitted.model, bent, fitted.noise, states=fitted.states),
+            pushes=(Following("speed", "along"),),
+        )
+
+    explain = naming.explain
+    monkeypatch.setattr(naming, "explain", astray)
+    tracks = make_session([effect("curl", strength=0.005), effect("slope", x=5e-5, y=0.0)])
+    with without_effects("slope"):
+        found = discover(tracks)
+    assert found.unknown
+    assert [e.label for e in found.effects] == ["curl"]
