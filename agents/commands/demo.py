@@ -21,7 +21,7 @@ def demo(
         int, typer.Option(min=1, max=64, help="Processes that film and track side by side.")
     ] = 2,
 ) -> None:
-    """Run the whole loop from film to throw, in about a minute.
+    """Run the whole loop from film to throw, in about three minutes.
 
     It makes ice with hidden heavy and keen areas, films practice throws on it, tracks the stone,
     estimates the friction map from the tracks, plans a draw on the map, and throws it on the
