@@ -119,10 +119,11 @@ def _beside_unknown(
     explains = False
     if explanation.pushes:
         calm, beside, _ = _proved(explanation.fit, own, None, explanation.fit.session, rng)
+        remains = misfit_of(calm)
         # An unknown with which the throws fit worse than without has taken over what has a name.
-        explains = misfit_of(calm).excess < found.after.excess
+        explains = remains.excess < found.after.excess
         if explains:
-            named, effects, left = calm, beside, misfit_of(calm)
+            named, effects, left = calm, beside, remains
     if explains:
         after = misfit_of(replace(named, session=training))
         structure = friction_structure(named, rng)
