@@ -57,10 +57,14 @@ def shot(rng: np.random.Generator, ice: Ice, stones: Floats) -> Throw:
     return Throw(speed=speed, angle=-(aim[0] + aside + curl) / (aim[1] + 10.97), spin=spin)
 
 
-def played(ice: Ice, stones: Floats, releases: list, tolerance: float) -> tuple[Floats, Integers]:
+def played(
+    ice: Ice, stones: Floats, releases: list, tolerance: float, tabulated: bool = False
+) -> tuple[Floats, Integers]:
     """Places after each shot (n, 9, 2) and numbers of contacts."""
     bounds = play_bounds(ice, Direction.AWAY)
-    after = play_batch(ice, stones, releases, bounds=bounds, tolerance=tolerance)
+    after = play_batch(
+        ice, stones, releases, bounds=bounds, tolerance=tolerance, tabulated=tabulated
+    )
     return after.last, after.collisions.astype(np.int64)
 
 
@@ -144,9 +148,14 @@ def main() -> None:
         engine, contacts = in_engine(ice, stones, releases)
         fine, _ = played(ice, stones, releases, FINE_TOLERANCE)
         quick, _ = played(ice, stones, releases, QUICK_TOLERANCE)
+        tabled, _ = played(ice, stones, releases, QUICK_TOLERANCE, tabulated=True)
         nudged, _ = played(ice, stones + np.array([NUDGE, 0.0]), releases, FINE_TOLERANCE)
         kind = "frozen pair" if frozen else "loose"
-        for name, places in (("batch, fine", fine), ("batch, quick", quick)):
+        for name, places in (
+            ("batch, fine", fine),
+            ("batch, quick", quick),
+            ("batch, quick, law from a table", tabled),
+        ):
             print(line(f"{kind}: engine and {name}", furthest(engine, places)))
             for number, some in (
                 ("one contact", contacts == 1),

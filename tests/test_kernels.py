@@ -11,7 +11,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("curling_env", "friction_estimation", "agents")
-DECORATORS = {"compiled", "inlined", "effect_kernel"}
+DECORATORS = {"compiled", "part", "inlined", "effect_kernel"}
 
 
 def kernels(tree: ast.Module) -> list[ast.FunctionDef]:

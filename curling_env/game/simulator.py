@@ -188,11 +188,15 @@ class GameSimulator:
             entropy=(state.seed, state.throws, team + 1),
             delivery=self.delivery,
             clock=state.clock,
+            ice_changes=self.ice_evolution != NO_EVOLUTION or self.judgement != NEVER_WRONG,
+            ice_is_estimated=self.known_ice is not self.ice,
             wear=state.wear,
         )
 
     def ice_as_read(self, seed: int, team: Team, end: int) -> Ice:
         """The ice as a team takes it in an end; the same object while the end lasts."""
+        if not self.judgement.misreads:
+            return self.known_ice
         key = seed, team, end
         if key not in self._read:
             if len(self._read) >= 2:

@@ -59,8 +59,8 @@ def remarks() -> list[str]:
 
 
 FIRST_COMPILATION = (
-    "curling: compiling the physics for this machine, once: about 20 s of one core now, and a few "
-    "for what is first used later"
+    "curling: compiling the physics for this machine, once: about 6 s of one core now, and a few "
+    "more for what is first used later"
 )
 """What is said when a machine compiles for the first time."""
 _TOLD: set[Path] = set()
@@ -81,7 +81,7 @@ def _say_that_it_compiles(folder: Path) -> None:
 
 
 def _say_once(why: str) -> None:
-    text = f"compiled code is not kept, so that every start takes a minute: {why}"
+    text = f"compiled code is not kept, so that every start compiles again: {why}"
     if not _SAID:
         _SAID.add(text)
         warnings.warn(text, KernelCacheWarning, stacklevel=3)

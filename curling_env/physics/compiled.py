@@ -13,19 +13,20 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable
-from functools import cache, partial
+from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 from llvmlite import ir  # pyright: ignore[reportMissingTypeStubs]
-from numba import njit, types  # pyright: ignore[reportMissingTypeStubs]
+from numba import types  # pyright: ignore[reportMissingTypeStubs]
 from numba.core.ccallback import CFunc  # pyright: ignore[reportMissingTypeStubs]
 from numba.extending import intrinsic  # pyright: ignore[reportMissingTypeStubs]
 
 from curling_env.infrastructure.kernel_cache import kernel_cache
+from curling_env.infrastructure.kernel_compiler import kernel, no_garbage_collection
+from curling_env.infrastructure.kernel_compiler import part as _part
 
-_compile: Any = njit
 _DOUBLES = types.CPointer(types.float64)
 
 
@@ -76,7 +77,6 @@ def compiled(
     function: Callable[..., Any] | None = None,
     *,
     allocates: bool = False,
-    inline: bool = False,
     fastmath: bool | set[str] = False,
 ) -> Any:
     """Compile a pure numeric function at its first call and keep the machine code.
@@ -90,37 +90,65 @@ def compiled(
     function : the function; without it, a decorator with these options is returned
     allocates : whether it makes arrays of its own. One that works only in arrays of its caller
         runs several times as fast, because numba then counts no references
-    inline : put its code into the caller's, see `inlined`
     fastmath : numba's flags for arithmetic that may be reordered
     """
     if function is None:
-        return partial(compiled, allocates=allocates, inline=inline, fastmath=fastmath)
-    options: dict[str, Any] = {"_nrt": allocates, "forceinline": inline, "fastmath": fastmath}
-    kernel = _compile(nogil=True, error_model="numpy", **options)(function)
-    if hasattr(kernel, "_cache"):  # not where numba is switched off
-        kernel._cache = _cache_of(function)
-    return kernel
+        return partial(compiled, allocates=allocates, fastmath=fastmath)
+    made = kernel(function, _nrt=allocates, fastmath=fastmath)
+    if hasattr(made, "_cache"):  # not where numba is switched off
+        made._cache = _cache_of(function)
+    return made
+
+
+def part(function: Callable[..., Any]) -> Any:
+    """Like `compiled`, for a function that only compiled functions call.
+
+    It has no machine code of its own, so that the first start takes less time.
+    """
+    return _part(function, _nrt=False)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
-    """Like `compiled`, for a small function in an inner loop: its code goes into the caller's.
+    """Like `part`, for a small function in an inner loop: its code goes to each place of a call.
 
     Passing a `Law` by value costs more than the arithmetic of a small function.
     """
-    return compiled(function, inline=True)
+    return _part(function, _nrt=False, forceinline=True)
 
 
-def effect_kernel(function: Callable[..., None]) -> Any:
-    """Compile the kernel of an effect, ``(motion, theta, push) -> None``; see `physics.motion`."""
-    kernel: Any = CFunc(
-        function,
-        ((_DOUBLES, _DOUBLES, _DOUBLES), types.void),
-        locals={},
-        options={"error_model": "numpy"},
-    )
-    kernel._cache = _cache_of(function)
-    kernel.compile()
-    return kernel
+class EffectKernel:
+    """The kernel of an effect, compiled when its address is first asked for.
+
+    Parameters
+    ----------
+    function : ``(motion, theta, push) -> None``; see `physics.motion`
+    """
+
+    def __init__(self, function: Callable[..., None]) -> None:
+        self.function = function
+
+    @cached_property
+    def _compiled(self) -> Any:
+        made: Any = CFunc(
+            self.function,
+            ((_DOUBLES, _DOUBLES, _DOUBLES), types.void),
+            locals={},
+            options={"error_model": "numpy"},
+        )
+        made._cache = _cache_of(self.function)
+        with no_garbage_collection():
+            made.compile()
+        return made
+
+    @property
+    def address(self) -> int:
+        """Where its machine code lies in memory."""
+        return self._compiled.address
+
+
+def effect_kernel(function: Callable[..., None]) -> EffectKernel:
+    """Make an effect's kernel of a function, ``(motion, theta, push) -> None``."""
+    return EffectKernel(function)
 
 
 @cast("Any", intrinsic)

@@ -27,6 +27,8 @@ follow every cell of a map without evaluating the effects again.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
+from itertools import accumulate
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,6 +37,14 @@ from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.compiled import call_kernel, compiled, inlined, quick_log
 from curling_env.physics.effects import catalogue
+from curling_env.physics.law_table import (
+    COLUMNS,
+    NO_TABLE,
+    as_table,
+    in_table,
+    look_up,
+    table_states,
+)
 from curling_env.physics.motion import (
     ALONG,
     BEND,
@@ -103,6 +113,8 @@ class Law(NamedTuple):
     theta : parameters of all effects
     per_contact : number of kernels that act per contact
     x_breaks, y_breaks : sorted coordinates at which an effect is not smooth [m]
+    table : what the band and the first kernels come to, see `law_table`; or `NO_TABLE`
+    tabled : number of kernels that are in the table
     """
 
     mu: Floats
@@ -119,10 +131,18 @@ class Law(NamedTuple):
     per_contact: int
     x_breaks: Floats
     y_breaks: Floats
+    table: Floats
+    tabled: int
 
 
-def compile_law(ice: Ice) -> Law:
+def compile_law(ice: Ice, *, tabulated: bool = False) -> Law:
     """The force law of an ice, ready for the engines. This compiles no code.
+
+    Parameters
+    ----------
+    ice : map, effects and stone
+    tabulated : whether the law is read from a table where that can be. Making the table takes as
+        long as some hundred throws, the first time that these effects are met
 
     Raises
     ------
@@ -138,15 +158,20 @@ def compile_law(ice: Ice) -> Law:
             raise InputError(f"unknown effect {effect.name!r}; known are {', '.join(cards)}")
         if not card.is_physical:
             continue
-        groups[card.acts].append((card.kernel.address, card.theta(effect.parameters)))
+        entry = (card.kernel.address, card.theta(effect.parameters))
+        groups[card.acts].append((*entry, card.of_speed_and_spin))
         x_breaks += card.x_breaks(effect.parameters)
         y_breaks += card.y_breaks(effect.parameters)
     sheet, stone = ice.sheet, ice.stone
     bilinear = ice.friction.interpolation == "bilinear"
     to_line = 0.0 if bilinear else -sheet.cell_size / 2
     ordered = [entry for group in groups.values() for entry in group]
-    sizes = [len(theta) for _, theta in ordered]
-    return Law(
+    tabulated = tabulated and all(fits for *_, fits in groups["contact_friction"])
+    if tabulated:
+        ordered.sort(key=lambda entry: not entry[2])  # contacts' kernels stay the first
+    tabled = sum(fits for *_, fits in ordered) if tabulated else 0
+    sizes = [len(theta) for _, theta, _ in ordered]
+    law = Law(
         mu=np.ascontiguousarray(ice.friction.mu, dtype=np.float64),
         patterned=not ice.friction.is_uniform,
         bilinear=bilinear,
@@ -155,13 +180,27 @@ def compile_law(ice: Ice) -> Law:
         cell=sheet.cell_size,
         band_radius=stone.band_radius,
         turning=GRAVITY * stone.mass * stone.band_radius / stone.inertia,
-        kernels=np.array([address for address, _ in ordered], dtype=np.int64),
-        offsets=np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)[: len(sizes)],
-        theta=np.array([value for _, theta in ordered for value in theta], dtype=np.float64),
+        kernels=np.array([address for address, _, _ in ordered], dtype=np.int64),
+        offsets=np.array(list(accumulate(sizes, initial=0))[:-1], dtype=np.int64),
+        theta=np.array([value for _, theta, _ in ordered for value in theta], dtype=np.float64),
         per_contact=len(groups["contact_friction"]),
-        x_breaks=np.unique(np.array(x_breaks, dtype=np.float64)),
-        y_breaks=np.unique(np.array(y_breaks, dtype=np.float64)),
+        x_breaks=np.array(sorted(set(x_breaks)), dtype=np.float64),
+        y_breaks=np.array(sorted(set(y_breaks)), dtype=np.float64),
+        table=NO_TABLE,
+        tabled=tabled,
     )
+    if not tabulated:
+        return law
+    held = sum(sizes[:tabled])
+    table = _table_of(
+        law.band_radius,
+        law.turning,
+        law.per_contact,
+        tuple(law.kernels[:tabled].tolist()),
+        tuple(law.offsets[:tabled].tolist()),
+        tuple(law.theta[:held].tolist()),
+    )
+    return law._replace(table=table)
 
 
 @inlined
@@ -283,22 +322,30 @@ def law_terms(
     speed = math.sqrt(vx * vx + vy * vy)
     travel_x = vx / max(speed, MIN_SPEED)
     travel_y = vy / max(speed, MIN_SPEED)
-    motion[X] = x
-    motion[Y] = y
-    motion[SPEED] = speed
-    motion[LOG_SPEED] = quick_log(max(speed, MIN_SPEED))
-    motion[TRAVEL_X] = travel_x
-    motion[TRAVEL_Y] = travel_y
-    motion[SPIN] = spin
-    drag, torque = running_band(law, speed, spin, motion, push)
+    first = law.per_contact
+    drag = torque = along = sideways = turn = 0.0
+    tabled = in_table(law.table, speed, spin)
+    if tabled:
+        drag, torque, along, sideways, turn = look_up(law.table, speed, spin)
+        first = law.tabled
+    if not tabled or first < law.kernels.shape[0]:
+        motion[X] = x
+        motion[Y] = y
+        motion[SPEED] = speed
+        motion[LOG_SPEED] = quick_log(max(speed, MIN_SPEED))
+        motion[TRAVEL_X] = travel_x
+        motion[TRAVEL_Y] = travel_y
+        motion[SPIN] = spin
+    if not tabled:
+        drag, torque = running_band(law, speed, spin, motion, push)
     push[FRICTION] = 1.0
     push[BEND] = 1.0
-    push[ALONG] = 0.0
-    push[LEFT] = 0.0
-    push[TURN] = 0.0
+    push[ALONG] = along
+    push[LEFT] = sideways
+    push[TURN] = turn
     push[PUSH_X] = 0.0
     push[PUSH_Y] = 0.0
-    for k in range(law.per_contact, law.kernels.shape[0]):
+    for k in range(first, law.kernels.shape[0]):
         call_kernel(law.kernels[k], motion, law.theta, law.offsets[k], push)
     brake = -GRAVITY * push[FRICTION] * drag
     left = push[LEFT] * push[BEND]
@@ -332,6 +379,62 @@ def accelerate(
     law_terms(law, motion, push, x, y, vx, vy, spin, terms)
     mu = mu_of_map(law, x, y)
     return mu * terms[0] + terms[3], mu * terms[1] + terms[4], mu * terms[2] + terms[5]
+
+
+@compiled
+def _tabulate(
+    law: Law, speeds: Any, spins: Any, motion: Any, push: Any, terms: Any, out: Any
+) -> Any:
+    """Fill in the table's columns at every node; whether no kernel acts in another way."""
+    plain = True
+    for i in range(speeds.shape[0]):
+        for j in range(spins.shape[0]):
+            law_terms(law, motion, push, 0.0, 0.0, 0.0, speeds[i], spins[j], terms)
+            out[i, j, 0] = -terms[1] / GRAVITY
+            out[i, j, 1] = terms[2] / law.turning if law.turning > 0.0 else 0.0
+            out[i, j, 2] = terms[4]
+            out[i, j, 3] = -terms[3]
+            out[i, j, 4] = terms[5]
+            plain = plain and push[BEND] == 1.0 and push[PUSH_X] == 0.0 and push[PUSH_Y] == 0.0
+    return plain
+
+
+@lru_cache(maxsize=16)
+def _table_of(
+    band_radius: float,
+    turning: float,
+    per_contact: int,
+    kernels: tuple[int, ...],
+    offsets: tuple[int, ...],
+    theta: tuple[float, ...],
+) -> Floats:
+    """The table of these kernels; `NO_TABLE` if one of them does what a table does not hold.
+
+    The parameters are those of `Law`.
+    """
+    law = Law(
+        mu=np.ones((1, 1)),
+        patterned=False,
+        bilinear=False,
+        origin_x=0.0,
+        origin_y=0.0,
+        cell=1.0,
+        band_radius=band_radius,
+        turning=turning,
+        kernels=np.array(kernels, dtype=np.int64),
+        offsets=np.array(offsets, dtype=np.int64),
+        theta=np.array(theta, dtype=np.float64),
+        per_contact=per_contact,
+        x_breaks=np.empty(0),
+        y_breaks=np.empty(0),
+        table=NO_TABLE,
+        tabled=0,
+    )
+    speeds, spins = table_states()
+    values = np.empty((len(speeds), len(spins), COLUMNS))
+    work = np.zeros(MOTION_SIZE), np.empty(PUSH_SIZE), np.empty(6)
+    plain = _tabulate(law, speeds, spins, *work, values)
+    return as_table(values) if plain else NO_TABLE
 
 
 @compiled

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from curling_env.physics.compiled import compiled
+from curling_env.physics.compiled import part
 
 # --- motion: how the stone moves -------------------------------------------------------------
 X = 0
@@ -74,7 +74,7 @@ SLOW_SPIN = 0.01
 """Spin below which the sign of the rotation fades out smoothly [rad/s]."""
 
 
-@compiled
+@part
 def spin_sign(spin: float) -> float:
     """Sign of the spin, smooth through zero so that a stone that stops turning stays at rest."""
     return spin / math.sqrt(spin * spin + SLOW_SPIN * SLOW_SPIN)

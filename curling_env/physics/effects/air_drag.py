@@ -17,9 +17,11 @@ CARD = EffectCard(
     title="Air drag",
     readable="air drag",
     formula="dv/dt = −coefficient·v², coefficient = ρ·C_d·A/(2m)",
+    equation=r"\dot v = {-}c\,v^2, \qquad c = \frac{\rho\,C_d\,A}{2m}",
     parameters=(
         Parameter(
             name="coefficient",
+            symbol=r"c",
             unit="1/m",
             meaning="air drag of the stone over its mass; 9.5e-4 ±30 % for a curling stone",
             low=0.0,
@@ -35,6 +37,7 @@ CARD = EffectCard(
     evidence="deceleration that grows with v²: needs take-out speeds beside draws",
     acts="motion",
     kernel=_kernel,
+    of_speed_and_spin=True,
     search=Search(mistaken_for=("map",)),
     observed={"coefficient": 2e-3},
     observed_order=2,

@@ -47,6 +47,7 @@ class Parameter:
     name : as in an ice file
     unit : in SI
     meaning : one line for a person
+    symbol : in `EffectCard.equation`, as LaTeX; empty where there is none
     low, high : bounds outside which the effect is not valid
     default : used when an ice file leaves it out; None makes it compulsory
     neutral : value at which the effect does nothing, if this parameter alone can switch it off
@@ -64,6 +65,7 @@ class Parameter:
     name: str
     unit: str
     meaning: str
+    symbol: str = ""
     low: float = -math.inf
     high: float = math.inf
     default: float | None = None
@@ -157,7 +159,9 @@ class EffectCard:
     title : for a person
     readable : name in a sentence, such as "the model lacks friction that follows the speed"; the
         name without underscores by default
-    formula : as it would be written down
+    formula : as it would be written down in a line of text, with the names of the parameters
+    equation : the same as LaTeX, with their symbols, for pages that draw it; empty where there is
+        none
     parameters : in the order in which the kernel reads theta
     source : where the form comes from
     validity : where it holds
@@ -172,6 +176,8 @@ class EffectCard:
     dissipative : whether it can only take energy out of the stone
     kernel : compiled by `effect_kernel`, reads and writes the places of `physics.motion`; None for
         effects that the stone does not feel
+    of_speed_and_spin : whether all that the kernel reads of the motion is the speed, the spin and
+        the slips, so that engines may keep what it does in a table
     displacement : of an effect of the measurement, how far reported positions lie from true ones
     x_breaks, y_breaks : coordinates at which the effect is not smooth, given its parameters [m]
     scope : ``within throws`` if a single throw can show it, ``between throws`` if it changes the
@@ -192,6 +198,7 @@ class EffectCard:
     title: str
     readable: str = ""
     formula: str
+    equation: str = ""
     parameters: tuple[Parameter, ...]
     source: str
     validity: str
@@ -200,6 +207,7 @@ class EffectCard:
     acts: Acts
     dissipative: bool
     kernel: Any = field(default=None, repr=False)
+    of_speed_and_spin: bool = False
     displacement: Displacement | None = field(default=None, repr=False)
     x_breaks: Breaks = _no_breaks
     y_breaks: Breaks = _no_breaks

@@ -25,9 +25,12 @@ CARD = EffectCard(
     title="Curl",
     readable="curl",
     formula="a_left = sign(ω)·strength·v^speed_exponent·(|ω|/1.5)^spin_exponent, v in m/s",
+    equation=r"a_\text{left} = \operatorname{sign}(\omega) \; k \; v^{\alpha} "
+    r"\left( \frac{|\omega|}{1.5\,\mathrm{rad/s}} \right)^{\beta}",
     parameters=(
         Parameter(
             name="strength",
+            symbol=r"k",
             unit="m/s²",
             meaning="sideways acceleration at 1 m/s and 1.5 rad/s, to the left for +ω",
             low=-0.1,
@@ -38,6 +41,7 @@ CARD = EffectCard(
         ),
         Parameter(
             name="speed_exponent",
+            symbol=r"\alpha",
             unit="1",
             meaning="how the sideways push grows with speed",
             low=-1.0,
@@ -47,6 +51,7 @@ CARD = EffectCard(
         ),
         Parameter(
             name="spin_exponent",
+            symbol=r"\beta",
             unit="1",
             meaning="how it grows with spin; 0 on real ice within about 30 %",
             low=0.0,
@@ -62,6 +67,7 @@ CARD = EffectCard(
     measured_by="throw with both handles",
     acts="motion",
     kernel=_kernel,
+    of_speed_and_spin=True,
     pushes=("left",),
     search=Search(needs=("headings",), shape=("speed_exponent", "spin_exponent")),
     observed={"strength": 0.02, "speed_exponent": 1.0, "spin_exponent": 1.0},

@@ -22,8 +22,10 @@ def _kernel(motion: Any, theta: Any, push: Any) -> None:
         push[FRICTION] *= theta[4]
 
 
-def _edge(name: str, meaning: str) -> Parameter:
-    return Parameter(name=name, unit="m", meaning=meaning, low=-25.0, high=25.0, held=True)
+def _edge(name: str, symbol: str, meaning: str) -> Parameter:
+    return Parameter(
+        name=name, symbol=symbol, unit="m", meaning=meaning, low=-25.0, high=25.0, held=True
+    )
 
 
 SOFT_BREAKS = tuple(0.75 * k for k in range(-6, 7))
@@ -61,14 +63,19 @@ CARD = EffectCard(
     name="friction_patch",
     title="A patch of different ice",
     readable="a patch of different ice",
-    formula="μ → factor·μ within x_min ≤ x ≤ x_max, y_min ≤ y ≤ y_max; tanh sides if edge > 0",
+    formula="μ → factor·μ within x_min ≤ x ≤ x_max, y_min ≤ y ≤ y_max; tanh sides if edge > 0, "
+    "which become sharp as it goes to 0",
+    equation=r"\mu \to \mu \left[ 1 + \frac{f - 1}{4} \, T_x T_y \right], \qquad "
+    r"T_x = \tanh\frac{x - x_0}{\varepsilon} - \tanh\frac{x - x_1}{\varepsilon}, \qquad "
+    r"T_y = \tanh\frac{y - y_0}{\varepsilon} - \tanh\frac{y - y_1}{\varepsilon}",
     parameters=(
-        _edge("x_min", "left edge, sheet frame"),
-        _edge("x_max", "right edge, sheet frame"),
-        _edge("y_min", "edge nearer the home end, sheet frame"),
-        _edge("y_max", "edge nearer the away end, sheet frame"),
+        _edge("x_min", "x_0", "left edge, sheet frame"),
+        _edge("x_max", "x_1", "right edge, sheet frame"),
+        _edge("y_min", "y_0", "edge nearer the home end, sheet frame"),
+        _edge("y_max", "y_1", "edge nearer the away end, sheet frame"),
         Parameter(
             name="factor",
+            symbol=r"f",
             unit="1",
             meaning="friction inside over friction of the map",
             low=0.2,
@@ -77,6 +84,7 @@ CARD = EffectCard(
         ),
         Parameter(
             name="edge",
+            symbol=r"\varepsilon",
             unit="m",
             meaning="width in which friction changes at the sides, half of it inside; 0 is sharp",
             low=0.0,

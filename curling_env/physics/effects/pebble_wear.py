@@ -18,10 +18,13 @@ CARD = EffectCard(
     name="pebble_wear",
     title="Pebble wear",
     readable="pebble that wears from throw to throw",
-    formula="μ → μ·exp(rate·throws played + along_path·share of the cell run over, summed)",
+    formula="μ → μ·exp(rate·n + along_path·(s_1 + … + s_n)) after n throws, of which throw i "
+    "ran over the share s_i of the cell",
+    equation=r"\mu \to \mu \, \exp\left( r\,n + w \sum_{i=1}^{n} s_i \right)",
     parameters=(
         Parameter(
             name="rate",
+            symbol=r"r",
             unit="1/throw",
             meaning="relative change of friction per throw played; keener ice is negative",
             low=-0.1,
@@ -31,6 +34,7 @@ CARD = EffectCard(
         ),
         Parameter(
             name="along_path",
+            symbol=r"w",
             unit="1/pass",
             meaning="relative change of friction where the running band passed, for each pass",
             low=-0.1,

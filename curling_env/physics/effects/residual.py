@@ -61,6 +61,7 @@ def _turned(given: Mapping[str, float]) -> dict[str, float]:
 def _knot(k: int) -> Parameter:
     return Parameter(
         name=f"log_factor_{k}",
+        symbol=f"f_{k}",
         unit="1",
         meaning=f"logarithm of the factor on friction {k}/{KNOTS - 1} of the way",
         low=-2.0,
@@ -74,18 +75,26 @@ CARD = EffectCard(
     title="Unexplained friction",
     readable="friction that no effect explains",
     formula="μ → μ·exp(f(variable)), f piecewise linear through seven values, constant beyond",
+    equation=r"\mu \to \mu \, e^{f(u)}, \qquad "
+    r"f\left( u_0 + \frac{k}{6} (u_6 - u_0) \right) = f_k, \qquad k = 0 \ldots 6",
     parameters=(
         Parameter(
             name="variable",
+            symbol=r"u",
             unit="1",
             meaning="what it runs over: "
             + ", ".join(f"{number} {name}" for number, name in enumerate(VARIABLES)),
             low=0.0,
             high=len(VARIABLES) - 1.0,
         ),
-        Parameter(name="low", unit="of the variable", meaning="value at the first place"),
         Parameter(
-            name="high", unit="of the variable", meaning="value at the last place, above low"
+            name="low", symbol="u_0", unit="of the variable", meaning="value at the first place"
+        ),
+        Parameter(
+            name="high",
+            symbol="u_6",
+            unit="of the variable",
+            meaning="value at the last place, above low",
         ),
         *(_knot(k) for k in range(KNOTS)),
     ),

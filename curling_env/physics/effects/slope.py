@@ -16,6 +16,7 @@ def _kernel(motion: Any, theta: Any, push: Any) -> None:
 def _gradient(axis: Literal["x", "y"], side: str) -> Parameter:
     return Parameter(
         name=axis,
+        symbol=f"h_{axis}",
         unit="m/m",
         meaning=f"fall of the ice towards {side}",
         low=-5e-3,
@@ -31,6 +32,7 @@ CARD = EffectCard(
     title="Slope of the ice",
     readable="a slope of the ice",
     formula="a = g·(x, y): the gradient of the fall, fixed in the sheet frame",
+    equation=r"\mathbf{a} = g \begin{pmatrix} h_x \\ h_y \end{pmatrix}",
     parameters=(_gradient("x", "+x"), _gradient("y", "the away end")),
     source="mechanics; 1 mm across the sheet moves a draw by 0.3 m",
     validity="gradients well below the friction, so that a resting stone stays",

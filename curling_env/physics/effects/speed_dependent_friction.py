@@ -48,9 +48,11 @@ CARD = EffectCard(
     title="Friction follows the sliding speed",
     readable="friction that follows the sliding speed",
     formula="μ(s) = μ·[1 − share + share·(s + speed_offset)^(−exponent)], s in m/s",
+    equation=r"\mu(s) = \mu \left[ 1 - c + c \, (s + s_0)^{-p} \right]",
     parameters=(
         Parameter(
             name="exponent",
+            symbol=r"p",
             unit="1",
             meaning="how steeply friction falls with speed; ½ is the Penner–Maeno law",
             low=-1.0,
@@ -61,6 +63,7 @@ CARD = EffectCard(
         ),
         Parameter(
             name="speed_offset",
+            symbol=r"s_0",
             unit="m/s",
             meaning="added to the slip, which bounds friction at rest",
             low=0.0,
@@ -69,6 +72,7 @@ CARD = EffectCard(
         ),
         Parameter(
             name="share",
+            symbol=r"c",
             unit="1",
             meaning="part of the friction that follows the speed; with the exponent -1 friction "
             "changes linearly, falling where this is negative",
@@ -83,6 +87,7 @@ CARD = EffectCard(
     measured_by="throw with several weights",
     acts="contact_friction",
     kernel=_kernel,
+    of_speed_and_spin=True,
     search=Search(shape=(), finer=_finer, mistaken_for=("map", "camera")),
     observed={"exponent": 1.0, "speed_offset": 0.2, "share": 2.0},
     observed_order=0,

@@ -26,9 +26,12 @@ CARD = EffectCard(
     title="Spin drag",
     readable="spin that fades faster than the band explains",
     formula="dω/dt = −sign(ω)·rate·max(v, speed_floor)^(−speed_exponent)·(|ω|/1.5)^spin_exponent",
+    equation=r"\dot\omega = {-}\operatorname{sign}(\omega) \; r \; \max(v, v_0)^{-p} "
+    r"\left( \frac{|\omega|}{1.5\,\mathrm{rad/s}} \right)^{q}",
     parameters=(
         Parameter(
             name="rate",
+            symbol=r"r",
             unit="rad/s²",
             meaning="loss of spin at 1 m/s and 1.5 rad/s",
             low=0.0,
@@ -39,6 +42,7 @@ CARD = EffectCard(
         ),
         Parameter(
             name="speed_exponent",
+            symbol=r"p",
             unit="1",
             meaning="how the loss grows as the stone slows",
             low=0.0,
@@ -48,6 +52,7 @@ CARD = EffectCard(
         ),
         Parameter(
             name="speed_floor",
+            symbol=r"v_0",
             unit="m/s",
             meaning="speed below which the loss no longer grows",
             low=1e-4,
@@ -57,6 +62,7 @@ CARD = EffectCard(
         ),
         Parameter(
             name="spin_exponent",
+            symbol=r"q",
             unit="1",
             meaning="how the loss grows with spin; 1 is a loss in proportion",
             low=0.0,
@@ -72,6 +78,7 @@ CARD = EffectCard(
     measured_by="film more stones with their handles in sight",
     acts="motion",
     kernel=_kernel,
+    of_speed_and_spin=True,
     pushes=("turn",),
     search=Search(
         needs=("headings",),

@@ -21,12 +21,21 @@ CARD = EffectCard(
     readable="a stone with a friction of its own",
     formula="for one stone: μ → factor·μ and sideways push → curl_factor·push; give the effect "
     "once for each such stone",
+    equation=r"\mu \to f\,\mu, \quad a_\text{left} \to c\,a_\text{left} "
+    r"\qquad \text{for stone}\ i",
     parameters=(
         Parameter(
-            name="stone", unit="1", meaning="identifier of the stone", low=0.0, high=1e6, held=True
+            name="stone",
+            symbol="i",
+            unit="1",
+            meaning="identifier of the stone",
+            low=0.0,
+            high=1e6,
+            held=True,
         ),
         Parameter(
             name="factor",
+            symbol=r"f",
             unit="1",
             meaning="its friction over that of the others",
             low=0.5,
@@ -36,6 +45,7 @@ CARD = EffectCard(
         ),
         Parameter(
             name="curl_factor",
+            symbol=r"c",
             unit="1",
             meaning="its curl over that of the others",
             low=0.0,

@@ -19,9 +19,12 @@ CARD = EffectCard(
     title="Sweeping",
     readable="sweeping",
     formula="while swept: μ → friction_factor·μ and sideways push → curl_factor·push",
+    equation=r"\mu \to f\,\mu, \quad a_\text{left} \to c\,a_\text{left} "
+    r"\qquad \text{while swept}",
     parameters=(
         Parameter(
             name="friction_factor",
+            symbol=r"f",
             unit="1",
             meaning="friction under the brooms over friction without",
             low=0.3,
@@ -31,6 +34,7 @@ CARD = EffectCard(
         ),
         Parameter(
             name="curl_factor",
+            symbol=r"c",
             unit="1",
             meaning="curl under the brooms over curl without",
             low=0.0,

@@ -18,9 +18,11 @@ CARD = EffectCard(
     title="Friction drifts with time",
     readable="friction that drifts with time",
     formula="μ → μ·exp(rate·clock)",
+    equation=r"\mu \to \mu \, e^{r\,t_\text{clock}}",
     parameters=(
         Parameter(
             name="rate",
+            symbol=r"r",
             unit="1/s",
             meaning="relative change of friction per second of the session; frost is positive",
             low=-1e-3,

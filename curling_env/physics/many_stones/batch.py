@@ -301,6 +301,7 @@ def play_batch(
     identity: Sequence[int] | None = None,
     bounds: Floats | None = None,
     tolerance: float = QUICK_TOLERANCE,
+    tabulated: bool = False,
     workers: int = 1,
 ) -> Positions:
     """Throw a stone into each of many positions.
@@ -313,6 +314,8 @@ def play_batch(
     identity : (k,) identifiers of the resting stones, for effects that depend on them; 0 by default
     bounds : (4,) x_min, x_max, y_min, y_max of centres in play; the edges of the ice by default
     tolerance : how far the rest of a lone stone may be off on the roughest ice [m]
+    tabulated : whether the law is read from a table, for thousands of throws on one ice, see
+        `physics.law_table`
     workers : number of threads
 
     Raises
@@ -332,7 +335,7 @@ def play_batch(
     _refuse_nowhere(stones, limits)
     _refuse_overlaps(stones, ice.stone.radius)
     _refuse_releases_in_stones(rows, stones, ice.stone.radius)
-    law, contact = compile_law(ice), contact_law(ice.stone)
+    law, contact = compile_law(ice, tabulated=tabulated), contact_law(ice.stone)
     names = np.zeros(k + 1)
     if identity is not None:
         names[:k] = identity

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from curling_env.physics.compiled import compiled, inlined
+from curling_env.physics.compiled import compiled, inlined, part
 from curling_env.physics.law import Law
 from curling_env.physics.many_stones.contacts import collides
 from curling_env.physics.many_stones.runge_kutta import (
@@ -206,7 +206,7 @@ def _room(s: Any, bounds: Any) -> float:
     return min(min(x - bounds[0], bounds[1] - x), min(y - bounds[2], bounds[3] - y))
 
 
-@compiled
+@part
 def _first_exit(segment: Segment, h: float, bounds: Any, p: Any) -> float:
     """Fraction of a step at which a stone leaves the bounds, or 2 if it does not."""
     low = 0.0
@@ -254,7 +254,7 @@ def _stop_uniformly(s: Any, a: Any, speed: float) -> float:
     return tail
 
 
-@compiled
+@part
 def _first_event(stones: MovingStones, limits: Limits, h: float, work: JointWorkspace) -> Any:
     """The first contact or exit during a step of length h.
 

@@ -40,7 +40,7 @@ from curling_env.physics.one_stone.slide import (
     SlideEnd,
     delivery_of,
     play_bounds,
-    slide_kernel,
+    slide_state,
     state_of,
 )
 from curling_env.physics.one_stone.step import new_workspace
@@ -230,7 +230,9 @@ class Engine:
         limits = Limits(bounds, NO_OBSTACLES, 2 * radius)
         work, pause = new_joint_workspace(n), Pause.CONTACT
         pushing, touching = contact_law(self.ice.stone), new_contacts(n)
-        for _ in range(MAX_CONTACTS):
+        if not (phases == Phase.MOVING).any():
+            pause = Pause.REST  # where nothing was touched, what follows need not be compiled
+        for _ in range(MAX_CONTACTS if pause is Pause.CONTACT else 0):
             pause, time, _, _, frame = slide_together(
                 self.law,
                 time,
@@ -303,7 +305,7 @@ class Engine:
         states, samples = stones.states, sampling.rows
         path = np.empty((len(samples), 4))
         others = states[:-1, [State.X, State.Y]].copy()
-        end, time, count = slide_kernel(
+        end, time, count = slide_state(
             self.law,
             states[-1],
             stones.motion[-1],

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from curling_env.ice import Ice
-from curling_env.physics.compiled import compiled, inlined
+from curling_env.physics.compiled import inlined, part
 from curling_env.physics.law import Law
 from curling_env.physics.many_stones.contacts import (
     GONE,
@@ -45,7 +45,7 @@ from curling_env.physics.one_stone.integrate import (
     integrate,
 )
 from curling_env.physics.one_stone.step import Workspace, new_workspace
-from curling_env.physics.one_stone.tuning import QUICK_TOLERANCE, step_control
+from curling_env.physics.one_stone.tuning import QUICK_TOLERANCE, StepControl, step_control
 from curling_env.physics.state import NODE_SIZE, Node, State
 from curling_env.physics.tuning import CREEP, CREEP_TIME, MAX_ROUNDS
 from curling_env.typing import Floats, Integers
@@ -101,7 +101,15 @@ def new_play_workspace(ice: Ice, stones: int, tolerance: float = QUICK_TOLERANCE
         motion=np.zeros(MOTION_SIZE),
         sampling=Sampling(1.0, np.zeros((0, 4))),
         work=work,
-        approach=work._replace(control=step_control(APPROACH * tolerance)),
+        approach=work._replace(control=_approach_control(tolerance)),
+    )
+
+
+def _approach_control(tolerance: float) -> StepControl:
+    """Steps that are finer on the way, but not where the stone comes to rest by itself."""
+    usual = step_control(tolerance)
+    return step_control(APPROACH * tolerance)._replace(
+        target_error=APPROACH * usual.target_error, rest_speed=usual.rest_speed
     )
 
 
@@ -133,20 +141,23 @@ def _cubic(p0: float, v0: float, p1: float, v1: float, h: float, u: float) -> An
 
 
 @inlined
-def _meeting_time(position: PlayWorkspace, a: int, b: int, reach: float, within: Any) -> float:
+def _meeting_time(
+    paths: Any, lengths: Any, ends: Any, a: int, b: int, reach: float, within: Any
+) -> float:
     """When two moving stones first touch while approaching, infinite if they do not [s].
 
     Parameters
     ----------
+    paths, lengths, ends : as in `PlayWorkspace`
     within : the times between which to look [s]
     """
     start, until = within
-    first, second = position.paths[a], position.paths[b]
-    n, m = position.lengths[a], position.lengths[b]
+    first, second = paths[a], paths[b]
+    n, m = lengths[a], lengths[b]
     t = start
-    if position.ends[a] == SlideEnd.LEFT_BOUNDS:
+    if ends[a] == SlideEnd.LEFT_BOUNDS:
         until = min(until, first[n - 1, Node.T])
-    if position.ends[b] == SlideEnd.LEFT_BOUNDS:
+    if ends[b] == SlideEnd.LEFT_BOUNDS:
         until = min(until, second[m - 1, Node.T])
     until = min(until, max(first[n - 1, Node.T], second[m - 1, Node.T]))
     j = k = 0
@@ -173,17 +184,14 @@ def _meeting_time(position: PlayWorkspace, a: int, b: int, reach: float, within:
 
 
 @inlined
-def _advance(position: PlayWorkspace, s: int, t: float) -> None:
-    """Take a moving stone to time t on its path."""
-    path, n, stone = position.paths[s], position.lengths[s], position.stones[s]
+def _advance(stone: Any, path: Any, n: int, end: int, t: float) -> int:
+    """Take a moving stone to time t on its path of n nodes; returns its status then."""
     if t >= path[n - 1, Node.T]:
         for c in range(6):
             stone[c] = path[n - 1, Node.X + c]
-        if position.ends[s] == SlideEnd.REST:
-            position.status[s] = REST
-        elif position.ends[s] == SlideEnd.LEFT_BOUNDS:
-            position.status[s] = GONE
-        return
+        if end == SlideEnd.REST:
+            return REST
+        return GONE if end == SlideEnd.LEFT_BOUNDS else MOVING
     k, x, y, vx, vy = _place(path, n, 0, t)
     a, b = path[k], path[k + 1]
     h = b[Node.T] - a[Node.T]
@@ -195,12 +203,14 @@ def _advance(position: PlayWorkspace, s: int, t: float) -> None:
     stone[State.Y] = y
     stone[State.VX] = vx
     stone[State.VY] = vy
+    return MOVING
 
 
 @inlined
-def _resolve(contact: ContactLaw, position: PlayWorkspace) -> int:
+def _resolve(
+    contact: ContactLaw, stones: Any, status: Any, contacts: Contacts, lengths: Any
+) -> int:
     """Solve the contacts of touching stones until none closes; returns how many pushed."""
-    stones, status, contacts = position.stones, position.status, position.contacts
     pushes = 0
     for _ in range(MAX_ROUNDS):
         count = find_contacts(contact, stones, status, contacts)
@@ -211,8 +221,8 @@ def _resolve(contact: ContactLaw, position: PlayWorkspace) -> int:
         for place in range(count):
             row = contacts.order[place]
             if contacts.table[row, Entry.PUSH] > 0.0:
-                position.lengths[contacts.pairs[row, 0]] = 0
-                position.lengths[contacts.pairs[row, 1]] = 0
+                lengths[contacts.pairs[row, 0]] = 0
+                lengths[contacts.pairs[row, 1]] = 0
     for s in range(stones.shape[0]):
         moves = (
             stones[s, State.VX] != 0.0
@@ -224,7 +234,7 @@ def _resolve(contact: ContactLaw, position: PlayWorkspace) -> int:
     return pushes
 
 
-@compiled
+@part
 def play(
     law: Law,
     contact: ContactLaw,
@@ -254,6 +264,7 @@ def play(
     t = 0.0
     collisions = 0
     work = position.work
+    paths, lengths, ends = position.paths, position.lengths, position.ends
     for s in range(count):
         position.lengths[s] = 0
         if position.status[s] == REST:
@@ -307,13 +318,14 @@ def play(
             for a in range(count):
                 for b in range(a + 1, count):
                     if position.status[a] == MOVING and position.status[b] == MOVING:
-                        met = _meeting_time(position, a, b, contact.reach, (t, until))
+                        met = _meeting_time(paths, lengths, ends, a, b, contact.reach, (t, until))
                         until = min(until, met)
         t = min(until, latest)
         rested = False
         for s in range(count):
             if position.status[s] == MOVING:
-                _advance(position, s, t)
+                stone, path = position.stones[s], position.paths[s]
+                position.status[s] = _advance(stone, path, lengths[s], ends[s], t)
                 rested = rested or position.status[s] == REST
         if until == np.inf:
             continue
@@ -321,7 +333,9 @@ def play(
         for s in range(count):
             if rested or position.ends[s] == SlideEnd.CONTACT:
                 position.lengths[s] = 0
-        collisions += max(_resolve(contact, position), 1)
+        stones, status = position.stones, position.status
+        pushes = _resolve(contact, stones, status, position.contacts, lengths)
+        collisions += max(pushes, 1)
         work = position.work
         if collisions > MAX_COLLISIONS:
             return t, collisions

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from curling_env.physics.compiled import compiled, inlined
+from curling_env.physics.compiled import inlined, part
 from curling_env.physics.law import Law, accelerate
 from curling_env.physics.many_stones.tuning import (
     JUMP_MARGIN,
@@ -123,7 +123,7 @@ def step_length(law: Law, s: Any, a: Any, t: float, delivery: Delivery) -> float
     return h
 
 
-@compiled
+@part
 def derivative(
     law: Law, motion: Any, work: StageWorkspace, clock: float, t: float, s: Any, a: Any
 ) -> None:
@@ -160,7 +160,7 @@ def _add(s: Any, place: int, sixth: float, r1: float, r2: float, r3: float, r4: 
     s[place] += sixth * (r1 + 2.0 * r2 + 2.0 * r3 + r4)
 
 
-@compiled
+@part
 def runge_kutta(
     law: Law,
     motion: Any,

@@ -19,7 +19,7 @@ from curling_env.physics.one_stone.slide import (
     NO_BOUNDS,
     NO_OBSTACLES,
     SlideEnd,
-    slide_kernel,
+    slide_state,
 )
 from curling_env.physics.one_stone.step import new_workspace
 from curling_env.physics.one_stone.tuning import (
@@ -33,6 +33,8 @@ from curling_env.sheet import BACK_LINE_Y, TEE_Y, Direction
 from curling_env.throw import FROM_HOG_LINE, Delivery, Throw
 from curling_env.typing import Floats
 
+MOST_DRAWS = 1_000
+"""Number of draws that an aim keeps."""
 _NO_SAMPLES = Sampling(1.0, np.empty((0, 4)))
 
 
@@ -73,6 +75,7 @@ class Aim:
         self._motion[[ORDER, STONE]] = order, stone
         self._work = new_workspace(tolerance)
         self._tables: dict[float, Floats] = {}
+        self._draws: dict[tuple[float, float, float], Throw | None] = {}
 
     def rest(self, throw: Throw) -> tuple[float, float] | None:
         """Where a throw comes to rest, delivery frame [m]; None if it never stops."""
@@ -80,7 +83,18 @@ class Aim:
         return None if end == SlideEnd.NEVER_STOPS else (x, y)
 
     def draw(self, x: float, y: float, spin: float) -> Throw | None:
-        """The throw that comes to rest at (x, y) with this spin, or None if none was found."""
+        """The throw that comes to rest at (x, y) with this spin, or None if none was found.
+
+        It is kept: players draw to the same places again and again.
+        """
+        place = x, y, spin
+        if place not in self._draws:
+            if len(self._draws) >= MOST_DRAWS:
+                self._draws.clear()
+            self._draws[place] = self._find_draw(x, y, spin)
+        return self._draws[place]
+
+    def _find_draw(self, x: float, y: float, spin: float) -> Throw | None:
         table = self._table(spin)
         distance = y - self._start_y
         if not _carries(table, distance):
@@ -184,7 +198,7 @@ class Aim:
         d = int(self.direction)
         along, left = d * speed * cos(angle), d * speed * sin(angle)
         state = np.array([d * x, -d * self.delivery.line_y, -left, along, 0.0, spin])
-        end, _, _ = slide_kernel(
+        end, _, _ = slide_state(
             self._law,
             state,
             self._motion,

@@ -20,7 +20,11 @@ from curling_env.physics.compiled import compiled, inlined
 from curling_env.physics.law import MIN_SPEED, Law, mu_of_map
 from curling_env.physics.many_stones.contacts import collides
 from curling_env.physics.motion import GRAVITY, SWEPT
-from curling_env.physics.one_stone.map_path import between_nodes, follow_map
+from curling_env.physics.one_stone.map_path import (
+    between_nodes,
+    follow_map,
+    place_between_nodes,
+)
 from curling_env.physics.one_stone.step import Workspace, store_curves, take_step
 from curling_env.physics.one_stone.tuning import (
     CONTACT_GAP,
@@ -42,6 +46,10 @@ NO_BOUNDS = np.array([-np.inf, np.inf, -np.inf, np.inf])
 """Bounds of a slide that ends only where the stone rests. Copy them before changing one."""
 NO_OBSTACLES = np.empty((0, 2))
 """The obstacles of a slide on an empty sheet."""
+_LAST_BIT = 62
+"""The bit that stands for all obstacles from this one on."""
+_ALL = -1
+"""All obstacles."""
 
 
 class Delivery(NamedTuple):
@@ -162,27 +170,36 @@ def _room(s: Any, bounds: Any) -> float:
 
 
 @inlined
-def _gap(s: Any, limits: Limits) -> Any:
+def _gap(s: Any, limits: Limits, near: int) -> Any:
     """Distance to the nearest bound or obstacle that the stone approaches [m].
 
     Of an obstacle to which it creeps, touching it, the way that it may slide before it looks again.
+
+    Parameters
+    ----------
+    s : state
+    limits : bounds and obstacles
+    near : the obstacles to look at, see `_nearby`
 
     Returns the distance, and whether it is to an obstacle.
     """
     room = _room(s, limits.bounds)
     contact = False
     obstacles = limits.obstacles
+    x, y, vx, vy = s[State.X], s[State.Y], s[State.VX], s[State.VY]
     for k in range(obstacles.shape[0]):
-        dx = s[State.X] - obstacles[k, 0]
-        dy = s[State.Y] - obstacles[k, 1]
-        if dx * s[State.VX] + dy * s[State.VY] < 0.0:
+        if (near >> min(k, _LAST_BIT)) & 1 == 0:
+            continue
+        dx = x - obstacles[k, 0]
+        dy = y - obstacles[k, 1]
+        if dx * vx + dy * vy < 0.0:
             distance = math.sqrt(dx * dx + dy * dy)
             gap = distance - limits.reach
             touches = True
             if gap < CONTACT_GAP:
-                closing = -(dx * s[State.VX] + dy * s[State.VY]) / max(distance, 1e-9)
+                closing = -(dx * vx + dy * vy) / max(distance, 1e-9)
                 if not collides(gap, closing):
-                    speed = math.fabs(s[State.VX]) + math.fabs(s[State.VY])
+                    speed = math.fabs(vx) + math.fabs(vy)
                     gap = max(CREEP_TIME * speed, 2.0 * CONTACT_GAP)
                     touches = False
             if gap < room:
@@ -192,28 +209,42 @@ def _gap(s: Any, limits: Limits) -> Any:
 
 
 @inlined
-def _may_touch(states: Any, bulge: float, limits: Limits) -> bool:
-    """Whether a step may cross a bound or come within reach of an obstacle.
-
-    Its path lies within `bulge` of the straight lines between beginning, middle and end.
-    """
-    if _room(states[1], limits.bounds) < bulge or _room(states[2], limits.bounds) < bulge:
-        return True
-    obstacles = limits.obstacles
-    if obstacles.shape[0] > 0:
-        far = limits.reach + bulge
-        x0 = min(states[0, 0], min(states[1, 0], states[2, 0])) - far
-        x1 = max(states[0, 0], max(states[1, 0], states[2, 0])) + far
-        y0 = min(states[0, 1], min(states[1, 1], states[2, 1])) - far
-        y1 = max(states[0, 1], max(states[1, 1], states[2, 1])) + far
-        for k in range(obstacles.shape[0]):
-            if x0 <= obstacles[k, 0] <= x1 and y0 <= obstacles[k, 1] <= y1:
-                return True
-    return False
+def _square_from(x: float, y: float, a: Any, b: Any) -> float:
+    """Square of the distance of a point from the straight line between two states [m²]."""
+    ax, ay = x - a[State.X], y - a[State.Y]
+    bx, by = b[State.X] - a[State.X], b[State.Y] - a[State.Y]
+    along = ax * bx + ay * by
+    length = bx * bx + by * by
+    part = 0.0 if along <= 0.0 else min(along / max(length, 1e-18), 1.0)
+    dx, dy = ax - part * bx, ay - part * by
+    return dx * dx + dy * dy
 
 
 @inlined
-def _first_touch(work: Workspace, n: int, limits: Limits) -> Any:
+def _nearby(states: Any, bulge: float, limits: Limits) -> int:
+    """The obstacles that a step may come within reach of: bit k for obstacle k.
+
+    Its path lies within `bulge` of the straight lines between beginning, middle and end.
+    """
+    far = limits.reach + bulge
+    near = 0
+    obstacles = limits.obstacles
+    for k in range(obstacles.shape[0]):
+        x, y = obstacles[k, 0], obstacles[k, 1]
+        first = _square_from(x, y, states[0], states[1])
+        if min(first, _square_from(x, y, states[1], states[2])) < far * far:
+            near |= 1 << min(k, _LAST_BIT)
+    return near
+
+
+@inlined
+def _may_leave(states: Any, bulge: float, bounds: Any) -> bool:
+    """Whether a step may cross a bound; `bulge` as in `_nearby`."""
+    return _room(states[1], bounds) < bulge or _room(states[2], bounds) < bulge
+
+
+@inlined
+def _first_touch(work: Workspace, n: int, limits: Limits, near: int) -> Any:
     """Where the path of a step first crosses a bound or comes within reach of an obstacle.
 
     From each place the stone goes on by no more than the distance it has left, so that nothing
@@ -235,9 +266,10 @@ def _first_touch(work: Workspace, n: int, limits: Limits) -> Any:
         )
         tau = 0.0
         while tau < length:
-            between_nodes(nodes, k, tau, probe)
-            gap, contact = _gap(probe, limits)
+            place_between_nodes(nodes, k, tau, probe)
+            gap, contact = _gap(probe, limits, near)
             if gap < CONTACT_GAP:
+                between_nodes(nodes, k, tau, probe)
                 return k, tau, contact
             tau += max(gap, CONTACT_GAP) / max(fastest, 1e-6)
     return -1, 0.0, False
@@ -331,7 +363,7 @@ def integrate(
     t = start
     count = 0
     length = 0
-    gap, contact = _gap(now, limits)
+    gap, contact = _gap(now, limits, _ALL)
     if gap < 0.0:
         return (SlideEnd.CONTACT if contact else SlideEnd.LEFT_BOUNDS), t, count, length
     watched = sampling.rows.shape[0] > 0 or path.shape[0] > 0
@@ -434,12 +466,17 @@ def integrate(
             shorter = 0.3 if fresh else max(0.3, 0.8 * math.sqrt(math.sqrt(target / first)))
             share = shorter * h / time_left
             continue
-        if watched or _may_touch(states, rate * h * h / 16.0 + 2e-3, limits):
+        bulge = rate * h * h / 16.0 + 2e-3
+        near = _nearby(states, bulge, limits)
+        watch = near != 0 or _may_leave(states, bulge, limits.bounds)
+        if watch or watched:
             nodes = work.nodes
             for k in range(6):
                 work.retraced[0, k] = states[0, k]
             n = follow_map(law, work.curves, work.direction, h, work.retraced, work.probe, nodes)
-            at_node, tau, contact = _first_touch(work, n, limits)
+            at_node, tau, contact = -1, 0.0, False
+            if watch:
+                at_node, tau, contact = _first_touch(work, n, limits, near)
             until = h if at_node < 0 else nodes[at_node, Node.T] + tau
             for k in range(n if at_node < 0 else at_node + 1):
                 if k > 0 or length == 0:

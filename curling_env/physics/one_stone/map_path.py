@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from curling_env.physics.compiled import compiled, inlined
+from curling_env.physics.compiled import inlined, part
 from curling_env.physics.law import Law, patch_of
 from curling_env.physics.state import Node, State
 
@@ -58,7 +58,7 @@ def _turn(curves: Any, spin: float, h: float, u: float, moments: Any) -> Any:
     return h * (u * (spin + gain) - lag) + way, spin + gain + rise
 
 
-@compiled
+@part
 def follow_map(
     law: Law, curves: Any, direction: Any, h: float, states: Any, moments: Any, nodes: Any
 ) -> int:
@@ -276,8 +276,8 @@ def quintic(begin: Any, end: Any, h: float, u: float) -> Any:
 
 
 @inlined
-def between_nodes(nodes: Any, k: int, tau: float, out: Any) -> None:
-    """State (6,) a time tau after node k, before node k + 1."""
+def place_between_nodes(nodes: Any, k: int, tau: float, out: Any) -> None:
+    """Position and velocity of a state (6,) a time tau after node k, before node k + 1."""
     a, b = nodes[k], nodes[k + 1]
     h = b[Node.T] - a[Node.T]
     u = tau / h
@@ -287,9 +287,17 @@ def between_nodes(nodes: Any, k: int, tau: float, out: Any) -> None:
     out[State.Y], out[State.VY] = quintic(
         (a[Node.Y], a[Node.VY], a[Node.AY]), (b[Node.Y], b[Node.VY], b[Node.AY]), h, u
     )
+
+
+@inlined
+def between_nodes(nodes: Any, k: int, tau: float, out: Any) -> None:
+    """State (6,) a time tau after node k, before node k + 1."""
+    place_between_nodes(nodes, k, tau, out)
+    a, b = nodes[k], nodes[k + 1]
+    h = b[Node.T] - a[Node.T]
     out[State.THETA], out[State.OMEGA] = quintic(
         (a[Node.THETA], a[Node.OMEGA], a[Node.ALPHA]),
         (b[Node.THETA], b[Node.OMEGA], b[Node.ALPHA]),
         h,
-        u,
+        tau / h,
     )

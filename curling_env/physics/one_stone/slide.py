@@ -9,7 +9,6 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.compiled import compiled
 from curling_env.physics.law import Law, compile_law
 from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.one_stone.integrate import (
@@ -39,21 +38,20 @@ __all__ = [
     "motion_of",
     "play_bounds",
     "slide",
-    "slide_kernel",
+    "slide_state",
     "state_of",
 ]
 
 
-@compiled
-def slide_kernel(
+def slide_state(
     law: Law,
-    s: Any,
-    motion: Any,
+    s: Floats,
+    motion: Floats,
     delivery: Delivery,
     limits: Limits,
     sampling: Sampling,
     work: Workspace,
-) -> Any:
+) -> tuple[int, float, int]:
     """Slide a stone from state s until it rests, leaves the bounds or comes within reach.
 
     Parameters
@@ -65,11 +63,9 @@ def slide_kernel(
     -------
     end, t, count : as in `integrate`
     """
-    for k in range(6):
-        work.states[2, k] = s[k]
+    work.states[2] = s
     end, t, count, _ = integrate(law, motion, delivery, limits, sampling, work.nodes[:0], 0.0, work)
-    for k in range(6):
-        s[k] = work.states[2, k]
+    s[:] = work.states[2]
     return end, t, count
 
 
@@ -160,7 +156,7 @@ def slide(
     state = state_of(release)
     dt = 1.0 / fps if fps else 1.0
     samples = np.empty((int(MAX_TIME / dt) + 1 if fps else 0, 4))
-    end, time, count = slide_kernel(
+    end, time, count = slide_state(
         compile_law(ice),
         state,
         motion_of(release),

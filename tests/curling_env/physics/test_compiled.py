@@ -22,7 +22,8 @@ from curling_env.ice import load_ice
 from curling_env.physics.many_stones.batch import play_batch, throw_batch
 from curling_env.physics.compiled import CACHE_FOLDER
 from curling_env.physics.many_stones.engine import Engine, StoneState
-from curling_env.physics.one_stone.slide import slide, slide_kernel
+from curling_env.physics.one_stone.integrate import integrate
+from curling_env.physics.one_stone.slide import slide
 from curling_env.throw import Throw
 ice, release = load_ice("standard"), Throw(speed=2.6, spin=1.0).release()
 def files():
@@ -35,8 +36,8 @@ Engine(ice).play(release, [StoneState(x=0.0, y=17.0)])
 print(json.dumps({
     "passes": len(passes.buffer),
     "written": sorted(files().items() - before.items()),
-    "hits": sum(slide_kernel.stats.cache_hits.values()),
-    "misses": sum(slide_kernel.stats.cache_misses.values()),
+    "hits": sum(integrate.stats.cache_hits.values()),
+    "misses": sum(integrate.stats.cache_misses.values()),
 }))
 """
 
@@ -113,13 +114,16 @@ def test_a_kernel_of_another_package_sees_a_change_in_its_neighbour(tmp_path: Pa
 SLIDE = """
 import json, sys
 from curling_env.infrastructure import kernel_cache
-from curling_env.physics.compiled import CACHE_FOLDER, quick_log, compiled
+from curling_env.physics.compiled import quick_log, compiled
+@compiled
+def half(x):
+    return 0.5 * quick_log(x)
 @compiled
 def twice(x):
-    return 2 * quick_log(x)
-twice.py_func.__module__ = "curling_env.physics.trial"
-print(json.dumps({"twice": twice(1.0), "hits": sum(twice.stats.cache_hits.values())
-                  + sum(quick_log.stats.cache_hits.values()), "said": kernel_cache.remarks()}))
+    return 4 * half(x)
+found = twice(1.0)
+print(json.dumps({"twice": found, "hits": sum(twice.stats.cache_hits.values())
+                  + sum(half.stats.cache_hits.values()), "said": kernel_cache.remarks()}))
 """
 
 

@@ -7,9 +7,11 @@ CARD = EffectCard(
     title="All times off by a factor",
     readable="times that are off by a factor",
     formula="reported t = factor·t",
+    equation=r"t_\text{reported} = \kappa \, t",
     parameters=(
         Parameter(
             name="factor",
+            symbol=r"\kappa",
             unit="1",
             meaning="measured time over the true one",
             low=0.5,

@@ -17,17 +17,31 @@ REFERENCE_RADIUS = 20.0
 
 
 def _displacement(xy: Floats, _theta: Floats, values: Values) -> Floats:
-    from_centre = xy - np.array([values["centre_x"], values["centre_y"]])
-    ratio = (from_centre**2).sum(axis=1, keepdims=True) / REFERENCE_RADIUS**2
-    return from_centre * (values["k1"] * ratio + values["k2"] * ratio**2)
+    x, y = xy[:, 0] - values["centre_x"], xy[:, 1] - values["centre_y"]
+    ratio = (x * x + y * y) / REFERENCE_RADIUS**2
+    shift = values["k1"] * ratio + values["k2"] * ratio**2
+    return np.stack([x * shift, y * shift], axis=1)
 
 
 def _finer(_: Values) -> Sequence[Values]:
     return ({"centre_x": 0.0},)
 
 
-def _number(name: str, unit: str, meaning: str, furthest: float, **others: Any) -> Parameter:
-    return Parameter(name=name, unit=unit, meaning=meaning, low=-furthest, high=furthest, **others)
+def _number(
+    name: str, symbol: str, unit: str, meaning: str, furthest: float, **others: Any
+) -> Parameter:
+    return Parameter(
+        name=name,
+        symbol=symbol,
+        unit=unit,
+        meaning=meaning,
+        low=-furthest,
+        high=furthest,
+        **others,
+    )
+
+
+_CENTRE = "where the optical axis meets the ice"
 
 
 CARD = EffectCard(
@@ -35,15 +49,22 @@ CARD = EffectCard(
     title="Lens distortion",
     readable="lens distortion left in the tracks",
     formula="reported = p + (p − c)·(k1·q + k2·q²), q = |p − c|²/(20 m)²",
+    equation=r"\mathbf{p}_\text{reported} = \mathbf{p} + (\mathbf{p} - \mathbf{c}) "
+    r"\left( k_1 q + k_2 q^2 \right), \qquad "
+    r"q = \frac{|\mathbf{p} - \mathbf{c}|^2}{(20\,\mathrm{m})^2}, "
+    r"\qquad \mathbf{c} = \begin{pmatrix} c_x \\ c_y \end{pmatrix}",
     parameters=(
         _number(
-            "k1", "1", f"radial displacement over radius at {REFERENCE_RADIUS:g} m", 0.3, neutral=0
+            "k1",
+            "k_1",
+            "1",
+            f"radial displacement over radius at {REFERENCE_RADIUS:g} m",
+            0.3,
+            neutral=0,
         ),
-        _number("k2", "1", "the same, of fifth order", 0.3, default=0.0, neutral=0.0),
-        _number(
-            "centre_x", "m", "where the optical axis meets the ice", 10.0, default=0.0, held=True
-        ),
-        _number("centre_y", "m", "where the optical axis meets the ice", 25.0, default=0.0),
+        _number("k2", "k_2", "1", "the same, of fifth order", 0.3, default=0.0, neutral=0.0),
+        _number("centre_x", "c_x", "m", _CENTRE, 10.0, default=0.0, held=True),
+        _number("centre_y", "c_y", "m", _CENTRE, 25.0, default=0.0),
     ),
     source="Brown's radial terms, seen from above",
     validity="a camera above or beside the sheet",

@@ -7,9 +7,11 @@ CARD = EffectCard(
     title="All lengths off by a factor",
     readable="lengths that are off by a factor",
     formula="reported x = factor·x",
+    equation=r"\mathbf{p}_\text{reported} = \lambda \, \mathbf{p}",
     parameters=(
         Parameter(
             name="factor",
+            symbol=r"\lambda",
             unit="1",
             meaning="measured length over the true one",
             low=0.5,

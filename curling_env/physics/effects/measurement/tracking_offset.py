@@ -15,9 +15,15 @@ def _displacement(_xy: Floats, theta: Floats, values: Values) -> Floats:
     return np.column_stack([a * cosine - b * sine, a * sine + b * cosine])
 
 
-def _offset(name: str, meaning: str) -> Parameter:
+def _offset(name: str, symbol: str, meaning: str) -> Parameter:
     return Parameter(
-        name=name, unit="m", meaning=meaning, low=-FURTHEST, high=FURTHEST, neutral=0.0
+        name=name,
+        symbol=symbol,
+        unit="m",
+        meaning=meaning,
+        low=-FURTHEST,
+        high=FURTHEST,
+        neutral=0.0,
     )
 
 
@@ -26,9 +32,12 @@ CARD = EffectCard(
     title="Tracked point beside the centre",
     readable="a tracked point beside the stone's centre",
     formula="reported = centre + forward·heading + left·(heading turned to the left)",
+    equation=r"\mathbf{p}_\text{reported} = \mathbf{p} "
+    r"+ a \begin{pmatrix} \cos\theta \\ \sin\theta \end{pmatrix} "
+    r"+ b \begin{pmatrix} {-}\sin\theta \\ \cos\theta \end{pmatrix}",
     parameters=(
-        _offset("forward", "ahead of the centre, along the heading"),
-        _offset("left", "to the left of the heading"),
+        _offset("forward", "a", "ahead of the centre, along the heading"),
+        _offset("left", "b", "to the left of the heading"),
     ),
     source="geometry: a point of a turning body",
     validity="points on the stone",

@@ -15,7 +15,7 @@ from curling_env.physics.law import compile_law
 from curling_env.physics.many_stones.engine import Engine, Status, StoneState
 from curling_env.physics.motion import MOTION_SIZE
 from curling_env.physics.one_stone.integrate import Delivery, Limits, Sampling
-from curling_env.physics.one_stone.slide import SlideEnd, play_bounds, slide, slide_kernel
+from curling_env.physics.one_stone.slide import SlideEnd, play_bounds, slide, slide_state
 from curling_env.physics.one_stone.step import new_workspace
 from curling_env.physics.one_stone.tuning import FINE_TOLERANCE
 from curling_env.sheet import (
@@ -117,7 +117,7 @@ def test_a_hit_rolls_out_where_the_textbook_impulse_sends_it(ice, offset):
     state = np.array([release.x, release.y, release.vx, release.vy, 0.0, release.omega])
     here = np.array([[target.x, target.y]])
     bounds = play_bounds(ice, Direction.AWAY)
-    end, _, _ = slide_kernel(
+    end, _, _ = slide_state(
         compile_law(ice),
         state,
         np.zeros(MOTION_SIZE),

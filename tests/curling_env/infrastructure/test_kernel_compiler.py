@@ -1,0 +1,110 @@
+"""Parts of kernels: linked into what calls them, compiled once, and never called from Python."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from curling_env.ice import load_ice
+from curling_env.infrastructure import kernel_compiler
+from curling_env.infrastructure.kernel_compiler import kernel, part
+
+
+def _place(values, k):
+    return values[k] * values[k] + 0.1
+
+
+def test_the_inside_of_the_installed_numba_is_known():
+    # Otherwise kernels compile in numba's ordinary way, which takes half as long again.
+    assert kernel_compiler.KNOWN
+
+
+@pytest.fixture
+def place():
+    return part(_place, _nrt=False, forceinline=True)
+
+
+def test_a_part_computes_in_a_kernel_what_python_does(place):
+    def total(values):
+        found = place(values, 0)
+        for k in range(1, values.shape[0]):
+            found = found / 3.0 + place(values, k)
+        return found
+
+    values = np.random.default_rng(0).normal(size=50)
+    expected = _place(values, 0)
+    for k in range(1, 50):
+        expected = expected / 3.0 + _place(values, k)
+    assert kernel(total, _nrt=False)(values) == expected
+
+
+def test_a_part_is_compiled_once_whatever_constants_it_is_given(place):
+    def three(values, k):
+        return place(values, 0) + place(values, 1) + place(values, k)
+
+    kernel(three, _nrt=False)(np.ones(3), 2)
+    assert len(place.overloads) == 1
+
+
+def test_a_part_says_that_python_cannot_call_it(place):
+    def first(values):
+        return place(values, 0)
+
+    for _ in range(2):  # before it belongs to a kernel, and after
+        with pytest.raises(TypeError, match=r"_place is part of kernels; .* call _place\.py_func"):
+            place(np.ones(3), 0)
+        kernel(first, _nrt=False)(np.ones(3))
+    assert place.py_func(np.ones(3), 0) == 1.1
+
+
+FIRST_STEP = """
+import json, sys
+import gymnasium, curling_env
+make, id = sys.argv[1:]
+env = gymnasium.make(id) if make == "make" else gymnasium.make_vec(id, num_envs=2)
+env.reset(seed=0)
+env.step(0 * env.action_space.sample())
+from curling_env.physics.effects import catalogue
+from curling_env.physics.many_stones import batch, common_steps
+from curling_env.physics.one_stone import integrate
+kernels = [batch._play_all, batch._slide_all, common_steps.slide_together, integrate.integrate]
+print(json.dumps({
+    "kernels": sorted(k.__name__ for k in kernels if k.signatures),
+    "effects": [name for name, card in catalogue().items()
+                if "_compiled" in vars(card.kernel or sys)],
+}))
+"""
+
+
+@pytest.mark.parametrize(
+    ("make", "name", "needed"),
+    [
+        ("make", "CurlingSheet-v0", ["integrate"]),
+        ("make_vec", "CurlingSheet-v0", ["_slide_all", "integrate"]),
+        ("make", "CurlingEnd-v0", ["integrate"]),
+        ("make_vec", "CurlingEnd-v0", ["_play_all", "integrate"]),
+    ],
+)
+def test_a_first_step_compiles_only_what_it_needs(make, name, needed):
+    told = subprocess.check_output(
+        [sys.executable, "-c", FIRST_STEP, make, name], env=os.environ, text=True, timeout=300
+    )
+    found = json.loads(told)
+    assert found["kernels"] == needed
+    assert set(found["effects"]) == {effect.name for effect in load_ice("standard").effects}
+
+
+def test_a_kernel_with_an_expression_of_whole_arrays_can_be_called():
+    """Numba compiles such an expression with the kernel's own options, changed."""
+
+    def spread(values):
+        away = (values - 1.0) * (values + 0.5)
+        return away.sum()
+
+    values = np.arange(5.0)
+    assert kernel(spread, _nrt=True)(values) == spread(values)
