@@ -88,7 +88,9 @@ FROM_HOG_LINE = Delivery()
 """As throws are counted everywhere but in Digital Curling: about three turns during a draw."""
 FROM_HACK = Delivery(line_y=HACK_Y, spin=math.pi / 2, max_speed=4.0)
 """As Digital Curling's servers throw: π/2 rad/s to either side, and 4 m/s for every player."""
-DELIVERIES = {"hog-line": FROM_HOG_LINE, "hack": FROM_HACK}
+FROM_TEE_LINE = Delivery(line_y=TEE_Y)
+"""As films show throws: the stone slides freely from the near tee line, where many let it go."""
+DELIVERIES = {"hog-line": FROM_HOG_LINE, "hack": FROM_HACK, "tee-line": FROM_TEE_LINE}
 """Deliveries by name."""
 
 

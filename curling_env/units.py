@@ -16,6 +16,9 @@ BROOM = 0.2
 """Width of a broom's head, in which skips give ice [m]: the usual eight inches."""
 
 
+_EIGHTHS = ("0", "⅛", "¼", "⅜", "½", "⅝", "¾", "⅞")
+
+
 class Units(StrEnum):
     """What lengths are told in."""
 
@@ -47,6 +50,18 @@ def short_length(metres: float, units: Units = Units.METRES) -> str:
     if units is Units.METRES:
         return f"{100 * size:.0f} cm" if size < 0.995 else length(metres, units)
     return f"{size / INCH:.0f} in" if size < FOOT - INCH / 2 else length(metres, units)
+
+
+def miss(metres: float, units: Units = Units.METRES) -> str:
+    """How far off something is, to what can be seen of it: ``4 mm``, ``12 cm`` or ``⅜ in``.
+
+    From 1 cm, or an inch, on it is told as `short_length` does.
+    """
+    size = abs(metres)
+    if units is Units.METRES:
+        return f"{1000 * size:.0f} mm" if size < 0.01 else short_length(size, units)
+    eighths = round(8 * size / INCH)
+    return f"{_EIGHTHS[eighths]} in" if eighths < 8 else short_length(size, units)
 
 
 def speed(metres_per_second: float, units: Units = Units.METRES) -> str:

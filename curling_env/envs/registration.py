@@ -7,13 +7,24 @@ import gymnasium
 
 def register() -> None:
     """Register CurlingSheet-v0 and CurlingEnd-v0 with Gymnasium; a second call does nothing."""
-    for name, one, many in (
-        ("CurlingSheet-v0", "sheet.env:CurlingSheetEnv", "sheet.vector_env:CurlingSheetVectorEnv"),
-        ("CurlingEnd-v0", "game.end_env:CurlingEndEnv", "game.end_vector_env:CurlingEndVectorEnv"),
+    for name, one, many, threshold in (
+        (
+            "CurlingSheet-v0",
+            "sheet.env:CurlingSheetEnv",
+            "sheet.vector_env:CurlingSheetVectorEnv",
+            1.0,  # what a stone 10 cm from the target earns
+        ),
+        (
+            "CurlingEnd-v0",
+            "game.end_env:CurlingEndEnv",
+            "game.end_vector_env:CurlingEndVectorEnv",
+            1.0,  # points an end against `draw`: as much as `rulebased` scores
+        ),
     ):
         if name not in gymnasium.registry:
             gymnasium.register(  # pyright: ignore[reportUnknownMemberType]  (kwargs: a bare dict)
                 name,
                 entry_point=f"curling_env.envs.{one}",
                 vector_entry_point=f"curling_env.envs.{many}",
+                reward_threshold=threshold,
             )

@@ -51,6 +51,8 @@ class PlayerView:
         from them
     delivery : where throws begin, and which spin and speed they may have
     clock : time since the first delivery of the game [s]
+    ice_changes : whether ice and stones may change, or differ, in ways that the player is not told
+    ice_is_estimated : whether `ice` is a measurement of the true ice, with the errors that it tells
     wear : (rows, columns) logarithm of each cell's friction over what it was when the game began,
         read-only; None while the ice has not worn
     """
@@ -63,6 +65,8 @@ class PlayerView:
     entropy: tuple[int, int, int]
     delivery: Delivery = FROM_HOG_LINE
     clock: float = 0.0
+    ice_changes: bool = True
+    ice_is_estimated: bool = False
     wear: Floats | None = None
 
     @property

@@ -40,6 +40,11 @@ class TeamJudgement:
             if not 0 <= getattr(self, name) <= limit:
                 raise InputError(f"{name} must lie within 0 and {limit}, got {getattr(self, name)}")
 
+    @property
+    def misreads(self) -> bool:
+        """Whether teams take the ice for another than it is."""
+        return bool(self.weight or self.curl)
+
     def ice_as_read(self, ice: Ice, seed: int, team: Team, end: int) -> Ice:
         """The ice as a team takes it in an end.
 
@@ -49,7 +54,7 @@ class TeamJudgement:
         seed : seed of the game
         team, end : who reads it, and in which end
         """
-        if not self.weight and not self.curl:
+        if not self.misreads:
             return ice
         slow, bend = np.random.default_rng((seed, end, int(team), _ICE)).standard_normal(2).tolist()
         friction = replace(ice.friction, mu=ice.friction.mu * float(np.exp(self.weight * slow)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -14,6 +15,7 @@ from curling_env.errors import InputError
 from curling_env.game.players import Call, Player, PlayerView
 from curling_env.game.rules.delivery import Ruling
 from curling_env.game.rules.placement import Side
+from curling_env.throw import Throw
 from curling_env.typing import Floats, Singles
 
 Sweeping = Literal["none", "scripted", "action"]
@@ -116,6 +118,28 @@ class GameAction:
             return Call(throw=throw)
         begin, length = (LONGEST_SWEEP * (np.clip(numbers[3:5], -1, 1) + 1) / 2).tolist()
         return Call(throw=throw, sweep=(begin, begin + length))
+
+    def calls_of(self, actions: Sequence[ArrayLike]) -> list[Call]:
+        """What `call_of` makes of each of many actions, in less time.
+
+        Raises
+        ------
+        InputError : an action that is not the right number of finite numbers
+        """
+        numbers = np.asarray(actions, dtype=np.float64)
+        if numbers.shape != (len(actions), self.size) or not np.isfinite(numbers).all():
+            return [self.call_of(action) for action in actions]
+        throws = [
+            Throw(speed=speed, angle=angle, spin=spin)
+            for speed, angle, spin in self.throws.numbers_of(numbers[:, :3]).tolist()
+        ]
+        if self.sweeping != "action":
+            return [Call(throw=throw) for throw in throws]
+        swept = (LONGEST_SWEEP * (np.clip(numbers[:, 3:5], -1, 1) + 1) / 2).tolist()
+        return [
+            Call(throw=throw, sweep=(begin, begin + length))
+            for throw, (begin, length) in zip(throws, swept, strict=True)
+        ]
 
     def decisions_of(self, action: ArrayLike) -> TeamDecisions | None:
         """The decisions in an action; None where they are not part of it.

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.game.simulator import direction_of
-from curling_env.physics.many_stones.batch import RELEASE_DTYPE
+from curling_env.physics.many_stones.batch import RELEASE_DTYPE, Positions
 from curling_env.physics.many_stones.engine import (
     Outcome,
     Status,
@@ -42,36 +43,74 @@ def release_table_of(throws: Floats, delivery: Delivery) -> NDArray[Any]:
     return releases
 
 
-def batch_outcome(
-    identifiers: list[int],
-    ended: list[list[float]],
-    lie: list[list[float]],
-    unmoved: list[bool],
-    time: float,
-    struck: bool,
-    bounds: Floats,
-    radius: float,
-) -> Outcome:
+class BatchOutcome(Outcome):
     """What the batch engine tells of a delivery: where every stone came to rest or left play.
+
+    It is made of these facts when somebody looks at it, which few do.
 
     Parameters
     ----------
+    after : the positions after the deliveries of many ends
+    row : the end among them
     identifiers : of the stones, the delivered one last
-    ended : (x, y) where each rests or left play, sheet frame [m]
-    lie : the same in the delivery frame, NaN for one that left play
+    columns : where the stones lie in `after`, without the delivered one, which is last there
     unmoved : whether nothing touched each of the stones before
-    time : until all rest [s]
-    struck : whether the delivered stone touched another
     bounds : the edges of play, sheet frame
     radius : radius of a stone [m]
     """
+
+    def __init__(
+        self,
+        after: Positions,
+        row: int,
+        identifiers: list[int],
+        columns: list[int],
+        unmoved: list[bool],
+        bounds: Floats,
+        radius: float,
+    ) -> None:
+        vars(self)["_facts"] = (after, row, identifiers, columns, unmoved, bounds, radius)
+
+    def __getattr__(self, name: str) -> Any:
+        if "_facts" not in vars(self):
+            raise AttributeError(name)
+        vars(self).update(vars(_outcome(*vars(self).pop("_facts"))))
+        return getattr(self, name)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Outcome) and _whole(self) == _whole(other)
+
+    __hash__ = Outcome.__hash__
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _whole, (_whole(self),)
+
+
+def _whole(outcome: Outcome) -> Outcome:
+    """An outcome that is all there."""
+    return Outcome(**{part.name: getattr(outcome, part.name) for part in fields(Outcome)})
+
+
+def _outcome(
+    after: Positions,
+    row: int,
+    identifiers: list[int],
+    columns: list[int],
+    unmoved: list[bool],
+    bounds: Floats,
+    radius: float,
+) -> Outcome:
+    """A `BatchOutcome`'s facts as an outcome."""
+    columns = [*columns, -1]
     stones: list[StoneState] = []
     status: list[Status] = []
+    ended, lie = after.last[row, columns].tolist(), after.xy[row, columns].tolist()
     for identifier, (x, y), place in zip(identifiers, ended, lie, strict=True):
         stones.append(StoneState(x=x, y=y, stone=identifier))
         gone = place[0] != place[0]
         by_side = gone and left_by_the_side(x, y, bounds)
         status.append(Status.OUT_SIDE if by_side else Status.OUT_BACK if gone else Status.REST)
+    struck, time = bool(after.collisions[row]), float(after.time[row])
     if status[-1] is Status.REST and not struck and is_hogged(stones[-1].y, DIRECTION, radius):
         status[-1] = Status.HOGGED
     ends = tuple(0.0 if still else time for still in (*unmoved, False))

@@ -101,8 +101,8 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
     ice_evolution : how the ice changes during the game: "none", "typical", or an `IceEvolution` or
         its fields
     sweeping : "none", "scripted" (sweepers decide) or "action" (part of the action)
-    delivery : where throws begin: "hog-line", "hack" (as in Digital Curling), a `Delivery` or its
-        fields
+    delivery : where throws begin: "hog-line", "tee-line", "hack" (as in Digital Curling), a
+        `Delivery` or its fields
     choices : "rule" (stones are put back after a tick, there are no power plays, the deciding
         team keeps the hammer, nobody concedes) or "action" (part of the action, as decisions that
         hold until a team's next delivery)

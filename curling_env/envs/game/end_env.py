@@ -71,8 +71,8 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
     ice_evolution : how the ice changes during the end: "none", "typical", or an `IceEvolution` or
         its fields
     sweeping : "none", "scripted" (sweepers decide) or "action" (part of the action)
-    delivery : where throws begin: "hog-line", "hack" (as in Digital Curling), a `Delivery` or its
-        fields
+    delivery : where throws begin: "hog-line", "tee-line", "hack" (as in Digital Curling), a
+        `Delivery` or its fields
     choices : whether after an opponent's tick the stones are put back or left by "rule" (whichever
         counts for more), or as the agent's last "action" says
     actions : "throws", or "shots": the number of a shot of a list, see `shots`; `info` then has an
@@ -91,8 +91,8 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
     Notes
     -----
     ``reset(options=…)`` takes `hammer`, `ice` and `known_ice` for one end, and in mixed doubles
-    `power_play`, "left" or "right", for an end in which the agent decides; or `state`, a
-    `GameState` to go on from.
+    `power_play`, "left" or "right", for an end in which the agent decides (with `hammer`
+    "random" it is left out where the opponent does); or `state`, a `GameState` to go on from.
 
     ``state`` may be kept and put back at any moment: it is frozen, so a search branches from it
     without copying. The same state and action always have the same outcome, including the
@@ -267,6 +267,11 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
         state, power_play = asked.get("state"), asked.get("power_play")
         if power_play is not None:
             one_of("power_play", power_play, ("left", "right"))
+            if hammer == "opponent":
+                raise InputError(
+                    "where the hammer is the opponent's, the opponent decides on a power play; ask "
+                    "for it with hammer 'own'"
+                )
         if "state" in asked:
             state = self.checked(state)
         self.table.draw(self.np_random, given)

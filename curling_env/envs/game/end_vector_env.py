@@ -14,11 +14,12 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from curling_env.envs.game.action import FollowsDecisions, TeamDecisions
-from curling_env.envs.game.batch import DIRECTION, batch_outcome, release_table_of
+from curling_env.envs.game.action import FollowsDecisions, GameAction, TeamDecisions
+from curling_env.envs.game.batch import DIRECTION, BatchOutcome, release_table_of
 from curling_env.envs.game.end_env import AGENT, RESET_OPTIONS, CurlingEndEnv, observed
 from curling_env.envs.game.observation import GameObservation
 from curling_env.envs.game.opponents import Opponents
+from curling_env.envs.game.reward import NOTHING as NO_REWARD
 from curling_env.envs.game.reward import GameRewardParts, reward_parts
 from curling_env.envs.game.shots import ShotActions, mask_of
 from curling_env.envs.ices import GivenIce
@@ -177,7 +178,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
             )
         rows = rows_of(self.action_space, actions, n)
         going: list[int] = np.flatnonzero(~over).tolist()
-        calls = {i: single.action.call_of(rows[i], self._view(i)) for i in going}
+        calls = self._calls(going, rows)
         for i in np.flatnonzero(over).tolist():
             self._begin(i)
         potential, held = single.potential, dict.fromkeys(going, 0.0)
@@ -188,13 +189,15 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
                 held[i] = potential.value(self._states[i].game, AGENT)
         parts = self._play(calls)
         for i, answered in self._answer(range(n)).items():
-            parts[i] = parts.get(i, GameRewardParts()) + answered
+            parts[i] = parts.get(i, NO_REWARD) + answered
         if potential:
             for i in going:
                 rise = potential.rise(held[i], self._states[i].game, AGENT)
                 parts[i] = replace(parts[i], potential=rise)
         rewards = np.zeros(n)
-        rewards[going] = [single.weights.total(parts[i]) for i in going]
+        for i in going:
+            if parts[i] is not NO_REWARD:
+                rewards[i] = single.weights.total(parts[i])
         ended = np.array([state.game.end is None for state in self._states])
         info = self._info(parts, ~over, ended)
         observations = self._observe()
@@ -206,11 +209,12 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         self, parts: dict[int, GameRewardParts], played: Flags, ended: Flags
     ) -> dict[str, Any]:
         """What is told of a step: `shots`, `reward_parts`, and where an end is over its `score`."""
-        each = [parts[i].as_dict() for i in np.flatnonzero(played).tolist()]
+        each = [parts[i] for i in np.flatnonzero(played).tolist()]
         all_of_them = np.ones(self.num_envs, dtype=np.bool_)
         info = masked({"shots": objects(self._shots)}, all_of_them) | self._masks(all_of_them)
         if each:
-            table = {name: np.array([one[name] for one in each]) for name in each[0]}
+            names = NO_REWARD.as_dict()
+            table = {name: np.array([getattr(one, name) for one in each]) for name in names}
             info |= masked({"reward_parts": table}, played)
         if ended.any():
             scores = [self._states[i].game.line_score[-1] for i in np.flatnonzero(ended).tolist()]
@@ -267,6 +271,13 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         rows: list[int] = np.flatnonzero(among).tolist()
         return masked({"action_mask": np.stack([self._mask(i) for i in rows])}, among)
 
+    def _calls(self, among: list[int], actions: Sequence[Any]) -> dict[int, Call]:
+        """What the agent's actions mean."""
+        action = self.single.action
+        if not isinstance(action, GameAction):  # shots depend on the position
+            return {i: action.call_of(actions[i], self._view(i)) for i in among}
+        return dict(zip(among, action.calls_of([actions[i] for i in among]), strict=True))
+
     def _view(self, i: int) -> PlayerView:
         return self._simulators[i].view(self._states[i], AGENT)
 
@@ -293,7 +304,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
             if not views:
                 return total
             for i, parts in self._play(self._called(views)).items():
-                total[i] = total.get(i, GameRewardParts()) + parts
+                total[i] = total.get(i, NO_REWARD) + parts
 
     def _called(self, views: dict[int, PlayerView]) -> dict[int, Call]:
         """What each opponent calls."""
@@ -331,71 +342,79 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         # A stone keeps its column, so that its identifier follows from the column in every end.
         # The same team throws in all ends, and its last stone lies in none: fifteen are enough.
         lying = [end.stones for i in calls if (end := states[i].game.end) is not None]
-        names = sorted({stone.stone for stones in lying for stone in stones})
+        identifiers = [
+            [STONES_PER_TEAM * team + number for team, number, _, _ in stones] for stones in lying
+        ]
+        names: list[int] = sorted(set[int]().union(*identifiers))
         column = {name: k for k, name in enumerate(names)}
         # Lists are turned into arrays once: many small arrays would cost more time.
-        absent = (np.nan, np.nan)
-        lie: list[list[tuple[float, float]]] = []
+        places = np.full((len(calls), len(names), 2), np.nan)
+        taken: tuple[list[int], list[int]] = ([], [])
+        lie: list[tuple[float, float]] = []
         thrown: list[tuple[float, ...]] = []
+        throws: list[Throw] = []
         columns: list[list[int]] = []
-        for i, call in calls.items():
-            end = states[i].game.end
+        for row, (own, (i, call)) in enumerate(zip(identifiers, calls.items(), strict=True)):
+            state = states[i]
+            end = state.game.end
             assert end is not None
-            throw = simulator.with_execution_error(
-                call.throw, simulator.skills[end.to_throw], states[i]
-            )
+            team = end.to_throw
+            throw = simulator.with_execution_error(call.throw, simulator.skills[team], state)
             begin, until = simulator.sweep_interval(call, throw, DIRECTION)
-            columns.append([column[stone.stone] for stone in end.stones])
-            row = [absent] * len(names)
-            for k, stone in zip(columns[-1], end.stones, strict=True):
-                row[k] = (stone.x, stone.y + TEE_Y)
-            lie.append(row)
-            number = STONES_PER_TEAM * end.to_throw + end.number_of_stone
-            throws, clock = states[i].throws, states[i].clock
-            thrown.append(
-                (throw.x, throw.speed, throw.angle, throw.spin, number, clock, throws, begin, until)
-            )
-        places = np.array(lie).reshape(len(calls), len(names), 2)
+            columns.append([column[name] for name in own])
+            taken[0].extend([row] * len(own))
+            taken[1].extend(columns[-1])
+            lie.extend([(x, y + TEE_Y) for _, _, x, y in end.stones])
+            own.append(STONES_PER_TEAM * team + end.number_of_stone)
+            throws.append(throw)
+            line = throw.x, throw.speed, throw.angle, throw.spin
+            thrown.append((*line, own[-1], state.clock, state.throws, begin, until))
+        if lie:
+            places[taken] = lie
         releases = release_table_of(np.array(thrown), simulator.delivery)
         ice, bounds = self._ice_of(simulator)
         after = play_batch(ice, places, releases, identity=names, bounds=bounds)
         if (after.collisions < 0).any():
             raise InputError("a stone never stops on this ice; check its friction and slope")
-        xy = (after.xy - np.array([0.0, TEE_Y])).tolist()
-        still = (after.xy[:, : len(names)] == places).all(axis=2).tolist()
+        # A stone that rests on the very edge may lie beyond it by what numbers are rounded to.
+        beyond = (after.xy < bounds[[0, 2]]) | (after.xy > bounds[[1, 3]])
+        after.xy[beyond.any(axis=2)] = np.nan
+        xy = after.xy - np.array([0.0, TEE_Y])
+        last = xy[:, -1].tolist()
+        moved = (after.xy[:, : len(names)] != places).any(axis=2)
+        any_moved = (moved & ~np.isnan(places[..., 0])).any(axis=1).tolist()
         met = after.collisions.tolist()
-        last = after.last.tolist()
         parts: dict[int, GameRewardParts] = {}
-        times = after.time.tolist()
         for row, (i, call) in enumerate(calls.items()):
             state = states[i]
             end = state.game.end
             assert end is not None
-            came_to = [xy[row][k] for k in (*columns[row], -1)]
-            unmoved = [still[row][k] for k in columns[row]]
+            came_to: list[list[float] | None] = [None] * len(columns[row])
+            unmoved = [True] * len(columns[row])
+            if any_moved[row]:
+                came_to = xy[row, columns[row]].tolist()
+                unmoved = (~moved[row, columns[row]]).tolist()
+            came_to.append(last[row])
             result = result_of_places(end, came_to, unmoved, bool(met[row]))
             team = end.to_throw
             chosen: list[bool] = []
             game, ruling = deliver(state.game, result, put_back=self._put_back(i, team, chosen))
             parts[i] = reward_parts(state.game, game, team, ruling, AGENT)
-            x, speed, angle, spin = thrown[row][:4]
-            stone = STONES_PER_TEAM * team + end.number_of_stone
             shot = PlayedShot(
                 end=end.number,
                 number=end.delivered,
                 team=team,
-                stone=stone,
+                stone=identifiers[row][-1],
                 call=call,
-                thrown=Throw(speed=speed, angle=angle, spin=spin, x=x),
+                thrown=throws[row],
                 sweep=(thrown[row][7], thrown[row][8]),
                 direction=DIRECTION,
-                outcome=batch_outcome(
-                    [*(lying.stone for lying in end.stones), stone],
-                    [last[row][k] for k in (*columns[row], -1)],
-                    came_to,
+                outcome=BatchOutcome(
+                    after,
+                    row,
+                    identifiers[row],
+                    columns[row],
                     unmoved,
-                    times[row],
-                    bool(met[row]),
                     bounds,
                     simulator.lines.stone_radius,
                 ),
@@ -421,15 +440,21 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
 
     def _put_back(self, i: int, team: Team, chosen: list[bool]) -> Callable[[Ruling], bool]:
         """The decision after a tick by a team, which is added to `chosen`."""
-        simulator, state, chooser = self._simulators[i], self._states[i], self._chooser(i)
+        simulator, state = self._simulators[i], self._states[i]
 
         def put_back(ruling: Ruling) -> bool:
+            chooser = self._chooser(i)
             chosen.append(chooser.puts_back(simulator.view(state, team.other), ruling))
             return chosen[-1]
 
         return put_back
 
     def _observe(self) -> Any:
+        alike = self._observations[0]
+        if all(observation is alike for observation in self._observations):
+            many = alike.observe_many(self._states, AGENT, DIRECTION)
+            if many is not None:
+                return many
         seen: list[Any] = [
             observed(observation, state)
             for observation, state in zip(self._observations, self._states, strict=True)

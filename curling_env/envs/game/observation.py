@@ -7,6 +7,7 @@ serves towards the other end and as the other team. The ice is shown as the team
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -22,7 +23,7 @@ from curling_env.envs.known_ice import (
 )
 from curling_env.envs.sheet.observation import LENGTH_SCALE
 from curling_env.errors import InputError
-from curling_env.game import PlayerView
+from curling_env.game import GameState, PlayerView
 from curling_env.game.rules.game import Game
 from curling_env.game.rules.lines import BACK_LINE, HOG_LINE, Lines
 from curling_env.game.rules.teams import STONES_PER_TEAM, Team
@@ -88,6 +89,7 @@ class GameObservation:
             team: np.roll(of_stones, -STONES_PER_TEAM * team, axis=0).ravel() for team in Team
         }
         self._ice_size = len(_ice_names())
+        self._new_ice: dict[tuple[Direction, Team], Singles] = {}
         if kind == "planes":
             x = np.arange(-lines.width / 2 + PLANE_CELL / 2, lines.width / 2, PLANE_CELL)
             y = np.arange(PLANE_Y[0] + PLANE_CELL / 2, PLANE_Y[1], PLANE_CELL)[::-1]
@@ -162,15 +164,52 @@ class GameObservation:
         wear : (rows, columns) logarithm of each cell's friction over what it was then
         """
         context = _context(game, team, clock, throws)
-        worn = self.known.wear(wear, direction)
-        ice = np.concatenate([self.known.features(direction), worn, self._of_stones[team]])
+        ice = self._ice(team, direction, wear)
         if self.kind == "planes":
             planes = self._planes(game, team, direction)
             return {"planes": planes, "numbers": np.concatenate([context, ice])}
         stones = self._stones(game, team)
         if self.kind == "dict":
-            return {"context": context, "ice": ice, "stones": stones}
+            return {"context": context, "ice": ice.copy(), "stones": stones}
         return np.concatenate([context, ice, stones.ravel()])
+
+    def observe_many(
+        self, states: Sequence[GameState], team: Team, direction: Direction
+    ) -> Singles | None:
+        """Flat observations of many games on ice that has not worn, (n, size), in less time.
+
+        None where observations are not flat, or ice has worn.
+        """
+        if self.kind != "flat" or any(state.wear is not None for state in states):
+            return None
+        ice = self._ice(team, direction, None)
+        out = np.zeros((len(states), len(CONTEXT) + len(ice) + 3 * SLOTS), dtype=np.float32)
+        out[:, : len(CONTEXT)] = [
+            _context_of(state.game, team, state.clock, state.throws) for state in states
+        ]
+        out[:, len(CONTEXT) : -3 * SLOTS] = ice
+        half = self.lines.width / 2
+        rows: list[int] = []
+        slots: list[int] = []
+        told_of: list[tuple[float, float, float]] = []
+        for row, state in enumerate(states):
+            for whose, number, x, y in () if state.game.end is None else state.game.end.stones:
+                rows.append(row)
+                slots.append(number if whose is team else STONES_PER_TEAM + number)
+                told_of.append((1.0, x / half, max(y / LENGTH_SCALE, -1.0)))
+        if rows:
+            out[:, -3 * SLOTS :].reshape(len(states), SLOTS, 3)[rows, slots] = told_of
+        return out
+
+    def _ice(self, team: Team, direction: Direction, wear: Floats | None) -> Singles:
+        """What is told of the ice: as it was, as it has worn, and of each stone."""
+        new = self._new_ice.get((direction, team)) if wear is None else None
+        if new is None:
+            worn = self.known.wear(wear, direction)
+            new = np.concatenate([self.known.features(direction), worn, self._of_stones[team]])
+            if wear is None:
+                self._new_ice[direction, team] = new
+        return new
 
     def _stones(self, game: Game, team: Team) -> Singles:
         """Presence, x and y of every stone, (16, 3); own stones first, by number."""
@@ -207,6 +246,11 @@ def _ice_names() -> tuple[str, ...]:
 
 def _context(game: Game, team: Team, clock: float, throws: int) -> Singles:
     """The numbers named in `CONTEXT`."""
+    return np.array(_context_of(game, team, clock, throws), dtype=np.float32)
+
+
+def _context_of(game: Game, team: Team, clock: float, throws: int) -> list[float]:
+    """The numbers named in `CONTEXT`, as Python's."""
     end, rules = game.end, game.rules
     delivered = rules.deliveries if end is None else end.delivered
     own_left = 0
@@ -215,22 +259,19 @@ def _context(game: Game, team: Team, clock: float, throws: int) -> Singles:
         own_left = rules.stones - (end.delivered + first) // 2
     hammer = game.last_stone if end is None else end.hammer
     protected = max(rules.free_guard_until, rules.no_takeout_until)
-    return np.array(
-        [
-            delivered / rules.deliveries,
-            own_left / rules.stones,
-            1.0 if hammer is team else -1.0,
-            min(max(game.lead(team) / LEAD_SCALE, -1.0), 1.0),
-            game.ends_left / rules.ends,
-            float(game.is_extra_end),
-            float(delivered < protected),
-            float(rules.power_play and team not in game.power_plays),
-            float(rules.power_play and team.other not in game.power_plays),
-            _pressed(clock / CLOCK_SCALE),
-            _pressed(throws / THROWS_SCALE),
-        ],
-        dtype=np.float32,
-    )
+    return [
+        delivered / rules.deliveries,
+        own_left / rules.stones,
+        1.0 if hammer is team else -1.0,
+        min(max(game.lead(team) / LEAD_SCALE, -1.0), 1.0),
+        game.ends_left / rules.ends,
+        float(game.is_extra_end),
+        float(delivered < protected),
+        float(rules.power_play and team not in game.power_plays),
+        float(rules.power_play and team.other not in game.power_plays),
+        _pressed(clock / CLOCK_SCALE),
+        _pressed(throws / THROWS_SCALE),
+    ]
 
 
 def _pressed(value: float) -> float:

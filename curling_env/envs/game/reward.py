@@ -33,12 +33,18 @@ class GameRewardParts:
         return {part.name: getattr(self, part.name) for part in fields(self)}
 
     def __add__(self, other: GameRewardParts) -> GameRewardParts:
+        if other is NOTHING or self is NOTHING:
+            return self if other is NOTHING else other
         return GameRewardParts(
             points=self.points + other.points,
             win=self.win + other.win,
             fault=self.fault + other.fault,
             potential=self.potential + other.potential,
         )
+
+
+NOTHING = GameRewardParts()
+"""What most deliveries are worth."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,4 +96,6 @@ def reward_parts(
     if after.winner is not None:
         win = 1.0 if after.winner is team else -1.0
     own_fault = thrower is team and ruling.fault not in (None, Fault.HOG_LINE)
+    if not (points or win or own_fault):
+        return NOTHING
     return GameRewardParts(points=points, win=win, fault=-1.0 if own_fault else 0.0)

@@ -72,7 +72,7 @@ class CurlingSheetEnv(gymnasium.Env[Singles, Singles]):
     stones : other stones on the sheet before the first throw: positions (k, 2) in the delivery
         frame [m], or how many to lay at random
     direction : the end played to: "away", "home" or "random"
-    delivery : where throws begin: "hog-line", "hack" or a `Delivery`
+    delivery : where throws begin: "hog-line", "tee-line", "hack" or a `Delivery`
     level : difficulty of the positions, 0 to 1: goals spread from the task's easiest goal to
         anywhere, and up to that share of `stones` lie on the sheet. None for positions as asked
         for. May be set between episodes

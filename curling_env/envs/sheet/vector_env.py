@@ -21,7 +21,14 @@ from curling_env.envs.sheet.reward import Landing, judge
 from curling_env.envs.vector import autoreset_mode_of, masked, reset_mask_of, seeds_of
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.many_stones.batch import MOST_STONES, RELEASE_DTYPE, play_batch
+from curling_env.physics.many_stones.batch import (
+    MOST_STONES,
+    RELEASE_DTYPE,
+    Positions,
+    SlideEnd,
+    play_batch,
+    throw_batch,
+)
 from curling_env.physics.many_stones.engine import Status, StoneState, is_hogged, left_by_the_side
 from curling_env.physics.one_stone.slide import play_bounds
 from curling_env.sheet import Direction, to_delivery, to_sheet
@@ -347,13 +354,16 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
             to_end = direction == end
             for mine, ice in self._by_ice(rows, to_end):
                 bounds = self._bounds[rows[mine][0], number]
-                after = play_batch(
-                    ice,
-                    before[mine],
-                    table[mine],
-                    identity=self._identifiers[:k],
-                    bounds=bounds,
-                )
+                if k == 0:
+                    after = _throw_alone(ice, table[mine], bounds)
+                else:
+                    after = play_batch(
+                        ice,
+                        before[mine],
+                        table[mine],
+                        identity=self._identifiers[:k],
+                        bounds=bounds,
+                    )
                 if (after.collisions < 0).any():
                     raise InputError(
                         "a stone never stops on this ice; check its friction and slope"
@@ -434,3 +444,20 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
             "target_from_tee": self._targets[rows],
             "direction": DIRECTIONS[(direction < 0).astype(np.intp)],
         }
+
+
+def _throw_alone(ice: Ice, releases: NDArray[Any], bounds: Floats) -> Positions:
+    """What `play_batch` makes of throws on empty ice, without what happens among stones.
+
+    So an environment of single throws need not compile that.
+    """
+    alone = throw_batch(ice, releases, bounds=bounds)
+    last = np.stack([alone.x, alone.y], axis=-1)[:, None]
+    gone = (alone.end == SlideEnd.LEFT_BOUNDS)[:, None]
+    return Positions(
+        xy=np.where(gone[..., None], np.nan, last),
+        last=last,
+        theta=np.where(gone, np.nan, alone.theta[:, None]),
+        time=alone.time,
+        collisions=np.where(alone.end == SlideEnd.NEVER_STOPS, -1, 0).astype(np.int32),
+    )

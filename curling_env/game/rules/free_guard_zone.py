@@ -35,7 +35,7 @@ def guards(rules: RuleSet, lines: Lines, stones: Stones, team: Team, delivered: 
         return tuple(
             stone
             for stone in stones
-            if (stone.team != team or rules.own_guards)
+            if stone.team != team
             and lines.in_free_guard_zone(stone.x, stone.y)
             and (not rules.centre_guards_only or lines.touches_centre_line(stone.x))
         )

@@ -212,7 +212,7 @@ def deliver(
         power_play=end.power_play,
     )
     if after.delivered < game.rules.deliveries and not _is_decided(game, after):
-        return replace(game, end=after), ruling
+        return _with_end(game, after), ruling
     score = score_of(game.rules, game.lines, stones)
     return (
         replace(
@@ -220,9 +220,30 @@ def deliver(
             end=None,
             line_score=(*game.line_score, score),
             hammers=(*game.hammers, end.hammer),
-            last_stone=hammer_after(game.rules, end.hammer, score),
+            last_stone=_decides_next(game, end.hammer, score),
         ),
         ruling,
+    )
+
+
+def _decides_next(game: Game, hammer: Team, score: tuple[int, int]) -> Team:
+    """Who has the hammer in the next end, or in mixed doubles the decision on the placement."""
+    if score == (0, 0) and game.rules.blank_passes_decision:
+        return game.last_stone.other
+    return hammer_after(game.rules, hammer, score)
+
+
+def _with_end(game: Game, end: End) -> Game:
+    """The game with another end in play; `replace` would take three times as long."""
+    return Game(
+        rules=game.rules,
+        lines=game.lines,
+        end=end,
+        line_score=game.line_score,
+        hammers=game.hammers,
+        last_stone=game.last_stone,
+        power_plays=game.power_plays,
+        conceded=game.conceded,
     )
 
 

@@ -21,6 +21,9 @@ from curling_env.game.rules.lines import Lines
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.sheet import LINE_WIDTH
 
+ARRANGEMENTS = 6
+"""Digital Curling 4's arrangements of the placed stones; see `placement`."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class RuleSet:
@@ -33,12 +36,16 @@ class RuleSet:
     ends : number of ends of a game, without extra ends
     throwers : which player (0 is the first) delivers each of a team's stones in an end
     placed_stones : whether each team has a stone on the sheet before an end begins
+    arrangement : where Digital Curling 4 has them, one of its six arrangements from 0; None for
+        World Curling's places
     free_guard_until : opposition guards are protected while so many first stones are delivered
     no_tick : whether, meanwhile, no opposition guard may be moved off the centre line
     no_takeout_until : no stone at all may be put out while so many first stones are delivered
     hog_line_exception : whether a stone that struck another may lie on or before the hog line
     blank_keeps_hammer : whether the hammer (in mixed doubles the decision on the placement)
         stays with its team after a blank end
+    blank_passes_decision : in mixed doubles, whether a blank end gives the decision to the team
+        that did not have it; else to the one that threw first
     power_play : whether each team may once a game have its placed stones to the side
     max_extra_ends : number of extra ends after which a tied game ends without a winner; None for
         no limit
@@ -46,7 +53,6 @@ class RuleSet:
     stops_when_decided : whether the last end stops once one team cannot catch up
     measure : distances from the tee that differ by less than this count as equal [m]
     touching_counts, whole_guard, centre_line : what touches what, see `Lines`
-    own_guards : whether a team may not put out its own guards either
     guards_stay : whether a guard may not even be moved out of the free guard zone
     centre_guards_only : whether only guards that touch the centre line are protected
     tick_choice : whether the opponent chooses after a tick; else the stones are put back
@@ -61,11 +67,13 @@ class RuleSet:
     ends: int = 10
     throwers: tuple[int, ...] = (0, 0, 1, 1, 2, 2, 3, 3)
     placed_stones: bool = False
+    arrangement: int | None = None
     free_guard_until: int = 5
     no_tick: bool = True
     no_takeout_until: int = 0
     hog_line_exception: bool = True
     blank_keeps_hammer: bool = True
+    blank_passes_decision: bool = False
     power_play: bool = False
     max_extra_ends: int | None = None
     ends_before_concession: int = 6
@@ -74,7 +82,6 @@ class RuleSet:
     touching_counts: bool = True
     whole_guard: bool = True
     centre_line: float = LINE_WIDTH
-    own_guards: bool = False
     guards_stay: bool = False
     centre_guards_only: bool = False
     tick_choice: bool = True
@@ -90,6 +97,11 @@ class RuleSet:
             raise InputError(f"measure must be at least 0 m, got {self.measure}")
         if self.power_play and not self.placed_stones:
             raise InputError("a power play needs placed stones")
+        if self.arrangement is not None and not 0 <= self.arrangement < ARRANGEMENTS:
+            raise InputError(
+                f"the arrangements of placed stones are 0 to {ARRANGEMENTS - 1}, "
+                f"got {self.arrangement}"
+            )
 
     def lines(self, *, width: float = 4.75, stone_radius: float = 0.145) -> Lines:
         """The lines of a sheet as these rules read them.
@@ -145,12 +157,7 @@ _DIGITAL_CURLING = RuleSet(
     stops_when_decided=False,
     touching_counts=False,
 )
-_NO_TICK: dict[str, Any] = {
-    "no_tick": True,
-    "tick_choice": False,
-    "centre_guards_only": True,
-    "centre_line": 0.0,
-}
+_NO_TICK: dict[str, Any] = {"no_tick": True, "tick_choice": False, "centre_line": 0.0}
 _DC4_SERVER = replace(
     _DIGITAL_CURLING,
     name="dc4_server",
@@ -158,7 +165,6 @@ _DC4_SERVER = replace(
     hog_line_exception=True,
     touching_counts=True,
     whole_guard=False,
-    own_guards=True,
 )
 
 RULE_SETS = {
@@ -177,6 +183,7 @@ RULE_SETS = {
             _DIGITAL_CURLING,
             name="digital_curling_4_no_tick",
             title="Digital Curling 4 without ticks (fours, its library)",
+            centre_guards_only=True,
             **_NO_TICK,
         ),
         _DC4_SERVER,
@@ -190,7 +197,8 @@ RULE_SETS = {
             _MIXED_DOUBLES,
             name="dc4_server_mixed_doubles",
             title="Digital Curling 4 (mixed doubles, its server)",
-            blank_keeps_hammer=True,
+            arrangement=0,
+            blank_passes_decision=True,
             ends_before_concession=0,
             stops_when_decided=False,
         ),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from curling_env.game.rules.lines import Lines
@@ -52,12 +54,20 @@ def count(lines: Lines, stones: Stones, measure: float = 0.0) -> tuple[Team | No
     team : the team that scores, or None for a blank end
     points : its points
     """
-    places = np.array([(stone.x, stone.y) for stone in stones]).reshape(-1, 2)
-    home = np.array([stone.team is Team.HOME for stone in stones], dtype=np.bool_)
-    points = int(points_of(places, home, lines.reach, measure))
-    if points == 0:
-        return None, 0
-    return (Team.HOME if points > 0 else Team.AWAY), abs(points)
+    # The same as `points_of`, to the last bit, which for a dozen stones takes longer.
+    near: tuple[list[float], list[float]] = ([], [])
+    reach = lines.reach
+    for team, _, x, y in stones:
+        distance = abs(complex(x, y))
+        if distance <= reach:
+            near[team].append(distance)
+    for team in Team:
+        theirs = near[team.other]
+        limit = min(theirs) - measure if theirs else math.inf
+        points = sum(distance < limit for distance in near[team])
+        if points:
+            return team, points
+    return None, 0
 
 
 def shot_order(lines: Lines, stones: Stones) -> Stones:

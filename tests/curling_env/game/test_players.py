@@ -11,7 +11,7 @@ from curling_env.infrastructure.plugins import what_hides
 
 def test_players_are_found_by_name():
     assert player_named("rulebased").name == "rulebased"
-    with pytest.raises(InputError, match="draw, greedy, rulebased"):
+    with pytest.raises(InputError, match="draw, greedy, learned, rulebased"):
         player_named("somebody")
 
 

@@ -230,6 +230,9 @@ def test_the_agent_has_its_power_play_and_its_choice_in_the_action():
         assert env.chooser.puts_back(None, None) is put_back
     with pytest.raises(InputError, match="no power play"):
         gym.make("CurlingEnd-v0", hammer="own").reset(options={"power_play": "left"})
+    doubles = gym.make("CurlingEnd-v0", rules="mixed_doubles_2024", hammer="opponent")
+    with pytest.raises(InputError, match="the opponent decides on a power play"):
+        doubles.reset(seed=0, options={"power_play": "left"})
 
 
 FACTS = {

@@ -20,7 +20,7 @@ from curling_env.sheet import TEE_Y, Direction
 N = 6
 ROUNDING = 1e-12
 """Largest difference of lone throws: the same slide, rounded in another order."""
-HIT = 1e-4
+HIT = 3e-4
 """Largest difference of the places of stones that have met [m]."""
 MODES = ("NextStep", "SameStep")
 

@@ -28,11 +28,13 @@ def table() -> tuple[list[str], dict[str, list[str]]]:
 
 def said_of(rules: RuleSet) -> dict[str, str]:
     """What the page must say, by the beginning of its row."""
-    whom = "guards of both teams" if rules.own_guards else "opposition guards"
+    whom = "opposition guards"
     whom += " on the centre line" if rules.centre_guards_only else ""
     whom = "every stone" if rules.no_takeout_until else whom
     tick = "the opponent chooses" if rules.tick_choice else "all are put back"
     after = rules.ends_before_concession
+    blank = "the hammer stays" if rules.blank_keeps_hammer else "the team that threw first"
+    blank = "the team that did not decide" if rules.blank_passes_decision else blank
     yes = {True: "yes", False: "no"}
     return {
         "Ends": str(rules.ends),
@@ -49,7 +51,7 @@ def said_of(rules: RuleSet) -> dict[str, str]:
         "A guard lies": "wholly" if rules.whole_guard else "with its centre",
         "A stone that just touches": "is in it" if rules.touching_counts else "is not",
         "A stone that struck another": "yes" if rules.hog_line_exception else "no",
-        "After a blank end": "the hammer stays" if rules.blank_keeps_hammer else "the team that",
+        "After a blank end": blank,
         "Power play": "once a team" if rules.power_play else "–",
         "Tied after": "extra ends",
         "A team may concede": f"at its turn, after {after} ends" if after else "at its turn",

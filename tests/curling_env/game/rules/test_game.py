@@ -97,6 +97,39 @@ def test_the_guard_of_mixed_doubles_lies_at_one_of_three_places(guard, y):
     assert [stone.number for stone in stones] == [5, 5]
 
 
+@pytest.mark.parametrize(
+    ("arrangement", "guard", "beside"),
+    # The places that the server itself has, from its hack at 38.405 m before the tee.
+    [(0, 35.350, 1.093), (1, 35.060, 1.087), (3, 34.145, 1.067), (5, 33.230, 1.047)],
+)
+def test_digital_curling_has_six_arrangements_of_its_own(arrangement, guard, beside):
+    rules = rule_set("dc4_server_mixed_doubles", arrangement=arrangement)
+    game = new_game(rules, last_stone=Team.HOME)
+    lying = begin_end(game).end.stones
+    places = [(s.team, s.x, pytest.approx(s.y + 38.405, abs=1e-3)) for s in lying]
+    assert places == [(Team.AWAY, 0.0, guard), (Team.HOME, 0.0, 38.870)]
+    aside = begin_end(game, power_play="left").end.stones
+    assert [s.x for s in aside] == pytest.approx([-beside, -1.219], abs=1e-3)
+    assert [s.y + 38.405 for s in aside] == pytest.approx([guard, 38.260], abs=1e-3)
+
+
+def test_an_arrangement_that_is_none_is_refused():
+    with pytest.raises(InputError, match="0 to 5, got 6"):
+        rule_set("dc4_server_mixed_doubles", arrangement=6)
+
+
+def test_a_blank_end_passes_the_decision_on_whoever_threw_first():
+    rules = rule_set("dc4_server_mixed_doubles")
+    for throw_first in (False, True):
+        game = begin_end(new_game(rules, last_stone=Team.AWAY), throw_first=throw_first)
+        while game.end is not None:
+            lying = game.end.stones
+            left = lying if game.end.delivered < rules.no_takeout_until else (None,) * len(lying)
+            game, _ = deliver(game, Result((*left, None), True))
+        assert game.line_score == ((0, 0),)
+        assert game.last_stone is Team.HOME
+
+
 def test_the_opponent_may_leave_the_stones_after_a_tick():
     game = begin_end(new_game(FOURS, last_stone=Team.AWAY))
     guard = RestingStone(Team.HOME, 0, 0.0, -4.0)
