@@ -50,9 +50,19 @@ def host(
         str | None,
         typer.Option(
             help="digital_curling (version 3), or of version 4 dc4_server, dc4_server_no_tick, "
-            "digital_curling_4 or digital_curling_4_no_tick; by default those of the clients."
+            "digital_curling_4, digital_curling_4_no_tick or, for mixed doubles, "
+            "dc4_server_mixed_doubles; by default those of the clients."
         ),
     ] = None,
+    arrangement: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            max=5,
+            metavar="NUMBER",
+            help="Mixed doubles: which of version 4's arrangements of the placed stones is played.",
+        ),
+    ] = 0,
     ends: Annotated[int, typer.Option(min=1, max=20, help="Number of ends.")] = 8,
     time: Annotated[
         float, typer.Option(min=1, max=1e5, help="Thinking time of each team for the game [s].")
@@ -116,6 +126,17 @@ def host(
             "team0 and team1 are given new ones, which are shown.",
         ),
     ] = None,
+    certificate: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="CERT.pem",
+            help="Serve https: the certificate, and those that lead to a known authority.",
+        ),
+    ] = None,
+    key: Annotated[
+        Path | None,
+        typer.Option(metavar="KEY.pem", help="Its private key; by default in the same file."),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -145,6 +166,7 @@ def host(
         curling host --ice ice.json --team1 search -o runs/match
         curling host --ice standard --announce fcv1 --ends 4 --time 300
         curling host --ice ice.json --team0 dc4 --team1 search --http 8000
+        curling host --team0 dc4 --team1 dc4 --bind 0.0.0.0 --certificate cert.pem --key key.pem
     """
     import asyncio
 
@@ -160,7 +182,9 @@ def host(
     from curling_env.game.rules import Team
     from curling_env.ice import load_ice
     from curling_env.infrastructure.files.storage import make_directory, together
+    from curling_env.infrastructure.threads import one_thread
 
+    one_thread()
     words = (team0, team1)
     web = http is not None or "dc4" in words
     usual = "dc4_server" if "dc4" in words else "digital_curling"
@@ -168,6 +192,7 @@ def host(
         ice=load_ice(ice),
         ice_name=ice,
         rule_name=rules or usual,
+        arrangement=arrangement,
         ends=ends,
         five_rock=not four_rock,
         thinking_time=time,
@@ -183,8 +208,12 @@ def host(
         sweeping=sweep,
         seed=seed,
     )
-    if not setting.is_for_fours:
-        raise InputError(f"fours are hosted, not {rules!r}")
+    if setting.is_doubles and "dc3" in words:
+        raise InputError("clients of version 3 play fours only: give --team0 and --team1")
+    if certificate is None and key is not None:
+        raise InputError("--key belongs to a --certificate")
+    if certificate is not None and not web:
+        raise InputError("--certificate is for --http and clients of version 4")
     say_what_is_unknown(setting.ice)
     players = [None if word in ("dc3", "dc4") else PlayerSeat(player_from(word)) for word in words]
     folder = None if output is None else make_directory(output)
@@ -202,12 +231,17 @@ def host(
     tcp_ports = (port, port + 1 if port else 0)
     if web:
         from agents.digital_curling.dc4.web_host import host_on_the_web, read_passwords
+        from curling_env.infrastructure.web_server import Certificate
 
+        proof = None if certificate is None else Certificate(certificate=certificate, key=key)
+        scheme = "http" if proof is None else "https"
+        if proof is None and bind not in ("127.0.0.1", "localhost", "::1") and "dc4" in words:
+            tell("over http:// passwords can be read on their way; --certificate hides them")
         users = read_passwords(passwords)
 
         def say_all(ports: tuple[int, int], web_port: int) -> None:
             say_where(ports)
-            tell(f"watch on http://{bind}:{web_port}/")
+            tell(f"watch on {scheme}://{bind}:{web_port}/")
             if "dc4" in words:
                 tell(f"version 4 comes in there, for the match {hosting.game_id}")
                 if passwords is None:
@@ -224,6 +258,7 @@ def host(
             http_port=8000 if http is None else http,
             own_errors={team for team in Team if (noise0, noise1)[team] is None},
             units=units,
+            certificate=proof,
             opened=say_all,
         )
     else:

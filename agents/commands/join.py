@@ -63,6 +63,14 @@ def join(
             help="Version 4: user; the password is asked for, or read from CURLING_PASSWORD.",
         ),
     ] = None,
+    certificate: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.pem",
+            help="Version 4: a certificate that is trusted beside those of known authorities, such "
+            "as that of a host on your own network.",
+        ),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -105,10 +113,12 @@ def join(
     from curling_env.errors import InputError
     from curling_env.ice import load_ice
     from curling_env.infrastructure.files.storage import make_directory, together, write_text
+    from curling_env.infrastructure.threads import one_thread
 
+    one_thread()
     known = None if ice is None else load_ice(ice)
     if "://" in server:
-        place = _place(server, match, team, user)
+        place = _place(server, match, team, user, certificate)
         play: Any = partial(play_on_web_server, place)
     else:
         play = partial(play_on_server, *address_of(server))
@@ -161,7 +171,9 @@ def join(
     )
 
 
-def _place(url: str, match: str | None, team: str, user: str | None) -> Place4:
+def _place(
+    url: str, match: str | None, team: str, user: str | None, certificate: Path | None
+) -> Place4:
     """Where to play by version 4; the password comes from the environment, or is asked for."""
     from agents.digital_curling.dc4.join import Place4
     from curling_env.errors import InputError
@@ -181,6 +193,7 @@ def _place(url: str, match: str | None, team: str, user: str | None) -> Place4:
         team="team1" if team == "team1" else "team0",
         user=user,
         password=password,
+        certificate=certificate,
     )
     if place.is_open:
         say("over http:// the password can be read on its way; https:// hides it")

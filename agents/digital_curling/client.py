@@ -33,6 +33,7 @@ from agents.digital_curling.transition import fcv1_ice
 from curling_env.errors import InputError
 from curling_env.game import Call, Player, PlayerView
 from curling_env.game.rules import Game, Lines, RestingStone, RuleSet, Team, begin_end, new_game
+from curling_env.game.rules.placement import Side
 from curling_env.game.simulator import direction_of
 from curling_env.ice import Ice
 from curling_env.throw import FROM_HACK, MAX_SPEED, Delivery, Skill
@@ -98,9 +99,10 @@ class Client:
         self.game: Game | None = None
         self.is_over = False
         self._ice, self._setting = ice, GameMessage().told_setting
-        self._rule_name = rule_name
+        self._rule_name, self._arrangement = rule_name, 0
         self._rules, self._lines = rules_of(self._setting, name=rule_name), Lines()
         self._skills: list[Skill] = []
+        self._ice_changes = False
         self._deliveries: list[Delivery] = []
         self._called: Call | None = None
         self._told_ends: int | None = None
@@ -143,9 +145,33 @@ class Client:
             return "before the first stone" if self.game is None else "between ends"
         return f"end {end.number + 1}, stone {end.delivered + 1}"
 
-    def use_rules(self, name: str) -> None:
-        """Play by another set of rules; before the game is told."""
-        self._rule_name = name
+    def use_rules(self, name: str, arrangement: int = 0) -> None:
+        """Play by another set of rules; before the game is told.
+
+        Parameters
+        ----------
+        name : its name
+        arrangement : of the placed stones, in mixed doubles
+        """
+        self._rule_name, self._arrangement = name, arrangement
+
+    def placement(self) -> tuple[Side | None, bool]:
+        """In mixed doubles, how the team wants the coming end.
+
+        Returns
+        -------
+        the side of a power play or None, and whether it throws first, without the hammer
+
+        Raises
+        ------
+        InputError : no end waits for that
+        """
+        game = self.game
+        if game is None or game.end is not None or game.is_over:
+            raise InputError("no end waits for a placement")
+        view = self._view(game)
+        side = self.player.power_play(view) if game.may_power_play else None
+        return side, side is None and self.player.throws_first(view)
 
     def thrown_away(self) -> ShotMessage:
         """A shot that touches nothing, for servers at which nobody can concede."""
@@ -171,8 +197,9 @@ class Client:
         self.team = Team(TEAMS.index(line.team))
         self._setting = game.told_setting
         self._told_ends = self._setting.max_end
-        self._set_rules(rules_of(self._setting, name=self._rule_name))
-        if self._ice is None and game.simulator_type != "fcv1":
+        self._set_rules(self._rules_with())
+        self._ice_changes = game.simulator_type != "fcv1"
+        if self._ice is None and self._ice_changes:
             self.remark(
                 f"the server plays on {game.simulator_type[:40]!r}; planned for fcv1 "
                 "(--ice gives another)"
@@ -202,8 +229,9 @@ class Client:
         if self._told_ends is None:
             self._told_ends = max(len(state.scores.team0), 1)
             ends = self._told_ends
-            self._set_rules(rules_of(self._setting, ends, name=self._rule_name))
-        before, self.game = self.game, game_of(state, self._rules, self._lines)
+            self._set_rules(self._rules_with(ends))
+        before = self.game
+        self.game = _remembering(game_of(state, self._rules, self._lines), before)
         if line.last_move is not None and before is not None and before.end is not None:
             own = before.end.to_throw is self.team
             self.seen.append(
@@ -235,22 +263,30 @@ class Client:
 
     # --- what the player sees ---------------------------------------------------------------------
 
+    def _rules_with(self, ends: int | None = None) -> RuleSet:
+        return rules_of(self._setting, ends, name=self._rule_name, arrangement=self._arrangement)
+
     def _set_rules(self, rules: RuleSet) -> None:
         self._rules, self._lines = rules, rules.lines(width=self._setting.sheet_width)
 
     def _view(self, game: Game) -> PlayerView:
         """The game as the player sees it, with the same random numbers as in `curling play`."""
         end = game.end
-        assert end is not None
-        thrower = min(end.delivered // 4, len(self._skills) - 1)
+        number = len(game.line_score) if end is None else end.number
+        delivered = 0 if end is None else end.delivered
+        thrower = min(delivered // 4, len(self._skills) - 1)
+        if self._rules.placed_stones:
+            thrower = self._rules.throwers[delivered // 2]
         return PlayerView(
             game=game,
             team=self.team,
             ice=self.ice,
-            direction=direction_of(end.number),
+            direction=direction_of(number),
             skill=self._skills[thrower],
-            entropy=(self.seed, end.number * self._rules.deliveries + end.delivered, self.team + 1),
+            entropy=(self.seed, number * self._rules.deliveries + delivered, self.team + 1),
             delivery=self._deliveries[thrower],
+            ice_changes=self._ice_changes,
+            ice_is_estimated=self._ice is not None,
         )
 
     def _examples(self) -> list[Game]:
@@ -266,7 +302,20 @@ class Client:
         games: list[Game] = []
         for number in range(min(2, self._rules.ends)):
             for thrower in range(len(PLAYER_ORDER)):
-                delivered = 4 * thrower + (self.team is first.end.hammer)
+                delivered = self._rules.deliveries // 4 * thrower
+                delivered += (delivered % 2 == 1) != (self.team is first.end.hammer)
                 end = replace(first.end, number=number, delivered=delivered)
-                games.append(replace(first, end=replace(end, stones=stones if thrower else ())))
+                lying = stones if thrower else first.end.stones
+                games.append(replace(first, end=replace(end, stones=lying)))
         return games
+
+
+def _remembering(game: Game, before: Game | None) -> Game:
+    """The game, with what only the positions before told of mixed doubles."""
+    if before is None or not game.rules.placed_stones:
+        return game
+    known = (*before.hammers, *(() if before.end is None else (before.end.hammer,)))
+    game = replace(game, hammers=(*known, *game.hammers[len(known) :])[: len(game.hammers)])
+    if game.end is None or before.end is None or game.end.number != before.end.number:
+        return game
+    return replace(game, end=replace(game.end, power_play=before.end.power_play))

@@ -16,6 +16,7 @@ from agents.digital_curling.messages import (
     HACK_TO_TEE,
     SPIN,
     TEAMS,
+    DoublesMessage,
     Point,
     SettingMessage,
     ShotMessage,
@@ -30,6 +31,8 @@ from curling_env.throw import MAX_SPEED, Skill, Throw
 
 LAST_END = 255
 """End after which a level game is a draw."""
+STONES_OF_DOUBLES = 5
+"""Stones that a team delivers in an end of mixed doubles; the placed one has the next number."""
 DEFAULT_ENDS = 8
 """Ends of a game whose server does not tell how many."""
 FIRST_HAMMER = Team.AWAY
@@ -37,7 +40,11 @@ FIRST_HAMMER = Team.AWAY
 
 
 def rules_of(
-    setting: SettingMessage, ends: int | None = None, *, name: str = "digital_curling"
+    setting: SettingMessage,
+    ends: int | None = None,
+    *,
+    name: str = "digital_curling",
+    arrangement: int = 0,
 ) -> RuleSet:
     """The rules of a game.
 
@@ -46,18 +53,17 @@ def rules_of(
     setting : what the server tells
     ends : scheduled ends where it does not tell them
     name : name of the set of rules
+    arrangement : of the placed stones, in mixed doubles
 
     Raises
     ------
     InputError : a game of more ends than are played here
     """
     ends = setting.max_end or ends or DEFAULT_ENDS
-    return rule_set(
-        name,
-        ends=ends,
-        max_extra_ends=LAST_END - ends,
-        free_guard_until=5 if setting.five_rock_rule else 4,
-    )
+    rules = rule_set(name, ends=ends, max_extra_ends=LAST_END - ends)
+    if rules.placed_stones:
+        return rule_set(rules, arrangement=arrangement)
+    return rule_set(rules, free_guard_until=5 if setting.five_rock_rule else 4)
 
 
 def stones_of(state: StateMessage) -> Stones:
@@ -69,7 +75,12 @@ def stones_of(state: StateMessage) -> Stones:
         for slot, stone in enumerate(state.stones.of(k))
         if stone is not None
     ]
-    return tuple(sorted(found, key=lambda stone: (stone.number, stone.team == hammer)))
+    placed = STONES_OF_DOUBLES if isinstance(state, DoublesMessage) else None
+
+    def order(stone: RestingStone) -> tuple[bool, int, bool]:
+        return stone.number != placed, stone.number, stone.team == hammer
+
+    return tuple(sorted(found, key=order))
 
 
 def game_of(state: StateMessage, rules: RuleSet, lines: Lines) -> Game:
@@ -101,9 +112,18 @@ def game_of(state: StateMessage, rules: RuleSet, lines: Lines) -> Game:
         hammer = hammer_after(rules, hammer, score)
     if state.hammer is not None:
         hammer = Team(TEAMS.index(state.hammer))
+    doubles = state if isinstance(state, DoublesMessage) else None
     end, conceded, result = None, None, state.game_result
-    if result is None:
-        end = End(number=state.end, hammer=hammer, stones=stones_of(state), delivered=state.shot)
+    if result is None and (doubles is None or doubles.is_placed):
+        end = End(
+            number=state.end,
+            hammer=hammer,
+            stones=stones_of(state),
+            delivered=state.shot,
+            power_play=None if doubles is None else doubles.side,
+        )
+    elif result is None:
+        pass  # between two ends
     elif result.reason != "score" and result.winner is not None:
         conceded = Team(TEAMS.index(result.winner)).other
     return Game(
@@ -112,7 +132,10 @@ def game_of(state: StateMessage, rules: RuleSet, lines: Lines) -> Game:
         end=end,
         line_score=tuple(line_score),
         hammers=tuple(hammers),
-        last_stone=hammer,
+        last_stone=hammer if doubles is None else Team(TEAMS.index(doubles.decides)),
+        power_plays=()
+        if doubles is None
+        else tuple(Team(TEAMS.index(team)) for team in doubles.power_plays),
         conceded=conceded,
     )
 
@@ -133,12 +156,12 @@ def state_of(
 
     Parameters
     ----------
-    game : a game with an end in play, or one that is over
+    game : a game with an end in play, one between two ends, or one that is over
     headings : headings of the handles by identifier of the stone [rad]
     clock : thinking time that both teams have left [s]
     reason : why the game is over, should it be: `score`, `concede`, `time_limit`, `draw`
     """
-    ends, over = game.rules.ends, game.end is None
+    ends, over = game.rules.ends, game.is_over
     played = game.line_score
     extra = next((end for end in played[ends:] if end != (0, 0)), (None, None))
     state: StateDocument = {

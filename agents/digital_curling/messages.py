@@ -91,6 +91,22 @@ class StateMessage(msgspec.Struct):
     thinking_time_remaining: dict[TeamName, float] = msgspec.field(default_factory=dict)
 
 
+class DoublesMessage(StateMessage):
+    """The state of a game of mixed doubles, which only version 4 plays.
+
+    Its stones lie in the slots of this project: those delivered from slot 0, then the placed one.
+    """
+
+    decides: TeamName = "team1"
+    """Who decides on the placement of this end."""
+    is_placed: bool = True
+    """Whether that is decided."""
+    side: Literal["left", "right"] | None = None
+    """The side of a power play in this end."""
+    power_plays: list[TeamName] = msgspec.field(default_factory=list[TeamName])
+    """Teams that had their power play."""
+
+
 class ShotMessage(msgspec.Struct, tag_field="type", tag="shot"):
     """A stone thrown from the hack; a rotation that is not known is played as ccw."""
 

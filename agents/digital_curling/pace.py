@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from agents.playing.search import SearchPlayer
+from agents.playing.search import SearchPlayer, throws_before
 from agents.playing.search.tuning import BUDGET
 from curling_env.game import Call, Player, PlayerView
 from curling_env.game.opponents.draw import DrawPlayer
@@ -52,11 +52,11 @@ class Pace:
         seconds_left : on the clock of the player's team, for all of its stones
         """
         share = SHARE * (seconds_left / stones_to_come(view) - RESERVE)
-        if not self._set_budget(share):
+        if not self._set_budget(view, share):
             return self._quick.call(view)
         begin = time.perf_counter()
         call = self.player.call(view)
-        self._note(time.perf_counter() - begin)
+        self._note(view, time.perf_counter() - begin)
         return call
 
     def prepare(self, views: list[PlayerView]) -> None:
@@ -69,29 +69,30 @@ class Pace:
         for view in views:
             self._quick.call(view)
             for share in (0.0, 1.0):
-                self._set_budget(share)
+                self._set_budget(view, share)
                 begin = time.perf_counter()
                 self.player.concedes(view)
                 self.player.call(view)
                 self._longest = 0.0
-                self._note(time.perf_counter() - begin)
+                self._note(view, time.perf_counter() - begin)
 
-    def _set_budget(self, share: float) -> bool:
+    def _set_budget(self, view: PlayerView, share: float) -> bool:
         """Let the player think for so many seconds; whether it can decide in them."""
         player = self.player
         if not isinstance(player, SearchPlayer):
             return share >= 2 * self._longest
         if player.seconds is not None:
             return share >= 2 * min(player.seconds, self._longest)
-        fitting = [budget for budget in BUDGETS if budget <= share * self._rate]
+        most = share * self._rate
+        fitting = [budget for budget in BUDGETS if throws_before(view, budget) <= most]
         player.budget = min(self._most, fitting[-1] if fitting else BUDGETS[0])
         return bool(fitting)
 
-    def _note(self, seconds: float) -> None:
+    def _note(self, view: PlayerView, seconds: float) -> None:
         """Learn from how long a decision took."""
         self._longest = max(self._longest, seconds)
         if isinstance(self.player, SearchPlayer) and seconds > 0:
-            rate = self.player.budget / seconds
+            rate = throws_before(view, self.player.budget) / seconds
             # A slow decision counts at once, a quick one little by little.
             self._rate = min(rate, 0.9 * self._rate + 0.1 * rate)
 

@@ -1,14 +1,19 @@
 """Serves a web application in an event loop in which other things go on.
 
-Needs uvicorn and Starlette, of the extras `digital-curling` and `app`.
+Needs uvicorn and Starlette, of the extras `digital-curling` and `app`; for WebSockets also the
+library of that name, of the first of these.
 """
 
 from __future__ import annotations
 
 import asyncio
 import socket
+import ssl
 from collections.abc import AsyncGenerator, Generator
 from contextlib import asynccontextmanager, contextmanager
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
 
 import uvicorn
 from starlette.types import ASGIApp
@@ -17,8 +22,52 @@ from curling_env.errors import InputError
 
 MAX_CONNECTIONS = 64
 """Connections at one time."""
+MAX_MESSAGE = 64 * 1024
+"""Longest message over a WebSocket [bytes]."""
 GOODBYE = 3
 """Time that open answers have when the server ends [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Certificate:
+    """What a server proves its name with.
+
+    Parameters
+    ----------
+    certificate : file of the certificate and of those that lead to a known authority, PEM
+    key : file of its private key, PEM, without a passphrase; None where the first file has it
+
+    Raises
+    ------
+    InputError : a file that is missing or none, or a key that does not belong to the certificate
+    """
+
+    certificate: Path
+    key: Path | None = None
+
+    def __post_init__(self) -> None:
+        for path in (self.certificate, self.key or self.certificate):
+            try:
+                path.open("rb").close()
+            except OSError as error:
+                reason = (error.strerror or str(error)).lower()
+                raise InputError(f"cannot be read: {reason}", source=path) from error
+        questions: list[str] = []
+
+        def passphrase() -> str:
+            questions.append("passphrase")
+            return ""  # without an answer OpenSSL would ask at the terminal
+
+        context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+        try:
+            context.load_cert_chain(self.certificate, self.key, password=passphrase)
+        except (ssl.SSLError, OSError, ValueError) as error:
+            problem = "expected a certificate and its private key, in PEM form"
+            if questions:
+                problem = "its private key has a passphrase: give a key without one"
+            elif "MISMATCH" in (getattr(error, "reason", "") or ""):
+                problem = "does not belong to the private key"
+            raise InputError(problem, source=self.certificate) from error
 
 
 class _Server(uvicorn.Server):
@@ -47,30 +96,38 @@ def listening(address: str, port: int) -> socket.socket:
 
 
 @asynccontextmanager
-async def serving(application: ASGIApp, address: str, port: int) -> AsyncGenerator[int]:
+async def serving(
+    application: ASGIApp, address: str, port: int, *, certificate: Certificate | None = None
+) -> AsyncGenerator[int]:
     """Serve an application while something else goes on; gives its port.
 
     Parameters
     ----------
     application : what is served
     address, port : see `listening`
+    certificate : serves https with it; None for http
 
     Raises
     ------
     InputError : see `listening`
     """
-    async with serving_at(application, listening(address, port)) as there:
+    async with serving_at(application, listening(address, port), certificate=certificate) as there:
         yield there
 
 
 @asynccontextmanager
-async def serving_at(application: ASGIApp, listener: socket.socket) -> AsyncGenerator[int]:
+async def serving_at(
+    application: ASGIApp, listener: socket.socket, *, certificate: Certificate | None = None
+) -> AsyncGenerator[int]:
     """Serve an application at an open port, which is closed in the end; gives its number."""
     server = _Server(
         uvicorn.Config(
             application,
+            ssl_certfile=None if certificate is None else certificate.certificate,
+            ssl_keyfile=None if certificate is None else certificate.key,
             http="h11",
-            ws="none",
+            ws="websockets-sansio" if find_spec("websockets") else "none",
+            ws_max_size=MAX_MESSAGE,
             lifespan="off",
             log_config=None,
             access_log=False,

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+import asyncio
 import base64
 import binascii
 import hashlib
 import hmac
+import json
 import time
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import AsyncIterator, Mapping
+from contextlib import aclosing
 from typing import Any, TypeVar
 
 from starlette.applications import Starlette
-from starlette.requests import Request
+from starlette.requests import HTTPConnection, Request
 from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingResponse
-from starlette.routing import Route
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket
 
 from agents.digital_curling.dc4.match import Match4, RefusedError
-from agents.digital_curling.dc4.messages import Shot4, Team4
+from agents.digital_curling.dc4.messages import MODES, WISHES, Shot4, Team4
 from agents.digital_curling.messages import TEAMS
 from agents.playing.replay.page import live_policy, page_of
 from curling_env.errors import InputError
@@ -115,9 +119,12 @@ def application(
         Route("/", answers.page),
         Route(f"/{LIVE}", answers.lines),
         Route("/favicon.ico", answers.icon),
+        WebSocketRoute("/ws", answers.socket),
+        Route("/ws", answers.no_socket),
         Route("/matches", answers.make_match, methods=["POST"]),
         Route("/store-team-config", answers.take_seat, methods=["POST"]),
         Route("/shots", answers.shoot, methods=["POST"]),
+        Route(f"{one}/end-setup", answers.set_up_end, methods=["POST"]),
         Route(one, answers.match_data),
         Route(f"{one}/latest-state", answers.latest_state),
         Route(f"{one}/score", answers.score),
@@ -157,12 +164,62 @@ class _Answers:
         await self.match.shoot(user, await _document(request, Shot4))
         return JSONResponse(None)
 
+    async def set_up_end(self, request: Request) -> Response:
+        user = self._user(request, limited=True)
+        self._check_match(request.path_params["match_id"])
+        asked = request.query_params.get("request", "")
+        for wish in WISHES:
+            if wish == asked:
+                await self.match.set_up_end(user, wish)
+                return JSONResponse(None)
+        raise RefusedError(422, f"request is one of {', '.join(WISHES)}.")
+
     async def stream(self, request: Request) -> Response:
         user = self._user(request, limited=True)
         self._check_match(request.path_params["match_id"])
         if user not in self.match.users:
             raise RefusedError(401, "This user plays in no team of this match.")
         return _events(self.match, self.match.users[user])
+
+    async def socket(self, connection: WebSocket) -> None:
+        """The stream over a WebSocket, of a team with its password or for those who watch."""
+        try:
+            team = self._team_of(connection)
+        except RefusedError as error:
+            await connection.send_denial_response(await _refuse(connection, error))
+            return
+        await connection.accept()
+        tasks = [
+            asyncio.create_task(_tell(connection, self.match, team)),
+            asyncio.create_task(_until_gone(connection)),
+        ]
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        for task in tasks:
+            task.cancel()
+        # A client may leave in the middle of a message.
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def no_socket(self, request: Request) -> Response:
+        """An ordinary request where only WebSockets are served."""
+        raise RefusedError(426, "Expected a WebSocket.")
+
+    def _team_of(self, connection: WebSocket) -> Team | None:
+        """The team whose stream a connection may have; None for one that watches.
+
+        Raises
+        ------
+        RefusedError : another match, or a team that is not the user's
+        """
+        self._check_match(connection.query_params.get("match", ""))
+        asked = connection.query_params.get("team", "viewer")
+        if asked == "viewer":
+            self.limit.take(_address(connection), "viewer")
+            return None
+        user = self._user(connection, limited=True)
+        team = self.match.users.get(user)
+        if team is None or asked != TEAMS[team]:
+            raise RefusedError(401, "This user does not play for that team.")
+        return team
 
     # --- those who watch --------------------------------------------------------------------------
 
@@ -180,8 +237,11 @@ class _Answers:
         return JSONResponse(
             {
                 "match_id": self.match.hosting.game_id,
-                "game_mode": "standard",
-                "applied_rule": 1 if setting.rules.no_tick else 0,
+                "game_mode": MODES[0] if setting.is_doubles else "standard",
+                "applied_rule": 2 if setting.is_doubles else int(setting.rules.no_tick),
+                "mixed_doubles_settings": {"positioned_stones_pattern": setting.arrangement}
+                if setting.is_doubles
+                else None,
                 "standard_end_count": setting.ends,
                 "time_limit": setting.thinking_time,
                 "extra_end_time_limit": setting.extra_time,
@@ -228,17 +288,17 @@ class _Answers:
         if match_id != self.match.hosting.game_id:
             raise RefusedError(404, "There is no such match.")
 
-    def _user(self, request: Request, *, limited: bool) -> str:
+    def _user(self, request: HTTPConnection, *, limited: bool) -> str:
         user = self.credentials.user(request.headers.get("Authorization", ""))
         if user is None:
             self.failures.take(_address(request), "password")
             raise RefusedError(401, "User or password is wrong.")
         if limited:
-            self.limit.take(user, request.url.path)
+            self.limit.take(user, request.scope["path"])
         return user
 
 
-def _address(request: Request) -> str:
+def _address(request: HTTPConnection) -> str:
     return "" if request.client is None else request.client.host
 
 
@@ -260,7 +320,27 @@ async def _document(request: Request, form: type[Form]) -> Form:
 
 def _events(match: Match4, team: Team | None) -> Response:
     headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
-    return StreamingResponse(match.stream(team), media_type="text/event-stream", headers=headers)
+    events = _server_sent(match, team)
+    return StreamingResponse(events, media_type="text/event-stream", headers=headers)
+
+
+async def _server_sent(match: Match4, team: Team | None) -> AsyncIterator[str]:
+    """The events of a stream as text; a comment keeps it open where nothing happens."""
+    async with aclosing(match.events(team)) as events:
+        async for event in events:
+            if event is None:
+                yield ": ping\n\n"
+            else:
+                yield f"event: {event[0]}\ndata: {json.dumps(event[1])}\n\n"
+
+
+async def _tell(connection: WebSocket, match: Match4, team: Team | None) -> None:
+    """Tell the events of a stream over a WebSocket, which keeps itself open, and close it."""
+    async with aclosing(match.events(team)) as events:
+        async for event in events:
+            if event is not None:
+                await connection.send_json({"type": event[0], "payload": event[1]})
+    await connection.close()
 
 
 def _headers(policy: str) -> dict[str, str]:
@@ -272,7 +352,13 @@ def _headers(policy: str) -> dict[str, str]:
     }
 
 
-async def _refuse(request: Request, error: Exception) -> Response:
+async def _until_gone(connection: WebSocket) -> None:
+    """Wait until a client leaves; what it says there is for nobody."""
+    while (await connection.receive())["type"] != "websocket.disconnect":
+        pass
+
+
+async def _refuse(request: HTTPConnection, error: Exception) -> Response:
     status = error.status if isinstance(error, RefusedError) else 400
     headers = {"WWW-Authenticate": 'Basic realm="curling"'} if status == 401 else None
     return JSONResponse({"detail": str(error)}, status_code=status, headers=headers)

@@ -4,21 +4,30 @@ from __future__ import annotations
 
 import base64
 import json
+import ssl
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from http.client import HTTPException, HTTPResponse
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
 from urllib.error import HTTPError, URLError
 from urllib.parse import urlencode, urlsplit
-from urllib.request import HTTPRedirectHandler, Request, build_opener
+from urllib.request import (
+    BaseHandler,
+    HTTPRedirectHandler,
+    HTTPSHandler,
+    Request,
+    build_opener,
+)
 
 import msgspec
 
 from agents.digital_curling.client import Client
 from agents.digital_curling.conversation import GameMessage, IsReady, MoveLine, PlayerMessage
 from agents.digital_curling.dc4.messages import (
+    MODES,
     RULES,
     Player4,
     Reader4,
@@ -26,12 +35,14 @@ from agents.digital_curling.dc4.messages import (
     State4,
     Team4,
     player_from,
+    request_of,
     shot_of,
 )
 from agents.digital_curling.join import WireLog
 from agents.digital_curling.messages import TEAMS, SettingMessage, ShotMessage, TeamName
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.schema import Short, checked
+from curling_env.game.rules.rulesets import ARRANGEMENTS
+from curling_env.infrastructure.files.schema import Short, checked, within
 from curling_env.infrastructure.files.storage import parse_json
 
 PATIENCE = 20.0
@@ -50,6 +61,12 @@ MAX_EVENT = 2**20
 """Longest event that is read [bytes]."""
 
 
+class MatchDoubles(msgspec.Struct):
+    """What it tells of mixed doubles."""
+
+    positioned_stones_pattern: Annotated[int, within(0, ARRANGEMENTS - 1)] = 0
+
+
 class MatchData(msgspec.Struct):
     """What a server tells of a match."""
 
@@ -57,6 +74,22 @@ class MatchData(msgspec.Struct):
     applied_rule: int | Short | None = None
     time_limit: float | None = None
     extra_end_time_limit: float | None = None
+    game_mode: Short = "standard"
+    mixed_doubles_settings: MatchDoubles | None = None
+    mix_doubles_settings: MatchDoubles | None = None
+
+    @property
+    def rules(self) -> str:
+        """The rules by their number or name."""
+        rule = self.applied_rule
+        named = RULES[rule] if isinstance(rule, int) and 0 <= rule < len(RULES) else rule
+        return RULES[2] if self.game_mode in MODES else str(named)
+
+    @property
+    def arrangement(self) -> int:
+        """Which arrangement of the placed stones is played."""
+        settings = self.mixed_doubles_settings or self.mix_doubles_settings
+        return 0 if settings is None else settings.positioned_stones_pattern
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,6 +102,11 @@ class Place4:
     match_id : the match
     team : the team wanted; the server may give the other one
     user, password : for Basic authentication
+    certificate : file of a certificate that is trusted beside those of the system, PEM
+
+    Raises
+    ------
+    InputError : an address that is none, or a file that holds no certificate
     """
 
     url: str
@@ -76,6 +114,7 @@ class Place4:
     team: TeamName
     user: str
     password: str
+    certificate: Path | None = None
 
     def __post_init__(self) -> None:
         parts = urlsplit(self.url)
@@ -83,6 +122,20 @@ class Place4:
             raise InputError(
                 f"a server is named https://HOST or http://HOST:PORT, got {self.url[:80]!r}"
             )
+        if self.certificate is not None:
+            self.trust()
+
+    def trust(self) -> ssl.SSLContext:
+        """Whose certificates are believed: those of the system's authorities, and the one given."""
+        context = ssl.create_default_context()
+        if self.certificate is not None:
+            try:
+                context.load_verify_locations(self.certificate)
+            except (OSError, ValueError) as error:  # ssl's own error is an OSError
+                raise InputError(
+                    "expected a certificate in PEM form", source=self.certificate
+                ) from error
+        return context
 
     @property
     def is_open(self) -> bool:
@@ -109,7 +162,10 @@ class Connection4:
 
     def __init__(self, place: Place4, log: WireLog) -> None:
         self.place, self.log = place, log
-        self._opener = build_opener(_NoRedirects)
+        handlers: list[BaseHandler] = [_NoRedirects()]
+        if urlsplit(place.url).scheme == "https":
+            handlers.append(HTTPSHandler(context=place.trust()))
+        self._opener = build_opener(*handlers)
         token = base64.b64encode(f"{place.user}:{place.password}".encode()).decode()
         self._headers = {"Authorization": f"Basic {token}", "User-Agent": "curling-sheet"}
 
@@ -121,8 +177,16 @@ class Connection4:
         InputError : it is refused, or nobody answers
         """
         data = None if body is None else msgspec.json.encode(body)
+        return self._answer(path, query, data)
+
+    def post(self, path: str, query: dict[str, str], body: Any) -> Any:
+        """The document that answers a request that changes something; see `ask`."""
+        return self._answer(path, query, b"" if body is None else msgspec.json.encode(body))
+
+    def _answer(self, path: str, query: dict[str, str] | None, data: bytes | None) -> Any:
         if data is not None:
-            self.log.sent(path.encode() + b" " + data)
+            said = data or urlencode(query or {}).encode()
+            self.log.sent(path.encode() + b" " + said)
         with closing(self._open(path, query, data, PATIENCE)) as response:
             text = response.read(MAX_EVENT)
         return parse_json(text, source=self.place.url) if text.strip() else None
@@ -174,6 +238,8 @@ class Connection4:
             raise RefusedByServerError(error.code, said, self.place.url) from error
         except (OSError, HTTPException) as error:
             reason = error.reason if isinstance(error, URLError) else error
+            if isinstance(reason, ssl.SSLError):
+                raise InputError(_distrust(reason), source=self.place.url) from error
             raise NoAnswerError(f"no answer: {str(reason)[:120]}", source=self.place.url) from error
 
 
@@ -217,10 +283,13 @@ def play_on_web_server(
     connection = Connection4(place, log)
     given = connection.ask(f"/matches/{place.match_id}")
     data = checked(given if isinstance(given, dict) else {}, MatchData, inside="match")
-    if data.applied_rule in (1, RULES[1]):
-        client.use_rules("dc4_server_no_tick")
     player = Player4(player_name=client.name)
     team = Team4(client.name, False, player, player, player, player)
+    if data.rules == RULES[1]:
+        client.use_rules("dc4_server_no_tick")
+    elif data.rules == RULES[2]:
+        client.use_rules("dc4_server_mixed_doubles", data.arrangement)
+        team = Team4(client.name, False, player, player)
     named = connection.ask(
         "/store-team-config",
         {"match_id": place.match_id, "expected_match_team_name": place.team},
@@ -238,7 +307,7 @@ def play_on_web_server(
         try:
             for state, is_latest in connection.states():
                 failures = 0
-                _answer(connection, client, reader, state, is_latest)
+                answer_state(connection, client, reader, state, is_latest)
                 on_update()
                 if client.result is not None:
                     return
@@ -258,7 +327,7 @@ def play_on_web_server(
         time.sleep(PAUSE)
 
 
-def _answer(
+def answer_state(
     connection: Connection4, client: Client, reader: Reader4, state: State4, is_latest: bool
 ) -> None:
     """Take note of a state, and answer the latest where that is expected."""
@@ -270,32 +339,58 @@ def _answer(
         client.see(update)
         return
     answer = client.answer(update)
+    if state.awaits_placement:
+        _ask_for_placement(connection, client, state)
     if not isinstance(answer, MoveLine):
         return
     if not isinstance(answer.move, ShotMessage):
         # Version 4 knows no way to concede: the stone is thrown away.
         answer = MoveLine(move=client.thrown_away())
     assert isinstance(answer.move, ShotMessage)
-    _send(connection, shot_of(answer.move))
+    query = {"match_id": connection.place.match_id}
+    _send(connection, "/shots", query, shot_of(answer.move))
 
 
-def _send(connection: Connection4, shot: Shot4) -> None:
-    """Send a shot, again if the server is busy or nobody answers."""
+def _ask_for_placement(connection: Connection4, client: Client, state: State4) -> None:
+    """Ask for the placement of an end of mixed doubles, if that is for the client to decide."""
+    doubles = state.doubles
+    if doubles is None or doubles.end_setup_team != TEAMS[client.team]:
+        return
+    request = request_of(*client.placement())
+    path = f"/matches/{connection.place.match_id}/end-setup"
+    _send(connection, path, {"request": request}, None)
+
+
+def _send(connection: Connection4, path: str, query: dict[str, str], body: Shot4 | None) -> None:
+    """Send a shot or a wish, again if the server is busy or nobody answers."""
     perhaps_there = False
     for number in range(TRIES):
         try:
-            connection.ask("/shots", {"match_id": connection.place.match_id}, shot)
+            connection.post(path, query, body)
             return
         except NoAnswerError:
             perhaps_there = True
             if number == TRIES - 1:
                 raise
         except RefusedByServerError as error:
-            if perhaps_there and error.status == 400:
+            if perhaps_there and error.status in (400, 409):
                 return  # the one before has arrived: it is not our turn any more
             if error.status not in BUSY or number == TRIES - 1:
                 raise
         time.sleep(PAUSE)
+
+
+def _distrust(error: ssl.SSLError) -> str:
+    """Why a connection over https is not made."""
+    if isinstance(error, ssl.SSLCertVerificationError):
+        why = error.verify_message.rstrip(".")
+        return (
+            f"the server's certificate is not trusted: {why[:120]}; if it is the server that you "
+            "mean, --certificate FILE.pem trusts its certificate"
+        )
+    if error.reason == "WRONG_VERSION_NUMBER":
+        return "the server speaks no https there; http:// may be meant"
+    return f"no safe connection: {(error.reason or str(error)).lower().replace('_', ' ')[:120]}"
 
 
 def _detail(text: bytes) -> str:

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncGenerator
 from typing import Any
 
 from agents.digital_curling.conversion import move_of, throw_of
 from agents.digital_curling.dc4.messages import (
-    DELIVERIES,
     SPINS,
+    Doubles4,
+    PowerPlays4,
+    Request4,
     Shot4,
     Team4,
     coordinates_of,
     move_from,
+    placement_of,
     shot_of,
     state_of,
 )
 from agents.digital_curling.hosting.hosted_game import HostedGame
-from agents.digital_curling.hosting.seats import OutOfTimeError, Seat, Turn
+from agents.digital_curling.hosting.seats import OutOfTimeError, Placement, Seat, Turn
 from agents.digital_curling.hosting.server import Hosting
 from agents.digital_curling.messages import TEAMS, ShotMessage
 from curling_env.errors import CurlingError
@@ -68,8 +70,10 @@ class Match4:
         self._connected: set[Team] = set()
         self._streams: set[asyncio.Queue[Event | None]] = set()
         self._shown: list[Event] = []
+        self._shown_before: list[Event] = []
         self._end = -1
         self._expected: tuple[Team, asyncio.Future[Shot4]] | None = None
+        self._placement: tuple[Team, asyncio.Future[Request4]] | None = None
 
     @property
     def game(self) -> HostedGame | None:
@@ -85,6 +89,8 @@ class Match4:
         ------
         RefusedError : no seat is left
         """
+        if self.hosting.setting.is_doubles and (team.player3 or team.player4):
+            raise RefusedError(400, "Mixed doubles have player1 and player2 only.")
         if user in self.users:
             return self.users[user]
         free = [t for t in (wanted, wanted.other) if t in self.seats - set(self.teams)]
@@ -102,11 +108,9 @@ class Match4:
         ------
         RefusedError : it is not the turn of the user's team, or the game is over
         """
-        if user not in self.users:
-            raise RefusedError(401, "This user plays in no team of this match.")
-        if self.game is not None and self.game.is_over:
-            raise RefusedError(409, "The match is over.")
-        team = self.users[user]
+        team = self._team_of(user)
+        if self.game is not None and self.game.awaits_placement:
+            raise RefusedError(409, "End setup required.")
         # The stream may have told a quick client of its turn a moment before the host listens.
         for _ in range(HURRY):
             if self._is_expected(team) or not self._is_turn_of(team):
@@ -118,6 +122,41 @@ class Match4:
         self._expected = None
         if not answer.done():
             answer.set_result(shot)
+
+    async def set_up_end(self, user: str, request: Request4) -> None:
+        """What a user asks for in mixed doubles, before an end.
+
+        Raises
+        ------
+        RefusedError : fours are played, it is not for the user's team to decide, the end has begun,
+            or the game is over
+        """
+        team = self._team_of(user)
+        if not self.hosting.setting.is_doubles:
+            raise RefusedError(400, "end-setup is only for mixed doubles.")
+        for _ in range(HURRY):  # see `shoot`
+            if self._placement is not None or not self._is_to_place(team):
+                break
+            await asyncio.sleep(0.05)
+        if self.game is not None and not self.game.awaits_placement:
+            raise RefusedError(409, "The end has begun.")
+        if self._placement is None or self._placement[0] is not team:
+            raise RefusedError(409, "It is not for this team to decide.")
+        answer = self._placement[1]
+        self._placement = None
+        if not answer.done():
+            answer.set_result(request)
+
+    def _is_to_place(self, team: Team) -> bool:
+        return self.game is not None and self.game.awaits_placement and self.game.decides is team
+
+    def _team_of(self, user: str) -> Team:
+        """The team of a user in a match that is not over."""
+        if user not in self.users:
+            raise RefusedError(401, "This user plays in no team of this match.")
+        if self.game is not None and self.game.is_over:
+            raise RefusedError(409, "The match is over.")
+        return self.users[user]
 
     def _is_expected(self, team: Team) -> bool:
         return self._expected is not None and self._expected[0] is team
@@ -141,6 +180,22 @@ class Match4:
         finally:
             self._expected = None
 
+    async def placement(self, team: Team, left: float) -> Request4:
+        """What a team asks for before an end of mixed doubles.
+
+        Raises
+        ------
+        OutOfTimeError : its time is up
+        """
+        answer: asyncio.Future[Request4] = asyncio.get_running_loop().create_future()
+        self._placement = team, answer
+        try:
+            return await asyncio.wait_for(answer, left)
+        except TimeoutError as error:
+            raise OutOfTimeError from error
+        finally:
+            self._placement = None
+
     # --- what they are told -----------------------------------------------------------------------
 
     def publish(self) -> None:
@@ -148,13 +203,13 @@ class Match4:
         game = self.game
         assert game is not None
         end = game.update["state"]["end"]
-        last = game.last_thrown if game.shots else None
+        begins = game.update["state"]["shot"] == 0 and not game.is_over
+        last = game.last_thrown if game.shots and not begins else None
         events: list[Event] = []
         if game.shots and (end != self._end or game.is_over) and _is_last_shot(game):
             events.append(("latest_state_update", self._after_the_end(game)))
-            last = None
         if end != self._end:
-            self._shown = []
+            self._shown_before, self._shown = self._shown, []
             self._end = end
         if not (game.is_over and events):
             events.append(("latest_state_update", self._state(game, last)))
@@ -163,15 +218,17 @@ class Match4:
             for stream in tuple(self._streams):
                 self._put(stream, event)
 
-    async def stream(self, team: Team | None) -> AsyncIterator[str]:
-        """Server-sent events, from those of the end in play on.
+    async def events(self, team: Team | None) -> AsyncGenerator[Event | None]:
+        """What a stream tells, from the events of the end before on; None when nothing happens.
+
+        A team whose stream had broken off when an end was over learns how that went on.
 
         Parameters
         ----------
         team : whose stream it is; None for someone who watches
         """
         queue: asyncio.Queue[Event | None] = asyncio.Queue(MAX_WAITING)
-        for _, state in self._shown[:-1]:
+        for _, state in (*self._shown_before, *self._shown[:-1]):
             self._put(queue, ("state_update", state))
         for event in self._shown[-1:]:
             self._put(queue, event)
@@ -180,16 +237,16 @@ class Match4:
             self._connected.add(team)
             self._note_ready(team)
         try:
-            yield ": welcome\n\n"
+            yield None
             while True:
                 try:
                     event = await asyncio.wait_for(queue.get(), PING_EVERY)
                 except TimeoutError:
-                    yield ": ping\n\n"
+                    yield None
                     continue
                 if event is None:
                     return
-                yield f"event: {event[0]}\ndata: {json.dumps(event[1])}\n\n"
+                yield event
         finally:
             self._streams.discard(queue)
 
@@ -215,24 +272,45 @@ class Match4:
 
     def _state(self, game: HostedGame, thrown: Throw | None) -> dict[str, Any]:
         last_move = None if thrown is None else shot_of(move_of(thrown), thrown.spin)
-        return state_of(game.update, game.names, last_move=last_move, clocks=game.clocks)
+        return state_of(
+            game.update,
+            game.names,
+            last_move=last_move,
+            clocks=game.clocks,
+            doubles=doubles_of(game),
+        )
 
     def _after_the_end(self, game: HostedGame) -> dict[str, Any]:
         """Where the stones of an end came to rest, before the next one begins."""
-        shot = game.shots[-1]
+        shot, doubles = game.shots[-1], game.setting.is_doubles
+        total = None if doubles else game.game.rules.deliveries
         return self._state(game, game.last_thrown) | {
             "end_number": shot["end"],
-            "shot_number": DELIVERIES // 2,
-            "team_shot_number": DELIVERIES // 2,
-            "total_shot_number": DELIVERIES,
+            "shot_number": None if total is None else total // 2,
+            "team_shot_number": None if total is None else total // 2,
+            "total_shot_number": total,
             "next_shot_team": None,
-            "stone_coordinate": {"data": coordinates_of(shot["trajectory"]["finish"])},
+            "stone_coordinate": {
+                "data": coordinates_of(shot["trajectory"]["finish"], doubles=doubles)
+            },
         }
+
+
+def doubles_of(game: HostedGame) -> Doubles4 | None:
+    """What a state of mixed doubles has more than one of fours; None for fours."""
+    if not game.setting.is_doubles:
+        return None
+    home, away = (game.power_plays.get(team) for team in Team)
+    return Doubles4(
+        end_setup_team=TEAMS[game.decides],
+        positioned_stones_pattern=game.setting.arrangement,
+        power_play_end=PowerPlays4(team0=home, team1=away),
+    )
 
 
 def _is_last_shot(game: HostedGame) -> bool:
     shot = game.shots[-1]
-    return shot["shot"] == DELIVERIES - 1 and shot["trajectory"] is not None
+    return shot["shot"] == game.game.rules.deliveries - 1 and shot["trajectory"] is not None
 
 
 class HttpSeat(Seat):
@@ -269,14 +347,17 @@ class HttpSeat(Seat):
     async def decide(self, update: dict[str, Any], view: PlayerView, left: float) -> Turn:
         begin = time.perf_counter()
         shot = await self.match.decision(self.team, left)
-        return Turn(_called(shot), time.perf_counter() - begin)
+        return Turn(called(shot), time.perf_counter() - begin)
+
+    async def place(self, view: PlayerView, left: float) -> Placement:
+        return Placement(*placement_of(await self.match.placement(self.team, left)))
 
     async def leave(self) -> None:
         """The streams end when they have told everything."""
         self.match.close()
 
 
-def _called(shot: Shot4) -> Call | ShotMessage:
+def called(shot: Shot4) -> Call | ShotMessage:
     """A shot with its own spin; as version 3 has it where it goes backwards."""
     move = move_from(shot)
     throw = throw_of(move)

@@ -3,20 +3,26 @@
 A stone that is out of play lies at (0, 0). Scores have an entry for each scheduled end and one for
 an extra end, 0 where none was played. A positive angular velocity is cw; the angle of a shot is
 counted from the x axis, so that π/2 is straight.
+
+In mixed doubles a team's placed stone has the first slot. Before an end, and after its last shot,
+a state has neither a number of shots nor a team to throw; the one before an end has no last move
+either.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import msgspec
 
 from agents.digital_curling.conversation import LastMove, PlayerMessage, Update
+from agents.digital_curling.conversion import STONES_OF_DOUBLES
 from agents.digital_curling.messages import (
     TEAMS,
     ConcedeMessage,
+    DoublesMessage,
     ExtraEndMessage,
     PerTeam,
     Point,
@@ -28,14 +34,22 @@ from agents.digital_curling.messages import (
     TeamName,
 )
 from curling_env.errors import InputError
+from curling_env.game.rules.placement import Side
+from curling_env.game.rules.rulesets import ARRANGEMENTS
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.infrastructure.files.schema import Short, within
 
 SPINS = (math.pi / 6, math.pi / 2)
 """Smallest and largest spin that its servers play [rad/s]."""
 DELIVERIES = 2 * STONES_PER_TEAM
-RULES = ("fgz_rule", "no_tick_rule")
-"""Its rules for fours, by the numbers that it has for them."""
+DELIVERIES_OF_DOUBLES = 2 * STONES_OF_DOUBLES
+RULES = ("fgz_rule", "no_tick_rule", "modified_fgz_rule")
+"""Its rules by the numbers that it has for them; the last one is that of mixed doubles."""
+MODES = ("mixed_doubles", "mix_doubles")
+"""What mixed doubles are called, now and before."""
+Request4 = Literal["center_house", "center_guard", "pp_left", "pp_right"]
+"""What the team that decides on the placement may ask for."""
+WISHES: tuple[Request4, ...] = ("center_house", "center_guard", "pp_left", "pp_right")
 
 
 class Shot4(msgspec.Struct):
@@ -71,6 +85,21 @@ class Team4(msgspec.Struct):
         return [self.player1, self.player2, self.player3 or Player4(), self.player4 or Player4()]
 
 
+class PowerPlays4(msgspec.Struct):
+    """The end of each team's power play, null before it."""
+
+    team0: Annotated[int, within(0, 255)] | None = None
+    team1: Annotated[int, within(0, 255)] | None = None
+
+
+class Doubles4(msgspec.Struct):
+    """What mixed doubles have more than fours."""
+
+    end_setup_team: TeamName
+    positioned_stones_pattern: Annotated[int, within(0, ARRANGEMENTS - 1)] = 0
+    power_play_end: PowerPlays4 = msgspec.field(default_factory=PowerPlays4)
+
+
 class Coordinates4(msgspec.Struct):
     """Where the stones lie."""
 
@@ -100,6 +129,38 @@ class State4(msgspec.Struct):
     second_team_remaining_time: float = 0.0
     first_team_extra_end_remaining_time: float = 0.0
     second_team_extra_end_remaining_time: float = 0.0
+    mixed_doubles_settings: Doubles4 | None = None
+    mix_doubles_settings: Doubles4 | None = None
+
+    @property
+    def doubles(self) -> Doubles4 | None:
+        """What mixed doubles have more, by either of its names."""
+        return self.mixed_doubles_settings or self.mix_doubles_settings
+
+    @property
+    def deliveries(self) -> int:
+        """Number of stones that both teams deliver in an end."""
+        return DELIVERIES if self.doubles is None else DELIVERIES_OF_DOUBLES
+
+    @property
+    def awaits_placement(self) -> bool:
+        """Whether an end of mixed doubles waits for the placement."""
+        return (
+            self.doubles is not None
+            and self.total_shot_number is None
+            and self.next_shot_team is None
+            and self.winner_team is None
+            and self.last_move is None
+        )
+
+    @property
+    def delivered(self) -> int:
+        """Number of stones delivered in the end; −1 while it waits for the placement."""
+        if self.awaits_placement:
+            return -1
+        if self.total_shot_number is None and self.next_shot_team is None:
+            return self.deliveries
+        return self.total_shot_number or 0
 
     @property
     def ends(self) -> int:
@@ -109,7 +170,7 @@ class State4(msgspec.Struct):
     @property
     def place(self) -> tuple[int, int, bool]:
         """What tells two states of a game apart: end, shot, and whether it is over."""
-        return self.end_number, self.total_shot_number or 0, self.winner_team is not None
+        return self.end_number, self.delivered, self.winner_team is not None
 
 
 # --- into the words of version 3 ------------------------------------------------------------------
@@ -156,7 +217,7 @@ class Reader4:
             return None
         if state.last_move is not None:
             self._last = state.last_move
-        if state.next_shot_team is None and not over:
+        if state.next_shot_team is None and not over and not state.awaits_placement:
             return None  # between two ends
         first = self._place is None
         self._place = state.place
@@ -169,19 +230,19 @@ class Reader4:
 
 def _state_from(state: State4) -> StateMessage:
     """A state in the words of version 3."""
-    shot, over = state.total_shot_number or 0, state.winner_team is not None
+    shot, over = max(state.delivered, 0), state.winner_team is not None
+    deliveries = state.deliveries
     hammer = None
-    if not over:
-        assert state.next_shot_team is not None
-        if shot >= DELIVERIES:
-            raise InputError(f"no shot follows the {DELIVERIES}th", where="total_shot_number")
+    if not over and state.next_shot_team is not None:
+        if shot >= deliveries:
+            raise InputError(f"no shot follows the {deliveries}th", where="total_shot_number")
         thrower = TEAMS.index(state.next_shot_team)
         hammer = TEAMS[thrower if shot % 2 else 1 - thrower]
-    ends, played = state.ends, state.end_number + (over and shot >= DELIVERIES)
+    ends, played = state.ends, state.end_number + (over and shot >= deliveries)
     extra = state.score.team0[ends:], state.score.team1[ends:]
     result = None
     if over:
-        reason = "score" if shot >= DELIVERIES or shot == 0 else "concede"
+        reason = "score" if shot >= deliveries or shot == 0 else "concede"
         result = ResultMessage(reason=reason, winner=state.winner_team)
     if state.end_number < ends:
         clock = state.first_team_remaining_time, state.second_team_remaining_time
@@ -190,11 +251,11 @@ def _state_from(state: State4) -> StateMessage:
             state.first_team_extra_end_remaining_time,
             state.second_team_extra_end_remaining_time,
         )
-    return StateMessage(
+    told = StateMessage(
         end=played,
-        shot=shot % DELIVERIES,
+        shot=shot % deliveries,
         hammer=hammer,
-        stones=_stones_from(state.stone_coordinate),
+        stones=_stones_from(state),
         scores=ScoresMessage(
             *(
                 [p if k < played else None for k, p in enumerate(team[:ends])]
@@ -205,13 +266,35 @@ def _state_from(state: State4) -> StateMessage:
         game_result=result,
         thinking_time_remaining=dict(zip(TEAMS, clock, strict=True)),
     )
+    return told if state.doubles is None else _doubles_from(state, state.doubles, told)
 
 
-def _stones_from(coordinates: Coordinates4) -> PerTeam:
+def _doubles_from(state: State4, doubles: Doubles4, told: StateMessage) -> DoublesMessage:
+    """A state of mixed doubles, with what it has more than one of fours."""
+    ends = doubles.power_play_end
+    had = zip(TEAMS, (ends.team0, ends.team1), strict=True)
+    decides, side = doubles.end_setup_team, None
+    if state.end_number == (ends.team1 if decides == TEAMS[1] else ends.team0):
+        # The guard alone is moved by nothing before the first shot; later nobody asks for the side.
+        places = [at for team in state.stone_coordinate.data.values() for at in team[:1]]
+        side = "left" if any(at.x < 0 for at in places) else "right"
+    return DoublesMessage(
+        **{name: getattr(told, name) for name in StateMessage.__struct_fields__},
+        decides=decides,
+        is_placed=not state.awaits_placement,
+        side=side,
+        power_plays=[team for team, end in had if end is not None],
+    )
+
+
+def _stones_from(state: State4) -> PerTeam:
     slots: list[list[StoneMessage | None]] = []
     for team in TEAMS:
-        places = coordinates.data.get(team, [])
+        places = state.stone_coordinate.data.get(team, [])
         found = [StoneMessage(position=at) if at.x or at.y else None for at in places]
+        if state.doubles is not None:
+            delivered = found[1 : STONES_OF_DOUBLES + 1]
+            found = delivered + [None] * (STONES_OF_DOUBLES - len(delivered)) + found[:1]
         slots.append(found + [None] * (STONES_PER_TEAM - len(found)))
     return PerTeam(*slots)
 
@@ -236,12 +319,27 @@ def shot_of(move: ShotMessage, spin: float | None = None) -> Shot4:
     )
 
 
+def request_of(side: Side | None, throws_first: bool) -> Request4:
+    """What a team asks for that decides on the placement."""
+    if side is not None:
+        return "pp_left" if side == "left" else "pp_right"
+    return "center_guard" if throws_first else "center_house"
+
+
+def placement_of(request: Request4) -> tuple[Side | None, bool]:
+    """The side of a power play, and whether the team throws first, without the hammer."""
+    if request in ("pp_left", "pp_right"):
+        return ("left" if request == "pp_left" else "right"), False
+    return None, request == "center_guard"
+
+
 def state_of(
     update: dict[str, Any],
     names: tuple[str, str],
     *,
     last_move: Shot4 | None,
     clocks: tuple[Sequence[float], Sequence[float]],
+    doubles: Doubles4 | None = None,
 ) -> dict[str, Any]:
     """An update of a hosted game as a state of version 4.
 
@@ -251,38 +349,55 @@ def state_of(
     names : names of the teams
     last_move : the shot before, as it left the hand
     clocks : time left to both teams for the game, and for an extra end [s]
+    doubles : of mixed doubles, what they have more
     """
     state = update["state"]
     scores, extra = state["scores"], state["extra_end_score"]
     result = state["game_result"]
     score = {team: [*(p or 0 for p in scores[team]), extra[team] or 0] for team in TEAMS}
     game, extra_end = clocks
-    # Its mixed-doubles settings have had two names; fours have none by either.
+    settings = None if doubles is None else msgspec.to_builtins(doubles)
+    # Before an end of mixed doubles is set up it has no numbers of shots.
+    waits = doubles is not None and update["next_team"] is None and result is None
+    total = None if waits else state["shot"]
+    # The settings have had two names.
     return {
         "winner_team": None if result is None else result["winner"],
         "first_team_name": names[0],
         "second_team_name": names[1],
         "end_number": state["end"],
-        "shot_number": state["shot"] // 2,
-        "team_shot_number": state["shot"] // 2,
-        "total_shot_number": state["shot"],
+        "shot_number": None if total is None else total // 2,
+        "team_shot_number": None if total is None else total // 2,
+        "total_shot_number": total,
         "next_shot_team": update["next_team"],
         "first_team_remaining_time": game[0],
         "second_team_remaining_time": game[1],
         "first_team_extra_end_remaining_time": extra_end[0],
         "second_team_extra_end_remaining_time": extra_end[1],
-        "mix_doubles_settings": None,
-        "mixed_doubles_settings": None,
+        "mix_doubles_settings": settings,
+        "mixed_doubles_settings": settings,
         "last_move": None if last_move is None else msgspec.to_builtins(last_move),
-        "stone_coordinate": {"data": coordinates_of(state["stones"])},
+        "stone_coordinate": {"data": coordinates_of(state["stones"], doubles=doubles is not None)},
         "score": score,
     }
 
 
-def coordinates_of(stones: dict[str, list[Any]]) -> dict[str, list[dict[str, float]]]:
-    """The places of stones by team and slot; (0, 0) where there is none."""
+def coordinates_of(
+    stones: dict[str, list[Any]], *, doubles: bool = False
+) -> dict[str, list[dict[str, float]]]:
+    """The places of stones by team and slot; (0, 0) where there is none.
+
+    Parameters
+    ----------
+    stones : by team and slot, null where there is none
+    doubles : whether they are those of mixed doubles
+    """
     nowhere = {"x": 0.0, "y": 0.0}
-    return {
+    places = {
         team: [nowhere if stone is None else stone["position"] for stone in slots]
         for team, slots in stones.items()
     }
+    if not doubles:
+        return places
+    placed = STONES_OF_DOUBLES
+    return {team: [slots[placed], *slots[:placed]] for team, slots in places.items()}

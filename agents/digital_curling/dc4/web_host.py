@@ -17,7 +17,7 @@ from curling_env.errors import InputError
 from curling_env.game.rules import Team
 from curling_env.infrastructure.files.schema import checked
 from curling_env.infrastructure.files.storage import read_json
-from curling_env.infrastructure.web_server import serving
+from curling_env.infrastructure.web_server import Certificate, serving
 from curling_env.units import Units
 
 FAREWELL = 2.0
@@ -56,6 +56,7 @@ async def host_on_the_web(
     http_port: int,
     own_errors: set[Team],
     units: Units = Units.METRES,
+    certificate: Certificate | None = None,
     opened: Callable[[tuple[int, int], int], None] = lambda ports, http: None,
 ) -> HostedGame:
     """Host one game, and serve its page and the requests of version 4.
@@ -70,6 +71,7 @@ async def host_on_the_web(
     http_port : where the page is, and clients of version 4 come in
     own_errors : the teams whose clients say how exactly they throw
     units : what lengths are told in on the page
+    certificate : serves https with it; None for http
     opened : called with the ports once they are open
 
     Raises
@@ -84,7 +86,8 @@ async def host_on_the_web(
         else seats[team]
         for team in Team
     )
-    async with serving(application(match, passwords, units=units), address, http_port) as port:
+    pages = application(match, passwords, units=units)
+    async with serving(pages, address, http_port, certificate=certificate) as port:
         try:
             game = await host_game(
                 hosting,

@@ -15,6 +15,7 @@ from agents.playing.record import delivery_line, head_line, result_of
 from curling_env.errors import InputError
 from curling_env.game import Call, PlayedShot, PlayerView
 from curling_env.game.rules import Fault, Game, Team
+from curling_env.game.rules.placement import Side
 from curling_env.throw import Throw
 
 Document = dict[str, Any]
@@ -36,7 +37,7 @@ class HostedGame:
         self.setting, self.names = setting, names
         self.simulator = setting.simulator(orders)
         first = self.simulator.new_game(setting.seed, last_stone=FIRST_HAMMER)
-        self.state = self.simulator.begin_end(first)
+        self.state = first if setting.is_doubles else self.simulator.begin_end(first)
         self.clock = [setting.thinking_time, setting.thinking_time]
         self.last_thrown: Throw | None = None
         """The throw before, as it left the hand."""
@@ -49,6 +50,8 @@ class HostedGame:
         self._head = head_line(
             names, first.game, self.simulator, ice=setting.ice_name, seed=setting.seed
         )
+        self.power_plays: dict[Team, int] = {}
+        """The end of each team's power play."""
         self._lines: list[Document] = []
         self._headings: dict[int, float] = {}
         self._tell(None)
@@ -64,6 +67,16 @@ class HostedGame:
         return self.result is not None
 
     @property
+    def awaits_placement(self) -> bool:
+        """Whether, in mixed doubles, a team has to decide on the placement of the next end."""
+        return not self.is_over and self.game.end is None
+
+    @property
+    def decides(self) -> Team:
+        """The team that decides on it, or has decided."""
+        return self.game.last_stone
+
+    @property
     def to_throw(self) -> Team:
         """The team whose turn it is."""
         if self.game.end is None:
@@ -72,8 +85,16 @@ class HostedGame:
 
     @property
     def view(self) -> PlayerView:
-        """What the team to throw sees."""
+        """What the team sees that throws, or that decides on the placement."""
         return self.simulator.view(self.state)
+
+    @property
+    def example(self) -> PlayerView:
+        """What the team to throw sees in an end, be it only about to begin."""
+        state = self.state
+        return self.simulator.view(
+            self.simulator.begin_end(state) if self.awaits_placement else state
+        )
 
     @property
     def clocks(self) -> tuple[list[float], list[float]]:
@@ -100,6 +121,24 @@ class HostedGame:
         return [self._head, *self._lines, result]
 
     # --- moves ------------------------------------------------------------------------------------
+
+    def place(self, side: Side | None, throws_first: bool) -> None:
+        """The team decides that has to: the next end begins.
+
+        A power play that the rules do not allow becomes the usual placement, as on the
+        competition's server.
+
+        Parameters
+        ----------
+        side : the side of a power play, or None
+        throws_first : whether the team throws first, without the hammer
+        """
+        if side is not None and not self.game.may_power_play:
+            side = None
+        if side is not None:
+            self.power_plays[self.decides] = len(self.game.line_score)
+        self.state = self.simulator.begin_end(self.state, power_play=side, throw_first=throws_first)
+        self._tell(None)
 
     def shoot(self, move: ShotMessage | Call, seconds: float) -> None:
         """The team to throw throws; it has lost if its time is up.
@@ -170,14 +209,15 @@ class HostedGame:
             return
         if game.is_extra_end:
             self.clock = [self.setting.extra_time, self.setting.extra_time]
-        self.state = self.simulator.begin_end(self.state)
+        if not self.setting.is_doubles:
+            self.state = self.simulator.begin_end(self.state)
 
     def _tell(self, last_move: Document | None) -> None:
         """Note what clients are told."""
         clock = (self.clock[0], self.clock[1])
         self.update = {
             "cmd": "update",
-            "next_team": None if self.is_over else TEAMS[self.to_throw],
+            "next_team": None if self.game.end is None else TEAMS[self.to_throw],
             "last_move": last_move,
             "state": state_of(self.game, headings=self._headings, clock=clock),
         }

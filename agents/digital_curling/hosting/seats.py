@@ -19,6 +19,7 @@ from agents.digital_curling.pace import Pace
 from curling_env.errors import CurlingError, InputError
 from curling_env.game import Call, Player, PlayerView
 from curling_env.game.rules import Team
+from curling_env.game.rules.placement import Side
 from curling_env.throw import Skill
 
 GREETING_PATIENCE = 10.0
@@ -46,6 +47,13 @@ class Turn(NamedTuple):
 
     move: ShotMessage | ConcedeMessage | Call
     seconds: float
+
+
+class Placement(NamedTuple):
+    """How a team wants the stones placed: the side of a power play, or whether it throws first."""
+
+    side: Side | None = None
+    throws_first: bool = False
 
 
 class OutOfTimeError(Exception):
@@ -84,6 +92,21 @@ class Seat(ABC):
         OutOfTimeError : its time is up
         """
 
+    async def place(self, view: PlayerView, left: float) -> Placement:
+        """In mixed doubles, the placement of the coming end; by default the usual one.
+
+        Parameters
+        ----------
+        view : the game as players of this project see it
+        left : time for it [s]
+
+        Raises
+        ------
+        SeatLostError : it has gone
+        OutOfTimeError : its time is up
+        """
+        return Placement()
+
     @abstractmethod
     async def leave(self) -> None:
         """Say goodbye."""
@@ -113,6 +136,10 @@ class PlayerSeat(Seat):
     async def warm_up(self, view: PlayerView) -> None:
         """Compile and plan before the clock runs."""
         await asyncio.to_thread(self.pace.prepare, [view])
+
+    async def place(self, view: PlayerView, left: float) -> Placement:
+        side = self.player.power_play(view) if view.game.may_power_play else None
+        return Placement(side, side is None and self.player.throws_first(view))
 
     async def decide(self, update: dict[str, Any], view: PlayerView, left: float) -> Turn:
         begin = time.perf_counter()

@@ -69,7 +69,7 @@ class Hosting:
         self.log.beginning(self.greeting, self.setting.told, names, orders)
         for seat in seats:
             if isinstance(seat, PlayerSeat):
-                await seat.warm_up(game.view)
+                await seat.warm_up(game.example)
         lost: set[Team] = set()
         await self._tell(
             seats, lost, {"cmd": "new_game", "name": dict(zip(TEAMS, names, strict=True))}
@@ -77,15 +77,37 @@ class Hosting:
         self.log.game(game.update)
         self.changed()
         while not game.is_over:
-            await self._turn(game, seats, lost)
-            shot = game.shots[-1]
-            self.log.game({"cmd": "move", "move": shot["selected_move"], "team": shot["team"]})
+            if game.awaits_placement:
+                await self._placement(game, seats, lost)
+            else:
+                await self._turn(game, seats, lost)
+                shot = game.shots[-1]
+                self.log.game({"cmd": "move", "move": shot["selected_move"], "team": shot["team"]})
             self.log.game(_without_trajectory(game.update))
             self.changed()
         await self._tell(seats, lost, game.update)
         await self._tell(seats, lost, {"cmd": "game_over"})
         self.log.game({"cmd": "game_over"})
         return game
+
+    async def _placement(self, game: HostedGame, seats: tuple[Seat, Seat], lost: set[Team]) -> None:
+        """The placement of an end of mixed doubles, for which no clock runs down.
+
+        Who takes longer over it than its clock has left loses nevertheless.
+        """
+        team = game.decides
+        if team in lost:
+            game.give_up(team)
+            return
+        try:
+            placement = await seats[team].place(game.view, game.clock[team])
+        except SeatLostError as error:
+            self._note_loss(seats, lost, team, error)
+            game.give_up(team)
+        except OutOfTimeError:
+            game.give_up(team, "time_limit")
+        else:
+            game.place(placement.side, placement.throws_first)
 
     async def _turn(self, game: HostedGame, seats: tuple[Seat, Seat], lost: set[Team]) -> None:
         """One move, or what stands for it where a team has gone or has no time left."""

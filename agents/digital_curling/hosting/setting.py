@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from agents.digital_curling.conversation import PlayerMessage
 from agents.digital_curling.conversion import rules_of, skill_of
 from agents.digital_curling.messages import TEAMS, SettingMessage
@@ -28,11 +30,13 @@ class HostSetting:
     ----------
     ice : the ice when the game begins
     ice_name : its name or file, for the record
-    rule_name : name of the rules for fours
+    rule_name : name of the rules
+    arrangement : of the placed stones, in mixed doubles
     ends : scheduled ends
     five_rock : whether guards are protected for five stones, else for four
     thinking_time, extra_time : clock of each team for the game, and for each extra end [s]
-    throwers : execution errors of the four players of team 0 and of team 1
+    throwers : execution errors of the four players of team 0 and of team 1; in mixed doubles, the
+        first two play
     max_speed : the fastest throw that a player may mean [m/s]
     announced : name of the physics that clients are told
     send_trajectory : whether clients are told the paths of each shot
@@ -42,12 +46,13 @@ class HostSetting:
 
     Raises
     ------
-    InputError : clocks, throwers or speeds with which no game can be played
+    InputError : rules, clocks, throwers or speeds with which no game can be played
     """
 
     ice: Ice
     ice_name: str = "fcv1"
     rule_name: str = "digital_curling"
+    arrangement: int = 0
     ends: int = 8
     five_rock: bool = True
     thinking_time: float = 600.0
@@ -68,6 +73,9 @@ class HostSetting:
             raise InputError("a clock has more than 0 s and less than 1,000,000 s")
         if any(len(team) != THROWERS for team in self.throwers):
             raise InputError(f"a team has {THROWERS} throwers")
+        rules = self.rules
+        if not (rules.placed_stones or rules.stones == 2 * THROWERS):
+            raise InputError(f"games with {rules.name} are not hosted")
         if not 0 < self.max_speed <= MAX_SPEED:
             raise InputError(f"a greatest speed lies above 0 and up to {MAX_SPEED} m/s")
 
@@ -75,13 +83,12 @@ class HostSetting:
     def rules(self) -> RuleSet:
         """The rules of the game."""
         told = SettingMessage(max_end=self.ends, five_rock_rule=self.five_rock)
-        return rules_of(told, name=self.rule_name)
+        return rules_of(told, name=self.rule_name, arrangement=self.arrangement)
 
     @property
-    def is_for_fours(self) -> bool:
-        """Whether the rules are those of Digital Curling for teams of four."""
-        rules = self.rules
-        return rules.stones == 2 * THROWERS and not rules.placed_stones
+    def is_doubles(self) -> bool:
+        """Whether mixed doubles are played."""
+        return self.rules.placed_stones
 
     @property
     def players(self) -> dict[str, list[dict[str, Any]]]:
@@ -121,17 +128,18 @@ class HostSetting:
 
     def simulator(self, orders: tuple[Order, Order]) -> GameSimulator:
         """The simulator of the game, with the throwers in the order that the teams chose."""
+        rules = self.rules
         by_stone = [
             [
                 skill_of(PlayerMessage(stddev_speed=s.sigma_speed, stddev_angle=s.sigma_angle))
-                for k in order
-                for s in (team[k], team[k])
+                for k in (rules.throwers if rules.placed_stones else np.repeat(order, 2))
+                for s in (team[k],)
             ]
             for team, order in zip(self.throwers, orders, strict=True)
         ]
         return GameSimulator(
             self.ice,
-            rules=self.rules,
+            rules=rules,
             skills=(self.throwers[0][0], self.throwers[1][0]),
             throwers=(by_stone[0], by_stone[1]),
             ice_evolution=self.ice_evolution,

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from agents.digital_curling.pace import BUDGETS, Pace, stones_to_come
-from agents.playing.search import SearchPlayer
+from agents.playing.search import SearchPlayer, throws_before
 from curling_env.game import Call, GameSimulator, PlayerView
 from curling_env.game.opponents.draw import DrawPlayer
 from curling_env.throw import FROM_HACK, Throw
@@ -24,7 +24,7 @@ class CountingSearch(SearchPlayer):
 
     def call(self, view: PlayerView) -> Call:
         self.budgets.append(self.budget)
-        self._now[0] += self.budget / self._speed
+        self._now[0] += throws_before(view, self.budget) / self._speed
         return Call(throw=Throw(speed=2.0), shot="thought about")
 
 
