@@ -1,25 +1,36 @@
 """Teach the player `search` the value of positions, from ends that it plays against itself.
 
-    python scripts/train_value_network.py -o runs/value --ends 1000 1500 3000 5000
+    python scripts/train_value_network.py digital_curling
 
-In each round, ends are played with the network of the round before; the first round uses a
-heuristic. Each team aims for the win probabilities of some score in a game. The network of
-`agents.playing.search.value_network` is then fitted to the ends of the later rounds: it predicts
-how an end is scored. Needs the extra `train` (torch). Prints how often each score was made in
-level games.
+NAME is one of `agents.playing.search.networks.NETWORKS`, which says for which ice, rules, delivery
+and players it is learnt; `--ice`, `--rules`, `--delivery` and `--skill` take others.
+
+In each round, ends are played with the network of the round before. The first round begins with the
+package's network `standard`, or with a heuristic where that one itself is learnt or `--anew` is
+given. Each team aims for the win probabilities of some score in a game. The network of
+`agents.playing.search.value_network` is then fitted to the ends of the rounds so far: it predicts
+how an end is scored. One in twelve batches of ends is held out: on these the network is compared
+with the one to begin with, and with the shares of the scores alone.
+
+Every batch of ends is kept in the folder, and a run that was stopped goes on from there. `--keep`
+puts the network into the package in the end. Needs the extra `train` (torch).
 """
 
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import torch
 from tqdm import tqdm
 
+from agents.learning.model_file import read_model, write_model
 from agents.playing.league.fit import fit_value_network, negative_log_likelihood
+from agents.playing.league.run import ends_document, ends_from
 from agents.playing.league.self_play import (
     ExploratoryPrefix,
     PlayedEnds,
@@ -29,78 +40,196 @@ from agents.playing.league.self_play import (
     sigmas_of,
 )
 from agents.playing.league.tuning import ENDS_SIDE_BY_SIDE, LEAD_SPREAD, MAX_ENDS_LEFT
-from agents.playing.search.positions import SCORES, EndSimulator
-from agents.playing.search.value_network import FILE, ValueNetwork, load_network, save_network
+from agents.playing.search import networks
+from agents.playing.search.networks import NETWORKS, LearntFor
+from agents.playing.search.positions import SCORES
+from agents.playing.search.value_network import (
+    ValueNetwork,
+    load_network,
+    save_network,
+    skill_feature,
+)
 from curling_env.commands.cli import progress_bar
+from curling_env.errors import InputError
+from curling_env.game.rules.lines import Lines
 from curling_env.infrastructure.executor import executor
 from curling_env.infrastructure.files.storage import make_directory
-from curling_env.throw import SKILLS
+from curling_env.throw import skill_named
 
 HELD_OUT = 12
 """One in so many batches of ends is held out, to show what was learnt."""
 
 
+class Batch(NamedTuple):
+    """A batch of ends to be played, and the file that keeps it."""
+
+    learnt_for: LearntFor
+    seed: tuple[int, int, int]
+    path: Path
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, required=True)
-    parser.add_argument("--ends", type=int, nargs="+", default=[1000, 1500, 3000, 5000])
-    parser.add_argument("--network", type=Path, help="network to begin with")
-    parser.add_argument("--ice", default="standard")
+    parser.add_argument("name", choices=[known.name for known in NETWORKS])
+    parser.add_argument("-o", "--output", type=Path, help="by default runs/value/NAME")
+    parser.add_argument(
+        "--ends", type=int, nargs="+", default=[1000, 1500, 3000, 5000], help="of each round"
+    )
+    parser.add_argument("--epochs", type=int, default=8)
+    parser.add_argument("--anew", action="store_true", help="begin with a heuristic")
+    parser.add_argument("--keep", action="store_true", help="put the network into the package")
+    for option in ("ice", "rules", "delivery", "skill"):
+        parser.add_argument(f"--{option}")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
-    torch.manual_seed(arguments.seed)
+    known = next(known for known in NETWORKS if known.name == arguments.name)
+    changes = {
+        option: getattr(arguments, option)
+        for option in ("ice", "rules", "delivery", "skill")
+        if getattr(arguments, option)
+    }
+    learnt_for = replace(known, **changes)
+    folder = make_directory(arguments.output or Path("runs/value") / learnt_for.name)
+    anew = arguments.anew or known is NETWORKS[0]
+    network = learn(
+        learnt_for,
+        folder,
+        begin=None if anew else load_network(),
+        rounds=arguments.ends,
+        epochs=arguments.epochs,
+        workers=arguments.workers,
+        seed=arguments.seed,
+    )
+    save_network(folder / known.file, network)
+    if arguments.keep:
+        save_network(Path(networks.__file__).parent / known.file, network)
+
+
+def learn(
+    learnt_for: LearntFor,
+    folder: Path,
+    *,
+    begin: ValueNetwork | None,
+    rounds: list[int],
+    epochs: int,
+    workers: int,
+    seed: int,
+) -> ValueNetwork:
+    """Learn a network, round by round.
+
+    Parameters
+    ----------
+    learnt_for : what it is learnt for
+    folder : keeps the ends and the networks
+    begin : network to begin with; None for a heuristic
+    rounds : number of ends in each round
+    epochs, workers, seed : passes through the ends, processes, seed of everything random
+
+    Raises
+    ------
+    InputError : the folder holds ends that were learnt for something else
+    """
     torch.set_num_threads(1)
-    rng = np.random.default_rng(arguments.seed)
-    folder = make_directory(arguments.output)
-    simulator = end_simulator(arguments.ice, "world_curling_2024")
-    network = None if arguments.network is None else load_network(arguments.network)
-    experience: list[tuple[PlayedEnds, np.ndarray]] = []
-    for number, ends in enumerate(arguments.ends):
-        seeds = np.random.SeedSequence((arguments.seed, number)).spawn(
-            -(-ends // ENDS_SIDE_BY_SIDE)
-        )
-        with executor(arguments.workers) as workers:
-            play = workers.map(partial(play_batch, simulator, network), seeds)
-            fresh = list(tqdm(play, f"round {number + 1}", total=len(seeds), unit="batch"))
-        # Ends that the heuristic played are used only once.
-        kept = number > 1 or arguments.network is not None
-        experience = [*experience, *fresh] if kept else fresh
-        count = max(len(experience) // HELD_OUT, 1)
-        held = set(rng.choice(len(experience), count, replace=False).tolist())
-        taught = [ends for k, (ends, _) in enumerate(experience) if k not in held]
-        with progress_bar(unit="epoch") as progress:
-            network = fit_value_network(simulator.lines, taught, rng, progress=progress)
-        unseen = [
-            negative_log_likelihood(network, simulator.lines, experience[k][0])
-            for k in sorted(held)
+    network = begin
+    lines = end_simulator(learnt_for.ice, learnt_for.rules, learnt_for.delivery).lines
+    experience: list[tuple[int, PlayedEnds, np.ndarray]] = []
+    for number, ends in enumerate(rounds):
+        inside = make_directory(folder / f"round-{number + 1}")
+        batches = [
+            Batch(learnt_for, (seed, number, k), inside / f"batch-{k:03d}.npz")
+            for k in range(-(-ends // ENDS_SIDE_BY_SIDE))
         ]
-        print(f"round {number + 1}: negative log-likelihood of held-out ends {np.mean(unseen):.4f}")
-        save_network(folder / FILE, network)
-        scores = np.concatenate([ends.score[level] for ends, level in fresh])
-        shares = [round(float((scores == s).mean()), 3) for s in SCORES]
-        print(f"round {number + 1}: shares {dict(zip(SCORES.tolist(), shares, strict=True))}")
+        missing = [batch for batch in batches if not batch.path.exists()]
+        with executor(workers) as pool:
+            done = pool.map(partial(play_batch, network), missing)
+            for _ in tqdm(done, f"round {number + 1}", total=len(missing), unit="batch"):
+                pass
+        fresh = [(k, *_read(batch)) for k, batch in enumerate(batches)]
+        # Ends that the heuristic played are used only once.
+        kept = number > 1 or begin is not None
+        experience = [*experience, *fresh] if kept else fresh
+        torch.manual_seed(seed + number)
+        with progress_bar(unit="epoch") as progress:
+            network = fit_value_network(
+                lines,
+                [played for k, played, _ in experience if k % HELD_OUT],
+                np.random.default_rng((seed, number)),
+                epochs=epochs,
+                begin=begin,
+                progress=progress,
+            )
+        save_network(folder / f"round-{number + 1}.npz", network)
+        held_out = [played for k, played, _ in experience if k % HELD_OUT == 0]
+        print(f"round {number + 1}: {sum(len(p.score) for _, p, _ in experience)} ends")
+        _report_errors(lines, held_out, network, begin)
+        scores = np.concatenate([played.score[level] for _, played, level in fresh])
+        shares = {
+            int(s): round(float((scores == s).sum() / max(len(scores), 1)), 3) for s in SCORES
+        }
+        print(f"    shares of scores in {len(scores)} level ends: {shares}", flush=True)
+    assert network is not None
+    return network
 
 
-def play_batch(
-    simulator: EndSimulator, network: ValueNetwork | None, seed: np.random.SeedSequence
-) -> tuple[PlayedEnds, np.ndarray]:
-    """Ends by players of many skills, and which are level, by `elite` players, and not random."""
-    n, rng = ENDS_SIDE_BY_SIDE, np.random.default_rng(seed)
-    skill = np.where(rng.random(n) < 0.6, 0.0, rng.uniform(-0.7, 1.2, n))
+def _report_errors(
+    lines: Lines, held_out: list[PlayedEnds], network: ValueNetwork, begin: ValueNetwork | None
+) -> None:
+    """Negative log-likelihood of held-out ends: of the networks, and of the shares alone."""
+    scores = np.concatenate([played.score for played in held_out])
+    shares = np.array([(np.clip(scores, SCORES[0], SCORES[-1]) == s).mean() for s in SCORES])
+    entropy = -float((shares[shares > 0] * np.log(shares[shares > 0])).sum())
+    ours = np.array([negative_log_likelihood(network, lines, played) for played in held_out])
+    told = [f"this network {ours.mean():.4f}", f"shares alone {entropy:.4f}"]
+    if begin is not None:
+        other = np.array([negative_log_likelihood(begin, lines, played) for played in held_out])
+        error = (other - ours).std(ddof=1) / len(ours) ** 0.5 if len(ours) > 1 else np.nan
+        told.append(
+            f"the one to begin with {other.mean():.4f}, worse by {(other - ours).mean():.4f} "
+            f"± {error:.4f}"
+        )
+    print(f"    −ln p of the score of {len(scores)} held-out ends: {', '.join(told)}")
+
+
+def play_batch(network: ValueNetwork | None, batch: Batch) -> None:
+    """Play ends with players of many skills, and keep them in the batch's file.
+
+    With them is kept which ends are level, by the usual players, and not random.
+    """
+    learnt_for, n = batch.learnt_for, ENDS_SIDE_BY_SIDE
+    simulator = end_simulator(learnt_for.ice, learnt_for.rules, learnt_for.delivery)
+    rng = np.random.default_rng(batch.seed)
+    usual = skill_named(learnt_for.skill)
+    other = np.where(rng.random(n) < 0.6, 0.0, rng.uniform(-0.7, 1.2, n))
     left = rng.integers(1, MAX_ENDS_LEFT + 1, n)
     lead = np.rint(rng.normal(0, LEAD_SPREAD, n)).astype(int)
     level = rng.random(n) < 0.4
     left[level], lead[level] = rng.integers(3, MAX_ENDS_LEFT + 1, level.sum()), 0
     values = score_values(simulator.rules, lead, left)
-    sigma = sigmas_of(SKILLS["elite"]) * np.exp(skill)[:, None]
+    sigma = sigmas_of(usual) * np.exp(other)[:, None]
     # Most ends begin with random throws, so that the network also learns positions that players of
     # another kind leave.
     until = np.where(rng.random(n) < 0.3, 0, rng.integers(0, simulator.rules.deliveries, n))
     prefix = ExploratoryPrefix(until, rng.random((2, n)))
-    players = (network, network)
-    ends = play_ends(simulator, players, values, sigma, rng, skill=skill, prefix=prefix)
-    return ends, level & (skill == 0) & (until == 0)
+    skill = skill_feature(usual.sigma_angle) + other
+    ends = play_ends(simulator, (network, network), values, sigma, rng, skill=skill, prefix=prefix)
+    document = {
+        "for": _document(learnt_for),
+        "level": level & (other == 0) & (until == 0),
+        "ends": ends_document(ends),
+    }
+    write_model(batch.path, document)
+
+
+def _read(batch: Batch) -> tuple[PlayedEnds, np.ndarray]:
+    document = read_model(batch.path)
+    if document.get("for") != _document(batch.learnt_for):
+        raise InputError("was learnt for something else; choose another folder", source=batch.path)
+    return ends_from(document["ends"]), np.asarray(document["level"])
+
+
+def _document(learnt_for: LearntFor) -> dict[str, str]:
+    return {name: getattr(learnt_for, name) for name in ("ice", "rules", "delivery", "skill")}
 
 
 if __name__ == "__main__":

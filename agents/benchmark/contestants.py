@@ -8,13 +8,18 @@ from typing import Any
 
 import numpy as np
 
+from agents.benchmark.tasks import BenchmarkTask
 from agents.learning.policy import TrainedPolicy
+from agents.models import LEARNT, load
 from agents.planning import plan, plan_task
+from agents.playing.learned.network import ShotNetwork
+from agents.playing.learned.player import LearnedPlayer
+from agents.playing.trained_player import model_in
 from curling_env.envs.game.end_env import AGENT, CurlingEndEnv
 from curling_env.envs.game.opponents import policy_of
 from curling_env.envs.sheet.env import CurlingSheetEnv
 from curling_env.errors import InputError
-from curling_env.game import player_named
+from curling_env.game import Player, player_named
 from curling_env.game.players import player_names
 from curling_env.infrastructure.plugins import load_plugin
 from curling_env.sheet import to_sheet
@@ -28,9 +33,9 @@ def contestant(given: Any) -> Contestant:
 
     Parameters
     ----------
-    given : ``random``, ``planner`` (throws only), the name of a player (ends only), the file of a
-        trained policy (``.npz``), ``module:object``; or a function of observations, or something
-        with `predict`
+    given : ``random``, ``planner`` (throws only), ``learned`` (the trained models of the package),
+        the name of a player (ends only), the file of a trained model (``.npz``),
+        ``module:object``; or a `Player`, a function of observations, or something with `predict`
 
     Raises
     ------
@@ -40,13 +45,21 @@ def contestant(given: Any) -> Contestant:
         return _random
     if given == "planner":
         return _planned
+    if given == "learned":
+        return _learned()
     if isinstance(given, str) and given.partition(":")[0] in player_names():
-        return _player(given)
+        given = player_named(given)
     if isinstance(given, str | Path) and Path(given).suffix == ".npz":
-        given = TrainedPolicy.load(given)
+        given = model_in(given)
     elif isinstance(given, str):
         given = load_plugin("policy", "curling.policies", given, built_in=_names())
         given = given() if isinstance(given, type) else given
+    if isinstance(given, ShotNetwork):
+        given = LearnedPlayer(given)
+    if isinstance(given, Player):
+        return _player(given)
+    if isinstance(given, TrainedPolicy):
+        return _trained(given)
     policy = policy_of(given)
     if policy is None:
         raise InputError(
@@ -54,6 +67,21 @@ def contestant(given: Any) -> Contestant:
             f"module:object, or a function of observations, got {str(given)[:60]!r}"
         )
     return lambda _, observation: policy(observation)
+
+
+def can_do(given: str, task: BenchmarkTask) -> bool:
+    """Whether somebody by name can do a task at all; others than the package's are taken to."""
+    ends, asked = task.metric == "points", task.options.get("task", "draw")
+    if given == "planner":
+        return not ends
+    if given == "learned":
+        return ends or asked in LEARNT
+    if Path(given).suffix == ".npz":
+        model = model_in(given)
+        if isinstance(model, Player):
+            return ends
+        return not ends and model.settings.env_kwargs.get("task", "draw") == asked
+    return ends or given.partition(":")[0] not in player_names()
 
 
 def _names() -> list[str]:
@@ -78,12 +106,37 @@ def _planned(env: Any, observation: Any) -> Any:
     return env.action_of(found.best.throw)
 
 
-def _player(name: str) -> Contestant:
-    player = player_named(name)
-
+def _player(player: Player) -> Contestant:
     def call(env: Any, observation: Any) -> Any:
         if not isinstance(env, CurlingEndEnv):
-            raise InputError(f"the player {name!r} plays ends; single throws are the planner's")
+            raise InputError(f"the player {player.name!r} plays ends, not single throws")
         return env.action_of(player.call(env.simulator.view(env.state, AGENT)))
+
+    return call
+
+
+def _trained(policy: TrainedPolicy) -> Contestant:
+    """A policy that has learnt to throw; its range of throws may be another than the task's."""
+
+    def throw(env: Any, observation: Any) -> Any:
+        if not isinstance(env, CurlingSheetEnv):
+            raise InputError("this model throws single stones; in ends a player decides")
+        action, _ = policy.predict(observation)
+        return env.action_of(policy.throw_range.throw_of(action))
+
+    return throw
+
+
+def _learned() -> Contestant:
+    """The package's own models, each for what it has learnt."""
+    ready: dict[str, Contestant] = {}
+
+    def call(env: Any, observation: Any) -> Any:
+        task = "ends" if isinstance(env, CurlingEndEnv) else env.task.name
+        if task not in LEARNT:
+            raise InputError(f"no model has learnt {task}; they know {', '.join(LEARNT)}")
+        if task not in ready:
+            ready[task] = contestant(load(task))
+        return ready[task](env, observation)
 
     return call

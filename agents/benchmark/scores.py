@@ -27,6 +27,7 @@ class Score:
     mean : the mean over the episodes
     low, high : its 95 % interval, by resampling the episodes
     episodes : number of episodes
+    reward : mean reward of an episode, which `reward_threshold` of the task is about
     version : version of the benchmark
     """
 
@@ -36,6 +37,7 @@ class Score:
     low: float
     high: float
     episodes: int
+    reward: float
     version: int = VERSION
 
     def in_words(self) -> str:
@@ -69,12 +71,13 @@ def measure(
     if episodes < 2:
         raise InputError(f"an interval needs at least 2 episodes, got {episodes}")
     env = make(task.name, disable_env_checker=True).unwrapped
-    values = np.zeros(episodes)
+    values, rewards = np.zeros(episodes), np.zeros(episodes)
     for k in range(episodes):
         observation, _ = env.reset(seed=FIRST_SEED + k)
         over, info = False, dict[str, Any]()
         while not over:
-            observation, _, over, _, info = env.step(who(env, observation))
+            observation, reward, over, _, info = env.step(who(env, observation))
+            rewards[k] += float(reward)
         values[k] = _value(task, info)
         progress(task.name, k + 1, episodes)
     env.close()
@@ -86,6 +89,7 @@ def measure(
         low=low,
         high=high,
         episodes=episodes,
+        reward=float(rewards.mean()),
     )
 
 

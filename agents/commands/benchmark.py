@@ -14,9 +14,9 @@ def benchmark(
         str,
         typer.Argument(
             metavar="POLICY",
-            help="random; planner, for throws; draw, rulebased, greedy, search, for ends; a model "
-            "of `curling train` (.npz); or module:object, a function of observations or something "
-            "with predict.",
+            help="random; planner, for throws; draw, rulebased, greedy, search, for ends; learned, "
+            "the trained models of the package; a model's file (.npz); or module:object, a "
+            "function of observations or something with predict.",
         ),
     ],
     task: Annotated[
@@ -42,21 +42,19 @@ def benchmark(
     Examples:
         curling benchmark random
         curling benchmark planner --task draw --task takeout --episodes 40
+        curling benchmark learned --episodes 100
         curling benchmark my_agent:policy --task end-rulebased --json
     """
     from dataclasses import asdict
 
     from agents.benchmark import TASKS, measure
-    from agents.benchmark.contestants import contestant
+    from agents.benchmark.contestants import can_do, contestant
     from agents.benchmark.tasks import task_of
-    from curling_env.game.players import player_names
 
     who = contestant(policy)
     chosen = [task_of(name) for name in task or TASKS]
-    if task is None and policy == "planner":
-        chosen = [one for one in chosen if one.metric != "points"]
-    elif task is None and policy.partition(":")[0] in player_names():
-        chosen = [one for one in chosen if one.metric == "points"]
+    if task is None:
+        chosen = [one for one in chosen if can_do(policy, one)]
     scores = []
     with progress_bar(unit="episode") as progress:
         for one in chosen:

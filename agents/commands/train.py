@@ -11,11 +11,13 @@ from curling_env.commands.cli import (
     IceOption,
     JsonOption,
     OutputDirectory,
+    UnitsOption,
     conclude,
     progress_bar,
     say,
 )
 from curling_env.errors import InputError
+from curling_env.units import Units, short_length
 
 
 def train(
@@ -62,6 +64,7 @@ def train(
         int | None,
         typer.Option(min=0, help="Seed of all randomness; by default as configured."),
     ] = None,
+    units: UnitsOption = Units.METRES,
     as_json: JsonOption = False,
 ) -> None:
     """Train an agent to draw.
@@ -135,13 +138,17 @@ def train(
                 settings, output, thrown_on, resume=checkpoint, progress=progress
             )
     say(f"the agent: {output / 'model.npz'}")
+    if not evaluation.is_draw(settings):
+        document = {"model": str(output / "model.npz"), "settings": settings.as_dict()}
+        conclude(document, "`curling benchmark` measures it", as_json=as_json)
+        return
     with progress_bar(unit="draw") as progress:
         judged = evaluation.evaluate(policy, thrown_on, draws=targets, progress=progress)
     result = {"format": evaluation.EVALUATION_FORMAT.newest, **judged}
     write_json(output / "evaluation.json", result)
     over = result["agent_over_best"]
     misses = ", ".join(
-        f"{name} {100 * result[who]['mean_miss_with_error_m']:.0f} cm"
+        f"{name} {short_length(result[who]['mean_miss_with_error_m'], units)}"
         for name, who in (("agent", "agent"), ("planner", "planner"), ("best possible", "best"))
     )
     words = (

@@ -118,6 +118,12 @@ class EvaluationDraw:
     target: Floats
 
 
+def is_draw(settings: TrainingSettings) -> bool:
+    """Whether a policy learns draws on an empty sheet, which can be compared with the planner."""
+    options = settings.environment()
+    return options.get("task", "draw") == "draw" and not options.get("stones", ())
+
+
 def evaluation_draws(settings: TrainingSettings, ice: Ice, n: int) -> list[EvaluationDraw]:
     """New draws like those of the training, on unseen ices and at other targets.
 
@@ -131,11 +137,10 @@ def evaluation_draws(settings: TrainingSettings, ice: Ice, n: int) -> list[Evalu
     ------
     InputError : the policy does not learn draws on an empty sheet
     """
-    options = settings.environment()
-    if options.get("task", "draw") != "draw" or options.get("stones", ()):
+    if not is_draw(settings):
         raise InputError("only draws on an empty sheet can be compared with the planner")
     rng = np.random.default_rng((settings.seed, 1_000_003))
-    target = options.get("target")
+    target = settings.environment().get("target")
     if settings.ices is None and not isinstance(target, str):
         n = 1
     places = house_targets(n, rng)

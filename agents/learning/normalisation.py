@@ -14,10 +14,9 @@ import torch
 from gymnasium import spaces
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 
+from agents.learning.actor import MAX_DEVIATION
 from curling_env.typing import Singles
 
-MAX_DEVIATION = 5.0
-"""Standard deviations from the mean at which a number is cut off."""
 CONSTANT_BELOW = 1e-4
 """A number with a smaller standard deviation is taken as constant and left out."""
 

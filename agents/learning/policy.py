@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from agents.learning.configuration import TrainingSettings, schedule_of, settings_from
+from agents.learning.actor import actor_of
+from agents.learning.configuration import TrainingSettings, settings_from
 from agents.learning.model_file import check_finite, read_model
 from agents.planning.target_search import direction_to
 from curling_env.envs.sheet.action import ThrowRange, throw_range_for
@@ -65,11 +66,9 @@ class TrainedPolicy:
                 problem or "is not a trained model of this project", source=path
             ) from error
         try:
-            actor = _untrained_actor(settings, int(document["observation_size"]))
-            actor.load_state_dict(tensors(document["policy"]))
-        except (KeyError, TypeError, ValueError, RuntimeError) as error:
+            actor = actor_of(document["policy"], settings, int(document["observation_size"]))
+        except (AttributeError, KeyError, TypeError, ValueError) as error:
             raise InputError("holds weights that do not fit its settings", source=path) from error
-        actor.set_training_mode(False)
         return cls(actor=actor, settings=settings, throw_range=throws)
 
     def predict(
@@ -91,14 +90,26 @@ class TrainedPolicy:
         InputError : observations of another size
         """
         seen = np.asarray(observation, dtype=np.float32)
-        space: Any = getattr(self.actor, "observation_space", None)
-        if space is not None and seen.shape[-1:] != space.shape:
+        size = getattr(self.actor, "observation_size", None)
+        if size is not None and seen.shape[-1:] != (size,):
             raise InputError(
-                f"this policy has learnt with observations of {space.shape[0]} numbers, got "
+                f"this policy has learnt with observations of {size} numbers, got "
                 f"{seen.shape}; make the environment with the options of its training"
             )
         action, _ = self.actor.predict(seen, deterministic=deterministic)
         return np.asarray(action, dtype=np.float32), None
+
+    def environment(self) -> dict[str, Any]:
+        """Options of `CurlingSheet-v0` with which `predict` serves."""
+        numbers = self.throw_range
+        options: dict[str, Any] = {
+            **self.settings.env_kwargs,
+            "throw_range": {"speed": numbers.speed, "angle": numbers.angle, "spin": numbers.spin},
+            "skill": self.settings.skill,
+        }
+        if self.settings.ices is not None:
+            options["ices"] = {**asdict(self.settings.ices), "knows": self.settings.knows}
+        return options
 
     def throws(self, known: Ice, targets: ArrayLike) -> Floats:
         """The throw at each target, (n, 4) speed, angle, spin and offset at the hog line.
@@ -167,22 +178,6 @@ def policy_kwargs_of(
         given["features_extractor_class"] = ObservationNormaliser
         given["features_extractor_kwargs"] = {"mean": mean, "deviation": deviation}
     return given
-
-
-def _untrained_actor(settings: TrainingSettings, size: int) -> Any:
-    from gymnasium import spaces
-    from stable_baselines3.ppo.policies import MlpPolicy as PpoPolicy
-    from stable_baselines3.sac.policies import MlpPolicy as SacPolicy
-    from stable_baselines3.td3.policies import MlpPolicy as Td3Policy
-
-    kinds: dict[str, Any] = {"sac": SacPolicy, "td3": Td3Policy, "ppo": PpoPolicy}
-    rate = schedule_of(settings.hyperparameters.get("learning_rate", 3e-4))
-    return kinds[settings.algorithm](
-        spaces.Box(-1.0, 1.0, (size,), dtype=np.float32),
-        spaces.Box(-1.0, 1.0, (3,), dtype=np.float32),
-        rate if callable(rate) else lambda _: float(rate),
-        **policy_kwargs_of(settings),
-    )
 
 
 def tensors(value: Any) -> Any:

@@ -210,7 +210,8 @@ def plan_throw(
     own : (k,) whether each stone belongs to the thrower's team, see `plan_task`
     skill : the player who throws: ``none``, ``elite``, ``champion``, ``championship``,
         ``club``, a skill file, or a `Skill`
-    delivery : where throws begin: ``hog-line``, ``hack`` (as in Digital Curling) or a `Delivery`
+    delivery : where throws begin: ``hog-line``, ``tee-line``, ``hack`` (as in Digital Curling) or
+        a `Delivery`
     seed : seed of the trials; the same seed gives the same plan
 
     Returns

@@ -28,6 +28,8 @@ from curling_env.typing import Progress, no_progress
 
 DATASET = "curling/ends-v0"
 """Identifier of the dataset, which is also the folder under the one asked for."""
+RECORDED = Path(__file__).with_name("recorded")
+"""Folder of the small dataset that comes with the package: 100 ends by `search:400`."""
 
 
 def record_ends(
@@ -72,10 +74,11 @@ def record_ends(
     env = gymnasium.make("CurlingEnd-v0", disable_env_checker=True, **(options or {}))
     if not isinstance(env.observation_space, gymnasium.spaces.Box):
         raise InputError("a dataset needs observations that are vectors: observation='flat'")
-    played = [
+    # Written end by end, so that memory does not grow with their number.
+    played: Any = (
         EpisodeBuffer(id=k, seed=seed + k, **episode)
         for k, episode in enumerate(_episodes(env, player, ends, seed, progress))
-    ]
+    )
     draft = root / ".being-written"
     shutil.rmtree(draft, ignore_errors=True)
     try:

@@ -5,6 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from agents.learning.model_file import read_model
+from agents.learning.policy import TrainedPolicy
+from agents.playing.learned.network import ShotNetwork
+from agents.playing.learned.player import LearnedPlayer
 from agents.playing.search.player import SearchPlayer
 from agents.playing.search.value_network import network_from
 from curling_env.errors import InputError
@@ -28,8 +31,6 @@ class TrainedPlayer(Player):
     """
 
     def __init__(self, path: str | Path) -> None:
-        from agents.learning.policy import TrainedPolicy
-
         self._policy = TrainedPolicy.load(path)
         self._throws: dict[Direction, tuple[Ice, Throw]] = {}
 
@@ -44,7 +45,7 @@ class TrainedPlayer(Player):
 
 
 def trained_player(path: str | Path, *, budget: int = 400) -> Player:
-    """The player of a model in a file: one from a league, or one that draws to the button.
+    """The player of a model in a file: one that has learnt ends, or one that draws to the button.
 
     Parameters
     ----------
@@ -59,12 +60,26 @@ def trained_player(path: str | Path, *, budget: int = 400) -> Player:
     player: Player
     if "layers" in document:
         player = SearchPlayer(budget, network=network_from(document, path))
+    elif "shots" in document:
+        player = LearnedPlayer(ShotNetwork.of_document(document, path))
     else:
         player = TrainedPlayer(path)
     where = Path(path)
     # Every run leaves a `model.npz`, so its folder is the better name.
     player.name = where.absolute().parent.name if where.stem == "model" else where.stem
     return player
+
+
+def model_in(path: str | Path) -> Player | TrainedPolicy:
+    """The trained model in a file: a player of ends, or a policy of single throws.
+
+    Raises
+    ------
+    InputError : no such file, or not a model of this project
+    """
+    document = read_model(path)
+    ends = "layers" in document or "shots" in document
+    return trained_player(path) if ends else TrainedPolicy.load(path)
 
 
 def player_from(name: str) -> Player:

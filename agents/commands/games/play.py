@@ -114,8 +114,10 @@ def play(
     from curling_env.game.rules import Team, rule_set
     from curling_env.game.skill_file import load_skill
     from curling_env.infrastructure.files.storage import make_directory, together
+    from curling_env.infrastructure.threads import one_thread
     from curling_env.throw import delivery_named
 
+    one_thread()
     if film and output is None:
         raise InputError("--film needs a directory for it: -o DIR")
     if hammer not in ("home", "away", "lot"):

@@ -22,7 +22,13 @@ def record_games(
         str,
         typer.Option(help="Who plays as the agent: draw, rulebased, greedy, search, search:500, …"),
     ] = "search",
-    opponent: Annotated[str, typer.Option(help="Who plays against it.")] = "rulebased",
+    opponent: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Who plays against it, rulebased by default; may be given several times: every "
+            "end then draws one."
+        ),
+    ] = None,
     ends: Annotated[int, typer.Option(min=1, max=10_000_000, help="Number of ends.")] = 100,
     ice: IceOption = "standard",
     as_json: Annotated[bool, typer.Option("--json", help="Print only the JSON.")] = False,
@@ -37,6 +43,7 @@ def record_games(
     \b
     Examples:
         curling record-games --player search:400 --ends 200 -o runs/data
+        curling record-games --opponent rulebased --opponent draw --ends 1000 -o runs/data
         MINARI_DATASETS_PATH=runs/data python -c \\
             "import minari; print(minari.load_dataset('curling/ends-v0').total_steps)"
     """
@@ -48,7 +55,7 @@ def record_games(
             output,
             player_from(player),
             ends=ends,
-            options={"opponent": opponent, "ice": ice},
+            options={"opponent": opponent or ["rulebased"], "ice": ice},
             seed=seed,
             progress=progress,
         )

@@ -67,8 +67,10 @@ def tournament(
     from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator
     from curling_env.game.rules import rule_set
     from curling_env.game.skill_file import load_skill
+    from curling_env.infrastructure.threads import one_thread
     from curling_env.throw import delivery_named
 
+    one_thread()
     chosen = rule_set(rules) if ends is None else rule_set(rules, ends=ends)
     simulator = GameSimulator(
         ice,

@@ -12,7 +12,8 @@ import numpy as np
 
 from agents.planning.description import Description, describe
 from agents.playing.search import SearchPlayer
-from agents.playing.search.player import PositionEvaluator, ShotEstimate
+from agents.playing.search.evaluator import PositionEvaluator
+from agents.playing.search.player import ShotEstimate
 from agents.playing.search.positions import EndSimulator, points_of, position_of
 from agents.playing.search.value_network import skill_feature
 from curling_env.errors import InputError
@@ -85,7 +86,7 @@ def best_calls(
         raise InputError("no throw on this ice gets to the far house")
     lines, rules = view.game.lines, view.game.rules
     evaluator = PositionEvaluator(
-        searcher.network, rules, lines, skill_feature(view.skill.sigma_angle)
+        searcher.network(rules, view.ice), rules, lines, skill_feature(view.skill.sigma_angle)
     )
     play = EndSimulator(
         ice=view.ice, direction=view.direction, rules=rules, lines=lines, delivery=view.delivery

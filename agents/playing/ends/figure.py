@@ -16,12 +16,15 @@ COLOURS = {"published": "#20364b", "by-the-odds": "#c8793a", "championship": "#2
 LABELS = {"by-the-odds": "by the odds alone", "championship": "as championships are played"}
 
 
-def draw_ends(found: Mapping[str, Mapping[str, Any]], path: Path) -> None:
+def draw_ends(
+    found: Mapping[str, Mapping[str, Any]], calibration: Mapping[str, Any], path: Path
+) -> None:
     """Draw scores of ends and the calibration of predictions.
 
     Parameters
     ----------
     found : summaries of games by name, see `results.summary`
+    calibration : how chances to win came true, see `results.calibration`
     path : picture to write
     """
     figure = new_figure(9.5, 3.9)
@@ -59,7 +62,7 @@ def draw_ends(found: Mapping[str, Mapping[str, Any]], path: Path) -> None:
         ("calls", "chance seen in a call", COLOURS["championship"]),
         ("table_of_search", "win table of search, before an end", COLOURS["by-the-odds"]),
     ):
-        bins = found["championship"][key]["bins"]
+        bins = calibration[key]["bins"]
         x, y, low, high = (
             np.array([one[part] for one in bins]) for part in ("predicted", "share", "low", "high")
         )

@@ -2,9 +2,10 @@
 
 Statisticians at championships give four points for a shot that does what the skip called for, none
 for one that misses, and some for what it did half (CURLIT, How to score, 2008; Curling Canada's
-guidelines are the same). Only the outcome is judged, not whose fault it was. Here the call is what
-the throw does without any error on the ice as the team reads it. The distances are ours: the
-guidelines leave them to the eye.
+guidelines are the same). Only the outcome is judged, not whose fault it was, and in doubt to the
+player's benefit. Here the call is what the throw does without any error on the ice as the team
+reads it. A takeout whose stone stays in play is perfect wherever it stays, unless a roll was
+called; how near is near enough is left to the eye, so the distances are ours.
 """
 
 from __future__ import annotations
@@ -17,34 +18,57 @@ from curling_env.typing import Flags, Floats
 
 BEST = 4
 """The grade of a shot that was made."""
-DRAW_REACH = (0.6, 1.0, 1.5, 2.2)
-"""How far from the called place a draw or a guard may rest for 4, 3, 2 and 1 points [m]."""
+FRONT_REACH = (0.6, 1.0, 1.5, 2.2)
+"""How far from its call a stone before an empty house may rest for 4, 3, 2 and 1 points [m]."""
+DRAW_REACH = (0.45, 0.8, 1.3, 2.0)
+"""The same for draws and guards of a stone: half of them are perfect, as in championships."""
 FINE_REACH = (0.3, 0.6, 1.0, 1.5)
-"""The same for a freeze and a tap."""
+"""The same for freezes, taps and hits that are to take nothing out."""
+ROLL = 0.9
+"""A stone that is called to stop farther from the stone it hits was called to roll [m]."""
+ROLL_REACH = 1.0
+"""How far from the called place it may roll for 4 points [m]; 3 beyond."""
 MOVED = 0.1
 """A stone that was meant to move by more is part of the call [m]."""
-FINE_SHOTS = ("freeze", "tap")
-HITS = ("control-weight hit", "hit", "firm hit", "peel")
 NOT_GRADED = "through the house"
 
-SHOT_TYPES = ("draw", "guard", "freeze and tap", "takeout", "peel")
-"""The types by which grades are told."""
+_QUIET = {"guard": "front", "cover": "guard", "freeze": "freeze", "tap": "tap"}
+"""Types of the shots without hit weight that are no draws, by the names `search` gives them."""
+_HITS = ("control-weight hit", "hit", "firm hit", "peel")
 
-HIT_MEANINGS = ("one stone", "one stone by another", "two stones or more", "none")
-"""What hits are meant to take out of play."""
+HIT_TYPES = ("takeout", "hit and roll", "peel", "double", "run-back", "other hit")
+"""What hits are called for: one stone out, with a roll, or both out; more; a stone by another."""
+SHOT_TYPES = ("draw", "front", "guard", "freeze", "tap", *HIT_TYPES)
+"""The types by which grades are told, those of statisticians."""
 
 
-def shot_type(shot: str) -> str | None:
-    """The type of a shot that `search` names; None for a stone that is thrown away."""
+def shot_type(shot: str, before: Floats, called: Floats, slot: int) -> str | None:
+    """Which of `SHOT_TYPES` a shot is; None for a stone that is thrown away.
+
+    Parameters
+    ----------
+    shot : its name
+    before, called : (16, 2) positions before it and as called; see
+        `agents.playing.search.positions`
+    slot : place of the delivered stone in a position
+    """
     if shot == NOT_GRADED:
         return None
-    if shot in FINE_SHOTS:
-        return "freeze and tap"
-    if shot in ("guard", "cover"):
-        return "guard"
-    if shot == "peel":
+    if shot not in _HITS:
+        return _QUIET.get(shot, "draw")
+    removed = _removed(before, called)
+    out = removed & _opponents(slot)
+    if not out.any():
+        return "other hit"
+    if out.sum() > 1:
+        return "double"
+    moved = removed | (np.hypot(*(called - before).T) > MOVED)
+    if moved.sum() > 1:
+        return "run-back"
+    if np.isnan(called[slot, 0]):
         return "peel"
-    return "takeout" if shot in HITS else "draw"
+    far = np.hypot(*(called[slot] - before[out][0])) > ROLL
+    return "hit and roll" if far else "takeout"
 
 
 def grade(shot: str, before: Floats, called: Floats, made: Floats, slot: int) -> int | None:
@@ -52,34 +76,18 @@ def grade(shot: str, before: Floats, called: Floats, made: Floats, slot: int) ->
 
     Parameters
     ----------
-    shot : its name
-    before, called, made : (16, 2) positions before it, as called, and afterwards; see
-        `agents.playing.search.positions`
-    slot : place of the delivered stone in a position
+    shot, before, called, slot : see `shot_type`
+    made : (16, 2) positions afterwards
     """
-    kind = shot_type(shot)
+    kind = shot_type(shot, before, called, slot)
     if kind is None:
         return None
-    removed = np.isfinite(before[:, 0]) & np.isnan(called[:, 0])
-    if kind in ("takeout", "peel") and removed[_opponents(slot)].any():
-        return _hit(before, called, made, slot, removed, stays=kind == "takeout")
-    reach = FINE_REACH if shot in FINE_SHOTS else DRAW_REACH
+    if kind in HIT_TYPES and kind != "other hit":
+        return _hit(kind, before, called, made, slot)
+    reach = {"front": FRONT_REACH, "draw": DRAW_REACH, "guard": DRAW_REACH}.get(kind, FINE_REACH)
     moved = np.hypot(*(called - before).T) > MOVED
     moved[slot] = True
     return _placed(called[moved], made[moved], reach)
-
-
-def hit_meaning(before: Floats, called: Floats, slot: int) -> str:
-    """Which of `HIT_MEANINGS` a hit has, from the positions before it and as called; see `grade`.
-
-    One stone is taken out by another where a second stone moves with it, as in a run-back.
-    """
-    removed = np.isfinite(before[:, 0]) & np.isnan(called[:, 0])
-    out = int((removed & _opponents(slot)).sum())
-    if out != 1:
-        return "two stones or more" if out else "none"
-    moved = removed | (np.hypot(*(called - before).T) > MOVED)
-    return "one stone" if moved.sum() == 1 else "one stone by another"
 
 
 def _placed(called: Floats, made: Floats, reach: tuple[float, ...]) -> int:
@@ -91,23 +99,28 @@ def _placed(called: Floats, made: Floats, reach: tuple[float, ...]) -> int:
     return int((off.max() <= np.array(reach)).sum())
 
 
-def _hit(
-    before: Floats, called: Floats, made: Floats, slot: int, removed: Flags, *, stays: bool
-) -> int:
-    """Points for a takeout: for what it took out, and, if it `stays`, for where the shooter did."""
+def _hit(kind: str, before: Floats, called: Floats, made: Floats, slot: int) -> int:
+    """Points for what a hit took out, and, where one stone was called, for where the shooter is."""
+    removed = _removed(before, called)
     wanted = removed & _opponents(slot)
     out = wanted & np.isnan(made[:, 0])
     if not out.any():
         struck = np.hypot(*(made - before).T)[wanted] > MOVED
         return int(bool(struck.any()))
-    lost = np.isfinite(before[:, 0]) & np.isnan(made[:, 0]) & ~removed & ~_opponents(slot)
+    lost = _removed(before, made) & ~removed & ~_opponents(slot)
     if not out[wanted].all() or lost.any():
         return 2
-    if not stays or np.isnan(called[slot, 0]):
+    if kind not in ("takeout", "hit and roll"):
         return BEST
     if np.isnan(made[slot, 0]):
         return 2
-    return BEST if np.hypot(*(made - called)[slot]) <= DRAW_REACH[1] else 3
+    rolled = kind == "hit and roll" and np.hypot(*(made - called)[slot]) > ROLL_REACH
+    return BEST - 1 if rolled else BEST
+
+
+def _removed(before: Floats, after: Floats) -> Flags:
+    """Places of the stones that are no longer in play, (16,)."""
+    return np.isfinite(before[:, 0]) & np.isnan(after[:, 0])
 
 
 def _opponents(slot: int) -> Flags:

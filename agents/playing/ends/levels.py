@@ -16,9 +16,10 @@ BY_THE_ODDS = Conditions()
 CHAMPIONSHIP = replace(
     BY_THE_ODDS,
     skill="championship",
-    judgement=TeamJudgement(weight=0.005, curl=0.02, sweep=0.3),
+    judgement=TeamJudgement(weight=0.005, curl=0.04, sweep=0.3),
     calls=CallingStyle(
         blank_cost=0.005,
+        single_cost=0.008,
         opening_guards=2,
         source="fitted to the published ends",
     ),
@@ -38,6 +39,13 @@ def _champion(speed: float = 1.0, line: float = 1.0, **others: float) -> Skill:
     )
 
 
+FORMER_FIT = "championship, the former fit"
+"""As championships, before single points had a cost and curl was read worse."""
+_FORMER = replace(
+    CHAMPIONSHIP,
+    judgement=TeamJudgement(weight=0.005, curl=0.02, sweep=0.3),
+    calls=CallingStyle(blank_cost=0.005, opening_guards=2, source="fitted to the published ends"),
+)
 _EVOLUTION = BY_THE_ODDS.evolution
 _GUARDS = replace(BY_THE_ODDS, calls=CallingStyle(opening_guards=1))
 FACTORS: dict[str, Conditions] = {
@@ -58,15 +66,19 @@ FACTORS: dict[str, Conditions] = {
     "hits: errors 1.5 times as large": replace(BY_THE_ODDS, hit_factor=1.5),
     "one turn: errors 1.5 times as large": replace(BY_THE_ODDS, turn_factor=1.5),
     "stones: 2 % apart": replace(BY_THE_ODDS, evolution=replace(_EVOLUTION, stone_spread=0.02)),
-    "championship by the four-rock rule": replace(CHAMPIONSHIP, free_guard_until=4, no_tick=False),
+    "the former fit by the four-rock rule": replace(_FORMER, free_guard_until=4, no_tick=False),
     "guards, weight 2": replace(_GUARDS, skill=_champion(2.0)),
     "guards, weight 2.3, line 0.8": replace(_GUARDS, skill=_champion(2.3, 0.8)),
     "two guards, weight 2.3, line 0.8": replace(
         _GUARDS, skill=_champion(2.3, 0.8), calls=CallingStyle(opening_guards=2)
     ),
     "guards, weight 2.3, line 0.9, tails 4": replace(_GUARDS, skill=_champion(2.3, 0.9, tails=4.0)),
-    "the fit with a blank that costs 2 %": replace(
-        CHAMPIONSHIP, calls=CallingStyle(blank_cost=0.02, opening_guards=2)
+    FORMER_FIT: _FORMER,
+    "the former fit with a blank that costs 2 %": replace(
+        _FORMER, calls=CallingStyle(blank_cost=0.02, opening_guards=2)
+    ),
+    "the former fit, bolder calls for two": replace(
+        _FORMER, calls=replace(_FORMER.calls, blank_cost=0.008, single_cost=0.015)
     ),
     "guards, weight 1.5, judgement": replace(
         _GUARDS,

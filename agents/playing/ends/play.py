@@ -9,17 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from agents.playing.ends.grades import HIT_MEANINGS, HITS, grade, hit_meaning, shot_type
+from agents.playing.ends.grades import grade, shot_type
 from agents.playing.match import Match, PlayedDelivery
 from agents.playing.search import BY_THE_ODDS, CallingStyle, SearchPlayer
-from agents.playing.search.positions import EndSimulator, position_of
+from agents.playing.search.positions import SCORES, EndSimulator, position_of
+from agents.playing.search.value_network import ValueNetwork, skill_feature
+from agents.playing.search.win_probability import WinProbability
 from curling_env.game import Call, GameSimulator, GameState, PlayerView
 from curling_env.game.ice_evolution import TYPICAL_EVOLUTION, IceEvolution
 from curling_env.game.rules import Team, rule_set
 from curling_env.game.team_judgement import NEVER_WRONG, TeamJudgement
 from curling_env.infrastructure.executor import executor
 from curling_env.throw import Skill, Throw, skill_named
-from curling_env.typing import Floats, Progress, no_progress, with_progress
+from curling_env.typing import Progress, no_progress, with_progress
 
 HIT_SPEED = 2.3
 """A faster throw over the hog line is a hit [m/s]; a draw through the house is slower."""
@@ -105,6 +107,8 @@ class ShotRecord:
     grade : 0 to 4; None for that
     left : stones to come in the end, with this one
     hammer : whether the team has the hammer
+    expected, blank : points of the team with the hammer less its opponent's, and the chance of a
+        blank, that the value network of `search` expects of the end before it
     predicted : chance to win the game that the player saw in its call
     won : whether its team won the game
     """
@@ -113,6 +117,8 @@ class ShotRecord:
     grade: int | None
     left: int
     hammer: bool
+    expected: float
+    blank: float
     predicted: float
     won: bool
 
@@ -137,7 +143,11 @@ class GameRecord:
             "seed": self.seed,
             "ends": [[e.lead, e.ends_left, e.score, int(e.won)] for e in self.ends],
             "shots": [
-                [s.type, s.grade, s.left, int(s.hammer), round(s.predicted, 4), int(s.won)]
+                [
+                    *(s.type, s.grade, s.left, int(s.hammer)),
+                    *(round(chance, 4) for chance in (s.expected, s.blank, s.predicted)),
+                    int(s.won),
+                ]
                 for s in self.shots
             ],
         }
@@ -158,10 +168,12 @@ class GameRecord:
                     grade=points,
                     left=left,
                     hammer=bool(hammer),
+                    expected=expected,
+                    blank=blank,
                     predicted=predicted,
                     won=bool(won),
                 )
-                for kind, points, left, hammer, predicted, won in document["shots"]
+                for kind, points, left, hammer, expected, blank, predicted, won in document["shots"]
             ),
         )
 
@@ -231,6 +243,7 @@ def _play(item: tuple[Conditions, int]) -> GameRecord:
         deliveries.append(delivery)
         expected.append(callers[delivery.shot.team].expected)
     game = match.game
+    network = callers[0].network(simulator.rules, simulator.ice)
     return GameRecord(
         seed=seed,
         ends=tuple(
@@ -243,24 +256,19 @@ def _play(item: tuple[Conditions, int]) -> GameRecord:
             for number, hammer in enumerate(game.hammers)
         ),
         shots=tuple(
-            _shot_record(simulator, delivery, predicted, game.winner)
+            _shot_record(simulator, network, delivery, predicted, game.winner)
             for delivery, predicted in zip(deliveries, expected, strict=True)
         ),
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Judged:
-    """A delivery's positions before it, as called and as made, and its slot and grade."""
-
-    before: Floats
-    called: Floats
-    made: Floats
-    slot: int
-    grade: int | None
-
-
-def _judged(simulator: GameSimulator, delivery: PlayedDelivery) -> _Judged:
+def _shot_record(
+    simulator: GameSimulator,
+    network: ValueNetwork,
+    delivery: PlayedDelivery,
+    predicted: float,
+    winner: Team | None,
+) -> ShotRecord:
     before, shot = delivery.before, delivery.shot
     end = before.game.end
     assert end is not None
@@ -276,39 +284,22 @@ def _judged(simulator: GameSimulator, delivery: PlayedDelivery) -> _Judged:
     called = own.play(position[None], end.delivered, intended)[0]
     made = position_of(replace(end, stones=shot.stones_after))
     slot = own.slot(end.delivered)
-    points = grade(shot.call.shot, position, called, made, slot)
-    return _Judged(before=position, called=called, made=made, slot=slot, grade=points)
-
-
-def _shot_record(
-    simulator: GameSimulator, delivery: PlayedDelivery, predicted: float, winner: Team | None
-) -> ShotRecord:
-    shot, end = delivery.shot, delivery.before.game.end
-    assert end is not None
+    shares = network.score_probabilities(
+        simulator.lines,
+        position[None],
+        simulator.rules.deliveries - end.delivered,
+        WinProbability(simulator.rules).by_score(
+            before.game.lead(end.hammer), before.game.ends_left
+        ),
+        skill_feature(simulator.skills[shot.team].sigma_angle),
+    )[0]
     return ShotRecord(
-        type=shot_type(shot.call.shot) or "",
-        grade=_judged(simulator, delivery).grade,
+        type=shot_type(shot.call.shot, position, called, slot) or "",
+        grade=grade(shot.call.shot, position, called, made, slot),
         left=simulator.rules.deliveries - end.delivered,
         hammer=shot.team is end.hammer,
+        expected=float(shares @ SCORES),
+        blank=float(shares[SCORES == 0].sum()),
         predicted=predicted,
         won=winner is shot.team,
     )
-
-
-def grades_of_hits(conditions: Conditions, seeds: Sequence[int]) -> dict[str, list[int]]:
-    """Grades of hits by what they were meant to take out, see `grades.HIT_MEANINGS`.
-
-    Parameters
-    ----------
-    conditions, seeds : games that are played for it, as by `play_games`
-    """
-    found: dict[str, list[int]] = {meaning: [] for meaning in HIT_MEANINGS}
-    for seed in seeds:
-        simulator = conditions.simulator()
-        home, away = (_Caller(conditions.budget, calls=conditions.calls) for _ in Team)
-        for delivery in Match(simulator, (home, away), seed=seed):
-            if delivery.shot.call.shot in HITS:
-                one = _judged(simulator, delivery)
-                assert one.grade is not None
-                found[hit_meaning(one.before, one.called, one.slot)].append(one.grade)
-    return found

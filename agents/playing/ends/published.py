@@ -26,6 +26,25 @@ PUBLISHED_NET = 0.77
 PUBLISHED_SOURCE = "pointsgained, from the published result books of championships"
 """Where these and `PUBLISHED_ODDS` come from."""
 
+PERFECT_SHARES = {"front": 0.80, "takeout": 0.66, "guard": 0.64, "draw": 0.54, "double": 0.42}
+"""Share of shots that were graded 4, by type."""
+POSITION_POINTS = {"all": 3.1, "lead": 3.3, "second": 3.1, "third": 3.1, "skip": 2.9}
+"""Mean points of a shot, 0 to 4, of all and by who threw it."""
+WOMEN_SOURCE = (
+    "469,067 shots of women's championships, 2002 to 2024 (data of doubletakeout.com, as analysed "
+    "in candrews13/womens_curling; read)"
+)
+"""Where these two come from."""
+DRAW_POINTS = {"first draw": 3.65, "last draw": 3.18}
+"""Mean points of draws as the first and the last stone of an end, at men's world championships."""
+DRAWS_SOURCE = "men's world championships (doubletakeout.com, Exploring shot data; read)"
+SHOT_SHARES = {"hits": 838 / 1930, "double": 122 / 1930, "run-back": 44 / 1930}
+"""Share of all shots that were hits, double takeouts and promotions, of winning teams."""
+SHARES_SOURCE = (
+    "1,930 shots of winning teams at the Olympic Games of 2014 (Park & Lee, The characteristic "
+    "analysis of winners and losers in curling, table 3; read)"
+)
+
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedOdds:

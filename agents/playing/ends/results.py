@@ -15,6 +15,7 @@ from agents.playing.ends.published import CLASSES, score_shares
 from agents.playing.ends.records import conditions_document, games_in
 from agents.playing.ends.summary import (
     calls_calibration,
+    course,
     end_comparison,
     ends_of,
     grades,
@@ -59,19 +60,33 @@ def counted(path: Path, conditions: Conditions) -> dict[str, Any]:
 
 
 def summary(path: Path, conditions: Conditions) -> dict[str, Any]:
-    """All that the games of a file tell: what `counted` gives, grades, and chances to win."""
+    """What `counted` gives, grades, the course of an end, and chances to win."""
     games = games_in(path)
     rules = rule_set(conditions.rules, ends=conditions.ends)
     return {
         **counted(path, conditions),
         "grades": [asdict(one) for one in grades(games)],
+        "course": course(games),
         "win_table": win_table(odds_of(rules, end_comparison(games))),
         "won": shares_won(games),
+    }
+
+
+def calibration(paths: Sequence[Path]) -> dict[str, Any]:
+    """How chances to win came true in the games of some files, for JSON.
+
+    Parameters
+    ----------
+    paths : games of ten ends by the rules of 2024
+    """
+    games = [game for path in paths for game in games_in(path)]
+    rules = rule_set("world_curling_2024")
+    tables = {"search": WinProbability(rules), "published": WinProbability(rules, score_shares())}
+    return {
+        "games": len(games),
         "calls": calls_calibration(games).as_dict(),
-        "table_of_search": table_calibration(games, WinProbability(rules)).as_dict(),
-        "table_of_published_ends": table_calibration(
-            games, WinProbability(rules, score_shares())
-        ).as_dict(),
+        "table_of_search": table_calibration(games, tables["search"]).as_dict(),
+        "table_of_published_ends": table_calibration(games, tables["published"]).as_dict(),
     }
 
 
@@ -80,21 +95,27 @@ def summary_text(games: Sequence[GameRecord]) -> str:
     lines = [end_comparison(games).text(), "  grades"]
     lines += [
         f"    {one.type:<16}{one.mean:6.1f} %   {one.low:.1f} to {one.high:.1f} %   "
-        f"{one.shots} shots, {100 * one.missed:.0f} % missed"
+        f"{one.shots} shots, {100 * one.perfect:.0f} % perfect, {100 * one.missed:.0f} % missed"
         for one in grades(games)
     ]
-    calibration = calls_calibration(games)
-    lines.append(f"  chances seen in calls (Brier {calibration.brier:.3f}, 0.25 for one half)")
+    lines.append("  what the value network expects in the course of an end")
+    lines += [
+        f"    {one['left']:2.0f} stones to come: {one['points']:+.2f} points, "
+        f"{100 * one['blank']:.0f} % blanks"
+        for one in course(games)
+    ]
+    calls = calls_calibration(games)
+    lines.append(f"  chances seen in calls (Brier {calls.brier:.3f}, 0.25 for one half)")
     lines += [
         f"    {one.predicted:5.2f}  won {one.share:.2f} ({one.low:.2f} to {one.high:.2f}) "
         f"of {one.number}"
-        for one in calibration.bins
+        for one in calls.bins
     ]
     return "\n".join(lines)
 
 
-def kept_document(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """What the package keeps: the summaries by name, and how they are made anew."""
+def kept_document(found: dict[str, dict[str, Any]], calibration: dict[str, Any]) -> dict[str, Any]:
+    """What the package keeps: the summaries by name, `calibration`, and how they are made anew."""
     rules = rule_set("world_curling_2024")
     return {
         "command": COMMAND,
@@ -104,6 +125,7 @@ def kept_document(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
             for name in ("elite", "champion", "club")
         },
         "win_table_of_published_ends": win_table(WinProbability(rules, score_shares())),
+        "calibration": calibration,
         "found": found,
     }
 

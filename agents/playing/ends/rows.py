@@ -9,10 +9,17 @@ from typing import Any
 
 from agents.playing.ends.published import (
     CLASSES,
+    DRAW_POINTS,
+    DRAWS_SOURCE,
+    PERFECT_SHARES,
+    POSITION_POINTS,
     PUBLISHED_NET,
     PUBLISHED_ODDS,
     PUBLISHED_SHARES,
     PUBLISHED_SOURCE,
+    SHARES_SOURCE,
+    SHOT_SHARES,
+    WOMEN_SOURCE,
 )
 from agents.playing.ends.results import kept_results
 from curling_env.validation import Row, Shots
@@ -30,7 +37,22 @@ _INDEPENDENT = (
     "the better team more often has the first hammer"
 )
 
-_ONES = "teams take their one too often; bolder calls for two were not tried"
+_CALLS_FITTED = "calls are those of one player with a style, not of a thousand teams"
+
+GRADED_ALIKE = 5.0
+"""Percentage points within which grades by the eye agree with grades by distances."""
+SHARES_SHOTS = 1930
+"""Number of shots behind `published.SHOT_SHARES`."""
+_WHY_PERFECT = {
+    "takeout": "here every stone that takes one out and stays is perfect; statisticians ask more",
+}
+_WHY_GRADE = {
+    "lead": "leads throw guards before an empty house by the style that was fitted",
+    "first draw": "graded like any draw here; statisticians are content with less of a first stone",
+}
+_WHY_CALLS = {
+    "run-back": "search takes out a stone by another thrice as often as people, and more",
+}
 
 
 def rows_of_ends() -> tuple[Row, ...]:
@@ -56,7 +78,7 @@ def _ends(fitted: dict[str, Any]) -> list[Row]:
             PUBLISHED_SOURCE,
             100 * count / total,
             about,
-            _ONES if name == "1" else "",
+            _CALLS_FITTED,
         )
         for name, share, count in zip(CLASSES, PUBLISHED_SHARES, counts, strict=True)
     ]
@@ -95,29 +117,77 @@ def _ends(fitted: dict[str, Any]) -> list[Row]:
             PUBLISHED_SOURCE,
             fitted["chi_square"],
             about,
-            f"so many ends show that ones are too many ({_ONES}); the first 1,056 gave 11.2",
+            f"so many ends show what is left ({_CALLS_FITTED})",
         )
     )
     return found
 
 
 def _grades(fitted: dict[str, Any]) -> list[Row]:
-    named = {"all": "all shots", "draw": "draws", "takeout": "takeouts"}
-    return [
+    told = {one["type"]: one for one in fitted["grades"]}
+    found = [
         _row(
-            f"grade: {named[one['type']]}",
+            "grade: all, elite players",
             HANDS,
             "80-88 %",
             (80.0, 88.0),
             "%",
             GRADES_SOURCE,
-            one["mean"],
+            told["all"]["mean"],
             "statisticians grade by eye; ours has distances of its own",
-            "our grade asks for the called place and the whole of a double, statisticians for less",
+            "hands were fitted to all championships, whose mean is lower: 77.5 % of women",
         )
-        for one in fitted["grades"]
-        if one["type"] in named
     ]
+    for name, share in PERFECT_SHARES.items():
+        chosen = name in ("draw", "guard")
+        found.append(
+            _percent(
+                f"perfect: {name}",
+                100 * share,
+                GRADED_ALIKE,
+                WOMEN_SOURCE,
+                100 * told[name]["perfect"],
+                "how near a draw or a guard is perfect was chosen by these two shares"
+                if chosen
+                else "the share of 4 among 0 to 4; five points count as agreement",
+                _WHY_PERFECT.get(name, ""),
+            )
+        )
+    points = {**POSITION_POINTS, **DRAW_POINTS}
+    for name, mean in points.items():
+        source = DRAWS_SOURCE if name in DRAW_POINTS else WOMEN_SOURCE
+        found.append(
+            _percent(
+                f"grade: {name}",
+                25 * mean,
+                GRADED_ALIKE,
+                source,
+                told[name]["mean"],
+                "points of 4, as a percentage; five points count as agreement",
+                _WHY_GRADE.get(name, ""),
+            )
+        )
+    for name, share in SHOT_SHARES.items():
+        sampling = 200 * (share * (1 - share) / SHARES_SHOTS) ** 0.5
+        found.append(
+            _percent(
+                f"calls: {name}",
+                100 * share,
+                sampling,
+                SHARES_SOURCE,
+                100 * told[name]["shots"] / told["all"]["shots"],
+                "share of all shots; uncertain by their number",
+                _WHY_CALLS.get(name, ""),
+            )
+        )
+    return found
+
+
+def _percent(
+    name: str, said: float, within: float, source: str, value: float, about: str, why: str
+) -> Row:
+    bounds = (said - within, said + within)
+    return _row(name, HANDS, f"{said:.1f} %", bounds, "%", source, value, about, why)
 
 
 def _chances(kept: dict[str, Any]) -> list[Row]:

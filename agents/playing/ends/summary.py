@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
-from agents.playing.ends.grades import BEST, SHOT_TYPES
+from agents.playing.ends.grades import BEST, HIT_TYPES, SHOT_TYPES
 from agents.playing.ends.play import EndRecord, GameRecord, ShotRecord
 from agents.playing.ends.published import (
     PUBLISHED_ODDS,
@@ -26,6 +26,18 @@ RESAMPLES = 400
 """Resampled sets of games for an interval: what happens within a game hangs together."""
 BINS = 10
 """Classes of a predicted probability."""
+GROUPS: dict[str, Callable[[ShotRecord], bool]] = {
+    "all": lambda shot: True,
+    "slow": lambda shot: shot.type not in HIT_TYPES,
+    "hits": lambda shot: shot.type in HIT_TYPES,
+    **{
+        name: lambda shot, k=k: (16 - shot.left) // 4 == k
+        for k, name in enumerate(("lead", "second", "third", "skip"))
+    },
+    "first draw": lambda shot: shot.type == "draw" and shot.left == 16,
+    "last draw": lambda shot: shot.type == "draw" and shot.left == 1,
+}
+"""Groups of shots that published grades are told by; draws as an end's first and last stone."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,10 +46,10 @@ class Grades:
 
     Parameters
     ----------
-    type : see `grades.SHOT_TYPES`; ``all`` for every type
+    type : one of `GROUPS` or of `grades.SHOT_TYPES`
     shots : how many
     mean, low, high : mean grade in per cent of the best, and its 95 % interval by resampling games
-    missed : share that was graded 0
+    perfect, missed : shares that were graded 4 and 0
     """
 
     type: str
@@ -45,6 +57,7 @@ class Grades:
     mean: float
     low: float
     high: float
+    perfect: float
     missed: float
 
 
@@ -98,12 +111,12 @@ def end_comparison(games: Iterable[GameRecord]) -> Comparison:
 
 
 def grades(games: Sequence[GameRecord], *, seed: int = 0) -> list[Grades]:
-    """The grades of all shots, and of each type."""
+    """The grades of the shots of each group and of each type."""
     found: list[Grades] = []
-    for kind in ("all", *SHOT_TYPES):
+    types = {name: lambda shot, name=name: shot.type == name for name in SHOT_TYPES}
+    for kind, belongs in {**GROUPS, **types}.items():
         by_game = [
-            [s.grade for s in game.shots if s.grade is not None and kind in ("all", s.type)]
-            for game in games
+            [s.grade for s in game.shots if s.grade is not None and belongs(s)] for game in games
         ]
         sums = np.array([[sum(points), len(points)] for points in by_game], dtype=np.float64)
         if not sums[:, 1].sum():
@@ -117,10 +130,35 @@ def grades(games: Sequence[GameRecord], *, seed: int = 0) -> list[Grades]:
                 mean=100 * float(np.mean(every)) / BEST,
                 low=100 * low / BEST,
                 high=100 * high / BEST,
+                perfect=float(np.mean(np.array(every) == BEST)),
                 missed=float(np.mean(np.array(every) == 0)),
             )
         )
     return found
+
+
+def course(games: Iterable[GameRecord]) -> list[dict[str, float]]:
+    """What the value network expects in the course of an end, over all complete ends.
+
+    Returns
+    -------
+    before each stone the stones to come (0: what came of it), the mean points of the team with the
+    hammer less its opponent's, and the share of blanks
+    """
+    rows: list[tuple[int, float, float]] = []
+    for game in games:
+        starts = [k for k, shot in enumerate(game.shots) if shot.left == 16]
+        for end, start in zip(game.ends, starts, strict=False):
+            shots = game.shots[start : start + 16]
+            rows += [(shot.left, shot.expected, shot.blank) for shot in shots]
+            rows.append((0, end.score, end.score == 0))
+    table = np.array(rows, dtype=np.float64).reshape(-1, 3)
+    return [
+        {"left": left, "points": float(here[:, 1].mean()), "blank": float(here[:, 2].mean())}
+        for left in range(16, -1, -1)
+        for here in [table[table[:, 0] == left]]
+        if len(here)
+    ]
 
 
 def calls_calibration(games: Sequence[GameRecord], *, seed: int = 0) -> Calibration:

@@ -47,11 +47,13 @@ def fit_value_network(
     layers: Sequence[int] = NETWORK_WIDTHS,
     epochs: int = 8,
     learning_rate: float = 3e-3,
+    begin: ValueNetwork | None = None,
     progress: Progress = no_progress,
 ) -> ValueNetwork:
     """Fit the network that best predicts how ends were scored; each is also seen mirrored.
 
-    The first weights come from torch's own generator, which the caller seeds.
+    The first weights are those of a network to begin with, or come from torch's own generator,
+    which the caller seeds.
 
     Parameters
     ----------
@@ -61,6 +63,7 @@ def fit_value_network(
     layers : units of the hidden layers: two for a stone, two for the position
     epochs : passes through the experience
     learning_rate : highest learning rate of the schedule
+    begin : a network to begin with, whose layers have these units; None for random weights
     progress : called after each epoch
     """
     import torch
@@ -73,13 +76,19 @@ def fit_value_network(
         *(nn.Linear(2 * b + POSITION_FEATURES, c), nn.ReLU(), nn.Linear(c, d), nn.ReLU()),
         nn.Linear(d, len(SCORES)),
     )
+    linear = [module for module in (*stone, *position) if isinstance(module, nn.Linear)]
+    if begin is not None:
+        with torch.no_grad():
+            for module, (weights, offset) in zip(linear, begin.layers, strict=True):
+                module.weight.copy_(torch.from_numpy(weights.T.copy()))
+                module.bias.copy_(torch.from_numpy(offset.copy()))
     steps = epochs * -(-len(rows) // DELIVERIES_PER_STEP)
     optimiser = torch.optim.AdamW([*stone.parameters(), *position.parameters()], weight_decay=1e-3)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, learning_rate, total_steps=steps + 1)
     for _ in with_progress(range(epochs), "learning", progress):
         order = rng.permutation(len(rows))
-        for begin in range(0, len(rows), DELIVERIES_PER_STEP):
-            some = [rows[k] for k in order[begin : begin + DELIVERIES_PER_STEP]]
+        for first in range(0, len(rows), DELIVERIES_PER_STEP):
+            some = [rows[k] for k in order[first : first + DELIVERIES_PER_STEP]]
             begins = np.cumsum([0, *(SLOTS * len(row.score) for row in some)])
             team = np.concatenate([r.places + at for r, at in zip(some, begins, strict=False)])
             team //= SLOTS // 2
@@ -94,7 +103,6 @@ def fit_value_network(
             loss.backward()
             optimiser.step()
             schedule.step()
-    linear = [module for module in (*stone, *position) if isinstance(module, nn.Linear)]
     return ValueNetwork(
         layers=tuple(
             (m.weight.detach().numpy().T.copy(), m.bias.detach().numpy().copy()) for m in linear

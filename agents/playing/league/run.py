@@ -109,7 +109,7 @@ def run_league(
                 progress=progress,
             )
             document = _document(network, settings)
-            write_model(path, {**document, "ends": [_ends_document(ends) for ends in fresh]})
+            write_model(path, {**document, "ends": [ends_document(ends) for ends in fresh]})
             keep(f"{number + 1} generations are kept in {folder}; repeat the command to go on")
         players.append(network)
         experience = [*earlier, *fresh]
@@ -172,7 +172,8 @@ def _document(network: ValueNetwork, settings: LeagueSettings) -> dict[str, Any]
     return {"league": asdict(settings), "layers": [list(layer) for layer in network.layers]}
 
 
-def _ends_document(ends: PlayedEnds) -> dict[str, Any]:
+def ends_document(ends: PlayedEnds) -> dict[str, Any]:
+    """Ends as a model file holds them."""
     return {
         "stones": ends.stones,
         "score": ends.score,
@@ -182,7 +183,8 @@ def _ends_document(ends: PlayedEnds) -> dict[str, Any]:
     }
 
 
-def _ends_from(document: dict[str, Any]) -> PlayedEnds:
+def ends_from(document: dict[str, Any]) -> PlayedEnds:
+    """The ends in such a document."""
     names = ("stones", "score", "worth", "skill", "earnest")
     return PlayedEnds(*(document[name] for name in names))
 
@@ -191,7 +193,7 @@ def _read_generation(path: Path, settings: LeagueSettings) -> tuple[ValueNetwork
     document = read_model(path)
     try:
         saved = league_settings(document["league"])
-        ends = [_ends_from(played) for played in document["ends"]]
+        ends = [ends_from(played) for played in document["ends"]]
         _check_ends(ends)
     except (KeyError, TypeError, ValueError, InputError) as error:
         raise InputError("is not a generation of a league", source=path) from error

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from agents.playing.league.tuning import (
     HEURISTIC_RADIUS,
+    POWER_PLAY_SHARE,
     REPEATED_SHOTS,
     REPEATS,
     SIMULATED_SHOTS,
@@ -23,10 +24,12 @@ from agents.playing.search.positions import MAX_POINTS, SLOTS, EndSimulator, poi
 from agents.playing.search.shots import Shots, shots_for
 from agents.playing.search.value_network import ValueNetwork
 from agents.playing.search.win_probability import WinProbability
-from curling_env.game.rules import RuleSet, rule_set
+from curling_env.game.rules import RuleSet, Team, rule_set
+from curling_env.game.rules.placement import Side, placed_stones
+from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.ice import load_ice
 from curling_env.sheet import Direction
-from curling_env.throw import Skill
+from curling_env.throw import Skill, delivery_named
 from curling_env.typing import Floats, Indices, Integers
 
 Players = tuple[ValueNetwork | None, ValueNetwork | None]
@@ -65,13 +68,21 @@ class ExploratoryPrefix(NamedTuple):
     button_share: Floats
 
 
-def end_simulator(ice: str, rules: str) -> EndSimulator:
-    """The simulator of ends towards the away end; `ice` is a file or preset."""
+def end_simulator(ice: str, rules: str, delivery: str = "hog-line") -> EndSimulator:
+    """The simulator of ends towards the away end.
+
+    Parameters
+    ----------
+    ice : a file or preset
+    rules, delivery : their names
+    """
+    known = load_ice(ice)
     return EndSimulator(
-        ice=load_ice(ice),
+        ice=known,
         direction=Direction.AWAY,
         rules=rule_set(rules),
-        lines=rule_set(rules).lines(),
+        lines=rule_set(rules).lines(width=known.sheet.width, stone_radius=known.stone.radius),
+        delivery=delivery_named(delivery),
     )
 
 
@@ -118,10 +129,10 @@ def play_ends(
     prefix : random throws at the beginning; None for none
     """
     n = len(values)
-    table = AimingTable(simulator.ice, simulator.direction)
+    table = AimingTable(simulator.ice, simulator.direction, simulator.delivery)
     sigma, skills = np.broadcast_to(sigma, (n, 3)), np.broadcast_to(skill, n)
     greedy_from = np.zeros(n, dtype=np.int64) if prefix is None else prefix.until
-    stones = np.full((n, SLOTS, 2), np.nan)
+    stones = _first_positions(simulator, n, rng)
     seen: list[Floats] = []
     for delivered in range(simulator.rules.deliveries):
         team = simulator.mover(delivered)
@@ -141,6 +152,25 @@ def play_ends(
     score = points_of(simulator.lines, stones)
     late = 0 if prefix is None else greedy_from
     return PlayedEnds(np.array(seen, dtype=np.float32), score, values, skill, late)
+
+
+def _first_positions(simulator: EndSimulator, n: int, rng: np.random.Generator) -> Floats:
+    """Positions before the first delivery, (n, 16, 2): empty, or with the placed stones.
+
+    Of ends with placed stones, some are power plays to either side.
+    """
+    stones = np.full((n, SLOTS, 2), np.nan)
+    if not simulator.rules.placed_stones:
+        return stones
+    sides: tuple[Side | None, ...] = (None, "left", "right")
+    share = POWER_PLAY_SHARE / 2 if simulator.rules.power_play else 0.0
+    drawn = rng.choice(len(sides), n, p=[1 - 2 * share, share, share])
+    for k, side in enumerate(sides):
+        placed = placed_stones(simulator.rules, simulator.lines, Team.HOME, power_play=side)
+        for stone in placed:
+            slot = STONES_PER_TEAM * (stone.team is not Team.HOME) + stone.number
+            stones[drawn == k, slot] = stone.x, stone.y
+    return stones
 
 
 class _Decision(NamedTuple):

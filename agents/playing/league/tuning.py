@@ -14,3 +14,5 @@ DELIVERIES_PER_STEP = 8
 """Deliveries of a batch of ends that make one step of the optimiser."""
 HEURISTIC_RADIUS = 0.7
 """Distance from the tee at which the heuristic counts a stone as 1/e [m]."""
+POWER_PLAY_SHARE = 0.2
+"""Share of mixed doubles' ends that are power plays: each team may have one in a game of eight."""

@@ -24,7 +24,9 @@ class CallingStyle:
     ----------
     blank_cost : by how much a blank is worth less to the team with the hammer than the odds say, in
         probability of winning; teams that want to score in every end do not play for a blank
-    blank_until : with so many ends left, or fewer, a blank counts as the odds say
+    single_cost : the same for a single point, while that team does not lead; teams that want two
+        rather blank, or risk a steal, than take one
+    blank_until : with so many ends left, or fewer, blanks and single points count as the odds say
     opening_guards : how many of its first stones a team throws as guards: without the hammer before
         the centre of the house, with it at a corner
     open_with_lead : a team that leads by so many points throws no guards
@@ -36,28 +38,33 @@ class CallingStyle:
     """
 
     blank_cost: float = 0.0
+    single_cost: float = 0.0
     blank_until: int = 2
     opening_guards: int = 0
     open_with_lead: int = 2
     source: str = ""
 
     def __post_init__(self) -> None:
-        if not abs(self.blank_cost) <= 1:
-            raise InputError(f"blank_cost must lie within -1 and 1, got {self.blank_cost}")
+        for name in ("blank_cost", "single_cost"):
+            cost = getattr(self, name)
+            if not abs(cost) <= 1:
+                raise InputError(f"{name} must lie within -1 and 1, got {cost}")
         if self.opening_guards < 0:
             raise InputError(f"opening_guards must be at least 0, got {self.opening_guards}")
 
-    def with_hammer(self, by_score: Floats, ends_left: int) -> Floats:
+    def with_hammer(self, by_score: Floats, lead: int, ends_left: int) -> Floats:
         """The win probability after each of `SCORES`, (13,), as the team with the hammer sees it.
 
         Parameters
         ----------
         by_score : (13,) the same by the odds
+        lead : lead of that team before the end
         ends_left : scheduled ends that are not complete, with the current one
         """
-        if not self.blank_cost or ends_left <= self.blank_until:
+        if ends_left <= self.blank_until:
             return by_score
-        return by_score - self.blank_cost * (SCORES == 0)
+        single = self.single_cost if lead <= 0 else 0.0
+        return by_score - self.blank_cost * (SCORES == 0) - single * (SCORES == 1)
 
     def among(self, shots: Shots, view: PlayerView, simulator: EndSimulator) -> Shots:
         """The shots that the team considers; all, unless it opens with a guard.

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from agents.playing.search.aiming_table import AimingTable
 from agents.playing.search.calling_style import BY_THE_ODDS, CallingStyle
+from agents.playing.search.evaluator import PositionEvaluator, end_of
+from agents.playing.search.ice_error import ice_error
 from agents.playing.search.kernel_regression import estimate
-from agents.playing.search.positions import MAX_POINTS, EndSimulator, points_of, position_of
+from agents.playing.search.networks import network_for
+from agents.playing.search.positions import EndSimulator, position_of
+from agents.playing.search.reply import values_after_reply
 from agents.playing.search.shots import KINDS, Shots, shots_for
 from agents.playing.search.tuning import (
     BUDGET,
@@ -18,16 +23,26 @@ from agents.playing.search.tuning import (
     FIRST_RATE,
     KEPT_SHARE,
     NEIGHBOURS,
+    REPLIES_AGAIN,
+    REPLIES_ONCE,
+    REPLY_FACTOR,
+    REPLY_LEAST,
+    REPLY_MARGIN,
+    REPLY_REPEATS,
+    REPLY_ROOT,
+    REPLY_ROUNDS,
+    REPLY_SHOTS,
+    REPLY_STONES,
     ROUNDS,
-    UNMODELLED_ERROR,
     WIDENED_SHOTS,
 )
-from agents.playing.search.value_network import ValueNetwork, load_network, skill_feature
-from agents.playing.search.win_probability import WinProbability
+from agents.playing.search.value_network import ValueNetwork, skill_feature
 from curling_env.errors import InputError
 from curling_env.game import Call, Player, PlayerView
-from curling_env.game.rules import End, RuleSet, Ruling
+from curling_env.game.opponents.rulebased import late_power_play
+from curling_env.game.rules import RuleSet, Ruling
 from curling_env.game.rules.lines import Lines
+from curling_env.game.rules.placement import Side
 from curling_env.game.rules.teams import Stones
 from curling_env.ice import Ice
 from curling_env.sheet import Direction
@@ -53,53 +68,6 @@ class ShotEstimate:
     standard_error: float
 
 
-class PositionEvaluator:
-    """The probability of winning from positions, by the network and the ends to come.
-
-    Parameters
-    ----------
-    network : predicts how the end will be scored
-    rules, lines : rules and lines of the game
-    skill : skill of the players as the network sees it, see `skill_feature`
-    calls : what the team calls for, beside the odds
-    """
-
-    def __init__(
-        self,
-        network: ValueNetwork,
-        rules: RuleSet,
-        lines: Lines,
-        skill: float,
-        calls: CallingStyle = BY_THE_ODDS,
-    ) -> None:
-        self.network, self.rules, self.lines, self.skill = network, rules, lines, skill
-        self.calls = calls
-        self.game_odds = WinProbability(rules)
-
-    def win_probabilities(self, view: PlayerView, stones: Floats, delivered: int) -> Floats:
-        """Win probability of the view's team from positions of the current end, (n,).
-
-        Parameters
-        ----------
-        view : the game as the player sees it
-        stones : (n, 16, 2) positions, see `positions`
-        delivered : number of stones delivered in the end
-        """
-        end, left = _end_of(view), self.rules.deliveries - delivered
-        by_score = self.game_odds.by_score(view.game.lead(end.hammer), view.game.ends_left)
-        if end.hammer is view.team:
-            by_score = self.calls.with_hammer(by_score, view.game.ends_left)
-        if left == 0:
-            points = np.clip(points_of(self.lines, stones), -MAX_POINTS, MAX_POINTS)
-            hammers = by_score[points + MAX_POINTS]
-        else:
-            shares = self.network.score_probabilities(
-                self.lines, stones, left, by_score, self.skill
-            )
-            hammers = shares @ by_score
-        return hammers if end.hammer is view.team else 1 - hammers
-
-
 MAX_SECONDS, MAX_THROWS = 600.0, 1_000_000
 """Longest thought before one delivery."""
 
@@ -109,10 +77,12 @@ class SearchPlayer(Player):
 
     Parameters
     ----------
-    budget : simulated throws before each delivery; the same budget gives the same game
+    budget : simulated throws before each delivery, and some times as many before the last but one
+        of an end, see `throws_before`; the same budget gives the same game
     seconds : processor time for each delivery instead of a budget [s]; the choice then depends on
         the machine
-    network : network that values positions; the package's own by default
+    network : network that values positions; by default the package's one for such ends, see
+        `networks`
     calls : what the player calls for, beside the odds
 
     Raises
@@ -135,10 +105,10 @@ class SearchPlayer(Player):
                 f"a search needs 1 throw or more, or a time above 0, got {budget} and {seconds}"
             )
         self.budget, self.seconds, self.calls = budget, seconds, calls
-        self.network = load_network() if network is None else network
+        self._network = network
         self._rate = FIRST_RATE
         self._tables: dict[tuple[Direction, Delivery], tuple[Ice, AimingTable]] = {}
-        self._evaluators: dict[tuple[RuleSet, Lines, float], PositionEvaluator] = {}
+        self._evaluators: dict[tuple[int, RuleSet, Lines, float], PositionEvaluator] = {}
 
     @classmethod
     def with_option(cls, option: str) -> SearchPlayer:
@@ -159,6 +129,10 @@ class SearchPlayer(Player):
         player.name = f"search:{option}"
         return player
 
+    def network(self, rules: RuleSet, ice: Ice) -> ValueNetwork:
+        """The network that values positions by these rules on this ice."""
+        return network_for(rules, ice) if self._network is None else self._network
+
     def call(self, view: PlayerView) -> Call:
         best = self.ranked_shots(view)[0]
         return Call(throw=best.throw, shot=best.shot)
@@ -176,14 +150,19 @@ class SearchPlayer(Player):
 
     def _searched(self, view: PlayerView) -> _Search:
         begin = time.process_time()
-        budget = self.budget if self.seconds is None else max(int(self._rate * self.seconds), 1)
+        budget = throws_before(view, self.budget)
+        if self.seconds is not None:
+            budget = max(int(self._rate * self.seconds), 1)
         search = _Search(view, self._table(view), self._evaluator(view), budget)
         search.run()
         self._rate = search.simulated / max(time.process_time() - begin, 1e-3)
         return search
 
     def concedes(self, view: PlayerView) -> bool:
-        return self._win_probability(view, _end_of(view).stones, later=0) < CONCEDE_BELOW
+        return self._win_probability(view, end_of(view).stones, later=0) < CONCEDE_BELOW
+
+    def power_play(self, view: PlayerView) -> Side | None:
+        return late_power_play(view)
 
     def puts_back(self, view: PlayerView, ruling: Ruling) -> bool:
         if ruling.option is None:
@@ -197,15 +176,17 @@ class SearchPlayer(Player):
 
     def _win_probability(self, view: PlayerView, stones: Stones, *, later: int) -> float:
         """Win probability with these stones lying after a number of further deliveries."""
-        end = _end_of(view)
+        end = end_of(view)
         after = replace(end, stones=stones, delivered=end.delivered + later)
         position = position_of(after)[None]
         return float(self._evaluator(view).win_probabilities(view, position, after.delivered)[0])
 
     def _evaluator(self, view: PlayerView) -> PositionEvaluator:
-        key = (view.game.rules, view.game.lines, skill_feature(view.skill.sigma_angle))
+        network = self.network(view.game.rules, view.ice)
+        skill = skill_feature(view.skill.sigma_angle)
+        key = (id(network), view.game.rules, view.game.lines, skill)
         if key not in self._evaluators:
-            self._evaluators[key] = PositionEvaluator(self.network, *key, self.calls)
+            self._evaluators[key] = PositionEvaluator(network, *key[1:], self.calls)
         return self._evaluators[key]
 
     def _table(self, view: PlayerView) -> AimingTable:
@@ -223,8 +204,11 @@ class _Search:
     def __init__(
         self, view: PlayerView, table: AimingTable, evaluator: PositionEvaluator, budget: int
     ) -> None:
-        end = _end_of(view)
-        self.view, self.evaluator, self.budget = view, evaluator, budget
+        end = end_of(view)
+        self.view, self.table, self.evaluator = view, table, evaluator
+        replies = _replies_decide(view) and budget >= REPLY_LEAST
+        self.budget = max(budget // REPLY_FACTOR, REPLY_ROOT) if replies else budget
+        self.for_replies = budget - self.budget
         self.simulator = EndSimulator(
             ice=view.ice,
             direction=view.direction,
@@ -235,7 +219,7 @@ class _Search:
         self.delivered, self.stones = end.delivered, position_of(end)
         self.rng = view.rng()
         own = [view.skill.sigma_speed, view.skill.sigma_angle, view.skill.sigma_spin]
-        self.sigma = np.hypot(own, UNMODELLED_ERROR)
+        self.sigma = np.hypot(own, ice_error(view, table.button_speed))
         shots = shots_for(table, self.simulator, self.stones[None], end.delivered)
         shots = evaluator.calls.among(shots, view, self.simulator)
         self.shots = self._affordable(shots)
@@ -244,6 +228,8 @@ class _Search:
         self.values = np.empty(0)
         self.mean = np.full(len(self.shots), -np.inf)
         self.error = np.full(len(self.shots), np.inf)
+        self.finalists: Indices | None = None
+        self.looked_up = 0
 
     def run(self) -> None:
         """In each round fewer shots are simulated more often."""
@@ -254,20 +240,27 @@ class _Search:
                 kept = max(round(len(chosen) * KEPT_SHARE), 3)
                 chosen = self._best_first(chosen)[:kept]
                 chosen = np.concatenate([chosen, self._widen(chosen[:WIDENED_SHOTS])])
+        if self.for_replies:
+            self._look_at_replies()
 
     @property
     def simulated(self) -> int:
         """Number of throws simulated so far."""
-        return len(self.executed)
+        return len(self.executed) + self.looked_up
 
     def ranked_shots(self) -> list[ShotEstimate]:
-        return [self._estimate(k) for k in self._tried() if self.counts[k] == self.counts.max()]
+        last = np.flatnonzero(self.counts == self.counts.max())
+        return [self._estimate(k) for k in self._best_first(_or(self.finalists, last))]
 
     def shots_by_kind(self) -> list[ShotEstimate]:
+        return [self._estimate(k) for k in self._best_of_kinds()]
+
+    def _best_of_kinds(self) -> Indices:
+        """The best shot of every kind and handle, the best first."""
         best: dict[tuple[int, bool], int] = {}
         for k in self._tried():
             best.setdefault((int(self.shots.kind[k]), bool(self.shots.throws[k, 2] > 0)), int(k))
-        return [self._estimate(k) for k in best.values()]
+        return np.array(list(best.values()), dtype=np.intp)
 
     # --- its steps --------------------------------------------------------------------------------
 
@@ -279,7 +272,7 @@ class _Search:
         return ShotEstimate(
             throw=_throw(self.shots.throws[k], self.view.delivery.max_speed),
             shot=KINDS[self.shots.kind[k]],
-            win_probability=float(self.mean[k]),
+            win_probability=float(np.clip(self.mean[k], 0, 1)),  # means of single precision
             standard_error=float(self.error[k]),
         )
 
@@ -329,6 +322,51 @@ class _Search:
             correlation=skill.correlation,
         )
 
+    def _look_at_replies(self) -> None:
+        """Value the best shots of different kinds by what the opponent can reply.
+
+        What the network thought of the other shots is moved by what it was off on these.
+        """
+        kinds = self._best_of_kinds()
+        chosen = kinds[self.mean[kinds] > self.mean[kinds].max() - REPLY_MARGIN][:REPLY_SHOTS]
+        if len(chosen) < 2:
+            return
+        thought = self.mean.copy()
+        cost = REPLY_ROUNDS * (REPLIES_ONCE + REPLIES_AGAIN * REPLY_REPEATS)
+        found: dict[int, list[Floats]] = {int(k): [] for k in chosen}
+        looked_at = chosen
+        for _ in range(REPLY_ROUNDS):
+            times = max(self.for_replies // cost // len(chosen), 2)
+            half = self.view.skill.standard_errors(-(-times // 2), self.rng)
+            errors = np.concatenate([half, -half])[:times] * self.sigma
+            values = self._values_after_replies(chosen, errors)
+            for k, value in zip(chosen.tolist(), values, strict=True):
+                found[k].append(value)
+                every = np.concatenate(found[k])
+                self.mean[k], self.error[k] = every.mean(), every.std() / np.sqrt(len(every))
+            self.finalists = chosen
+            chosen = self._best_first(chosen)[: max(len(chosen) // 2, 2)]
+        others = np.setdiff1d(self._tried(), looked_at)
+        moved = self.mean[others] + (self.mean[looked_at] - thought[looked_at]).mean()
+        self.mean[others] = np.clip(moved, 0.0, 1.0)
+
+    def _values_after_replies(self, chosen: Indices, errors: Floats) -> Floats:
+        """Win probability after each shot with each error and the reply, (shots, errors)."""
+        executed = (self.shots.throws[chosen][:, None] + errors).reshape(-1, 3)
+        before = np.broadcast_to(self.stones, (len(executed), *self.stones.shape))
+        values, simulated = values_after_reply(
+            self.simulator,
+            self.table,
+            partial(self.evaluator.win_probabilities, self.view),
+            self.simulator.play(before, self.delivered, executed),
+            self.delivered + 1,
+            self.sigma,
+            self.view.skill,
+            self.rng,
+        )
+        self.looked_up += len(executed) + simulated
+        return values.reshape(len(chosen), len(errors))
+
     def _values_of(self, executed: Floats) -> Floats:
         """Win probability after each executed throw, (n,)."""
         before = np.broadcast_to(self.stones, (len(executed), *self.stones.shape))
@@ -336,16 +374,19 @@ class _Search:
         return self.evaluator.win_probabilities(self.view, after, self.delivered + 1)
 
 
-def _end_of(view: PlayerView) -> End:
-    """The current end.
+def throws_before(view: PlayerView, budget: int) -> int:
+    """How many throws a search with a budget simulates before the delivery that is to come."""
+    with_replies = REPLY_FACTOR * budget
+    return with_replies if _replies_decide(view) and with_replies >= REPLY_LEAST else budget
 
-    Raises
-    ------
-    InputError : there is none
-    """
-    if view.game.end is None:
-        raise InputError("no end is in play")
-    return view.game.end
+
+def _replies_decide(view: PlayerView) -> bool:
+    """Whether the end is so far on that the opponent's replies are looked up."""
+    return 1 <= view.game.rules.deliveries - end_of(view).delivered - 1 <= REPLY_STONES
+
+
+def _or(given: Indices | None, otherwise: Indices) -> Indices:
+    return otherwise if given is None else given
 
 
 def _throw(throw: Floats, max_speed: float) -> Throw:

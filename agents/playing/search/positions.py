@@ -83,7 +83,8 @@ class EndSimulator:
         releases["omega"] = np.clip(throws[:, 2], -MAX_SPIN, MAX_SPIN)
         present = np.flatnonzero(np.isfinite(before[:, :, 0]).any(axis=0))
         places = d * (before[:, present] + [0.0, TEE_Y])
-        run = play_batch(self.ice, places, releases, bounds=play_bounds(self.ice, self.direction))
+        bounds = play_bounds(self.ice, self.direction)
+        run = play_batch(self.ice, places, releases, bounds=bounds, tabulated=True)
         there = d * run.xy - [0.0, TEE_Y]
         # A throw that would never come to rest changes nothing.
         lost = run.collisions < 0
@@ -119,8 +120,7 @@ class EndSimulator:
         if not early:
             protected &= self.free_guards(before)
             own = STONES_PER_TEAM * self.mover(delivered)
-            if not rules.own_guards:
-                protected[:, own : own + STONES_PER_TEAM] = False
+            protected[:, own : own + STONES_PER_TEAM] = False
             if rules.centre_guards_only:
                 protected &= np.abs(before[:, :, 0]) <= self.lines.centre_reach
         gone = protected & np.isnan(after[:, :, 0])

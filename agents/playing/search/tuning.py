@@ -22,11 +22,36 @@ CONCEDE_BELOW = 0.003
 """Win probability below which the player concedes."""
 FIRST_RATE = 20_000.0
 """Simulations a second that are assumed until the player has measured its own."""
-UNMODELLED_ERROR = np.array([0.006, 0.0005, 0.05])
-"""Error that ice and stones add to the player's own [m/s, rad, rad/s].
+CHANGING_ICE_ERROR = np.array([0.006, 0.0005, 0.05])
+"""Error that ice and stones add to the player's own in games that change them [m/s, rad, rad/s].
 
 Matched stones differ by about 0.75 % in friction, and the ice changes during a game.
 """
+MOST_MAP_ERROR = CHANGING_ICE_ERROR
+"""At most so much is counted for errors of a measured map [m/s, rad, rad/s].
+
+They are the same in every throw. Who counts larger ones as if each throw had its own plays worse.
+"""
+LEAST_ERROR = np.array([0.0006, 0.00005, 0.005])
+"""Error that is counted on ice which is known exactly [m/s, rad, rad/s]."""
+
+# --- the opponent's reply ---------------------------------------------------------------------
+
+REPLY_STONES = 1
+"""Replies are looked up before deliveries after which at most so many stones are to come."""
+REPLY_FACTOR = 8
+"""A search with replies takes so many times the throws of others, where throws are counted."""
+REPLY_LEAST = 4000
+"""Fewer throws than this are better spent without replies."""
+REPLY_ROOT = 1000
+"""At least so many throws are simulated before the replies are."""
+REPLY_SHOTS, REPLY_MARGIN = 8, 0.1
+"""How many kinds of shots are looked at with their replies, and how far their win probability may
+be from the best."""
+REPLY_ROUNDS = 3
+"""Rounds of the replies; after each, half of the shots remain."""
+REPLIES_ONCE, REPLIES_AGAIN, REPLY_REPEATS = 48, 6, 4
+"""Replies that are simulated once, how many of the best again, and how often; an even number."""
 
 # --- candidate shots -----------------------------------------------------------------------------
 

@@ -91,9 +91,9 @@ class ValueNetwork:
         hidden = np.maximum(np.maximum(features @ a + a0, 0) @ b + b0, 0)
         summed = np.zeros((len(stones) * SLOTS, hidden.shape[1]), dtype=np.float32)
         summed[places] = hidden
-        teams = summed.reshape(len(stones), 2, STONES_PER_TEAM, -1).sum(axis=2)
+        teams = summed.reshape(len(stones), 2, STONES_PER_TEAM, hidden.shape[1]).sum(axis=2)
         whole = position_features(lines, stones, left, score_values, skill)
-        x = np.concatenate([teams.reshape(len(stones), -1), whole], axis=1)
+        x = np.concatenate([teams.reshape(len(stones), 2 * hidden.shape[1]), whole], axis=1)
         for weights, offset in rest[:-1]:
             x = np.maximum(x @ weights + offset, 0)
         logits = x @ rest[-1][0] + rest[-1][1]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import gymnasium
 import numpy as np
 import pytest
 
@@ -19,6 +20,7 @@ def test_there_are_ten_tasks_and_each_can_be_made():
         env = make(name)
         env.reset(seed=0)
         assert env.spec.id == task.environment
+        assert env.spec.reward_threshold == task.reward_threshold
         json.loads(env.spec.to_json())  # plain data, to be written down
 
 
@@ -28,6 +30,24 @@ def test_the_same_episodes_for_everybody():
     assert first.low < first.mean < first.high
     still = measure(TASKS["draw"], contestant(lambda seen: np.zeros(3)), episodes=20)
     assert still.mean != first.mean
+
+
+def test_the_reward_is_that_of_the_environment():
+    told = measure(TASKS["end-draw"], contestant("draw"), episodes=4)
+    assert told.reward == pytest.approx(told.mean)  # an end is rewarded with its points
+    env = make("draw")
+    rewards = []
+    for k in range(3):
+        env.reset(seed=1_000_000 + k)
+        rewards.append(env.step(np.zeros(3, dtype=np.float32))[1])
+    zero = measure(TASKS["draw"], contestant(lambda seen: np.zeros(3)), episodes=3)
+    assert zero.reward == pytest.approx(np.mean(rewards))
+
+
+def test_the_environments_say_from_which_reward_they_count_as_solved():
+    for name in ("CurlingSheet-v0", "CurlingEnd-v0"):
+        assert gymnasium.spec(name).reward_threshold == 1.0
+    assert TASKS["end-draw"].reward_threshold == 1.3
 
 
 def test_who_thinks_is_better_than_chance():
@@ -53,7 +73,7 @@ def test_the_command_prints_the_table_and_json(curling):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("nobody",), "no policy is named 'nobody'; there are draw, greedy, planner, random"),
+        (("nobody",), "no policy is named 'nobody'; there are draw, greedy, learned,"),
         (("random", "--task", "curl"), "no task of the benchmark is named 'curl'"),
         (("planner", "--task", "end-draw"), "the planner plans single throws"),
         (("draw", "--task", "draw"), "plays ends"),
@@ -65,7 +85,9 @@ def test_who_cannot_do_a_task_is_told(curling, arguments, says):
 
 
 def test_scores_read_in_words():
-    score = Score(task="guard", metric="success", mean=0.4, low=0.3, high=0.5, episodes=9)
+    score = Score(
+        task="guard", metric="success", mean=0.4, low=0.3, high=0.5, episodes=9, reward=-0.7
+    )
     assert score.in_words() == "40 % (30–50)"
     with pytest.raises(InputError, match="at least 2"):
         measure(TASKS["draw"], contestant("random"), episodes=1)

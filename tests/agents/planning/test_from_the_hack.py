@@ -91,6 +91,16 @@ def test_what_is_planned_can_be_thrown_by_the_command(curling):
     assert short.json()["status"] != "rest"  # from the hog line it runs through
 
 
+def test_a_draw_from_the_tee_line_comes_to_rest_where_it_is_meant(curling):
+    planned = curling(
+        *("plan", "--ice", "standard", "--target", f"0.2,{TEE_Y}", "--skill", "none"),
+        *("--delivery", "tee-line"),
+    ).json()
+    numbers = ("--speed", planned["speed"], "--angle", planned["angle"], "--spin", planned["spin"])
+    thrown = curling("throw", "--ice", "standard", *numbers, "--delivery", "tee-line").json()
+    assert (thrown["x"], thrown["y"]) == pytest.approx((0.2, TEE_Y), abs=5e-3)
+
+
 def test_a_line_of_release_that_nobody_knows_is_refused(curling):
     target = ("--target", f"0,{TEE_Y}")
     assert (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.playing.offline_data import record_ends
+from agents.playing.offline_data import DATASET, RECORDED, record_ends
 from curling_env.errors import InputError
 from curling_env.game import player_named
 
@@ -39,3 +39,20 @@ def test_without_minari_the_command_says_what_to_install(curling, tmp_path):
         told = curling("record-games", "--ends", "1", "-o", tmp_path / "data").complaint
         assert "pip install 'curling-sheet[offline]'" in told
         assert not (tmp_path / "data").exists() or not list((tmp_path / "data").iterdir())
+
+
+def test_the_dataset_that_is_shipped_is_small_and_whole():
+    import json
+
+    h5py = pytest.importorskip("h5py")
+    folder = RECORDED / DATASET / "data"
+    told = json.loads((folder / "metadata.json").read_text())
+    assert (told["dataset_id"], told["total_episodes"], told["total_steps"]) == (DATASET, 100, 800)
+    assert (folder / "main_data.hdf5").stat().st_size < 1_000_000
+    with h5py.File(folder / "main_data.hdf5") as file:
+        assert len(file) == 100
+        for k in range(100):
+            end = file[f"episode_{k}"]
+            assert end["observations"].shape == (9, 180)
+            assert (np.abs(end["actions"][()]) <= 1).all()
+            assert end["terminations"][()].tolist() == [False] * 7 + [True]

@@ -6,10 +6,12 @@ import json
 
 import pytest
 
-from agents.playing.ends.grades import HIT_MEANINGS, SHOT_TYPES
-from agents.playing.ends.play import Conditions, GameRecord, grades_of_hits, play_games
+from agents.playing.ends.grades import SHOT_TYPES
+from agents.playing.ends.play import Conditions, GameRecord, play_games
+from agents.playing.ends.results import expected_before_an_end
 from agents.playing.search import CallingStyle
 from curling_env.game.team_judgement import TeamJudgement
+from curling_env.throw import SKILLS
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +37,11 @@ def test_a_game_keeps_its_ends_from_the_hammers_view_and_every_delivery(records)
         assert [shot.hammer for shot in game.shots[:3]] == [False, True, False]
         assert {shot.type for shot in game.shots} <= {*SHOT_TYPES, ""}
         assert all(0 <= shot.predicted <= 1 for shot in game.shots)
-        assert [shot.type for shot in game.shots[:2]] == ["guard", "guard"]
+        assert [shot.type for shot in game.shots[:2]] == ["front", "front"]
+        assert all(-6 <= shot.expected <= 6 and 0 <= shot.blank <= 1 for shot in game.shots)
+        # Before the first stone the network expects what it does of any such end.
+        share = expected_before_an_end(SKILLS["champion"].sigma_angle, ends_left=2)[3]
+        assert game.shots[0].blank == pytest.approx(share)
         last = game.ends[-1]
         assert last.won == (last.lead + last.score > 0)
 
@@ -47,13 +53,3 @@ def test_a_game_follows_from_its_seed_and_comes_back_from_json(records):
     back = GameRecord.from_line(json.dumps(again.as_dict()))
     assert back.ends == again.ends
     assert back.as_dict() == again.as_dict()
-
-
-def test_hits_of_games_are_graded_by_what_they_were_meant_to_take_out(records):
-    games, conditions = records
-    found = grades_of_hits(conditions, [game.seed for game in games])
-    # Other deliveries of the same games are of other types.
-    hits = [s.grade for game in games for s in game.shots if s.type in ("takeout", "peel")]
-    assert sorted(points for one in found.values() for points in one) == sorted(hits)
-    assert set(found) == set(HIT_MEANINGS)
-    assert len(found["one stone"]) > 0

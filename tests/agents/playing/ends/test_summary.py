@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,9 +11,10 @@ import pytest
 from agents.playing.ends.figure import draw_ends
 from agents.playing.ends.play import Conditions, EndRecord, GameRecord, ShotRecord
 from agents.playing.ends.records import conditions_document, games_in, played_games
-from agents.playing.ends.results import kept_document, summary, summary_text
+from agents.playing.ends.results import calibration, kept_document, summary, summary_text
 from agents.playing.ends.summary import (
     calls_calibration,
+    course,
     end_comparison,
     grades,
     shares_won,
@@ -32,7 +34,14 @@ def game(seed, scores=(1, 0, -2), *, won=True, points=(4, 3, 0), predicted=0.7):
         ),
         shots=tuple(
             ShotRecord(
-                type=kind, grade=grade, left=16 - k, hammer=False, predicted=predicted, won=won
+                type=kind,
+                grade=grade,
+                left=16 - k,
+                hammer=False,
+                expected=0.1 * k,
+                blank=0.5,
+                predicted=predicted,
+                won=won,
             )
             for k, (kind, grade) in enumerate(
                 [("draw", points[0]), ("takeout", points[1]), ("draw", points[2]), ("", None)]
@@ -45,10 +54,21 @@ def test_ends_and_grades_of_all_games_are_counted():
     games = [game(k) for k in range(20)]
     assert end_comparison(games).counts.tolist() == [0, 20, 0, 20, 20, 0, 0]
     told = {one.type: one for one in grades(games)}
-    assert set(told) == {"all", "draw", "takeout"}
+    assert set(told) == {"all", "slow", "hits", "lead", "first draw", "draw", "takeout"}
+    assert told["hits"].shots == 20
+    assert told["first draw"].mean == 100.0
+    assert told["draw"].perfect == 0.5
     assert (told["draw"].mean, told["takeout"].mean, told["draw"].missed) == (50.0, 75.0, 0.5)
     assert told["all"].shots == 60
     assert told["draw"].low == told["draw"].high == 50.0  # all games are alike
+
+
+def test_the_course_of_an_end_is_what_was_expected_before_each_stone_and_then_what_came():
+    games = [replace(game(k, scores=(2,)), shots=game(k).shots[:3]) for k in range(4)]
+    told = course(games)
+    assert [one["left"] for one in told] == [16, 15, 14, 0]
+    assert [one["points"] for one in told] == pytest.approx([0.0, 0.1, 0.2, 2.0])
+    assert [one["blank"] for one in told] == [0.5, 0.5, 0.5, 0.0]
 
 
 def test_chances_that_come_true_as_often_as_they_say_lie_on_the_diagonal():
@@ -113,10 +133,12 @@ def test_results_are_told_kept_and_drawn(tmp_path):
     found = {"championship": summary(path, conditions)}
     assert found["championship"]["ends"] == 15
     assert found["championship"]["net"] == pytest.approx(-1 / 3)
-    kept = kept_document(json.loads(json.dumps(found, allow_nan=False)))
+    told = calibration([path, path])
+    assert told["games"] == 10
+    kept = kept_document(json.loads(json.dumps(found, allow_nan=False)), told)
     assert kept["found"]["championship"]["counts"] == [0, 5, 0, 5, 5, 0, 0]
     assert 0.5 < kept["win_table_of_search"]["level, ten ends left"] < 0.7
-    draw_ends(found, tmp_path / "ends.png")
+    draw_ends(found, told, tmp_path / "ends.png")
     assert (tmp_path / "ends.png").stat().st_size > 5_000
     text = summary_text(games_in(path))
     assert "15 ends" in text

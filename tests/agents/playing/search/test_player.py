@@ -11,8 +11,8 @@ import pytest
 from agents.playing.match import play_game
 from agents.playing.search import CallingStyle, SearchPlayer
 from agents.playing.search.aiming_table import AimingTable
+from agents.playing.search.evaluator import PositionEvaluator
 from agents.playing.search.kernel_regression import estimate
-from agents.playing.search.player import PositionEvaluator
 from agents.playing.search.positions import SCORES, SLOTS, EndSimulator, points_of, position_of
 from agents.playing.search.shots import KINDS, shots_for
 from agents.playing.search.tuning import HIT_WEIGHTS
@@ -388,11 +388,27 @@ def test_a_team_that_wants_to_score_plays_no_blank(player):
     assert eager.call(view).throw.speed < 2.3
     at_last = view_of([], ends_left=2)
     assert eager.call(at_last) == player.call(at_last)
-    odds = np.linspace(0, 1, len(SCORES))
-    kept = CallingStyle(blank_cost=0.1).with_hammer(odds, 5)
-    assert np.flatnonzero(kept != odds).tolist() == [6]
     with pytest.raises(InputError, match="blank_cost"):
         CallingStyle(blank_cost=2.0)
+
+
+@pytest.mark.parametrize(
+    ("calls", "lead", "ends_left", "cheaper"),
+    [
+        (CallingStyle(blank_cost=0.1), 1, 5, [0]),
+        (CallingStyle(single_cost=0.1), 0, 5, [1]),
+        (CallingStyle(single_cost=0.1), -3, 5, [1]),
+        (CallingStyle(single_cost=0.1), 1, 5, []),  # who leads takes a point
+        (CallingStyle(blank_cost=0.1, single_cost=0.1), 0, 2, []),  # and so does who must
+        (CallingStyle(blank_cost=0.1, single_cost=0.1), 0, 3, [0, 1]),
+    ],
+)
+def test_a_style_takes_from_blanks_and_single_points_what_it_says(calls, lead, ends_left, cheaper):
+    odds = np.linspace(0, 1, len(SCORES))
+    seen = calls.with_hammer(odds, lead, ends_left)
+    np.testing.assert_allclose(odds - seen, 0.1 * np.isin(SCORES, cheaper))
+    with pytest.raises(InputError, match="single_cost"):
+        CallingStyle(single_cost=-2.0)
 
 
 def test_handles_tell_nothing_of_each_other():

@@ -1,0 +1,160 @@
+"""What a network that calls shots sees of a position.
+
+An observation of `CurlingEnd-v0` tells where each stone lies. What decides is how stones lie to
+each other and to the tee, so that is worked out first: for each stone that lies, and for each place
+of the list to which a stone may be drawn; what every shot would be worth that
+comes off, and whether its way is free.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from agents.playing.learned.prospects import prospects_of, values_of_positions
+from agents.playing.learned.ways import blocked
+from agents.playing.search.positions import SLOTS, points_of
+from agents.playing.search.value_network import STONE_FEATURES, stone_features
+from curling_env.envs.game.observation import CONTEXT
+from curling_env.envs.game.shots import DRAWS, GUARDS
+from curling_env.envs.sheet.observation import LENGTH_SCALE
+from curling_env.errors import InputError
+from curling_env.game.rules.lines import Lines
+from curling_env.game.rules.teams import STONES_PER_TEAM
+from curling_env.sheet import Sheet
+from curling_env.typing import Floats, Indices, Integers, Singles
+
+LINES = Lines(width=Sheet().width)
+"""Lines of the usual sheet. Observations of sheets of another width are read as if of this one."""
+PLACES = np.array([*DRAWS.values(), *GUARDS.values()])
+"""Places to draw to, (12, 2) delivery frame [m]."""
+DELIVERIES = 16
+MOST_POINTS = 4
+"""Larger scores are seen as this one."""
+_DELIVERED, _HAMMER, _PROTECTED = (
+    CONTEXT.index(name) for name in ("stones delivered", "hammer", "guards protected")
+)
+WHOLE_FEATURES = DELIVERIES + 2 * MOST_POINTS + 1 + 2
+PLACE_FEATURES = len(PLACES) + 8
+
+
+class Seen(NamedTuple):
+    """Features of n positions.
+
+    Parameters
+    ----------
+    stones : (n, 16, s) of each stone, own ones first; zero where there is none
+    there : (n, 16) 1 where there is a stone
+    places : (n, 12, p) of each place of `PLACES`
+    whole : (n, w) of the position as a whole
+    prospects : (n, 201) points that each shot of the list promises if it comes off
+    blocked : (n, 201) 1 where a stone lies on the way of the shot
+    """
+
+    stones: Singles
+    there: Singles
+    places: Singles
+    whole: Singles
+    prospects: Singles
+    blocked: Singles
+
+
+def positions_of(observations: ArrayLike) -> Floats:
+    """Where the stones lie, (n, 16, 2) delivery frame [m], own ones first; NaN where there is none.
+
+    Parameters
+    ----------
+    observations : (n, k) flat observations of `CurlingEnd-v0`
+
+    Raises
+    ------
+    InputError : they are not
+    """
+    seen = np.asarray(observations, dtype=np.float64)
+    if seen.ndim != 2 or seen.shape[1] < len(CONTEXT) + 3 * SLOTS:
+        raise InputError(
+            "expected flat observations of CurlingEnd-v0, of "
+            f"{len(CONTEXT) + 3 * SLOTS} numbers or more, got an array {seen.shape}"
+        )
+    stones = seen[:, -3 * SLOTS :].reshape(-1, SLOTS, 3)
+    places = stones[:, :, 1:] * [LINES.width / 2, LENGTH_SCALE]
+    return np.where(stones[:, :, :1] > 0.5, places, np.nan)
+
+
+def features_of(observations: ArrayLike) -> Seen:
+    """Features of observations (n, k); see `positions_of`."""
+    seen = np.asarray(observations, dtype=np.float64)
+    positions = positions_of(seen)
+    n = len(positions)
+    delivered = _delivered(seen)
+    of_stones, rows = stone_features(LINES, positions)
+    stones = np.zeros((n * SLOTS, STONE_FEATURES), dtype=np.float32)
+    stones[rows] = of_stones
+    return Seen(
+        stones=stones.reshape(n, SLOTS, STONE_FEATURES),
+        there=np.isfinite(positions[:, :, 0]).astype(np.float32),
+        places=_of_places(positions),
+        whole=_of_the_whole(seen, positions, delivered),
+        prospects=prospects_of(
+            LINES, positions, delivered, seen[:, _HAMMER] > 0, seen[:, _PROTECTED] > 0
+        ),
+        blocked=blocked(positions),
+    )
+
+
+def values_of(observations: ArrayLike) -> Floats:
+    """Points that the end promises whoever throws next, by the value network, (n,)."""
+    seen = np.asarray(observations, dtype=np.float64)
+    return values_of_positions(LINES, positions_of(seen), _delivered(seen), seen[:, _HAMMER] > 0)
+
+
+def _delivered(seen: Floats) -> Indices:
+    delivered = np.rint(seen[:, _DELIVERED] * DELIVERIES).astype(np.intp)
+    return np.clip(delivered, 0, DELIVERIES - 1)
+
+
+def _of_the_whole(seen: Floats, positions: Floats, delivered: Indices) -> Singles:
+    n = len(seen)
+    # In whatever order a team throws, own points are positive.
+    points: Integers = np.clip(points_of(LINES, positions), -MOST_POINTS, MOST_POINTS)
+    whole = np.zeros((n, WHOLE_FEATURES), dtype=np.float32)
+    rows = np.arange(n)
+    whole[rows, delivered] = 1
+    whole[rows, DELIVERIES + MOST_POINTS + points] = 1
+    whole[:, -2] = seen[:, _HAMMER]
+    whole[:, -1] = seen[:, _PROTECTED]
+    return whole
+
+
+def _of_places(positions: Floats) -> Singles:
+    """How the stones lie to each place, (n, 12, PLACE_FEATURES)."""
+    n = len(positions)
+    apart: Any = positions[:, None] - PLACES[:, None]
+    dx, dy = apart[..., 0], apart[..., 1]
+    narrow = np.exp(-((dx / 0.2) ** 2))
+    near = np.exp(-(dx**2 + dy**2) / 0.5)
+    before = dy < -0.25
+    own = np.arange(SLOTS) < STONES_PER_TEAM
+    nearer = np.hypot(positions[:, None, :, 0], positions[:, None, :, 1]) < np.hypot(
+        *PLACES.T[:, :, None]
+    )
+
+    def total(values: Any) -> Any:
+        return np.nansum(values, axis=-1)
+
+    features = np.zeros((n, len(PLACES), PLACE_FEATURES), dtype=np.float32)
+    features[:, np.arange(len(PLACES)), np.arange(len(PLACES))] = 1
+    columns = (
+        total(narrow * before),
+        total(narrow * (dy < -1.2)),
+        total(np.exp(-((dx / 0.45) ** 2)) * before),
+        total(narrow * np.exp(-((dy / 0.5) ** 2)) * (dy > 0.1)),
+        total(near * own),
+        total(near * ~own),
+        total(nearer & own) / 2,
+        total(nearer & ~own) / 2,
+    )
+    features[:, :, len(PLACES) :] = np.stack(columns, axis=-1)
+    return features

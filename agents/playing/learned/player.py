@@ -1,0 +1,54 @@
+"""A network that calls shots, as a player of games."""
+
+from __future__ import annotations
+
+from importlib.resources import as_file, files
+from pathlib import Path
+
+from agents.playing.learned.features import LINES
+from agents.playing.learned.network import ShotNetwork
+from curling_env.envs.game.observation import GameObservation
+from curling_env.envs.game.shots import ShotActions, mask_of
+from curling_env.envs.known_ice import KnownIce
+from curling_env.game import Call, Player, PlayerView
+from curling_env.ice import Ice
+
+PACKAGE, FILE = "agents.models", "ends.npz"
+"""Where the package's own network is."""
+
+
+class LearnedPlayer(Player):
+    """Calls the shots that a network has learnt to call; nothing is simulated.
+
+    Parameters
+    ----------
+    network : the network; by default the package's own
+
+    Raises
+    ------
+    InputError : not such a network
+    """
+
+    name = "learned"
+
+    def __init__(self, network: ShotNetwork | str | Path | None = None) -> None:
+        if network is None:
+            with as_file(files(PACKAGE).joinpath(FILE)) as path:
+                network = ShotNetwork.load(path)
+        elif not isinstance(network, ShotNetwork):
+            network = ShotNetwork.load(network)
+        self.network = network
+        self._shots = ShotActions()
+        self._seen: tuple[Ice, GameObservation] | None = None
+
+    def call(self, view: PlayerView) -> Call:
+        observation = self._observation(view).of_view(view)
+        shot, _ = self.network.predict(observation, action_masks=mask_of(self._shots, view))
+        return self._shots.call_of(shot, view)
+
+    def _observation(self, view: PlayerView) -> GameObservation:
+        """What makes the observations on the ice as it is known."""
+        if self._seen is None or self._seen[0] is not view.ice:
+            # Of whatever width the sheet is, the network sees metres as it has learnt them.
+            self._seen = (view.ice, GameObservation("flat", KnownIce(view.ice), LINES))
+        return self._seen[1]

@@ -1,0 +1,75 @@
+"""What positions are worth: the probability of winning the game from them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from agents.playing.search.calling_style import BY_THE_ODDS, CallingStyle
+from agents.playing.search.positions import MAX_POINTS, points_of
+from agents.playing.search.value_network import ValueNetwork
+from agents.playing.search.win_probability import WinProbability
+from curling_env.errors import InputError
+from curling_env.game import PlayerView
+from curling_env.game.rules import End, RuleSet
+from curling_env.game.rules.lines import Lines
+from curling_env.typing import Floats
+
+
+class PositionEvaluator:
+    """The probability of winning from positions, by the network and the ends to come.
+
+    Parameters
+    ----------
+    network : predicts how the end will be scored
+    rules, lines : rules and lines of the game
+    skill : skill of the players as the network sees it, see `skill_feature`
+    calls : what the team calls for, beside the odds
+    """
+
+    def __init__(
+        self,
+        network: ValueNetwork,
+        rules: RuleSet,
+        lines: Lines,
+        skill: float,
+        calls: CallingStyle = BY_THE_ODDS,
+    ) -> None:
+        self.network, self.rules, self.lines, self.skill = network, rules, lines, skill
+        self.calls = calls
+        self.game_odds = WinProbability(rules)
+
+    def win_probabilities(self, view: PlayerView, stones: Floats, delivered: int) -> Floats:
+        """Win probability of the view's team from positions of the current end, (n,).
+
+        Parameters
+        ----------
+        view : the game as the player sees it
+        stones : (n, 16, 2) positions, see `positions`
+        delivered : number of stones delivered in the end
+        """
+        end, left = end_of(view), self.rules.deliveries - delivered
+        lead, ends_left = view.game.lead(end.hammer), view.game.ends_left
+        by_score = self.game_odds.by_score(lead, ends_left)
+        if end.hammer is view.team:
+            by_score = self.calls.with_hammer(by_score, lead, ends_left)
+        if left == 0:
+            points = np.clip(points_of(self.lines, stones), -MAX_POINTS, MAX_POINTS)
+            hammers = by_score[points + MAX_POINTS]
+        else:
+            shares = self.network.score_probabilities(
+                self.lines, stones, left, by_score, self.skill
+            )
+            hammers = shares @ by_score
+        return hammers if end.hammer is view.team else 1 - hammers
+
+
+def end_of(view: PlayerView) -> End:
+    """The current end.
+
+    Raises
+    ------
+    InputError : there is none
+    """
+    if view.game.end is None:
+        raise InputError("no end is in play")
+    return view.game.end

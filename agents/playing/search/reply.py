@@ -1,0 +1,77 @@
+"""What a position is worth once the opponent has replied to it with the best shot it finds.
+
+The network says how an end will usually go on from a position. Shortly before the end of the end
+that can be looked up: the opponent's shots are simulated, all of them once, the best of them again.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from agents.playing.search.aiming_table import AimingTable
+from agents.playing.search.positions import EndSimulator
+from agents.playing.search.shots import Shots, shots_for
+from agents.playing.search.tuning import REPLIES_AGAIN, REPLIES_ONCE, REPLY_REPEATS
+from curling_env.throw import Skill
+from curling_env.typing import Floats, Indices
+
+
+class ValuesOf(Protocol):
+    """Win probability of the searching team, (n,), in positions (n, 16, 2) after a delivery."""
+
+    def __call__(self, stones: Floats, delivered: int, /) -> Floats: ...
+
+
+def values_after_reply(
+    simulator: EndSimulator,
+    table: AimingTable,
+    values_of: ValuesOf,
+    stones: Floats,
+    delivered: int,
+    sigma: Floats,
+    skill: Skill,
+    rng: np.random.Generator,
+) -> tuple[Floats, int]:
+    """Win probability of the team that waits, once the other has thrown.
+
+    Parameters
+    ----------
+    simulator, table : ice and rules, and the throws on that ice
+    values_of : values positions for the team that waits
+    stones : (n, 16, 2) positions
+    delivered : number of stones delivered in them
+    sigma, skill : errors with which the opponent is taken to throw, and their distribution
+    rng : source of everything random
+
+    Returns
+    -------
+    (n,) win probabilities, and the number of throws that were simulated
+    """
+    shots = shots_for(table, simulator, stones, delivered)
+    shots = shots[_first(shots.position, rng.random(len(shots)), REPLIES_ONCE)]
+
+    def values(some: Shots, errors: Floats) -> Floats:
+        before = stones[some.position]
+        after = simulator.play(before, delivered, some.throws + errors)
+        return values_of(after, delivered + 1)
+
+    once = skill.standard_errors(len(shots), rng) * sigma
+    best = shots[_first(shots.position, values(shots, once), REPLIES_AGAIN)]
+    # The same errors for every reply, each with its opposite.
+    half = skill.standard_errors(REPLY_REPEATS // 2, rng) * sigma
+    errors = np.concatenate([half, -half])
+    again = best[np.repeat(np.arange(len(best)), len(errors))]
+    mean = values(again, np.tile(errors, (len(best), 1))).reshape(len(best), -1).mean(axis=1)
+    least = np.full(len(stones), np.inf)
+    np.minimum.at(least, best.position, mean)
+    return least, len(shots) + len(again)
+
+
+def _first(position: Indices, value: Floats, most: int) -> Indices:
+    """Indices of the `most` lowest values of each position."""
+    order = np.lexsort((value, position))
+    starts = np.r_[True, np.diff(position[order]) != 0]
+    begin = np.maximum.accumulate(np.where(starts, np.arange(len(order)), 0))
+    return order[np.arange(len(order)) - begin < most]

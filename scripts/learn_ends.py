@@ -1,0 +1,228 @@
+"""Learn to play ends: first from recorded games, then by playing.
+
+    curling record-games --player search:400 --opponent rulebased --opponent draw -o runs/data
+    python scripts/learn_ends.py clone runs/data -o runs/cloned.npz
+    python scripts/learn_ends.py play -o runs/ends.npz
+    curling tournament runs/ends.npz greedy --games 60 --ends 4
+    curling benchmark runs/ends.npz
+
+`clone` is behaviour cloning: the network learns which shot of the list was called in each position
+of a Minari dataset, the more of those that turned out well. `play` goes on by proximal policy
+optimisation (Schulman et al. 2017) with masks, through the public environments alone:
+`gymnasium.make_vec("CurlingEnd-v0")` with shots as actions, the rise of the value network as reward
+on the way, and a pool of opponents in which past selves join two of the package's. It may also
+begin with nothing: without a network to start from. Neither looks at the benchmark's episodes.
+"""
+
+# Minari is optional.
+# pyright: reportMissingImports=false
+
+from __future__ import annotations
+
+import argparse
+import os
+import time
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import torch
+
+import curling_env  # noqa: F401  (registers the environments)
+from agents.playing.learned.features import Seen, features_of
+from agents.playing.learned.fit import ShotModule, clone
+from agents.playing.learned.imitation import Lessons, gains_of, lessons_of
+from agents.playing.learned.network import IMPOSSIBLE, ShotNetwork
+from agents.playing.learned.player import LearnedPlayer
+
+DATASET = "curling/ends-v0"
+
+
+@dataclass
+class Settings:
+    """What may be set on the command line of `play`."""
+
+    deliveries: int = 80_000
+    num_envs: int = 64
+    rollout: int = 16  # deliveries of each environment between updates: two ends
+    epochs: int = 3
+    minibatch: int = 256
+    learning_rate: float = 1e-3  # falls to zero
+    gae_lambda: float = 0.8
+    clip: float = 0.2
+    entropy: float = 0.003
+    past: int = 30  # updates after which the network joins its opponents
+    seed: int = 0
+
+
+# --- learning from recorded games -----------------------------------------------------------------
+
+
+def lessons_in(folder: Path) -> Lessons:
+    """The lessons of a Minari dataset of `curling record-games`."""
+    os.environ["MINARI_DATASETS_PATH"] = str(folder)
+    import minari
+
+    data = minari.load_dataset(DATASET)
+    env: Any = data.recover_environment().unwrapped
+    seen, throws, gains = [], [], []
+    for episode in data.iterate_episodes():
+        seen.append(np.asarray(episode.observations)[:-1])
+        throws += [env.action.call_of(action).throw for action in episode.actions]
+        gains.append(gains_of(seen[-1], np.asarray(episode.rewards)))
+    known = env.simulator.known_ice
+    return lessons_of(known, np.concatenate(seen), throws, np.concatenate(gains))
+
+
+def learn_from(folders: list[Path], output: Path, epochs: int, seed: int) -> None:
+    """Behaviour cloning on datasets."""
+    each = [lessons_in(folder) for folder in folders]
+    lessons = Lessons(
+        observations=np.concatenate([one.observations for one in each]),
+        shots=np.concatenate([one.shots for one in each]),
+        weights=np.concatenate([one.weights for one in each]),
+    )
+    began = time.process_time()
+    network, held_out = clone(lessons, epochs=epochs, seed=seed)
+    said = {name: round(value, 4) for name, value in held_out.items()}
+    network.save(output, learnt_from=[str(folder) for folder in folders], held_out=said)
+    seconds = time.process_time() - began
+    print(f"{len(lessons)} lessons, {seconds:.0f} s; of those held out: {said}")
+
+
+# --- learning by playing --------------------------------------------------------------------------
+
+
+def advantages(rewards: Any, values: Any, over: Any, weight: float) -> Any:
+    """Generalised advantages without discount, (steps, n); `values` has one row more."""
+    found, following = np.zeros_like(rewards), np.zeros(rewards.shape[1])
+    for t in reversed(range(len(rewards))):
+        goes_on = 1.0 - over[t]
+        error = rewards[t] + goes_on * values[t + 1] - values[t]
+        following = error + weight * goes_on * following
+        found[t] = following
+    return found
+
+
+def chances_of(worths: torch.Tensor, masks: torch.Tensor) -> torch.distributions.Categorical:
+    """The chances of the shots that there are."""
+    return torch.distributions.Categorical(logits=worths.masked_fill(masks == 0, IMPOSSIBLE))
+
+
+def play(start: Path | None, output: Path, settings: Settings) -> None:
+    """Proximal policy optimisation from a network on; the output is written as it learns."""
+    torch.manual_seed(settings.seed)
+    torch.set_num_threads(1)
+    envs: Any = gymnasium.make_vec(
+        "CurlingEnd-v0",
+        num_envs=settings.num_envs,
+        autoreset_mode="SameStep",
+        actions="shots",
+        potential="value-network",
+        opponent=["rulebased", "draw"],
+    )
+    module = ShotModule(None if start is None else ShotNetwork.load(start))
+    optimiser = torch.optim.Adam(module.parameters(), lr=settings.learning_rate, eps=1e-5)
+    n, length = settings.num_envs, settings.rollout
+    updates = max(settings.deliveries // (n * length), 1)
+    observation, info = envs.reset(seed=settings.seed)
+    scores: list[int] = []
+    began = time.process_time()
+    for update in range(updates):
+        if update % settings.past == 0:
+            envs.unwrapped.opponents.append(LearnedPlayer(module.network()))
+        optimiser.param_groups[0]["lr"] = settings.learning_rate * (1 - update / updates)
+        seen: list[Seen] = []
+        masks = torch.zeros(length, n, info["action_mask"].shape[1])
+        shots, logs = torch.zeros(length, n, dtype=torch.long), torch.zeros(length, n)
+        rewards, over, values = np.zeros((length, n)), np.zeros((length, n)), np.zeros((length, n))
+        for t in range(length):
+            seen.append(features_of(observation))
+            masks[t] = torch.from_numpy(info["action_mask"])
+            with torch.no_grad():
+                worths, value = module(seen[-1])
+                chances = chances_of(worths, masks[t])
+                shots[t] = chances.sample()
+                logs[t], values[t] = chances.log_prob(shots[t]), value.numpy()
+            observation, rewards[t], ended, _, info = envs.step(shots[t].numpy())
+            over[t] = ended
+            if ended.any():
+                told = info["final_info"]["score"]
+                scores += [own - other for own, other in told[ended]]
+        with torch.no_grad():
+            _, last = module(features_of(observation))
+        values = np.concatenate([values, last.numpy()[None]])
+        advantage = advantages(rewards, values, over, settings.gae_lambda)
+        learn(module, optimiser, seen, masks, shots, logs, advantage, values[:-1], settings)
+        if (update + 1) % 10 == 0 or update + 1 == updates:
+            module.network().save(output, deliveries=(update + 1) * n * length)
+            print(
+                f"{(update + 1) * n * length:8} deliveries  {np.mean(scores):6.2f} points an end  "
+                f"{time.process_time() - began:6.0f} s",
+                flush=True,
+            )
+            scores = []
+    envs.close()
+
+
+def learn(
+    module: ShotModule,
+    optimiser: Any,
+    seen: list[Seen],
+    masks: torch.Tensor,
+    shots: torch.Tensor,
+    logs: torch.Tensor,
+    advantage: Any,
+    values: Any,
+    settings: Settings,
+) -> None:
+    """One update from what was played."""
+    parts = tuple(torch.from_numpy(np.concatenate(part)) for part in zip(*seen, strict=True))
+    good = torch.from_numpy(advantage.astype(np.float32).ravel())
+    target = good + torch.from_numpy(values.astype(np.float32).ravel())
+    good = (good - good.mean()) / (good.std() + 1e-8)
+    masks, shots, logs = masks.flatten(0, 1), shots.flatten(), logs.flatten()
+    for _ in range(settings.epochs):
+        for rows in torch.randperm(len(good)).split(settings.minibatch):
+            worths, value = module(tuple(part[rows] for part in parts))
+            chances = chances_of(worths, masks[rows])
+            ratio = (chances.log_prob(shots[rows]) - logs[rows]).exp()
+            clipped = ratio.clamp(1 - settings.clip, 1 + settings.clip)
+            loss = -torch.minimum(ratio * good[rows], clipped * good[rows]).mean()
+            loss = loss + 0.5 * ((value - target[rows]) ** 2).mean()
+            loss = loss - settings.entropy * chances.entropy().mean()
+            optimiser.zero_grad()
+            loss.backward()
+            torch.nn.utils.clip_grad_norm_(module.parameters(), 0.5)
+            optimiser.step()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    ways = parser.add_subparsers(dest="way", required=True)
+    one = ways.add_parser("clone", help="learn from datasets of games")
+    one.add_argument("data", type=Path, nargs="+", help="folders of `curling record-games`")
+    one.add_argument("--epochs", type=int, default=4)
+    one.add_argument("--seed", type=int, default=0)
+    other = ways.add_parser("play", help="go on by playing")
+    other.add_argument("--start", type=Path, help="a network, such as one of `clone`")
+    for field in fields(Settings):
+        name, kind = field.name.replace("_", "-"), type(field.default)
+        other.add_argument(f"--{name}", type=kind, default=field.default, metavar=kind.__name__)
+    for way in (one, other):
+        way.add_argument("-o", "--output", type=Path, required=True, help="file of the network")
+    given = vars(parser.parse_args())
+    way, output = given.pop("way"), given.pop("output")
+    output.parent.mkdir(parents=True, exist_ok=True)
+    if way == "clone":
+        learn_from(given["data"], output, given["epochs"], given["seed"])
+    else:
+        play(given.pop("start"), output, Settings(**given))
+
+
+if __name__ == "__main__":
+    main()

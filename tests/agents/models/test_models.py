@@ -1,0 +1,61 @@
+"""The models that come with the package do what they have learnt."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+
+import numpy as np
+import pytest
+
+from agents.benchmark import TASKS, make, measure
+from agents.benchmark.contestants import contestant
+from agents.learning.policy import TrainedPolicy
+from agents.models import LEARNT, load
+from agents.playing.learned.player import LearnedPlayer
+from curling_env.errors import InputError
+from curling_env.game import player_named
+
+
+@pytest.mark.parametrize("name", LEARNT)
+def test_a_model_is_small_and_predicts_for_its_environment(name):
+    assert files("agents.models").joinpath(f"{name}.npz").read_bytes().__sizeof__() < 1_000_000
+    model = load(name)
+    task, options = ("end-draw", {"actions": "shots"}) if name == "ends" else (name, {})
+    env = make(task, **options)
+    observation, info = env.reset(seed=1)
+    masks = {"action_masks": info["action_mask"]} if name == "ends" else {}
+    action, state = model.predict(observation, **masks)
+    assert state is None
+    assert env.action_space.contains(np.asarray(action)[()])
+    many, _ = model.predict(np.stack([observation, observation]))
+    assert len(many) == 2
+
+
+def test_the_environment_of_a_model_takes_its_actions_as_they_are():
+    import gymnasium
+
+    for name in ("draw", "takeout"):
+        model = load(name)
+        assert isinstance(model, TrainedPolicy)
+        env = gymnasium.make("CurlingSheet-v0", **model.environment())
+        worth = []
+        for seed in range(12):
+            observation, _ = env.reset(seed=seed)
+            _, _, _, _, info = env.step(model.predict(observation)[0])
+            worth.append(info["distance_m"] if name == "draw" else info["success"])
+        assert np.mean(worth) < 1.6 if name == "draw" else np.mean(worth) > 0.5
+
+
+def test_learnt_is_far_better_than_chance_at_the_tasks_of_the_benchmark():
+    who = contestant("learned")
+    assert measure(TASKS["draw"], who, episodes=12).mean < 1.6
+    assert measure(TASKS["takeout"], who, episodes=12).mean > 0.5
+    assert measure(TASKS["end-draw"], who, episodes=6).mean > -2
+    with pytest.raises(InputError, match="no model has learnt guard; they know draw,"):
+        measure(TASKS["guard"], who, episodes=2)
+
+
+def test_models_are_known_by_name():
+    assert isinstance(player_named("learned"), LearnedPlayer)
+    with pytest.raises(InputError, match="the models are draw, takeout, ends, got 'guard'"):
+        load("guard")

@@ -1,0 +1,126 @@
+"""The network that calls shots: its file, what it may call, and what it learns."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import gymnasium
+import numpy as np
+import pytest
+
+from agents.learning.model_file import read_model, write_model
+from agents.playing.learned.imitation import FIRST_STONE, Lessons
+from agents.playing.learned.network import IMPOSSIBLE, OF_A_STONE, ShotNetwork
+from agents.playing.learned.player import LearnedPlayer
+from curling_env.envs.game.shots import SHOTS
+from curling_env.errors import InputError
+
+
+def test_only_shots_that_there_are_are_called(network, called):
+    shots, _ = network.predict(called.observations, action_masks=called.masks)
+    assert called.masks[np.arange(len(shots)), shots].all()
+    one, _ = network.predict(called.observations[3], action_masks=called.masks[3])
+    assert one == shots[3]
+    drawn, _ = network.predict(
+        called.observations,
+        action_masks=called.masks,
+        deterministic=False,
+        rng=np.random.default_rng(0),
+    )
+    assert called.masks[np.arange(len(drawn)), drawn].all()
+    assert (drawn != shots).any()
+
+
+def test_shots_about_stones_that_do_not_lie_are_impossible(network, called):
+    worths = network.worths(called.observations)
+    there = called.observations[:, -48::3] > 0.5
+    about = worths[:, FIRST_STONE:-1].reshape(len(worths), 16, OF_A_STONE)
+    assert (about[~there] == IMPOSSIBLE).all()
+    assert (about[there] > IMPOSSIBLE).all()
+
+
+def test_the_order_of_stones_does_not_matter(network, called):
+    k = int(np.argmax(called.observations[:, -48::3].sum(axis=1)))
+    seen = called.observations[k].copy()
+    stones = seen[-48:].reshape(16, 3)
+    stones[[0, 2]] = stones[[2, 0]]
+    before, after = network.worths(called.observations[[k]])[0], network.worths(seen[None])[0]
+    np.testing.assert_allclose(after[:FIRST_STONE], before[:FIRST_STONE], atol=1e-4)
+    of_first, of_third = (
+        slice(FIRST_STONE + OF_A_STONE * k, FIRST_STONE + OF_A_STONE * (k + 1)) for k in (0, 2)
+    )
+    np.testing.assert_allclose(after[of_first], before[of_third], atol=1e-4)
+
+
+def test_a_file_gives_the_network_back_and_others_are_refused(network, called, tmp_path):
+    network.save(tmp_path / "n.npz", learnt_from="nothing")
+    back = ShotNetwork.load(tmp_path / "n.npz")
+    np.testing.assert_allclose(
+        back.worths(called.observations), network.worths(called.observations), atol=0.05
+    )
+    document = read_model(tmp_path / "n.npz")
+    write_model(tmp_path / "other.npz", {"weights": 1})
+    with pytest.raises(InputError, match="no network|not a network"):
+        ShotNetwork.load(tmp_path / "other.npz")
+    broken = {**document["shots"], "through": document["shots"]["draws 1"]}
+    write_model(tmp_path / "broken.npz", {"shots": broken})
+    with pytest.raises(InputError, match="do not fit"):
+        ShotNetwork.load(tmp_path / "broken.npz")
+    document["shots"]["through"][0][:] = np.nan
+    write_model(tmp_path / "nan.npz", document)
+    with pytest.raises(InputError, match="not finite"):
+        ShotNetwork.load(tmp_path / "nan.npz")
+
+
+def test_gradients_are_of_the_same_network(network, called):
+    torch = pytest.importorskip("torch")
+    from agents.playing.learned.features import features_of
+    from agents.playing.learned.fit import ShotModule
+
+    module = ShotModule(network)
+    with torch.no_grad():
+        worths, values = module(features_of(called.observations))
+    np.testing.assert_allclose(worths, network.worths(called.observations), atol=1e-4)
+    assert values.shape == (len(called.observations),)
+    again = module.network().worths(called.observations)
+    np.testing.assert_array_equal(again, network.worths(called.observations))
+
+
+def test_cloning_learns_a_rule(called):
+    pytest.importorskip("torch")
+    from agents.playing.learned.fit import clone
+
+    # The rule: with the hammer draw to the button, without it throw through the house.
+    seen = np.repeat(called.observations, 3, axis=0)
+    hammer = seen[:, 2] > 0
+    shots = np.where(hammer, 0, len(SHOTS) - 1)
+    lessons = Lessons(observations=seen, shots=shots, weights=np.ones(len(seen)))
+    network, held_out = clone(lessons, epochs=8, batch=24, learning_rate=4e-3, held_out=0.2)
+    assert held_out["loss"] < 1.5
+    shots, _ = network.predict(called.observations)
+    assert ((shots == len(SHOTS) - 1) == (called.observations[:, 2] < 0)).all()
+
+
+def test_a_player_calls_what_the_network_calls_in_the_environment(network):
+    env = gymnasium.make("CurlingEnd-v0", opponent="rulebased", actions="shots").unwrapped
+    player = LearnedPlayer(network)
+    observation, info = env.reset(seed=3)
+    over = False
+    while not over:
+        shot, _ = network.predict(observation, action_masks=info["action_mask"])
+        assert player.call(env.simulator.view(env.state)) == env.call_of(shot)
+        observation, _, over, _, info = env.step(shot)
+
+
+def test_it_plays_from_the_hack_on_a_wider_sheet(network):
+    options = {"ice": "fcv1", "rules": "digital_curling", "delivery": "hack"}
+    env = gymnasium.make("CurlingEnd-v0", hammer="own", **options).unwrapped
+    env.reset(seed=1)
+    call = LearnedPlayer(network).call(env.simulator.view(env.state))
+    assert call.shot in {shot.name for shot in SHOTS} | {"short"}
+
+
+def test_using_a_network_needs_no_pytorch():
+    program = "import sys; sys.modules['torch'] = None; import agents.playing.learned.player"
+    assert subprocess.run([sys.executable, "-c", program]).returncode == 0
