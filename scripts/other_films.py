@@ -3,17 +3,20 @@
 python scripts/other_films.py -o runs/other --cameras end,side --sizes 1080,480 --rates 15,30
 python scripts/tracking_accuracy.py --films-in runs/other --cameras end480f15,side480f15
 
-Its lens, ray caster, stone, paint and motion are written anew here, in NumPy alone; OpenCV blurs
-and PyAV compresses. Cameras hang a little elsewhere for every seed, stones have radii of 0.140 to
-0.146 m and their own profile, and lenses bend and sit a little askew. Every film is written in
-all sizes and rates asked for. What a user would know goes into NAME.scene.json, the truth into
-NAME.truth.json and NAME-K.truth.csv, as `tracking_accuracy.py --films-in` reads them.
+Its lens, ray caster, stone, paint and motion are written anew here; OpenCV blurs and PyAV
+compresses. Cameras hang a little elsewhere for every seed, stones have radii of 0.140 to
+0.146 m and a profile of their own, and lenses bend and sit a little askew. Every film is written in
+all sizes and rates asked for; those that are there are kept. What a user would know goes into
+NAME.scene.json, the truth into NAME.truth.json and NAME-K.truth.csv, as
+`tracking_accuracy.py --films-in` reads them.
 """
 
 from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -21,8 +24,10 @@ from typing import Annotated, Any
 
 import av
 import cv2
+import numba
 import numpy as np
 import typer
+from av.container import OutputContainer
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
@@ -36,13 +41,21 @@ ICE, FLOOR, DARK = (232, 228, 224), (70, 64, 60), (60, 60, 60)
 STONE_HEIGHT = 0.1143
 BAND = 0.0625
 """Radius of a stone's running band [m]."""
-GRAVITY = 9.81
+GRAVITY = 9.80665
 LEAD, TAIL = 0.6, 1.0
 """What is filmed before the release and after the stone rests [s]."""
+REAL, ROUND = (6.0, 12.0), (2.2, 3.4)
+"""Exponents of a stone's profile. Of granite of 2.65 g/cm³ and with a handle of 0.5 kg, stones of
+the first kind weigh 17.2 to 19.6 kg, of the second 14.9 to 17.4; the rules ask for 17.24 to 19.96.
+"""
 LAYERS = 44
 """Levels at which a ray is tested against the stone."""
 FINE = 4
 """Rays along each side of a pixel."""
+NOISE = 2.0
+"""Standard deviation of the camera's noise [grey levels]."""
+SOFT = 0.55
+"""Standard deviation of the lens's blur [px]."""
 
 PLACES: dict[str, tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...], float, float]] = {
     "end": ((0.4, -36.5, 8.8), (0.0, -12.5, 0.0), (0.0, 0.0, 1.0), 1.16, -0.12),
@@ -77,7 +90,7 @@ class View:
         """Directions (..., 3) through pixels; the bend is undone by repetition."""
         p, q = (u - self.axis[0]) / self.focal, (v - self.axis[1]) / self.focal
         a, b = p.copy(), q.copy()
-        for _ in range(40):
+        for _ in range(24):
             r = a * a + b * b
             bend = 1 + r * (self.k1 + r * self.k2)
             a, b = p / bend, q / bend
@@ -169,8 +182,13 @@ class Granite:
         return np.where(z > middle, top, self.radius - (self.radius - BAND) * down**self.below)
 
 
-def draw_stone(picture: Array, view: View, stone: Granite, x: float, y: float, turn: float) -> None:
-    """Draw a stone with its handle, its shade and its mirror image into a picture, in place."""
+def draw_stone(
+    picture: Array, view: View, stone: Granite, x: float, y: float, turn: float
+) -> tuple[slice, slice] | None:
+    """Draw a stone with its handle, its shade and its mirror image into a picture, in place.
+
+    Returns the rows and columns that have changed; None where the stone is not in view.
+    """
     reach = stone.radius + 0.12
     box = np.array([(x + a, y + b, c) for a in (-reach, reach) for b in (-reach, reach)
                     for c in (-0.1, 0.19)])  # fmt: skip
@@ -178,7 +196,7 @@ def draw_stone(picture: Array, view: View, stone: Granite, x: float, y: float, t
     low = np.maximum(np.floor(px.min(axis=0)).astype(int) - 2, 0)
     high = np.minimum(np.ceil(px.max(axis=0)).astype(int) + 3, view.size)
     if (high - low < 3).any():
-        return
+        return None
     part = (np.arange(FINE) + 0.5) / FINE - 0.5
     u, v = np.meshgrid((np.arange(low[0], high[0])[:, None] + part).ravel(),
                        (np.arange(low[1], high[1])[:, None] + part).ravel())  # fmt: skip
@@ -186,43 +204,78 @@ def draw_stone(picture: Array, view: View, stone: Granite, x: float, y: float, t
     slope = rays[..., :2] / rays[..., 2:]
     foot = view.place[:2] - view.place[2] * slope - np.array([x, y])
     rows, columns = slice(low[1], high[1]), slice(low[0], high[0])
-    ice = picture[rows, columns]
-    seen = np.repeat(np.repeat(ice, FINE, 0), FINE, 1)
-    away = np.hypot(*(foot - 0.03 * stone.sun[:2]).transpose(2, 0, 1))
-    shade = 1 - stone.shade * np.clip((stone.radius - away) / 0.04, 0, 1)
-    seen = seen * shade[..., None]
     levels = np.linspace(0, STONE_HEIGHT, LAYERS)
     radii = stone.radii(levels)
-    tilt = np.gradient(radii, levels)
-    cos, sin = np.cos(turn), np.sin(turn)
-    mirrored = np.zeros(foot.shape[:2], bool)
-    for z, radius in zip(levels, radii, strict=True):
-        at = foot - z * slope
-        mirrored |= np.hypot(at[..., 0], at[..., 1]) <= radius
-    seen[mirrored] = 0.92 * seen[mirrored] + 0.08 * stone.body
-    for z, radius, steep in zip(levels, radii, tilt, strict=True):
-        at = foot + z * slope
-        away = np.hypot(at[..., 0], at[..., 1])
-        inside = away <= radius
-        top = z > STONE_HEIGHT - 1e-9
-        flat = np.array([0.0, 0.0, 1.0])
-        if top:
-            light = np.full(inside.sum(), max(float(flat @ stone.sun), 0.0))
-        else:
-            length = np.hypot(1.0, steep)
-            normal = np.concatenate(
-                [at[inside] / (np.maximum(away[inside], 1e-9) * length)[:, None],
-                 np.full((inside.sum(), 1), -steep / length)], axis=1)  # fmt: skip
-            light = np.clip(normal @ stone.sun, 0, 1) + 0.25 * np.clip(-normal[:, 2], 0, 1)
-        seen[inside] = stone.body * (0.62 + 0.38 * light)[:, None]
-    for z in np.linspace(STONE_HEIGHT, STONE_HEIGHT + 0.045, 10):
-        at = foot + z * slope
-        along, across = at[..., 0] * cos + at[..., 1] * sin, at[..., 1] * cos - at[..., 0] * sin
-        bar = (along > -0.035) & (along < 0.105) & (np.abs(across) < 0.015)
-        post = (along > -0.035) & (along < -0.005) & (np.abs(across) < 0.012)
-        seen[bar if z > STONE_HEIGHT + 0.024 else post] = stone.handle
-    shape = (high[1] - low[1], FINE, high[0] - low[0], FINE, 3)
-    picture[rows, columns] = seen.reshape(shape).mean(axis=(1, 3))
+    seen = np.empty((high[1] - low[1], high[0] - low[0], 3))
+    cast(np.asarray(picture[rows, columns], np.float64), foot, slope, FINE, levels, radii,
+         np.gradient(radii, levels), np.array([np.cos(turn), np.sin(turn)]), stone.sun,
+         stone.radius, stone.shade, stone.body, stone.handle, seen)  # fmt: skip
+    picture[rows, columns] = seen
+    return rows, columns
+
+
+@numba.njit(cache=True)
+def cast(ice, foot, slope, fine, levels, radii, tilt, heading, sun, radius, shade, body, handle,
+         seen):  # fmt: skip
+    """Colour of every pixel, the mean over its rays: what each meets first on its way down.
+
+    `foot` (rows·fine, columns·fine, 2) is where rays meet the ice, from the stone's centre;
+    `slope` their way sideways per metre of height.
+    """
+    last = len(levels) - 1
+    for row in range(seen.shape[0]):
+        for column in range(seen.shape[1]):
+            total = np.zeros(3)
+            for i in range(row * fine, (row + 1) * fine):
+                for j in range(column * fine, (column + 1) * fine):
+                    fx, fy = foot[i, j]
+                    sx, sy = slope[i, j]
+                    hit = False
+                    for k in range(10):
+                        z = levels[last] + 0.045 - 0.005 * k
+                        x, y = fx + z * sx, fy + z * sy
+                        along, across = (
+                            x * heading[0] + y * heading[1],
+                            y * heading[0] - x * heading[1],
+                        )
+                        high = k < 5
+                        if -0.035 < along < (0.105 if high else -0.005) and abs(across) < (
+                            0.015 if high else 0.012):  # fmt: skip
+                            total += handle
+                            hit = True
+                            break
+                    if hit:
+                        continue
+                    for k in range(last, -1, -1):
+                        x, y = fx + levels[k] * sx, fy + levels[k] * sy
+                        away = np.hypot(x, y)
+                        if away > radii[k]:
+                            continue
+                        if k == last:
+                            light = max(sun[2], 0.0)
+                        else:
+                            length = np.hypot(1.0, tilt[k])
+                            out = max(away, 1e-9)
+                            nz = -tilt[k] / length
+                            light = (x * sun[0] + y * sun[1]) / (out * length) + nz * sun[2]
+                            light = min(max(light, 0.0), 1.0) + 0.25 * min(max(-nz, 0.0), 1.0)
+                        total += body * (0.62 + 0.38 * light)
+                        hit = True
+                        break
+                    if hit:
+                        continue
+                    away = np.hypot(fx - 0.03 * sun[0], fy - 0.03 * sun[1])
+                    lost = shade * min(max((radius - away) / 0.04, 0.0), 1.0)
+                    mirrored = False
+                    for k in range(last + 1):
+                        if np.hypot(fx - levels[k] * sx, fy - levels[k] * sy) <= radii[k]:
+                            mirrored = True
+                            break
+                    for c in range(3):
+                        light = ice[row, column, c] * (1 - lost)
+                        total[c] += 0.92 * light + 0.08 * body[c] if mirrored else light
+            for c in range(3):
+                seen[row, column, c] = total[c] / fine**2
 
 
 # --- the throw ----------------------------------------------------------------------------------
@@ -258,39 +311,68 @@ def path_of(mu: float, rng: np.random.Generator, way: int) -> tuple[Array, Array
 
 
 def film(
-    base: Path,
+    bases: dict[int, Path],
     view: View,
     ice: Array,
     stone: Granite,
     path: tuple[Array, Array],
-    fps: int,
     quality: int,
     rng: np.random.Generator,
 ) -> None:
-    """Write a film and its truth."""
+    """Write one throw's films and their truths, by frames per second; slower ones leave out frames.
+
+    Every rate divides the fastest.
+    """
     t, rows = path
-    count = int((LEAD + t[-1] + TAIL) * fps)
-    moments = np.arange(count) / fps
+    fastest = max(bases)
+    count = int((LEAD + t[-1] + TAIL) * fastest)
+    moments = np.arange(count) / fastest
     there = np.stack([np.interp(moments - LEAD, t, row) for row in rows.T], 1)
     early = moments < LEAD
     there[early] += (moments[early] - LEAD)[:, None] * (rows[1] - rows[0]) * 480
-    with base.with_suffix(".truth.csv").open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(["t", "x", "y", "theta"])
-        writer.writerows(np.column_stack([moments, there]).round(6).tolist())
+    blurred, sharp = cv2.GaussianBlur(ice, (0, 0), SOFT), ice.copy()
+    grain = np.repeat(
+        rng.normal(0, NOISE, (view.size[1] + 97, view.size[0] + 97)).astype(np.float32)[..., None],
+        3, axis=2)  # fmt: skip
+    with ExitStack() as open_films:
+        streams = {fps: open_films.enter_context(opened(base, view, fps, quality))
+                   for fps, base in bases.items()}  # fmt: skip
+        for k, (x, y, turn) in enumerate(there):
+            picture = blurred
+            changed = draw_stone(sharp, view, stone, x, y, turn)
+            if changed is not None:
+                near = tuple(slice(max(s.start - 6, 0), s.stop + 6) for s in changed)
+                picture = blurred.copy()
+                picture[near] = cv2.GaussianBlur(sharp[near], (0, 0), SOFT)
+                sharp[changed] = ice[changed]
+            a, b = rng.integers(0, 97, 2)
+            noise = grain[a : a + view.size[1], b : b + view.size[0]]
+            shown = np.asarray(cv2.add(picture, noise, dtype=cv2.CV_8U), np.uint8)
+            for fps, (container, stream) in streams.items():
+                if k % (fastest // fps) == 0:
+                    frame = av.VideoFrame.from_ndarray(shown, format="bgr24")
+                    container.mux(stream.encode(frame))
+        for container, stream in streams.values():
+            container.mux(stream.encode(None))
+    for fps, base in bases.items():
+        every = slice(None, None, fastest // fps)
+        with base.with_suffix(".truth.csv").open("w", newline="") as file:
+            writer = csv.writer(file)
+            writer.writerow(["t", "x", "y", "theta"])
+            writer.writerows(np.column_stack([moments, there])[every].round(6).tolist())
+
+
+@contextmanager
+def opened(
+    base: Path, view: View, fps: int, quality: int
+) -> Iterator[tuple[OutputContainer, VideoStream]]:
+    """A film that is being written."""
     with av.open(str(base.with_suffix(".mp4")), "w") as container:
         stream = container.add_stream("libx264", rate=Fraction(fps))
         assert isinstance(stream, VideoStream)
         stream.width, stream.height, stream.pix_fmt = *view.size, "yuv420p"
-        stream.options = {"crf": str(quality), "preset": "veryfast", "threads": "1"}
-        for x, y, turn in there:
-            picture = ice.copy()
-            draw_stone(picture, view, stone, x, y, turn)
-            picture = cv2.GaussianBlur(picture, (0, 0), 0.55)
-            noise = rng.normal(0, 2, picture.shape[:2]).astype(np.float32)[..., None]
-            shown = np.clip(picture + noise, 0, 255).round().astype(np.uint8)
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(shown, format="bgr24")))
-        container.mux(stream.encode(None))
+        stream.options = {"crf": str(quality), "preset": "ultrafast", "threads": "1"}
+        yield container, stream
 
 
 def places_marked(name: str, view: View) -> list[tuple[float, float]]:
@@ -308,12 +390,20 @@ def main(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR")] = Path("runs/other"),
     cameras: Annotated[str, typer.Option(help="Names, with commas.")] = "end,gantry,side,ceiling",
     sizes: Annotated[str, typer.Option(help="Lines of the picture, with commas.")] = "1080,720,480",
-    rates: Annotated[str, typer.Option(help="Frames per second, with commas.")] = "15,30,60",
+    rates: Annotated[
+        str, typer.Option(help="Frames per second, with commas; each divides the fastest.")
+    ] = "15,30,60",
     films: Annotated[int, typer.Option(min=1, help="Of each camera.")] = 1,
     quality: Annotated[int, typer.Option(help="Of H.264: 18 is fine, 30 coarse.")] = 21,
+    round_stones: Annotated[
+        bool, typer.Option("--round", help="Stones rounder, and lighter, than the rules allow.")
+    ] = False,
     seed: Annotated[int, typer.Option(help="Of cameras, stones and throws.")] = 0,
 ) -> None:
     """Render films of known throws."""
+    fastest = max(map(int, rates.split(",")))
+    if any(fastest % int(fps) for fps in rates.split(",")):
+        raise typer.BadParameter("each must divide the fastest", param_hint="--rates")
     output.mkdir(parents=True, exist_ok=True)
     for camera in cameras.split(","):
         kind = list(PLACES).index(camera)
@@ -323,8 +413,9 @@ def main(
             view = view_of(camera, height, rng)
             sun = np.array([rng.normal(0, 0.5), rng.normal(0, 0.5), 1.0])
             grey = rng.uniform(70, 120)
-            stone = Granite(radius=float(rng.uniform(0.140, 0.146)), below=rng.uniform(2.2, 3.2),
-                            above=rng.uniform(2.4, 3.4), body=np.array([grey, grey, 0.97 * grey]),
+            below, above = rng.uniform(*(ROUND if round_stones else REAL), 2).tolist()
+            stone = Granite(radius=float(rng.uniform(0.140, 0.146)), below=below, above=above,
+                            body=np.array([grey, grey, 0.97 * grey]),
                             handle=np.array([(40, 40, 200), (40, 190, 220)][seed % 2], float),
                             sun=sun / np.linalg.norm(sun), shade=rng.uniform(0.1, 0.3))  # fmt: skip
             ice = picture_of_ice(view, np.random.default_rng([seed, kind, 2]))
@@ -343,17 +434,19 @@ def main(
             else:
                 names = ("home_left", "home_right", "away_left", "away_right")
                 scene["corners_px"] = dict(zip(names, px.tolist(), strict=True))
-            for fps in map(int, rates.split(",")):
-                name = f"{camera}{height}f{fps}"
+            names = {fps: f"{camera}{height}f{fps}" for fps in map(int, rates.split(","))}
+            for fps, name in names.items():
                 (output / f"{name}.scene.json").write_text(json.dumps(scene))
                 truth = {"mu": mu, "released_at_s": LEAD, "fps": fps, "height": view.place[2]}
                 (output / f"{name}.truth.json").write_text(json.dumps(truth))
-                for k in range(films):
-                    path = path_of(mu, np.random.default_rng([seed, kind, 3 + k]),
-                                   1 if k % 2 == 0 or camera == "ceiling" else -1)  # fmt: skip
-                    noise = np.random.default_rng([seed, kind, k, fps])
-                    film(output / f"{name}-{k}", view, ice, stone, path, fps, quality, noise)
-                    print(output / f"{name}-{k}.mp4", flush=True)
+            for k in range(films):
+                bases = {fps: output / f"{name}-{k}" for fps, name in names.items()}
+                if all(base.with_suffix(".truth.csv").exists() for base in bases.values()):
+                    continue
+                path = path_of(mu, np.random.default_rng([seed, kind, 3 + k]),
+                               1 if k % 2 == 0 or camera == "ceiling" else -1)  # fmt: skip
+                film(bases, view, ice, stone, path, quality, np.random.default_rng([seed, kind, k]))
+                print(*(base.with_suffix(".mp4") for base in bases.values()), flush=True)
 
 
 if __name__ == "__main__":

@@ -7,11 +7,13 @@ python scripts/tracking_accuracy.py --films-in DIR
 Films of known throws are rendered (once), or taken from a folder that holds for each camera
 NAME.scene.json and NAME.truth.json and for each film NAME-K.mp4 and NAME-K.truth.csv. Each is
 tracked with the lens given and unknown, with the points marked exactly and some pixels off. Only
-the scoring reads the truth.
+the scoring reads the truth. A call that was stopped goes on where it was: what stands in cases.csv
+is not tracked again.
 """
 
 from __future__ import annotations
 
+import csv
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -49,8 +51,8 @@ LEAST_SLIDE = 8.0
 NORMAL_95 = 1.96
 TRUTH = ("t", "x", "y", "theta")
 COLUMNS = ("camera", "film", "lens", "clicks", "rows", "rms_mm", "worst_mm", "sigma_mm",
-           "within_95", "worst_sigmas", "heading_rad", "mu_error_percent", "cpu_s",
-           "said")  # fmt: skip
+           "within_95", "worst_sigmas", "heading_rad", "mu_error_percent",
+           "mu_sigmas", "cpu_s", "said")  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,6 +76,13 @@ class Case:
     def camera(self) -> str:
         """Name of the camera."""
         return self.film.stem.rpartition("-")[0]
+
+    @property
+    def key(self) -> tuple[str, str, str]:
+        """What tells it from other cases in the table."""
+        lens = "given" if self.lens else "unknown"
+        off = f"{self.click_px:g} px ({self.seed})" if self.click_px else "exact"
+        return self.film.stem, lens, off
 
     def beside(self, suffix: str) -> Path:
         """A file of the film's camera."""
@@ -131,10 +140,8 @@ def score(case: Case) -> dict[str, Any]:
 
     cv2.setNumThreads(1)
     row: dict[str, Any] = dict.fromkeys(COLUMNS[4:-1], np.nan)
-    row |= {"camera": case.camera, "film": case.film.stem,
-            "lens": "given" if case.lens else "unknown",
-            "clicks": f"{case.click_px:g} px ({case.seed})" if case.click_px else "exact",
-            "said": ""}  # fmt: skip
+    film, lens, clicks = case.key
+    row |= {"camera": case.camera, "film": film, "lens": lens, "clicks": clicks, "said": ""}
     began = time.process_time()
     try:
         track = track_film(case.film, case.scene())
@@ -169,6 +176,7 @@ def score(case: Case) -> dict[str, Any]:
         try:
             estimate = estimate_ice([path], uniform=True)
             row["mu_error_percent"] = 100 * (estimate.mu / about["mu"] - 1)
+            row["mu_sigmas"] = (estimate.mu - about["mu"]) / estimate.sigma
         except CurlingError as error:
             row["said"] = str(error)
     return row
@@ -178,8 +186,9 @@ def summary(rows: list[dict[str, Any]]) -> str:
     """The table by camera, people, lens and clicks: the middle and the worst of each."""
     lines = [
         "| camera | lens | clicks | films | rms mm, middle (worst) | expected by σ mm | in 95 % "
-        "intervals | worst miss in σ | heading rad | μ error %, middle (worst) | not tracked |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
+        "intervals | worst miss in σ | heading rad | μ error %, middle (worst) | μ within 95 % | "
+        "not tracked |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     groups: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
     for row in rows:
@@ -197,9 +206,10 @@ def summary(rows: list[dict[str, Any]]) -> str:
                 f"{_most(tracked, 'worst_sigmas'):.1f} | {_middle(tracked, 'heading_rad'):.2f} | "
                 f"{_middle(tracked, 'mu_error_percent'):.2f} "
                 f"({_most(tracked, 'mu_error_percent'):.2f}) | "
+                f"{_mu_held(tracked)} | "
             )
         else:
-            text += " | | | | | | "
+            text += " | | | | | | | "
         lines.append(text + f"{len(group) - len(tracked)} |")
     return "\n".join(lines)
 
@@ -212,6 +222,12 @@ def _middle(rows: list[dict[str, Any]], column: str) -> float:
 def _most(rows: list[dict[str, Any]], column: str) -> float:
     values = _known(rows, column)
     return float(values.max()) if len(values) else np.nan
+
+
+def _mu_held(rows: list[dict[str, Any]]) -> str:
+    """In how many of the cases the interval of μ holds the truth."""
+    away = _known(rows, "mu_sigmas")
+    return f"{np.sum(away <= NORMAL_95)} of {len(away)}"
 
 
 def _known(rows: list[dict[str, Any]], column: str) -> Floats:
@@ -259,14 +275,29 @@ def main(
             )  # fmt: skip
     lenses = {"given": (True,), "unknown": (False,), "both": (True, False)}[lens]
     todo = list(cases(chosen, lenses, clicks, click_px))
-    rows: list[dict[str, Any]] = []
+    done = _done(folder / "cases.csv")
+    todo = [case for case in todo if case.key not in done]
+    rows = list(done.values())
     with executor(workers) as work, progress_bar("film") as progress:
         for row in with_progress(work.map(score, todo), "tracking", progress, len(todo)):
             rows.append(row)
             print(_line(row), file=sys.stderr, flush=True)
-    write_table(folder / "cases.csv", {name: [row[name] for row in rows] for name in COLUMNS})
+            write_table(
+                folder / "cases.csv", {name: [row[name] for row in rows] for name in COLUMNS}
+            )
     print(summary(rows))
     say(f"every case in {folder / 'cases.csv'}")
+
+
+def _done(path: Path) -> dict[tuple[str, str, str], dict[str, Any]]:
+    """The rows that an earlier call has written."""
+    if not path.exists():
+        return {}
+    with path.open(newline="") as file:
+        rows: list[dict[str, Any]] = list(csv.DictReader(file))
+    for row in rows:
+        row |= {name: float(row[name] or "nan") for name in COLUMNS[4:-1]}
+    return {(row["film"], row["lens"], row["clicks"]): row for row in rows}
 
 
 def _line(row: dict[str, Any]) -> str:
@@ -274,7 +305,8 @@ def _line(row: dict[str, Any]) -> str:
         f"{row['film']}, lens {row['lens']}, clicks {row['clicks']}: "
         f"rms {row['rms_mm']:.1f} mm, σ {row['sigma_mm']:.1f}, worst {row['worst_mm']:.0f} mm = "
         f"{row['worst_sigmas']:.1f} σ, 95 %: {row['within_95']:.2f}, "
-        f"heading {row['heading_rad']:.2f}, μ {row['mu_error_percent']:+.2f} %, "
+        f"heading {row['heading_rad']:.2f}, μ {row['mu_error_percent']:+.2f} % = "
+        f"{row['mu_sigmas']:+.1f} σ, "
         f"{row['cpu_s']:.0f} s CPU {row['said']}"
     )
 

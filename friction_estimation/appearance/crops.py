@@ -163,13 +163,21 @@ def total_misfit(crops: Sequence[Crop], look: Appearance) -> float:
     return sum(misfit_of(crop, look, painted_planes(crop, look)) for crop in crops)
 
 
-def unexplained_share(crops: Sequence[Crop], look: Appearance) -> float:
-    """Share of the difference from bare ice that the look leaves unexplained, 0 to 1."""
+def unexplained_share(crops: Sequence[Crop], look: Appearance, grain: float = 0.0) -> float:
+    """Share of the difference from bare ice that the look leaves unexplained, 0 to 1.
+
+    Parameters
+    ----------
+    grain : standard deviation of what the camera adds to each pixel's brightness, which nothing
+        explains [grey levels]
+    """
     bare = 0.0
+    pixels = sum(len(crop.pixels) for crop in crops)
+    noise = pixels * min(grain / float(look.noise[0]), 1.0) ** 2
     for crop in crops:
         nothing = np.zeros_like(painted_planes(crop, look))
         bare += misfit_of(crop, look, nothing)
-    return total_misfit(crops, look) / max(bare, 1e-9)
+    return max(total_misfit(crops, look) - noise, 0.0) / max(bare - noise, 1e-9)
 
 
 def residual_noise(crops: Sequence[Crop], look: Appearance) -> Floats:

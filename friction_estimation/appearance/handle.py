@@ -20,12 +20,14 @@ from friction_estimation.appearance.crops import (
     total_misfit,
 )
 from friction_estimation.appearance.fit import Appearance, Channels
+from friction_estimation.appearance.occlusion import PosedStone, set_among
 from friction_estimation.appearance.painting import turn_handle
 from friction_estimation.appearance.tuning import (
     HANDLE_COLLARS,
     HANDLE_RISES,
     HEADINGS_COMPARED,
     HEADINGS_TRIED,
+    MAX_HIDDEN_HEADING,
     MIN_HANDLE_CONTRAST,
     PIXEL_CORRELATION,
     SPIN_CHANGE,
@@ -134,6 +136,7 @@ def heading_costs(
     background_origin: tuple[int, int],
     camera: Camera,
     look: Appearance,
+    others: Sequence[PosedStone] = (),
 ) -> Floats | None:
     """Misfit of a stone in one frame at evenly spaced headings, beginning at -π, (k,).
 
@@ -145,14 +148,24 @@ def heading_costs(
     background_origin : column and row of the background's upper left pixel in the image
     camera : the film's camera
     look : the stone's appearance
+    others : the stones around it, where they are in this frame
 
     Returns
     -------
-    squared standard errors; None if the stone is not entirely in the image
+    squared standard errors; None if the stone is not entirely in the image, or nearer ones hide it
     """
     found = crops_at([frame], [0.0], [xy], background, background_origin, camera, look.model)
     if not found:
         return None
+    hidden = set_among(found[0], others, camera)
+    if hidden.any():
+        body = replace(look, has_handle=False)
+        cover = coverage(found[0], body)
+        share = cover[0, :, :-1].sum(axis=1)
+        if share[hidden].sum() > MAX_HIDDEN_HEADING * share.sum():
+            return None
+        shown = composite(cover, found[0].background, look.colours)
+        found[0].pixels = np.where(hidden[:, None], shown, found[0].pixels)
     headings = np.linspace(-np.pi, np.pi, HEADINGS_COMPARED, endpoint=False)
     return _costs_of_headings(found[0], look, headings) / PIXEL_CORRELATION
 

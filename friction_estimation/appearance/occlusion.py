@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from curling_env.typing import Floats
+from curling_env.typing import Flags, Floats
 from friction_estimation.appearance.crops import Crop, composite, coverage
 from friction_estimation.appearance.fit import Appearance, Channels, StoneFit, cut_out, fit_window
 from friction_estimation.appearance.model import PixelWindow
@@ -63,20 +63,11 @@ def measure_occluded(
     if cut is None:
         return None
     window, picture, behind = cut
-    hidden = np.zeros(len(picture), dtype=bool)
-    distance = _distance(camera, start)
-    for other in sorted(others, key=lambda other: -_distance(camera, other.pose)):
-        if not _reaches(window, other, camera):
-            continue
-        crop = Crop(window=window, pixels=picture, background=behind, pose=other.pose, t=0.0)
-        cover = coverage(crop, other.look)
-        if not other.in_background:
-            behind = np.ascontiguousarray(composite(cover, behind, other.look.colours))
-        if _distance(camera, other.pose) < distance:
-            hidden |= cover[0, :, :-1].sum(axis=1) > HIDDEN_SHARE
+    own = Crop(window=window, pixels=picture, background=behind, pose=start, t=0.0)
+    hidden = set_among(own, others, camera)
+    behind = own.background
     if not hidden.any():
         return fit_window(picture, behind, window, camera, appearance, start)
-    own = Crop(window=window, pixels=picture, background=behind, pose=start, t=0.0)
     body = coverage(own, appearance)[0, :, :-1].sum(axis=1)
     if body[hidden].sum() > MAX_HIDDEN * body.sum():
         return None
@@ -89,6 +80,28 @@ def measure_occluded(
         fit = fit_window(picture, behind, window, camera, appearance, pose)
         pose = np.array([*fit.xy, fit.theta if appearance.has_handle else pose[2]])
     return fit
+
+
+def set_among(crop: Crop, others: Sequence[PosedStone], camera: Camera) -> Flags:
+    """Put other stones into the background of a crop, in place.
+
+    Returns
+    -------
+    (n,) the pixels in which a nearer stone may hide that of the crop
+    """
+    hidden = np.zeros(len(crop.pixels), dtype=bool)
+    distance = _distance(camera, crop.pose)
+    for other in sorted(others, key=lambda other: -_distance(camera, other.pose)):
+        if not _reaches(crop.window, other, camera):
+            continue
+        cover = coverage(replace(crop, pose=other.pose), other.look)
+        if not other.in_background:
+            crop.background = np.ascontiguousarray(
+                composite(cover, crop.background, other.look.colours)
+            )
+        if _distance(camera, other.pose) < distance:
+            hidden |= cover[0, :, :-1].sum(axis=1) > HIDDEN_SHARE
+    return hidden
 
 
 def _distance(camera: Camera, pose: Floats) -> float:

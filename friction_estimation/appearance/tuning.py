@@ -41,6 +41,8 @@ HIDDEN_SHARE = 0.05
 """A pixel is hidden where a nearer stone covers more than this share of it."""
 MAX_HIDDEN = 0.7
 """A stone of which others hide a larger share is not measured."""
+MAX_HIDDEN_HEADING = 0.2
+"""A stone of which others hide a larger share shows no heading."""
 FILL_ROUNDS = 3
 """Rounds in which hidden pixels are filled with what the stone would show there."""
 

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from curling_env.typing import Floats
-from friction_estimation.camera.lens_formula import distort
+from friction_estimation.camera.lens_formula import project_points
 
 TERMS = ("k1", "k2", "p1", "p2", "k3")
 """The terms of the distortion in OpenCV's order: radial (k) and tangential (p)."""
@@ -88,13 +88,8 @@ class Lens:
 
     def project(self, points: Floats) -> Floats:
         """Points (n, 3) of the camera's frame [m] to pixels (n, 2); NaN for those behind it."""
-        depth = points[:, 2]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            x, y = points[:, 0] / depth, points[:, 1] / depth
-        xd, yd = distort(x, y, self.distortion)
-        (fx, skew, cx), (_, fy, cy) = self.matrix[0], self.matrix[1]
-        px = np.stack([fx * xd + skew * yd + cx, fy * yd + cy], axis=1)
-        px[depth <= 0] = np.nan
+        px = np.empty((len(points), 2))
+        project_points(np.ascontiguousarray(points), self.matrix, self.terms, px)
         return px
 
     def rays(self, px: ArrayLike) -> Floats:

@@ -1,7 +1,6 @@
 """The formula of the lens, its inverse, and the compiled loops that follow rays through it.
 
-`distort` is the one place where the formula stands. It is ordinary Python on numbers or arrays:
-`Lens.project` calls it on arrays, and the loops over pixels below call its compiled form.
+`distort` is the one place where the formula stands; the loops below call its compiled form.
 """
 
 from __future__ import annotations
@@ -75,6 +74,26 @@ def undistort(xd, yd, terms, x, y):
         x -= (d * ex - b * ey) / det
         y -= (a * ey - b * ex) / det
     return x, y
+
+
+@compiled
+def project_points(points, matrix, terms, px):
+    """Fill in where points are seen; NaN for those behind the camera.
+
+    Parameters
+    ----------
+    points : (n, 3) in the camera's frame [m]
+    matrix, terms : (3, 3) camera matrix [px] and (5,) distortion of the lens
+    px : (n, 2) columns and rows
+    """
+    fx, skew, cx = matrix[0, 0], matrix[0, 1], matrix[0, 2]
+    fy, cy = matrix[1, 1], matrix[1, 2]
+    for i in range(points.shape[0]):
+        depth = points[i, 2]
+        xd, yd = _distort(points[i, 0] / depth, points[i, 1] / depth, terms)
+        px[i, 0], px[i, 1] = fx * xd + skew * yd + cx, fy * yd + cy
+        if depth <= 0:
+            px[i, 0], px[i, 1] = np.nan, np.nan
 
 
 @compiled(fastmath=SUMS_IN_ANY_ORDER)

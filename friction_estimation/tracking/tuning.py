@@ -29,6 +29,12 @@ PEOPLE_HEIGHT = 2.0
 
 MIN_CONTRAST = 14.0
 """Least difference from the empty ice that counts as a blob, of 255 grey levels."""
+NOISY = 12.0
+"""Pictures with more noise than this are blurred before blobs are looked for [grey levels]."""
+NOISE_IN_BRIGHTNESS = 0.5
+"""Noise of a pixel's brightness, as a share of that of its noisiest colour."""
+NOISE_AFTER_BLUR = 0.45
+"""Share of the noise that a blur over three pixels leaves; compressed grain is not white."""
 CORE_CONTRAST_SHARE = 0.5
 """Share of a blob's strongest contrast that its solid core has; shadows and reflections have less.
 """
@@ -103,6 +109,8 @@ MIN_CANDIDATE_LIKENESS = 0.05
 """Blobs less like a stone are no candidates."""
 SAME_PLACE = 0.2
 """Candidates nearer to each other than this are one stone [m]."""
+NEIGHBOURS = 3.0
+"""Stones farther from each other than this do not overlap in a picture [m]."""
 MIN_RESTING_VISIBLE = 0.6
 """Share of a candidate's picture that must look like a stone."""
 MAX_RESTING_MISFIT = 0.5
@@ -136,8 +144,10 @@ FLOW_RENEWAL = 8
 """Number of frames after which new points are looked for in any case."""
 MAX_HEADING_MISS = 0.7
 """A heading further from its prediction is a misread handle [rad]."""
-HEADING_GAIN = 0.35
-"""Share by which the predicted heading follows a measured one; the spin, by half its square."""
+HEADING_SIGMA = 0.15
+"""Standard error of a heading that is measured in one frame [rad]."""
+SPIN_DRIFT = 0.5
+"""How far the spin drifts within a second [rad/s/√s]."""
 MIN_RETRY_DISTANCE = 0.02
 """A second start for the fit must be at least this far from the first [m]."""
 
@@ -160,8 +170,16 @@ MAX_CONTACT_DELAY = 0.4
 
 HEADING_VIEW_INTERVAL = 0.4
 """Time between the pictures that are compared with all headings [s]."""
+LATER_VIEW_INTERVAL = 0.2
+"""The same after a contact, where there is less time to see how a stone turns [s]."""
 MIN_HEADING_VIEWS = 5
 """Least number of such pictures that show a heading."""
+MIN_LATER_VIEWS = 3
+"""The same where the heading is known at the beginning, as after a contact."""
+KNOWN_HEADING_SIGMA = 0.15
+"""Standard error of that heading [rad]."""
+SPIN_CHANGE_AT_CONTACT = 2.5
+"""Standard deviation of what the rims' friction adds to the spin of stones that touch [rad/s]."""
 SPINS_TRIED = np.linspace(-6.0, 6.0, 481)
 """Spins at the beginning of the track that are tried [rad/s]."""
 SPIN_DECAY_POWERS = (0.0, 0.15, 0.3, 0.5, 0.8)

@@ -183,8 +183,11 @@ def moving_blobs(frame: Image, background: Background, min_area_px: float = 6.0)
     """
     cut = np.ascontiguousarray(frame[background.slices])
     flat = background.flat
+    noise = background.noise
+    if noise > tuning.NOISY:  # else no stone stands out from the grain
+        cut, noise = cv2.blur(cut, (3, 3)), noise * tuning.NOISE_AFTER_BLUR
     difference = _strongest(cv2.absdiff(cut, flat))
-    limit = max(tuning.MIN_CONTRAST, 5 * background.noise)
+    limit = max(tuning.MIN_CONTRAST, 5 * noise)
     mask = (cv2.blur(difference, (3, 3)) > limit).view(np.uint8)
     left, top, width, height = cv2.boundingRect(mask)
     if width == 0:

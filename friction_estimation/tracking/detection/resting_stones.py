@@ -27,6 +27,7 @@ from friction_estimation.appearance import (
     channels_of,
     crops_at,
     measure,
+    measure_occluded,
 )
 from friction_estimation.appearance.crops import (
     Crop,
@@ -37,6 +38,7 @@ from friction_estimation.appearance.crops import (
     robust_weights,
 )
 from friction_estimation.appearance.learning import colours_of
+from friction_estimation.appearance.occlusion import set_among
 from friction_estimation.appearance.tuning import PIXEL_CORRELATION
 from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import tuning
@@ -136,14 +138,49 @@ def find_resting_stones(
     if all(np.linalg.norm(xy - end) < 2 * tuning.SAME_PLACE for xy in places):
         return []
     ice = channels_of(empty)
-    known: list[FilmedRestingStone] = []
+    lying: list[_Lying] = []
     for xy in places:
-        one = _resting_stone(xy, frames, ice, background, camera, appearance)
-        if one is not None and all(
-            np.linalg.norm(one.xy - k.xy) > tuning.SAME_PLACE for k in known
+        if all(np.linalg.norm(xy - other.xy) > tuning.SAME_PLACE for other in lying):
+            one = _lying_at(xy, frames, ice, background, camera, appearance)
+            lying += [] if one is None else [one]
+    body = replace(appearance, has_handle=False)
+    known: list[FilmedRestingStone] = []
+    for one in lying:
+        beside = [
+            PosedStone(look=body, pose=np.array([*other.xy, 0.0]))
+            for other in lying
+            if other is not one and other.is_beside(one)
+        ]
+        stone = _resting_stone(one, frames, ice, background, camera, appearance, beside)
+        if stone is not None and all(
+            np.linalg.norm(stone.xy - k.xy) > tuning.SAME_PLACE for k in known
         ):
-            known.append(one)
+            known.append(stone)
     return known
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Lying:
+    """A place where a body like a stone's lies in some frames.
+
+    Parameters
+    ----------
+    xy : (2,) the place [m]
+    frames : indices of the sampled frames
+    """
+
+    xy: Floats
+    frames: Sequence[int]
+
+    @property
+    def chosen(self) -> Sequence[int]:
+        """About nine of the frames."""
+        return self.frames[:: max(1, len(self.frames) // 9)]
+
+    def is_beside(self, other: _Lying) -> bool:
+        """Whether it lies near enough to another to overlap with it in most of its pictures."""
+        near = np.linalg.norm(self.xy - other.xy) < tuning.NEIGHBOURS
+        return bool(near and np.mean([i in self.frames for i in other.chosen]) > 0.5)
 
 
 def footprint(
@@ -232,22 +269,21 @@ def _fitted_place(
     return fit.xy if np.linalg.norm(fit.xy - xy) < 2 * tuning.SAME_PLACE else None
 
 
-def _resting_stone(
+def _lying_at(
     xy: Floats,
     frames: Sequence[Image],
     ice: Floats,
     background: Background,
     camera: Camera,
     appearance: Appearance,
-) -> FilmedRestingStone | None:
-    """The stone at a place, with its own appearance; None if there is none."""
-    origin = background.origin_px
+) -> _Lying | None:
+    """In which frames the body of a stone lies at a place; None if it is hardly seen there."""
     body = replace(appearance, has_handle=False)
     start = np.array([*xy, 0.0])
     tolerance = tuning.REST_TOLERANCE + 1.0 / np.linalg.norm(camera.px_per_metre(xy), -2)
     found: list[tuple[int, Floats]] = []
     for i, frame in enumerate(frames):
-        fit = measure(frame, ice, origin, camera, body, start)
+        fit = measure(frame, ice, background.origin_px, camera, body, start)
         if (
             fit is not None
             and fit.visible >= tuning.MIN_RESTING_VISIBLE
@@ -258,12 +294,30 @@ def _resting_stone(
     if not found:
         return None
     lying = [i for i, _ in found]
-    start = np.array([*np.median([place for _, place in found], axis=0), 0.0])
     span = lying[-1] - lying[0] + 1
     if len(lying) < max(tuning.END_FRAMES, tuning.MIN_PRESENCE * span):
         return None
-    chosen = lying[:: max(1, len(lying) // 9)]
-    still = np.median([frames[i][background.slices] for i in chosen], axis=0)
+    return _Lying(xy=np.median([place for _, place in found], axis=0), frames=lying)
+
+
+def _resting_stone(
+    lying: _Lying,
+    frames: Sequence[Image],
+    ice: Floats,
+    background: Background,
+    camera: Camera,
+    appearance: Appearance,
+    beside: Sequence[PosedStone],
+) -> FilmedRestingStone | None:
+    """The stone at a place, with its own appearance; None if there is none.
+
+    Parameters
+    ----------
+    beside : stones around it, as far as they are known
+    """
+    origin = background.origin_px
+    start = np.array([*lying.xy, 0.0])
+    still = np.median([frames[i][background.slices] for i in lying.chosen], axis=0)
     whole = np.zeros((camera.size[1], camera.size[0], 3), dtype=np.uint8)
     whole[background.slices] = np.clip(np.rint(still), 0, 255)
     crops = crops_at([whole], [0.0], [start[:2]], ice, origin, camera, appearance.model)
@@ -271,40 +325,48 @@ def _resting_stone(
         return None
     crop = crops[0]
     crop.pose = start
+    hidden = set_among(crop, beside, camera)
     own = _own_appearance(crop, appearance)
-    fit = measure(whole, ice, origin, camera, own, crop.pose)
+    fit = measure_occluded(whole, ice, origin, camera, own, crop.pose, beside)
     if fit is None or fit.visible < tuning.MIN_RESTING_VISIBLE:
         return None
     pose = np.array([*fit.xy, fit.theta if own.has_handle else 0.0])
-    if _cost_at(crop, own, pose) > tuning.MAX_RESTING_MISFIT * _cost_of_bare_ice(crop, own):
+    bare = _cost_of_bare_ice(crop, own, hidden)
+    if _cost_at(crop, own, pose, hidden) > tuning.MAX_RESTING_MISFIT * bare:
         return None
     seen = np.zeros(len(frames), dtype=bool)
-    seen[lying] = True
+    seen[list(lying.frames)] = True
     return FilmedRestingStone(
         posed=PosedStone(look=own, pose=pose),
         sigma=float(np.sqrt(np.trace(fit.covariance[:2, :2]) / 2)),
-        heading=_heading_if_clear(crop, own, pose),
+        heading=_heading_if_clear(crop, own, pose, hidden),
         seen=seen,
     )
 
 
-def _heading_if_clear(crop: Crop, appearance: Appearance, pose: Floats) -> float:
+def _heading_if_clear(crop: Crop, appearance: Appearance, pose: Floats, hidden: Flags) -> float:
     """The heading if the rear of the handle is clearly not its front, else NaN."""
     turned = pose + np.array([0.0, 0.0, np.pi])
-    against = _cost_at(crop, appearance, turned) - _cost_at(crop, appearance, pose)
+    against = _cost_at(crop, appearance, turned, hidden)
+    against -= _cost_at(crop, appearance, pose, hidden)
     clear = appearance.has_handle and against / PIXEL_CORRELATION > tuning.CLEAR_FRONT
     return float(pose[2]) if clear else np.nan
 
 
-def _cost_at(crop: Crop, appearance: Appearance, pose: Floats) -> float:
-    """Robust misfit with a stone at a pose."""
+def _cost_at(
+    crop: Crop, appearance: Appearance, pose: Floats, hidden: Flags | None = None
+) -> float:
+    """Robust misfit with a stone at a pose; hidden pixels (n,) count for nothing."""
     placed = replace(crop, pose=pose)
+    if hidden is not None and hidden.any():
+        shown = composite(coverage(placed, appearance), crop.background, appearance.colours)
+        placed.pixels = np.where(hidden[:, None], shown, crop.pixels)
     return misfit_of(placed, appearance, painted_planes(placed, appearance))
 
 
-def _cost_of_bare_ice(crop: Crop, appearance: Appearance) -> float:
+def _cost_of_bare_ice(crop: Crop, appearance: Appearance, hidden: Flags) -> float:
     far = np.array([crop.pose[0] + 100.0, crop.pose[1], 0.0])
-    return _cost_at(crop, appearance, far)
+    return _cost_at(crop, appearance, far, hidden)
 
 
 def _own_appearance(crop: Crop, appearance: Appearance) -> Appearance:

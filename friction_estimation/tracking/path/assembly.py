@@ -9,7 +9,7 @@ import numpy as np
 
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
-from friction_estimation.appearance import Appearance, StoneFit, heading_costs
+from friction_estimation.appearance import Appearance, PosedStone, StoneFit, heading_costs
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.film.frame import Frame
@@ -19,6 +19,7 @@ from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.path.heading import (
     HeadingCurve,
     HeadingViews,
+    KnownHeading,
     fit_heading_curve,
     headings_near,
 )
@@ -36,12 +37,14 @@ class Measurements:
     fits : (n,) measurements; None where the stone was not seen
     views : pictures that show its heading
     lag_px : error of its place that the compression of the film causes [px]
+    view_interval : time between those pictures [s]
     """
 
     t: list[float] = field(default_factory=list)
     fits: list[StoneFit | None] = field(default_factory=list)
     views: HeadingViews = field(default_factory=HeadingViews)
     lag_px: float = 0.0
+    view_interval: float = tuning.HEADING_VIEW_INTERVAL
 
     @property
     def seen(self) -> int:
@@ -56,16 +59,22 @@ class Measurements:
         background: Background,
         camera: Camera,
         appearance: Appearance,
+        others: Sequence[PosedStone] = (),
     ) -> None:
-        """Add a frame: its time, what was measured, and now and then what the handle shows."""
+        """Add a frame: its time, what was measured, and now and then what the handle shows.
+
+        Parameters
+        ----------
+        others : the stones around it, where they are in this frame
+        """
         self.t.append(t)
         self.fits.append(fit)
         if fit is None or not appearance.has_handle:
             return
-        if self.views.t and t < self.views.t[-1] + tuning.HEADING_VIEW_INTERVAL:
+        if self.views.t and t < self.views.t[-1] + self.view_interval:
             return
         cost = heading_costs(
-            frame, fit.xy, background.channels, background.origin_px, camera, appearance
+            frame, fit.xy, background.channels, background.origin_px, camera, appearance, others
         )
         if cost is not None:
             self.views.add(t, cost)
@@ -84,9 +93,16 @@ class Measurements:
 
 
 def assemble_track(
-    measured: Measurements, appearance: Appearance, refined: RefinedCamera
+    measured: Measurements,
+    appearance: Appearance,
+    refined: RefinedCamera,
+    known: KnownHeading | None = None,
 ) -> FilmTrack | None:
     """Smooth the measurements, and keep the rows in which the stone was seen.
+
+    Parameters
+    ----------
+    known : the heading at the beginning, where it is known
 
     Returns
     -------
@@ -108,7 +124,7 @@ def assemble_track(
     theta = spin = sigma_theta = np.full(len(t), np.nan)
     if appearance.has_handle and measured.lag_px < tuning.HANDLE_ERROR_PX:
         speed = np.hypot(smoothed[0].rate, smoothed[1].rate)
-        theta, spin, sigma_theta = _heading(t, fits, speed, measured.views)
+        theta, spin, sigma_theta = _heading(t, fits, speed, measured.views, known)
     place = np.column_stack([axis.value for axis in smoothed])
     model = appearance.model
     sigma_theta = np.hypot(sigma_theta, heading_sigma(refined.camera, place, model))
@@ -134,21 +150,25 @@ def assemble_track(
 
 
 def _heading(
-    t: Floats, fits: Sequence[StoneFit | None], speed: Floats, views: HeadingViews
+    t: Floats,
+    fits: Sequence[StoneFit | None],
+    speed: Floats,
+    views: HeadingViews,
+    known: KnownHeading | None,
 ) -> tuple[Floats, Floats, Floats]:
     """Smoothed heading, spin, and the standard error of the heading, each (n,)."""
     sigma = np.array([np.nan if fit is None else np.sqrt(fit.covariance[2, 2]) for fit in fits])
     measured = np.array([np.nan if fit is None else fit.theta for fit in fits])
-    curve = fit_heading_curve(views, t, speed)
+    curve = fit_heading_curve(views, t, speed, known)
     theta = np.full(len(t), np.nan) if curve is None else headings_near(curve, t, measured)
     if np.isfinite(theta).sum() < tuning.MIN_FITS:
         nothing = np.full(len(t), np.nan)
         return nothing, nothing, nothing
     theta = theta - 2 * np.pi * np.round(theta[np.isfinite(theta)][0] / (2 * np.pi))
     result = smooth(t, theta, np.clip(sigma, 1e-3, 1.0))
-    known = t[np.isfinite(theta)]
-    nearest = np.clip(np.searchsorted(known, t), 1, len(known) - 1)
-    away = np.minimum(np.abs(t - known[nearest - 1]), np.abs(t - known[nearest]))
+    shown = t[np.isfinite(theta)]
+    nearest = np.clip(np.searchsorted(shown, t), 1, len(shown) - 1)
+    away = np.minimum(np.abs(t - shown[nearest - 1]), np.abs(t - shown[nearest]))
     found = away <= tuning.MAX_HEADING_GAP / 2
     return (
         np.where(found, result.value, np.nan),

@@ -47,6 +47,31 @@ class HeadingViews:
         return HeadingViews(t=[self.t[k] for k in kept], cost=[self.cost[k] for k in kept])
 
 
+@dataclass(frozen=True, kw_only=True)
+class KnownHeading:
+    """How a stone was turned when a stretch of its way began.
+
+    A contact does not turn a stone at once, and changes little how fast it turns.
+
+    Parameters
+    ----------
+    t : when [s]; no later than the first picture of the stretch
+    theta : heading [rad]
+    spin : how fast it turned [rad/s]
+    """
+
+    t: float
+    theta: float
+    spin: float = 0.0
+
+    def waves(self) -> NDArray[np.complex128]:
+        """What each heading costs then, as the waves of a picture."""
+        waves = np.zeros(tuning.HEADING_WAVES + 1, dtype=complex)
+        cost = 1 / tuning.KNOWN_HEADING_SIGMA**2
+        waves[:2] = cost, -cost * np.exp(-1j * self.theta)
+        return waves
+
+
 class HeadingCurve:
     """A stone's heading through a throw.
 
@@ -113,31 +138,42 @@ def _longest_stretch(t: Floats, trusted: Flags) -> Flags:
     return kept
 
 
-def fit_heading_curve(views: HeadingViews, t: Floats, speed: Floats) -> HeadingCurve | None:
+def fit_heading_curve(
+    views: HeadingViews, t: Floats, speed: Floats, known: KnownHeading | None = None
+) -> HeadingCurve | None:
     """The heading curve that fits all pictures best.
 
     Parameters
     ----------
     t, speed : (m,) times [s] and the speed of the stone then [m/s]
+    known : the heading at the beginning, where it is known; it tells front from rear
 
     Returns
     -------
     None where the pictures show no heading, or do not tell the front of the handle from its rear.
     """
     times = np.array(views.t)
-    if len(times) < tuning.MIN_HEADING_VIEWS:
+    least = tuning.MIN_HEADING_VIEWS if known is None else tuning.MIN_LATER_VIEWS
+    if len(times) < least:
         return None
     cost = np.array(views.cost)
     waves = np.fft.rfft(cost, axis=1)[:, : tuning.HEADING_WAVES + 1] / cost.shape[1]
     waves[:, 1:] *= 2
     waves *= np.exp(1j * np.pi * np.arange(tuning.HEADING_WAVES + 1))  # the first heading is -π
-    theta = _steady_rotation(times, waves, t, speed)
+    if known is not None:
+        times = np.append(min(known.t, times[0] - 1e-3), times)
+        waves = np.vstack([known.waves(), waves])
+    theta = _steady_rotation(times, waves, t, speed, known)
     theta = theta + _drift(times, waves, theta)
     # How much more a deviation from the curve would cost at each time: (n, angles)
     excess = _cost_at(waves, theta[:, None] + _ANGLES) - _cost_at(waves, theta)[:, None]
     rotation = float(np.abs(np.diff(theta)).sum()) / tuning.INDEPENDENT_VIEW
     independent = tuning.MIN_INDEPENDENT_VIEWS + min(np.ptp(times), rotation)
-    for other in (excess[:, 0], excess.mean(axis=1)):  # turned round; any heading
+    seen = excess if known is None else excess[1:]
+    others = [seen.mean(axis=1)]  # any heading
+    if known is None:
+        others.append(seen[:, 0])  # turned round
+    for other in others:
         if other.mean() < tuning.CLEAR_HEADING * other.std() / np.sqrt(independent):
             return None
     near = np.abs(times[:, None] - times) <= tuning.HEADING_NEIGHBOURS
@@ -154,7 +190,11 @@ def _cost_at(waves: NDArray[np.complex128], theta: Floats) -> Floats:
 
 
 def _steady_rotation(
-    times: Floats, waves: NDArray[np.complex128], t: Floats, speed: Floats
+    times: Floats,
+    waves: NDArray[np.complex128],
+    t: Floats,
+    speed: Floats,
+    known: KnownHeading | None,
 ) -> Floats:
     """The heading at each time with the likeliest spin that falls as a power of the speed, (n,)."""
     share = np.clip(speed / max(float(np.nanmax(speed)), 1e-6), 0.0, 1.0)
@@ -172,6 +212,8 @@ def _steady_rotation(
                 total[:, wave] = power_of @ waves[:, wave]
                 power_of *= turned
             costs = np.real(total @ fronts)
+            if known is not None:
+                costs += (((spins - known.spin) / tuning.SPIN_CHANGE_AT_CONTACT) ** 2)[:, None]
             i, k = np.unravel_index(int(np.argmin(costs)), costs.shape)
             if costs[i, k] < least:
                 least, best = float(costs[i, k]), _ANGLES[k] + spins[i] * way

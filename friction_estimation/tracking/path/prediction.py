@@ -36,6 +36,7 @@ class Predictor:
     appearance : appearance of the followed stone
     options : what may be accepted
     heading : the heading over the whole film, where it is known
+    turned : the heading at the beginning, where only that is known [rad]
     """
 
     def __init__(
@@ -46,6 +47,7 @@ class Predictor:
         appearance: Appearance,
         options: TrackingOptions,
         heading: HeadingCurve | None,
+        turned: float = np.nan,
     ) -> None:
         self._path, self._camera, self._appearance = path, camera, appearance
         self._options, self._heading_curve = options, heading
@@ -54,7 +56,10 @@ class Predictor:
         self._last: StoneFit | None = None
         self._last_t = 0.0
         self._theta, self._spin = 0.0, 0.0
+        self._doubt = (tuning.HEADING_SIGMA**2, 0.0, tuning.SPIN_CHANGE_AT_CONTACT**2)
         self._headings = 0
+        if np.isfinite(turned):
+            self._theta, self._headings = float(turned), 1
 
     def predict(self, t: float, frame: Frame) -> Floats:
         """The pose in the next frame, (3,): x, y [m] and heading [rad]."""
@@ -107,17 +112,36 @@ class Predictor:
         self._last = fit
         if fit is None or not self._appearance.has_handle or not np.isfinite(fit.theta):
             return
-        dt = t - self._last_t
-        expected = self._theta + self._spin * dt if self._headings else self._theta
-        miss = math.remainder(fit.theta - expected, math.tau)
         if self._headings == 0:
             self._theta = fit.theta
         else:
-            gain = tuning.HEADING_GAIN if abs(miss) < tuning.MAX_HEADING_MISS else 0.0
-            self._theta = expected + gain * miss
-            self._spin += gain**2 / 2 * miss / max(dt, 1e-3)
+            self._take_in_heading(t - self._last_t if self._headings > 1 else 0.0, fit.theta)
         self._last_t = t
         self._headings += 1
+
+    def note_contact(self) -> None:
+        """The stone was hit: it may turn otherwise from now on."""
+        own, *_ = self._doubt
+        self._doubt = (own, 0.0, tuning.SPIN_CHANGE_AT_CONTACT**2)
+
+    def _take_in_heading(self, dt: float, theta: float) -> None:
+        """Correct heading and spin by a measured heading: a Kalman filter of the two."""
+        own, shared, spin = self._doubt
+        own += dt * (2 * shared + dt * spin)
+        shared += dt * spin
+        spin += tuning.SPIN_DRIFT**2 * dt
+        self._theta += self._spin * dt
+        miss = math.remainder(theta - self._theta, math.tau)
+        if abs(miss) < tuning.MAX_HEADING_MISS:
+            total = own + tuning.HEADING_SIGMA**2
+            self._theta += own / total * miss
+            self._spin += shared / total * miss
+            own, shared, spin = (
+                own - own * own / total,
+                shared - own * shared / total,
+                spin - shared * shared / total,
+            )
+        self._doubt = (own, shared, spin)
 
     @property
     def _turns_to_try(self) -> Floats:

@@ -19,6 +19,7 @@ from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.resting_stones import FilmedRestingStone
 from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.path.assembly import Measurements, assemble_track
+from friction_estimation.tracking.path.heading import KnownHeading
 from friction_estimation.tracking.path.uncertainty import systematic_sigma
 from friction_estimation.tracking.several.moving_stones import MovingStone
 
@@ -109,6 +110,7 @@ def assemble_pieces(
 ) -> FilmTrack | None:
     """One track from the stretches between contacts [s]; None where the stone was hardly seen."""
     pieces: list[tuple[int, FilmTrack]] = []
+    known = _as_it_lay(stone, measured)
     for first, last in _stretches(measured, contacts):
         part = Measurements(
             t=measured.t[first:last],
@@ -116,9 +118,10 @@ def assemble_pieces(
             views=measured.views.between(measured.t[first], measured.t[last - 1] + 1e-9),
             lag_px=measured.lag_px,
         )
-        piece = assemble_track(part, stone.appearance, refined)
+        piece = assemble_track(part, stone.appearance, refined, known)
         if piece is not None:
             pieces.append((first, piece))
+            known = _at_its_end(piece)
     if not pieces:
         return None
     paths = [piece.trajectory for _, piece in pieces]
@@ -138,6 +141,26 @@ def assemble_pieces(
         frame_count=len(measured.t),
         contacts=tuple(sorted(contacts)),
     )
+
+
+def _at_its_end(piece: FilmTrack) -> KnownHeading | None:
+    """The heading with which a stretch of a path ends; None where it is not seen there."""
+    path = piece.trajectory
+    seen = np.flatnonzero(np.isfinite(path.theta))
+    if not len(seen) or path.t[seen[-1]] < path.t[-1] - tuning.MAX_CONTACT_DELAY:
+        return None
+    last = seen[-1]
+    return KnownHeading(
+        t=float(path.t[-1]), theta=float(path.theta[last]), spin=float(piece.spin[last])
+    )
+
+
+def _as_it_lay(stone: MovingStone, measured: Measurements) -> KnownHeading | None:
+    """The heading of a stone that lay on the sheet, when it was hit; None where it is not known."""
+    begun = [t for t, fit in zip(measured.t, measured.fits, strict=True) if fit is not None]
+    if stone.rested is None or not begun or not np.isfinite(stone.rested.heading):
+        return None
+    return KnownHeading(t=begun[0], theta=stone.rested.heading)
 
 
 def _stretches(measured: Measurements, contacts: Sequence[float]) -> list[tuple[int, int]]:

@@ -109,6 +109,13 @@ class MovingStone:
             return None if self.rested is None else self.rested.posed
         return PosedStone(look=self.appearance, pose=self._pose)
 
+    @property
+    def turned(self) -> float:
+        """Its latest known heading [rad]; NaN where it has no handle or was never seen."""
+        if self._pose is None or not self.appearance.has_handle:
+            return np.nan
+        return float(self._pose[2])
+
     def update(self, t: float, fit: StoneFit | None, start: Floats | None) -> None:
         """Take in what was measured in a frame from a predicted pose."""
         if start is not None:
@@ -169,7 +176,7 @@ class StoneFollower:
         for stone in self._leaving:
             wakes = sample_times[max(stone.last_seen - 1, 0)]
             expected = ExtrapolatedPath(stone.xy, wakes)
-            moving = self._moving_stone(expected, stone.posed.look, None)
+            moving = self._moving_stone(expected, stone.posed.look, None, stone.heading)
             moving.rested, moving.wakes = stone, wakes
             stones.append(moving)
         for t, frame in frames:
@@ -178,13 +185,21 @@ class StoneFollower:
         return stones
 
     def _moving_stone(
-        self, path: ExtrapolatedPath, appearance: Appearance, heading: HeadingCurve | None
+        self,
+        path: ExtrapolatedPath,
+        appearance: Appearance,
+        heading: HeadingCurve | None,
+        turned: float = np.nan,
     ) -> MovingStone:
-        predictor = self._predictor(path, appearance, heading)
+        predictor = self._predictor(path, appearance, heading, turned)
         return MovingStone(appearance=appearance, path=path, predictor=predictor)
 
     def _predictor(
-        self, path: ExtrapolatedPath, appearance: Appearance, heading: HeadingCurve | None
+        self,
+        path: ExtrapolatedPath,
+        appearance: Appearance,
+        heading: HeadingCurve | None,
+        turned: float = np.nan,
     ) -> Predictor:
         return Predictor(
             path=path,
@@ -192,6 +207,7 @@ class StoneFollower:
             appearance=appearance,
             options=self._options,
             heading=heading,
+            turned=turned,
         )
 
     def _measure(self, t: float, frame: Frame, stones: Sequence[MovingStone]) -> None:
@@ -227,9 +243,10 @@ class StoneFollower:
                 ),
             )
             done.append(k)
-        for stone, fit, start in zip(stones, fits, starts, strict=True):
+        around = [self._others(k, stones, starts, fits, done) for k in range(len(stones))]
+        for stone, fit, start, others in zip(stones, fits, starts, around, strict=True):
             stone.update(t, fit, start)
-            stone.measured.add(t, fit, frame, background, camera, stone.appearance)
+            stone.measured.add(t, fit, frame, background, camera, stone.appearance, others)
 
     def _others(
         self,
@@ -261,12 +278,17 @@ class StoneFollower:
             if stone.left is not None or not _has_left(stone, self._camera):
                 continue
             stone.left = t
+            stone.measured.view_interval = tuning.LATER_VIEW_INTERVAL
             stone.path.restart(t)
+            stone.predictor.note_contact()
             striker = _striker(stone, stones, stones[0].appearance.model.radius)
             if striker is not None:
                 striker.hits.append(t)
+                striker.measured.view_interval = tuning.LATER_VIEW_INTERVAL
                 striker.path.restart(t)
-                striker.predictor = self._predictor(striker.path, striker.appearance, None)
+                striker.predictor = self._predictor(
+                    striker.path, striker.appearance, None, striker.turned
+                )
 
 
 def _rest_tolerance(camera: Camera, xy: Floats) -> float:

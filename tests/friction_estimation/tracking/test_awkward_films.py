@@ -195,3 +195,15 @@ def test_a_film_with_a_corrupt_end_gives_the_rows_before_it(clean, tmp_path):
     sound = track.t < 0.5 * truth.t[-1]
     there = np.column_stack([np.interp(track.t, truth.t, truth.xy[:, i]) for i in (0, 1)])
     assert np.linalg.norm(track.xy - there, axis=1)[sound].max() < 0.02
+
+
+def test_grain_of_twenty_grey_levels_hides_no_stone(clean, tmp_path):
+    """Noise that is nearly as strong as a stone's contrast with the ice, in every pixel anew."""
+    rng = np.random.default_rng(0)
+    frames = [
+        np.clip(frame + rng.normal(0, 20, frame.shape), 0, 255).astype(np.uint8)
+        for frame in clean[0][::2]
+    ]
+    rms, seen = error(clean, frames, tmp_path / "grain.mp4", FPS / 2)
+    assert seen > 0.9
+    assert rms < 0.02

@@ -8,6 +8,7 @@ import pytest
 from friction_estimation.tracking.path.heading import (
     HeadingCurve,
     HeadingViews,
+    KnownHeading,
     fit_heading_curve,
     headings_near,
 )
@@ -109,3 +110,25 @@ def test_a_curve_differs_from_another_one():
     aside = np.interp(moments, T, TRUTH) + np.pi * (moments > 15)
     assert right.differs(HeadingCurve(moments, aside))
     assert not right.differs(HeadingCurve(moments, aside, moments < 14))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_after_a_contact_the_heading_goes_on_from_where_it_was(seed):
+    """A second and a half, whose pictures alone cannot tell the front of the handle.
+
+    Between two of them a spin of 7.9 rad/s more or less turns the handle end for end.
+    """
+    truth, short = 0.4 - 2.3 * T, T < 1.5
+    rng = np.random.default_rng(seed)
+    views = seen(rng, truth, front=0.2, noise=1.0, every=6).between(0.0, 1.5)
+    assert fit_heading_curve(views, T[short], SPEED[short]) is None
+    known = KnownHeading(t=0.0, theta=float(truth[0]) + 0.1 + 4 * np.pi, spin=-1.5)
+    turn = fit_heading_curve(views, T[short], SPEED[short], known)
+    off = np.angle(np.exp(1j * (turn.at(T[short]) - truth[short])))
+    assert np.abs(off).max() < 0.6
+
+
+def test_a_known_heading_makes_no_handle_visible():
+    views = seen(np.random.default_rng(3), line=0, front=0).between(0.0, 2.5)
+    known = KnownHeading(t=0.0, theta=0.4)
+    assert fit_heading_curve(views, T, SPEED, known) is None

@@ -157,3 +157,23 @@ def test_no_other_stones_are_found_where_there_are_none(tmp_path):
     found = track_film(film, scene)
     assert found.others == ()
     assert errors(found.trajectory, truth[0]).max() < 0.06
+
+
+@pytest.mark.slow
+def test_stones_that_overlap_in_a_low_view_are_told_apart(tmp_path):
+    """Three stones in one dark blob; the first is hit and turns on, the others stay."""
+    stones = [(-0.10, -6.0, 2.3, 1), (0.12, -5.6, 4.2, 2), (0.0, -4.7, 1.0, 1)]
+    film, scene, truth, moments = filmed(
+        tmp_path, "end", (960, 540), Throw(speed=2.2, spin=2.0), stones, fps=12.0
+    )
+    found = track_film(film, scene)
+    thrown, struck, *still = found.trajectories
+    assert found.contacts == pytest.approx(moments, abs=0.04)
+    assert errors(thrown, truth[0]).max() < 0.06
+    assert errors(struck, truth[1]).max() < 0.06
+    for track, (x, y, *_) in zip(still, stones[1:], strict=True):
+        assert np.hypot(*(track.xy - [x, y]).T).max() < 0.04
+    turned = struck.theta - np.interp(struck.t, truth[1].t, truth[1].theta)
+    known = np.isfinite(turned)
+    assert known.mean() > 0.9
+    assert np.sqrt(np.mean(np.angle(np.exp(1j * turned[known])) ** 2)) < 0.4
