@@ -35,6 +35,8 @@ from friction_estimation.discovery.search.selection import (
 from friction_estimation.discovery.tuning import (
     LARGEST_P,
     LARGEST_P_BETWEEN_THROWS,
+    LARGEST_P_OF_SPREAD,
+    LARGEST_SPREAD,
     LEAST_CLOSURE,
     MEMORY_BOUNDS,
     NEARLY_LONGEST,
@@ -42,6 +44,8 @@ from friction_estimation.discovery.tuning import (
 
 Structure = tuple[str, float]
 """The circumstance that the throws' own frictions follow most, and the p that it is chance."""
+OF_FRICTION = {MAP_CARD.name, "friction_patch"}
+"""Effects by which friction differs from place to place."""
 OF_THE_PLACE = {("x", "along"), ("y", "along")}
 """Variables and pushes by which friction differs from place to place, as a map says."""
 
@@ -83,7 +87,7 @@ def name_effects(
         unproved=unproved,
         after=after,
         structure=structure,
-        unknown=_is_open(after, structure),
+        unknown=_is_open(named, after, structure),
     )
     has_map = any(effect.label == MAP_CARD.name for effect in effects)
     if not found.unknown and not has_map:
@@ -131,10 +135,14 @@ def _beside_unknown(
     else:
         structure = found.structure
         closes = closure(selection.before, after)
+        explained = {term.label for term in explanation.fit.model.terms}
+        if misfit_of(explanation.fit).excess > selection.before.excess:
+            # It explains nothing. Friction may still copy the unknown, by the place; others do not.
+            explained = {e.label for e in effects if e.label.partition("[")[0] not in OF_FRICTION}
         doubtful = [
             e.label
             for e in effects
-            if e.label not in {term.label for term in explanation.fit.model.terms}
+            if e.label not in explained
             or e.gain < left.excess
             or (not left.white and closes < LEAST_CLOSURE)
         ]
@@ -155,15 +163,21 @@ def _beside_unknown(
         after=after,
         structure=structure,
         unknown=True,
-        dependences=_with_structure(explanation.dependences, structure),
+        dependences=_with_structure(explanation.dependences, structure, scatters=_scatters(named)),
         pushes=explanation.pushes if explains else (),
     )
 
 
-def _with_structure(dependences: list[Dependence], structure: Structure) -> list[Dependence]:
-    """The variables that the unknown follows within throws, and the one between them."""
+def _with_structure(
+    dependences: list[Dependence], structure: Structure, *, scatters: bool
+) -> list[Dependence]:
+    """The variables that the unknown follows within throws, and the one between them.
+
+    Where throws differ too much in any case, less proof is asked for what they follow.
+    """
     variable, p = structure[0].partition(" ")[0].replace("direction", "y"), structure[1]
-    if p > LARGEST_P_BETWEEN_THROWS or variable in {d.variable for d in dependences}:
+    largest = LARGEST_P_OF_SPREAD if scatters else LARGEST_P_BETWEEN_THROWS
+    if p > largest or variable in {d.variable for d in dependences}:
         return dependences
     return [*dependences, Dependence(variable=variable, share=0.0, p=p, push="along")]
 
@@ -190,9 +204,14 @@ def _structure(named: SessionFit, whole: Session, rng: np.random.Generator) -> S
     return friction_structure(fit_to(named, whole), rng)
 
 
-def _is_open(after: Misfit, structure: Structure) -> bool:
+def _is_open(named: SessionFit, after: Misfit, structure: Structure) -> bool:
     """Whether something is left, within throws or between them."""
-    return not after.white or structure[1] < LARGEST_P_BETWEEN_THROWS
+    return not after.white or _scatters(named) or structure[1] < LARGEST_P_BETWEEN_THROWS
+
+
+def _scatters(named: SessionFit) -> bool:
+    """Whether the throws' own frictions differ by more than those on one ice do."""
+    return named.model.spread > LARGEST_SPREAD
 
 
 def _proved(

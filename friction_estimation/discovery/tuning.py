@@ -156,7 +156,11 @@ until its shape is fitted."""
 MOST_BETWEEN_THROWS_TRIALS = 2
 """Of these, effects between throws: where something else is missing they all look alike."""
 MOST_EFFECTS = 4
-"""Most effects that are named."""
+"""Effects after which a selection goes on only where what is left is nearly noise: where much is
+left it is something unknown, and further names would copy it."""
+MOST_ADDITIONS = 6
+"""Most effects that a selection adds, one after the other. What came early may turn out to be a
+copy of others, and is dropped again, so that more are added than are named."""
 ASTRAY = 20.0
 """Slow misfit over that of noise from which on a selection counts as gone astray: what is missing,
 if it has a name, leaves a few at most."""
@@ -208,6 +212,11 @@ LARGEST_P_BETWEEN_THROWS = 0.004
 something. There are few throws and many such effects, and a wrong name is worse than none."""
 PERMUTATIONS = 4000
 """Permutations of the throws' frictions: p down to 1/4000."""
+LARGEST_SPREAD = 0.015
+"""Scatter of ln μ between throws beyond which something unknown differs between them. Throws on one
+ice scatter by up to 1 %, and blind sessions in which all was named left at most 1.2 %."""
+LARGEST_P_OF_SPREAD = 0.05
+"""p below which the throws' frictions follow something where they scatter by more than that."""
 LEAST_CLOSURE = 0.97
 """Part of the misfit that effects must close to be named where no push describes what is left: a
 proxy closes up to 0.97."""

@@ -169,6 +169,31 @@ def _whiten(
 
 
 @compiled
+def _restricted(gram: Any) -> float:
+    """What is left of the last column's square beside the others, and the log determinant of these.
+
+    Parameters
+    ----------
+    gram : (k + 1, k + 1) products of whitened columns; it is overwritten
+    """
+    last = gram.shape[0] - 1
+    trace = 0.0
+    for i in range(last):
+        trace += gram[i, i]
+    log_determinant = 0.0
+    for i in range(last):
+        gram[i, i] += 1e-9 * trace
+    for i in range(last):
+        pivot = gram[i, i]
+        log_determinant += np.log(pivot)
+        for j in range(i + 1, last + 1):
+            share = gram[i, j] / pivot
+            for k in range(j, last + 1):
+                gram[j, k] -= share * gram[i, k]
+    return gram[last, last] + log_determinant
+
+
+@compiled
 def whiten_session(
     columns: Any, times: Any, sigma: Any, starts: Any, table: Any, state: Any
 ) -> float:
@@ -354,10 +379,7 @@ def likeliest_noise(
         for t, sigma, columns in series:
             work = columns.copy()
             log_variance = _whiten(work, t, sigma, white, fading, lasts, np.empty(work.shape[1]))
-            gram = work.T @ work
-            inner = gram[:-1, :-1] + 1e-9 * np.trace(gram[:-1, :-1]) * np.eye(len(gram) - 1)
-            residual = gram[-1, -1] - gram[-1, :-1] @ np.linalg.solve(inner, gram[:-1, -1])
-            total += log_variance + residual + float(np.linalg.slogdet(inner)[1])
+            total += log_variance + _restricted(work.T @ work)
         outside = guess[2] - np.clip(guess[2], *np.log(memory))
         return total + 1e3 * outside**2
 

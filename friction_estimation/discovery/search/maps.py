@@ -7,10 +7,13 @@ several lengths can be compared without fitting any of them.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
+from curling_env.sheet import Sheet
 from curling_env.typing import Floats
+from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.candidates import Term
 from friction_estimation.discovery.model.elimination import eliminate_states, gram_matrices
 from friction_estimation.discovery.model.fit import SessionFit, refit
@@ -29,7 +32,7 @@ def find_map(fitted: SessionFit) -> tuple[Term, float] | None:
     if fitted.model.map_field is not None:
         return None
     without = least_deviance(fitted, fitted.model, eliminate_states(fitted.grams))
-    fields = fields_to_try(fitted.model.ice.sheet, _paths(fitted))
+    fields = _fields(fitted.session, fitted.model.ice.sheet)
     scores = _deviances(fitted, fitted.model, fields)
     field = min(scores, key=lambda f: scores[f])
     return Term(card=CARD, map_field=field), without - scores[field]
@@ -42,7 +45,11 @@ def renew_map(fitted: SessionFit) -> SessionFit:
         return fitted
     bare = fitted.model.without(CARD.name)
     # Around the present map the other fields are deviations from it.
-    scores = _deviances(fitted, bare, fields_to_try(present.sheet, _paths(fitted), present.known))
+    if present.known is None:
+        fields = _fields(fitted.session, present.sheet)
+    else:
+        fields = fields_to_try(present.sheet, _paths(fitted.session), present.known)
+    scores = _deviances(fitted, bare, fields)
     field = min(scores, key=lambda f: scores[f])
     alike = (field.length, field.smoothness) == (present.length, present.smoothness)
     if alike and (present.known is None or field.amplitude == present.amplitude):
@@ -53,9 +60,14 @@ def renew_map(fitted: SessionFit) -> SessionFit:
     return other if other.deviance < fitted.deviance - BETTER_MAP else fitted
 
 
-def _paths(fitted: SessionFit) -> list[Floats]:
+@lru_cache(maxsize=2)
+def _fields(session: Session, sheet: Sheet) -> list[FrictionField]:
+    """Fields of zero of all shapes, made once: they follow from where the stones ran alone."""
+    return fields_to_try(sheet, _paths(session))
+
+
+def _paths(session: Session) -> list[Floats]:
     """Measured positions of every throw, (n, 2) each."""
-    session = fitted.session
     return [session.xy[session.rows(i)] for i in range(len(session))]
 
 

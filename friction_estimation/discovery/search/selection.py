@@ -21,6 +21,7 @@ from friction_estimation.discovery.tuning import (
     GAIN_PER_PARAMETER,
     LEAST_GAIN,
     LEAST_LINEAR_GAIN,
+    MOST_ADDITIONS,
     MOST_BETWEEN_THROWS_TRIALS,
     MOST_EFFECTS,
     MOST_TRIALS,
@@ -209,12 +210,13 @@ def select(base: SessionFit, *, progress: Progress = no_progress) -> Selection:
     """
     present = base
     rounds: list[SelectionRound] = []
-    for number in range(MOST_EFFECTS + 1):
-        progress("comparing candidates", number, MOST_EFFECTS + 1)
+    for number in range(MOST_ADDITIONS + 1):
+        progress("comparing candidates", number, MOST_ADDITIONS + 1)
         scores = score_candidates(present, candidates(present.session, present.model.terms))
         trials = best_trials(present, scores)
         good = [t for t in trials if t.gain > t.needed]
-        if not good or number == MOST_EFFECTS:
+        unknown = number >= MOST_EFFECTS and not misfit_of(present).white
+        if not good or unknown or number == MOST_ADDITIONS:
             rounds.append(SelectionRound(scores=scores, trials=trials, chosen=""))
             break
         rounds.append(SelectionRound(scores=scores, trials=trials, chosen=good[0].term.label))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from friction_estimation.discovery import naming
 from friction_estimation.discovery.discover import discover
@@ -15,8 +16,9 @@ from friction_estimation.discovery.model.fit import fit
 from .conftest import effect
 
 
+@pytest.mark.parametrize("pushes", [(Following("speed", "along"),), ()])
 def test_an_unknown_with_which_the_throws_fit_worse_takes_no_name(
-    make_session, without_effects, monkeypatch
+    make_session, without_effects, monkeypatch, pushes
 ):
     """An explanation that goes astray, here on purpose, must not cost what is proved."""
 
@@ -26,11 +28,9 @@ def test_an_unknown_with_which_the_throws_fit_worse_takes_no_name(
         bend = np.zeros((len(session.times), 3))
         bend[:, 0] = 0.3 * np.sign(session.theta - session.theta[0]) * np.sin(session.xy[:, 1] / 3)
         bent = less(session, np.nan_to_num(bend))
-        return replace(
-            told,
-            fit=fit(fitted.model, bent, fitted.noise, states=fitted.states),
-            pushes=(Following("speed", "along"),),
-        )
+        model = fitted.model if pushes else replace(fitted.model, terms=())
+        astray = fit(model, bent, fitted.noise, states=fitted.states)
+        return replace(told, fit=astray, pushes=pushes)
 
     explain = naming.explain
     monkeypatch.setattr(naming, "explain", astray)
@@ -39,3 +39,9 @@ def test_an_unknown_with_which_the_throws_fit_worse_takes_no_name(
         found = discover(tracks)
     assert found.unknown
     assert [e.label for e in found.effects] == ["curl"]
+
+
+def test_throws_that_scatter_more_than_those_on_one_ice_lack_something(make_session):
+    found = discover(make_session([effect("curl", strength=0.005)], throws=10, scatter=0.03))
+    assert [e.label for e in found.effects] == ["curl"]
+    assert found.unknown
