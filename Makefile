@@ -14,6 +14,9 @@ TORCH  := $(shell sed -n 's/^\(torch==[0-9.]*\).*/\1/p' constraints.txt)
 # thread per core only get in each other's way.
 SINGLE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS=1
 
+# Compiled modules are kept, whatever the machine's setting: hundreds of processes read them.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: help setup demo test lint format types arch bench docs docs-serve docs-test notebooks schemas \
 	soak fuzz faults mutants release-check sbom lock clean
 

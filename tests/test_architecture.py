@@ -34,7 +34,7 @@ def mapped() -> dict[PurePosixPath, str]:
     found: dict[PurePosixPath, str] = {}
     above: list[tuple[int, PurePosixPath]] = []
     for line in block[1].splitlines():
-        entry = re.fullmatch(r"( *)(\w+)/ {2,}(\S.*)", line)
+        entry = re.fullmatch(r"( *)([\w-]+)/ {2,}(\S.*)", line)
         assert entry, f"not a folder and its words: {line!r}"
         indent = len(entry[1])
         above = [(i, folder) for i, folder in above if i < indent]

@@ -12,6 +12,7 @@ from scipy.ndimage import label
 from curling_env.ice import Ice
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.typing import Flags, Floats
+from curling_env.units import FOOT, Units
 
 MIN_DIFFERENCE = 0.03
 """Relative difference from the mean that a curler notices: 3 %, a metre of draw weight."""
@@ -48,12 +49,16 @@ class Area:
 
     @property
     def place(self) -> str:
+        """Where it is, as seen by somebody who throws from the home end, in metres."""
+        return self.place_in(Units.METRES)
+
+    def place_in(self, units: Units) -> str:
         """Where it is, as seen by somebody who throws from the home end."""
         if abs(self.x) <= 0.35:
             side = "around the centre line"
         else:
             side = f"{'right' if self.x > 0 else 'left'} of the centre line"
-        return f"{side}, {_along(self.y_low)} to {_along(self.y_high)}"
+        return f"{side}, {_along(self.y_low, units)} to {_along(self.y_high, units)}"
 
 
 def relative(values: Floats, observed: Flags) -> Floats:
@@ -92,16 +97,20 @@ def find_areas(ice: Ice) -> list[Area]:
     return sorted(areas, key=lambda area: -abs(area.difference) * float(area.cells.sum()) ** 0.5)
 
 
-def _along(y: float) -> str:
+def _along(y: float, units: Units) -> str:
     """A place along the sheet, for somebody who throws from the home end."""
+
+    def away(metres: float) -> str:
+        return f"{metres:.0f} m" if units is Units.METRES else f"{metres / FOOT:.0f} ft"
+
     if y < -HOG_LINE_Y:
-        return f"{-HOG_LINE_Y - y:.0f} m before the near hog line"
+        return f"{away(-HOG_LINE_Y - y)} before the near hog line"
     if y < -1.0:
-        return f"{y + HOG_LINE_Y:.0f} m past the near hog line"
+        return f"{away(y + HOG_LINE_Y)} past the near hog line"
     if y <= 1.0:
         return "mid-sheet"
     if y < HOG_LINE_Y:
-        return f"{HOG_LINE_Y - y:.0f} m short of the far hog line"
+        return f"{away(HOG_LINE_Y - y)} short of the far hog line"
     if y < TEE_Y:
-        return f"{TEE_Y - y:.0f} m short of the far tee"
-    return f"{y - TEE_Y:.0f} m past the far tee"
+        return f"{away(TEE_Y - y)} short of the far tee"
+    return f"{away(y - TEE_Y)} past the far tee"

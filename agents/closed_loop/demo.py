@@ -30,6 +30,7 @@ from curling_env.sheet import TEE_Y
 from curling_env.throw import write_releases
 from curling_env.trajectory import Trajectory, write_tracks
 from curling_env.typing import Floats, Progress, no_progress, part_of_progress, with_progress
+from curling_env.units import Units
 from friction_estimation.discovery.assessment import assess
 from friction_estimation.discovery.discover import discover
 from friction_estimation.discovery.report import write_files
@@ -67,6 +68,7 @@ def run_demo(
     frame_size: tuple[int, int] | None = None,
     draws: int = len(HOUSE_TARGETS),
     workers: int = 2,
+    units: Units = Units.METRES,
     progress: Progress = no_progress,
 ) -> Findings:
     """Run the whole loop and leave films, overlay, tables, ice files and a page in a folder.
@@ -82,6 +84,7 @@ def run_demo(
     frame_size : width and height of the films [px]; the camera's own by default
     draws : number of draws that compare the map with its average
     workers : processes that film and track side by side
+    units : what its sentences, page and pictures tell lengths in
     progress : called with shares of the whole
 
     Raises
@@ -91,7 +94,7 @@ def run_demo(
     """
     _refuse_a_folder_of_other_files(Path(directory))
     with folder_of_drafts(directory) as folder:
-        return _run_in(folder, seed, throws, fps, frame_size, draws, workers, progress)
+        return _run_in(folder, seed, throws, fps, frame_size, draws, workers, units, progress)
 
 
 def _refuse_a_folder_of_other_files(folder: Path) -> None:
@@ -111,6 +114,7 @@ def _run_in(
     frame_size: tuple[int, int] | None,
     draws: int,
     workers: int,
+    units: Units,
     progress: Progress,
 ) -> Findings:
     """The whole loop, with parameters as of `run_demo`."""
@@ -157,7 +161,7 @@ def _run_in(
     progress("leaving the curl out, and finding it", 0.95)
     without_curl = replace(law, effects=tuple(e for e in law.effects if e.name != "curl"))
     missing, named = find_missing_effect(
-        folder / "discovery", truth, films.tracks, without_curl, BUTTON, seed=seed
+        folder / "discovery", truth, films.tracks, without_curl, BUTTON, seed=seed, units=units
     )
 
     found = Findings(
@@ -177,6 +181,7 @@ def _run_in(
         film_frames=films.frames,
         film_size=films.size,
         seconds=time.monotonic() - began,
+        units=units,
     )
     progress("drawing the page", 0.98)
     demo_figures.draw_all(found, folder)
@@ -197,6 +202,7 @@ def find_missing_effect(
     target: Floats,
     *,
     seed: int,
+    units: Units = Units.METRES,
 ) -> tuple[ComparedDraw, list[str]]:
     """Read tracks with a model that lacks an effect, discover it, and plan a draw with and without.
 
@@ -208,6 +214,7 @@ def find_missing_effect(
     start : ice whose law lacks the effect
     target : (2,) target of the draw, sheet frame [m]
     seed : seed of the discovery
+    units : what the report tells lengths in
 
     Returns
     -------
@@ -222,7 +229,7 @@ def find_missing_effect(
         list(tracks), estimate_ice(list(tracks), effects="none", start=start).ice, seed=seed
     )
     report = write_files(found, folder, assessment=assess(found), provenance=provenance(seed=seed))
-    write_report_page(found, report, folder / "report.html")
+    write_report_page(found, report, folder / "report.html", units=units)
     draw = _compare(truth, target, found.improved_ice(), found.baseline_ice())
     return draw, [effect.label for effect in found.effects]
 

@@ -13,6 +13,7 @@ from curling_env.ice import Ice
 from curling_env.sheet import TEE_Y
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Flags, Floats
+from curling_env.units import Units, length, miss
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +61,7 @@ class Findings:
     named : names of the effects that discovery found
     film_frames, film_size : number of frames in all films, and their size [px]
     seconds : duration of the demo [s]
+    units : what its sentences and pictures tell lengths in
     """
 
     true_ice: Ice
@@ -78,6 +80,7 @@ class Findings:
     film_frames: int
     film_size: tuple[int, int]
     seconds: float
+    units: Units = Units.METRES
 
     @property
     def observed(self) -> Flags:
@@ -112,24 +115,28 @@ class Findings:
         """Mean miss of the draws planned on the average ice [m]."""
         return float(np.mean([draw.other_miss for draw in self.draws]))
 
+    def told(self, metres: float) -> str:
+        """A miss as people read it."""
+        return miss(metres, self.units)
+
     def headline(self) -> str:
         """The result in one sentence."""
         if self.mean_miss < self.mean_other_miss:
             return (
-                f"Draws planned on the ice read from film stop {_length(self.mean_miss)} from "
+                f"Draws planned on the ice read from film stop {self.told(self.mean_miss)} from "
                 f"where they were wanted; planned on its average friction alone, "
-                f"{_length(self.mean_other_miss)}."
+                f"{self.told(self.mean_other_miss)}."
             )
         return (
-            f"This time the map did not help: draws planned on it stop {_length(self.mean_miss)} "
+            f"This time the map did not help: draws planned on it stop {self.told(self.mean_miss)} "
             f"from where they were wanted, those planned on the average friction "
-            f"{_length(self.mean_other_miss)}."
+            f"{self.told(self.mean_other_miss)}."
         )
 
     def area_sentences(self) -> list[str]:
         """For each area: where it is, how much it differs, and what is true there."""
         sentences = [
-            f"{area.kind} ice {area.place}: {_percent(area.difference)} friction "
+            f"{area.kind} ice {area.place_in(self.units)}: {_percent(area.difference)} friction "
             f"(± {100 * area.sigma:.1f}), in truth {_percent(self.true_difference(area))}"
             for area in self.areas
         ]
@@ -138,21 +145,27 @@ class Findings:
     def draw_sentences(self) -> list[str]:
         """The tested draw: what to throw, and where it stops."""
         x, y = self.plan.target
-        place = "the button" if np.hypot(x, y - TEE_Y) < 0.02 else f"({x:.2f}, {y:.2f}) m"
+        place = "the button" if np.hypot(x, y - TEE_Y) < 0.02 else self._place(x, y)
         return [
-            f"A draw to {place}: {self.plan.best.description.call}.",
-            f"On the estimated ice it stops {_length(self.miss_on_estimated)} from its target; on "
-            f"the hidden ice {_length(self.tested.miss)}. Planned on average ice it would have "
-            f"missed by {_length(self.tested.other_miss)}.",
+            f"A draw to {place}: {self.plan.best.description.call_in(self.units)}.",
+            f"On the estimated ice it stops {self.told(self.miss_on_estimated)} from its target; "
+            f"on the hidden ice {self.told(self.tested.miss)}. Planned on average ice it would "
+            f"have missed by {self.told(self.tested.other_miss)}.",
         ]
+
+    def _place(self, x: float, y: float) -> str:
+        if self.units is Units.METRES:
+            return f"({x:.2f}, {y:.2f}) m"
+        past = f"{length(y - TEE_Y, self.units)} {'past' if y > TEE_Y else 'short of'} the tee"
+        return f"{length(x, self.units)} {'right' if x > 0 else 'left'}, {past}"
 
     def missing_sentence(self) -> str:
         """How the missing effect was found, and what that gained."""
         named = " and ".join(self.named) or "nothing"
         return (
             f"The same films, read with a model that has no curl: a draw planned on it misses "
-            f"by {100 * self.missing.other_miss:.0f} cm; discovery names {named}; planned again, "
-            f"the draw misses by {100 * self.missing.miss:.0f} cm."
+            f"by {self.told(self.missing.other_miss)}; discovery names {named}; planned again, "
+            f"the draw misses by {self.told(self.missing.miss)}."
         )
 
     def sentences(self) -> list[str]:
@@ -160,7 +173,7 @@ class Findings:
         return [
             f"Filmed {len(self.tracks)} practice throws, {self.film_frames} frames of "
             f"{self.film_size[0]} × {self.film_size[1]}; the stone was followed to "
-            f"{1000 * float(np.median(self.track_errors)):.0f} mm (median over throws).",
+            f"{self.told(float(np.median(self.track_errors)))} (median over throws).",
             "What the film says of the ice:",
             *(f"  {sentence}" for sentence in self.area_sentences()),
             f"Over the {int(self.observed.sum())} cells the stones crossed the map is within "
@@ -208,9 +221,3 @@ class Findings:
 
 def _percent(share: float) -> str:
     return f"{100 * share:+.1f} %"
-
-
-def _length(metres: float) -> str:
-    if metres < 0.01:
-        return f"{1000 * metres:.0f} mm"
-    return f"{100 * metres:.0f} cm" if metres < 1.0 else f"{metres:.2f} m"

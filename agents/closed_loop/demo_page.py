@@ -31,15 +31,15 @@ def write_demo_page(found: Findings, directory: Path, *, film_still: Path | None
     numbers = facts(
         [
             (
-                f"{100 * found.mean_miss:.0f} cm",
+                found.told(found.mean_miss),
                 f"average miss of {draws} draws, planned on the ice read from film",
             ),
             (
-                f"{100 * found.mean_other_miss:.0f} cm",
+                found.told(found.mean_other_miss),
                 "the same draws, planned on the ice’s average friction",
             ),
             (
-                f"{1000 * median_error:.0f} mm",
+                found.told(float(median_error)),
                 f"how closely the film followed the stone ({throws} throws)",
             ),
             (

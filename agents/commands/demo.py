@@ -7,7 +7,14 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import OutputDirectory, SeedOption, progress_bar, say
+from curling_env.commands.cli import (
+    OutputDirectory,
+    SeedOption,
+    UnitsOption,
+    progress_bar,
+    say,
+)
+from curling_env.units import Units
 
 
 def demo(
@@ -20,6 +27,7 @@ def demo(
     workers: Annotated[
         int, typer.Option(min=1, max=64, help="Processes that film and track side by side.")
     ] = 2,
+    units: UnitsOption = Units.METRES,
 ) -> None:
     """Run the whole loop from film to throw, in about three minutes.
 
@@ -37,11 +45,14 @@ def demo(
     Examples:
         curling demo
         curling demo -o runs/my-demo --seed 7 --throws 12
+        curling demo --units feet
     """
     from agents.closed_loop.demo import run_demo
 
     with progress_bar() as progress:
-        found = run_demo(output, seed=seed, throws=throws, workers=workers, progress=progress)
+        found = run_demo(
+            output, seed=seed, throws=throws, workers=workers, units=units, progress=progress
+        )
     for sentence in found.sentences():
         print(sentence)
     say(f"{found.seconds:.0f} s; the page: {output / 'index.html'}")

@@ -8,11 +8,13 @@ of the machine can only slow it down. Packages declare their measures under the 
 from __future__ import annotations
 
 import math
+import os
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -115,6 +117,30 @@ def import_time() -> float:
     return 1e3 * min(float(subprocess.check_output(command)) for _ in range(3))
 
 
+def first_steps() -> Iterator[Measure]:
+    """Processor time until an environment's first step where nothing was ever compiled [s]."""
+    program = """
+import sys, time
+import gymnasium, curling_env
+make, id = sys.argv[1:]
+env = gymnasium.make(id) if make == "make" else gymnasium.make_vec(id, num_envs=64)
+env.action_space.seed(0)
+env.reset(seed=0)
+env.step(env.action_space.sample())
+print(time.process_time())
+"""
+    for make, kind in (("make", ""), ("make_vec", "vector_")):
+        for name in ("Sheet", "End"):
+            with TemporaryDirectory() as empty:
+                told = subprocess.check_output(
+                    [sys.executable, "-c", program, make, f"Curling{name}-v0"],
+                    env={**os.environ, "NUMBA_CACHE_DIR": empty},
+                    stderr=subprocess.DEVNULL,
+                )
+            value = float(told)
+            yield Measure(name=f"first_step_{kind}{name.lower()}_s", value=value, unit="s")
+
+
 def mapped_ice(rng: np.random.Generator) -> Ice:
     """Standard ice with a different friction in every cell, rougher than any real ice."""
     ice = load_ice("standard")
@@ -157,7 +183,9 @@ def measures() -> Iterator[Measure]:
     """The measures of this package: batches, environments, and pymunk for comparison."""
     yield Measure(name="import_ms", value=import_time(), unit="ms")
     yield from _batch()
+    yield from first_steps()
     yield from _environment()
+    yield from _ends()
     yield _clones_of_a_state()
     yield from _pymunk_only()
 
@@ -185,11 +213,12 @@ def _batch() -> Iterator[Measure]:
     yield Measure(name="batch_memory_mb_per_million_throws", value=memory_of_a_million(), unit="MB")
     mixed, stones = draws_and_hits(rng, 5_000, hits=0.5), houses(rng, 5_000)
     bounds = play_bounds(ice, Direction.AWAY)
-    yield Measure(
-        name="batch_throws_per_s_8_stones",
-        value=rate(lambda: len(play_batch(ice, stones, mixed, bounds=bounds).time)),
-        unit="throws/s",
-    )
+    for name, sheet in (("", ice), ("_uniform_ice", load_ice("standard"))):
+
+        def play(sheet: Ice = sheet) -> int:
+            return len(play_batch(sheet, stones, mixed, bounds=bounds, tabulated=True).time)
+
+        yield Measure(name=f"batch_throws_per_s_8_stones{name}", value=rate(play), unit="throws/s")
 
 
 def _environment() -> Iterator[Measure]:
@@ -219,6 +248,30 @@ def _environment() -> Iterator[Measure]:
             return sheets
 
         yield Measure(name=f"vector_env_throws_per_s{name}", value=rate(step_all), unit="throws/s")
+        envs.close()
+
+
+def _ends() -> Iterator[Measure]:
+    """Deliveries of both teams in the vector environment of ends, beginnings included."""
+    import gymnasium
+
+    ends = 64
+    for opponent in ("draw", "rulebased"):
+        envs: Any = gymnasium.make_vec(
+            "CurlingEnd-v0", num_envs=ends, opponent=opponent, autoreset_mode="SameStep"
+        )
+        envs.action_space.seed(0)
+        envs.reset(seed=0)
+
+        def step_all(envs: Any = envs) -> int:
+            for _ in range(8):
+                envs.step(envs.action_space.sample())
+            return 8 * ends * 2
+
+        value = rate(step_all)
+        yield Measure(
+            name=f"vector_end_deliveries_per_s_{opponent}", value=value, unit="deliveries/s"
+        )
         envs.close()
 
 

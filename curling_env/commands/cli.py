@@ -127,8 +127,8 @@ OutputDirectory = Annotated[
 DeliveryOption = Annotated[
     str,
     typer.Option(
-        help="Where throws begin: hog-line, or hack as in Digital Curling, with π/2 rad/s and at "
-        "most 4 m/s."
+        help="Where throws begin: hog-line, tee-line, or hack as in Digital Curling, with π/2 "
+        "rad/s and at most 4 m/s."
     ),
 ]
 JsonOption = Annotated[

@@ -49,8 +49,10 @@ def pages() -> dict[str, str]:
 
 def page(card: EffectCard) -> str:
     """What a card says, for people."""
-    lines = [f"# {card.title}", "", f"`{card.name}` in ice files.", "", "```text"]
-    lines += [card.formula, "```", ""]
+    lines = [f"# {card.title}", "", f"`{card.name}` in ice files.", ""]
+    if card.equation:
+        lines += ["$$", card.equation, "$$", ""]
+    lines += [f"In a line: {_cell(card.formula)}", ""] if card.parameters else []
     facts = {
         "Acts on": ACTS[card.acts],
         "Shows": card.scope,
@@ -62,8 +64,9 @@ def page(card: EffectCard) -> str:
     }
     lines += ["| | |", "|---|---|", *(f"| {k} | {_cell(v)} |" for k, v in facts.items()), ""]
     if card.parameters:
-        lines += ["## Parameters", "", "| Name | Unit | Meaning | From | To | Default | Off at |"]
-        lines += ["|---|---|---|---|---|---|---|", *map(_row, card.parameters), ""]
+        heads = ("", "Name", "Unit", "Meaning", "From", "To", "Default", "Off at")
+        lines += ["## Parameters", "", "| " + " | ".join(heads) + " |", "|---" * len(heads) + "|"]
+        lines += [*map(_row, card.parameters), ""]
         usual = [p for p in card.parameters if p.usual is not None]
         if usual:
             lines += ["## On the ice of a usual rink", ""]
@@ -78,7 +81,8 @@ def _row(parameter: Parameter) -> str:
     cells = [f"`{parameter.name}`", parameter.unit, parameter.meaning]
     cells += [_bound(parameter.low), _bound(parameter.high)]
     cells += ["" if v is None else f"{v:g}" for v in (parameter.default, parameter.neutral)]
-    return "| " + " | ".join(map(_cell, cells)) + " |"
+    symbol = f"${parameter.symbol}$" if parameter.symbol else ""
+    return "| " + " | ".join([symbol, *map(_cell, cells)]) + " |"
 
 
 def _spread(parameter: Parameter) -> str:

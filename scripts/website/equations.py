@@ -35,5 +35,17 @@ def _inline(writer: Any, node: nodes.math) -> None:
 
 
 def _block(writer: Any, node: nodes.math_block) -> None:
-    writer.body.append(f'<div class="equation">{drawn(node.astext(), block=True)}</div>')
+    shown = " ".join(drawn(part, block=True) for part in parts(node.astext()))
+    writer.body.append(f'<div class="equation">{shown}</div>')
     raise nodes.SkipNode
+
+
+def parts(latex: str) -> list[str]:
+    """What a wide space divides, drawn apart, so that it stands one below the other on a phone."""
+    divided = [part.strip() for part in latex.split(r"\qquad")]
+    whole = all(
+        part.count(opening) == part.count(closing)
+        for part in divided
+        for opening, closing in (("{", "}"), (r"\left", r"\right"), (r"\begin", r"\end"))
+    )
+    return divided if whole and all(divided) else [latex]

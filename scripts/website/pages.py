@@ -19,6 +19,8 @@ ROOT_PAGES = {
 ELSEWHERE = {**ROOT_PAGES, "README.md": "index.md"}
 _PERHAPS = re.compile(r"^([\w./-]+)\?\n", re.MULTILINE)
 _LINK = re.compile(r"(\]\()([^)\s]+)(\))")
+_DATE = re.compile(r"\| (\d{4}-\d\d-\d\d) (?=\|)")
+_PER_CENT = re.compile(r"(?<=\d) %")
 
 
 def gather(root: Path, folder: Path) -> None:
@@ -62,7 +64,8 @@ def pages(root: Path) -> tuple[dict[str, str], dict[str, Path]]:
         texts[notebooks.INDEX] = index + _hidden_contents("[0-9]*")
     texts |= notebooks.pages(docs)
     texts |= {**commands.pages(), **effects.pages(), **python_api.pages()}
-    return {name: with_what_exists(text, name, texts) for name, text in texts.items()}, copied
+    whole = {name: with_whole_cells(text) for name, text in texts.items()}
+    return {name: with_what_exists(text, name, whole) for name, text in whole.items()}, copied
 
 
 def with_what_exists(text: str, name: str, names: Container[str]) -> str:
@@ -100,6 +103,17 @@ def relinked(text: str, name: str, *, below: str) -> str:
         return f"{link[1]}{up}{place}{hash_mark}{anchor}{link[3]}"
 
     return _LINK.sub(elsewhere, text)
+
+
+def with_whole_cells(text: str) -> str:
+    """A page whose tables break no date at its hyphens and no percentage before its sign."""
+    lines, fenced = text.split("\n"), False
+    for k, line in enumerate(lines):
+        fenced ^= line.lstrip().startswith("```")
+        if line.startswith("|") and not fenced:
+            dated = _DATE.sub(r'| <span class="date">\1</span> ', line)
+            lines[k] = _PER_CENT.sub("\N{NO-BREAK SPACE}%", dated)
+    return "\n".join(lines)
 
 
 def _hidden_contents(*entries: str) -> str:

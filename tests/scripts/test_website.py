@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
-from website import assets, commands, effects, notebooks
+from website import assets, commands, effects, equations, notebooks
 from website.docstrings import field_list
-from website.pages import relinked, with_what_exists
+from website.pages import relinked, with_what_exists, with_whole_cells
 
 from curling_env.physics.effects import catalogue
 
@@ -33,6 +34,15 @@ def test_contents_list_what_there_is():
     names = {"reference/validation.md", "reference/results.md"}
     kept = with_what_exists(text, "reference/index.md", names)
     assert kept == "```{toctree}\nresults\nvalidation\n```\n"
+
+
+def test_dates_and_percentages_in_tables_are_not_broken():
+    text = "| 1 | 20 % | 2026-11-21 |\nMade on 2026-11-21, 20 % of it.\n```text\n| 5 % |\n```\n"
+    found = with_whole_cells(text)
+    assert found.startswith(
+        '| 1 | 20\N{NO-BREAK SPACE}% | <span class="date">2026-11-21</span> |\n'
+    )
+    assert found.split("\n")[1:] == text.split("\n")[1:]
 
 
 def test_a_docstring_becomes_fields():
@@ -87,6 +97,28 @@ def test_every_effect_has_a_page_with_every_parameter():
         for parameter in card.parameters:
             assert f"| `{parameter.name}` |" in pages[f"effects/{name}.md"]
         assert f"({name}.md)" in pages["effects/index.md"]
+
+
+@pytest.mark.parametrize("card", catalogue().values(), ids=lambda card: card.name)
+def test_every_effect_has_its_equation_drawn_with_a_symbol_for_each_parameter(card):
+    text = effects.page(card)
+    if not card.parameters:
+        assert "$$" not in text
+        return
+    assert f"$$\n{card.equation}\n$$" in text
+    assert "<svg" in equations.drawn(card.equation, block=True)
+    symbols = [parameter.symbol for parameter in card.parameters]
+    assert len(set(symbols)) == len(symbols)
+    for parameter in card.parameters:
+        letter = parameter.symbol.split("_")[0]
+        assert re.search(rf"(?<![a-zA-Z\\]){re.escape(letter)}(?![a-zA-Z])", card.equation)
+        assert f"| ${parameter.symbol}$ | `{parameter.name}` |" in text
+
+
+def test_an_equation_is_divided_at_wide_spaces_where_that_breaks_nothing():
+    assert equations.parts(r"a = b, \qquad c = \frac{d}{e}") == ["a = b,", r"c = \frac{d}{e}"]
+    whole = r"\begin{pmatrix} a \qquad b \end{pmatrix}"
+    assert equations.parts(whole) == [whole]
 
 
 def test_a_notebook_is_a_page_of_its_text_and_code(tmp_path):

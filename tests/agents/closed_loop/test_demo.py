@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from curling_env.physics.one_stone.slide import SlideEnd, slide
 from curling_env.sheet import PAPER_SHEET, TEE_Y
 from curling_env.throw import Throw
 from curling_env.trajectory import read_tracks
+from curling_env.units import Units
 from friction_estimation.estimation.whole_ice import estimate_ice
 
 
@@ -40,6 +42,8 @@ def test_areas_are_found_where_they_are() -> None:
     assert heavy.place == "right of the centre line, 4 m past the near hog line to 8 m past the " \
         "near hog line"  # fmt: skip
     assert keen.place.startswith("left of the centre line")
+    assert heavy.place_in(Units.FEET) == "right of the centre line, 14 ft past the near hog line " \
+        "to 25 ft past the near hog line"  # fmt: skip
     assert heavy.difference == pytest.approx(0.08, abs=0.01)
 
 
@@ -149,6 +153,9 @@ def test_the_demo_leaves_all_it_promises(curling, must_fit, tmp_path: Path) -> N
     # What was planned on the estimated ice lands there to the millimetre: the loop is closed.
     assert numbers["miss_on_estimated_ice_m"] < 5e-3
     assert found.sentences()[-1].startswith("Over 2 draws")
+    in_feet = " ".join(replace(found, units=Units.FEET).sentences())
+    assert not re.search(r"\d (mm|cm|m)\b", in_feet)
+    assert re.search(r"misses by [^;]* in;", in_feet)
 
 
 def test_command_refuses_a_folder_that_cannot_be(curling, tmp_path: Path) -> None:
