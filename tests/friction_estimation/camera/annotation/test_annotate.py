@@ -257,6 +257,26 @@ def test_steps_can_be_taken_back_and_ends_swapped(annotation, seen, page):
         page.wait_for_function("document.querySelector('#state').textContent.includes('1 more')")
 
 
+def test_an_answer_to_clicks_that_have_changed_since_is_left_aside(annotation, seen, page):
+    clicks = clicks_at(seen[1], CORNERS)
+    held = []
+    with AnnotationServer(annotation, lambda made: None) as server:
+        page.goto(server.url)
+        page.wait_for_function(READY)
+        page.route("**/solve", lambda route: held.append(route))
+        with page.expect_request("**/solve"):
+            page.evaluate("clicks => { Object.values(clicks).forEach(addClick); }", clicks)
+        page.evaluate("() => { swapEnds(); clearTimeout(waiting); }")
+        with page.expect_response("**/solve"):
+            held.pop().continue_()
+        page.evaluate("() => new Promise(done => setTimeout(done, 50))")
+        assert page.is_disabled("#save")
+        assert page.evaluate("thrower") == []
+        page.unroute("**/solve")
+        page.evaluate("() => solve()")
+        assert page.is_enabled("#save")
+
+
 def test_two_fingers_zoom_about_the_place_between_them(annotation, browser):
     context = browser.new_context(
         has_touch=True, viewport={"width": 820, "height": 1180}, bypass_csp=True
