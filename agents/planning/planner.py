@@ -19,7 +19,8 @@ from agents.planning.request import (
     place_from,
     places_from,
     skill_with,
-    spins_for,
+    spins_from,
+    teams_from,
 )
 from agents.planning.reward_map import cross_entropy_search, reward_peaks
 from agents.planning.rollouts import (
@@ -44,10 +45,12 @@ from agents.planning.tuning import (
     SAMPLED_ICES,
     USUAL_SPIN,
 )
+from curling_env.envs.options import delivery_from, number, whole_number
 from curling_env.envs.sheet.tasks import Task
 from curling_env.errors import InputError
 from curling_env.game.skill_file import load_skill
 from curling_env.ice import Ice, load_ice
+from curling_env.infrastructure.keywords import knows_its_options
 from curling_env.physics.ice_remarks import believed_effects, is_marked_unknown, lacks_curl
 from curling_env.physics.ice_uncertainty import plausible_ices
 from curling_env.physics.one_stone.slide import NO_OBSTACLES, SlideEnd
@@ -58,11 +61,11 @@ from curling_env.throw import (
     Delivery,
     Skill,
     Throw,
-    delivery_named,
 )
 from curling_env.typing import Floats
 
 
+@knows_its_options("plan")
 def plan(
     ice: Ice | str | Path,
     target: ArrayLike,
@@ -72,7 +75,7 @@ def plan(
     skill: str | Skill = "elite",
     spins: Sequence[float] | None = None,
     x: float = 0.0,
-    delivery: Delivery = FROM_HOG_LINE,
+    delivery: str | Delivery = FROM_HOG_LINE,
     seed: int = 0,
 ) -> Plan:
     """Find the throw that comes to rest at a target, and say how far it is expected to miss.
@@ -90,30 +93,32 @@ def plan(
     spins : spins to try [rad/s]; by default some of both handles, and from elsewhere than the hog
         line the usual one of `delivery`
     x : offset of the release, delivery frame [m]
-    delivery : where throws begin, and the fastest
+    delivery : where throws begin, and the fastest: a `Delivery` or its name
     seed : seed of the trials; the same seed gives the same plan
 
     Raises
     ------
     InputError : no stone can rest at the target, or every throw reaches it only through a stone
     """
-    ice = load_ice(ice)
+    ice, delivery = load_ice(ice), delivery_from(delivery)
     target = place_from("target", target)
-    stones = places_from("stones", stones)
-    spins = spins_for(delivery) if spins is None else spins
+    stones, seed = places_from("stones", stones), whole_number("seed", seed, least=0)
+    x = number("x", x, above=-ice.sheet.width / 2, most=ice.sheet.width / 2)
+    spins = spins_from(spins, delivery)
     skill = skill_with(skill, spins)
     check_target(ice, target)
     check_stones(ice, stones)
     check_room(ice, target, stones)
     direction = direction_to(target)
     throws = find_throws(ice, target, spins=spins, x=x, delivery=delivery).throws
-    teams = None if own is None else np.asarray(own, dtype=np.bool_)
+    teams = teams_from(own, stones)
     objective = RestAtTarget(
         target=target, direction=direction, stones=stones, own=teams, delivery=delivery
     )
     return _choose(ice, objective, _clear_throws(ice, throws, objective), skill, seed)
 
 
+@knows_its_options("plan_task")
 def plan_task(
     ice: Ice | str | Path,
     task: str | Task,
@@ -124,7 +129,7 @@ def plan_task(
     skill: str | Skill = "elite",
     spins: Sequence[float] | None = None,
     x: float = 0.0,
-    delivery: Delivery = FROM_HOG_LINE,
+    delivery: str | Delivery = FROM_HOG_LINE,
     candidates: int = GRID_THROWS,
     seed: int = 0,
 ) -> Plan:
@@ -151,10 +156,13 @@ def plan_task(
     InputError : unknown task, impossible mark or stones, stones without teams where points are
         asked for, or no throw that gets there
     """
-    spins = spins_for(delivery) if spins is None else spins
+    delivery, seed = delivery_from(delivery), whole_number("seed", seed, least=0)
+    candidates = whole_number("candidates", candidates, least=1)
+    spins = spins_from(spins, delivery)
     skill = skill_with(skill, spins)
     ice, stones = load_ice(ice), places_from("stones", stones)
-    teams = None if own is None else np.asarray(own, dtype=np.bool_)
+    x = number("x", x, above=-ice.sheet.width / 2, most=ice.sheet.width / 2)
+    teams = teams_from(own, stones)
     if task == "score" and len(stones) and teams is None:
         raise InputError("points need each stone's team: say which stones are own")
     mark = None if target is None else place_from("target", target)
@@ -187,6 +195,7 @@ def plan_task(
     return _choose(ice, objective, throws, skill, seed)
 
 
+@knows_its_options("plan_throw")
 def plan_throw(
     ice: Ice | str | Path,
     target: ArrayLike | str | Task,
@@ -231,7 +240,7 @@ def plan_throw(
             stones=stones,
             own=own,
             skill=skill,
-            delivery=delivery_named(delivery),
+            delivery=delivery,
             seed=seed,
         )
     return plan(
@@ -240,7 +249,7 @@ def plan_throw(
         stones=stones,
         own=own,
         skill=skill,
-        delivery=delivery_named(delivery),
+        delivery=delivery,
         seed=seed,
     )
 

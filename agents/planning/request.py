@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from agents.planning.objective import MostPoints, Objective, TaskDone
 from agents.planning.target_search import check_target
 from agents.planning.tuning import SPINS
+from curling_env.envs.options import brief, floats_from
 from curling_env.envs.sheet.tasks import Task, task_named
 from curling_env.errors import InputError
 from curling_env.ice import Ice
@@ -117,9 +118,36 @@ def objective_for(
     return objective
 
 
-def spins_for(delivery: Delivery) -> Sequence[float]:
-    """Spins to try where none are asked for [rad/s]."""
-    return SPINS if delivery == FROM_HOG_LINE else (delivery.spin, -delivery.spin)
+def spins_from(given: Sequence[float] | None, delivery: Delivery) -> Sequence[float]:
+    """Spins to try [rad/s]: those that are asked for, or the usual ones of a delivery.
+
+    Raises
+    ------
+    InputError : no numbers
+    """
+    if given is None:
+        return SPINS if delivery == FROM_HOG_LINE else (delivery.spin, -delivery.spin)
+    wanted = "spins must be numbers in rad/s"
+    spins = floats_from(wanted, given)
+    if spins.ndim != 1 or not np.isfinite(spins).all():
+        raise InputError(f"{wanted}, got {brief(given)}")
+    return spins.tolist()
+
+
+def teams_from(own: ArrayLike | None, stones: Floats) -> Flags | None:
+    """Whether each stone is the thrower's, (k,); None if that is not told.
+
+    Raises
+    ------
+    InputError : not a truth value for each stone
+    """
+    if own is None:
+        return None
+    wanted = f"own must say True or False for each of {len(stones)} stones"
+    teams = floats_from(wanted, own)
+    if teams.shape != (len(stones),) or not np.isin(teams, (0, 1)).all():
+        raise InputError(f"{wanted}, got {brief(own)}")
+    return teams.astype(np.bool_)
 
 
 def skill_with(skill: str | Skill, spins: Sequence[float]) -> Skill:

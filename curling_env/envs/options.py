@@ -18,6 +18,7 @@ from curling_env.errors import InputError
 from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, IceEvolution
 from curling_env.game.rules import RuleSet, rule_set
 from curling_env.throw import Delivery, Skill, delivery_named, skill_named
+from curling_env.typing import Floats
 
 Kind = TypeVar("Kind")
 
@@ -95,6 +96,24 @@ def number(name: str, value: Any, *, above: float, most: float) -> float:
             f"{name} must lie above {above:g} and at most {most:g}, got {brief(value)}"
         )
     return float(value)
+
+
+def floats_from(wanted: str, given: Any) -> Floats:
+    """Whatever is given, as an array of numbers.
+
+    Parameters
+    ----------
+    wanted : what it must be, as the beginning of a message
+    given : anything
+
+    Raises
+    ------
+    InputError : it holds something else than numbers
+    """
+    try:
+        return np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{wanted}, got {brief(given)}") from error
 
 
 def is_whole_number(value: Any) -> bool:

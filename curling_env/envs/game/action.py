@@ -10,6 +10,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike
 
+from curling_env.envs.options import brief, floats_from
 from curling_env.envs.sheet.action import ThrowRange
 from curling_env.errors import InputError
 from curling_env.game.players import Call, Player, PlayerView
@@ -162,12 +163,11 @@ class GameAction:
         )
 
     def _numbers(self, action: ArrayLike) -> Floats:
-        numbers = np.asarray(action, dtype=np.float64)
-        if numbers.shape != (self.size,) or not np.isfinite(numbers).all():
-            raise InputError(
-                f"an action must be {self.size} finite numbers in [-1, 1], got {action}"
-            )
-        return numbers
+        wanted = f"an action must be {self.size} finite numbers in [-1, 1]"
+        given = floats_from(wanted, action)
+        if given.shape != (self.size,) or not np.isfinite(given).all():
+            raise InputError(f"{wanted}, got {brief(action)}")
+        return given
 
     def action_of(self, call: Call, decisions: TeamDecisions | None = None) -> Singles:
         """The action that means a call and decisions; clipped where it is out of range."""

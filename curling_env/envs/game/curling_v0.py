@@ -39,8 +39,8 @@ from curling_env.errors import InputError
 from curling_env.game import NO_EVOLUTION, Call, GameSimulator, GameState, PlayedShot
 from curling_env.game.rules import Team, concede, may_concede
 from curling_env.game.simulator import direction_of
+from curling_env.infrastructure.keywords import knows_its_options
 from curling_env.sheet import Direction
-from curling_env.throw import Skill
 from curling_env.typing import Image, Singles
 
 
@@ -88,6 +88,7 @@ class ParallelGame(turn_based_aec_to_parallel_wrapper[str, Any, Any]):
         return game.as_array()
 
 
+@knows_its_options("curling_v0")
 class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
     """A game of curling.
 
@@ -162,8 +163,9 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         for name, limit in (("ends", ends), ("max_cycles", max_cycles), ("max_throws", max_throws)):
             if limit is not None:
                 whole_number(name, limit, least=1)
-        one_for_both = isinstance(skill, str | Skill | Mapping)
-        pair = (skill, skill) if one_for_both else tuple(skill)
+        given: Any = skill
+        several = isinstance(given, Sequence) and not isinstance(given, str)
+        pair: tuple[Any, ...] = tuple(given) if several else (given, given)
         if len(pair) != 2:
             raise InputError(f"skill must be one for both teams or a pair, got {brief(skill)}")
         self.table = GameTable(

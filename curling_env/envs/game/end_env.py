@@ -45,6 +45,7 @@ from curling_env.game import (
 )
 from curling_env.game.rules import Team
 from curling_env.game.simulator import direction_of
+from curling_env.infrastructure.keywords import knows_its_options
 from curling_env.typing import Image, Singles
 
 Hammer = Literal["own", "opponent", "random"]
@@ -55,6 +56,7 @@ AGENT = Team.HOME
 """The agent plays the home team's stones."""
 
 
+@knows_its_options("CurlingEnd-v0")
 class CurlingEndEnv(gymnasium.Env[Any, Singles]):
     """Play an end against an opponent.
 

@@ -376,9 +376,6 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         after = play_batch(ice, places, releases, identity=names, bounds=bounds)
         if (after.collisions < 0).any():
             raise InputError("a stone never stops on this ice; check its friction and slope")
-        # A stone that rests on the very edge may lie beyond it by what numbers are rounded to.
-        beyond = (after.xy < bounds[[0, 2]]) | (after.xy > bounds[[1, 3]])
-        after.xy[beyond.any(axis=2)] = np.nan
         xy = after.xy - np.array([0.0, TEE_Y])
         last = xy[:, -1].tolist()
         moved = (after.xy[:, : len(names)] != places).any(axis=2)

@@ -9,12 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from curling_env.envs.options import brief, floats_from
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.one_stone.slide import NO_BOUNDS, SlideEnd, slide
 from curling_env.sheet import HACK_Y, HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import FROM_HOG_LINE, MAX_SPEED, MAX_SPIN, Delivery, Throw
 from curling_env.typing import Floats, Singles
+
+AN_ACTION = "an action must be three finite numbers in [-1, 1]"
 
 MAX_HIT_WEIGHT = 1.6
 """Speed of the firmest throw offered where there are stones to hit, over draw weight."""
@@ -72,10 +75,10 @@ class ThrowRange:
         ------
         InputError : not three finite numbers
         """
-        numbers = np.asarray(action, dtype=np.float64)
-        if numbers.shape != (3,):
-            raise InputError(f"an action must be three finite numbers in [-1, 1], got {action}")
-        speed, angle, spin = self.numbers_of(numbers).tolist()
+        given = floats_from(AN_ACTION, action)
+        if given.shape != (3,):
+            raise InputError(f"{AN_ACTION}, got {brief(action)}")
+        speed, angle, spin = self.numbers_of(given).tolist()
         return Throw(speed=speed, angle=angle, spin=spin)
 
     def numbers_of(self, actions: ArrayLike) -> Floats:
@@ -85,10 +88,10 @@ class ThrowRange:
         ------
         InputError : not three finite numbers each
         """
-        numbers = np.asarray(actions, dtype=np.float64)
-        if numbers.ndim == 0 or numbers.shape[-1] != 3 or not np.isfinite(numbers).all():
-            raise InputError(f"an action must be three finite numbers in [-1, 1], got {actions}")
-        return self.middle + self.half * np.minimum(np.maximum(numbers, -1.0), 1.0)
+        given = floats_from(AN_ACTION, actions)
+        if given.ndim == 0 or given.shape[-1] != 3 or not np.isfinite(given).all():
+            raise InputError(f"{AN_ACTION}, got {brief(actions)}")
+        return self.middle + self.half * np.minimum(np.maximum(given, -1.0), 1.0)
 
     def action_of(self, throw: Throw) -> Singles:
         """The action that means a throw, (3,); clipped to ±1 where the throw is out of range."""

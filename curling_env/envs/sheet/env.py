@@ -37,6 +37,7 @@ from curling_env.envs.sheet.reward import Landing, RewardWeights, judge
 from curling_env.envs.sheet.tasks import Task, task_named
 from curling_env.errors import InputError
 from curling_env.ice import Ice
+from curling_env.infrastructure.keywords import knows_its_options
 from curling_env.physics.many_stones.engine import Engine, StoneState
 from curling_env.physics.one_stone.tuning import QUICK_TOLERANCE
 from curling_env.sheet import Direction, to_delivery, to_sheet
@@ -49,6 +50,7 @@ def engine_for(ice: Ice) -> Engine:
     return Engine(ice, tolerance=QUICK_TOLERANCE)
 
 
+@knows_its_options("CurlingSheet-v0")
 class CurlingSheetEnv(gymnasium.Env[Singles, Singles]):
     """Throw stones to do a task: a draw to the button unless another task is asked for.
 

@@ -36,7 +36,7 @@ from curling_env.physics.one_stone.integrate import (
     SlideEnd,
     integrate,
 )
-from curling_env.physics.one_stone.slide import edge_bounds
+from curling_env.physics.one_stone.slide import edge_bounds, is_beyond
 from curling_env.physics.one_stone.step import Workspace, new_workspace
 from curling_env.physics.one_stone.tuning import MAX_TIME, QUICK_TOLERANCE
 from curling_env.physics.state import State
@@ -361,9 +361,8 @@ def play_batch(
 def _refuse_nowhere(stones: Floats, limits: Floats) -> None:
     """Refuse places that are none; NaN twice stands for no stone."""
     absent = np.isnan(stones).all(axis=2)
-    low, high = np.asarray(limits, dtype=np.float64).reshape(2, 2).T
-    somewhere = ((stones >= low) & (stones <= high)).all(axis=2)
-    nowhere = np.argwhere(~(absent | somewhere))
+    lost = np.isnan(stones).any(axis=2) | is_beyond(stones[..., 0], stones[..., 1], limits)
+    nowhere = np.argwhere(lost & ~absent)
     if len(nowhere):
         position, stone = (int(index) for index in nowhere[0])
         x, y = (float(value) for value in stones[position, stone])

@@ -343,7 +343,8 @@ def slide_together(
             speed = sqrt(s[State.VX] * s[State.VX] + s[State.VY] * s[State.VY])
             if max(speed, fabs(s[State.OMEGA]) * law.band_radius) < REST_SPEED:
                 stones.ends[i] = t + _stop_uniformly(s, a[i], speed)
-                phases[i] = Phase.RESTING
+                # This last way is not watched.
+                phases[i] = Phase.RESTING if _room(s, limits.bounds) >= 0.0 else Phase.GONE
                 continue
             moving += 1
             h = min(h, step_length(law, s, a[i], t, delivery))

@@ -39,6 +39,7 @@ from curling_env.physics.one_stone.integrate import NO_OBSTACLES, Limits, Sampli
 from curling_env.physics.one_stone.slide import (
     SlideEnd,
     delivery_of,
+    is_beyond,
     play_bounds,
     slide_state,
     state_of,
@@ -324,7 +325,7 @@ class Engine:
 
     def _check(self, states: Floats, bounds: Floats) -> None:
         x, y = states[:, State.X], states[:, State.Y]
-        outside = (x < bounds[0]) | (x > bounds[1]) | (y < bounds[2]) | (y > bounds[3])
+        outside = is_beyond(x, y, bounds)
         if outside.any():
             k = int(np.argmax(outside))
             raise InputError(

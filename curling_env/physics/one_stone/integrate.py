@@ -410,7 +410,8 @@ def integrate(
             now[State.VX] = now[State.VY] = now[State.OMEGA] = 0.0
             t += tail
             length = _append_state(path, length, now, t, (0.0, 0.0, 0.0))
-            end = SlideEnd.REST
+            # The last millimetres to rest are not watched.
+            end = SlideEnd.REST if _room(now, limits.bounds) >= 0.0 else SlideEnd.LEFT_BOUNDS
             break
         if t > MAX_TIME:
             break

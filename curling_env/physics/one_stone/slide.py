@@ -21,7 +21,7 @@ from curling_env.physics.one_stone.integrate import (
     integrate,
 )
 from curling_env.physics.one_stone.step import Workspace, new_workspace
-from curling_env.physics.one_stone.tuning import FINE_TOLERANCE, MAX_TIME
+from curling_env.physics.one_stone.tuning import FINE_TOLERANCE, MAX_TIME, ROUNDING
 from curling_env.physics.state import State
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, Direction
 from curling_env.throw import Release
@@ -35,6 +35,7 @@ __all__ = [
     "SlideEnd",
     "delivery_of",
     "edge_bounds",
+    "is_beyond",
     "motion_of",
     "play_bounds",
     "slide",
@@ -108,6 +109,18 @@ def play_bounds(ice: Ice, direction: Direction) -> Floats:
     back = BACK_LINE_Y + ice.stone.radius
     start = max(HOG_LINE_Y, ice.sheet.length / 2)
     return np.array([-x, x, -start, back] if direction > 0 else [-x, x, -back, start])
+
+
+def is_beyond(x: Any, y: Any, bounds: Any) -> Any:
+    """Whether centres lie beyond the bounds, by more than numbers are rounded to; NaN does not.
+
+    Parameters
+    ----------
+    x, y : numbers or arrays, sheet frame [m]
+    bounds : (4,) x_min, x_max, y_min, y_max [m]
+    """
+    across = (x < bounds[0] - ROUNDING) | (x > bounds[1] + ROUNDING)
+    return across | (y < bounds[2] - ROUNDING) | (y > bounds[3] + ROUNDING)
 
 
 def state_of(stone: Any) -> Floats:

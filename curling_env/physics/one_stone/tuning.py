@@ -67,6 +67,8 @@ SECOND_STEP = 1.5
 """Length of the second step over the first, which predicted nothing."""
 EDGE_MARGIN = 2e-6
 """Distance before the edge of an effect at which steps end, to hop over it [m]."""
+ROUNDING = 1e-9
+"""Distance beyond a bound that is put down to numbers being rounded [m]."""
 CONTACT_GAP = 1e-7
 """A gap below this is a contact [m]."""
 MAX_STEPS = 20_000

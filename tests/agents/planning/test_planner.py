@@ -523,9 +523,29 @@ def test_a_target_mid_sheet_is_questioned():
         (("standard", (0, TEE_Y), {"stones": 3}), "stones must be places"),
         (("standard", (0, TEE_Y), {"skill": 3}), "no skill is named"),
         (("standard", (0, TEE_Y), {"delivery": 3}), "no delivery is named"),
+        (("standard", (0, TEE_Y), {"seed": -1}), "seed must be a whole number"),
+        (("standard", (0, TEE_Y), {"own": [True]}), "own must say True or False for each of 0"),
+        (("standard", (0, TEE_Y), {"wind": 1}), "plan_throw has no option 'wind'; it has ice, "),
     ],
 )
 def test_what_cannot_be_planned_is_told_with_what_is_right(wanted, says):
     *given, options = (*wanted, {}) if len(wanted) == 2 else wanted
     with pytest.raises(InputError, match=says):
         plan_throw(*given, **options)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"spins": "both"}, "spins must be numbers"),
+        ({"spins": []}, "no spin to try"),
+        ({"x": "left"}, "x must lie above"),
+        ({"delivery": "hog"}, "no delivery is named"),
+        ({"candidates": 0}, "candidates must be a whole number"),
+        ({"seed": 1.5}, "seed must be a whole number"),
+        ({"wind": 1}, "plan_task has no option 'wind'; it has ice, task, target"),
+    ],
+)
+def test_a_wrong_option_of_a_task_is_told_with_what_is_right(options, says):
+    with pytest.raises(InputError, match=says):
+        plan_task("standard", "draw", **options)

@@ -11,6 +11,7 @@ import pytest
 
 import curling_env
 from curling_env.envs.sheet.action import ThrowRange
+from curling_env.envs.sheet.env import CurlingSheetEnv
 from curling_env.envs.sheet.reward import RewardWeights
 from curling_env.errors import InputError
 from curling_env.game import TYPICAL_EVOLUTION, IceEvolution
@@ -104,6 +105,7 @@ WRONG = {
         ({"fps": "30"}, "fps must lie"),
         ({"ice_sigma": 1}, "ice_sigma must be True or False"),
         ({"render_mode": "ascii"}, "rgb_array_list"),
+        ({"wind": 3}, "CurlingSheet-v0 has no option 'wind'; it has ice, known_ice, ices"),
     ],
     "CurlingEnd-v0": [
         ({"ice": 3}, "ice must be an Ice"),
@@ -120,6 +122,7 @@ WRONG = {
         ({"potential": "luck"}, "no potential is named 'luck'"),
         ({"observation": 3}, "observation must be"),
         ({"choices": None}, "choices must be"),
+        ({"throws": 3}, "CurlingEnd-v0 has no option 'throws'; it has ice, known_ice, ices, oppo"),
     ],
 }
 
@@ -158,6 +161,8 @@ def test_a_wrong_option_of_the_two_team_game_is_told():
     pytest.importorskip("pettingzoo")
     for options, says in (
         ({"skill": ["club"]}, "one for both teams or a pair"),
+        ({"skill": 0.1}, "no skill is named '0.1'"),
+        ({"hammer": "own"}, "curling_v0 has no option 'hammer'; it has ice, known_ice"),
         ({"ends": 2.5}, "ends must be a whole number"),
         ({"max_cycles": 0}, "max_cycles must be a whole number of at least 1"),
         ({"weights": 3}, "weights must be"),
@@ -187,6 +192,26 @@ def test_steps_out_of_turn_are_refused(name):
         env.step(action)
     env.reset()
     env.step(action)
+
+
+@pytest.mark.parametrize("name", ["CurlingSheet-v0", "CurlingEnd-v0"])
+def test_actions_are_numbers(name):
+    env = gym.make(name).unwrapped
+    env.reset(seed=0)
+    for wrong in ("left", {"speed": 1.0}, None, [0.0, np.nan, 0.0]):
+        with pytest.raises(InputError, match="an action must be"):
+            env.step(wrong)
+
+
+def test_an_environment_of_ones_own_may_have_more_options_and_is_told_of_unknown_ones():
+    class Windy(CurlingSheetEnv):
+        def __init__(self, *, wind: float = 0.0, **options):
+            super().__init__(**options)
+            self.wind = wind
+
+    assert Windy(wind=2.0, throws=2).throws == 2
+    with pytest.raises(InputError, match="has no option 'rain'"):
+        Windy(rain=1.0)
 
 
 @pytest.mark.parametrize("name", ["CurlingSheet-v0", "CurlingEnd-v0"])

@@ -10,10 +10,15 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
-from curling_env.physics.many_stones.batch import play_batch, release_table, throw_batch
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics.many_stones.batch import (
+    RELEASE_DTYPE,
+    play_batch,
+    release_table,
+    throw_batch,
+)
+from curling_env.physics.one_stone.slide import SlideEnd, is_beyond, play_bounds, slide
 from curling_env.physics.one_stone.tuning import FINE_TOLERANCE, QUICK_TOLERANCE
-from curling_env.sheet import RULE_BOOK_STONE, TEE_Y
+from curling_env.sheet import RULE_BOOK_STONE, TEE_Y, Direction
 from curling_env.throw import Release, Throw
 
 G = 9.80665
@@ -165,3 +170,34 @@ def test_a_row_of_touching_stones_goes_on_together() -> None:
     assert travelled[0] > 0.2
     assert travelled == pytest.approx(travelled[0], abs=1e-3)
     assert (np.diff(after.xy[0, :5, 1]) >= 2 * R - 1e-4).all()
+
+
+CREEPING_OUT = (  # velocity and spin of stones that come to rest 40 and 11 µm past the back line
+    ((0.01909538582548148, 2.1637225522045886, 0.4245847929376072), True),
+    ((0.11249791688802013, 1.7302909933092934, -1.1469223796361812), False),
+)
+
+
+@pytest.mark.parametrize(("moves", "tabulated"), CREEPING_OUT)
+def test_a_stone_that_creeps_over_a_line_at_the_last_is_out(moves, tabulated) -> None:
+    ice = load_ice("standard")
+    bounds = play_bounds(ice, Direction.AWAY)
+    release = np.zeros(1, dtype=RELEASE_DTYPE)
+    release["y"] = -10.9725
+    release["vx"], release["vy"], release["omega"] = moves
+    alone = throw_batch(ice, release, bounds=bounds)
+    assert alone.end[0] == SlideEnd.LEFT_BOUNDS or not is_beyond(alone.x, alone.y, bounds)[0]
+    aside = np.array([[[-1.0, 14.0]]])
+    run = play_batch(ice, aside, release, bounds=bounds, tabulated=tabulated)
+    assert np.isnan(run.xy[0, 1, 0]) == is_beyond(*run.last[0, 1], bounds)
+    play_batch(ice, run.xy, release, bounds=bounds, tabulated=tabulated)
+
+
+def test_a_stone_on_the_very_line_stays_in_play() -> None:
+    ice = load_ice("standard")
+    bounds = play_bounds(ice, Direction.AWAY)
+    on_it = np.array([[[np.nextafter(bounds[1], 9), 14.0], [0.5, np.nextafter(bounds[3], 99)]]])
+    run = play_batch(ice, on_it, [Throw(speed=1.9).release()], bounds=bounds)
+    np.testing.assert_array_equal(run.xy[:, :2], on_it)
+    with pytest.raises(InputError, match="outside the bounds"):
+        play_batch(ice, on_it + 1e-6, [Throw(speed=1.9).release()], bounds=bounds)

@@ -387,3 +387,20 @@ def test_the_paper_stone_is_smaller():
     stone = StoneState(x=0.25, y=10.0)
     assert not Engine(load_ice("paper")).play(Throw(speed=1.0).release(), [stone]).contacts
     assert Engine(coulomb()).play(Throw(speed=2.2).release(), [stone]).contacts
+
+
+def test_a_stone_that_creeps_past_the_back_line_at_the_last_is_out():
+    engine = Engine(load_ice("paper"))
+    past = play_bounds(engine.ice, Direction.AWAY)[3] + 1e-5
+
+    def thrown(on):
+        release = Release(x=0.0, y=-HOG_LINE_Y + on, vx=0.0, vy=2.06, omega=1.0)
+        return engine.play(release, [StoneState(x=0.0, y=14.0 + on, stone=0)])
+
+    # It has struck another, and its last way leads over the line.
+    near = thrown(4.9)
+    outcome = thrown(4.9 + past - near.delivered.y)
+    assert outcome.contacts
+    assert outcome.delivered.y > past - 5e-6
+    assert outcome.delivered_status is Status.OUT_BACK
+    engine.play(Throw(speed=1.0).release(), outcome.in_play)

@@ -1,0 +1,42 @@
+"""Keyword arguments that nothing knows are told with those that there are."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, TypeVar
+
+from curling_env.errors import InputError
+
+Called = TypeVar("Called", bound=Callable[..., Any])
+
+
+def knows_its_options(name: str) -> Callable[[Called], Called]:
+    """Decorate a function or a class: an unknown keyword is an `InputError` that lists the known.
+
+    Parameters
+    ----------
+    name : what the message calls it
+    """
+
+    def decorated(called: Called) -> Called:
+        plain: Any = called.__init__ if isinstance(called, type) else called
+        kinds = inspect.signature(plain).parameters.values()
+        known = [p.name for p in kinds if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]
+        known = [option for option in known if option != "self"]
+
+        @wraps(plain)
+        def checked(*args: Any, **options: Any) -> Any:
+            unknown = [option for option in options if option not in known]
+            if unknown:
+                raise InputError(f"{name} has no option {unknown[0]!r}; it has {', '.join(known)}")
+            return plain(*args, **options)
+
+        whole: Any = called
+        if isinstance(called, type):
+            whole.__init__ = checked
+            return whole
+        return checked  # pyright: ignore[reportReturnType]  (of the same signature)
+
+    return decorated
