@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import gymnasium
 from gymnasium import spaces
@@ -163,9 +163,8 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         for name, limit in (("ends", ends), ("max_cycles", max_cycles), ("max_throws", max_throws)):
             if limit is not None:
                 whole_number(name, limit, least=1)
-        given: Any = skill
-        several = isinstance(given, Sequence) and not isinstance(given, str)
-        pair: tuple[Any, ...] = tuple(given) if several else (given, given)
+        alike = not isinstance(skill, Sequence) or isinstance(skill, str)
+        pair = (skill, skill) if alike else tuple(cast("Sequence[SkillOption]", skill))
         if len(pair) != 2:
             raise InputError(f"skill must be one for both teams or a pair, got {brief(skill)}")
         self.table = GameTable(
