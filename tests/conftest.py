@@ -140,11 +140,16 @@ def rng() -> np.random.Generator:
     return np.random.default_rng(20261121)
 
 
+PATIENCE = 120_000
+"""For what a page works out on a busy machine [ms]."""
+
+
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Any]:
     """The Chromium or Chrome of this machine without a window, driven by Playwright.
 
-    The test is skipped where the machine has neither.
+    Its pages wait up to two minutes for what a test expects. The test is skipped where the machine
+    has neither.
     """
     names = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
     program = next(filter(None, map(shutil.which, names)), None)
@@ -154,8 +159,21 @@ def browser() -> Iterator[Any]:
 
     with sync_playwright() as driver:
         opened = driver.chromium.launch(executable_path=program, args=["--no-sandbox"])
+        for name in ("new_context", "new_page"):
+            setattr(opened, name, _patient(getattr(opened, name)))
         yield opened
         opened.close()
+
+
+def _patient(make: Callable[..., Any]) -> Callable[..., Any]:
+    """What makes pages, so that theirs is the patience of the tests."""
+
+    def made(**about: Any) -> Any:
+        new = make(**about)
+        new.set_default_timeout(PATIENCE)
+        return new
+
+    return made
 
 
 @pytest.fixture

@@ -24,7 +24,7 @@ def check(browser, page, address, *, shows):
         asked: list[str] = []
         shown.on("request", lambda request, asked=asked: asked.append(request.url))
         shown.goto(address)
-        for _ in range(50):  # a served page asks for its names first
+        for _ in range(600):  # a served page asks for its names first
             shown.wait_for_timeout(100)
             words = shown.evaluate("document.documentElement.textContent")
             if all(text in words for text in shows):

@@ -42,10 +42,10 @@ def test_the_first_line_is_the_address_and_an_interrupt_is_an_orderly_end(tmp_pa
     assert app.stdout is not None
     address = app.stdout.readline().strip()
     assert re.fullmatch(r"http://127\.0\.0\.1:\d+/[\w-]{20,}/", address)
-    with urllib.request.urlopen(address, timeout=20) as answer:
+    with urllib.request.urlopen(address, timeout=120) as answer:
         assert b"<nav" in answer.read()
     os.kill(app.pid, signal.SIGINT)
-    out, said = app.communicate(timeout=20)
+    out, said = app.communicate(timeout=120)
     assert (app.returncode, out) == (0, "")
     assert "everything is kept" in said
 

@@ -58,7 +58,7 @@ class FakeServer:
 
     def __init__(self, act: Callable[[socket.socket], None]) -> None:
         self._listener = socket.create_server(("127.0.0.1", 0))
-        self._listener.settimeout(30)
+        self._listener.settimeout(120)
         self.port = int(self._listener.getsockname()[1])
         self.told = b""
         self._act = act
@@ -75,7 +75,7 @@ class FakeServer:
     def _serve(self) -> None:
         connection, _ = self._listener.accept()
         with connection:
-            connection.settimeout(30)
+            connection.settimeout(120)
             try:
                 self._act(connection)
             except OSError:  # the client has had enough

@@ -33,7 +33,7 @@ def server():
 
 def ask(server, method="GET", path="/", body=None, **headers):
     """Status, headers and content of an answer; headers of the request replace the usual ones."""
-    line = http.client.HTTPConnection("127.0.0.1", server.server_address[1], timeout=10)
+    line = http.client.HTTPConnection("127.0.0.1", server.server_address[1], timeout=120)
     line.putrequest(method, path, skip_host=True)
     own = f"127.0.0.1:{server.server_address[1]}"
     sent = {"Host": own, **({} if body is None else {"Content-Length": str(len(body))}), **headers}
@@ -91,7 +91,7 @@ def test_silent_connections_hold_no_threads(server, monkeypatch):
         connection.sendall(b"POST / HTTP/1.1\r\nContent-Le")
     time.sleep(0.1)
     assert threading.active_count() - before <= local_server.MAX_CONNECTIONS
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + 60
     while threading.active_count() > before and time.monotonic() < deadline:
         time.sleep(0.02)
     assert threading.active_count() == before

@@ -86,7 +86,7 @@ def test_a_browser_plays_it(tmp_path, page):
     (tmp_path / "a.html").write_text("<video muted src=a.mp4></video>")
     page.goto((tmp_path / "a.html").as_uri())
     page.evaluate("document.querySelector('video').play()")
-    page.wait_for_function("document.querySelector('video').ended", timeout=10_000)
+    page.wait_for_function("document.querySelector('video').ended", timeout=120_000)
     seen = page.evaluate(
         "(film => [film.videoWidth, film.videoHeight, film.duration, film.error])"
         "(document.querySelector('video'))"

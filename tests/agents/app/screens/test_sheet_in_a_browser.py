@@ -6,7 +6,7 @@ import asyncio
 import json
 import re
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -78,6 +78,15 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 @pytest.fixture(scope="module")
 def chromium(browser: Any) -> Any:
     return browser
+
+
+def eventually(page: Any, is_so: Callable[[], bool]) -> None:
+    """Wait up to a minute until something is so."""
+    for _ in range(600):
+        if is_so():
+            return
+        page.wait_for_timeout(100)
+    assert is_so()
 
 
 @pytest.fixture
@@ -201,8 +210,7 @@ def test_the_best_calls_of_a_position_are_listed_and_played_on(still, address):
     score = still.locator(".scoreboard").inner_text()
     still.reload()
     still.locator(".scoreboard .total").first.wait_for()
-    still.wait_for_timeout(300)
-    assert still.locator(".scoreboard").inner_text() == score
+    eventually(still, lambda: still.locator(".scoreboard").inner_text() == score)
 
 
 def test_a_throw_by_hand_is_drawn_as_its_sliders_move(still, address):
@@ -257,8 +265,7 @@ def test_a_phone_shows_it_all_and_two_fingers_zoom(chromium, address):
     # A wheel zooms, about the pointer.
     page.mouse.move(*at(page, 0.0, 17.0))
     page.mouse.wheel(0, -200)
-    page.wait_for_timeout(200)
-    assert scale_of(page) > 1.4 * before
+    eventually(page, lambda: scale_of(page) > 1.4 * before)
     context.close()
     assert errors == []
 

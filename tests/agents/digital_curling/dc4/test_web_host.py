@@ -316,12 +316,12 @@ def test_the_page_follows_the_game(page, monkeypatch):
         page.goto(host.url)
         assert "in play" in page.inner_text("#about")
         finish_half(host, events)
-        page.wait_for_function("document.getElementById('place').max > 6", timeout=20_000)
+        page.wait_for_function("document.getElementById('place').max > 6", timeout=120_000)
         assert "in play" in page.inner_text("#about")
         assert page.inner_text("#title") == "by hand against draw"
         finish(host, events)
         page.wait_for_function(
-            "!document.getElementById('about').textContent.includes('in play')", timeout=20_000
+            "!document.getElementById('about').textContent.includes('in play')", timeout=120_000
         )
         stream.close()
     assert "16 stones" in page.inner_text("#about")

@@ -48,7 +48,7 @@ def told(connection: ClientConnection):
     """The messages until the host hangs up."""
     try:
         while True:
-            yield json.loads(connection.recv(timeout=30))
+            yield json.loads(connection.recv(timeout=120))
     except ConnectionClosed:
         return
 

@@ -88,7 +88,7 @@ class WebHost:
         self, path: str, body: Any = None, user: str | None = "anna", **query: str
     ) -> tuple[int, Any]:
         """Status and document of an answer."""
-        connection = HTTPConnection("127.0.0.1", self.port, timeout=30)
+        connection = HTTPConnection("127.0.0.1", self.port, timeout=120)
         headers = {}
         if user is not None:
             password = PASSWORDS.get(user, "wrong")
@@ -119,7 +119,7 @@ class Stream:
     """A client's server-sent events."""
 
     def __init__(self, host: WebHost, user: str | None = "anna", what: str = "stream") -> None:
-        self._connection = HTTPConnection("127.0.0.1", host.port, timeout=30)
+        self._connection = HTTPConnection("127.0.0.1", host.port, timeout=120)
         headers = {}
         if user is not None:
             token = base64.b64encode(f"{user}:{PASSWORDS[user]}".encode()).decode()

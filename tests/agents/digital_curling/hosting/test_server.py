@@ -88,7 +88,7 @@ class Wire:
     """A client by hand."""
 
     def __init__(self, port: int, *, ready: bool = True) -> None:
-        self.socket = socket.create_connection(("127.0.0.1", port), timeout=30)
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout=120)
         self.stream = self.socket.makefile("rb")
         if ready:
             assert self.hear()["cmd"] == "dc"
@@ -337,7 +337,7 @@ def test_whose_time_is_up_has_lost():
         wire.until("update", next_team="team0")
         begin = time.perf_counter()
         over = wire.until("update", next_team=None)
-        assert 0.2 < time.perf_counter() - begin < 20
+        assert 0.2 < time.perf_counter() - begin < 120
         assert over["state"]["game_result"] == {"winner": "team1", "reason": "time_limit"}
         assert over["last_move"]["actual_move"] == {"type": "concede"}
         assert over["state"]["thinking_time_remaining"]["team0"] == 0

@@ -129,9 +129,9 @@ def test_only_requests_with_the_secret_are_answered(annotation):
         root = server.url.rsplit("/", 2)[0]
         for wrong in (root + "/", root + "/guess/film.json", root + "/guess/save"):
             with pytest.raises(urllib.error.HTTPError) as refused:
-                urllib.request.urlopen(wrong, timeout=10)
+                urllib.request.urlopen(wrong, timeout=120)
             assert refused.value.code == 404
-        with urllib.request.urlopen(server.url + "film.json", timeout=10) as answer:
+        with urllib.request.urlopen(server.url + "film.json", timeout=120) as answer:
             assert json.loads(answer.read())["size"] == [1280, 720]
         with pytest.raises(OutputError, match="cannot be used"):
             AnnotationServer(annotation, lambda scene: None, port=int(root.rsplit(":", 1)[1]))
@@ -338,11 +338,11 @@ def test_a_shared_page_is_found_under_the_machines_own_address(annotation, monke
     monkeypatch.setattr(server_module, "network_address", lambda: "127.0.0.2")
     with AnnotationServer(annotation, lambda made: None, share=True) as server:
         assert server.url.startswith("http://127.0.0.2:")
-        with urllib.request.urlopen(server.url + "film.json", timeout=10) as answer:
+        with urllib.request.urlopen(server.url + "film.json", timeout=120) as answer:
             assert json.loads(answer.read())["size"] == [1280, 720]
         strange = urllib.request.Request(server.url + "film.json", headers={"Host": "evil.test"})
         with pytest.raises(urllib.error.HTTPError) as refused:
-            urllib.request.urlopen(strange, timeout=10)
+            urllib.request.urlopen(strange, timeout=120)
         assert refused.value.code == 403
 
 
