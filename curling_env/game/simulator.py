@@ -384,12 +384,11 @@ def result_of_places(
     unmoved : whether nothing touched each stone of the end; it then keeps its exact place
     struck : whether the delivered stone touched another
     """
-    after: list[RestingStone | None] = []
-    for before, place, is_unmoved in zip(end.stones, places, unmoved, strict=False):
-        if is_unmoved:
-            after.append(before)
-        else:
-            after.append(_resting_stone(before.team, before.number, place))
+    after: list[RestingStone | None] = [*end.stones]
+    if False in unmoved:
+        for k, (before, place) in enumerate(zip(end.stones, places, strict=False)):
+            if not unmoved[k]:
+                after[k] = _resting_stone(before.team, before.number, place)
     after.append(_resting_stone(end.to_throw, end.number_of_stone, places[-1]))
     return Result(tuple(after), struck)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,10 +43,8 @@ def release_table_of(throws: Floats, delivery: Delivery) -> NDArray[Any]:
     return releases
 
 
-class BatchOutcome(Outcome):
-    """What the batch engine tells of a delivery: where every stone came to rest or left play.
-
-    It is made of these facts when somebody looks at it, which few do.
+class Facts(NamedTuple):
+    """What a delivery among many left, of which an outcome can be made.
 
     Parameters
     ----------
@@ -59,22 +57,28 @@ class BatchOutcome(Outcome):
     radius : radius of a stone [m]
     """
 
-    def __init__(
-        self,
-        after: Positions,
-        row: int,
-        identifiers: list[int],
-        columns: list[int],
-        unmoved: list[bool],
-        bounds: Floats,
-        radius: float,
-    ) -> None:
-        vars(self)["_facts"] = (after, row, identifiers, columns, unmoved, bounds, radius)
+    after: Positions
+    row: int
+    identifiers: list[int]
+    columns: list[int]
+    unmoved: list[bool]
+    bounds: Floats
+    radius: float
+
+
+class BatchOutcome(Outcome):
+    """What the batch engine tells of a delivery: where every stone came to rest or left play.
+
+    It is made of the facts when somebody looks at it, which few do.
+    """
+
+    def __init__(self, facts: Facts) -> None:
+        vars(self)["_facts"] = facts
 
     def __getattr__(self, name: str) -> Any:
         if "_facts" not in vars(self):
             raise AttributeError(name)
-        vars(self).update(vars(_outcome(*vars(self).pop("_facts"))))
+        vars(self).update(vars(_outcome(vars(self).pop("_facts"))))
         return getattr(self, name)
 
     def __eq__(self, other: object) -> bool:
@@ -91,16 +95,8 @@ def _whole(outcome: Outcome) -> Outcome:
     return Outcome(**{part.name: getattr(outcome, part.name) for part in fields(Outcome)})
 
 
-def _outcome(
-    after: Positions,
-    row: int,
-    identifiers: list[int],
-    columns: list[int],
-    unmoved: list[bool],
-    bounds: Floats,
-    radius: float,
-) -> Outcome:
-    """A `BatchOutcome`'s facts as an outcome."""
+def _outcome(facts: Facts) -> Outcome:
+    after, row, identifiers, columns, unmoved, bounds, radius = facts
     columns = [*columns, -1]
     stones: list[StoneState] = []
     status: list[Status] = []

@@ -15,7 +15,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from curling_env.envs.game.action import FollowsDecisions, GameAction, TeamDecisions
-from curling_env.envs.game.batch import DIRECTION, BatchOutcome, release_table_of
+from curling_env.envs.game.batch import DIRECTION, BatchOutcome, Facts, release_table_of
 from curling_env.envs.game.end_env import AGENT, RESET_OPTIONS, CurlingEndEnv, observed
 from curling_env.envs.game.observation import GameObservation
 from curling_env.envs.game.opponents import Opponents
@@ -341,9 +341,10 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         simulator, states = self._simulators[next(iter(calls))], self._states
         # A stone keeps its column, so that its identifier follows from the column in every end.
         # The same team throws in all ends, and its last stone lies in none: fifteen are enough.
-        lying = [end.stones for i in calls if (end := states[i].game.end) is not None]
+        ends = [end for i in calls if (end := states[i].game.end) is not None]
+        teams = [end.to_throw for end in ends]
         identifiers = [
-            [STONES_PER_TEAM * team + number for team, number, _, _ in stones] for stones in lying
+            [STONES_PER_TEAM * team + number for team, number, _, _ in end.stones] for end in ends
         ]
         names: list[int] = sorted(set[int]().union(*identifiers))
         column = {name: k for k, name in enumerate(names)}
@@ -355,10 +356,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         throws: list[Throw] = []
         columns: list[list[int]] = []
         for row, (own, (i, call)) in enumerate(zip(identifiers, calls.items(), strict=True)):
-            state = states[i]
-            end = state.game.end
-            assert end is not None
-            team = end.to_throw
+            state, end, team = states[i], ends[row], teams[row]
             throw = simulator.with_execution_error(call.throw, simulator.skills[team], state)
             begin, until = simulator.sweep_interval(call, throw, DIRECTION)
             columns.append([column[name] for name in own])
@@ -380,12 +378,10 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         last = xy[:, -1].tolist()
         moved = (after.xy[:, : len(names)] != places).any(axis=2)
         any_moved = (moved & ~np.isnan(places[..., 0])).any(axis=1).tolist()
-        met = after.collisions.tolist()
+        met, radius = after.collisions.tolist(), simulator.lines.stone_radius
         parts: dict[int, GameRewardParts] = {}
         for row, (i, call) in enumerate(calls.items()):
-            state = states[i]
-            end = state.game.end
-            assert end is not None
+            state, end = states[i], ends[row]
             came_to: list[list[float] | None] = [None] * len(columns[row])
             unmoved = [True] * len(columns[row])
             if any_moved[row]:
@@ -393,7 +389,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
                 unmoved = (~moved[row, columns[row]]).tolist()
             came_to.append(last[row])
             result = result_of_places(end, came_to, unmoved, bool(met[row]))
-            team = end.to_throw
+            team = teams[row]
             chosen: list[bool] = []
             game, ruling = deliver(state.game, result, put_back=self._put_back(i, team, chosen))
             parts[i] = reward_parts(state.game, game, team, ruling, AGENT)
@@ -407,13 +403,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
                 sweep=(thrown[row][7], thrown[row][8]),
                 direction=DIRECTION,
                 outcome=BatchOutcome(
-                    after,
-                    row,
-                    identifiers[row],
-                    columns[row],
-                    unmoved,
-                    bounds,
-                    simulator.lines.stone_radius,
+                    Facts(after, row, identifiers[row], columns[row], unmoved, bounds, radius)
                 ),
                 ruling=ruling,
                 put_back=any(chosen),

@@ -89,6 +89,8 @@ def reward_parts(
     ruling : what the rules made of the delivery
     team : the team that is rewarded
     """
+    if after.end is not None and ruling.fault is None:
+        return NOTHING
     points = win = 0.0
     if len(after.line_score) > len(before.line_score):
         last = after.line_score[-1]

@@ -90,6 +90,8 @@ def rule_on(
     if not rules.hog_line_exception:
         after = [s if s is not None and lines.past_hog_line(s.y) else None for s in after]
     rest = tuple(after[:-1])
+    if rest == before:  # nothing was moved that a rule might protect
+        return Ruling(stones=before if thrown is None else (*before, thrown), fault=fault)
     if delivered < rules.free_guard_until or delivered < rules.no_takeout_until:
         protected = guards(rules, lines, before, team, delivered)
         if put_out(protected, before, rest):

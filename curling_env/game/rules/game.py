@@ -77,7 +77,10 @@ class Game:
 
     def lead(self, team: Team) -> int:
         """Points by which a team leads; negative when it is behind."""
-        return sum(end[team] - end[team.other] for end in self.line_score)
+        if not self.line_score:
+            return 0
+        other = team.other
+        return sum(end[team] - end[other] for end in self.line_score)
 
     @property
     def ends_left(self) -> int:
