@@ -6,8 +6,8 @@ NAME is one of `agents.playing.search.networks.NETWORKS`, which says for which i
 and players it is learnt; `--ice`, `--rules`, `--delivery` and `--skill` take others.
 
 In each round, ends are played with the network of the round before. The first round begins with the
-package's network `standard`, or with a heuristic where that one itself is learnt or `--anew` is
-given. Each team aims for the win probabilities of some score in a game. The network of
+package's network `standard` (`--begin` names another), or with a heuristic where that one itself is
+learnt or `--anew` is given. `--effort` has teams look longer for their shots. Each team aims for the win probabilities of some score in a game. The network of
 `agents.playing.search.value_network` is then fitted to the ends of the rounds so far: it predicts
 how an end is scored. One in twelve batches of ends is held out: on these the network is compared
 with the one to begin with, and with the shares of the scores alone.
@@ -32,6 +32,7 @@ from agents.learning.model_file import read_model, write_model
 from agents.playing.league.fit import fit_value_network, negative_log_likelihood
 from agents.playing.league.run import ends_document, ends_from
 from agents.playing.league.self_play import (
+    Effort,
     ExploratoryPrefix,
     PlayedEnds,
     end_simulator,
@@ -41,11 +42,10 @@ from agents.playing.league.self_play import (
 )
 from agents.playing.league.tuning import ENDS_SIDE_BY_SIDE, LEAD_SPREAD, MAX_ENDS_LEFT
 from agents.playing.search import networks
-from agents.playing.search.networks import NETWORKS, LearntFor
+from agents.playing.search.networks import NETWORKS, LearntFor, network_named
 from agents.playing.search.positions import SCORES
 from agents.playing.search.value_network import (
     ValueNetwork,
-    load_network,
     save_network,
     skill_feature,
 )
@@ -66,6 +66,7 @@ class Batch(NamedTuple):
     learnt_for: LearntFor
     seed: tuple[int, int, int]
     path: Path
+    effort: Effort = Effort()
 
 
 def main() -> None:
@@ -76,6 +77,19 @@ def main() -> None:
         "--ends", type=int, nargs="+", default=[1000, 1500, 3000, 5000], help="of each round"
     )
     parser.add_argument("--epochs", type=int, default=8)
+    parser.add_argument(
+        "--effort",
+        type=int,
+        nargs=3,
+        default=Effort(),
+        metavar=("SHOTS", "BEST", "REPEATS"),
+        help="shots simulated before each delivery, and how many of the best again how often",
+    )
+    parser.add_argument(
+        "--begin",
+        choices=[known.name for known in NETWORKS],
+        help="the package's network to begin with, by default standard",
+    )
     parser.add_argument("--anew", action="store_true", help="begin with a heuristic")
     parser.add_argument("--keep", action="store_true", help="put the network into the package")
     for option in ("ice", "rules", "delivery", "skill"):
@@ -91,13 +105,15 @@ def main() -> None:
     }
     learnt_for = replace(known, **changes)
     folder = make_directory(arguments.output or Path("runs/value") / learnt_for.name)
-    anew = arguments.anew or known is NETWORKS[0]
+    anew = arguments.anew or (known is NETWORKS[0] and arguments.begin is None)
+    begin = network_named(arguments.begin or NETWORKS[0].name)
     network = learn(
         learnt_for,
         folder,
-        begin=None if anew else load_network(),
+        begin=None if anew else begin,
         rounds=arguments.ends,
         epochs=arguments.epochs,
+        effort=Effort(*arguments.effort),
         workers=arguments.workers,
         seed=arguments.seed,
     )
@@ -115,6 +131,7 @@ def learn(
     epochs: int,
     workers: int,
     seed: int,
+    effort: Effort = Effort(),
 ) -> ValueNetwork:
     """Learn a network, round by round.
 
@@ -125,6 +142,7 @@ def learn(
     begin : network to begin with; None for a heuristic
     rounds : number of ends in each round
     epochs, workers, seed : passes through the ends, processes, seed of everything random
+    effort : how many shots are simulated before each delivery
 
     Raises
     ------
@@ -137,7 +155,7 @@ def learn(
     for number, ends in enumerate(rounds):
         inside = make_directory(folder / f"round-{number + 1}")
         batches = [
-            Batch(learnt_for, (seed, number, k), inside / f"batch-{k:03d}.npz")
+            Batch(learnt_for, (seed, number, k), inside / f"batch-{k:03d}.npz", effort)
             for k in range(-(-ends // ENDS_SIDE_BY_SIDE))
         ]
         missing = [batch for batch in batches if not batch.path.exists()]
@@ -212,9 +230,18 @@ def play_batch(network: ValueNetwork | None, batch: Batch) -> None:
     until = np.where(rng.random(n) < 0.3, 0, rng.integers(0, simulator.rules.deliveries, n))
     prefix = ExploratoryPrefix(until, rng.random((2, n)))
     skill = skill_feature(usual.sigma_angle) + other
-    ends = play_ends(simulator, (network, network), values, sigma, rng, skill=skill, prefix=prefix)
+    ends = play_ends(
+        simulator,
+        (network, network),
+        values,
+        sigma,
+        rng,
+        effort=batch.effort,
+        skill=skill,
+        prefix=prefix,
+    )
     document = {
-        "for": _document(learnt_for),
+        "for": _document(batch),
         "level": level & (other == 0) & (until == 0),
         "ends": ends_document(ends),
     }
@@ -223,13 +250,16 @@ def play_batch(network: ValueNetwork | None, batch: Batch) -> None:
 
 def _read(batch: Batch) -> tuple[PlayedEnds, np.ndarray]:
     document = read_model(batch.path)
-    if document.get("for") != _document(batch.learnt_for):
+    if document.get("for") != _document(batch):
         raise InputError("was learnt for something else; choose another folder", source=batch.path)
     return ends_from(document["ends"]), np.asarray(document["level"])
 
 
-def _document(learnt_for: LearntFor) -> dict[str, str]:
-    return {name: getattr(learnt_for, name) for name in ("ice", "rules", "delivery", "skill")}
+def _document(batch: Batch) -> dict[str, str | list[int]]:
+    named = {
+        name: getattr(batch.learnt_for, name) for name in ("ice", "rules", "delivery", "skill")
+    }
+    return {**named, "effort": list(batch.effort)}
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from train_value_network import Batch, learn, play_batch
 
 from agents.learning.model_file import read_model
 from agents.playing.league.run import ends_from
+from agents.playing.league.self_play import Effort
 from agents.playing.search.networks import NETWORKS
 from agents.playing.search.value_network import ValueNetwork, load_network
 from curling_env.errors import InputError
@@ -27,9 +28,16 @@ def few_ends(monkeypatch):
     monkeypatch.setattr(train_value_network, "HELD_OUT", 2)
 
 
-def learnt(folder, learnt_for=DIGITAL_CURLING) -> ValueNetwork:
+def learnt(folder, learnt_for=DIGITAL_CURLING, **options) -> ValueNetwork:
     return learn(
-        learnt_for, folder, begin=load_network(), rounds=[4, 2], epochs=1, workers=1, seed=3
+        learnt_for,
+        folder,
+        begin=load_network(),
+        rounds=[4, 2],
+        epochs=1,
+        workers=1,
+        seed=3,
+        **options,
     )
 
 
@@ -46,6 +54,8 @@ def test_a_run_that_was_stopped_ends_as_one_that_was_not(tmp_path, capsys):
     assert "−ln p of the score of 4 held-out ends" in capsys.readouterr().out
     with pytest.raises(InputError, match="choose another folder"):
         learnt(tmp_path / "begun", replace(DIGITAL_CURLING, ice="standard"))
+    with pytest.raises(InputError, match="choose another folder"):
+        learnt(tmp_path / "begun", effort=Effort(shots=8))
 
 
 def test_mixed_doubles_begin_with_their_placed_stones(tmp_path, monkeypatch):

@@ -6,10 +6,10 @@ import asyncio
 import os
 import socket
 import uuid
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from contextlib import AsyncExitStack
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeVar
 
 from agents.digital_curling.conversation import PROTOCOL
 from agents.digital_curling.hosting.hosted_game import HostedGame
@@ -28,6 +28,7 @@ from curling_env.errors import InputError
 from curling_env.game.rules import Team
 
 Remark = Callable[[str], None]
+_Answer = TypeVar("_Answer")
 
 
 @dataclass
@@ -96,38 +97,48 @@ class Hosting:
         Who takes longer over it than its clock has left loses nevertheless.
         """
         team = game.decides
-        if team in lost:
-            game.give_up(team)
-            return
-        try:
-            placement = await seats[team].place(game.view, game.clock[team])
-        except SeatLostError as error:
-            self._note_loss(seats, lost, team, error)
-            game.give_up(team)
-        except OutOfTimeError:
-            game.give_up(team, "time_limit")
-        else:
+        clock = game.clock[team]
+        placement = await self._asked(
+            game, seats, lost, team, lambda seat: seat.place(game.view, clock)
+        )
+        if placement is not None:
             game.place(placement.side, placement.throws_first)
 
     async def _turn(self, game: HostedGame, seats: tuple[Seat, Seat], lost: set[Team]) -> None:
         """One move, or what stands for it where a team has gone or has no time left."""
         team = game.to_throw
         await self._tell_one(seats, lost, team.other, game.update)
+        clock = game.clock[team]
+        turn = await self._asked(
+            game, seats, lost, team, lambda seat: seat.decide(game.update, game.view, clock)
+        )
+        if turn is None:
+            return
+        if isinstance(turn.move, ConcedeMessage):
+            game.give_up(team)
+        else:
+            await asyncio.to_thread(game.shoot, turn.move, turn.seconds)
+
+    async def _asked(
+        self,
+        game: HostedGame,
+        seats: tuple[Seat, Seat],
+        lost: set[Team],
+        team: Team,
+        ask: Callable[[Seat], Awaitable[_Answer]],
+    ) -> _Answer | None:
+        """What a team answers; None where it has gone or has no time left, and so gives up."""
         if team in lost:
             game.give_up(team)
-            return
+            return None
         try:
-            turn = await seats[team].decide(game.update, game.view, game.clock[team])
+            return await ask(seats[team])
         except SeatLostError as error:
             self._note_loss(seats, lost, team, error)
             game.give_up(team)
         except OutOfTimeError:
             game.give_up(team, "time_limit")
-        else:
-            if isinstance(turn.move, ConcedeMessage):
-                game.give_up(team)
-            else:
-                await asyncio.to_thread(game.shoot, turn.move, turn.seconds)
+        return None
 
     async def _tell(
         self, seats: tuple[Seat, Seat], lost: set[Team], message: dict[str, Any]

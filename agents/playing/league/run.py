@@ -22,6 +22,7 @@ import numpy as np
 from agents.learning.model_file import read_model, write_model
 from agents.playing.league.fit import fit_value_network
 from agents.playing.league.self_play import (
+    Effort,
     PlayedEnds,
     Players,
     end_simulator,
@@ -162,7 +163,7 @@ def _play_batch(
     lead = np.rint(rng.normal(0, LEAD_SPREAD, ENDS_SIDE_BY_SIDE)).astype(int)
     values = score_values(simulator.rules, lead, left)
     sigma = sigmas_of(skill_named(settings.skill))
-    return play_ends(simulator, players, values, sigma, rng, simulated=settings.tried)
+    return play_ends(simulator, players, values, sigma, rng, effort=Effort(settings.tried))
 
 
 # --- files ----------------------------------------------------------------------------------------

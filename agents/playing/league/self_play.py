@@ -55,6 +55,21 @@ class PlayedEnds(NamedTuple):
     greedy_from: Integers | int = 0
 
 
+class Effort(NamedTuple):
+    """How many shots are simulated before a delivery.
+
+    Parameters
+    ----------
+    shots : so many are simulated once
+    best : so many of the best of them again
+    repeats : and those so often
+    """
+
+    shots: int = SIMULATED_SHOTS
+    best: int = REPEATED_SHOTS
+    repeats: int = REPEATS
+
+
 class ExploratoryPrefix(NamedTuple):
     """Random throws with which ends begin, so that unusual positions are met too.
 
@@ -111,7 +126,7 @@ def play_ends(
     sigma: Floats,
     rng: np.random.Generator,
     *,
-    simulated: int = SIMULATED_SHOTS,
+    effort: Effort = Effort(),
     skill: Floats | float = 0.0,
     prefix: ExploratoryPrefix | None = None,
 ) -> PlayedEnds:
@@ -124,7 +139,7 @@ def play_ends(
     values : (n, 13) value of each score to the team with the hammer
     sigma : standard deviations of the execution errors, (3,) or (n, 3)
     rng : source of everything random
-    simulated : number of shots simulated before each delivery
+    effort : how many shots are simulated before each delivery
     skill : the players' skill as the networks see it, for all or (n,)
     prefix : random throws at the beginning; None for none
     """
@@ -144,7 +159,7 @@ def play_ends(
         if greedy.any():
             shots = shots[greedy[shots.position]]
             decision = _Decision(simulator, players[team], stones, delivered, values, skills)
-            best = _best_by_simulation(decision, shots, sigma, simulated, rng)
+            best = _best_by_simulation(decision, shots, sigma, effort, rng)
             intended[best.position] = best.throws
         executed = intended + rng.standard_normal((n, 3)) * sigma
         stones = simulator.play(stones, delivered, executed)
@@ -204,15 +219,15 @@ class _Decision(NamedTuple):
 
 
 def _best_by_simulation(
-    decision: _Decision, shots: Shots, sigma: Floats, simulated: int, rng: np.random.Generator
+    decision: _Decision, shots: Shots, sigma: Floats, effort: Effort, rng: np.random.Generator
 ) -> Shots:
     """The best shot of each position: some are simulated once, the best of them again."""
-    shots = shots[_best(shots.position, rng.random(len(shots)), simulated)]
+    shots = shots[_best(shots.position, rng.random(len(shots)), effort.shots)]
     first = decision.values(shots, rng.standard_normal((len(shots), 3)) * sigma[shots.position])
-    best = _best(shots.position, first, REPEATED_SHOTS)
-    again = shots[np.repeat(best, REPEATS)]
+    best = _best(shots.position, first, effort.best)
+    again = shots[np.repeat(best, effort.repeats)]
     more = decision.values(again, rng.standard_normal((len(again), 3)) * sigma[again.position])
-    mean = (first[best] + more.reshape(-1, REPEATS).sum(axis=1)) / (REPEATS + 1)
+    mean = (first[best] + more.reshape(-1, effort.repeats).sum(axis=1)) / (effort.repeats + 1)
     return shots[best[_best(shots.position[best], mean, 1)]]
 
 

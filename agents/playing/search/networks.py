@@ -84,6 +84,11 @@ def network_for(rules: RuleSet, ice: Ice) -> ValueNetwork:
     return _network_in(min(NETWORKS, key=unlike).file)
 
 
+def network_named(name: str) -> ValueNetwork:
+    """The package's network of that name, one of `NETWORKS`."""
+    return _network_in(next(known.file for known in NETWORKS if known.name == name))
+
+
 def _different_rules(rules: RuleSet, other: RuleSet) -> int:
     """How many rules of two sets differ; names and the number of ends are none."""
     names = [f.name for f in fields(RuleSet) if f.name not in ("name", "title", "ends", "throwers")]

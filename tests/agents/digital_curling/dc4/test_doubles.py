@@ -21,7 +21,6 @@ from agents.digital_curling.dc4.messages import (
     shot_of,
     state_of,
 )
-from agents.digital_curling.game_record import record_of
 from agents.digital_curling.hosting.hosted_game import HostedGame
 from agents.digital_curling.hosting.setting import HostSetting
 from agents.digital_curling.messages import Point, ShotMessage
@@ -35,7 +34,14 @@ from curling_env.game.rules import Team, rule_set
 from curling_env.ice import load_ice
 from curling_env.infrastructure.files.schema import checked
 from curling_env.throw import FROM_HACK, SKILLS, Skill
-from tests.agents.digital_curling.dc4.web_hosting import PASSWORDS, TEAM, Stream, WebHost, joined
+from tests.agents.digital_curling.dc4.web_hosting import (
+    PASSWORDS,
+    TEAM,
+    Stream,
+    WebHost,
+    check_same_game,
+    joined,
+)
 
 RULES = "dc4_server_mixed_doubles"
 DRAW = ShotMessage(velocity=Point(0.13, 2.39), rotation="ccw")
@@ -251,31 +257,8 @@ def test_two_clients_play_the_game_that_is_played_here():
         delivery=FROM_HACK,
     )
     match = Match(simulator, players, seed=6, last_stone=Team.AWAY)
-    deliveries = list(match)
-    assert host.game.game.line_score == match.game.line_score
-    assert host.game.game.hammers == match.game.hammers
+    check_same_game(host, (home, away), match)
     assert match.game.hammers[0] is Team.HOME  # away, which decides first, throws first
-    assert host.game.game.power_plays == match.game.power_plays
-    for shot, played in zip(host.game.shots, deliveries, strict=True):
-        finish = shot["trajectory"]["finish"]
-        there = {(s.team.value, s.number): (s.x, s.y + 38.405) for s in played.shot.stones_after}
-        lying = {
-            (team, slot): (stone["position"]["x"], stone["position"]["y"])
-            for team in range(2)
-            for slot, stone in enumerate(finish[f"team{team}"])
-            if stone is not None
-        }
-        assert lying.keys() == there.keys()
-        for stone, place in there.items():
-            assert lying[stone] == pytest.approx(place, abs=1e-6)
-    for client in (home, away):
-        assert client.result is not None
-        assert client.result.winner == host.game.result["winner"]
-        assert client.game is not None
-        assert client.game.line_score == match.game.line_score
-        assert client.game.hammers == match.game.hammers
-        assert len(client.seen) == len(deliveries)
-        assert len(record_of(client, ice="fcv1")) == 2 + len(deliveries)
 
 
 def test_the_conversation_is_that_of_the_competitions_server():

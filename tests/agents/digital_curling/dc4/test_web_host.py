@@ -14,7 +14,6 @@ from agents.digital_curling.dc4 import web_host as web_host_module
 from agents.digital_curling.dc4.application import Credentials, RateLimit
 from agents.digital_curling.dc4.match import RefusedError
 from agents.digital_curling.dc4.web_host import read_passwords
-from agents.digital_curling.game_record import record_of
 from agents.playing.match import Match
 from curling_env.errors import InputError
 from curling_env.game import GameSimulator
@@ -22,7 +21,14 @@ from curling_env.game.opponents.draw import DrawPlayer
 from curling_env.game.opponents.rulebased import RuleBasedPlayer
 from curling_env.game.rules import Team, rule_set
 from curling_env.throw import FROM_HACK
-from tests.agents.digital_curling.dc4.web_hosting import PASSWORDS, TEAM, Stream, WebHost, joined
+from tests.agents.digital_curling.dc4.web_hosting import (
+    PASSWORDS,
+    TEAM,
+    Stream,
+    WebHost,
+    check_same_game,
+    joined,
+)
 
 SHOT = {"translational_velocity": 2.39, "shot_angle": 1.5167, "angular_velocity": -1.5708}
 
@@ -50,27 +56,7 @@ def test_two_clients_of_version_4_play_the_game_that_is_played_here():
     )
     players = (RuleBasedPlayer(), RuleBasedPlayer())
     match = Match(simulator, players, seed=6, last_stone=Team.AWAY)
-    deliveries = list(match)
-    assert host.game.game.line_score == match.game.line_score
-    for shot, played in zip(host.game.shots, deliveries, strict=True):
-        finish = shot["trajectory"]["finish"]
-        there = {(s.team.value, s.number): (s.x, s.y + 38.405) for s in played.shot.stones_after}
-        lying = {
-            (team, slot): (stone["position"]["x"], stone["position"]["y"])
-            for team in range(2)
-            for slot, stone in enumerate(finish[f"team{team}"])
-            if stone is not None
-        }
-        assert lying.keys() == there.keys()
-        for stone, place in there.items():
-            assert lying[stone] == pytest.approx(place, abs=1e-6)
-    for client in (home, away):
-        assert client.result is not None
-        assert client.result.winner == host.game.result["winner"]
-        assert client.game is not None
-        assert client.game.line_score == match.game.line_score
-        assert len(client.seen) == len(deliveries)
-        assert len(record_of(client, ice="fcv1")) == 2 + len(deliveries)
+    check_same_game(host, (home, away), match)
 
 
 def test_join_by_url_is_one_command(curling, monkeypatch, tmp_path):

@@ -9,23 +9,28 @@ import threading
 from http.client import HTTPConnection
 from typing import Any
 
+import pytest
+
 from agents.digital_curling.client import Client
 from agents.digital_curling.dc4.join import Place4, play_on_web_server
 from agents.digital_curling.dc4.web_host import host_on_the_web
+from agents.digital_curling.game_record import record_of
 from agents.digital_curling.hosting.seats import PlayerSeat
 from agents.digital_curling.hosting.server import Hosting
 from agents.digital_curling.hosting.setting import HostSetting
 from agents.digital_curling.join import WireLog
+from agents.playing.match import Match
 from curling_env.game import Player
 from curling_env.game.rules import Team
 from curling_env.ice import load_ice
 from curling_env.infrastructure.web_server import Certificate
+from tests.agents.digital_curling.host_thread import HostThread
 
 PASSWORDS = {"anna": "correct horse", "ben": "battery staple"}
 TEAM = {"use_default_config": True, "team_name": "by hand", "player1": {}, "player2": {}}
 
 
-class WebHost:
+class WebHost(HostThread):
     """A host of version 4 in a thread of its own."""
 
     def __init__(
@@ -34,27 +39,9 @@ class WebHost:
         setting = HostSetting(
             **{"ice": load_ice("fcv1"), "ends": 1, "rule_name": "dc4_server", **changes}
         )
-        self.hosting = Hosting(setting)
+        super().__init__(Hosting(setting))
         self.players, self.certificate = players, certificate
-        self._open = threading.Event()
         self.port = 0
-        self._thread = threading.Thread(target=self._run, daemon=True)
-
-    def __enter__(self) -> WebHost:
-        self._thread.start()
-        assert self._open.wait(30)
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        if error[0] is not None:
-            return
-        self._thread.join(60)
-        assert not self._thread.is_alive()
-
-    @property
-    def game(self):
-        assert self.hosting.game is not None
-        return self.hosting.game
 
     @property
     def url(self) -> str:
@@ -154,3 +141,31 @@ def joined(host: WebHost, user: str, team: Any, player: Player, **settings: Any)
     )
     thread.start()
     return client, thread
+
+
+def check_same_game(host: WebHost, clients: tuple[Client, Client], match: Match) -> None:
+    """The host and both of its clients have the game that `match` plays, stone by stone."""
+    deliveries = list(match)
+    assert host.game.game.line_score == match.game.line_score
+    assert host.game.game.hammers == match.game.hammers
+    assert host.game.game.power_plays == match.game.power_plays
+    for shot, played in zip(host.game.shots, deliveries, strict=True):
+        finish = shot["trajectory"]["finish"]
+        there = {(s.team.value, s.number): (s.x, s.y + 38.405) for s in played.shot.stones_after}
+        lying = {
+            (team, slot): (stone["position"]["x"], stone["position"]["y"])
+            for team in range(2)
+            for slot, stone in enumerate(finish[f"team{team}"])
+            if stone is not None
+        }
+        assert lying.keys() == there.keys()
+        for stone, place in there.items():
+            assert lying[stone] == pytest.approx(place, abs=1e-6)
+    for client in clients:
+        assert client.result is not None
+        assert client.result.winner == host.game.result["winner"]
+        assert client.game is not None
+        assert client.game.line_score == match.game.line_score
+        assert client.game.hammers == match.game.hammers
+        assert len(client.seen) == len(deliveries)
+        assert len(record_of(client, ice="fcv1")) == 2 + len(deliveries)

@@ -32,6 +32,7 @@ from curling_env.game.opponents.rulebased import RuleBasedPlayer
 from curling_env.game.rules import Team, rule_set
 from curling_env.ice import load_ice
 from curling_env.throw import FROM_HACK
+from tests.agents.digital_curling.host_thread import HostThread
 
 SHOT = {
     "cmd": "move",
@@ -43,7 +44,7 @@ def setting(**changes: Any) -> HostSetting:
     return HostSetting(**{"ice": load_ice("fcv1"), "ends": 1, **changes})
 
 
-class Host:
+class Host(HostThread):
     """A host in a thread of its own; clients are in the others.
 
     Parameters
@@ -54,27 +55,9 @@ class Host:
 
     def __init__(self, *players: Player | None, **changes: Any) -> None:
         self.remarks: list[str] = []
-        self.hosting = Hosting(setting(**changes), remark=self.remarks.append)
+        super().__init__(Hosting(setting(**changes), remark=self.remarks.append))
         self._seats = tuple(None if player is None else PlayerSeat(player) for player in players)
-        self._open = threading.Event()
         self.ports = (0, 0)
-        self._thread = threading.Thread(target=self._run, daemon=True)
-
-    def __enter__(self) -> Host:
-        self._thread.start()
-        assert self._open.wait(30)
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        if error and error[0] is not None:
-            return
-        self._thread.join(60)
-        assert not self._thread.is_alive()
-
-    @property
-    def game(self):
-        assert self.hosting.game is not None
-        return self.hosting.game
 
     def _run(self) -> None:
         asyncio.run(host_game(self.hosting, self._seats, ports=(0, 0), opened=self._opened))
