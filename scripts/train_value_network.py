@@ -7,10 +7,11 @@ and players it is learnt; `--ice`, `--rules`, `--delivery` and `--skill` take ot
 
 In each round, ends are played with the network of the round before. The first round begins with the
 package's network `standard` (`--begin` names another), or with a heuristic where that one itself is
-learnt or `--anew` is given. `--effort` has teams look longer for their shots. Each team aims for the win probabilities of some score in a game. The network of
-`agents.playing.search.value_network` is then fitted to the ends of the rounds so far: it predicts
-how an end is scored. One in twelve batches of ends is held out: on these the network is compared
-with the one to begin with, and with the shares of the scores alone.
+learnt or `--anew` is given. `--effort` has teams look longer for their shots. Each team aims for
+the win probabilities of some score in a game. The network of `agents.playing.search.value_network`
+is then fitted to the ends of the rounds so far: it predicts how an end is scored. One in twelve
+batches of ends is held out: on these the network is compared with the one to begin with, and with
+the shares of the scores alone.
 
 Every batch of ends is kept in the folder, and a run that was stopped goes on from there. `--keep`
 puts the network into the package in the end. Needs the extra `train` (torch).
