@@ -87,13 +87,18 @@ def decoded(
     stream: VideoStream,
     wanted: Callable[[Packet[VideoStream]], bool] | None = None,
     until: int | None = None,
-) -> Iterator[VideoFrame]:
+) -> Iterator[tuple[VideoFrame, bool]]:
     """All frames from here on that can be decoded, or only those of the packets that are wanted.
 
     Parameters
     ----------
     until : packets due later than this, in the container's own unit, end it
+
+    Returns
+    -------
+    Frames, and of each whether it is damaged: so are those that depend on a lost or damaged one.
     """
+    damaged = False
     for packet in packets(container, stream):
         ended = until is not None and packet.size and (timestamp_of(packet) or 0) > until
         if not ended and wanted is not None and not wanted(packet):
@@ -101,8 +106,11 @@ def decoded(
         try:
             frames = stream.codec_context.decode(None) if ended else packet.decode()
         except FFmpegError:  # this packet holds no picture, the next one may
+            damaged = True
             continue
-        yield from frames
+        for frame in frames:
+            damaged = frame.is_corrupt or (damaged and not frame.key_frame)
+            yield frame, damaged
         if ended:
             return
 
@@ -117,31 +125,17 @@ def undamaged(
     begin : when the frame is due from which on they are numbered, in the container's own unit; with
         None that is the first frame of the file
     """
-    damaged, index = False, 0
-    if begin is not None:
-        seek_before(container, stream, begin)
-    for packet in packets(container, stream):
-        try:
-            frames = packet.decode()
-        except FFmpegError:
-            damaged = True
-            continue
-        for frame in frames:
-            damaged = frame.is_corrupt or (damaged and not frame.key_frame)
-            if begin is not None and (timestamp_of(frame) or 0) < begin:
-                continue
-            if not damaged:
-                yield index, frame
-            index += 1
+    frames = decoded(container, stream) if begin is None else decoded_from(container, stream, begin)
+    return ((index, frame) for index, (frame, damaged) in enumerate(frames) if not damaged)
 
 
 def decoded_from(
     container: InputContainer, stream: VideoStream, moment: int
-) -> Iterator[VideoFrame]:
+) -> Iterator[tuple[VideoFrame, bool]]:
     """The same from the frame on that is due at a moment."""
     seek_before(container, stream, moment)
     frames = decoded(container, stream)
-    return dropwhile(lambda frame: (timestamp_of(frame) or 0) < moment, frames)
+    return dropwhile(lambda found: (timestamp_of(found[0]) or 0) < moment, frames)
 
 
 def seek_before(container: InputContainer, stream: VideoStream, moment: int) -> None:
@@ -150,7 +144,7 @@ def seek_before(container: InputContainer, stream: VideoStream, moment: int) -> 
     for begin in (moment, moment - back):
         # Some containers have no table of their whole pictures, and go where it seems best.
         container.seek(begin, stream=stream)
-        first = next(decoded(container, stream), None)
+        first, _ = next(decoded(container, stream), (None, False))
         if first is not None and (timestamp_of(first) or 0) <= moment:
             break
     else:

@@ -97,7 +97,7 @@ class Film:
         """
         path = ordinary_file(path, "film")
         with opened(path) as (container, stream):
-            first = next(decoded(container, stream), None)
+            first, _ = next(decoded(container, stream), (None, False))
             if first is None:
                 raise InputError("not a film that can be decoded", source=path)
             height, width, _ = LazyFrame(first).shape
@@ -254,10 +254,10 @@ class Film:
                 due = step * ((round(t * said) + 0.5) // step + 1)
                 return True
 
-            for frame in decoded(container, stream, is_due, until):
+            for frame, damaged in decoded(container, stream, is_due, until):
                 t = stamp(frame, stream, begin)
                 raw = LazyFrame(frame)
-                if np.isfinite(t) and (raw.shape[1], raw.shape[0]) == self.size:
+                if not damaged and np.isfinite(t) and (raw.shape[1], raw.shape[0]) == self.size:
                     frames.append((self._time_of(round(t * said), t), raw.whole()))
         return frames
 
@@ -268,7 +268,7 @@ class Film:
         return index / self.fps if self.fps_given or np.isnan(t) else t / self.slow
 
     def pick(self, wanted: Sequence[int]) -> list[tuple[float, Image]]:
-        """The frames of these numbers that the film has, with approximate times [s]."""
+        """The undamaged frames of these numbers, with approximate times [s]."""
         return list(self.picked(wanted))
 
     def between(self, low: float, high: float, step: float) -> Iterator[tuple[float, Image]]:
@@ -285,11 +285,11 @@ class Film:
                 number = self.first + index
                 if index - at > SEEK_BEYOND and number < len(self._moments):
                     frames, at = decoded_from(container, stream, self._moments[number]), index
-                frame = next(islice(frames, index - at, None), None)
+                frame, damaged = next(islice(frames, index - at, None), (None, False))
                 if frame is None:
                     return
                 at, raw = index + 1, LazyFrame(frame)
-                if (raw.shape[1], raw.shape[0]) == self.size:
+                if not damaged and (raw.shape[1], raw.shape[0]) == self.size:
                     yield self._time_of(index, stamp(frame, stream, begin)), raw.whole()
 
 

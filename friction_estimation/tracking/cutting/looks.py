@@ -96,8 +96,10 @@ def looks(film: Film, low: float = 0.0, high: float = np.inf) -> Iterator[Look]:
         last = -np.inf
         until = None if np.isinf(high) or begin is None else begin + round(high / tick)
         index = -1
-        for frame in decoded(container, stream, wanted, until):
+        for frame, damaged in decoded(container, stream, wanted, until):
             index += 1
+            if damaged:
+                continue
             t = stamp(frame, stream, begin) / film.slow
             if np.isnan(t) or film.fps_given:
                 t = index / film.fps

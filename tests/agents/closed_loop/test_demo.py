@@ -86,7 +86,7 @@ def test_the_hidden_areas_are_read_from_measured_paths() -> None:
     ice = patchy_ice(rng)
     tracks = []
     for k, release in enumerate(draw_practice(8, rng)):
-        path = slide(ice, release, fps=15, throw=k).trajectory
+        path = slide(ice, release, fps=10, throw=k).trajectory
         tracks.append(replace(path, xy=path.xy + 0.002 * rng.standard_normal(path.xy.shape)))
     found = estimate_ice(tracks, effects="none", start=load_ice("standard")).ice
     observed = found.friction.observed
@@ -104,7 +104,7 @@ def test_a_hidden_curl_is_named_and_the_draw_lands(tmp_path: Path, as_filmed) ->
     # Of this practice, the given effects fitted without the curl end where no step leads on.
     truth = patchy_ice(np.random.default_rng(9))
     releases = draw_practice(8, np.random.default_rng(10))
-    paths = [slide(truth, r, fps=15, throw=k).trajectory for k, r in enumerate(releases)]
+    paths = [slide(truth, r, fps=10, throw=k).trajectory for k, r in enumerate(releases)]
     law = load_ice("standard")
     without_curl = replace(
         law, stone=truth.stone, effects=tuple(e for e in law.effects if e.name != "curl")
@@ -127,7 +127,7 @@ def test_the_demo_leaves_all_it_promises(curling, must_fit, tmp_path: Path) -> N
         seed=2,
         throws=2,
         fps=10,
-        frame_size=(960, 540),
+        frame_size=(800, 450),
         draws=2,
         workers=1,
         progress=lambda what, done, total=1.0: told.append(done / total),

@@ -30,7 +30,7 @@ from friction_estimation.tracking.cutting.motion import MotionDetector
 from friction_estimation.tracking.cutting.tuning import COMPARED_AFTER, LOOK_INTERVAL
 
 FPS = 20.0
-SESSION_FPS = 12.0
+SESSION_FPS = 8.0
 """Of the film of two throws, of which every frame is made, sent and tracked."""
 KEY_EVERY = 12
 """A camera's stream has a key frame so often [frames]."""

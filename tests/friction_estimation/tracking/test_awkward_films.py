@@ -24,7 +24,7 @@ SIZE = (960, 540)
 @pytest.fixture(scope="module")
 def clean():
     """Frames of a throw on slow ice seen from the gantry, the true path, and the scene."""
-    ice = Ice.uniform(0.02)
+    ice = Ice.uniform(0.03)
     path = slide(ice, Throw(speed=1.5, angle=0.02, spin=1.2).release(), fps=120).trajectory
     assert path is not None
     spec = FilmSpec(camera="gantry", people=False, size=SIZE, fps=FPS, tail=0.5)

@@ -134,7 +134,7 @@ def test_a_stone_passes_in_front_of_and_behind_others_in_a_low_view(tmp_path):
     """Their pictures overlap; none is taken for another, and none for hit."""
     stones = [(0.36, -7.0, 0.3, 1), (-0.37, -5.5, 1.0, 1)]
     film, scene, truth, moments = filmed(
-        tmp_path, "end", (1280, 720), Throw(speed=1.7, spin=1.2), stones
+        tmp_path, "end", (1280, 720), Throw(speed=1.7, spin=1.2), stones, fps=12.0
     )
     assert not moments
     found = track_film(film, scene)
@@ -152,7 +152,7 @@ def test_a_stone_passes_in_front_of_and_behind_others_in_a_low_view(tmp_path):
 def test_no_other_stones_are_found_where_there_are_none(tmp_path):
     """People stand and walk on the ice; those who stand still are part of the background."""
     film, scene, truth, _ = filmed(
-        tmp_path, "gantry", (960, 540), Throw(speed=1.3, spin=1.2), [], people=True
+        tmp_path, "gantry", (960, 540), Throw(speed=1.3, spin=1.2), [], people=True, fps=12.0
     )
     found = track_film(film, scene)
     assert found.others == ()
