@@ -28,16 +28,10 @@ from curling_env.physics.many_stones.events import (
 )
 from curling_env.physics.many_stones.tuning import MAX_COLLISIONS, OVERLAP_ALLOWED
 from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
-from curling_env.physics.one_stone.integrate import (
-    NO_OBSTACLES,
-    Delivery,
-    Limits,
-    Sampling,
-    SlideEnd,
-    integrate,
-)
+from curling_env.physics.one_stone.integrate import Delivery, Sampling, SlideEnd, integrate
 from curling_env.physics.one_stone.slide import edge_bounds, is_beyond
 from curling_env.physics.one_stone.step import Workspace, new_workspace
+from curling_env.physics.one_stone.surroundings import NO_OBSTACLES, Limits
 from curling_env.physics.one_stone.tuning import MAX_TIME, QUICK_TOLERANCE
 from curling_env.physics.state import State
 from curling_env.throw import Release

@@ -30,7 +30,8 @@ from curling_env.physics.many_stones.tuning import (
     REST_SPEED,
 )
 from curling_env.physics.motion import SWEPT
-from curling_env.physics.one_stone.integrate import Delivery, Limits, Sampling
+from curling_env.physics.one_stone.integrate import Delivery, Sampling
+from curling_env.physics.one_stone.surroundings import Limits
 from curling_env.physics.one_stone.tuning import MAX_TIME
 from curling_env.physics.state import State
 from curling_env.physics.tuning import CREEP

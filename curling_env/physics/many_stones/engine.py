@@ -35,7 +35,7 @@ from curling_env.physics.many_stones.tuning import (
     OVERLAP_ALLOWED,
 )
 from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
-from curling_env.physics.one_stone.integrate import NO_OBSTACLES, Limits, Sampling
+from curling_env.physics.one_stone.integrate import Sampling
 from curling_env.physics.one_stone.slide import (
     SlideEnd,
     delivery_of,
@@ -45,6 +45,7 @@ from curling_env.physics.one_stone.slide import (
     state_of,
 )
 from curling_env.physics.one_stone.step import new_workspace
+from curling_env.physics.one_stone.surroundings import NO_OBSTACLES, Limits
 from curling_env.physics.one_stone.tuning import FINE_TOLERANCE, MAX_TIME
 from curling_env.physics.state import State
 from curling_env.physics.tuning import MAX_ROUNDS

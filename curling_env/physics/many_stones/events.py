@@ -37,14 +37,9 @@ from curling_env.physics.many_stones.tuning import (
     MAX_COLLISIONS,
 )
 from curling_env.physics.motion import MOTION_SIZE, STONE
-from curling_env.physics.one_stone.integrate import (
-    Delivery,
-    Limits,
-    Sampling,
-    SlideEnd,
-    integrate,
-)
+from curling_env.physics.one_stone.integrate import Delivery, Sampling, SlideEnd, integrate
 from curling_env.physics.one_stone.step import Workspace, new_workspace
+from curling_env.physics.one_stone.surroundings import Limits, free_time, greatest_acceleration
 from curling_env.physics.one_stone.tuning import QUICK_TOLERANCE, StepControl, step_control
 from curling_env.physics.state import NODE_SIZE, Node, State
 from curling_env.physics.tuning import CREEP, CREEP_TIME, MAX_ROUNDS
@@ -154,6 +149,7 @@ def _meeting_time(
     start, until = within
     first, second = paths[a], paths[b]
     n, m = lengths[a], lengths[b]
+    most = greatest_acceleration(first, n) + greatest_acceleration(second, m)
     t = start
     if ends[a] == SlideEnd.LEFT_BOUNDS:
         until = min(until, first[n - 1, Node.T])
@@ -176,10 +172,7 @@ def _meeting_time(
                 return t
             gap = CONTACT_GAP
             least = CREEP_TIME if closing > -CREEP else 0.0
-        # Friction only slows them; over a fifth of a second it changes little.
-        speeds = math.sqrt(avx * avx + avy * avy) + math.sqrt(bvx * bvx + bvy * bvy)
-        relative = math.sqrt(dvx * dvx + dvy * dvy)
-        t += max(least, gap / (speeds + 0.02), min(0.2, gap / (relative + 0.05)))
+        t += max(least, free_time(gap, closing, most))
     return np.inf
 
 
@@ -308,6 +301,8 @@ def play(
                 position.paths[s, 0, Node.T] = at
                 for c in range(6):
                     position.paths[s, 0, Node.X + c] = position.work.states[2, c]
+                for c in (Node.AX, Node.AY, Node.ALPHA):
+                    position.paths[s, 0, c] = 0.0
                 length = 1
             position.ends[s] = end
             position.lengths[s] = length

@@ -14,7 +14,7 @@ from curling_env.ice import Ice
 from curling_env.physics.law import compile_law
 from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.one_stone.integrate import Delivery as SessionPlace
-from curling_env.physics.one_stone.integrate import Limits, Sampling
+from curling_env.physics.one_stone.integrate import Sampling
 from curling_env.physics.one_stone.slide import (
     NO_BOUNDS,
     NO_OBSTACLES,
@@ -22,6 +22,7 @@ from curling_env.physics.one_stone.slide import (
     slide_state,
 )
 from curling_env.physics.one_stone.step import new_workspace
+from curling_env.physics.one_stone.surroundings import Limits
 from curling_env.physics.one_stone.tuning import (
     MAX_AIM_ANGLE,
     MAX_CORRECTIONS,

@@ -18,16 +18,22 @@ import numpy as np
 
 from curling_env.physics.compiled import compiled, inlined
 from curling_env.physics.law import MIN_SPEED, Law, mu_of_map
-from curling_env.physics.many_stones.contacts import collides
 from curling_env.physics.motion import GRAVITY, SWEPT
 from curling_env.physics.one_stone.map_path import (
     between_nodes,
     follow_map,
-    place_between_nodes,
 )
 from curling_env.physics.one_stone.step import Workspace, store_curves, take_step
+from curling_env.physics.one_stone.surroundings import (
+    ALL,
+    Limits,
+    first_touch,
+    look_around,
+    may_leave,
+    nearby,
+    room,
+)
 from curling_env.physics.one_stone.tuning import (
-    CONTACT_GAP,
     EDGE_MARGIN,
     MAX_NODES,
     MAX_STEP,
@@ -39,17 +45,7 @@ from curling_env.physics.one_stone.tuning import (
     SHORTEN_ABOVE,
 )
 from curling_env.physics.state import NODE_SIZE, Node, State
-from curling_env.physics.tuning import CREEP_TIME
 from curling_env.typing import Floats
-
-NO_BOUNDS = np.array([-np.inf, np.inf, -np.inf, np.inf])
-"""Bounds of a slide that ends only where the stone rests. Copy them before changing one."""
-NO_OBSTACLES = np.empty((0, 2))
-"""The obstacles of a slide on an empty sheet."""
-_LAST_BIT = 62
-"""The bit that stands for all obstacles from this one on."""
-_ALL = -1
-"""All obstacles."""
 
 
 class Delivery(NamedTuple):
@@ -64,21 +60,6 @@ class Delivery(NamedTuple):
     clock: float
     sweep_start: float
     sweep_end: float
-
-
-class Limits(NamedTuple):
-    """What ends a slide before the stone rests.
-
-    Parameters
-    ----------
-    bounds : (4,) x_min, x_max, y_min, y_max of the centre [m]
-    obstacles : (k, 2) centres of resting stones [m]
-    reach : distance between two centres in contact [m]
-    """
-
-    bounds: Floats
-    obstacles: Floats
-    reach: float
 
 
 class Sampling(NamedTuple):
@@ -160,119 +141,6 @@ def _way_to_rest(speed: float, rate: float, tail: float) -> float:
     tail : time to rest [s]
     """
     return tail * (2.0 / 3.0 - rate * tail / (6.0 * max(speed, MIN_SPEED)))
-
-
-@inlined
-def _room(s: Any, bounds: Any) -> float:
-    """How far inside its bounds a state is [m]; negative outside."""
-    x, y = s[State.X], s[State.Y]
-    return min(min(x - bounds[0], bounds[1] - x), min(y - bounds[2], bounds[3] - y))
-
-
-@inlined
-def _gap(s: Any, limits: Limits, near: int) -> Any:
-    """Distance to the nearest bound or obstacle that the stone approaches [m].
-
-    Of an obstacle to which it creeps, touching it, the way that it may slide before it looks again.
-
-    Parameters
-    ----------
-    s : state
-    limits : bounds and obstacles
-    near : the obstacles to look at, see `_nearby`
-
-    Returns the distance, and whether it is to an obstacle.
-    """
-    room = _room(s, limits.bounds)
-    contact = False
-    obstacles = limits.obstacles
-    x, y, vx, vy = s[State.X], s[State.Y], s[State.VX], s[State.VY]
-    for k in range(obstacles.shape[0]):
-        if (near >> min(k, _LAST_BIT)) & 1 == 0:
-            continue
-        dx = x - obstacles[k, 0]
-        dy = y - obstacles[k, 1]
-        if dx * vx + dy * vy < 0.0:
-            distance = math.sqrt(dx * dx + dy * dy)
-            gap = distance - limits.reach
-            touches = True
-            if gap < CONTACT_GAP:
-                closing = -(dx * vx + dy * vy) / max(distance, 1e-9)
-                if not collides(gap, closing):
-                    speed = math.fabs(vx) + math.fabs(vy)
-                    gap = max(CREEP_TIME * speed, 2.0 * CONTACT_GAP)
-                    touches = False
-            if gap < room:
-                room = gap
-                contact = touches
-    return room, contact
-
-
-@inlined
-def _square_from(x: float, y: float, a: Any, b: Any) -> float:
-    """Square of the distance of a point from the straight line between two states [m²]."""
-    ax, ay = x - a[State.X], y - a[State.Y]
-    bx, by = b[State.X] - a[State.X], b[State.Y] - a[State.Y]
-    along = ax * bx + ay * by
-    length = bx * bx + by * by
-    part = 0.0 if along <= 0.0 else min(along / max(length, 1e-18), 1.0)
-    dx, dy = ax - part * bx, ay - part * by
-    return dx * dx + dy * dy
-
-
-@inlined
-def _nearby(states: Any, bulge: float, limits: Limits) -> int:
-    """The obstacles that a step may come within reach of: bit k for obstacle k.
-
-    Its path lies within `bulge` of the straight lines between beginning, middle and end.
-    """
-    far = limits.reach + bulge
-    near = 0
-    obstacles = limits.obstacles
-    for k in range(obstacles.shape[0]):
-        x, y = obstacles[k, 0], obstacles[k, 1]
-        first = _square_from(x, y, states[0], states[1])
-        if min(first, _square_from(x, y, states[1], states[2])) < far * far:
-            near |= 1 << min(k, _LAST_BIT)
-    return near
-
-
-@inlined
-def _may_leave(states: Any, bulge: float, bounds: Any) -> bool:
-    """Whether a step may cross a bound; `bulge` as in `_nearby`."""
-    return _room(states[1], bounds) < bulge or _room(states[2], bounds) < bulge
-
-
-@inlined
-def _first_touch(work: Workspace, n: int, limits: Limits, near: int) -> Any:
-    """Where the path of a step first crosses a bound or comes within reach of an obstacle.
-
-    From each place the stone goes on by no more than the distance it has left, so that nothing
-    is passed however slightly it would be touched.
-
-    Returns
-    -------
-    node, tau : a time tau after that node, or -1 if nothing is touched; the state is in probe
-    contact : whether it is an obstacle
-    """
-    nodes, probe = work.nodes, work.probe
-    for k in range(n - 1):
-        length = nodes[k + 1, Node.T] - nodes[k, Node.T]
-        if length <= 0.0:
-            continue
-        fastest = max(
-            math.fabs(nodes[k, Node.VX]) + math.fabs(nodes[k, Node.VY]),
-            math.fabs(nodes[k + 1, Node.VX]) + math.fabs(nodes[k + 1, Node.VY]),
-        )
-        tau = 0.0
-        while tau < length:
-            place_between_nodes(nodes, k, tau, probe)
-            gap, contact = _gap(probe, limits, near)
-            if gap < CONTACT_GAP:
-                between_nodes(nodes, k, tau, probe)
-                return k, tau, contact
-            tau += max(gap, CONTACT_GAP) / max(fastest, 1e-6)
-    return -1, 0.0, False
 
 
 @inlined
@@ -363,10 +231,11 @@ def integrate(
     t = start
     count = 0
     length = 0
-    gap, contact = _gap(now, limits, _ALL)
+    gap, contact, _ = look_around(now, limits, ALL, 1.0)
     if gap < 0.0:
         return (SlideEnd.CONTACT if contact else SlideEnd.LEFT_BOUNDS), t, count, length
     watched = sampling.rows.shape[0] > 0 or path.shape[0] > 0
+    traced = work.nodes if watched else work.nodes[:0]
     motion[SWEPT] = 1.0 if delivery.sweep_start <= t < delivery.sweep_end else 0.0
     fresh = True
     share = control.first_share
@@ -411,7 +280,7 @@ def integrate(
             t += tail
             length = _append_state(path, length, now, t, (0.0, 0.0, 0.0))
             # The last millimetres to rest are not watched.
-            end = SlideEnd.REST if _room(now, limits.bounds) >= 0.0 else SlideEnd.LEFT_BOUNDS
+            end = SlideEnd.REST if room(now, limits.bounds) >= 0.0 else SlideEnd.LEFT_BOUNDS
             break
         if t > MAX_TIME:
             break
@@ -450,7 +319,7 @@ def integrate(
         target = control.target_error + control.relative_error * speed * time_left
         accepted = REPEAT_ABOVE * target
         times = (t, delivery.clock, h)
-        first, last = take_step(law, motion, work, times, ratio, time_left, accepted)
+        first, last, n = take_step(law, motion, work, times, ratio, time_left, accepted, traced)
         if h > MIN_STEP and (_crosses(x_breaks, 0, states, h) or _crosses(y_breaks, 1, states, h)):
             for k in range(6):
                 now[k] = states[0, k]
@@ -468,16 +337,19 @@ def integrate(
             share = shorter * h / time_left
             continue
         bulge = rate * h * h / 16.0 + 2e-3
-        near = _nearby(states, bulge, limits)
-        watch = near != 0 or _may_leave(states, bulge, limits.bounds)
+        near = nearby(states, bulge, limits)
+        watch = near != 0 or may_leave(states, bulge, limits.bounds)
         if watch or watched:
             nodes = work.nodes
-            for k in range(6):
-                work.retraced[0, k] = states[0, k]
-            n = follow_map(law, work.curves, work.direction, h, work.retraced, work.probe, nodes)
+            if watch:  # and so, that what ends a slide does not depend on who watches it
+                for k in range(6):
+                    work.retraced[0, k] = states[0, k]
+                n = follow_map(
+                    law, work.curves, work.direction, h, work.retraced, work.probe, nodes
+                )
             at_node, tau, contact = -1, 0.0, False
             if watch:
-                at_node, tau, contact = _first_touch(work, n, limits, near)
+                at_node, tau, contact = first_touch(nodes, n, work.probe, limits, near)
             until = h if at_node < 0 else nodes[at_node, Node.T] + tau
             for k in range(n if at_node < 0 else at_node + 1):
                 if k > 0 or length == 0:

@@ -11,16 +11,9 @@ from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.law import Law, compile_law
 from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
-from curling_env.physics.one_stone.integrate import (
-    NO_BOUNDS,
-    NO_OBSTACLES,
-    Delivery,
-    Limits,
-    Sampling,
-    SlideEnd,
-    integrate,
-)
+from curling_env.physics.one_stone.integrate import Delivery, Sampling, SlideEnd, integrate
 from curling_env.physics.one_stone.step import Workspace, new_workspace
+from curling_env.physics.one_stone.surroundings import NO_BOUNDS, NO_OBSTACLES, Limits
 from curling_env.physics.one_stone.tuning import FINE_TOLERANCE, MAX_TIME, ROUNDING
 from curling_env.physics.state import State
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, Direction

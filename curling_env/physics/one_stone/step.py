@@ -31,7 +31,7 @@ from curling_env.physics.one_stone.tuning import (
     StepControl,
     step_control,
 )
-from curling_env.physics.state import NODE_SIZE, State
+from curling_env.physics.state import NODE_SIZE, Node, State
 from curling_env.typing import Floats
 
 
@@ -47,6 +47,7 @@ class Workspace(NamedTuple):
     terms : (3, 6) P and Q there
     curves : (4, 6) P and Q as parabolas of the fraction of the step, and how much more P changes
         with the speed, which a rough map makes uneven
+    changes : (3, 4) by how much the last pass changed the parabolas: u and u² of P, then of Q
     last_curves : (3, 6) parabolas through P and Q of the step before
     last_velocity : (3, 2) parabola through the velocity of the step before
     direction : (2,) of travel at the beginning of a step, a unit vector
@@ -61,6 +62,7 @@ class Workspace(NamedTuple):
     retraced: Floats
     terms: Floats
     curves: Floats
+    changes: Floats
     last_curves: Floats
     last_velocity: Floats
     direction: Floats
@@ -78,6 +80,7 @@ def new_workspace(tolerance: float = QUICK_TOLERANCE) -> Workspace:
         retraced=np.zeros((3, 6)),
         terms=np.zeros((3, 6)),
         curves=np.zeros((4, 6)),
+        changes=np.zeros((3, 4)),
         last_curves=np.zeros((3, 6)),
         last_velocity=np.zeros((3, 2)),
         direction=np.zeros(2),
@@ -159,6 +162,7 @@ def take_step(
     ratio: float,
     time_left: float,
     accepted: float,
+    nodes: Any,
 ) -> Any:
     """Advance by one step: states[2] becomes the state then, terms and curves those of the step.
 
@@ -171,11 +175,13 @@ def take_step(
     ratio : h over the length of the step before; 0 if there is none to go on from
     time_left : about how long the stone will go on [s]
     accepted : correction small enough to need no further pass [m]
+    nodes : (n, NODE_SIZE) filled in with the path within the step; n = 0 for none
 
     Returns
     -------
     first : error of the prediction, as a place of rest [m]
     last : correction by the last pass [m]
+    count : number of nodes
     """
     t, clock, h = times
     states, terms, curves, moments = work.states, work.terms, work.curves, work.moments
@@ -192,10 +198,12 @@ def take_step(
     first_node = 0 if fresh else 1
     first = 0.0
     last = 0.0
+    count = 0
+    changes = work.changes
     for attempt in range(MAX_PASSES):
         for node in range(first_node, 3):
             if node == 1:
-                follow_map(law, curves, direction, h, states, moments, work.nodes[:0])
+                count = follow_map(law, curves, direction, h, states, moments, nodes)
             s = states[node]
             motion[T] = t + 0.5 * node * h
             motion[CLOCK] = clock + motion[T]
@@ -233,6 +241,10 @@ def take_step(
             curves[2, k] += p_uu
             curves[1, k + 3] += q_u
             curves[2, k + 3] += q_uu
+            changes[k, 0] = p_u
+            changes[k, 1] = p_uu
+            changes[k, 2] = q_u
+            changes[k, 3] = q_uu
             off = math.fabs(place) + 0.5 * time_left * math.fabs(rate)
             last = max(last, off if k < 2 else LENGTH_PER_RADIAN * off)
         if attempt == 0:
@@ -241,4 +253,29 @@ def take_step(
                 _follow_speed(work, s0, s1, s2)
         if last <= accepted:
             break
-    return first, last
+    if count > 0:
+        _correct_nodes(work, nodes, count, h)
+    return first, last, count
+
+
+@inlined
+def _correct_nodes(work: Workspace, nodes: Any, n: int, h: float) -> None:
+    """Add to the nodes of a step what its last pass corrected, as if on even friction.
+
+    The correction is so small that what the friction varies within a step does not count.
+    """
+    mu = work.moments[0] / h
+    for i in range(1, n):
+        t = nodes[i, Node.T]
+        u = t / h
+        for k in range(3):
+            linear = mu * work.changes[k, 0] + work.changes[k, 2]
+            square = mu * work.changes[k, 1] + work.changes[k, 3]
+            position = Node.THETA if k == 2 else Node.X + k
+            velocity = Node.OMEGA if k == 2 else Node.VX + k
+            acceleration = Node.ALPHA if k == 2 else Node.AX + k
+            nodes[i, position] += t * t * u * (linear / 6.0 + square * u / 12.0)
+            nodes[i, velocity] += t * u * (linear / 2.0 + square * u / 3.0)
+            nodes[i, acceleration] += u * (linear + square * u)
+    for c in range(6):
+        nodes[n - 1, Node.X + c] = work.states[2, c]

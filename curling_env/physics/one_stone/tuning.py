@@ -69,6 +69,8 @@ EDGE_MARGIN = 2e-6
 """Distance before the edge of an effect at which steps end, to hop over it [m]."""
 ROUNDING = 1e-9
 """Distance beyond a bound that is put down to numbers being rounded [m]."""
+MORE_THAN_AT_NODES = 1.3
+"""The acceleration between the nodes of a path, at most, over the greatest at the nodes."""
 CONTACT_GAP = 1e-7
 """A gap below this is a contact [m]."""
 MAX_STEPS = 20_000

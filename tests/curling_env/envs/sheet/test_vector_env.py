@@ -25,7 +25,7 @@ HIT = 3e-4
 
 Single sheets play them in the engine, these in the batch. Each follows the way to a contact to some
 hundredths of a millimetre, and a contact magnifies that ten times: at the tolerance of environments
-nine of ten single hits agree to 0.14 mm and 99 of 100 to 0.4 mm (docs/results.md, Physics). Steps
+nine of ten single hits agree to 0.14 mm and all of 323 to 0.4 mm (docs/results.md, Physics). Steps
 that were fine enough for 0.1 mm would take three times as long.
 """
 MODES = ("NextStep", "SameStep")

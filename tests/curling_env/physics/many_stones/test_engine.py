@@ -14,9 +14,10 @@ from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
 from curling_env.physics.law import compile_law
 from curling_env.physics.many_stones.engine import Engine, Status, StoneState
 from curling_env.physics.motion import MOTION_SIZE
-from curling_env.physics.one_stone.integrate import Delivery, Limits, Sampling
+from curling_env.physics.one_stone.integrate import Delivery, Sampling
 from curling_env.physics.one_stone.slide import SlideEnd, play_bounds, slide, slide_state
 from curling_env.physics.one_stone.step import new_workspace
+from curling_env.physics.one_stone.surroundings import Limits
 from curling_env.physics.one_stone.tuning import FINE_TOLERANCE
 from curling_env.sheet import (
     BACK_LINE_Y,

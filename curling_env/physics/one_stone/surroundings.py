@@ -1,0 +1,179 @@
+"""What a sliding stone may run into: bounds and resting stones, and when it reaches them."""
+
+# Work arrays come untyped through compiled code: what is read from them is unknown, not wrong.
+# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from curling_env.physics.compiled import inlined
+from curling_env.physics.many_stones.contacts import collides
+from curling_env.physics.one_stone.map_path import between_nodes, place_between_nodes
+from curling_env.physics.one_stone.tuning import CONTACT_GAP, MORE_THAN_AT_NODES
+from curling_env.physics.state import Node, State
+from curling_env.physics.tuning import CREEP_TIME
+from curling_env.typing import Floats
+
+NO_BOUNDS = np.array([-np.inf, np.inf, -np.inf, np.inf])
+"""Bounds of a slide that ends only where the stone rests. Copy them before changing one."""
+NO_OBSTACLES = np.empty((0, 2))
+"""The obstacles of a slide on an empty sheet."""
+_FAR = 1e3
+"""Further than any stone slides [m]; stands for no bound."""
+_LAST_BIT = 62
+"""The bit that stands for all obstacles from this one on."""
+ALL = -1
+"""All obstacles."""
+
+
+class Limits(NamedTuple):
+    """What ends a slide before the stone rests.
+
+    Parameters
+    ----------
+    bounds : (4,) x_min, x_max, y_min, y_max of the centre [m]
+    obstacles : (k, 2) centres of resting stones [m]
+    reach : distance between two centres in contact [m]
+    """
+
+    bounds: Floats
+    obstacles: Floats
+    reach: float
+
+
+@inlined
+def room(s: Any, bounds: Any) -> float:
+    """How far inside its bounds a state is [m]; negative outside."""
+    x, y = s[State.X], s[State.Y]
+    return min(min(x - bounds[0], bounds[1] - x), min(y - bounds[2], bounds[3] - y))
+
+
+@inlined
+def greatest_acceleration(nodes: Any, n: int) -> float:
+    """A bound of the acceleration on a path of n nodes [m/s²]."""
+    most = 0.0
+    for k in range(n):
+        ax, ay = nodes[k, Node.AX], nodes[k, Node.AY]
+        most = max(most, ax * ax + ay * ay)
+    return MORE_THAN_AT_NODES * math.sqrt(most) + 1e-3
+
+
+@inlined
+def free_time(gap: float, closing: float, most: float) -> float:
+    """For how long a gap stays open that closes at a speed, at an acceleration of up to `most` [s].
+
+    The distance of a moving centre from a point bends towards it no more than the centre's path.
+    """
+    root = math.sqrt(closing * closing + 2.0 * most * gap)
+    return 2.0 * gap / (closing + root) if closing > 0.0 else (root - closing) / most
+
+
+@inlined
+def look_around(s: Any, limits: Limits, near: int, most: float) -> Any:
+    """What a stone comes to next.
+
+    Parameters
+    ----------
+    s : its state
+    limits : bounds and obstacles
+    near : the obstacles to look at, see `nearby`
+    most : its greatest acceleration [m/s²]
+
+    Returns
+    -------
+    gap : distance to the nearest bound or obstacle that it approaches [m]. Of an obstacle to which
+        it creeps, touching it, the way that it may slide before it looks again
+    contact : whether that is an obstacle
+    free : for how long it certainly reaches nothing [s]
+    """
+    gap = room(s, limits.bounds)
+    contact = False
+    obstacles = limits.obstacles
+    x, y, vx, vy = s[State.X], s[State.Y], s[State.VX], s[State.VY]
+    free = free_time(min(max(gap, 0.0), _FAR), math.sqrt(vx * vx + vy * vy), most)
+    for k in range(obstacles.shape[0]):
+        if (near >> min(k, _LAST_BIT)) & 1 == 0:
+            continue
+        dx = x - obstacles[k, 0]
+        dy = y - obstacles[k, 1]
+        distance = math.sqrt(dx * dx + dy * dy)
+        closing = -(dx * vx + dy * vy) / max(distance, 1e-9)
+        ahead = distance - limits.reach
+        if ahead >= CONTACT_GAP:
+            free = min(free, free_time(ahead, closing, most))
+            touches = True
+        else:
+            free = min(free, max(free_time(0.0, closing, most), CREEP_TIME))
+            touches = collides(ahead, closing)
+            if not touches:
+                ahead = max(CREEP_TIME * (math.fabs(vx) + math.fabs(vy)), 2.0 * CONTACT_GAP)
+        if closing > 0.0 and ahead < gap:
+            gap = ahead
+            contact = touches
+    return gap, contact, free
+
+
+@inlined
+def _square_from(x: float, y: float, a: Any, b: Any) -> float:
+    """Square of the distance of a point from the straight line between two states [m²]."""
+    ax, ay = x - a[State.X], y - a[State.Y]
+    bx, by = b[State.X] - a[State.X], b[State.Y] - a[State.Y]
+    along = ax * bx + ay * by
+    length = bx * bx + by * by
+    part = 0.0 if along <= 0.0 else min(along / max(length, 1e-18), 1.0)
+    dx, dy = ax - part * bx, ay - part * by
+    return dx * dx + dy * dy
+
+
+@inlined
+def nearby(states: Any, bulge: float, limits: Limits) -> int:
+    """The obstacles that a step may come within reach of: bit k for obstacle k.
+
+    Its path lies within `bulge` of the straight lines between beginning, middle and end.
+    """
+    far = limits.reach + bulge
+    near = 0
+    obstacles = limits.obstacles
+    for k in range(obstacles.shape[0]):
+        x, y = obstacles[k, 0], obstacles[k, 1]
+        first = _square_from(x, y, states[0], states[1])
+        if min(first, _square_from(x, y, states[1], states[2])) < far * far:
+            near |= 1 << min(k, _LAST_BIT)
+    return near
+
+
+@inlined
+def may_leave(states: Any, bulge: float, bounds: Any) -> bool:
+    """Whether a step may cross a bound; `bulge` as in `nearby`."""
+    return room(states[1], bounds) < bulge or room(states[2], bounds) < bulge
+
+
+@inlined
+def first_touch(nodes: Any, n: int, probe: Any, limits: Limits, near: int) -> Any:
+    """Where the path of a step first crosses a bound or comes within reach of an obstacle.
+
+    From each place the stone goes on for no longer than it certainly touches nothing, so that
+    nothing is passed however slightly it would be touched.
+
+    Returns
+    -------
+    node, tau : a time tau after that node, or -1 if nothing is touched; the state is in probe
+    contact : whether it is an obstacle
+    """
+    most = greatest_acceleration(nodes, n)
+    t = nodes[0, Node.T]
+    for k in range(n - 1):
+        while t < nodes[k + 1, Node.T]:
+            tau = max(t - nodes[k, Node.T], 0.0)
+            place_between_nodes(nodes, k, tau, probe)
+            gap, contact, free = look_around(probe, limits, near, most)
+            if gap < CONTACT_GAP:
+                between_nodes(nodes, k, tau, probe)
+                return k, tau, contact
+            fastest = math.fabs(probe[State.VX]) + math.fabs(probe[State.VY])
+            t += max(free, CONTACT_GAP / max(fastest, 1e-6))
+    return -1, 0.0, False
