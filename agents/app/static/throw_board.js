@@ -51,20 +51,26 @@ export function say(words, problem = false) {
   $("said").classList.toggle("problem", problem);
 }
 
-/** Ask, and take only the latest answer; what goes wrong is one sentence. */
+/** What is still asked for is no longer wanted. */
+export function leaveAside() {
+  asked += 1;
+  $("throwing").removeAttribute("aria-busy");
+}
+
+/** Ask, and take only the latest answer, with a way to see whether it is still wanted; what goes wrong is one sentence. */
 export async function post(path, json, then) {
-  const number = ++asked;
+  const number = ++asked, wanted = () => number === asked;
   $("throwing").setAttribute("aria-busy", "true");
-  const soon = setTimeout(() => { if (number === asked) say("One moment …"); }, 700);
+  const soon = setTimeout(() => { if (wanted()) say("One moment …"); }, 700);
   try {
     const answer = await ask(path, { method: "POST", json });
     clearTimeout(soon);
-    if (number === asked) await then(answer);
+    if (wanted()) await then(answer, wanted);
   } catch (error) {
-    if (number === asked) say(error.message, true);
+    if (wanted()) say(error.message, true);
   } finally {
     clearTimeout(soon);
-    if (number === asked) $("throwing").removeAttribute("aria-busy");
+    if (wanted()) $("throwing").removeAttribute("aria-busy");
   }
 }
 
@@ -91,6 +97,7 @@ export function layStones() {
 }
 
 export function clearThrow() {
+  leaveAside();
   sheet.stop?.();
   sheet.trace([]);
   sheet.broom(null);

@@ -29,17 +29,20 @@ export function throwInGame(thrown) {
 }
 
 export function goOn(more) {
-  post("throw/game", gameJson(more), async (found) => {
+  post("throw/game", gameJson(more), async (found, wanted) => {
     const before = state.game.throws.length;
     state.game.throws = found.throws;
     if (found.throws.length !== before) keep(true);
     board(found.state, found.deliveries.length > 0);
-    for (const delivery of found.deliveries) await showDelivery(delivery);
+    for (const delivery of found.deliveries) {
+      await showDelivery(delivery, wanted);
+      if (!wanted()) return;
+    }
     stand(found);
   });
 }
 
-async function showDelivery(delivery) {
+async function showDelivery(delivery, wanted) {
   turnTo(delivery.direction);
   const thrown = delivery.paths.find((path) => !delivery.before.some((s) => s.stone === path.stone));
   const teamOf = (stone) => (stone < 8 ? "home" : "away");
@@ -48,6 +51,7 @@ async function showDelivery(delivery) {
   say(`${upper(NAMES[delivery.team])} throws${delivery.shot ? `: ${delivery.shot}` : ""} …`);
   await sheet.run(delivery.paths.map((path) => ({ ...path, team: teamOf(path.stone), stone: path === thrown ? null : path.stone })),
     { speed: Number($("pace").value), hide: delivery.paths.filter((path) => path !== thrown).map((path) => path.stone) });
+  if (!wanted()) return;
   play.stones = delivery.lying.map((s) => ({ id: s.stone, ...s }));
   layStones();
   if (delivery.ruling) say(`${upper(delivery.ruling)}.`, true);

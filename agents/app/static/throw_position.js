@@ -3,7 +3,7 @@
 import { element } from "./ask.js";
 import { RADIUS, TEE } from "./sheet.js";
 import { STONES } from "./throw_address.js";
-import { $, asJson, clearThrow, direction, hand, keep, layStones, lying, NAMES, nextStone, percent, play, post, say, sheet, signed, state, toThrow, turnOf, upper, weight } from "./throw_board.js";
+import { $, asJson, clearThrow, direction, hand, keep, layStones, leaveAside, lying, NAMES, nextStone, percent, play, post, say, sheet, signed, state, toThrow, turnOf, upper, weight } from "./throw_board.js";
 import { byHand } from "./throw_by_hand.js";
 import { planIt, show } from "./throw_found.js";
 
@@ -56,6 +56,7 @@ export function readPosition() {
   state.left = whole("ends-left", 1, 10);
   state.score = [whole("score-home", 0, 99), whole("score-away", 0, 99)];
   setPosition();
+  leaveAside();
   $("calls").hidden = true;
   keep();
 }

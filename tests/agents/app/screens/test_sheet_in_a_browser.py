@@ -213,6 +213,21 @@ def test_the_best_calls_of_a_position_are_listed_and_played_on(still, address):
     eventually(still, lambda: still.locator(".scoreboard").inner_text() == score)
 
 
+def test_an_answer_that_comes_after_another_mode_was_chosen_is_left_aside(still, address):
+    held: list[Any] = []
+    still.goto(f"{address}throw")
+    still.route("**/throw/plan", lambda route: held.append(route))
+    with still.expect_request("**/throw/plan"):
+        still.mouse.click(*at(still, 0.5, 17.0))
+    still.locator("#modes input[value=position]").check(force=True)
+    with still.expect_response("**/throw/plan"):
+        held.pop().continue_()
+    still.wait_for_timeout(200)
+    assert still.locator("#result").is_hidden()
+    assert still.locator(".path").count() == 0
+    assert still.locator("#throwing").get_attribute("aria-busy") is None
+
+
 def test_a_throw_by_hand_is_drawn_as_its_sliders_move(still, address):
     still.goto(f"{address}throw#mode=hand&v=2.1&a=0&s=-1.5")
     still.get_by_text("It comes to rest").first.wait_for()
