@@ -7,15 +7,21 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from importlib.resources import files
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
-import msgspec
 import numpy as np
-from msgspec import Meta
 from numpy.typing import ArrayLike
 
+from curling_env.common_errors import LevelError, check_common
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.schema import Document, Short, checked, within
+from curling_env.ice_form import (
+    MAX_PARAMETER,
+    EffectDocument,
+    IceDocument,
+    Interpolation,
+    LevelDocument,
+)
+from curling_env.infrastructure.files.schema import checked
 from curling_env.infrastructure.files.storage import read_json, write_json, write_table
 from curling_env.infrastructure.files.versions import FileFormat
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
@@ -25,12 +31,8 @@ ICE_FORMAT = FileFormat(name="curling-ice", what="an ice file")
 MAX_FRICTION = 1.0
 """Largest μ accepted: far above any ice, but low enough to catch a file in other units."""
 
-MAX_PARAMETER = 1e9
-"""Largest parameter of an effect accepted, in the units of its card."""
 
 _PRESETS = files("curling_env") / "presets"
-
-Interpolation = Literal["bilinear", "cell"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +46,7 @@ class FrictionMap:
     observed : (rows, columns) whether a measured stone crossed the cell
     interpolation : ``bilinear`` between the centres of cells, or ``cell`` for constant cells, as in
         the paper
+    level : the error that all cells have in common; None where nothing is known of it
 
     Raises
     ------
@@ -54,6 +57,7 @@ class FrictionMap:
     sigma: Floats
     observed: Flags
     interpolation: Interpolation = "bilinear"
+    level: LevelError | None = None
 
     def __post_init__(self) -> None:
         shape = self.mu.shape
@@ -110,17 +114,22 @@ class ActiveEffect:
     sigma : standard errors by the same names; a missing one is unknown
     believed : names of parameters whose value comes from what is known of rinks, and not from
         throws on this ice
+    common : for parameters with a sigma, what of their error they have in common with others of
+        the ice. The ice has independent standard normal errors e₁, e₂, …; the error of a parameter
+        is sigma·(c₁·e₁ + c₂·e₂ + … + c·e), where c·e is its own and all squares add up to one. A
+        missing parameter shares nothing.
 
     Raises
     ------
-    InputError : a number that is not finite, a negative sigma, or a believed parameter without a
-        value
+    InputError : a number that is not finite, a negative sigma, a believed parameter without a
+        value, or a common part of more than the whole
     """
 
     name: str
     parameters: Mapping[str, float] = field(default_factory=dict[str, float])
     sigma: Mapping[str, float] = field(default_factory=dict[str, float])
     believed: tuple[str, ...] = ()
+    common: Mapping[str, tuple[float, ...]] = field(default_factory=dict[str, tuple[float, ...]])
 
     def __post_init__(self) -> None:
         for kind, values in (("parameters", self.parameters), ("sigma", self.sigma)):
@@ -139,6 +148,10 @@ class ActiveEffect:
                 raise InputError(
                     f"effect {self.name}: {key!r} is marked as believed and has no value"
                 )
+        for key, parts in self.common.items():
+            if key not in self.sigma:
+                raise InputError(f"effect {self.name}: {key!r} shares an error and has no sigma")
+            check_common(parts, f"effect {self.name}: {key}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -229,61 +242,6 @@ class Ice:
 # --- its file ------------------------------------------------------------------------------------
 
 
-class SheetDocument(Document):
-    """The size of the ice."""
-
-    length: Annotated[float, within(1.0, 1000.0, "m")]
-    width: Annotated[float, within(1.0, 1000.0, "m")]
-
-
-class StoneDocument(Document):
-    """The stone of an ice; what is not given is the rule book's."""
-
-    mass: Annotated[float, within(0.1, 1000.0, "kg")] | None = None
-    radius: Annotated[float, within(0.01, 1.0, "m")] | None = None
-    height: Annotated[float, within(0.001, 1.0, "m")] | None = None
-    band_radius: Annotated[float, within(0.0, 1.0, "m")] | None = None
-    inertia: Annotated[float, within(1e-6, 1000.0, "kg m²")] | None = None
-    restitution: Annotated[float, within(0.0, 1.0)] | None = None
-    stone_friction: Annotated[float, within(0.0, 100.0)] | None = None
-
-
-class FrictionDocument(Document):
-    """The friction of every cell, as rows from y=-L/2 upward, or one number for all."""
-
-    cell_size: Annotated[float, within(1e-3, 100.0, "m")]
-    mu: float | list[list[float]]
-    sigma: float | list[list[float]] = 0.0
-    observed: bool | float | list[list[bool | float]] = 1.0
-    interpolation: Interpolation = "bilinear"
-
-
-Strength = Annotated[float, within(-MAX_PARAMETER, MAX_PARAMETER)]
-"""A parameter of an effect, in the units of its card."""
-
-
-class EffectDocument(Document):
-    """An effect with its parameters, in the units of its card."""
-
-    name: Short
-    parameters: dict[Short, Strength] = msgspec.field(default_factory=dict[str, float])
-    sigma: dict[Short, Strength | None] = msgspec.field(default_factory=dict[str, float | None])
-    believed: tuple[Short, ...] = ()
-
-
-class IceDocument(Document):
-    """An ice file."""
-
-    format: Short
-    sheet: SheetDocument
-    friction: FrictionDocument
-    stone: StoneDocument = msgspec.field(default_factory=StoneDocument)
-    effects: Annotated[list[EffectDocument], Meta(max_length=200)] = msgspec.field(
-        default_factory=list[EffectDocument]
-    )
-    provenance: dict[str, Any] = msgspec.field(default_factory=dict[str, Any])
-
-
 def write_cells(path: str | Path, ice: Ice) -> None:
     """Write the map as a table, a row for each cell: its place, mu, sigma and whether observed."""
     sheet, friction = ice.sheet, ice.friction
@@ -328,6 +286,7 @@ def ice_document(ice: Ice) -> dict[str, Any]:
             "mu": ice.friction.mu.tolist(),
             "sigma": ice.friction.sigma.tolist(),
             "observed": ice.friction.observed.tolist(),
+            **({"level": asdict(ice.friction.level)} if ice.friction.level else {}),
         },
         "effects": [
             {
@@ -335,6 +294,7 @@ def ice_document(ice: Ice) -> dict[str, Any]:
                 "parameters": dict(e.parameters),
                 "sigma": dict(e.sigma),
                 **({"believed": list(e.believed)} if e.believed else {}),
+                **({"common": {k: list(c) for k, c in e.common.items()}} if e.common else {}),
             }
             for e in ice.effects
         ],
@@ -431,17 +391,31 @@ def parse_ice(document: Any) -> Ice:
             sigma=_table(ice.friction.sigma, "friction.sigma", mu.shape),
             observed=_table(ice.friction.observed, "friction.observed", mu.shape) > 0,
             interpolation=ice.friction.interpolation,
+            level=_level_of(ice.friction.level),
         ),
         effects=tuple(_effect_of(effect, f"effects[{i}]") for i, effect in enumerate(ice.effects)),
         provenance=ice.provenance,
     )
 
 
+def _level_of(level: LevelDocument | None) -> LevelError | None:
+    if level is None:
+        return None
+    try:
+        return LevelError(sigma=level.sigma, common=level.common)
+    except InputError as error:
+        raise InputError(error.problem, where="friction.level") from error
+
+
 def _effect_of(effect: EffectDocument, where: str) -> ActiveEffect:
     sigma = {key: value for key, value in effect.sigma.items() if value is not None}
     try:
         return ActiveEffect(
-            name=effect.name, parameters=effect.parameters, sigma=sigma, believed=effect.believed
+            name=effect.name,
+            parameters=effect.parameters,
+            sigma=sigma,
+            believed=effect.believed,
+            common=effect.common,
         )
     except InputError as error:
         raise InputError(error.problem, where=error.where or where) from error

@@ -1,13 +1,15 @@
 """What an ice's standard errors mean: ices that they allow, and where a stone rests on them.
 
-An ice file holds σ of the friction in every cell and of the parameters of effects. It holds no
-correlations: errors of neighbouring cells are taken to be alike over `MAP_ERROR_LENGTH`, and errors
-of parameters to be independent of each other and of the map. Effects of the measurement are left as
-they are, because a stone does not feel them.
+An ice file holds σ of the friction in every cell and of the parameters of effects. It may also say
+what parameters and the level of the friction have of their errors in common; what is not said is
+independent. Errors of neighbouring cells beyond the level's are taken to be alike over
+`MAP_ERROR_LENGTH`. Effects of the measurement are left as they are, because a stone does not feel
+them.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 from statistics import NormalDist
@@ -38,16 +40,19 @@ def plausible_ices(
 ) -> list[Ice]:
     """Draw n ices that the standard errors of an ice allow; one, the ice itself, if all are zero.
 
-    Errors come in pairs of opposite sign. Those of the map are Gaussian with its σ in every cell
-    and the correlation exp(-(d/ℓ)²/2), ℓ = `MAP_ERROR_LENGTH`. Those of a parameter are Gaussian
-    within the bounds of its effect's card, and spread evenly over the quantiles.
+    Errors come in pairs of opposite sign. Those of the map are Gaussian with its σ in every cell:
+    that of its level is the same factor everywhere, and the rest has the correlation
+    exp(-(d/ℓ)²/2), ℓ = `MAP_ERROR_LENGTH`. Those of a parameter are Gaussian within the bounds of
+    its effect's card, and spread evenly over the quantiles. Parameters and level go together as
+    far as the ice says so.
 
     Parameters
     ----------
     ice : its values are the centre of the draws
     n : number of ices
     rng : source of the randomness
-    effects : whether to draw the parameters of effects too, or only the map
+    effects : whether to draw the parameters of effects too, or only the map as it would be if they
+        were known
 
     Raises
     ------
@@ -57,8 +62,9 @@ def plausible_ices(
     if not ice.friction.sigma.any() and not uncertain:
         return [ice]
     pairs = -(-n // 2)
-    maps = _drawn_maps(ice, pairs, rng)
-    drawn = _drawn_effects(ice, uncertain, pairs, rng)
+    shared = _common_errors(ice, pairs, rng, drawn=effects)
+    maps = _drawn_maps(ice, shared, pairs, rng)
+    drawn = _drawn_effects(ice, uncertain, shared, pairs, rng)
     ices = [
         replace(ice, friction=friction, effects=those)
         for friction, those in zip(maps, drawn, strict=True)
@@ -119,22 +125,65 @@ def _correlation_root(places: tuple[float, ...], length: float) -> Floats:
     return vectors[:, kept] * np.sqrt(values[kept])
 
 
+# --- what errors have in common ------------------------------------------------------------------
+
+
+def _common_errors(ice: Ice, pairs: int, rng: np.random.Generator, *, drawn: bool) -> Floats:
+    """The common errors of the first of each pair, (pairs, e), spread evenly over the quantiles.
+
+    They are zero where no effect is drawn: what the level has in common with effects that are known
+    is known too.
+    """
+    level = ice.friction.level
+    counts = [len(parts) for effect in ice.effects for parts in effect.common.values()]
+    count = max([*counts, 0 if level is None else len(level.common)])
+    shared = np.zeros((pairs, count))
+    for k in range(count if drawn else 0):
+        shared[:, k] = _even_normals(pairs, rng)
+    return shared
+
+
+def _even_normals(pairs: int, rng: np.random.Generator) -> Floats:
+    """Standard normal numbers, (pairs,): with their opposites evenly spread over the quantiles."""
+    upper = 0.5 + 0.5 * (rng.permutation(pairs) + rng.random(pairs)) / pairs
+    first = np.where(rng.random(pairs) < 0.5, upper, 1.0 - upper)
+    return np.array([_quantile(share) for share in first.tolist()])
+
+
+def _quantile(share: float) -> float:
+    return _NORMAL.inv_cdf(min(max(share, _LEAST_PROBABILITY), 1.0 - _LEAST_PROBABILITY))
+
+
+def _together(parts: Sequence[float], shared: Floats, own: Floats) -> Floats:
+    """Errors in standard deviations, from what they have in common and what is their own."""
+    known = np.asarray(parts)
+    rest = float(np.sqrt(max(1.0 - known @ known, 0.0)))
+    return shared[:, : len(known)] @ known + rest * own
+
+
 # --- the map -------------------------------------------------------------------------------------
 
 
-def _drawn_maps(ice: Ice, pairs: int, rng: np.random.Generator) -> list[FrictionMap]:
+def _drawn_maps(
+    ice: Ice, shared: Floats, pairs: int, rng: np.random.Generator
+) -> list[FrictionMap]:
     """Two maps for each pair."""
-    friction = ice.friction
+    friction, level = ice.friction, ice.friction.level
     if not friction.sigma.any():
         return [friction] * (2 * pairs)
     rows, columns = ice.sheet.y_centres, ice.sheet.x_centres
+    # No cell is less sure than its σ says, whatever has become of the level's.
+    common = np.minimum(0.0 if level is None else level.sigma * friction.mu, friction.sigma)
+    rest = np.sqrt(friction.sigma**2 - common**2)
+    levels = np.zeros(pairs)
+    if level is not None:
+        levels = _together(level.common, shared, _even_normals(pairs, rng))
+    low, high = (share * friction.mu for share in DRAWN_FRICTION)
     maps: list[FrictionMap] = []
-    for _ in range(pairs):
+    for whole in levels.tolist():
         field = smooth_field(rng, rows, columns, MAP_ERROR_LENGTH, MAP_ERROR_LENGTH)
         for sign in (1.0, -1.0):
-            mu = friction.mu + sign * friction.sigma * field
-            low, high = (share * friction.mu for share in DRAWN_FRICTION)
-            mu = np.clip(mu, low, high)
+            mu = np.clip(friction.mu + sign * (common * whole + rest * field), low, high)
             maps.append(replace(friction, mu=np.minimum(mu, MAX_FRICTION)))
     return maps
 
@@ -166,14 +215,20 @@ def _card_of(effect: ActiveEffect) -> EffectCard:
 
 
 def _drawn_effects(
-    ice: Ice, uncertain: list[tuple[int, str]], pairs: int, rng: np.random.Generator
+    ice: Ice,
+    uncertain: list[tuple[int, str]],
+    shared: Floats,
+    pairs: int,
+    rng: np.random.Generator,
 ) -> list[tuple[ActiveEffect, ...]]:
     """Two sets of effects for each pair."""
     drawn: list[list[dict[str, float]]] = [
         [dict(effect.parameters) for effect in ice.effects] for _ in range(2 * pairs)
     ]
     for k, name in uncertain:
-        for those, value in zip(drawn, _draws(ice.effects[k], name, pairs, rng), strict=True):
+        effect = ice.effects[k]
+        errors = _together(effect.common.get(name, ()), shared, _even_normals(pairs, rng))
+        for those, value in zip(drawn, _draws(effect, name, errors), strict=True):
             those[k][name] = value
     changed = {k for k, _ in uncertain}
     return [
@@ -185,21 +240,19 @@ def _drawn_effects(
     ]
 
 
-def _draws(effect: ActiveEffect, name: str, pairs: int, rng: np.random.Generator) -> list[float]:
-    """Two values of a parameter for each pair, from opposite quantiles."""
+def _draws(effect: ActiveEffect, name: str, errors: Floats) -> list[float]:
+    """Two values of a parameter for each error in standard deviations, from opposite quantiles."""
     parameter = _card_of(effect).parameter(name)
     value, sigma = effect.parameters.get(name, parameter.default), effect.sigma[name]
     assert value is not None  # the card allows the parameters
     low = _NORMAL.cdf((parameter.low - value) / sigma)
     high = _NORMAL.cdf((parameter.high - value) / sigma)
-    upper = 0.5 + 0.5 * (rng.permutation(pairs) + rng.random(pairs)) / pairs
-    first = np.where(rng.random(pairs) < 0.5, upper, 1.0 - upper)
     values: list[float] = []
-    for share in np.column_stack([first, 1.0 - first]).ravel().tolist():
-        quantile = low + share * (high - low)
-        quantile = min(max(quantile, _LEAST_PROBABILITY), 1.0 - _LEAST_PROBABILITY)
-        drawn = value + sigma * _NORMAL.inv_cdf(quantile)
-        values.append(min(max(drawn, parameter.low), parameter.high))
+    for error in errors.tolist():
+        share = _NORMAL.cdf(error)
+        for quantile in (share, 1.0 - share):
+            drawn = value + sigma * _quantile(low + quantile * (high - low))
+            values.append(min(max(drawn, parameter.low), parameter.high))
     return values
 
 

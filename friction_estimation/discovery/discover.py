@@ -23,7 +23,11 @@ from friction_estimation.discovery.evidence.hold_out import (
     forecast,
     noise_floor,
 )
-from friction_estimation.discovery.evidence.intervals import map_errors, standard_errors
+from friction_estimation.discovery.evidence.intervals import (
+    common_errors,
+    map_errors,
+    standard_errors,
+)
 from friction_estimation.discovery.evidence.significance import (
     EffectEvidence,
     add_effects_between_throws,
@@ -73,8 +77,8 @@ class Discovery:
     named : fit of the training throws with the effects that are named
     base : fit of the baseline to the same throws with the same noise
     final_base, seen : fits of baseline and improved model to all throws
-    final : the same of the improved model, for the files, to the throws less what the unknown does
-        to their paths; without an unknown it is `seen`
+    final : the same of the improved model, for the files, with the unknown acting on the throws;
+        without an unknown it is `seen`
     effects : evidence for the named effects
     unproved : labels that were selected but not proved: proxies of something else
     dependences : variables that the unknown follows; empty where nothing is unknown
@@ -151,8 +155,11 @@ class Discovery:
 
 
 def ice_of(fitted: SessionFit) -> Ice:
-    """The ice of a fit, with its standard errors."""
-    return fitted.model.improved_ice(standard_errors(fitted), map_errors(fitted))
+    """The ice of a fit, with its standard errors and what they have in common."""
+    level, common = common_errors(fitted)
+    return fitted.model.improved_ice(
+        standard_errors(fitted), map_errors(fitted), level=level, common=common
+    )
 
 
 def discover(

@@ -22,6 +22,7 @@ from friction_estimation.discovery.evidence.unknown.explanation import (
 from friction_estimation.discovery.evidence.unknown.nearby import Following
 from friction_estimation.discovery.model.fit import SessionFit, fit_to
 from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
+from friction_estimation.discovery.model.model import predict
 from friction_estimation.discovery.model.noise import estimate_noise
 from friction_estimation.discovery.search.residuals import Misfit
 from friction_estimation.discovery.search.score_test import holm
@@ -54,7 +55,7 @@ OF_THE_PLACE = {("x", "along"), ("y", "along")}
 class Named:
     """The named effects of the training throws, and what they leave; as of `Discovery`.
 
-    The fit is to the throws less what the `pushes` of the unknown do to them.
+    The fit is to throws on which the `pushes` of the unknown act.
     """
 
     fit: SessionFit
@@ -129,7 +130,7 @@ def _beside_unknown(
         if explains:
             named, effects, left = calm, beside, remains
     if explains:
-        after = misfit_of(replace(named, session=training))
+        after = misfit_of(_without_pushes(named, training))
         structure = friction_structure(named, rng)
         doubtful = [e.label for e in effects if not left.white and e.gain < left.excess]
     else:
@@ -153,7 +154,7 @@ def _beside_unknown(
             named.model, terms=tuple(t for t in named.model.terms if t.label not in doubtful)
         )
         named = refit(named, model)
-        after = misfit_of(replace(named, session=training))
+        after = misfit_of(_without_pushes(named, training))
     chosen = [t.label for t in selection.best.model.terms if t.label not in own]
     labels = {effect.label for effect in effects}
     return Named(
@@ -166,6 +167,12 @@ def _beside_unknown(
         dependences=_with_structure(explanation.dependences, structure, scatters=_scatters(named)),
         pushes=explanation.pushes if explains else (),
     )
+
+
+def _without_pushes(fitted: SessionFit, session: Session) -> SessionFit:
+    """A fit beside pushes as it predicts the session without them."""
+    predicted = predict(fitted.model, session, fitted.states, fitted.ln_factors)
+    return replace(fitted, session=session, predicted=predicted)
 
 
 def _with_structure(

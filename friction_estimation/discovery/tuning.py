@@ -254,6 +254,8 @@ MOST_PUSHES = 4
 COPY_ERROR = 0.003
 """Part of what pushes explain that they may get wrong: they are no exact copy of what acts, and
 paths respond to them linearly in part only. A term that explains less may mend just that."""
+LEAST_SURVIVING = 0.5
+"""Part of what an effect explains that must be left when the unknown may act otherwise as well."""
 LARGEST_REST = 0.2
 """Unless it leaves no more than this part of what was left."""
 

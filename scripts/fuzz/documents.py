@@ -19,7 +19,7 @@ def strategies(rng: random.Random) -> dict[str, Iterator[bytes]]:
     """Endless files by the names that `targets` use."""
     from agents.planning.stones_file import StoneDocument
     from agents.playing.record_schema import DeliveryLine, HeadLine, ResultLine
-    from curling_env.ice import IceDocument
+    from curling_env.ice_form import IceDocument
     from curling_env.throw import RELEASE_TABLE
     from curling_env.trajectory import TRACK_TABLE
     from friction_estimation.camera.scene import LensDocument, SceneDocument

@@ -15,7 +15,8 @@ from agents.planning.stones_file import MOST_STONES, StoneDocument
 from agents.playing import record
 from agents.playing.record_schema import DeliveryLine, HeadLine, ResultLine
 from curling_env.game.skill_file import SKILL_FORMAT, SkillDocument
-from curling_env.ice import ICE_FORMAT, IceDocument
+from curling_env.ice import ICE_FORMAT
+from curling_env.ice_form import IceDocument
 from curling_env.infrastructure.files.versions import FileFormat
 from friction_estimation.camera.scene import SCENE_FORMAT, LensDocument, SceneDocument
 from friction_estimation.discovery.report import REPORT_FORMAT

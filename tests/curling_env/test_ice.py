@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from curling_env.common_errors import LevelError
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice, save_ice
 from curling_env.physics.law import acceleration
@@ -74,6 +75,25 @@ def test_what_is_believed_and_not_measured_is_kept_by_the_file(tmp_path):
     written = json.loads((tmp_path / "ice.json").read_text())["effects"]
     assert "believed" in written[0]
     assert "believed" not in written[1]
+
+
+def test_what_errors_have_in_common_is_kept_by_the_file(tmp_path):
+    curl = ActiveEffect(
+        name="curl",
+        parameters={"strength": 0.008},
+        sigma={"strength": 1e-4},
+        common={"strength": (0.6, -0.8)},
+    )
+    ice = Ice.uniform(0.008, effects=(curl,))
+    level = LevelError(sigma=0.01, common=(0.3,))
+    ice = replace(ice, friction=replace(ice.friction, level=level))
+    save_ice(ice, tmp_path / "ice.json")
+    assert equal(load_ice(tmp_path / "ice.json"), ice)
+    assert load_ice(tmp_path / "ice.json").friction.level == level
+    # Readers of releases before it refuse keys that they do not know.
+    save_ice(Ice.uniform(0.008), tmp_path / "plain.json")
+    assert "level" not in json.loads((tmp_path / "plain.json").read_text())["friction"]
+    assert "level" not in json.loads((tmp_path / "ice.json").read_text())["effects"][0]
 
 
 @pytest.mark.parametrize("name", ["standard", "fitted", "club", "fcv1", "paper"])
@@ -154,6 +174,14 @@ def broken(document, path, value):
         (("effects", 0, "believed"), "strength", r"effects\[0\].believed"),
         (("effects", 0, "believed"), [1], r"effects\[0\].believed"),
         (("effects", 0, "believed"), ["speed_exponent"], r"effects\[0\].*'speed_exponent'"),
+        (("effects", 0, "common"), {"speed_exponent": [0.5]}, r"effects\[0\].*no sigma"),
+        (("effects", 0, "common"), {"strength": [0.8, 0.8]}, r"effects\[0\].*1.28"),
+        (("effects", 0, "common"), {"strength": [1.5]}, r"effects\[0\].common"),
+        (("effects", 0, "common"), {"strength": 0.5}, r"effects\[0\].common"),
+        (("effects", 0, "common"), {"strength": [0.01] * 201}, r"effects\[0\].common"),
+        (("friction", "level"), {"sigma": -0.1}, r"friction.level"),
+        (("friction", "level"), {"common": []}, r"friction.level"),
+        (("friction", "level"), {"sigma": 0.1, "common": [0.9, 0.9]}, r"friction.level: .*1.62"),
     ],
 )
 def test_broken_files_are_refused_with_the_place(tmp_path, path, value, says):

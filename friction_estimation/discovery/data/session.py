@@ -30,6 +30,7 @@ from friction_estimation.discovery.data.outliers import (
     robust_deviation,
     without_outliers,
 )
+from friction_estimation.discovery.data.unknown_pushes import UnknownPushes
 from friction_estimation.discovery.data.wear_tracks import WearTracks
 from friction_estimation.discovery.tuning import (
     CLAIMED_NOISE,
@@ -78,6 +79,7 @@ class Session:
     measurements : effects that the camera may have on the tracks
     wear_tracks : tracks of the stones in all throws of the session; throws that are not searched
         wear the ice too
+    pushes : what something unknown does to the stones; None for nothing
     """
 
     throws: Indices
@@ -97,6 +99,7 @@ class Session:
     left_out: tuple[str, ...] = ()
     measurements: tuple[EffectCard, ...] = field(default_factory=measurement_effects)
     wear_tracks: WearTracks = field(default_factory=WearTracks)
+    pushes: UnknownPushes | None = None
 
     def __len__(self) -> int:
         return len(self.throws)
@@ -241,6 +244,7 @@ class Session:
             swept=self.swept[rows],
             sigma=self.sigma[rows],
             starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
+            pushes=self.pushes and self.pushes.only(chosen),
         )
 
 

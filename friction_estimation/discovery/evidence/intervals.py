@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import norm
 
+from curling_env.common_errors import LevelError
 from curling_env.typing import Floats
 from friction_estimation.discovery.evidence.mixture import mixture
 from friction_estimation.discovery.model.fit import SessionFit, refit
@@ -27,6 +28,8 @@ from friction_estimation.discovery.search.patch_sides import (
 )
 from friction_estimation.discovery.tuning import SIDE_SHIFTS
 
+NEARLY_ONE = 1e-9
+"""Added to the diagonal of a correlation, which rounding may have left without a root."""
 IMPOSSIBLE = 40.0
 """Rise of F beyond which a place weighs nothing, by what is foreseen of it."""
 
@@ -52,6 +55,45 @@ def map_errors(fitted: SessionFit) -> Floats | None:
     variance = np.einsum("ci,ij,cj->c", columns, covariance, columns)
     variance += field.amplitude**2 * field.unresolved()
     return np.sqrt(np.maximum(variance, 0.0)).reshape(field.sheet.shape)
+
+
+def common_errors(
+    fitted: SessionFit,
+) -> tuple[LevelError, dict[tuple[str, str], tuple[float, ...]]]:
+    """What the errors of effects and of the friction's level have in common, as in an ice file.
+
+    Their covariance is Gaussian with the spread between throws integrated over. Each error of a
+    parameter is written by those before it, as by Cholesky's root of their correlation; that of the
+    level comes last, and is its own as far as the parameters do not explain it.
+
+    Returns
+    -------
+    the error of the level, and for every parameter of an effect, by (term, parameter), the common
+    parts of its error
+    """
+    model = fitted.model
+    names = [
+        (k, name)
+        for k, name in enumerate(model.names)
+        if name[0] and model.term(name[0]).card.is_physical
+    ]
+    found = mixture(fitted)
+    to_level = np.zeros(len(model.names))
+    to_level[GLOBALS.index("ln_mu")] = 1.0
+    if model.map_field is not None:
+        to_level[model.map_slice] = model.map_field.patterns[model.map_field.crossed].mean(axis=0)
+    rows = np.vstack([np.eye(len(to_level))[[k for k, _ in names]], to_level])
+    within = np.einsum("s,sij->ij", found.weights, found.covariances)
+    steps = found.steps @ rows.T
+    covariance = rows @ within @ rows.T + np.einsum("s,si,sj->ij", found.weights, steps, steps)
+    deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    known = deviations > 0.0  # rounding has lost the others
+    scale = np.where(known, 1.0 / np.where(known, deviations, 1.0), 0.0)
+    correlation = covariance * scale[:, None] * scale
+    correlation[np.diag_indices_from(correlation)] = 1.0 + NEARLY_ONE
+    root = np.round(np.linalg.cholesky(correlation), 6)
+    level = LevelError(sigma=float(deviations[-1]), common=tuple(root[-1, :-1].tolist()))
+    return level, {name: tuple(root[i, : i + 1].tolist()) for i, (_, name) in enumerate(names)}
 
 
 def level_error(fitted: SessionFit) -> float:

@@ -90,7 +90,11 @@ class Term:
         """The same term with these parameters fitted as well."""
         return replace(self, free=(*self.free, *(n for n in names if n not in self.free)))
 
-    def effect(self, sigma: Mapping[str, float] | None = None) -> ActiveEffect:
+    def effect(
+        self,
+        sigma: Mapping[str, float] | None = None,
+        common: Mapping[str, tuple[float, ...]] | None = None,
+    ) -> ActiveEffect:
         """The term as it stands in an ice file."""
         errors = dict(sigma or {})
         believed = tuple(
@@ -99,7 +103,11 @@ class Term:
             if errors.get(name, 0.0) > STILL_BELIEVED * belief.sd
         )
         return ActiveEffect(
-            name=self.name, parameters=dict(self.values), sigma=errors, believed=believed
+            name=self.name,
+            parameters=dict(self.values),
+            sigma=errors,
+            believed=believed,
+            common=dict(common or {}),
         )
 
 

@@ -28,11 +28,12 @@ from curling_env.physics.motion import (
 from curling_env.physics.one_stone.map_path import quintic
 from curling_env.physics.state import State
 from curling_env.typing import Floats, Indices
+from friction_estimation.discovery.data.unknown_pushes import UnknownPushes
 
 LONGEST_STEP = 0.5
 """Longest step on uniform ice [s]."""
 PATTERNED_STEP = 0.15
-"""Longest step on a map [s]: a few steps to a cell."""
+"""Longest step on a map, and where something unknown pushes [s]: a few steps to a cell."""
 SPEED_SHARE = 0.2
 """Part of its speed that a stone may lose in one step."""
 REST_SPEED = 2e-3
@@ -77,6 +78,7 @@ class ThrowInputs(NamedTuple):
     switch_starts : (k+1,) index of the first switch of each throw
     times : (rows,) measured times [s]
     starts : (k+1,) index of the first time of each throw
+    pushes : what something unknown does to the stones
     """
 
     orders: Indices
@@ -87,6 +89,7 @@ class ThrowInputs(NamedTuple):
     switch_starts: Indices
     times: Floats
     starts: Indices
+    pushes: UnknownPushes
 
 
 class IntegrationWorkspace(NamedTuple):
@@ -98,18 +101,20 @@ class IntegrationWorkspace(NamedTuple):
     push : (PUSH_SIZE,) what they write
     parts : (6,) the law's parts
     states : (8, 6) states and their rates of change
+    unknown : (4,) pushes of something unknown
     """
 
     motion: Floats
     push: Floats
     parts: Floats
     states: Floats
+    unknown: Floats
 
 
 def new_workspace() -> IntegrationWorkspace:
     """Arrays for `slide_session` to work in."""
     return IntegrationWorkspace(
-        np.zeros(MOTION_SIZE), np.zeros(PUSH_SIZE), np.zeros(6), np.zeros((8, 6))
+        np.zeros(MOTION_SIZE), np.zeros(PUSH_SIZE), np.zeros(6), np.zeros((8, 6)), np.zeros(4)
     )
 
 
@@ -140,25 +145,51 @@ def _worn(wear: Any, throw: int, x: float, y: float) -> float:
 
 
 @inlined
+def _is_pushed(pushes: Any, throw: int) -> bool:
+    """Whether something unknown pushes the stone of a throw."""
+    return pushes.starts[throw + 1] - pushes.starts[throw] > 1
+
+
+@inlined
+def _unknown_at(pushes: Any, throw: int, t: float, out: Any) -> None:
+    """Fill out (4,) with the pushes of something unknown at a time of a throw."""
+    begin, end = pushes.starts[throw], pushes.starts[throw + 1]
+    place = min(max(t / pushes.spacing[throw], 0.0), end - begin - 1.0)
+    i = min(floor(place), end - begin - 2)
+    u = place - i
+    for j in range(4):
+        out[j] = (1.0 - u) * pushes.sizes[begin + i, j] + u * pushes.sizes[begin + i + 1, j]
+
+
+@inlined
 def _derivative(
-    law: Any, wear: Any, throw: int, clock: float, t: float, s: Any, d: Any, work: Any
+    law: Any, wear: Any, throws: Any, throw: int, t: float, s: Any, d: Any, work: Any
 ) -> None:
     """Fill d (6,) with the rate of change of the state s (6,) at time t."""
     motion, parts = work.motion, work.parts
     x, y, vx, vy, spin = s[State.X], s[State.Y], s[State.VX], s[State.VY], s[State.OMEGA]
     motion[T] = t
-    motion[CLOCK] = clock + t
+    motion[CLOCK] = throws.clocks[throw] + t
     motion[HEADING] = s[State.THETA]
     law_terms(law, motion, work.push, x, y, vx, vy, spin, parts)
     mu = mu_of_map(law, x, y)
     if wear.along_path != 0.0:
         mu *= _worn(wear, throw, x, y)
+    pushed = _is_pushed(throws.pushes, throw)
+    if pushed:
+        _unknown_at(throws.pushes, throw, t, work.unknown)
+        mu *= exp(work.unknown[0])
     d[State.X] = vx
     d[State.Y] = vy
     d[State.THETA] = spin
     d[State.VX] = mu * parts[0] + parts[3]
     d[State.VY] = mu * parts[1] + parts[4]
     d[State.OMEGA] = mu * parts[2] + parts[5]
+    if pushed:
+        left = work.unknown[1] / max(sqrt(vx * vx + vy * vy), 1e-6)
+        d[State.VX] += work.unknown[2] - left * vy
+        d[State.VY] += left * vx
+        d[State.OMEGA] += work.unknown[3]
 
 
 @compiled
@@ -193,6 +224,9 @@ def friction_of_session(
             local = mu_of_map(law, x, y)
             if wear.along_path != 0.0:
                 local *= _worn(wear, i, x, y)
+            if _is_pushed(throws.pushes, i):
+                _unknown_at(throws.pushes, i, t, work.unknown)
+                local *= exp(work.unknown[0])
             for j in range(3):
                 out[row, j] = local * parts[j]
 
@@ -243,18 +277,18 @@ def _slide_at(law: Any, wear: Any, throws: Any, throw: int, s: Any, out: Any, wo
     motion, states = work.motion, work.states
     before, d, d0, middle = states[0], states[1], states[2], states[3]
     d2, d3, d4 = states[4], states[5], states[6]
-    clock = throws.clocks[throw]
     switches = throws.switches[throws.switch_starts[throw] : throws.switch_starts[throw + 1]]
     times = throws.times[throws.starts[throw] : throws.starts[throw + 1]]
     n = times.shape[0]
-    longest = PATTERNED_STEP if law.patterned or wear.along_path != 0.0 else LONGEST_STEP
+    is_even = not law.patterned and wear.along_path == 0.0 and not _is_pushed(throws.pushes, throw)
+    longest = LONGEST_STEP if is_even else PATTERNED_STEP
     t = 0.0
     row = 0
     switch = 0
     while row < n and times[row] <= 0.0:
         _copy(s, out[row])
         row += 1
-    _derivative(law, wear, throw, clock, t, s, d, work)
+    _derivative(law, wear, throws, throw, t, s, d, work)
     for _ in range(MOST_STEPS):
         if row >= n:
             return
@@ -277,7 +311,7 @@ def _slide_at(law: Any, wear: Any, throws: Any, throw: int, s: Any, out: Any, wo
             return
         if switch < switches.shape[0] and switches[switch] <= t + 1e-9:
             motion[SWEPT] = 1.0 - motion[SWEPT]
-            _derivative(law, wear, throw, clock, t, s, d, work)
+            _derivative(law, wear, throws, throw, t, s, d, work)
             switch += 1
         h = SPEED_SHARE * fastest / max(rate, fabs(turn) * law.band_radius, 1e-9)
         h = min(longest, h)
@@ -289,16 +323,16 @@ def _slide_at(law: Any, wear: Any, throws: Any, throw: int, s: Any, out: Any, wo
         _copy(d, d0)
         for j in range(6):
             middle[j] = s[j] + 0.5 * h * d0[j]
-        _derivative(law, wear, throw, clock, t + 0.5 * h, middle, d2, work)
+        _derivative(law, wear, throws, throw, t + 0.5 * h, middle, d2, work)
         for j in range(6):
             middle[j] = s[j] + 0.5 * h * d2[j]
-        _derivative(law, wear, throw, clock, t + 0.5 * h, middle, d3, work)
+        _derivative(law, wear, throws, throw, t + 0.5 * h, middle, d3, work)
         for j in range(6):
             middle[j] = s[j] + h * d3[j]
-        _derivative(law, wear, throw, clock, t + h, middle, d4, work)
+        _derivative(law, wear, throws, throw, t + h, middle, d4, work)
         for j in range(6):
             s[j] += h / 6.0 * (d0[j] + 2.0 * d2[j] + 2.0 * d3[j] + d4[j])
-        _derivative(law, wear, throw, clock, t + h, s, d, work)
+        _derivative(law, wear, throws, throw, t + h, s, d, work)
         while row < n and times[row] <= t + h:
             _between(before, d0, s, d, h, (times[row] - t) / h, out[row])
             row += 1

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from curling_env.common_errors import LevelError
 from curling_env.ice import Ice
 from curling_env.physics.law import Law, compile_law
 from curling_env.physics.state import State
@@ -15,6 +16,7 @@ from curling_env.physics.wear import wear_along_path
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
+from friction_estimation.discovery.data.unknown_pushes import no_pushes
 from friction_estimation.discovery.data.wear_tracks import wear_refinement
 from friction_estimation.discovery.model.camera_ripple import CameraRipple
 from friction_estimation.discovery.model.candidates import Belief, Term
@@ -249,7 +251,12 @@ class Model:
         )
 
     def improved_ice(
-        self, sigma: Mapping[tuple[str, str], float], map_sigma: Floats | None = None
+        self,
+        sigma: Mapping[tuple[str, str], float],
+        map_sigma: Floats | None = None,
+        *,
+        level: LevelError | None = None,
+        common: Mapping[tuple[str, str], tuple[float, ...]] | None = None,
     ) -> Ice:
         """The ice as an ice file holds it.
 
@@ -259,7 +266,10 @@ class Model:
         ----------
         sigma : standard errors by (term, parameter)
         map_sigma : (rows, columns) standard errors of ln μ of the cells, where there is a map
+        level : the error that all cells have in common
+        common : what errors of parameters have in common with others, by (term, parameter)
         """
+        common = common or {}
         factor = float(np.exp(self.ln_mu))
         worn = wear_along_path(self._ice_with_terms) != 0.0
         ice = self.ice if map_sigma is None else self._mapped_ice(map_sigma)
@@ -272,11 +282,12 @@ class Model:
         inertia = stone.inertia / float(np.exp(self.ln_coupling))
         return replace(
             ice,
-            friction=replace(friction, mu=friction.mu * factor, sigma=own * factor),
+            friction=replace(friction, mu=friction.mu * factor, sigma=own * factor, level=level),
             stone=replace(stone, inertia=inertia),
             effects=tuple(
                 term.effect(
-                    {n: sigma[term.label, n] for n in term.free if (term.label, n) in sigma}
+                    {n: sigma[term.label, n] for n in term.free if (term.label, n) in sigma},
+                    {n: common[term.label, n] for n in term.free if (term.label, n) in common},
                 )
                 for term in self.terms
                 if not term.map_field
@@ -355,6 +366,7 @@ def throw_inputs(session: Session, times: Floats, starts: Indices) -> ThrowInput
         switch_starts=firsts,
         times=times,
         starts=starts,
+        pushes=no_pushes(len(session)) if session.pushes is None else session.pushes,
     )
 
 

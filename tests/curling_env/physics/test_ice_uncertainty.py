@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from curling_env.common_errors import LevelError
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
 from curling_env.physics.ice_uncertainty import is_uncertain, plausible_ices, rest_spread
@@ -69,6 +70,49 @@ def test_parameters_have_their_sigma_each_on_its_own():
     # What has no σ stays.
     assert all(ice.effect("air_drag") == doubtful().effect("air_drag") for ice in drawn)
     assert set(values(drawn, "spin_drag", "rate")) == {0.0115}
+
+
+def together(ice: Ice) -> Ice:
+    """The ice with errors of curl and level that go with that of the exponent, less or more."""
+    common = {"speed_dependent_friction": {"exponent": (1.0,)}, "curl": {"strength": (-0.6, 0.8)}}
+    effects = tuple(replace(e, common=common.get(e.name, {})) for e in ice.effects)
+    level = LevelError(sigma=0.03, common=(0.8, 0.2))
+    return replace(ice, effects=effects, friction=replace(ice.friction, level=level))
+
+
+def test_errors_go_together_as_the_ice_says():
+    drawn = draw(together(doubtful()), 600)
+    exponent = values(drawn, "speed_dependent_friction", "exponent")
+    strength = values(drawn, "curl", "strength")
+    mu = np.array([one.friction.mu for one in drawn]) / doubtful().friction.mu
+    # The mean of nine columns and a hundred rows holds the level, and little of the rest.
+    level = mu.mean(axis=(1, 2)) - 1.0
+    found = np.corrcoef([exponent, strength, level])
+    assert found[0, 1] == pytest.approx(-0.6, abs=0.08)
+    assert found[0, 2] == pytest.approx(0.8, abs=0.1)
+    assert found[1, 2] == pytest.approx(-0.6 * 0.8 + 0.8 * 0.2, abs=0.12)
+    free = values(drawn, "curl", "speed_exponent")
+    assert abs(np.corrcoef(free, exponent)[0, 1]) < 0.12
+    # What each has by itself stays what its σ says.
+    assert exponent.std() == pytest.approx(0.01, rel=0.05)
+    assert strength.std() == pytest.approx(8e-4, rel=0.08)
+    assert level.std() == pytest.approx(0.03, rel=0.15)
+    np.testing.assert_allclose(mu.std(axis=0), 0.05, rtol=0.25)
+
+
+def test_a_map_alone_errs_as_if_the_effects_were_known():
+    ice = together(doubtful())
+    level = replace(ice.friction.level, common=(0.8, 0.6))
+    ice = replace(ice, friction=replace(ice.friction, level=level))
+    mu = np.array([one.friction.mu for one in draw(ice, 200, effects=False)])
+    rest = np.sqrt(0.05**2 - 0.03**2)
+    np.testing.assert_allclose(mu.std(axis=0) / ice.friction.mu, rest, rtol=0.35)
+
+
+def test_a_cell_is_never_less_sure_than_its_sigma_says():
+    ice = together(doubtful(share=0.01))
+    mu = np.array([one.friction.mu for one in draw(ice, 400)])
+    np.testing.assert_allclose(mu.std(axis=0) / ice.friction.mu, 0.01, rtol=0.05)
 
 
 def test_few_ices_show_a_parameters_sigma_too():

@@ -9,7 +9,6 @@ import pytest
 
 from friction_estimation.discovery import naming
 from friction_estimation.discovery.discover import discover
-from friction_estimation.discovery.evidence.unknown.explanation import less
 from friction_estimation.discovery.evidence.unknown.nearby import Following
 from friction_estimation.discovery.model.fit import fit
 
@@ -26,8 +25,9 @@ def test_an_unknown_with_which_the_throws_fit_worse_takes_no_name(
         told = explain(fitted, own, rng)
         session = told.fit.session
         bend = np.zeros((len(session.times), 3))
-        bend[:, 0] = 0.3 * np.sign(session.theta - session.theta[0]) * np.sin(session.xy[:, 1] / 3)
-        bent = less(session, np.nan_to_num(bend))
+        side = np.nan_to_num(np.sign(session.theta - session.theta[0]))
+        bend[:, 0] = 0.3 * side * np.sin(session.xy[:, 1] / 3)
+        bent = replace(session, xy=session.xy - bend[:, :2], pushes=None)
         model = fitted.model if pushes else replace(fitted.model, terms=())
         astray = fit(model, bent, fitted.noise, states=fitted.states)
         return replace(told, fit=astray, pushes=pushes)

@@ -13,8 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from curling_env.physics.effects.card import Push
-from curling_env.typing import Floats
-from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.evidence.mixture import has_few_throws
 from friction_estimation.discovery.evidence.unknown.nearby import (
     Combination,
@@ -35,6 +33,7 @@ from friction_estimation.discovery.tuning import (
     LARGEST_P,
     LARGEST_REST,
     LEAST_GAIN,
+    LEAST_SURVIVING,
     MOST_PUSHES,
     MOST_VARIABLES,
     USUAL_SPREAD,
@@ -44,8 +43,18 @@ SHORTLIST = 5
 """Moves of a search whose spread and scales are found, those that promise most."""
 MOST_MOVES = 16
 """Terms that a search adds or drops at most."""
+ALIKE: dict[Push, Push] = {
+    "along": "along the sheet",
+    "along the sheet": "along",
+    "left": "across the sheet",
+    "across the sheet": "left",
+}
+"""Pushes of one kind: on the friction, and sideways."""
 MOST_ROUNDS = 3
-"""Times that the models near a fit are laid out anew, because other effects were chosen."""
+"""Times that the models near a fit are laid out anew, because other effects were chosen, or paths
+lie elsewhere."""
+SETTLED = 1e-3
+"""Distance that paths move from one such round to the next, below which they have settled [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -124,6 +133,38 @@ def _moves(around: Nearby, made: Combination, *, held: bool) -> list[Combination
     return effects + fewer + [made.following(p, scale) for p in further for scale in (0.3, 1.0)]
 
 
+def surviving(around: Nearby, made: Combination, dispersion: float) -> Combination:
+    """A combination with those effects alone that are needed beside the unknown as it may be.
+
+    What follows a variable by one push may as well follow it by another of its kind: more friction
+    one way and less the other need not be equally much. An effect that such a push does without
+    may be no more than that.
+
+    Parameters
+    ----------
+    around, made, dispersion : as of `search`
+    """
+    for push in made.pushes:
+        other = push._replace(push=ALIKE.get(push.push, push.push))
+        if not push.variable or other not in around.pushes or other in made.pushes:
+            continue
+        whole = around.at_best(made.following(other), dispersion)[1]
+        left = {
+            label: _explained(around, whole, label) / max(_explained(around, made, label), 1.0)
+            for label in made.effects
+        }
+        needless = [label for label, share in left.items() if share < LEAST_SURVIVING]
+        if needless:
+            made = replace(whole, effects=whole.effects - {min(needless, key=left.__getitem__)})
+            return surviving(around, made, dispersion)
+    return made
+
+
+def _explained(around: Nearby, made: Combination, label: str) -> float:
+    """What an effect of a combination explains: −2 ln likelihood that is more without it."""
+    return around.fall_short(made.toggled(label)) - around.fall_short(made)
+
+
 def dependences(
     around: Nearby, made: Combination, dispersion: float, rng: np.random.Generator
 ) -> list[Dependence]:
@@ -187,7 +228,7 @@ class Explanation:
 
     Parameters
     ----------
-    fit : fit of the effects to the session less what the unknown does to its paths
+    fit : fit of the effects to the session in which the unknown acts
     pushes : pushes of the unknown
     dependences : variables that these follow
     beats_map : whether they explain more than a friction map in the fit that they began with; a map
@@ -220,6 +261,7 @@ def explain(fitted: SessionFit, given: Iterable[str], rng: np.random.Generator) 
         found = [search(around, start) for start in {tuple(own), ()}]
         least = min(dispersion for _, dispersion in found)
         made, dispersion = min(found, key=lambda each: around.value(each[0], least))
+        made = surviving(around, made, dispersion)
         if MAP_CARD.name in optional:
             with_map = around.at_best(Combination(effects=frozenset(optional)), least)[0]
             beats_map = around.value(made, least) < with_map - LEAST_GAIN
@@ -227,7 +269,7 @@ def explain(fitted: SessionFit, given: Iterable[str], rng: np.random.Generator) 
         if len(tried) == MOST_ROUNDS or (tried and made.effects in tried):
             break
         tried.append(made.effects)
-        fitted = replace(calm, session=session)
+        fitted = calm
     return Explanation(
         fit=calm,
         pushes=made.pushes,
@@ -244,7 +286,7 @@ def _fit_beside(
     *,
     shaped: bool = False,
 ) -> SessionFit:
-    """The fit of the effects of a combination to a session less what its pushes do.
+    """The fit of the effects of a combination to a session in which its pushes act.
 
     Parameters
     ----------
@@ -252,12 +294,12 @@ def _fit_beside(
     others : candidates of which the combination may have some
     shaped : whether finer forms of the effects are tried too
     """
-    start, session = around.fitted, around.fitted.session
+    start = around.fitted
     dropped = {label for label in around.optional if label not in made.effects}
     model = replace(
         start.model, terms=tuple(t for t in start.model.terms if t.label not in dropped)
     )
-    calm = less(session, around.displacement(made, dispersion))
+    calm = around.pushed(made, dispersion)
     fitted = fit(model, calm, start.noise, states=start.states, ln_factors=start.ln_factors)
     for term in others:
         if term.label in made.effects:
@@ -267,40 +309,40 @@ def _fit_beside(
     return refit(replace(fitted, noise=noise), fitted.model)
 
 
-def less(session: Session, displacement: Floats) -> Session:
-    """A session whose stones were displaced less, by (rows, 3) in x, y and heading."""
-    return replace(
-        session, xy=session.xy - displacement[:, :2], theta=session.theta - displacement[:, 2]
-    )
-
-
 def fit_beside(fitted: SessionFit, pushes: Sequence[Following]) -> SessionFit:
-    """The fit of the same effects to a session less what pushes of an unknown do to its paths.
+    """The fit of the same effects to a session in which pushes of an unknown act on the stones.
 
-    What the pushes could do in place of an effect is no information on that effect. How much that
-    is depends on how far throws differ, so that the fit holds at one spread of theirs.
+    The pushes are found anew where the paths then lie, until these no longer move. What the pushes
+    could do in place of an effect is no information on that effect. How much that is depends on how
+    far throws differ, so that the fit holds at one spread of theirs.
 
     Parameters
     ----------
     fitted : fit to the session as it is
     pushes : the pushes
     """
-    around = nearby(fitted, ())
-    made = Combination()
-    for push in pushes:
-        if push in around.pushes:
-            made = made.following(push)
-    dispersion = around.dispersion(made)
-    made = around.at_best(made, dispersion)[1]
-    calm = _fit_beside(around, made, around.dispersion(made))
-    if not made.pushes:
-        return calm
+    calm, made = fitted, Combination()
+    for _ in range(MOST_ROUNDS):
+        around, before = nearby(calm, ()), calm.predicted
+        made = Combination()
+        for push in pushes:
+            if push in around.pushes:
+                made = made.following(push)
+        dispersion = around.dispersion(made)
+        made = around.at_best(made, dispersion)[1]
+        calm = _fit_beside(around, made, around.dispersion(made))
+        if not made.pushes:
+            return calm
+        if np.abs(calm.predicted - before)[:, :2].max() < SETTLED:
+            break
     if has_few_throws(fitted):
         made = replace(made, spread=USUAL_SPREAD)
-    again = nearby(replace(calm, session=fitted.session), ())
+    again = nearby(calm, ())
     # What is taken off and what it is taken off from are of one linearisation.
     own = 7 + len(calm.model.vector)
     columns = np.concatenate([again.columns[:, :, :own], calm.residuals[:, :, None]], axis=2)
     grams = gram_matrices(calm.session, calm.noise, columns)
     grams[:, 7:own, 7:own] -= again.taken_over(made) / len(grams)
+    # What neither explains counts as noise that is larger.
+    grams /= again.dispersion(made)
     return replace(calm, grams=grams, only_spread=made.spread)

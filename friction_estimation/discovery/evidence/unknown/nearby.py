@@ -21,7 +21,14 @@ from scipy.linalg import solve_triangular
 
 from curling_env.physics.effects.card import Push
 from curling_env.typing import Floats, Indices
-from friction_estimation.discovery.evidence.unknown.pushes import PUSHES, responses, variables
+from friction_estimation.discovery.data.session import Session
+from friction_estimation.discovery.evidence.unknown.pushes import (
+    PUSHES,
+    pushes_over_time,
+    response_to,
+    responses,
+    variables,
+)
 from friction_estimation.discovery.model.candidates import Term
 from friction_estimation.discovery.model.elimination import (
     eliminate_factor,
@@ -32,6 +39,7 @@ from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.model.friction_field import CARD
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.quadratic import prior_gram
+from friction_estimation.discovery.model.response import LinearisedPaths
 from friction_estimation.discovery.model.sensitivity import linearised_paths, sensitivities
 from friction_estimation.discovery.search.residuals import slow_columns
 from friction_estimation.discovery.tuning import (
@@ -112,6 +120,8 @@ class Nearby:
     fitted : the fit
     model : its model with the candidates at their neutral values
     columns : (rows, 3, 7 + m) derivatives of x, y and heading by releases, factors and parameters
+    residuals : (rows, 3) what the fit leaves, and what the pushes that it has explain
+    paths, functions : how paths respond, and the functions of each variable at their instants
     reduced : (k, m + 2, m + 2) Gram matrices, as of `eliminate_factor`
     optional : labels of terms that a combination may have or lack
     pushes : places of the pushes among the m parameters
@@ -120,6 +130,9 @@ class Nearby:
     fitted: SessionFit
     model: Model
     columns: Floats
+    residuals: Floats
+    paths: LinearisedPaths
+    functions: dict[str, Floats]
     reduced: Floats
     optional: tuple[str, ...]
     pushes: dict[Following, Indices]
@@ -298,14 +311,19 @@ class Nearby:
             scores[i] = own / dispersion
         return scores
 
-    def displacement(self, made: Combination, dispersion: float) -> Floats:
-        """How far the pushes of a combination move stones in x, y and heading, (rows, 3)."""
+    def pushed(self, made: Combination, dispersion: float) -> Session:
+        """The session with what the pushes of a combination do to its stones."""
         step, quadratic = self.steps(made, dispersion)
         count = sum(len(self.pushes[push]) for push in made.pushes)
         if not count:
-            return np.zeros(self.columns.shape[:2])
-        at = quadratic.places[:-1][-count:]
-        return self.columns[:, :, 7 + at] @ step[-count:]
+            return replace(self.fitted.session, pushes=None)
+        coefficients = np.zeros(self.size)
+        coefficients[quadratic.places[:-1][-count:]] = step[-count:]
+        sizes: dict[Push, Floats] = {}
+        for push in made.pushes:
+            own = self.functions[push.variable] @ coefficients[self.pushes[push]]
+            sizes[push.push] = sizes.get(push.push, 0.0) + own
+        return replace(self.fitted.session, pushes=pushes_over_time(self.paths, sizes))
 
     def taken_over(self, made: Combination) -> Floats:
         """Information on the fit's parameters that is lost because pushes may do the same, (P, P).
@@ -386,11 +404,16 @@ def nearby(fitted: SessionFit, optional: Sequence[str], candidates: Sequence[Ter
     model = fitted.model.with_terms(*candidates)
     _, columns = sensitivities(model, session, fitted.states, fitted.ln_factors)
     paths = linearised_paths(fitted.model, session, fitted.states, fitted.ln_factors)
-    functions = variables(paths, paths.at_instants(np.nan_to_num(fitted.residuals)))
+    residuals = fitted.residuals
+    variable = variables(paths, paths.at_instants(np.nan_to_num(residuals)))
+    functions = {"": np.ones((len(paths.path), 1)), **variable}
+    if session.pushes is not None:
+        # Pushes are counted from none, and not from those that the fit already has.
+        residuals = residuals + response_to(paths, session.pushes)
     stacked = [columns]
     position = columns.shape[2] - 7
     pushes: dict[Following, Indices] = {}
-    for name, columns_of in {"": np.ones((len(paths.path), 1)), **functions}.items():
+    for name, columns_of in functions.items():
         width = columns_of.shape[1]
         stacked.append(responses(paths, columns_of))
         for k, push in enumerate(PUSHES):
@@ -398,11 +421,14 @@ def nearby(fitted: SessionFit, optional: Sequence[str], candidates: Sequence[Ter
                 begin = position + k * width
                 pushes[Following(name, push)] = np.arange(begin, begin + width)
         position += len(PUSHES) * width
-    whole = np.concatenate([*stacked, fitted.residuals[:, :, None]], axis=2)
+    whole = np.concatenate([*stacked, residuals[:, :, None]], axis=2)
     return Nearby(
         fitted=fitted,
         model=model,
         columns=whole[:, :, :-1],
+        residuals=residuals,
+        paths=paths,
+        functions=functions,
         reduced=eliminate_states(gram_matrices(session, fitted.noise, whole)),
         optional=(*optional, *(term.label for term in candidates)),
         pushes=pushes,

@@ -5,12 +5,16 @@ They act along the travel, to its left, on the rotation, and fixed in the sheet.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from curling_env.physics.effects.card import Push
 from curling_env.physics.state import State
 from curling_env.typing import Floats
+from friction_estimation.discovery.data.unknown_pushes import UnknownPushes
 from friction_estimation.discovery.model.response import LinearisedPaths
+from friction_estimation.discovery.tuning import LARGEST_LN_FACTOR
 
 PUSHES: tuple[Push, ...] = ("along", "left", "turn", "along the sheet", "across the sheet")
 
@@ -69,6 +73,30 @@ def _tents(values: Floats, count: int) -> Floats:
     return np.maximum(1.0 - np.abs(place[:, None] - np.arange(count)), 0.0)
 
 
+def directions(paths: LinearisedPaths) -> dict[Push, Floats]:
+    """What one unit of each of `PUSHES` does, (n, 3) accelerations along x, along y, of the spin.
+
+    A push along the travel is more friction by a share of it, as is one along the sheet, but less
+    of it towards the home end; the others are in m/s² and rad/s².
+    """
+    velocity = paths.path[:, State.VX : State.VY + 1]
+    travel = velocity / np.maximum(np.hypot(*velocity.T), 1e-6)[:, None]
+    zero, one = np.zeros(len(travel)), np.ones(len(travel))
+    return {
+        "along": paths.friction,
+        "left": np.column_stack([-travel[:, 1], travel[:, 0], zero]),
+        "turn": np.column_stack([zero, zero, one]),
+        "along the sheet": ways(paths)[:, None] * paths.friction,
+        "across the sheet": np.column_stack([one, zero, zero]),
+    }
+
+
+def ways(paths: LinearisedPaths) -> Floats:
+    """The direction of play at every instant, 1 or -1, (n,)."""
+    starts = paths.instants.starts
+    return np.repeat(np.sign(paths.path[starts[:-1], State.VY]), np.diff(starts))
+
+
 def responses(paths: LinearisedPaths, functions: Floats) -> Floats:
     """Change of x, y and heading for pushes that follow functions, (rows, 3, 5 b).
 
@@ -79,20 +107,42 @@ def responses(paths: LinearisedPaths, functions: Floats) -> Floats:
 
     Returns
     -------
-    for each of `PUSHES` the b functions; a push along the travel is more friction by a share of
-    it, as is one along the sheet, but less of it towards the home end; the others are in m/s² and
-    rad/s²
+    for each of `PUSHES` the b functions
     """
-    velocity = paths.path[:, State.VX : State.VY + 1]
-    travel = velocity / np.maximum(np.hypot(*velocity.T), 1e-6)[:, None]
-    zero, one = np.zeros(len(travel)), np.ones(len(travel))
-    ways = np.sign(paths.path[paths.instants.starts[:-1], State.VY])
-    way = np.repeat(ways, np.diff(paths.instants.starts))[:, None]
-    pushes = {
-        "along": paths.friction,
-        "left": np.column_stack([-travel[:, 1], travel[:, 0], zero]),
-        "turn": np.column_stack([zero, zero, one]),
-        "along the sheet": way * paths.friction,
-        "across the sheet": np.column_stack([one, zero, zero]),
-    }
-    return np.concatenate([paths.responses(pushes[push], functions) for push in PUSHES], axis=2)
+    acts = directions(paths)
+    return np.concatenate([paths.responses(acts[push], functions) for push in PUSHES], axis=2)
+
+
+def pushes_over_time(paths: LinearisedPaths, sizes: Mapping[Push, Floats]) -> UnknownPushes:
+    """Pushes as a session holds them.
+
+    Parameters
+    ----------
+    paths : paths of the session
+    sizes : (n,) size of each push at the instants
+    """
+    none = np.zeros(len(paths.path))
+    along = sizes.get("along", none) + ways(paths) * sizes.get("along the sheet", none)
+    columns = [
+        np.clip(along, -LARGEST_LN_FACTOR, LARGEST_LN_FACTOR),
+        sizes.get("left", none),
+        sizes.get("across the sheet", none),
+        sizes.get("turn", none),
+    ]
+    times, starts = paths.instants
+    return UnknownPushes(np.column_stack(columns), starts, times[starts[:-1] + 1])
+
+
+def response_to(paths: LinearisedPaths, pushes: UnknownPushes) -> Floats:
+    """Change of x, y and heading of every row by the pushes that a session holds, (rows, 3)."""
+    acts = directions(paths)
+    times, _ = paths.instants
+    out = np.zeros((len(paths.session.times), 3))
+    for i in range(len(paths.session)):
+        own = paths.instants_of_throw(i)
+        sizes = pushes.at(i, times[own])
+        for k, push in enumerate(("along", "left", "across the sheet", "turn")):
+            if sizes[:, k].any():
+                response = paths.responses_of_throw(i, acts[push][own], sizes[:, k, None])
+                out[paths.session.rows(i)] += response[:, :, 0]
+    return out

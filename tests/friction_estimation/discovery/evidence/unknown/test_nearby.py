@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from curling_env.physics.motion import GRAVITY
 from friction_estimation.discovery.evidence.unknown.nearby import Combination, Following, nearby
 from friction_estimation.discovery.model.candidates import candidates
+from friction_estimation.discovery.model.fit import fit
 from friction_estimation.discovery.search.selection import refit
 
 from ..conftest import effect
@@ -57,11 +59,18 @@ def test_a_push_does_what_the_effect_did(around):
     push = Following("", "across the sheet")
     bare = replace(at_spread(around), pushes=(push,), scales=(0.3,))
     assert around.fall_short(bare) < around.fall_short(at_spread(around)) - 10
-    moved = around.displacement(bare, 1.0)
-    assert moved.shape == around.fitted.predicted[:, :3].shape
+    pushed = around.pushed(bare, 1.0)
+    assert pushed.pushes is not None
     x = around.fitted.model.term("slope").values["x"]
-    assert np.sign(moved[:, 0][np.abs(moved[:, 0]) > 1e-3]) == pytest.approx(np.sign(x))
-    assert around.displacement(at_spread(around), 1.0) == pytest.approx(0.0)
+    assert pushed.pushes.sizes[:, 2] == pytest.approx(GRAVITY * x, rel=0.2)
+    assert not pushed.pushes.sizes[:, [0, 1, 3]].any()
+    # Around a fit beside the pushes they are counted from none once more.
+    model = around.fitted.model.without("slope")
+    again = nearby(fit(model, pushed, around.fitted.noise), (), ())
+    best = replace(bare, effects=frozenset(), spread=again.fitted.model.spread)
+    same = again.pushed(best, 1.0).pushes
+    assert same.sizes[:, 2] == pytest.approx(pushed.pushes.sizes[:, 2], rel=0.02)
+    assert around.pushed(at_spread(around), 1.0).pushes is None
 
 
 def test_throws_left_out_are_worse_than_those_that_were_fitted(around):

@@ -12,6 +12,8 @@ from friction_estimation.discovery.evidence.unknown.pushes import (
     PUSHES,
     _powers,
     _tents,
+    pushes_over_time,
+    response_to,
     responses,
     variables,
 )
@@ -93,3 +95,53 @@ def test_paths_respond_to_pushes_as_to_the_effects_that_push_so(paths_of):
     assert moved[:, :, 0] == pytest.approx(along, rel=0.02, abs=0.05)
     way = np.sign(fitted.states[fitted.session.owner, 3])[:, None]
     assert moved[:, :, PUSHES.index("along the sheet")] == pytest.approx(way * moved[:, :, 0])
+
+
+def test_stones_are_pushed_as_by_the_effects_that_push_so(paths_of):
+    """However much: by a slope of half the friction, and by a third more friction."""
+    fitted, paths = paths_of(throws=4)
+    place = fitted.states, fitted.ln_factors
+    slope = next(term for term in candidates(fitted.session) if term.label == "slope")
+    even = np.ones(len(paths.path))
+
+    def beside(**sizes):
+        pushed = pushes_over_time(paths, sizes)
+        return predict(fitted.model, replace(fitted.session, pushes=pushed), *place)
+
+    tilted = fitted.model.with_terms(slope.with_values(x=0.004))
+    across = beside(**{"across the sheet": GRAVITY * 0.004 * even})
+    assert across == pytest.approx(predict(tilted, fitted.session, *place), abs=3e-4)
+    heavier = replace(fitted.model, ln_mu=fitted.model.ln_mu + 0.3)
+    expected = predict(heavier, fitted.session, *place)
+    assert beside(along=0.3 * even) == pytest.approx(expected, abs=3e-4)
+    assert beside(left=0.0 * even) == pytest.approx(
+        predict(fitted.model, fitted.session, *place), abs=3e-4
+    )
+    away = np.hypot(*(beside(left=0.01 * even)[:, :2] - fitted.predicted[:, :2]).T)
+    assert away.max() > 1.0
+    turned = beside(turn=0.01 * even)[:, 5] - fitted.predicted[:, 5]
+    moving = fitted.session.times < 5.0
+    assert turned[moving] == pytest.approx(0.01 * fitted.session.times[moving], rel=0.3, abs=1e-4)
+
+
+def test_the_pushes_of_some_throws_are_those_that_they_had(paths_of):
+    fitted, paths = paths_of(throws=4)
+    sizes = {"along": 0.1 * np.sin(paths.instants.times), "turn": 1e-3 * paths.path[:, 1]}
+    pushed = replace(fitted.session, pushes=pushes_over_time(paths, sizes))
+    whole = predict(fitted.model, pushed, fitted.states, fitted.ln_factors)
+    chosen = np.array([2, 0])
+    some = pushed.only(chosen)
+    alone = predict(fitted.model, some, fitted.states[chosen], fitted.ln_factors[chosen])
+    rows = np.concatenate([np.arange(len(whole))[pushed.rows(i)] for i in chosen])
+    assert alone == pytest.approx(whole[rows])
+    own = paths.instants_of_throw(2)
+    at = pushed.pushes.at(2, paths.instants.times[own])
+    assert at[:, 3] == pytest.approx(sizes["turn"][own])
+    # The response to pushes so small is what they do.
+    little = {push: 1e-4 * size for push, size in sizes.items()}
+    moved = response_to(paths, pushes_over_time(paths, little))
+    pushed = replace(fitted.session, pushes=pushes_over_time(paths, little))
+    there = predict(fitted.model, pushed, fitted.states, fitted.ln_factors)
+    before = predict(fitted.model, fitted.session, fitted.states, fitted.ln_factors)
+    moving = np.hypot(there[:, 2], there[:, 3]) > 0.1
+    assert moved[moving, :2] == pytest.approx((there - before)[moving, :2], rel=0.05, abs=2e-6)
