@@ -100,6 +100,25 @@ def test_errors_go_together_as_the_ice_says():
     np.testing.assert_allclose(mu.std(axis=0), 0.05, rtol=0.25)
 
 
+def test_a_rest_is_as_sure_as_the_sum_that_is_known():
+    """Less friction that follows the speed more stops a stone at the same place."""
+    ice = load_ice("standard")
+    ice = replace(ice, friction=replace(ice.friction, sigma=0.02 * ice.friction.mu))
+    ice = with_sigma(ice, "speed_dependent_friction", exponent=0.03)
+    throw = Throw(speed=2.2).release()
+    along = []
+    for share in (1.0, -1.0):
+        level = LevelError(sigma=0.02, common=(share,))
+        whole = replace(ice, friction=replace(ice.friction, level=level))
+        effects = tuple(
+            replace(e, common={"exponent": (1.0,)}) if e.sigma else e for e in whole.effects
+        )
+        along.append(rest_spread(replace(whole, effects=effects), throw)[1])
+    independent = rest_spread(ice, throw)[1]
+    assert min(along) < 0.9 * independent
+    assert max(along) > 1.5 * independent
+
+
 def test_a_map_alone_errs_as_if_the_effects_were_known():
     ice = together(doubtful())
     level = replace(ice.friction.level, common=(0.8, 0.6))

@@ -18,7 +18,6 @@ from curling_env.sheet import (
     RING_RADII,
     TEE_Y,
     WORLD_CURLING_SHEET,
-    Stone,
 )
 from curling_env.trajectory import Trajectory
 from friction_estimation.camera.camera import Camera
@@ -29,7 +28,6 @@ from friction_estimation.synthetic import (
     Cast,
     FilmRenderer,
     FilmSpec,
-    Light,
     StoneOnIce,
     StoneShape,
     frames,
@@ -40,11 +38,9 @@ from friction_estimation.synthetic import (
     scene_of,
 )
 from friction_estimation.synthetic.sheet_drawing import Palette, PixelRays, paint_sheet
-from friction_estimation.synthetic.stone_drawing import _schedule, draw_stones, stone_box
+from friction_estimation.synthetic.stone_drawing import stone_box
 
-EVEN = Light(vignette=0, gradient=0, gloss=0, pebble=0, shadow=0, flicker=0)
-"""Light that leaves every colour as it is painted."""
-SPECKLE = np.zeros(65536, dtype=np.float32)
+from .conftest import EVEN, PLACES_SEEN, above
 
 
 def braked(
@@ -60,17 +56,6 @@ def braked(
 
 def small_camera(size: tuple[int, int] = (192, 108)) -> Camera:
     return named_camera("gantry", size)
-
-
-def above(x: float, y: float, height: float = 6.0, focal_px: float = 600.0) -> Camera:
-    """A camera straight above a point; the image's u grows with y and its v with x."""
-    return Camera.looking_at(
-        position=(x, y, height),
-        target=(x, y, 0.0),
-        up=(-1.0, 0.0, 0.0),
-        focal_px=focal_px,
-        size=(320, 240),
-    )
 
 
 # --- paint -------------------------------------------------------------------------------------
@@ -164,143 +149,6 @@ def test_the_corners_of_either_sheet_are_where_the_ice_ends():
         assert np.clip(ice[v - 5 : v + 6, u - 8], 0, 1).sum() == pytest.approx(
             corner[1] + 0.5 - (v - 5), abs=0.01
         )
-
-
-# --- the stone ---------------------------------------------------------------------------------
-
-
-def cover_of(camera: Camera, stone: StoneOnIce, shape: StoneShape, exposure: float = 0.0):
-    """The share of every pixel that a stone covers, and the picture it is drawn in."""
-    width, height = camera.size
-    picture = np.full((height, width, 3), 200.0, dtype=np.float32)
-    box = stone_box(camera, shape, stone)
-    cover = np.zeros((height, width))
-    cover[box.slices] = draw_stones(
-        picture[box.slices],
-        _rays(camera),
-        box,
-        [stone],
-        shape,
-        light=EVEN,
-        speckle=SPECKLE,
-        exposure=exposure,
-    )
-    return cover, picture
-
-
-_RAYS: dict[int, PixelRays] = {}
-
-
-def _rays(camera: Camera) -> PixelRays:
-    return _RAYS.setdefault(id(camera), PixelRays.of(camera))
-
-
-def silhouette(camera: Camera, stone: StoneOnIce, shape: StoneShape):
-    """Area and centroid of the stone's true outline in the image, from its projected surface."""
-    angle = np.linspace(0, 2 * np.pi, 400, endpoint=False)
-    body = np.concatenate(
-        [
-            np.column_stack([r * np.cos(angle), r * np.sin(angle), np.full(400, z)])
-            for r, z in shape.outline
-        ]
-    )
-    ball = np.random.default_rng(0).standard_normal((4000, 3))
-    ball /= np.linalg.norm(ball, axis=1, keepdims=True)
-    r, h = shape.radius, shape.height
-    parts = [
-        body,
-        np.concatenate([0.014 * ball + [-0.2 * r, 0, h], 0.014 * ball + [-0.24 * r, 0, h + 0.045]]),
-        np.concatenate(
-            [0.0145 * ball + [-0.24 * r, 0, h + 0.047], 0.0145 * ball + [0.72 * r, 0, h + 0.053]]
-        ),
-    ]
-    c, s = np.cos(stone.theta), np.sin(stone.theta)
-    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-    px = [camera.project(part @ turn.T + [stone.x, stone.y, 0]) for part in parts]
-    everything = np.concatenate(px)
-    corner = np.floor(everything.min(axis=0)) - 1
-    extent = everything.max(axis=0) + 2 - corner
-    fine = int(3000 / extent.max())
-    size = np.ceil(extent * fine).astype(int)
-    mask = np.zeros((size[1], size[0]), dtype=np.uint8)
-    for points in px:
-        place = ((points - corner) * fine).astype(np.float32)
-        cv2.fillConvexPoly(mask, np.round(cv2.convexHull(place)).astype(np.int32), 1)
-    moments = cv2.moments(mask, binaryImage=True)
-    centre = np.array([moments["m10"], moments["m01"]]) / moments["m00"]
-    return moments["m00"] / fine**2, corner + centre / fine
-
-
-PLACES_SEEN = {"ceiling_middle": (0.5, 9.0), "ceiling_home": (-16.9, -11.3)}
-"""Along the sheet [m], for cameras that do not see the away house."""
-
-
-@pytest.mark.parametrize(
-    ("name", "y"), [(name, y) for name in CAMERAS for y in PLACES_SEEN.get(name, (11.3, 16.9))]
-)
-def test_a_stone_covers_its_true_outline(name, y):
-    camera = named_camera(name)
-    shape = StoneShape()
-    stone = StoneOnIce(x=-0.6123, y=y, theta=2.1)
-    cover, _ = cover_of(camera, stone, shape)
-    area, centre = silhouette(camera, stone, shape)
-    v, u = np.mgrid[: cover.shape[0], : cover.shape[1]]
-    centroid = np.array([(cover * u).sum(), (cover * v).sum()]) / cover.sum()
-    assert cover.sum() == pytest.approx(area, rel=0.01)
-    np.testing.assert_allclose(centroid, centre, atol=0.02)
-
-
-def test_the_top_of_a_stone_stands_where_its_height_puts_it():
-    """A low cylinder's top disc, in granite, from straight above: no side is seen."""
-    camera = above(0.3, 2.0, height=6.0, focal_px=1500.0)
-    shape = StoneShape(radius=0.14, height=0.11, profile=((0.8, 0.0), (1.0, 1.0)))
-    stone = StoneOnIce(x=0.45, y=2.1)
-    cover, _ = cover_of(camera, stone, shape)
-    v, u = np.mgrid[:240, :320]
-    centroid = np.array([(cover * u).sum(), (cover * v).sum()]) / cover.sum()
-    top = camera.project([[0.45, 2.1, 0.11]])[0]
-    np.testing.assert_allclose(centroid, top, atol=0.02)
-    assert cover.sum() == pytest.approx(np.pi * (0.14 * 1500 / (6 - 0.11)) ** 2, rel=0.003)
-
-
-@pytest.mark.parametrize("theta", [0.0, 1.0, 2.5, -1.9])
-def test_the_handle_points_along_theta(theta):
-    camera = above(0.0, 0.0, height=5.0, focal_px=1500.0)
-    _, picture = cover_of(camera, StoneOnIce(x=0, y=0, theta=theta), StoneShape())
-    red = np.clip(picture[..., 2] - picture[..., 0] - 30, 0, None)
-    v, u = np.mgrid[:240, :320]
-    forward = (red * (u - 160)).sum(), (red * (v - 120)).sum()  # along y, along x
-    assert np.arctan2(forward[0], forward[1]) == pytest.approx(theta, abs=0.03)
-
-
-def test_a_stone_of_another_size_is_drawn_in_its_size():
-    camera = above(0.0, 0.0)
-    large, _ = cover_of(camera, StoneOnIce(x=0, y=0), StoneShape())
-    small, _ = cover_of(camera, StoneOnIce(x=0, y=0), StoneShape.of(Stone(radius=0.105)))
-    assert small.sum() / large.sum() == pytest.approx((0.105 / 0.145) ** 2, rel=0.02)
-
-
-def test_exposure_smears_a_stone_without_shifting_it():
-    for n in (4, 8):
-        moments = _schedule(n).reshape(n, n)
-        np.testing.assert_allclose(moments.mean(axis=0), 0, atol=1e-12)
-        np.testing.assert_allclose(moments.mean(axis=1), 0, atol=1e-12)
-        assert sorted(np.round(moments.ravel() * n * n + n * n / 2 - 0.5)) == list(range(n * n))
-    camera = above(0.0, 0.0)
-    still = StoneOnIce(x=0.013, y=0.02)
-    moving = StoneOnIce(x=0.013, y=0.02, vx=-0.5, vy=3.0)
-    sharp, _ = cover_of(camera, still, StoneShape())
-    smeared, _ = cover_of(camera, moving, StoneShape(), exposure=0.02)
-    u = np.arange(320)
-    spread = [
-        (cover * (u - (cover * u).sum() / cover.sum()) ** 2).sum() / cover.sum()
-        for cover in (sharp, smeared)
-    ]
-    assert (smeared * u).sum() / smeared.sum() == pytest.approx(
-        (sharp * u).sum() / sharp.sum(), abs=0.02
-    )
-    # A uniform smear of 3 m/s · 0.02 s at 100 px/m adds 6²/12 px² of variance.
-    assert spread[1] - spread[0] == pytest.approx(3.0, rel=0.05)
 
 
 # --- the truth ---------------------------------------------------------------------------------
@@ -504,63 +352,3 @@ def test_a_film_that_breaks_off_leaves_nothing(tmp_path):
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(OutputError, match="no directory"):
         render_film(tmp_path / "missing" / "film.mp4", braked(stop=0.5), spec)
-
-
-# --- the command -------------------------------------------------------------------------------
-
-RELEASES = "throw,x,y,vx,vy,theta,omega\n0,0,-10.9725,0,0.5,0,1.0\n"
-
-
-def test_the_command_films_releases_and_says_what_it_wrote(curling, tmp_path):
-    (tmp_path / "r.csv").write_text(RELEASES)
-    result = curling(
-        *("film", "--ice", "standard", "--releases", tmp_path / "r.csv", "--camera", "side"),
-        *("--size", "192x108", "--fps", 10, "--no-people", "-o", tmp_path / "films"),
-    )
-    assert result.status == 0
-    written = result.json()
-    assert written["films"] == [str(tmp_path / "films" / "side-0.mp4")]
-    for path in (written["films"] + written["truth"], [written["scene"], written["ice"]]):
-        for name in path:
-            assert (tmp_path / name).is_file()
-    assert load_scene(written["scene"]).has_corners
-
-
-@pytest.mark.parametrize(
-    ("arguments", "releases", "message"),
-    [
-        (["--camera", "drone"], RELEASES, "no camera is called 'drone'"),
-        (["--size", "large"], RELEASES, "WIDTHxHEIGHT"),
-        (["--fps", "-3"], RELEASES, "frames per second"),
-        (["--ice", "slush"], RELEASES, "slush"),
-        ([], "throw,x,y,vx,vy,theta,omega\n", "holds no release"),
-        ([], "throw,x,y\n0,0,0\n", "vx"),
-        ([], None, "r.csv"),
-    ],
-)
-def test_the_command_refuses_bad_input_in_one_line(curling, tmp_path, arguments, releases, message):
-    if releases is not None:
-        (tmp_path / "r.csv").write_text(releases)
-    given = ["--ice", "standard", *arguments] if "--ice" not in arguments else arguments
-    result = curling("film", "--releases", tmp_path / "r.csv", *given, "-o", tmp_path / "films")
-    assert message in result.complaint
-    assert not (tmp_path / "films").exists()
-
-
-def test_the_command_needs_a_directory_it_can_write(curling, tmp_path):
-    (tmp_path / "r.csv").write_text(RELEASES)
-    (tmp_path / "films").write_text("a file")
-    result = curling(
-        "film", "--ice", "standard", "--releases", tmp_path / "r.csv", "-o", tmp_path / "films"
-    )
-    assert "a file is in its place" in result.complaint
-
-
-def test_the_command_refuses_thousands_of_films(curling, tmp_path):
-    rows = "".join(f"{k},0,-10.9725,0,2.1,0,1.5\n" for k in range(1001))
-    (tmp_path / "r.csv").write_text("throw,x,y,vx,vy,theta,omega\n" + rows)
-    result = curling(
-        "film", "--ice", "standard", "--releases", tmp_path / "r.csv", "-o", tmp_path / "films"
-    )
-    assert "r.csv: has 1001 throws; at most 1000 are filmed" in result.complaint
-    assert not (tmp_path / "films").exists()
