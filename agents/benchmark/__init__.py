@@ -5,7 +5,17 @@
 - `scores`: the measurement, with an interval
 """
 
-from agents.benchmark.scores import Score, measure
+from agents.benchmark.scores import Difference, Score, difference_of, measure, played, score_of
 from agents.benchmark.tasks import TASKS, BenchmarkTask, make
 
-__all__ = ["TASKS", "BenchmarkTask", "Score", "make", "measure"]
+__all__ = [
+    "TASKS",
+    "BenchmarkTask",
+    "Difference",
+    "Score",
+    "difference_of",
+    "make",
+    "measure",
+    "played",
+    "score_of",
+]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -48,6 +49,27 @@ class Score:
         return f"{self.mean:.2f}{unit} ({self.low:.2f} to {self.high:.2f})"
 
 
+@dataclass(frozen=True, kw_only=True)
+class Difference:
+    """By how much somebody scores more than another in the same episodes.
+
+    Parameters
+    ----------
+    mean : the mean over the episodes, of several tasks the mean over the tasks
+    low, high : its 95 % interval, by resampling the episodes of each task
+    episodes : number of episodes of each task
+    """
+
+    mean: float
+    low: float
+    high: float
+    episodes: int
+
+    def in_words(self) -> str:
+        """The difference with its interval."""
+        return f"{self.mean:+.2f} ({self.low:+.2f} to {self.high:+.2f})"
+
+
 def measure(
     task: BenchmarkTask,
     who: Contestant,
@@ -55,6 +77,17 @@ def measure(
     episodes: int = 200,
     progress: Progress = no_progress,
 ) -> Score:
+    """The score of somebody at a task; see `played`."""
+    return score_of(task, *played(task, who, episodes=episodes, progress=progress))
+
+
+def played(
+    task: BenchmarkTask,
+    who: Contestant,
+    *,
+    episodes: int = 200,
+    progress: Progress = no_progress,
+) -> tuple[Floats, Floats]:
     """Play the first episodes of a task.
 
     Parameters
@@ -63,6 +96,10 @@ def measure(
     who : who plays, from `contestants.contestant`
     episodes : number of episodes
     progress : called after every episode
+
+    Returns
+    -------
+    what counts, and the reward, of each episode
 
     Raises
     ------
@@ -81,16 +118,33 @@ def measure(
         values[k] = _value(task, info)
         progress(task.name, k + 1, episodes)
     env.close()
-    low, high = _interval(values)
+    return values, rewards
+
+
+def score_of(task: BenchmarkTask, values: Floats, rewards: Floats) -> Score:
+    """The score of somebody who has `played` a task."""
+    low, high = _interval(values[None])
     return Score(
         task=task.name,
         metric=task.metric,
         mean=float(values.mean()),
         low=low,
         high=high,
-        episodes=episodes,
+        episodes=len(values),
         reward=float(rewards.mean()),
     )
+
+
+def difference_of(own: Sequence[Floats], others: Sequence[Floats]) -> Difference:
+    """By how much one scores more than another.
+
+    Parameters
+    ----------
+    own, others : for each task what counts in each of the same episodes
+    """
+    apart = np.array(own) - np.array(others)
+    low, high = _interval(apart)
+    return Difference(mean=float(apart.mean()), low=low, high=high, episodes=apart.shape[1])
 
 
 def _value(task: BenchmarkTask, info: dict[str, Any]) -> float:
@@ -101,7 +155,8 @@ def _value(task: BenchmarkTask, info: dict[str, Any]) -> float:
 
 
 def _interval(values: Floats) -> tuple[float, float]:
+    """The interval of the mean of values (tasks, episodes)."""
     rng = np.random.default_rng(0)
-    means = rng.choice(values, (RESAMPLES, len(values))).mean(axis=1)
-    low, high = np.quantile(means, [0.025, 0.975])
+    means = [rng.choice(each, (RESAMPLES, len(each))).mean(axis=1) for each in values]
+    low, high = np.quantile(np.mean(means, axis=0), [0.025, 0.975])
     return float(low), float(high)

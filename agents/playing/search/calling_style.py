@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agents.playing.search.positions import SCORES, SLOTS, EndSimulator
+from agents.playing.search.positions import MAX_POINTS, SCORES, SLOTS, EndSimulator
 from agents.playing.search.shots import KINDS, Shots
 from curling_env.errors import InputError
 from curling_env.game import PlayerView
@@ -30,6 +30,8 @@ class CallingStyle:
     opening_guards : how many of its first stones a team throws as guards: without the hammer before
         the centre of the house, with it at a corner
     open_with_lead : a team that leads by so many points throws no guards
+    for_points : whether an end counts for the points scored less conceded, as in the rewards of
+        `CurlingEnd-v0`, instead of for the game
     source : origin of the numbers
 
     Raises
@@ -42,6 +44,7 @@ class CallingStyle:
     blank_until: int = 2
     opening_guards: int = 0
     open_with_lead: int = 2
+    for_points: bool = False
     source: str = ""
 
     def __post_init__(self) -> None:
@@ -52,16 +55,19 @@ class CallingStyle:
         if self.opening_guards < 0:
             raise InputError(f"opening_guards must be at least 0, got {self.opening_guards}")
 
-    def with_hammer(self, by_score: Floats, lead: int, ends_left: int) -> Floats:
-        """The win probability after each of `SCORES`, (13,), as the team with the hammer sees it.
+    def worth(self, by_score: Floats, lead: int, ends_left: int, *, with_hammer: bool) -> Floats:
+        """What each of `SCORES` of the team with the hammer is worth to it, (13,), 0 to 1.
 
         Parameters
         ----------
-        by_score : (13,) the same by the odds
-        lead : lead of that team before the end
+        by_score : (13,) its win probability after them
+        lead : its lead before the end
         ends_left : scheduled ends that are not complete, with the current one
+        with_hammer : whether the team that calls has the hammer
         """
-        if ends_left <= self.blank_until:
+        if self.for_points:
+            return 0.5 + SCORES / (2 * MAX_POINTS)
+        if ends_left <= self.blank_until or not with_hammer:
             return by_score
         single = self.single_cost if lead <= 0 else 0.0
         return by_score - self.blank_cost * (SCORES == 0) - single * (SCORES == 1)
@@ -90,3 +96,5 @@ class CallingStyle:
 
 BY_THE_ODDS = CallingStyle()
 """Teams that call whatever wins most often."""
+FOR_POINTS = CallingStyle(for_points=True)
+"""Teams that call whatever scores most, whatever the score of the game."""

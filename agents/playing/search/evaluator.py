@@ -49,9 +49,12 @@ class PositionEvaluator:
         """
         end, left = end_of(view), self.rules.deliveries - delivered
         lead, ends_left = view.game.lead(end.hammer), view.game.ends_left
-        by_score = self.game_odds.by_score(lead, ends_left)
-        if end.hammer is view.team:
-            by_score = self.calls.with_hammer(by_score, lead, ends_left)
+        by_score = self.calls.worth(
+            self.game_odds.by_score(lead, ends_left),
+            lead,
+            ends_left,
+            with_hammer=end.hammer is view.team,
+        )
         if left == 0:
             points = np.clip(points_of(self.lines, stones), -MAX_POINTS, MAX_POINTS)
             hammers = by_score[points + MAX_POINTS]

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from agents.playing.search.aiming_table import AimingTable
-from agents.playing.search.calling_style import BY_THE_ODDS, CallingStyle
+from agents.playing.search.calling_style import BY_THE_ODDS, FOR_POINTS, CallingStyle
 from agents.playing.search.evaluator import PositionEvaluator, end_of
 from agents.playing.search.ice_error import ice_error
 from agents.playing.search.kernel_regression import estimate
@@ -112,20 +112,27 @@ class SearchPlayer(Player):
 
     @classmethod
     def with_option(cls, option: str) -> SearchPlayer:
-        """`search:500` simulates 500 throws before each delivery, `search:0.2s` takes so long."""
-        timed = option.endswith("s")
+        """`search:500` simulates 500 throws before each delivery, `search:0.2s` takes so long.
+
+        `search:500:points` plays every end for its points, whatever the score of the game.
+        """
+        thought, colon, aim = option.partition(":")
+        timed = thought.endswith("s")
         try:
-            amount = float(option[:-1]) if timed else int(option)
+            amount = float(thought[:-1]) if timed else int(thought)
+            if colon and aim != "points":
+                raise ValueError
         except ValueError:
             raise InputError(
-                "search takes a number of throws or of seconds, as in search:500 or search:0.2s, "
-                f"got {option!r}"
+                "search takes a number of throws or of seconds, as in search:500, search:0.2s or "
+                f"search:500:points, got {option[:40]!r}"
             ) from None
         if not 0 < amount <= (MAX_SECONDS if timed else MAX_THROWS):
             raise InputError(
                 f"search takes up to {MAX_SECONDS:g} s or {MAX_THROWS} throws, got {option[:40]!r}"
             )
-        player = cls(seconds=amount) if timed else cls(int(amount))
+        calls = FOR_POINTS if aim else BY_THE_ODDS
+        player = cls(seconds=amount, calls=calls) if timed else cls(int(amount), calls=calls)
         player.name = f"search:{option}"
         return player
 

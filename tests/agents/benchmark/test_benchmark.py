@@ -8,7 +8,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from agents.benchmark import TASKS, make, measure
+from agents.benchmark import TASKS, difference_of, make, measure
 from agents.benchmark.contestants import contestant
 from agents.benchmark.scores import Score
 from curling_env.errors import InputError
@@ -68,6 +68,25 @@ def test_the_command_prints_the_table_and_json(curling):
     assert score["version"] == 0
     shown = curling("benchmark", "random", "--task", "end-draw", "--episodes", "2")
     assert shown.out.startswith("end-draw")
+
+
+def test_two_are_compared_in_the_same_episodes(curling):
+    asked = ("random", "--against", "random", "--episodes", "3")
+    told = curling("benchmark", *asked, "--task", "guard", "--task", "takeout", "--json").json()
+    assert (told["against"], len(told["differences"])) == ("random", 2)
+    assert told["together"] == {"mean": 0.0, "low": 0.0, "high": 0.0, "episodes": 3}
+    shown = curling("benchmark", *asked, "--task", "guard", "--task", "draw").out
+    assert shown.count("more than random") == 2
+    assert "together" not in shown  # shares of successes and distances have no common mean
+
+
+def test_a_difference_is_that_of_each_episode():
+    luck = np.random.default_rng(0).normal(0, 3, (2, 50))
+    apart = difference_of(luck + np.array([[0.5], [0.1]]), luck)
+    assert apart.mean == pytest.approx(0.3)
+    assert (apart.low, apart.high, apart.episodes) == (pytest.approx(0.3), pytest.approx(0.3), 50)
+    assert difference_of(luck, -luck).high - difference_of(luck, -luck).low > 0.5
+    assert apart.in_words() == "+0.30 (+0.30 to +0.30)"
 
 
 @pytest.mark.parametrize(

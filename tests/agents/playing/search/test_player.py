@@ -10,11 +10,19 @@ import pytest
 from agents.playing.match import play_game
 from agents.playing.search import CallingStyle, SearchPlayer
 from agents.playing.search.aiming_table import AimingTable
+from agents.playing.search.calling_style import FOR_POINTS
 from agents.playing.search.positions import SCORES, EndSimulator, position_of
 from agents.playing.search.shots import KINDS, shots_for
 from agents.playing.trained_player import player_from
 from curling_env.errors import InputError
-from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator, GameState, PlayerView
+from curling_env.game import (
+    NO_EVOLUTION,
+    TYPICAL_EVOLUTION,
+    GameSimulator,
+    GameState,
+    PlayerView,
+    player_named,
+)
 from curling_env.game.opponents.draw import DrawPlayer
 from curling_env.game.rules import (
     End,
@@ -253,7 +261,20 @@ def test_a_team_that_wants_to_score_plays_no_blank(player):
 )
 def test_a_style_takes_from_blanks_and_single_points_what_it_says(calls, lead, ends_left, cheaper):
     odds = np.linspace(0, 1, len(SCORES))
-    seen = calls.with_hammer(odds, lead, ends_left)
+    seen = calls.worth(odds, lead, ends_left, with_hammer=True)
+    assert calls.worth(odds, lead, ends_left, with_hammer=False) is odds
     np.testing.assert_allclose(odds - seen, 0.1 * np.isin(SCORES, cheaper))
     with pytest.raises(InputError, match="single_cost"):
         CallingStyle(single_cost=-2.0)
+
+
+def test_a_search_for_points_takes_two_where_one_wins():
+    odds = np.linspace(0, 1, len(SCORES)) > 0.5
+    worth = FOR_POINTS.worth(odds, 0, 1, with_hammer=True)
+    np.testing.assert_allclose(np.diff(worth), worth[-1] / (len(SCORES) - 1))
+    assert worth.min() == 0.0
+    assert worth.max() == 1.0
+    assert player_named("search:50:points").calls is FOR_POINTS
+    assert player_named("search:0.5s:points").seconds == 0.5
+    with pytest.raises(InputError, match="search:500:points"):
+        player_named("search:50:wins")
