@@ -1,14 +1,15 @@
 """Learn to play ends: first from recorded games, then by playing.
 
-    curling record-games --player search:400 --opponent rulebased --opponent draw -o runs/data
+    curling record-games --player search:200:points --opponent rulebased --opponent draw \\
+        --ends 2500 -o runs/data
     python scripts/learn_ends.py clone runs/data -o runs/cloned.npz
     python scripts/learn_ends.py play -o runs/ends.npz
     curling tournament runs/ends.npz greedy --games 60 --ends 4
     curling benchmark runs/ends.npz
 
 `clone` is behaviour cloning: the network learns which shot of the list was called in each position
-of a Minari dataset, the more of those that turned out well. `play` goes on by proximal policy
-optimisation (Schulman et al. 2017) with masks, through the public environments alone:
+of a Minari dataset. `play` goes on by proximal policy optimisation (Schulman et al. 2017) with
+masks, through the public environments alone:
 `gymnasium.make_vec("CurlingEnd-v0")` with shots as actions, the rise of the value network as reward
 on the way, and a pool of opponents in which past selves join two of the package's. It may also
 begin with nothing: without a network to start from. Neither looks at the benchmark's episodes.
@@ -33,7 +34,7 @@ import torch
 import curling_env  # noqa: F401  (registers the environments)
 from agents.playing.learned.features import Seen, features_of
 from agents.playing.learned.fit import ShotModule, clone
-from agents.playing.learned.imitation import Lessons, gains_of, lessons_of
+from agents.playing.learned.imitation import Lessons, lessons_of
 from agents.playing.learned.network import IMPOSSIBLE, ShotNetwork
 from agents.playing.learned.player import LearnedPlayer
 
@@ -67,13 +68,12 @@ def lessons_in(folder: Path) -> Lessons:
 
     data = minari.load_dataset(DATASET)
     env: Any = data.recover_environment().unwrapped
-    seen, throws, gains = [], [], []
+    seen, throws = [], []
     for episode in data.iterate_episodes():
         seen.append(np.asarray(episode.observations)[:-1])
         throws += [env.action.call_of(action).throw for action in episode.actions]
-        gains.append(gains_of(seen[-1], np.asarray(episode.rewards)))
     known = env.simulator.known_ice
-    return lessons_of(known, np.concatenate(seen), throws, np.concatenate(gains))
+    return lessons_of(known, np.concatenate(seen), throws)
 
 
 def learn_from(folders: list[Path], output: Path, epochs: int, seed: int) -> None:
@@ -82,7 +82,6 @@ def learn_from(folders: list[Path], output: Path, epochs: int, seed: int) -> Non
     lessons = Lessons(
         observations=np.concatenate([one.observations for one in each]),
         shots=np.concatenate([one.shots for one in each]),
-        weights=np.concatenate([one.weights for one in each]),
     )
     began = time.process_time()
     network, held_out = clone(lessons, epochs=epochs, seed=seed)
@@ -206,7 +205,7 @@ def main() -> None:
     ways = parser.add_subparsers(dest="way", required=True)
     one = ways.add_parser("clone", help="learn from datasets of games")
     one.add_argument("data", type=Path, nargs="+", help="folders of `curling record-games`")
-    one.add_argument("--epochs", type=int, default=4)
+    one.add_argument("--epochs", type=int, default=6)
     one.add_argument("--seed", type=int, default=0)
     other = ways.add_parser("play", help="go on by playing")
     other.add_argument("--start", type=Path, help="a network, such as one of `clone`")

@@ -26,8 +26,8 @@ PlayerOption = Annotated[
     typer.Option(
         metavar="AGENT",
         help="draw, rulebased, greedy, search (or search:500, search:0.2s: throws or seconds of "
-        "thought before each delivery), module:Class for a player of your own, or the file of a "
-        "model of `curling train`.",
+        "thought before each delivery; search:500:points plays for points), module:Class for a "
+        "player of your own, or the file of a model of `curling train`.",
     ),
 ]
 RulesOption = Annotated[

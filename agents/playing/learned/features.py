@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from agents.playing.learned.prospects import prospects_of, values_of_positions
+from agents.playing.learned.prospects import prospects_of
 from agents.playing.learned.ways import blocked
 from agents.playing.search.positions import SLOTS, points_of
 from agents.playing.search.value_network import STONE_FEATURES, stone_features
@@ -102,12 +102,6 @@ def features_of(observations: ArrayLike) -> Seen:
         ),
         blocked=blocked(positions),
     )
-
-
-def values_of(observations: ArrayLike) -> Floats:
-    """Points that the end promises whoever throws next, by the value network, (n,)."""
-    seen = np.asarray(observations, dtype=np.float64)
-    return values_of_positions(LINES, positions_of(seen), _delivered(seen), seen[:, _HAMMER] > 0)
 
 
 def _delivered(seen: Floats) -> Indices:

@@ -105,7 +105,7 @@ class ShotModule(nn.Module):
 def clone(
     lessons: Lessons,
     *,
-    epochs: int = 4,
+    epochs: int = 6,
     batch: int = 256,
     learning_rate: float = 1e-3,
     held_out: float = 0.05,
@@ -132,7 +132,7 @@ def clone(
     rng = np.random.default_rng(seed)
     kept = max(int(len(lessons) * (1 - held_out)), 1)
     first = part_of(lessons, slice(kept))
-    seen, shots, weights = _tensors(first, mirrored(first))
+    seen, shots = _tensors(first, mirrored(first))
     kinship = torch.from_numpy(KINSHIP)
     module = ShotModule()
     steps = epochs * -(-len(shots) // batch)
@@ -144,7 +144,7 @@ def clone(
             wanted = kinship[shots[rows]] * (worths > IMPOSSIBLE / 2)
             wanted = wanted / wanted.sum(1, keepdim=True).clamp_min(1e-9)
             logs = torch.log_softmax(worths, 1).clamp_min(-30.0)
-            loss = -((wanted * logs).sum(1) * weights[rows]).mean()
+            loss = -(wanted * logs).sum(1).mean()
             optimiser.zero_grad()
             loss.backward()
             optimiser.step()
@@ -156,15 +156,11 @@ def clone(
 
 def part_of(lessons: Lessons, part: slice) -> Lessons:
     """Some of the lessons."""
-    return Lessons(
-        observations=lessons.observations[part],
-        shots=lessons.shots[part],
-        weights=lessons.weights[part],
-    )
+    return Lessons(observations=lessons.observations[part], shots=lessons.shots[part])
 
 
 def _measured(module: ShotModule, lessons: Lessons) -> dict[str, float]:
-    seen, shots, _ = _tensors(lessons)
+    seen, shots = _tensors(lessons)
     with torch.no_grad():
         worths, _ = module(seen)
         loss = nn.functional.cross_entropy(worths, shots)
@@ -172,12 +168,8 @@ def _measured(module: ShotModule, lessons: Lessons) -> dict[str, float]:
     return {"loss": float(loss), "alike": float(alike)}
 
 
-def _tensors(
-    *several: Lessons,
-) -> tuple[tuple[torch.Tensor, ...], torch.Tensor, torch.Tensor]:
-    """Features, shots and weights of lessons, one after the other."""
+def _tensors(*several: Lessons) -> tuple[tuple[torch.Tensor, ...], torch.Tensor]:
+    """Features and shots of lessons, one after the other."""
     each = [features_of(lessons.observations) for lessons in several]
     seen = tuple(torch.from_numpy(np.concatenate(part)) for part in zip(*each, strict=True))
-    shots = np.concatenate([lessons.shots for lessons in several])
-    weights = np.concatenate([lessons.weights for lessons in several]).astype(np.float32)
-    return seen, torch.from_numpy(shots), torch.from_numpy(weights)
+    return seen, torch.from_numpy(np.concatenate([lessons.shots for lessons in several]))

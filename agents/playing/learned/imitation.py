@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from agents.playing.learned.features import PLACES, positions_of, values_of
+from agents.playing.learned.features import PLACES, positions_of
 from agents.playing.learned.network import HANDLES, OF_A_STONE, OF_PLACES
 from agents.playing.search.positions import SLOTS
 from curling_env.envs.game.shots import COVER, GAP, SHOTS, SIDES, WEIGHTS
@@ -32,8 +32,6 @@ FAR = 0.6
 """A throw that would rest farther from every place of the list is left out [m]."""
 CLOSE_UP = 0.45
 """Distance from where a freeze or a guard of a stone would lie at which a throw is one [m]."""
-A_GOOD_GAIN, MOST_TIMES = 0.6, 3.0
-"""Gain that makes a lesson e times as heavy [points], and the exponent at most."""
 SAMPLES = 8.0
 """Points of a path a second."""
 AT_ONCE = 500
@@ -52,12 +50,10 @@ class Lessons:
     ----------
     observations : (n, k) flat observations of `CurlingEnd-v0`
     shots : (n,) numbers of shots
-    weights : (n,) how much each counts
     """
 
     observations: Singles
     shots: Integers
-    weights: Floats
 
     def __len__(self) -> int:
         return len(self.shots)
@@ -67,7 +63,6 @@ def lessons_of(
     ice: Ice,
     observations: Singles,
     throws: Sequence[Throw],
-    gains: Floats | None = None,
     *,
     progress: Progress = no_progress,
 ) -> Lessons:
@@ -78,8 +73,6 @@ def lessons_of(
     ice : the ice as the thrower knew it
     observations : (n, k) flat observations before the throws, all towards the away end
     throws : the n throws without execution error
-    gains : (n,) points that each turned out to have gained, see `gains_of`; better ones count for
-        more. Without them all count the same
     progress : called after every part
     """
     button = Aim(ice).draw_weight() or 2.0
@@ -93,26 +86,7 @@ def lessons_of(
             shots[k] = shot_of(xy, throw.speed / button, throw.spin, positions[k])
         progress("throws", begin + len(some), len(throws))
     good = shots >= 0
-    weights = np.ones(len(shots))
-    if gains is not None:
-        weights = np.exp(np.clip(gains / A_GOOD_GAIN, -MOST_TIMES, MOST_TIMES))
-    return Lessons(
-        observations=observations[good],
-        shots=shots[good],
-        weights=weights[good] / weights[good].mean(),
-    )
-
-
-def gains_of(observations: Singles, rewards: Floats) -> Floats:
-    """By how much each delivery of an end, and its answer, raised what the end promised, (n,).
-
-    Parameters
-    ----------
-    observations : (n, k) flat observations before the n deliveries of one end
-    rewards : (n,) points that they brought
-    """
-    promised = np.append(values_of(observations), 0.0)
-    return rewards + np.diff(promised)
+    return Lessons(observations=observations[good], shots=shots[good])
 
 
 def shot_of(path: Floats, weight: float, spin: float, stones: Floats) -> int:
@@ -165,7 +139,7 @@ def mirrored(lessons: Lessons) -> Lessons:
     """The same lessons with left and right exchanged: stones, handles, sides of hits."""
     observations = lessons.observations.copy()
     observations[:, -3 * SLOTS + 1 :: 3] *= -1
-    return Lessons(observations=observations, shots=_MIRROR[lessons.shots], weights=lessons.weights)
+    return Lessons(observations=observations, shots=_MIRROR[lessons.shots])
 
 
 def _kinship() -> Singles:

@@ -96,20 +96,6 @@ def prospects_of(
     return values[:, _COLUMN]
 
 
-def values_of_positions(
-    lines: Lines, positions: Floats, delivered: Indices, hammer: Flags
-) -> Floats:
-    """Points that the end promises whoever throws next, (n,); see `prospects_of`."""
-    found = np.zeros(len(positions))
-    for k in np.unique(delivered):
-        rows = np.flatnonzero(delivered == k)
-        stones, theirs = positions[rows].copy(), ~hammer[rows]
-        stones[theirs] = np.roll(stones[theirs], STONES_PER_TEAM, axis=1)
-        points = _points(lines, stones, SLOTS - int(k))
-        found[rows] = np.where(theirs, -points, points)
-    return found
-
-
 def _points(lines: Lines, stones: Floats, left: int) -> Floats:
     """Points that positions promise the team with the hammer, whose stones come first, (n,)."""
     if not left:

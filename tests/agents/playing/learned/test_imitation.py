@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.playing.learned.features import features_of, positions_of, values_of
+from agents.playing.learned.features import features_of, positions_of
 from agents.playing.learned.imitation import (
     KINSHIP,
     Lessons,
-    gains_of,
     lessons_of,
     mirrored,
     shot_of,
@@ -59,19 +58,16 @@ def test_a_throw_near_no_shot_is_none():
 
 
 def test_a_mirror_exchanges_left_and_right(called):
-    weights = np.arange(1.0, 1 + len(called.shots))
-    lessons = Lessons(observations=called.observations, shots=called.shots, weights=weights)
+    lessons = Lessons(observations=called.observations, shots=called.shots)
     other = mirrored(lessons)
     before, after = positions_of(called.observations), positions_of(other.observations)
     np.testing.assert_allclose(after, before * [-1, 1])
     again = mirrored(other)
     assert (again.shots == lessons.shots).all()
     np.testing.assert_array_equal(again.observations, lessons.observations)
-    np.testing.assert_array_equal(again.weights, weights)
     one = Lessons(
         observations=called.observations[:1],
         shots=np.array([number_of("draw to the left of the house, clockwise")]),
-        weights=np.ones(1),
     )
     assert SHOTS[mirrored(one).shots[0]].name == "draw to the right of the house, counter-clockwise"
 
@@ -84,19 +80,6 @@ def test_what_is_seen_tells_whose_stones_count(called):
     ).all()
     with pytest.raises(InputError, match="flat observations"):
         features_of(np.zeros((1, 20)))
-
-
-def test_gains_add_up_to_the_points_less_what_the_end_promised(called):
-    end = called.observations[:8]
-    rewards = np.zeros(8)
-    rewards[-1] = -2.0
-    gains = gains_of(end, rewards)
-    assert gains.sum() == pytest.approx(-2.0 - values_of(end)[0])
-    throws = [call.throw for call in called.calls[:8]]
-    lessons = lessons_of(load_ice("standard"), end, throws, gains)
-    assert lessons.weights.mean() == pytest.approx(1.0)
-    best, worst = np.argmax(gains), np.argmin(gains)
-    assert lessons.weights[best] > lessons.weights[worst]
 
 
 def test_a_shot_speaks_most_for_itself_and_never_for_another_stone():

@@ -95,7 +95,7 @@ def test_cloning_learns_a_rule(called):
     seen = np.repeat(called.observations, 3, axis=0)
     hammer = seen[:, 2] > 0
     shots = np.where(hammer, 0, len(SHOTS) - 1)
-    lessons = Lessons(observations=seen, shots=shots, weights=np.ones(len(seen)))
+    lessons = Lessons(observations=seen, shots=shots)
     network, held_out = clone(lessons, epochs=8, batch=24, learning_rate=4e-3, held_out=0.2)
     assert held_out["loss"] < 1.5
     shots, _ = network.predict(called.observations)
