@@ -375,15 +375,23 @@ def opened(
         yield container, stream
 
 
-def places_marked(name: str, view: View) -> list[tuple[float, float]]:
-    """What a user would mark: the corners, or what is painted at an end."""
-    if name != "ceiling":
-        return [(s * WIDTH / 2, e * LENGTH / 2) for e in (-1, 1) for s in (-1, 1)]
-    points = [(s * 1.829, TEE) for s in (-1, 0, 1)] + [(0, TEE + 1.829), (0, TEE - 1.829)]
-    points += [(s * WIDTH / 2, HOG + 0.0508) for s in (-1, 1)]
-    px = view.pixels(np.array([(*p, 0.0) for p in points]))
-    inside = ((px > 2) & (px < np.array(view.size) - 3)).all(axis=1)
-    return [points[k] for k in np.flatnonzero(inside)]
+def places_marked(view: View) -> tuple[list[tuple[float, float]], bool]:
+    """What a user would mark, and whether those are the corners, or else paint at the ends."""
+
+    def seen(points: list[tuple[float, float]]) -> NDArray[np.bool_]:
+        px = view.pixels(np.array([(*p, 0.0) for p in points]))
+        low, high = px.min(axis=1) > 2, (px - view.size).max(axis=1) < -3
+        return low & high
+
+    corners = [(s * WIDTH / 2, e * LENGTH / 2) for e in (-1, 1) for s in (-1, 1)]
+    if seen(corners).all():
+        return corners, True
+    points: list[tuple[float, float]] = []
+    for e in (-1, 1):
+        points += [(s * 1.829, e * TEE) for s in (-1, 0, 1)]
+        points += [(0, e * (TEE + 1.829)), (0, e * (TEE - 1.829))]
+        points += [(s * WIDTH / 2, e * (HOG + 0.0508)) for s in (-1, 1)]
+    return [points[k] for k in np.flatnonzero(seen(points))], False
 
 
 def main(
@@ -419,7 +427,7 @@ def main(
                             handle=np.array([(40, 40, 200), (40, 190, 220)][seed % 2], float),
                             sun=sun / np.linalg.norm(sun), shade=rng.uniform(0.1, 0.3))  # fmt: skip
             ice = picture_of_ice(view, np.random.default_rng([seed, kind, 2]))
-            marked = places_marked(camera, view)
+            marked, corners = places_marked(view)
             px = view.pixels(np.array([(*place, 0.0) for place in marked]))
             scene: dict[str, Any] = {
                 "camera_matrix": [[view.focal, 0, view.axis[0]], [0, view.focal, view.axis[1]],
@@ -427,7 +435,7 @@ def main(
                 "distortion": [view.k1, view.k2, 0, 0, 0],
                 "stone": {"radius": stone.radius, "height": STONE_HEIGHT},
             }  # fmt: skip
-            if camera == "ceiling":
+            if not corners:
                 scene["points"] = [
                     {"sheet": a, "px": b} for a, b in zip(marked, px.tolist(), strict=True)
                 ]

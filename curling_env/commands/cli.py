@@ -46,6 +46,7 @@ __all__ = [
     "OutputDirectory",
     "OutputFile",
     "SeedOption",
+    "TracksFile",
     "Writes",
     "main",
     "print_json",
@@ -116,6 +117,11 @@ SeedOption = Annotated[
 ]
 OutputFile = Annotated[
     Path, typer.Option("-o", "--output", metavar="FILE", help="File for the result."), Writes()
+]
+TracksFile = Annotated[
+    Path,
+    typer.Option("-o", "--output", metavar="FILE", help="File for the result."),
+    Writes(kinds=("tracks",)),
 ]
 OutputDirectory = Annotated[
     Path,

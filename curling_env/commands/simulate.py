@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import IceOption, OutputFile, progress_bar, say
+from curling_env.commands.cli import IceOption, TracksFile, progress_bar, say
 
 
 def simulate(
@@ -18,7 +18,7 @@ def simulate(
             metavar="R.csv", help="Releases, a table with columns throw,x,y,vx,vy,theta,omega."
         ),
     ],
-    output: OutputFile,
+    output: TracksFile,
     fps: Annotated[
         float, typer.Option(min=0.1, max=10_000, help="Rows per second of the tracks.")
     ] = 30.0,

@@ -19,7 +19,11 @@ from friction_estimation.appearance.fit import (
     measure,
 )
 from friction_estimation.appearance.handle import heading_costs
-from friction_estimation.appearance.learning import adapt_appearance, learn_appearance
+from friction_estimation.appearance.learning import (
+    adapt_appearance,
+    learn_appearance,
+    turned_alike,
+)
 from friction_estimation.appearance.model import PixelWindow, StoneModel
 from friction_estimation.appearance.occlusion import PosedStone, measure_occluded
 from friction_estimation.appearance.tuning import CROPS_TO_LEARN_FROM
@@ -42,5 +46,6 @@ __all__ = [
     "measure",
     "measure_occluded",
     "total_misfit",
+    "turned_alike",
     "unexplained_share",
 ]

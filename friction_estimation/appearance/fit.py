@@ -44,16 +44,26 @@ class ShapeDoubt:
     ----------
     places : (n, 2) where it was worked out [m]
     sigma : (n, 2) standard error of each coordinate there [m]
+    shift : (n, 2) what is to be added to each coordinate there, on average over the looks that
+        explain the pictures as well [m]
     """
 
     places: Floats
     sigma: Floats
+    shift: Floats
 
     def at(self, xy: Floats) -> Floats:
         """Standard error of each coordinate at places (n, 2) [m], by how far along the sheet."""
+        return self._along(self.sigma, xy)
+
+    def shift_at(self, xy: Floats) -> Floats:
+        """What is to be added to places (n, 2) [m]."""
+        return self._along(self.shift, xy)
+
+    def _along(self, values: Floats, xy: Floats) -> Floats:
         order = np.argsort(self.places[:, 1], kind="stable")
         y = self.places[order, 1]
-        return np.column_stack([np.interp(xy[:, 1], y, axis) for axis in self.sigma[order].T])
+        return np.column_stack([np.interp(xy[:, 1], y, axis) for axis in values[order].T])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

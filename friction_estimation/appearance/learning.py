@@ -26,10 +26,11 @@ from friction_estimation.appearance.crops import (
 from friction_estimation.appearance.fit import Appearance
 from friction_estimation.appearance.handle import find_handle, fit_headings
 from friction_estimation.appearance.model import StoneModel
+from friction_estimation.appearance.prior import SHAPE_BOUNDS, TURNED_ALIKE, UPRIGHT, ShapePrior
 from friction_estimation.appearance.profile import (
-    objective,
     refine_profile,
     shape_doubt,
+    unlikelihood,
 )
 from friction_estimation.appearance.shape import PARTS
 from friction_estimation.appearance.tuning import (
@@ -43,7 +44,12 @@ from friction_estimation.appearance.tuning import (
 
 
 def learn_appearance(
-    crops: Sequence[Crop], model: StoneModel, noise: float, *, trimmed: bool = True
+    crops: Sequence[Crop],
+    model: StoneModel,
+    noise: float,
+    *,
+    trimmed: bool = True,
+    doubted: bool = True,
 ) -> Appearance:
     """The look that explains all crops together.
 
@@ -53,6 +59,7 @@ def learn_appearance(
     model : the scene's radius and height, and typical values for the rest
     noise : standard deviation of a pixel [grey levels]
     trimmed : whether pixels that the stone does not reach are dropped from the crops
+    doubted : whether other looks are tried, and how far they misplace the stone
     """
     sigma = np.maximum([3 * noise, 2 * noise, 2 * noise], MIN_NOISE)
     body = _body_colour(crops, model)
@@ -71,19 +78,66 @@ def learn_appearance(
     ordered = sorted(crops, key=lambda crop: crop.t)
     pixels = sum(len(crop.pixels) for crop in crops)
     spare = max(1, min(pixels // ENOUGH_PIXELS, len(crops) // ENOUGH_CROPS))
+    prior = ShapePrior(typical=model)
     for every, rounds in REFINEMENTS:
         some = ordered[:: max(every, spare)]
-        look = refine_profile(some, look, model, rounds)
+        look = refine_profile(some, look, prior, rounds)
         look = replace(look, noise=residual_noise(some, look))
         if look.has_handle:
             fit_headings(crops, look)
         for crop in crops:
             fit_pose(crop, look)
-    return replace(look, doubt=shape_doubt(crops, look, model))
+    if not doubted:
+        return look
+    return _with_rival(ordered[::spare], look, prior)
+
+
+def _with_rival(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> Appearance:
+    """A look, or that of a stone that is turned alike above and below, if that is likelier.
+
+    The pictures hardly tell one from the other where the ice hides most of a stone's foot, and
+    they place the stone differently. What the other one says is in the doubt, by its likelihood.
+    """
+    other_prior = replace(prior, ties=TURNED_ALIKE)
+    others = [replace(crop, pose=crop.pose.copy()) for crop in crops]
+    other = refine_profile(others, turned_alike(look), other_prior, ADAPTING_ROUNDS)
+    ahead = unlikelihood(others, other, other_prior) - unlikelihood(crops, look, prior)
+    share = float(1 / (1 + np.exp(np.clip(0.5 * ahead, -50.0, 50.0))))
+    apart = np.array([b.pose[:2] - a.pose[:2] for a, b in zip(crops, others, strict=True)])
+    # From crop to crop noise changes it; along the path it changes slowly.
+    along = np.array([crop.pose[1] for crop in crops])
+    bend = np.vander((along - along.mean()) / max(float(np.ptp(along)), 1e-3), 3)
+    apart = bend @ np.linalg.lstsq(bend, apart, rcond=1e-6)[0]
+    if share > 0.5:
+        share, apart = 1 - share, -apart
+        crops, look, prior = others, other, other_prior
+    doubt = shape_doubt(crops, look, prior)
+    sigma = np.hypot(doubt.sigma, np.sqrt(share * (1 - share)) * np.abs(apart))
+    return replace(look, doubt=replace(doubt, sigma=sigma, shift=share * apart))
+
+
+def turned_alike(look: Appearance) -> Appearance:
+    """The look with the mean of foot and bevel for both."""
+    model = look.model
+    inset = (model.foot_inset + model.bevel_inset) / 2
+    depth = (model.foot_height + model.bevel_height) / 2
+    power = (model.foot_roundness + model.roundness) / 2
+    return replace(
+        look,
+        model=replace(
+            model,
+            foot_inset=inset,
+            bevel_inset=inset,
+            foot_height=depth,
+            bevel_height=depth,
+            foot_roundness=power,
+            roundness=min(power, SHAPE_BOUNDS["roundness"][1]),
+        ),
+    )
 
 
 def adapt_appearance(
-    crops: Sequence[Crop], look: Appearance, model: StoneModel
+    crops: Sequence[Crop], look: Appearance, model: StoneModel, *, alike: bool = False
 ) -> tuple[Appearance, float]:
     """A look that was learnt with nearly the same crops, fitted to these.
 
@@ -92,15 +146,17 @@ def adapt_appearance(
     crops : their headings are nearly right; their poses are refined in place
     look : to begin with; its noise stays
     model : as for `learn_appearance`
+    alike : whether the stone is turned alike above and below
 
     Returns
     -------
-    the look, and its misfit to the crops and to what stones are like [squared standard errors]
+    the look, and how unlikely the crops are for such a stone, see `profile.unlikelihood`
     """
+    prior = ShapePrior(typical=model, ties=TURNED_ALIKE if alike else UPRIGHT)
     for crop in crops:
         fit_pose(crop, look)
-    look = refine_profile(crops, look, model, ADAPTING_ROUNDS)
-    return look, objective(crops, look, model)
+    look = refine_profile(crops, look, prior, ADAPTING_ROUNDS)
+    return look, unlikelihood(crops, look, prior)
 
 
 def _body_colour(crops: Sequence[Crop], model: StoneModel) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from friction_estimation.appearance.crops import Crop, painted_planes, robust_we
 from friction_estimation.appearance.fit import Appearance, ShapeDoubt
 from friction_estimation.appearance.kernels.fit_kernels import normal_equations
 from friction_estimation.appearance.kernels.picture_kernels import blur
-from friction_estimation.appearance.model import PixelWindow, StoneModel
+from friction_estimation.appearance.model import PixelWindow
 from friction_estimation.appearance.painting import (
     Planes,
     blurred,
@@ -23,6 +23,12 @@ from friction_estimation.appearance.painting import (
     shade_anew,
     turn_handle,
 )
+from friction_estimation.appearance.prior import (
+    HANDLE_PREFIXES,
+    SHAPE_SPREAD,
+    FreeShape,
+    ShapePrior,
+)
 from friction_estimation.appearance.shape import (
     BLUR_PX,
     COLOUR_BLUR_PX,
@@ -31,71 +37,15 @@ from friction_estimation.appearance.shape import (
     SHAPE_PARAMETERS,
 )
 from friction_estimation.appearance.tuning import (
+    ALIKE_IN_FIT,
     ALIKE_PICTURES,
     MAX_FOOT_BRIGHTNESS,
     MIN_GAIN,
     PIXEL_CORRELATION,
 )
 
-SHAPE_SPREAD = {
-    "foot_inset": 0.03,
-    "foot_height": 0.015,
-    "bevel_height": 0.015,
-    "bevel_inset": 0.02,
-    "handle_rise": 0.015,
-    "handle_back": 0.015,
-    "handle_front": 0.015,
-    "handle_width": 0.006,
-    "blur_px": 0.4,
-    "colour_blur_px": 0.6,
-    "shadow_x": 0.05,
-    "shadow_y": 0.05,
-    "shadow_radius": 0.02,
-    "shadow_blur": 0.02,
-    "shadow": 0.15,
-    "handle_depth": 0.01,
-    "roundness": 0.5,
-    "contact": 0.2,
-    "contact_reach": 0.02,
-    "mirror": 0.4,
-    "collar_radius": 0.025,
-    "collar_rise": 0.006,
-    "foot_roundness": 0.7,
-    "neck_length": 0.015,
-}
-"""Prior standard deviation of each shape parameter about its typical value (units of `StoneModel`).
-
-Radius and height are not fitted; the scene gives them.
-"""
-SHAPE_BOUNDS = {
-    "foot_inset": (-0.005, 0.12),
-    "foot_height": (0.002, 0.06),
-    "bevel_height": (0.001, 0.06),
-    "bevel_inset": (0.0, 0.09),
-    "handle_rise": (0.0, 0.09),
-    "handle_back": (-0.13, 0.05),
-    "handle_front": (0.05, 0.15),
-    "handle_width": (0.008, 0.05),
-    "blur_px": (0.3, 4.0),
-    "colour_blur_px": (0.3, 5.0),
-    "shadow_radius": (0.05, 0.3),
-    "shadow_blur": (0.01, 0.1),
-    "shadow": (0.0, 0.9),
-    "handle_depth": (0.001, 0.08),
-    "roundness": (1.0, 3.0),
-    "contact": (0.0, 0.9),
-    "contact_reach": (0.01, 0.12),
-    "mirror": (0.0, 1.5),
-    "collar_radius": (0.0, 0.1),
-    "collar_rise": (0.0, 0.03),
-    "foot_roundness": (1.0, 4.0),
-    "neck_length": (0.0, 0.06),
-}
-"""Least and greatest value of the shape parameters; the others are unbounded."""
 LENGTHS = tuple(name for name, spread in SHAPE_SPREAD.items() if spread < 0.1)
 """Parameters that are lengths [m], whose derivatives are computed with a smaller step."""
-HANDLE_PREFIXES = ("handle", "collar", "neck")
-"""Parameters with these prefixes change only the handle."""
 SHADE_PREFIXES = ("shadow", "contact")
 """Parameters with these prefixes change only the shade on the ice."""
 FIRST_DAMPING, LEAST_DAMPING = 1e-4, 1e-7
@@ -103,19 +53,17 @@ FIRST_DAMPING, LEAST_DAMPING = 1e-4, 1e-7
 changes along a valley, a more strongly damped fit rests anywhere in it."""
 DAMPING_STEP = 20.0
 """Factor between the damping of one step and of the next."""
+FIT_WEIGHT = 1 / (PIXEL_CORRELATION * ALIKE_IN_FIT)
+"""Weight of a misfit to the crops in a fit."""
+TRUE_WEIGHT = 1 / (PIXEL_CORRELATION * ALIKE_PICTURES)
+"""The same where looks are weighed against each other. What no shape can paint is alike in all
+crops, so that they tell less than as many would."""
 BLURS = ("blur_px", "colour_blur_px")
 """Parameters that change only the blur."""
-COLOUR_DIFFERENCES = (
-    ("foot", "side", (30.0, 4.0, 4.0)),
-    ("bevel", "side", (30.0, 4.0, 4.0)),
-    ("top", "side", (30.0, 4.0, 4.0)),
-)
-"""Pairs of parts whose colours differ little, because both are granite in different light, with the
-prior standard deviation of the difference in each colour channel [grey levels]."""
 
 
 def refine_profile(
-    crops: Sequence[Crop], look: Appearance, typical_model: StoneModel, rounds: int
+    crops: Sequence[Crop], look: Appearance, prior: ShapePrior, rounds: int
 ) -> Appearance:
     """Fit shape, blur and colours to all crops, and refine the pose of every crop in place.
 
@@ -125,18 +73,18 @@ def refine_profile(
     ----------
     crops : crops of one stone
     look : the appearance at the start
-    typical_model : centre of the prior of the shape
+    prior : what stones are like
     rounds : greatest number of rounds
     """
-    free, typical = _Free.of(look), typical_model.shape()
+    free = prior.of(look)
     damping = FIRST_DAMPING
-    value = _objective(crops, look, typical, free)
+    value = _objective(crops, look, free)
     for _ in range(rounds):
-        equations = _joint_equations(crops, look, typical, free)
+        equations = _joint_equations(crops, look, free)
         before, last = [crop.pose for crop in crops], value
         for _ in range(5):
             tried = _after_step(crops, look, free, equations, damping)
-            found = _objective(crops, tried, typical, free)
+            found = _objective(crops, tried, free)
             if found < value:
                 look, value, damping = tried, found, max(damping / DAMPING_STEP, LEAST_DAMPING)
                 break
@@ -147,34 +95,6 @@ def refine_profile(
         if last - value < MIN_GAIN:
             break
     return look
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Free:
-    """What is fitted: shape parameters, by index, with their prior spreads, and parts' colours."""
-
-    index: list[int]
-    spread: Floats
-    low: Floats
-    high: Floats
-    parts: int
-
-    @classmethod
-    def of(cls, look: Appearance) -> _Free:
-        names = [n for n in SHAPE_SPREAD if look.has_handle or not n.startswith(HANDLE_PREFIXES)]
-        low, high = np.array([SHAPE_BOUNDS.get(n, (-np.inf, np.inf)) for n in names]).T
-        return cls(
-            index=[SHAPE_PARAMETERS.index(n) for n in names],
-            spread=np.array([SHAPE_SPREAD[n] for n in names]),
-            low=low,
-            high=high,
-            parts=len(PARTS) if look.has_handle else len(PARTS) - 1,
-        )
-
-    @property
-    def shared(self) -> int:
-        """Number of parameters that all crops share."""
-        return len(self.index) + 3 * self.parts
 
 
 class _Equations(NamedTuple):
@@ -196,7 +116,7 @@ class _Equations(NamedTuple):
 
 
 def _after_step(
-    crops: Sequence[Crop], look: Appearance, free: _Free, equations: _Equations, damping: float
+    crops: Sequence[Crop], look: Appearance, free: FreeShape, equations: _Equations, damping: float
 ) -> Appearance:
     """The look after a damped step; the poses of the crops are moved with it, in place."""
     shape, count = look.model.shape(), len(free.index)
@@ -222,45 +142,49 @@ def _after_step(
     return replace(look, model=look.model.with_shape(moved), colours=colours)
 
 
-def shape_doubt(crops: Sequence[Crop], look: Appearance, typical_model: StoneModel) -> ShapeDoubt:
+def shape_doubt(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> ShapeDoubt:
     """How far what the crops leave open of shape and colours misplaces the stone in each of them.
 
     Parameters
     ----------
     crops : crops of one stone with fitted poses
     look : fitted to them
-    typical_model : centre of the prior of the shape
+    prior : what stones are like
     """
-    equations = _joint_equations(crops, look, typical_model.shape(), _Free.of(look))
-    # What no shape can paint is alike in all crops, so that they tell less than as many would.
-    covariance = np.linalg.inv(equations.crops / ALIKE_PICTURES + equations.prior)
+    equations = _joint_equations(crops, look, prior.of(look))
+    covariance = np.linalg.inv(TRUE_WEIGHT / FIT_WEIGHT * equations.crops + equations.prior)
     moved = [along[:2] for _, along in equations.poses]
     sigma = [np.sqrt(np.einsum("ip,pq,iq->i", a, covariance, a)) for a in moved]
-    return ShapeDoubt(places=np.array([crop.pose[:2] for crop in crops]), sigma=np.array(sigma))
+    places = np.array([crop.pose[:2] for crop in crops])
+    return ShapeDoubt(places=places, sigma=np.array(sigma), shift=np.zeros_like(places))
 
 
-def objective(crops: Sequence[Crop], look: Appearance, typical_model: StoneModel) -> float:
-    """What `refine_profile` lowers: the robust misfit to the crops and to what stones are like."""
-    return _objective(crops, look, typical_model.shape(), _Free.of(look))
+def unlikelihood(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> float:
+    """How unlikely the crops are for stones of a kind: -2 log likelihood, but for a constant.
+
+    The misfit of the likeliest look, and how small a part of all looks of that kind explain the
+    crops as well (Laplace's approximation).
+
+    Parameters
+    ----------
+    crops : crops of one stone with fitted poses
+    look : fitted to them
+    prior : what stones of that kind are like
+    """
+    free = prior.of(look)
+    equations = _joint_equations(crops, look, free)
+    left = np.linalg.slogdet(TRUE_WEIGHT / FIT_WEIGHT * equations.crops + equations.prior)[1]
+    before = np.linalg.slogdet(equations.prior)[1]
+    return TRUE_WEIGHT * total_misfit(crops, look) + free.misfit(look) + float(left - before)
 
 
-def _objective(crops: Sequence[Crop], look: Appearance, typical: Floats, free: _Free) -> float:
-    away = (look.model.shape() - typical)[free.index] / free.spread
-    differences = np.array(
-        [
-            (look.colours[PARTS.index(name)] - look.colours[PARTS.index(other)]) / spread
-            for name, other, spread in COLOUR_DIFFERENCES
-        ]
-    )
-    return total_misfit(crops, look) / PIXEL_CORRELATION + float(
-        away @ away + np.sum(differences * differences)
-    )
+def _objective(crops: Sequence[Crop], look: Appearance, free: FreeShape) -> float:
+    """What `refine_profile` lowers."""
+    return FIT_WEIGHT * total_misfit(crops, look) + free.misfit(look)
 
 
-def _joint_equations(
-    crops: Sequence[Crop], look: Appearance, typical: Floats, free: _Free
-) -> _Equations:
-    poses, count, shared = 3 if look.has_handle else 2, len(free.index), free.shared
+def _joint_equations(crops: Sequence[Crop], look: Appearance, free: FreeShape) -> _Equations:
+    poses, shared = 3 if look.has_handle else 2, free.shared
     normal, right = np.zeros((shared, shared)), np.zeros(shared)
     steps: list[tuple[Floats, Floats]] = []
     for crop in crops:
@@ -276,14 +200,12 @@ def _joint_equations(
         normal += full[:shared, :shared] - cross @ solved[:, :-1]
         right += pulled[:shared] - cross @ solved[:, -1]
         steps.append((solved[:, -1], solved[:, :-1]))
-    prior, pull = _granite_prior(look.colours, count, shared)
+    prior, pull = free.equations(look)
     prior[np.diag_indices(shared)] += 1e-6
-    prior[np.diag_indices(count)] += 1 / free.spread**2
-    pull[:count] += (typical - look.model.shape())[free.index] / free.spread**2
     return _Equations(
-        crops=normal / PIXEL_CORRELATION,
+        crops=FIT_WEIGHT * normal,
         prior=prior,
-        right=right / PIXEL_CORRELATION + pull,
+        right=FIT_WEIGHT * right + pull,
         poses=steps,
     )
 
@@ -306,24 +228,6 @@ def _step_within(
             break
         free[:n] &= ~over
     return step
-
-
-def _granite_prior(colours: Floats, start: int, size: int) -> tuple[Floats, Floats]:
-    """Normal equations of the prior of `COLOUR_DIFFERENCES`: (size, size) and (size,)."""
-    matrix, vector = np.zeros((size, size)), np.zeros(size)
-    for name, other, spread in COLOUR_DIFFERENCES:
-        for channel in range(3):
-            i = start + 3 * PARTS.index(name) + channel
-            j = start + 3 * PARTS.index(other) + channel
-            weight = 1 / spread[channel] ** 2
-            weighted = weight * (colours[PARTS.index(other)] - colours[PARTS.index(name)])[channel]
-            matrix[i, i] += weight
-            matrix[j, j] += weight
-            matrix[i, j] -= weight
-            matrix[j, i] -= weight
-            vector[i] += weighted
-            vector[j] -= weighted
-    return matrix, vector
 
 
 def _linearised(

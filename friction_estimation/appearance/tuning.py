@@ -90,7 +90,9 @@ ENOUGH_CROPS = 8
 """At least this many crops are kept."""
 ALIKE_PICTURES = 4.0
 """So many pictures of a stone repeat each other's faults, and count as one."""
-MIN_GAIN = 0.3
+ALIKE_IN_FIT = 2.0
+"""The same in a fit: with more, stones seen from low down get too typical a shape."""
+MIN_GAIN = 0.15
 """A round that lowers the squared standard errors by less is the last."""
 MAX_FOOT_BRIGHTNESS = 1.1
 """Brightness of the foot over that of the side: it overhangs and is lit by the ice alone."""

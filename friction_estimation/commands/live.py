@@ -10,7 +10,7 @@ import typer
 
 from curling_env.commands.cli import (
     JsonOption,
-    OutputFile,
+    TracksFile,
     UnitsOption,
     Writes,
     conclude,
@@ -39,7 +39,7 @@ def live(
     scene: Annotated[
         Path, typer.Option(metavar="SCENE.json", help="Where the camera sees the sheet.")
     ],
-    output: OutputFile = Path("tracks.csv"),
+    output: TracksFile = Path("tracks.csv"),
     report: Annotated[
         Path | None,
         typer.Option(

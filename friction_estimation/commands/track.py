@@ -14,7 +14,7 @@ import typer
 
 from curling_env.commands.cli import (
     JsonOption,
-    OutputFile,
+    TracksFile,
     UnitsOption,
     Writes,
     conclude,
@@ -99,7 +99,7 @@ def track(
             help="Where the camera sees the sheet; one for all films, or one for each.",
         ),
     ],
-    output: OutputFile = Path("tracks.csv"),
+    output: TracksFile = Path("tracks.csv"),
     append: Annotated[
         bool,
         typer.Option("--append", help="Add the throws to those that the tracks file holds."),

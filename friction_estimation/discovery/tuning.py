@@ -40,6 +40,9 @@ NEARLY_LONGEST = 0.95
 """Part of the longest memory from which on it may be longer."""
 FILM_MEMORY_BOUNDS = (0.05, 2.0)
 """The same for tracks from film."""
+SLOW_HEADING_SHARE = 0.1
+"""Share of the error that a film's heading claims which is taken to last for as long as
+`FILM_MEMORY_BOUNDS` allow."""
 SLOWEST_FILM_NOISE_PERIOD = 6.0
 """Whatever swings slower than this in a track from film may be physics [s]. A tracked point that
 winds about the stone's centre is faster; it is found even so, because it winds in step in all

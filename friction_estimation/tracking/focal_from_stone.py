@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -20,8 +21,8 @@ from friction_estimation.appearance import (
     StoneModel,
     adapt_appearance,
     learn_appearance,
+    turned_alike,
 )
-from friction_estimation.appearance.tuning import ALIKE_PICTURES
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import RefinedCamera, log_height_prior
 from friction_estimation.camera.tuning import CAMERA_HEIGHT_PRIOR
@@ -58,7 +59,10 @@ class _Heights:
         refine_at_focal: Callable[[float], RefinedCamera | None],
         crops_of: Callable[[Camera], Sequence[Sequence[Crop]]],
         model: StoneModel,
+        *,
+        alike: bool = False,
     ) -> None:
+        self._alike = alike
         self._refined, self._refine_at_focal = refined, refine_at_focal
         self._crops_of, self._model = crops_of, model
 
@@ -77,7 +81,9 @@ class _Heights:
         seen = self.seen_from(lean)
         if seen is None:
             return None
-        looks = [learn_appearance(c, self._model, noise, trimmed=False) for c in seen[1]]
+        looks = [
+            learn_appearance(c, self._model, noise, trimmed=False, doubted=False) for c in seen[1]
+        ]
         pairs = tuple(zip(seen[1], looks, strict=True))
         return self.beside(_Trial(lean=lean, cost=np.inf, seen=pairs), lean)
 
@@ -93,7 +99,7 @@ class _Heights:
             headings = {crop.t: crop.pose[2] for crop in before}
             for crop in crops:
                 crop.pose[2] = headings.get(crop.t, crop.pose[2])
-            look, misfit = adapt_appearance(crops, look, self._model)
+            look, misfit = adapt_appearance(crops, look, self._model, alike=self._alike)
             pairs.append((crops, look))
             cost += misfit
         return _Trial(lean=lean, cost=cost, seen=tuple(pairs))
@@ -116,31 +122,83 @@ def focal_from_stone(
     model, noise : see `learn_appearance`
     """
     heights = _Heights(refined, refine_at_focal, crops_of, model)
+    alike = _Heights(refined, refine_at_focal, crops_of, model, alike=True)
     # The shift of the top goes by 1 / height, so heights are tried in even steps of that.
     lowest, highest = 1 / np.array(tuning.CAMERA_HEIGHTS)[::-1]
     step = (highest - lowest) / (tuning.COARSE_HEIGHTS - 1)
     start = heights.first(1 / CAMERA_HEIGHT_PRIOR[0], noise)
     if start is None:
         return refined
-    trials = [start]
+    trials = {start.lean: start}
     for direction in (1.0, -1.0):
         at: _Trial | None = start
         while at is not None and lowest < at.lean + direction * step < highest:
             at = heights.beside(at, at.lean + direction * step)
             if at is not None:
-                trials.append(at)
-    best = min(trials, key=lambda trial: trial.cost)
+                trials[at.lean] = at
+                least = min(trial.cost for trial in trials.values())
+                at = at if at.cost < least + 10 * tuning.UNLIKELY_HEIGHT else None
+    _spread_best(trials, heights)
+    best = min(trials.values(), key=lambda trial: trial.cost)
     for part in tuning.FINE_HEIGHT_STEPS:
         fine = heights.beside(best, best.lean + part * step)
         if fine is not None:
-            trials.append(fine)
-    log_height, sigma = likely_height([(k.lean, k.cost) for k in trials])
+            trials[fine.lean] = fine
+    _spread_best(trials, heights)
+    found = [(k.lean, k.cost) for k in trials.values()]
+    others = _turned_alike_stones(trials, alike)
+    log_height, sigma = likely_height([(lean, _either(c, others.get(lean))) for lean, c in found])
     change = heights.change(float(np.exp(-log_height)))
-    found = refine_at_focal(change)
-    if found is None:
+    solved = refine_at_focal(change)
+    if solved is None:
         return refined
     one_sigma = max(sigma, tuning.MIN_LOG_HEIGHT_SIGMA)
-    return replace(found, farther=_camera(refine_at_focal(change + one_sigma)))
+    return replace(solved, farther=_camera(refine_at_focal(change + one_sigma)))
+
+
+def _turned_alike_stones(trials: dict[float, _Trial], heights: _Heights) -> dict[float, float]:
+    """What heights cost that are likely, for stones that are turned alike above and below."""
+    best = min(trials.values(), key=lambda trial: trial.cost)
+    seen = tuple((crops, turned_alike(look)) for crops, look in best.seen)
+    start = heights.beside(replace(best, seen=seen), best.lean)
+    if start is None:
+        return {}
+    order, found = sorted(trials), {start.lean: start}
+    first = order.index(best.lean)
+    for way in (order[first:], order[first::-1]):
+        for known, lean in pairwise(way):
+            at = heights.beside(found[known], lean)
+            if at is None or at.cost > start.cost + tuning.UNLIKELY_HEIGHT:
+                break
+            found[lean] = at
+    _spread_best(found, heights)
+    return {lean: trial.cost for lean, trial in found.items()}
+
+
+def _either(cost: float, other: float | None) -> float:
+    """What a height costs for stones of either kind."""
+    return cost if other is None else -2 * float(np.logaddexp(-cost / 2, -other / 2))
+
+
+def _spread_best(trials: dict[float, _Trial], heights: _Heights) -> None:
+    """Try heights again, in place, with looks that were better at heights nearby.
+
+    A fit rests in one of several valleys; what the best height has found serves the others.
+    """
+    order, best = sorted(trials), None
+    for _ in range(tuning.HEIGHT_PASSES):
+        now = min(trials.values(), key=lambda trial: trial.cost)
+        if best is not None and now.cost > best.cost - 1:
+            return
+        best = now
+        first = order.index(best.lean)
+        for way in (order[first:], order[first::-1]):
+            for known, lean in pairwise(way):
+                if trials[known].cost > best.cost + tuning.UNLIKELY_HEIGHT:
+                    break
+                found = heights.beside(trials[known], lean)
+                if found is not None and found.cost < trials[lean].cost:
+                    trials[lean] = found
 
 
 def _camera(found: RefinedCamera | None) -> Camera | None:
@@ -149,9 +207,6 @@ def _camera(found: RefinedCamera | None) -> Camera | None:
 
 def likely_height(seen: Sequence[tuple[float, float]]) -> tuple[float, float]:
     """The logarithm of the height that misfits tell, and its standard error.
-
-    What a look cannot paint of a stone is the same in all pictures, so that a misfit of all of
-    them counts for less than as many pictures would tell.
 
     Parameters
     ----------
@@ -162,7 +217,7 @@ def likely_height(seen: Sequence[tuple[float, float]]) -> tuple[float, float]:
         return float(-np.log(lean[0])), 1.0
     log_height = np.linspace(-np.log(lean[-1]), -np.log(lean[0]), 400)
     misfit = PchipInterpolator(lean, cost)(np.exp(-log_height))
-    weight = np.exp(-0.5 * (misfit - misfit.min()) / ALIKE_PICTURES)
+    weight = np.exp(-0.5 * (misfit - misfit.min()))
     weight /= weight.sum()
     mean = float(weight @ log_height)
     return mean, float(np.sqrt(weight @ (log_height - mean) ** 2))

@@ -79,6 +79,10 @@ COARSE_HEIGHTS = 7
 """Number of heights tried first, evenly spaced in their inverse."""
 FINE_HEIGHT_STEPS = (-0.5, -0.25, 0.25, 0.5)
 """Heights tried next, as parts of a coarse step away from the best."""
+HEIGHT_PASSES = 3
+"""How often heights are tried again with the looks of better ones, at most."""
+UNLIKELY_HEIGHT = 60.0
+"""Heights that cost so much more than the best are not tried again [squared standard errors]."""
 MIN_LOG_HEIGHT_SIGMA = 0.02
 """The logarithm of the height is never claimed to be known better."""
 LOW_HEIGHT = 4.0

@@ -88,6 +88,8 @@ MAX_CAMERA_DEVIATIONS = 6.0
 """Standard errors by which cameras may differ."""
 MAX_CAMERA_DISTANCE = 0.1
 """Distance by which they may differ in any case [m]; another throw would be farther off."""
+SAME_STONE_DISTANCE = 0.2
+"""Tracks of two cameras that stay nearer to each other than this are of one stone [m]."""
 SAME_THROW_SECONDS = 8.0
 """Two cameras see one throw begin within this time of each other, once their clocks agree on
 average [s]: a stone takes that much more or less from one view to the next."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from curling_env.commands.cli import JsonOption, OutputFile, conclude, progress_bar, say
+from curling_env.commands.cli import JsonOption, TracksFile, conclude, progress_bar, say
 from curling_env.errors import InputError
 from friction_estimation.commands.track import (
     CameraOption,
@@ -37,7 +37,7 @@ def join_cameras(
         list[Path],
         typer.Option(metavar="SCENE.json", help="Where each camera sees the sheet, in that order."),
     ],
-    output: OutputFile = Path("tracks.csv"),
+    output: TracksFile = Path("tracks.csv"),
     bridge: Annotated[
         bool,
         typer.Option("--bridge", help="Also write rows for times when no camera saw the stone."),
@@ -59,6 +59,9 @@ def join_cameras(
     Long films are cut into their throws, and throws of different cameras are matched by when they
     were. A throw that a single camera has seen is kept as it is.
 
+    The other stones of a throw are written too, each once, on the same clock. One that slides out
+    of one picture and into another one that does not overlap has a track in each.
+
     With --bridge the gaps are filled with the motion that joins the parts; sigma_xy grows there.
 
     \b
@@ -74,6 +77,7 @@ def join_cameras(
     from friction_estimation.tracking import track_each
     from friction_estimation.tracking.films.resume import Checkpoints
     from friction_estimation.tracking.films.shared_cameras import SharedCameras
+    from friction_estimation.tracking.stone_numbers import StoneNumbers
     from friction_estimation.tracks.session_pairs import same_throws
 
     if len(films) < 2:
@@ -97,29 +101,38 @@ def join_cameras(
     clocks = [np.array([one.thrown.clock for one in camera]) for camera in seen]
     tracks: list[Trajectory] = []
     result: list[dict[str, object]] = []
-    for throw, numbers in enumerate(same_throws(clocks)):
-        views = [camera[k] for camera, k in zip(seen, numbers, strict=True) if k is not None]
-        track, joined = _joined(views, throw, bridge=bridge)
-        tracks.append(track)
+    numbers, throws = StoneNumbers(), 0
+    for throw, which in enumerate(same_throws(clocks)):
+        views = [camera[k] for camera, k in zip(seen, which, strict=True) if k is not None]
+        stones, handles, joined = _joined(views, throw, bridge=bridge)
+        given = numbers.of(stones, handles)
+        tracks += [replace(k, stone=n) for k, n in zip(stones, given, strict=True)]
         result += joined
+        throws = throw + 1
     write_tracks(output, tracks)
     checkpoints.delete()
     rows = sum(map(len, tracks))
-    count = "one throw" if len(tracks) == 1 else f"{len(tracks)} throws"
+    count = "one throw" if throws == 1 else f"{throws} throws"
     conclude(result, f"{count} by {len(films)} cameras, {rows} rows: {output}", as_json=as_json)
 
 
 def _joined(
     views: Sequence[TrackedFilm], throw: int, *, bridge: bool
-) -> tuple[Trajectory, list[dict[str, object]]]:
-    """The track of one throw that several cameras have seen, or one, and how it was joined."""
+) -> tuple[list[Trajectory], list[str | None], list[dict[str, object]]]:
+    """All stones of one throw that several cameras have seen, or one, and how they were joined.
+
+    Returns
+    -------
+    tracks, the thrown stone's first; colour of the handle of each; the parts for JSON
+    """
     from friction_estimation.tracks.camera_fusion import join_cameras as join
+    from friction_estimation.tracks.other_stones import other_stones
 
     first = views[0].thrown
     if len(views) == 1:
         say(f"throw {throw}: only {views[0].name} has seen it")
         alone = {"film": str(views[0].film), "throw": throw, **views[0].summary}
-        return replace(first, throw=throw), [alone]
+        return [replace(k, throw=throw) for k in views[0].tracks], views[0].handles, [alone]
     joined = join([one.thrown for one in views])
     result: list[dict[str, object]] = []
     begin = views[joined.order[0]]
@@ -137,8 +150,20 @@ def _joined(
                 "offset_sigma_s": float(sigma),
             }
         )
-    whole = joined.whole if bridge else joined.trajectory
+    others = other_stones([one.tracks[1:] for one in views], joined)
     # All throws are on the clock of the camera that is named first.
     shift = float(joined.offset[0]) + begin.thrown.clock - first.clock
     clock = round(begin.thrown.clock - shift, 3)
-    return replace(whole, throw=throw, stone=first.stone, clock=clock), result
+    stones = [joined.whole if bridge else joined.trajectory, *(track for track, _ in others)]
+    handles = [_handle([one.handles[0] for one in views])]
+    handles += [views[camera].handles[1 + number] for _, (camera, number) in others]
+    return [replace(track, throw=throw, clock=clock) for track in stones], handles, result
+
+
+def _handle(seen: Sequence[str | None]) -> str | None:
+    """The handle of a stone as the camera sees it that shows its colour most clearly."""
+    from functools import reduce
+
+    from friction_estimation.tracking.stone_numbers import clearer
+
+    return reduce(clearer, seen)

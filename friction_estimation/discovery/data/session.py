@@ -74,6 +74,7 @@ class Session:
     usual_spins : (k,) spin taken where no heading was measured [rad/s]
     claimed : median standard error of a coordinate by the tracks' own columns [m]; 0 without them,
         and where they are no more than the noise of single rows
+    claimed_turn : the same of the heading [rad]
     smoothed : whether the tracks come smoothed
     left_out : for each throw that is not here, the reason
     measurements : effects that the camera may have on the tracks
@@ -95,6 +96,7 @@ class Session:
     starts: Indices
     usual_spins: Floats
     claimed: float = 0.0
+    claimed_turn: float = 0.0
     smoothed: bool = False
     left_out: tuple[str, ...] = ()
     measurements: tuple[EffectCard, ...] = field(default_factory=measurement_effects)
@@ -324,6 +326,9 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
     jitter = _jitter_over_claims(slides) if claims else 0.0
     # Where a row jitters as much as it claims to err, the claim is its noise, and no more.
     claimed = 0.0 if jitter > CLAIMED_NOISE else claimed
+    turns = [s.track.sigma_theta[s.rows] for s in slides if s.track.sigma_theta.size]
+    known_turns = np.concatenate([turn[np.isfinite(turn)] for turn in turns] or [np.empty(0)])
+    claimed_turn = float(np.median(known_turns)) if claimed and len(known_turns) else 0.0
     smoothed = claimed > 0.0 and jitter < SMOOTHED_JITTER
     spacing = SMOOTHED_SPACING if smoothed else 0.0
     pairs, blind = _with_heading([(slide, _thinned(slide, spacing)) for slide in slides])
@@ -350,6 +355,7 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
         sigma=np.column_stack(sigma),
         usual_spins=np.full(len(pairs), USUAL_SPIN),
         claimed=claimed,
+        claimed_turn=claimed_turn,
         smoothed=smoothed,
         starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
         left_out=(*off_sheet, *reasons, *blind),

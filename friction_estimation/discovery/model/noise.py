@@ -33,6 +33,7 @@ from friction_estimation.discovery.tuning import (
     MEMORY_BOUNDS,
     NOISE_THROWS,
     OUTLIER_DEVIATIONS,
+    SLOW_HEADING_SHARE,
     SLOWEST_FILM_NOISE_PERIOD,
     SMOOTHED_PERIOD,
 )
@@ -352,6 +353,9 @@ def _estimate_channel(
     fast = fast_part(session, residuals)[:, list(channels)]
     size = max(1.4826 * float(np.nanmedian(np.abs(fast))), least)
     white, fading, memory = likeliest_noise(series, size, memory=bounds, before=before)
+    if channels == (2,) and fading < SLOW_HEADING_SHARE * session.claimed_turn:
+        # What lasts was projected out, and with it most of the error of a heading.
+        fading, memory = SLOW_HEADING_SHARE * session.claimed_turn, bounds[1]
     return max(white, 0.1 * least), fading, memory
 
 

@@ -126,6 +126,8 @@ def assemble_track(
         speed = np.hypot(smoothed[0].rate, smoothed[1].rate)
         theta, spin, sigma_theta = _heading(t, fits, speed, measured.views, known)
     place = np.column_stack([axis.value for axis in smoothed])
+    if appearance.doubt is not None:
+        place = place + appearance.doubt.shift_at(place)
     model = appearance.model
     sigma_theta = np.hypot(sigma_theta, heading_sigma(refined.camera, place, model))
     noise = np.hypot(smoothed[0].sigma, smoothed[1].sigma)[kept] / np.sqrt(2)

@@ -199,6 +199,8 @@ def _at_rest(
     """The track of a stone that nobody touched, in the first and in the last frame."""
     appearance = stone.posed.look
     xy = np.array([stone.xy, stone.xy])
+    if appearance.doubt is not None:
+        xy = xy + appearance.doubt.shift_at(xy)
     common = systematic_sigma(refined, xy, appearance.model, doubt=appearance.doubt)
     trajectory = Trajectory(
         t=np.array([measured.t[0], measured.t[-1]]),

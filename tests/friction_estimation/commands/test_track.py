@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 
+from curling_env.commands.cli import main
 from curling_env.trajectory import read_tracks
 from friction_estimation.film.writer import film_writer
 
@@ -38,3 +39,12 @@ def test_films_are_added_to_the_tracks_of_the_evening(curling, tmp_path, monkeyp
     for harmed in (film, scene):
         assert "is read by this command" in curling(*words, harmed).complaint
     assert film.read_bytes() == before
+
+
+def test_a_file_of_another_kind_is_refused_before_any_film_is_looked_at(tmp_path, capsys):
+    kept = tmp_path / "notes.json"
+    kept.write_text('{"mine": 1}')
+    film, scene = tmp_path / "missing.mp4", tmp_path / "missing.json"
+    assert main(["track", str(film), "--scene", str(scene), "-o", str(kept)]) == 2
+    assert "is not replaced by a table of tracks" in capsys.readouterr().err
+    assert kept.read_text() == '{"mine": 1}'

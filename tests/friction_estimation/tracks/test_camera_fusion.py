@@ -11,6 +11,7 @@ from curling_env.commands.cli import main
 from curling_env.errors import InputError
 from curling_env.trajectory import Trajectory
 from friction_estimation.tracks.camera_fusion import join_cameras
+from friction_estimation.tracks.other_stones import other_stones
 
 BIAS = 0.002
 """How far a camera is off in its own way, standard deviation of each coordinate [m]."""
@@ -171,3 +172,45 @@ def test_the_command_joins_films_and_says_how_their_clocks_differ(
     bridged = read_tracks(output)
     assert len(plain) == len(bridged) == 1
     assert np.diff(plain[0].t).max() > 2.0 > 0.1 > np.diff(bridged[0].t).max()
+
+
+def lying(xy, stretch, clock=0.0, sigma=0.004):
+    """A stone that nobody touches, as a film shows it in its first and in its last frame."""
+    xy = np.array([xy, xy])
+    return Trajectory(t=np.array(stretch) - clock, xy=xy, sigma_xy=np.full(2, sigma))
+
+
+def test_stones_that_lie_still_are_joined_too_each_of_them_once(throw):
+    rng = np.random.default_rng(9)
+    end = throw.t[-1] + 1
+    views = [seen(throw, (-22.0, 3.0), rng), seen(throw, (-1.0, 22.0), rng, 7.5)]
+    house, guard, far = [0.3, 17.0], [0.1, 1.0], [-0.6, 17.1]
+    others = [
+        [lying(guard, (-0.5, end))],
+        [
+            lying(house, (0.0, end), 7.5),
+            lying(guard, (0.0, end), 7.5, 0.001),
+            lying(far, (0.0, end), 7.5),
+        ],
+    ]
+    joined = join_cameras(views)
+    found = other_stones(others, joined)
+    assert [origin for _, origin in found] == [(0, 0), (1, 0), (1, 2)]
+    tracks = [track for track, _ in found]
+    np.testing.assert_allclose([track.xy[0] for track in tracks], [guard, house, far])
+    assert tracks[0].t[0] == pytest.approx(-0.5)  # as long as any camera saw it,
+    assert tracks[0].sigma_xy.min() < 0.002  # and as well as any did
+    assert tracks[1].t[-1] == pytest.approx(end, abs=0.02)  # on the first camera's clock
+
+
+def test_a_stone_that_is_hit_before_two_cameras_is_one_stone(throw):
+    rng = np.random.default_rng(10)
+    views = [seen(throw, (-22.0, 3.0), rng), seen(throw, (-1.0, 22.0), rng, 7.5)]
+    t = np.arange(4.0, 9.0, 0.1)
+    moved = np.clip(t - 6.0, 0.0, None)
+    xy = np.column_stack([0.1 * moved, 2.0 + 0.5 * moved])
+    hit = Trajectory(t=t, xy=xy, sigma_xy=np.full(len(t), 0.004))
+    here, there = lying([0.1, 1.9], (0.0, 12.0), 7.5), Trajectory(t=t - 7.5, xy=xy + 0.003)
+    joined = join_cameras(views)
+    assert len(other_stones([[hit], [there]], joined)) == 1
+    assert len(other_stones([[hit], [here]], joined)) == 2
