@@ -27,7 +27,6 @@ from curling_env.errors import InputError
 from curling_env.game.rules import End, Game, Lines, RestingStone, RuleSet, Team, rule_set
 from curling_env.game.rules.scoring import hammer_after
 from curling_env.game.rules.teams import STONES_PER_TEAM, Stones
-from curling_env.sheet import BACK_LINE_Y, TEE_Y
 from curling_env.throw import MAX_SPEED, Skill, Throw
 
 LAST_END = 255
@@ -36,8 +35,6 @@ STONES_OF_DOUBLES = 5
 """Stones that a team delivers in an end of mixed doubles; the placed one has the next number."""
 DEFAULT_ENDS = 8
 """Ends of a game whose server does not tell how many."""
-ROUNDING, INSIDE = 1e-3, 1e-9
-"""A stone less than the first over a line is set back, by the second inside it [m]."""
 FIRST_HAMMER = Team.AWAY
 """The team with the hammer in the first end."""
 
@@ -86,20 +83,6 @@ def stones_of(state: StateMessage) -> Stones:
     return tuple(sorted(found, key=order))
 
 
-def _on_the_sheet(stone: RestingStone, lines: Lines) -> RestingStone:
-    """The stone, set back onto a line that it lies over by less than a server's rounding.
-
-    One that computes in single precision leaves stones in play some hundredths of a millimetre out.
-    """
-    side = lines.width / 2 - lines.stone_radius
-    back = BACK_LINE_Y - TEE_Y + lines.stone_radius
-    if side < abs(stone.x) < side + ROUNDING:
-        stone = stone._replace(x=math.copysign(side - INSIDE, stone.x))
-    if back < stone.y < back + ROUNDING:
-        stone = stone._replace(y=back - INSIDE)
-    return stone
-
-
 def game_of(state: StateMessage, rules: RuleSet, lines: Lines) -> Game:
     """The game that a state shows.
 
@@ -135,7 +118,7 @@ def game_of(state: StateMessage, rules: RuleSet, lines: Lines) -> Game:
         end = End(
             number=state.end,
             hammer=hammer,
-            stones=tuple(_on_the_sheet(stone, lines) for stone in stones_of(state)),
+            stones=stones_of(state),
             delivered=state.shot,
             power_play=None if doubles is None else doubles.side,
         )

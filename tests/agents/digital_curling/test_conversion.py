@@ -163,16 +163,3 @@ def test_rules_follow_the_setting():
     assert (rules.ends, rules.free_guard_until, rules.max_extra_ends) == (3, 4, 252)
     with pytest.raises(InputError, match="1 to 20 ends"):
         rules_of(SettingMessage(max_end=21))
-
-
-def test_a_stone_that_a_server_leaves_a_hair_over_a_line_lies_on_it():
-    rules = rules_of(SettingMessage(max_end=3))
-    begun = begin_end(new_game(rules))
-    lying = (RestingStone(Team.HOME, 0, -2.23001, 1.0), RestingStone(Team.AWAY, 0, 0.5, 1.97402))
-    assert begun.end is not None
-    game = replace(begun, end=replace(begun.end, stones=lying, delivered=2))
-    read = game_of(as_message(state_of(game)), rules, begun.lines).end
-    assert read is not None
-    places = [(stone.x, stone.y) for stone in read.stones]
-    assert sorted(places) == [pytest.approx((-2.23, 1.0)), pytest.approx((0.5, 1.974))]
-    assert all(abs(x) < 2.23 and y < 1.974 for x, y in places)
