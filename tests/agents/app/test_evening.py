@@ -95,9 +95,9 @@ def app(tmp_path: Path) -> Iterator[App]:
 
 @pytest.fixture(scope="module")
 def filmed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any, np.ndarray]:
-    """A small film of a draw, the scene of its camera, and where the stone came to rest."""
+    """A small film of a short throw, the scene of its camera, and where the stone came to rest."""
     ice = load_ice("standard")
-    release = Throw(speed=2.1, angle=0.02, spin=1.2).release(Direction.AWAY)
+    release = Throw(speed=1.6, angle=0.02, spin=1.2).release(Direction.AWAY)
     path = slide(ice, release, bounds=play_bounds(ice, release.direction), fps=60.0).trajectory
     spec = FilmSpec(
         camera="gantry", size=(640, 360), fps=8.0, people=False, noise=1.0, lead_in=0.5, tail=0.5

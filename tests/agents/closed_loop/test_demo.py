@@ -127,7 +127,7 @@ def test_the_demo_leaves_all_it_promises(curling, must_fit, tmp_path: Path) -> N
         seed=2,
         throws=2,
         fps=10,
-        frame_size=(800, 450),
+        frame_size=(640, 360),
         draws=2,
         workers=1,
         progress=lambda what, done, total=1.0: told.append(done / total),

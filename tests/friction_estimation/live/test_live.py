@@ -290,7 +290,7 @@ def session(tmp_path_factory):
     folder = tmp_path_factory.mktemp("session")
     ice = Ice.uniform(0.03)
     spec = FilmSpec(
-        camera="gantry", people=False, size=(960, 540), fps=SESSION_FPS, tail=0.2, lead_in=0.3
+        camera="gantry", people=False, size=(800, 450), fps=SESSION_FPS, tail=0.2, lead_in=0.3
     )
     renderer = FilmRenderer(spec)
     frames, truths, starts = (
@@ -317,7 +317,7 @@ def send(film, address):
     for _ in range(600):
         sent = av.open(address, "w", format="mpegts")
         stream = sent.add_stream("libx264", rate=int(SESSION_FPS))
-        stream.width, stream.height, stream.pix_fmt = 960, 540, "yuv420p"
+        stream.width, stream.height, stream.pix_fmt = 800, 450, "yuv420p"
         stream.options = {"preset": "superfast", "crf": "22", "bf": "2", "g": "20"}
         try:
             sent.start_encoding()  # connects

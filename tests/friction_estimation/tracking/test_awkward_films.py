@@ -18,7 +18,7 @@ from friction_estimation.synthetic import FilmRenderer, FilmSpec, on_film, scene
 from friction_estimation.tracking import track_film
 
 FPS = 20.0
-SIZE = (960, 540)
+SIZE = (800, 450)
 
 
 @pytest.fixture(scope="module")
