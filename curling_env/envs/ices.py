@@ -81,6 +81,10 @@ class Ices:
         return any(ice is one for pair in self._pairs for one in pair)
 
 
+def _as_known(ice: Ice) -> Ice:
+    return ice
+
+
 class EpisodeIces:
     """The ice of every episode of an environment, and what the agent is told of it.
 
@@ -105,7 +109,7 @@ class EpisodeIces:
         ices: Any,
         *,
         ice_sigma: bool = False,
-        told: Callable[[Ice], Ice] = lambda ice: ice,
+        told: Callable[[Ice], Ice] = _as_known,
     ) -> None:
         self._usual = load_ice(ice)
         self.ices = None if ices is None else Ices(ices, self._usual)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.game.ice_evolution import NO_EVOLUTION, IceEvolution, ice_for_game
@@ -36,6 +38,8 @@ from curling_env.throw import (
 from curling_env.typing import Floats
 
 _GONE = (Status.OUT_SIDE, Status.OUT_BACK)
+Place = Sequence[float]
+"""x and y of a stone [m]."""
 
 
 def direction_of(end: int) -> Direction:
@@ -134,6 +138,7 @@ class GameSimulator:
         self.ice_wears = wear_along_path(self._initial_ice) != 0.0
         """Whether stones change the ice along their paths."""
         self.judgement = judgement
+        self._ice_changes = ice_evolution != NO_EVOLUTION or judgement != NEVER_WRONG
         self._read: dict[tuple[int, Team, int], Ice] = {}
         self._tolerance = tolerance
         self._rng = ThrowRng()
@@ -188,7 +193,7 @@ class GameSimulator:
             entropy=(state.seed, state.throws, team + 1),
             delivery=self.delivery,
             clock=state.clock,
-            ice_changes=self.ice_evolution != NO_EVOLUTION or self.judgement != NEVER_WRONG,
+            ice_changes=self._ice_changes,
             ice_is_estimated=self.known_ice is not self.ice,
             wear=state.wear,
         )
@@ -315,6 +320,24 @@ class GameSimulator:
             x=meant.x,
         )
 
+    def with_execution_errors(
+        self, meant: Sequence[Throw], skills: Sequence[Skill], states: Sequence[GameState]
+    ) -> Floats:
+        """What `with_execution_error` makes of many throws, (n, 4), in less time.
+
+        The columns are x [m], speed [m/s], angle [rad] and spin [rad/s].
+        """
+        out = np.array([(throw.x, throw.speed, throw.angle, throw.spin) for throw in meant])
+        np.minimum(out[:, 1], self.delivery.max_speed, out=out[:, 1])
+        at = self._rng.at
+        out[:, 1:] += [
+            (0.0, 0.0, 0.0) if skill.is_exact else skill.error(at(state.seed, state.throws))
+            for skill, state in zip(skills, states, strict=True)
+        ]
+        out[:, 1] = np.clip(out[:, 1], MIN_SPEED, MAX_SPEED)
+        out[:, 3] = np.clip(out[:, 3], -MAX_SPIN, MAX_SPIN)
+        return out
+
     def sweep_interval(
         self,
         call: Call,
@@ -369,31 +392,28 @@ def state_on_sheet(lying: RestingStone, direction: Direction) -> StoneState:
 
 
 def result_of_places(
-    end: End,
-    places: Sequence[Sequence[float] | None],
-    unmoved: Sequence[bool],
-    struck: bool,
+    end: End, moved: Mapping[int, Place | None], thrown: Place | None, struck: bool
 ) -> Result:
     """What the rules need to know of a delivery, from where the stones came to rest.
 
     Parameters
     ----------
     end : the end before the delivery
-    places : (x, y) of its stones, then of the delivered one, delivery frame [m]; None or NaN for
-        a stone that left play
-    unmoved : whether nothing touched each stone of the end; it then keeps its exact place
+    moved : (x, y) of those of its stones that something touched, by their place among them,
+        delivery frame [m]; None or NaN for a stone that left play. The others keep their exact
+        place
+    thrown : the same of the delivered stone
     struck : whether the delivered stone touched another
     """
     after: list[RestingStone | None] = [*end.stones]
-    if False in unmoved:
-        for k, (before, place) in enumerate(zip(end.stones, places, strict=False)):
-            if not unmoved[k]:
-                after[k] = _resting_stone(before.team, before.number, place)
-    after.append(_resting_stone(end.to_throw, end.number_of_stone, places[-1]))
+    for k, place in moved.items():
+        before = end.stones[k]
+        after[k] = _resting_stone(before.team, before.number, place)
+    after.append(_resting_stone(end.to_throw, end.number_of_stone, thrown))
     return Result(tuple(after), struck)
 
 
-def _resting_stone(team: Team, number: int, place: Sequence[float] | None) -> RestingStone | None:
+def _resting_stone(team: Team, number: int, place: Place | None) -> RestingStone | None:
     if place is None or place[0] != place[0]:
         return None
     return RestingStone(team, number, place[0], place[1])
@@ -405,6 +425,6 @@ def _result(end: End, outcome: Outcome, direction: Direction) -> Result:
         None if status in _GONE else (direction * stone.x, direction * stone.y - TEE_Y)
         for stone, status in zip(outcome.stones, outcome.status, strict=True)
     ]
-    unmoved = [time == 0.0 for time in outcome.ends[:last]]
+    moved = {k: places[k] for k in range(last) if outcome.ends[k] != 0.0}
     struck = any(last in (contact.first, contact.second) for contact in outcome.contacts)
-    return result_of_places(end, places, unmoved, struck)
+    return result_of_places(end, moved, places[last], struck)

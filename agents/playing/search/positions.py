@@ -8,6 +8,7 @@ positions of a batch are at the same delivery of an end, so the same team throws
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from curling_env.game.rules import End, RestingStone, RuleSet, scoring
 from curling_env.game.rules.lines import HOG_LINE, Lines
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.ice import Ice
-from curling_env.physics.many_stones.batch import RELEASE_DTYPE, play_batch
+from curling_env.physics.many_stones.batch import RELEASE_DTYPE, BatchEngine
 from curling_env.physics.one_stone.slide import play_bounds
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.throw import FROM_HOG_LINE, MAX_SPEED, MAX_SPIN, Delivery, velocity_of
@@ -46,6 +47,14 @@ class EndSimulator:
     rules: RuleSet
     lines: Lines
     delivery: Delivery = FROM_HOG_LINE
+
+    @cached_property
+    def _engine(self) -> BatchEngine:
+        return BatchEngine(self.ice, tabulated=True)
+
+    @cached_property
+    def _bounds(self) -> Floats:
+        return play_bounds(self.ice, self.direction)
 
     def mover(self, delivered: int) -> int:
         """Which team throws after so many deliveries: 0 with the hammer, 1 without."""
@@ -83,8 +92,7 @@ class EndSimulator:
         releases["omega"] = np.clip(throws[:, 2], -MAX_SPIN, MAX_SPIN)
         present = np.flatnonzero(np.isfinite(before[:, :, 0]).any(axis=0))
         places = d * (before[:, present] + [0.0, TEE_Y])
-        bounds = play_bounds(self.ice, self.direction)
-        run = play_batch(self.ice, places, releases, bounds=bounds, tabulated=True)
+        run = self._engine.play(places, releases, bounds=self._bounds)
         there = d * run.xy - [0.0, TEE_Y]
         # A throw that would never come to rest changes nothing.
         lost = run.collisions < 0

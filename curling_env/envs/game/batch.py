@@ -1,14 +1,19 @@
-"""Deliveries in many ends as arrays, and what the batch engine tells of each."""
+"""Deliveries in many ends as arrays, and what is told of each."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import fields
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from curling_env.game.simulator import direction_of
+from curling_env.game.players import Call, SweepInterval
+from curling_env.game.rules.delivery import Ruling
+from curling_env.game.rules.game import End
+from curling_env.game.rules.teams import STONES_PER_TEAM
+from curling_env.game.simulator import GameSimulator, PlayedShot, direction_of
 from curling_env.physics.many_stones.batch import RELEASE_DTYPE, Positions
 from curling_env.physics.many_stones.engine import (
     Outcome,
@@ -17,11 +22,71 @@ from curling_env.physics.many_stones.engine import (
     is_hogged,
     left_by_the_side,
 )
-from curling_env.throw import Delivery, velocity_of
-from curling_env.typing import Floats
+from curling_env.sheet import TEE_Y
+from curling_env.throw import Delivery, Throw, velocity_of
+from curling_env.typing import Flags, Floats
 
 DIRECTION = direction_of(0)
 """The end played to in the first end of a game."""
+
+
+class Lying(NamedTuple):
+    """The stones that lie in many ends in which the same team throws next.
+
+    A stone keeps its column, so that its identifier follows from the column in every end. The last
+    stone of the team that throws lies in none: fifteen columns are enough.
+
+    Parameters
+    ----------
+    places : (n, k, 2) sheet frame, NaN where there is none [m]
+    names : (k,) identifier of each column's stone
+    identifiers : of the stones of each end, and of the next one
+    columns : of the stones of each end
+    """
+
+    places: Floats
+    names: list[int]
+    identifiers: list[list[int]]
+    columns: list[list[int]]
+
+
+def lying_in(ends: Sequence[End]) -> Lying:
+    """The stones that lie in many ends."""
+    identifiers = [
+        [STONES_PER_TEAM * team + number for team, number, _, _ in end.stones] for end in ends
+    ]
+    names: list[int] = sorted(set[int]().union(*identifiers))
+    column = {name: k for k, name in enumerate(names)}
+    columns = [[column[name] for name in own] for own in identifiers]
+    places = np.full((len(ends), len(names), 2), np.nan)
+    if names:
+        # Lists are turned into arrays once: many small arrays would cost more time.
+        lie = [value for end in ends for stone in end.stones for value in stone[2:]]
+        which = np.repeat(np.arange(len(ends)), [len(own) for own in columns])
+        there = which, [k for own in columns for k in own]
+        places[there] = np.array(lie).reshape(-1, 2) + np.array([0.0, TEE_Y])
+    for own, end in zip(identifiers, ends, strict=True):
+        own.append(STONES_PER_TEAM * end.to_throw + end.number_of_stone)
+    return Lying(places, names, identifiers, columns)
+
+
+def sweeps_of(
+    simulator: GameSimulator, calls: Sequence[Call], thrown: Floats
+) -> Sequence[SweepInterval]:
+    """When each delivery is swept.
+
+    Parameters
+    ----------
+    simulator : of all of them
+    calls : what was called for
+    thrown : (n, 4) x, speed, angle and spin of the throws as they left the hand
+    """
+    if not simulator.sweeping:
+        return [(0.0, 0.0)] * len(calls)
+    return [
+        simulator.sweep_interval(call, Throw(speed=speed, angle=angle, spin=spin, x=x), DIRECTION)
+        for call, (x, speed, angle, spin) in zip(calls, thrown.tolist(), strict=True)
+    ]
 
 
 def release_table_of(throws: Floats, delivery: Delivery) -> NDArray[Any]:
@@ -43,31 +108,54 @@ def release_table_of(throws: Floats, delivery: Delivery) -> NDArray[Any]:
     return releases
 
 
-class Facts(NamedTuple):
-    """What a delivery among many left, of which an outcome can be made.
+class Deliveries(NamedTuple):
+    """Deliveries in many ends that were simulated together.
 
     Parameters
     ----------
-    after : the positions after the deliveries of many ends
-    row : the end among them
-    identifiers : of the stones, the delivered one last
-    columns : where the stones lie in `after`, without the delivered one, which is last there
-    unmoved : whether nothing touched each of the stones before
+    thrown : (n, 4) x, speed, angle and spin of the throws as they left the hand
+    sweeps : when each stone was swept
+    after : the positions afterwards
+    moved : (n, k) whether something touched the stone of each column
     bounds : the edges of play, sheet frame
     radius : radius of a stone [m]
     """
 
+    thrown: Floats
+    sweeps: Sequence[SweepInterval]
     after: Positions
-    row: int
-    identifiers: list[int]
-    columns: list[int]
-    unmoved: list[bool]
+    moved: Flags
     bounds: Floats
     radius: float
 
 
-class BatchOutcome(Outcome):
-    """What the batch engine tells of a delivery: where every stone came to rest or left play.
+class Facts(NamedTuple):
+    """What one delivery among many left, of which a `PlayedShot` can be made.
+
+    Parameters
+    ----------
+    deliveries : all of them
+    row : which it is
+    end : the end before it
+    identifiers : of the stones, the delivered one last
+    columns : where the stones lie in `deliveries`, without the delivered one, which is last there
+    call : what the player called for
+    ruling : what the rules made of it
+    put_back : after a tick, whether the stones were put back
+    """
+
+    deliveries: Deliveries
+    row: int
+    end: End
+    identifiers: list[int]
+    columns: list[int]
+    call: Call
+    ruling: Ruling
+    put_back: bool
+
+
+class BatchShot(PlayedShot):
+    """A delivery in one of many ends; its outcome has no contacts and no paths.
 
     It is made of the facts when somebody looks at it, which few do.
     """
@@ -78,36 +166,57 @@ class BatchOutcome(Outcome):
     def __getattr__(self, name: str) -> Any:
         if "_facts" not in vars(self):
             raise AttributeError(name)
-        vars(self).update(vars(_outcome(vars(self).pop("_facts"))))
+        vars(self).update(_parts_of(vars(self).pop("_facts")))
         return getattr(self, name)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Outcome) and _whole(self) == _whole(other)
+        return isinstance(other, PlayedShot) and _whole(self) == _whole(other)
 
-    __hash__ = Outcome.__hash__
+    __hash__ = PlayedShot.__hash__
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _whole, (_whole(self),)
 
 
-def _whole(outcome: Outcome) -> Outcome:
-    """An outcome that is all there."""
-    return Outcome(**{part.name: getattr(outcome, part.name) for part in fields(Outcome)})
+def _whole(shot: PlayedShot) -> PlayedShot:
+    """A delivery that is all there."""
+    return PlayedShot(**{part.name: getattr(shot, part.name) for part in fields(PlayedShot)})
+
+
+def _parts_of(facts: Facts) -> dict[str, Any]:
+    """The fields of a `PlayedShot`."""
+    deliveries, row, end = facts.deliveries, facts.row, facts.end
+    x, speed, angle, spin = deliveries.thrown[row].tolist()
+    return {
+        "end": end.number,
+        "number": end.delivered,
+        "team": end.to_throw,
+        "stone": facts.identifiers[-1],
+        "call": facts.call,
+        "thrown": Throw(speed=speed, angle=angle, spin=spin, x=x),
+        "sweep": deliveries.sweeps[row],
+        "direction": DIRECTION,
+        "outcome": _outcome(facts),
+        "ruling": facts.ruling,
+        "put_back": facts.put_back,
+    }
 
 
 def _outcome(facts: Facts) -> Outcome:
-    after, row, identifiers, columns, unmoved, bounds, radius = facts
-    columns = [*columns, -1]
+    deliveries, row, columns = facts.deliveries, facts.row, [*facts.columns, -1]
+    after = deliveries.after
     stones: list[StoneState] = []
     status: list[Status] = []
     ended, lie = after.last[row, columns].tolist(), after.xy[row, columns].tolist()
-    for identifier, (x, y), place in zip(identifiers, ended, lie, strict=True):
+    for identifier, (x, y), place in zip(facts.identifiers, ended, lie, strict=True):
         stones.append(StoneState(x=x, y=y, stone=identifier))
         gone = place[0] != place[0]
-        by_side = gone and left_by_the_side(x, y, bounds)
+        by_side = gone and left_by_the_side(x, y, deliveries.bounds)
         status.append(Status.OUT_SIDE if by_side else Status.OUT_BACK if gone else Status.REST)
     struck, time = bool(after.collisions[row]), float(after.time[row])
-    if status[-1] is Status.REST and not struck and is_hogged(stones[-1].y, DIRECTION, radius):
+    hogged = is_hogged(stones[-1].y, DIRECTION, deliveries.radius)
+    if status[-1] is Status.REST and not struck and hogged:
         status[-1] = Status.HOGGED
-    ends = tuple(0.0 if still else time for still in (*unmoved, False))
+    moved: list[bool] = deliveries.moved[row, facts.columns].tolist()
+    ends = tuple(time if one else 0.0 for one in (*moved, True))
     return Outcome(stones=tuple(stones), status=tuple(status), time=time, ends=ends, contacts=())

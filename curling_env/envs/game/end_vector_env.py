@@ -15,7 +15,15 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from curling_env.envs.game.action import FollowsDecisions, GameAction, TeamDecisions
-from curling_env.envs.game.batch import DIRECTION, BatchOutcome, Facts, release_table_of
+from curling_env.envs.game.batch import (
+    DIRECTION,
+    BatchShot,
+    Deliveries,
+    Facts,
+    lying_in,
+    release_table_of,
+    sweeps_of,
+)
 from curling_env.envs.game.end_env import AGENT, RESET_OPTIONS, CurlingEndEnv, observed
 from curling_env.envs.game.observation import GameObservation
 from curling_env.envs.game.opponents import Opponents
@@ -38,13 +46,11 @@ from curling_env.game import Call, GameSimulator, GameState, PlayedShot, Player,
 from curling_env.game.ice_evolution import ice_for_game
 from curling_env.game.rules import Ruling, Team
 from curling_env.game.rules.game import deliver, new_game
-from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.game.simulator import result_of_places
 from curling_env.ice import Ice
-from curling_env.physics.many_stones.batch import play_batch
+from curling_env.physics.many_stones.batch import BatchEngine
 from curling_env.physics.one_stone.slide import play_bounds
 from curling_env.sheet import TEE_Y
-from curling_env.throw import Throw
 from curling_env.typing import Flags, Floats
 
 NOTHING: Mapping[str, Any] = {}
@@ -105,7 +111,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         self._opponents: list[Player] = [self.single.opponent] * num_envs
         self._decisions: list[TeamDecisions | None] = [None] * num_envs
         self._shots: list[tuple[PlayedShot, ...]] = [()] * num_envs
-        self._ices: dict[int, tuple[Ice, Ice, Floats]] = {}
+        self._engines: dict[int, tuple[Ice, BatchEngine, Floats]] = {}
 
     @property
     def states(self) -> tuple[GameState, ...]:
@@ -324,92 +330,60 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
             parts |= self._play_together(some)
         return parts
 
-    def _ice_of(self, simulator: GameSimulator) -> tuple[Ice, Floats]:
-        """The ice that ends of a simulator share, and the edges of play; made once for each."""
-        kept = self._ices.get(id(simulator.ice))
+    def _engine_of(self, simulator: GameSimulator) -> tuple[BatchEngine, Floats]:
+        """What plays the ends of a simulator, and the edges of play; made once for each ice."""
+        kept = self._engines.get(id(simulator.ice))
         if kept is None or kept[0] is not simulator.ice:
             evolution = simulator.ice_evolution
             ice = ice_for_game(simulator.ice, evolution, 0, sweeping=simulator.sweeping)
-            if len(self._ices) > 4 * self.num_envs:
-                self._ices.clear()
-            kept = (simulator.ice, ice, play_bounds(simulator.ice, DIRECTION))
-            self._ices[id(simulator.ice)] = kept
+            if len(self._engines) > 4 * self.num_envs:
+                self._engines.clear()
+            kept = (simulator.ice, BatchEngine(ice), play_bounds(simulator.ice, DIRECTION))
+            self._engines[id(simulator.ice)] = kept
         return kept[1:]
 
     def _play_together(self, calls: dict[int, Call]) -> dict[int, GameRewardParts]:
         """Play one delivery in each of some ends on one ice."""
-        simulator, states = self._simulators[next(iter(calls))], self._states
-        # A stone keeps its column, so that its identifier follows from the column in every end.
-        # The same team throws in all ends, and its last stone lies in none: fifteen are enough.
-        ends = [end for i in calls if (end := states[i].game.end) is not None]
-        teams = [end.to_throw for end in ends]
-        identifiers = [
-            [STONES_PER_TEAM * team + number for team, number, _, _ in end.stones] for end in ends
-        ]
-        names: list[int] = sorted(set[int]().union(*identifiers))
-        column = {name: k for k, name in enumerate(names)}
-        # Lists are turned into arrays once: many small arrays would cost more time.
-        places = np.full((len(calls), len(names), 2), np.nan)
-        taken: tuple[list[int], list[int]] = ([], [])
-        lie: list[tuple[float, float]] = []
-        thrown: list[tuple[float, ...]] = []
-        throws: list[Throw] = []
-        columns: list[list[int]] = []
-        for row, (own, (i, call)) in enumerate(zip(identifiers, calls.items(), strict=True)):
-            state, end, team = states[i], ends[row], teams[row]
-            throw = simulator.with_execution_error(call.throw, simulator.skills[team], state)
-            begin, until = simulator.sweep_interval(call, throw, DIRECTION)
-            columns.append([column[name] for name in own])
-            taken[0].extend([row] * len(own))
-            taken[1].extend(columns[-1])
-            lie.extend([(x, y + TEE_Y) for _, _, x, y in end.stones])
-            own.append(STONES_PER_TEAM * team + end.number_of_stone)
-            throws.append(throw)
-            line = throw.x, throw.speed, throw.angle, throw.spin
-            thrown.append((*line, own[-1], state.clock, state.throws, begin, until))
-        if lie:
-            places[taken] = lie
-        releases = release_table_of(np.array(thrown), simulator.delivery)
-        ice, bounds = self._ice_of(simulator)
-        after = play_batch(ice, places, releases, identity=names, bounds=bounds)
+        simulator = self._simulators[next(iter(calls))]
+        states = [self._states[i] for i in calls]
+        ends = [end for state in states if (end := state.game.end) is not None]
+        places, names, identifiers, columns = lying_in(ends)
+        thrown = simulator.with_execution_errors(
+            [call.throw for call in calls.values()],
+            [simulator.skills[end.to_throw] for end in ends],
+            states,
+        )
+        sweeps = sweeps_of(simulator, list(calls.values()), thrown)
+        numbers = [(own[-1], s.clock, s.throws) for own, s in zip(identifiers, states, strict=True)]
+        releases = release_table_of(np.hstack([thrown, numbers, sweeps]), simulator.delivery)
+        engine, bounds = self._engine_of(simulator)
+        after = engine.play(places, releases, identity=names, bounds=bounds)
         if (after.collisions < 0).any():
             raise InputError("a stone never stops on this ice; check its friction and slope")
         xy = after.xy - np.array([0.0, TEE_Y])
         last = xy[:, -1].tolist()
-        moved = (after.xy[:, : len(names)] != places).any(axis=2)
-        any_moved = (moved & ~np.isnan(places[..., 0])).any(axis=1).tolist()
+        apart = after.xy[:, :-1] != places
+        moved = (apart[..., 0] | apart[..., 1]) & ~np.isnan(places[..., 0])
+        new: list[dict[int, list[float]]] = [{} for _ in ends]
+        for row, c, place in zip(
+            *(part.tolist() for part in np.nonzero(moved)), xy[:, :-1][moved].tolist(), strict=True
+        ):
+            new[row][columns[row].index(c)] = place
         met, radius = after.collisions.tolist(), simulator.lines.stone_radius
+        deliveries = Deliveries(thrown, sweeps, after, moved, bounds, radius)
         parts: dict[int, GameRewardParts] = {}
         for row, (i, call) in enumerate(calls.items()):
-            state, end = states[i], ends[row]
-            came_to: list[list[float] | None] = [None] * len(columns[row])
-            unmoved = [True] * len(columns[row])
-            if any_moved[row]:
-                came_to = xy[row, columns[row]].tolist()
-                unmoved = (~moved[row, columns[row]]).tolist()
-            came_to.append(last[row])
-            result = result_of_places(end, came_to, unmoved, bool(met[row]))
-            team = teams[row]
+            state, end = states[row], ends[row]
+            result = result_of_places(end, new[row], last[row], bool(met[row]))
+            team = end.to_throw
             chosen: list[bool] = []
             game, ruling = deliver(state.game, result, put_back=self._put_back(i, team, chosen))
             parts[i] = reward_parts(state.game, game, team, ruling, AGENT)
-            shot = PlayedShot(
-                end=end.number,
-                number=end.delivered,
-                team=team,
-                stone=identifiers[row][-1],
-                call=call,
-                thrown=throws[row],
-                sweep=(thrown[row][7], thrown[row][8]),
-                direction=DIRECTION,
-                outcome=BatchOutcome(
-                    Facts(after, row, identifiers[row], columns[row], unmoved, bounds, radius)
-                ),
-                ruling=ruling,
-                put_back=any(chosen),
+            facts = Facts(
+                deliveries, row, end, identifiers[row], columns[row], call, ruling, any(chosen)
             )
-            self._shots[i] = (*self._shots[i], shot)
-            states[i] = simulator.after(state, game)
+            self._shots[i] = (*self._shots[i], BatchShot(facts))
+            self._states[i] = simulator.after(state, game)
         return parts
 
     def _play_alone(self, i: int, call: Call) -> GameRewardParts:

@@ -188,17 +188,16 @@ class GameObservation:
             _context_of(state.game, team, state.clock, state.throws) for state in states
         ]
         out[:, len(CONTEXT) : -3 * SLOTS] = ice
-        half = self.lines.width / 2
-        rows: list[int] = []
-        slots: list[int] = []
-        told_of: list[tuple[float, float, float]] = []
-        for row, state in enumerate(states):
-            for whose, number, x, y in () if state.game.end is None else state.game.end.stones:
-                rows.append(row)
-                slots.append(number if whose is team else STONES_PER_TEAM + number)
-                told_of.append((1.0, x / half, max(y / LENGTH_SCALE, -1.0)))
-        if rows:
-            out[:, -3 * SLOTS :].reshape(len(states), SLOTS, 3)[rows, slots] = told_of
+        lying = [() if state.game.end is None else state.game.end.stones for state in states]
+        numbers = [value for stones in lying for stone in stones for value in stone]
+        if numbers:
+            whose, number, x, y = np.array(numbers, dtype=np.float64).reshape(-1, 4).T
+            rows = np.repeat(np.arange(len(states)), [len(stones) for stones in lying])
+            slots = (number + STONES_PER_TEAM * (whose != team)).astype(np.intp)
+            of_stones = out[:, -3 * SLOTS :].reshape(len(states), SLOTS, 3)
+            of_stones[rows, slots, 0] = 1.0
+            of_stones[rows, slots, 1] = x / (self.lines.width / 2)
+            of_stones[rows, slots, 2] = np.maximum(y / LENGTH_SCALE, -1.0)
         return out
 
     def _ice(self, team: Team, direction: Direction, wear: Floats | None) -> Singles:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -62,9 +63,7 @@ class GameTable:
         lasting = replace(evolution, stone_spread=0.0)
         is_swept = sweeping != "none"
 
-        def told(ice: Ice) -> Ice:
-            return ice_for_game(ice, lasting, 0, sweeping=is_swept)
-
+        told = partial(ice_for_game, evolution=lasting, seed=0, sweeping=is_swept)
         self.ices = EpisodeIces(ice, known_ice, ices, told=told)
         self._settings: dict[str, Any] = {
             "rules": rules,

@@ -107,10 +107,10 @@ def rule_on(
             if not rules.tick_choice:
                 return Ruling(stones=before, fault=Fault.NO_TICK)
             return Ruling(
-                stones=tuple(stone for stone in (*rest, thrown) if stone is not None),
+                stones=tuple([stone for stone in (*rest, thrown) if stone is not None]),
                 fault=Fault.NO_TICK,
                 option=before,
             )
     return Ruling(
-        stones=tuple(stone for stone in (*rest, thrown) if stone is not None), fault=fault
+        stones=tuple([stone for stone in (*rest, thrown) if stone is not None]), fault=fault
     )

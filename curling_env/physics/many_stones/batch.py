@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,10 +27,15 @@ from curling_env.physics.many_stones.events import (
     new_play_workspace,
     play,
 )
-from curling_env.physics.many_stones.tuning import MAX_COLLISIONS, OVERLAP_ALLOWED
+from curling_env.physics.many_stones.refusals import (
+    refuse_nowhere,
+    refuse_overlaps,
+    refuse_releases_in_stones,
+)
+from curling_env.physics.many_stones.tuning import MAX_COLLISIONS
 from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.one_stone.integrate import Delivery, Sampling, SlideEnd, integrate
-from curling_env.physics.one_stone.slide import edge_bounds, is_beyond
+from curling_env.physics.one_stone.slide import edge_bounds
 from curling_env.physics.one_stone.step import Workspace, new_workspace
 from curling_env.physics.one_stone.surroundings import NO_OBSTACLES, Limits
 from curling_env.physics.one_stone.tuning import MAX_TIME, QUICK_TOLERANCE
@@ -287,6 +293,89 @@ def _play_all(
             theta[i, s] = position.stones[s, State.THETA] if here else np.nan
 
 
+class BatchEngine:
+    """Throws a stone into each of many positions on one ice. Each thread needs one of its own.
+
+    Parameters
+    ----------
+    ice : the ice of all throws
+    tolerance : how far the rest of a lone stone may be off on the roughest ice [m]
+    tabulated : whether the law is read from a table, for thousands of throws on one ice, see
+        `physics.law_table`
+
+    Raises
+    ------
+    InputError : an effect that is not in the catalogue, or parameters its card does not allow
+    """
+
+    def __init__(
+        self, ice: Ice, *, tolerance: float = QUICK_TOLERANCE, tabulated: bool = False
+    ) -> None:
+        self.ice = ice
+        self._settings = {"tolerance": tolerance, "tabulated": tabulated}
+        self._law = compile_law(ice, tabulated=tabulated)
+        self._contact = contact_law(ice.stone)
+        self._workspaces: dict[int, PlayWorkspace] = {}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # The law holds addresses of this process.
+        return partial(BatchEngine, self.ice, **self._settings), ()
+
+    def play(
+        self,
+        stones: Floats,
+        releases: NDArray[Any] | Sequence[Release],
+        *,
+        identity: Sequence[int] | None = None,
+        bounds: Floats | None = None,
+        workers: int = 1,
+    ) -> Positions:
+        """Throw a stone into each of many positions; parameters and errors as in `play_batch`."""
+        rows = _as_rows(releases)
+        stones = np.ascontiguousarray(stones, dtype=np.float64)
+        n, radius = len(rows), self.ice.stone.radius
+        if stones.ndim != 3 or stones.shape[0] != n or stones.shape[2] != 2:
+            raise InputError(f"expected stones of shape ({n}, k, 2), got {stones.shape}")
+        k = stones.shape[1]
+        if k + 1 > MOST_STONES:
+            raise InputError(
+                f"a position holds at most {MOST_STONES} stones, got {k} and the thrown"
+            )
+        limits = edge_bounds(self.ice) if bounds is None else bounds
+        refuse_nowhere(stones, limits)
+        refuse_overlaps(stones, radius)
+        refuse_releases_in_stones(rows[:, [_X, _Y]], stones, radius)
+        names = np.zeros(k + 1)
+        if identity is not None:
+            names[:k] = identity
+        after, last, theta = (np.empty((n, k + 1, *pair)) for pair in ((2,), (2,), ()))
+        time, collisions = np.empty(n), np.empty(n, dtype=np.int32)
+
+        def play_some(part: slice) -> None:
+            _play_all(
+                self._law,
+                self._contact,
+                rows[part],
+                stones[part],
+                names.copy(),
+                limits,
+                self._workspace(k + 1, is_shared=workers > 1),
+                (after[part], last[part], theta[part], time[part], collisions[part]),
+            )
+
+        _share(play_some, n, workers)
+        return Positions(xy=after, last=last, theta=theta, time=time, collisions=collisions)
+
+    def _workspace(self, stones: int, *, is_shared: bool) -> PlayWorkspace:
+        """The arrays for that number of stones: kept ones, or where threads share the work new."""
+        kept = None if is_shared else self._workspaces.get(stones)
+        if kept is None:
+            kept = new_play_workspace(self.ice, stones, self._settings["tolerance"])
+            if not is_shared:
+                self._workspaces[stones] = kept
+        return kept
+
+
 def play_batch(
     ice: Ice,
     stones: Floats,
@@ -298,18 +387,15 @@ def play_batch(
     tabulated: bool = False,
     workers: int = 1,
 ) -> Positions:
-    """Throw a stone into each of many positions.
+    """Throw a stone into each of many positions, once; `BatchEngine` does so again and again.
 
     Parameters
     ----------
-    ice : the ice of all throws
+    ice, tolerance, tabulated : as in `BatchEngine`
     stones : (n, k, 2) centres of resting stones, sheet frame; NaN where a position has fewer [m]
     releases : n releases, as in `throw_batch`
     identity : (k,) identifiers of the resting stones, for effects that depend on them; 0 by default
     bounds : (4,) x_min, x_max, y_min, y_max of centres in play; the edges of the ice by default
-    tolerance : how far the rest of a lone stone may be off on the roughest ice [m]
-    tabulated : whether the law is read from a table, for thousands of throws on one ice, see
-        `physics.law_table`
     workers : number of threads
 
     Raises
@@ -317,82 +403,13 @@ def play_batch(
     InputError : shapes that do not fit, more than sixteen stones, stones outside the bounds or that
         overlap, a release that is not finite or within a stone
     """
-    rows = _as_rows(releases)
-    stones = np.ascontiguousarray(stones, dtype=np.float64)
-    n = len(rows)
-    if stones.ndim != 3 or stones.shape[0] != n or stones.shape[2] != 2:
-        raise InputError(f"expected stones of shape ({n}, k, 2), got {stones.shape}")
-    k = stones.shape[1]
-    if k + 1 > MOST_STONES:
-        raise InputError(f"a position holds at most {MOST_STONES} stones, got {k} and the thrown")
-    limits = edge_bounds(ice) if bounds is None else bounds
-    _refuse_nowhere(stones, limits)
-    _refuse_overlaps(stones, ice.stone.radius)
-    _refuse_releases_in_stones(rows, stones, ice.stone.radius)
-    law, contact = compile_law(ice, tabulated=tabulated), contact_law(ice.stone)
-    names = np.zeros(k + 1)
-    if identity is not None:
-        names[:k] = identity
-    after, last, theta = (np.empty((n, k + 1, *pair)) for pair in ((2,), (2,), ()))
-    time, collisions = np.empty(n), np.empty(n, dtype=np.int32)
-
-    def play_some(part: slice) -> None:
-        _play_all(
-            law,
-            contact,
-            rows[part],
-            stones[part],
-            names.copy(),
-            limits,
-            new_play_workspace(ice, k + 1, tolerance),
-            (after[part], last[part], theta[part], time[part], collisions[part]),
-        )
-
-    _share(play_some, n, workers)
-    return Positions(xy=after, last=last, theta=theta, time=time, collisions=collisions)
-
-
-def _refuse_nowhere(stones: Floats, limits: Floats) -> None:
-    """Refuse places that are none; NaN twice stands for no stone."""
-    absent = np.isnan(stones).all(axis=2)
-    lost = np.isnan(stones).any(axis=2) | is_beyond(stones[..., 0], stones[..., 1], limits)
-    nowhere = np.argwhere(lost & ~absent)
-    if len(nowhere):
-        position, stone = (int(index) for index in nowhere[0])
-        x, y = (float(value) for value in stones[position, stone])
-        raise InputError(
-            f"stone {stone} lies at ({x:g}, {y:g}) m, outside the bounds of the ice; a position "
-            "without it has NaN twice",
-            where=f"position {position}",
-        )
-
-
-def _refuse_releases_in_stones(rows: Floats, stones: Floats, radius: float) -> None:
-    gaps = np.hypot(stones[..., 0] - rows[:, _X, None], stones[..., 1] - rows[:, _Y, None])
-    within = np.argwhere(gaps < 2 * radius - OVERLAP_ALLOWED)
-    if len(within):
-        position, stone = (int(index) for index in within[0])
-        raise InputError(
-            f"the stone is released {gaps[position, stone]:.3f} m from stone {stone}, within it",
-            where=f"position {position}",
-        )
-
-
-def _refuse_overlaps(stones: Floats, radius: float) -> None:
-    for a in range(stones.shape[1]):
-        gaps = np.hypot(*(stones[:, a + 1 :] - stones[:, a : a + 1]).transpose(2, 0, 1))
-        overlap = gaps < 2 * radius - OVERLAP_ALLOWED
-        if overlap.any():
-            position, b = (int(index) for index in np.argwhere(overlap)[0])
-            raise InputError(
-                f"stones {a} and {a + 1 + b} overlap: their centres are "
-                f"{gaps[position, b]:.3f} m apart",
-                where=f"position {position}",
-            )
+    engine = BatchEngine(ice, tolerance=tolerance, tabulated=tabulated)
+    return engine.play(stones, releases, identity=identity, bounds=bounds, workers=workers)
 
 
 __all__ = [
     "RELEASE_DTYPE",
+    "BatchEngine",
     "Positions",
     "Rests",
     "SlideEnd",

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import partial
 from math import isfinite
 from typing import Any
 
@@ -184,9 +185,14 @@ class Engine:
     def __init__(self, ice: Ice, *, tolerance: float = FINE_TOLERANCE) -> None:
         self.ice = ice
         self.law = compile_law(ice)
+        self._tolerance = tolerance
         self._work = new_workspace(tolerance)
         self._approach = new_workspace(APPROACH * tolerance)
         self._bounds = {direction: play_bounds(ice, direction) for direction in Direction}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # The law holds addresses of this process.
+        return partial(Engine, self.ice, tolerance=self._tolerance), ()
 
     def play(
         self,

@@ -6,21 +6,24 @@ A few corrections with the slopes of that table then land within a millimetre.
 
 from __future__ import annotations
 
+from functools import partial
 from math import asin, cos, hypot, sin
+from typing import Any
 
 import numpy as np
 
 from curling_env.ice import Ice
 from curling_env.physics.law import compile_law
 from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
-from curling_env.physics.one_stone.integrate import Delivery as SessionPlace
-from curling_env.physics.one_stone.integrate import Sampling
-from curling_env.physics.one_stone.slide import (
-    NO_BOUNDS,
-    NO_OBSTACLES,
-    SlideEnd,
-    slide_state,
+from curling_env.physics.one_stone.integrate import (
+    CONTACT,
+    LEFT_BOUNDS,
+    NEVER_STOPS,
+    Sampling,
+    integrate,
 )
+from curling_env.physics.one_stone.integrate import Delivery as SessionPlace
+from curling_env.physics.one_stone.slide import NO_BOUNDS, NO_OBSTACLES
 from curling_env.physics.one_stone.step import new_workspace
 from curling_env.physics.one_stone.surroundings import Limits
 from curling_env.physics.one_stone.tuning import (
@@ -34,6 +37,7 @@ from curling_env.sheet import BACK_LINE_Y, TEE_Y, Direction
 from curling_env.throw import FROM_HOG_LINE, Delivery, Throw
 from curling_env.typing import Floats
 
+_TEE = np.array([0.0, TEE_Y])
 MOST_DRAWS = 1_000
 """Number of draws that an aim keeps."""
 _NO_SAMPLES = Sampling(1.0, np.empty((0, 4)))
@@ -70,6 +74,7 @@ class Aim:
         self.direction = direction
         self.delivery = delivery
         self._start_y, self._max_speed = delivery.start_y, delivery.max_speed
+        self._d, self._reach = int(direction), 2 * ice.stone.radius
         self._law = compile_law(ice)
         self._place = SessionPlace(clock, 0.0, 0.0)
         self._motion = np.zeros(MOTION_SIZE)
@@ -77,11 +82,17 @@ class Aim:
         self._work = new_workspace(tolerance)
         self._tables: dict[float, Floats] = {}
         self._draws: dict[tuple[float, float, float], Throw | None] = {}
+        place = {"clock": clock, "order": order, "stone": stone}
+        self._again = partial(Aim, ice, direction, **place, tolerance=tolerance, delivery=delivery)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # The law holds addresses of this process.
+        return self._again, ()
 
     def rest(self, throw: Throw) -> tuple[float, float] | None:
         """Where a throw comes to rest, delivery frame [m]; None if it never stops."""
         end, x, y = self._slide(throw.speed, throw.angle, throw.spin, throw.x, NO_BOUNDS)
-        return None if end == SlideEnd.NEVER_STOPS else (x, y)
+        return None if end == NEVER_STOPS else (x, y)
 
     def draw(self, x: float, y: float, spin: float) -> Throw | None:
         """The throw that comes to rest at (x, y) with this spin, or None if none was found.
@@ -106,7 +117,7 @@ class Aim:
         slope = float(np.interp(distance, table[:, 1], table[:, 3]))
         for _ in range(MAX_CORRECTIONS):
             end, rest_x, rest_y = self._slide(speed, angle, spin, 0.0, NO_BOUNDS)
-            if end == SlideEnd.NEVER_STOPS:
+            if end == NEVER_STOPS:
                 return None
             if hypot(rest_x - x, rest_y - y) < ON_TARGET:
                 return Throw(speed=speed, angle=angle, spin=spin)
@@ -126,7 +137,7 @@ class Aim:
         slope = float(np.interp(distance, table[:, 1], table[:, 3]))
         for _ in range(MAX_CORRECTIONS):
             end, _, rest_y = self._slide(speed, 0.0, spin, 0.0, NO_BOUNDS)
-            if end == SlideEnd.NEVER_STOPS:
+            if end == NEVER_STOPS:
                 return None
             if abs(rest_y - y) < 0.1 * ON_TARGET:
                 return speed
@@ -139,11 +150,11 @@ class Aim:
         """The throw of this weight that runs over (x, y), or None if it does not get there."""
         distance = y - self._start_y
         bounds = NO_BOUNDS.copy()
-        bounds[3 if self.direction > 0 else 2] = self.direction * (y + TEE_Y)
+        bounds[3 if self._d > 0 else 2] = self._d * (y + TEE_Y)
         angle = -asin(max(min(x / distance, MAX_AIM_ANGLE), -MAX_AIM_ANGLE))
         for _ in range(MAX_CORRECTIONS):
             end, at_x, _ = self._slide(speed, angle, spin, 0.0, bounds)
-            if end != SlideEnd.LEFT_BOUNDS:
+            if end != LEFT_BOUNDS:
                 return None
             if abs(at_x - x) < ON_TARGET:
                 return Throw(speed=speed, angle=angle, spin=spin)
@@ -161,12 +172,10 @@ class Aim:
         until : [m]
         """
         bounds = NO_BOUNDS.copy()
-        bounds[3 if self.direction > 0 else 2] = self.direction * (until + TEE_Y)
-        on_sheet = self.direction * (stones + np.array([0.0, TEE_Y]))
-        end, _, _ = self._slide(
-            throw.speed, throw.angle, throw.spin, throw.x, bounds, np.ascontiguousarray(on_sheet)
-        )
-        return end != SlideEnd.CONTACT
+        bounds[3 if self._d > 0 else 2] = self._d * (until + TEE_Y)
+        on_sheet = self._d * (stones + _TEE)
+        end, _, _ = self._slide(throw.speed, throw.angle, throw.spin, throw.x, bounds, on_sheet)
+        return end != CONTACT
 
     def _table(self, spin: float) -> Floats:
         """Rows of speed, distance carried, sideways drift and metres per m/s, by speed."""
@@ -175,7 +184,7 @@ class Aim:
             speed = 0.05
             while speed < self._max_speed:
                 end, x, y = self._slide(speed, 0.0, spin, 0.0, NO_BOUNDS)
-                if end == SlideEnd.NEVER_STOPS or (rows and y - self._start_y <= rows[-1][1]):
+                if end == NEVER_STOPS or (rows and y - self._start_y <= rows[-1][1]):
                     break
                 rows.append((speed, y - self._start_y, x))
                 if y > BACK_LINE_Y - TEE_Y + 2.0:
@@ -196,19 +205,15 @@ class Aim:
         obstacles: Floats = NO_OBSTACLES,
     ) -> tuple[int, float, float]:
         """How a slide ends and where, delivery frame [m]."""
-        d = int(self.direction)
+        d, work = self._d, self._work
         along, left = d * speed * cos(angle), d * speed * sin(angle)
-        state = np.array([d * x, -d * self.delivery.line_y, -left, along, 0.0, spin])
-        end, _, _ = slide_state(
-            self._law,
-            state,
-            self._motion,
-            self._place,
-            Limits(bounds, obstacles, 2 * self.ice.stone.radius),
-            _NO_SAMPLES,
-            self._work,
-        )
-        return int(end), d * float(state[State.X]), d * float(state[State.Y]) - TEE_Y
+        state = work.states[2]
+        state[:] = d * x, -d * self.delivery.line_y, -left, along, 0.0, spin
+        limits = Limits(bounds, obstacles, self._reach)
+        law, motion, place = self._law, self._motion, self._place
+        no_path = work.nodes[:0]
+        end, _, _, _ = integrate(law, motion, place, limits, _NO_SAMPLES, no_path, 0.0, work)
+        return end, d * float(state[State.X]), d * float(state[State.Y]) - TEE_Y
 
 
 def _carries(table: Floats, distance: float) -> bool:

@@ -84,6 +84,10 @@ class SlideEnd(IntEnum):
     NEVER_STOPS = 3
 
 
+REST, LEFT_BOUNDS, CONTACT, NEVER_STOPS = map(int, SlideEnd)
+"""The same as numbers: what a kernel returns as an enum, Python has to look up each time."""
+
+
 @inlined
 def _ahead(breaks: Any, position: float, velocity: float) -> float:
     """Distance to the next break in the direction of motion, infinite if there is none [m]."""
@@ -220,7 +224,7 @@ def integrate(
 
     Returns
     -------
-    end : a `SlideEnd`
+    end : number of a `SlideEnd`
     t : time of the end [s]
     count : number of samples filled in
     length : number of nodes of the path; more than m if it had no room for them
@@ -233,14 +237,14 @@ def integrate(
     length = 0
     gap, contact, _ = look_around(now, limits, ALL, 1.0)
     if gap < 0.0:
-        return (SlideEnd.CONTACT if contact else SlideEnd.LEFT_BOUNDS), t, count, length
+        return (CONTACT if contact else LEFT_BOUNDS), t, count, length
     watched = sampling.rows.shape[0] > 0 or path.shape[0] > 0
     traced = work.nodes if watched else work.nodes[:0]
     motion[SWEPT] = 1.0 if delivery.sweep_start <= t < delivery.sweep_end else 0.0
     fresh = True
     share = control.first_share
     before = 1.0
-    end = SlideEnd.NEVER_STOPS
+    end = NEVER_STOPS
     for _ in range(MAX_STEPS):
         vx, vy, spin = now[State.VX], now[State.VY], now[State.OMEGA]
         speed = math.sqrt(vx * vx + vy * vy)
@@ -280,7 +284,7 @@ def integrate(
             t += tail
             length = _append_state(path, length, now, t, (0.0, 0.0, 0.0))
             # The last millimetres to rest are not watched.
-            end = SlideEnd.REST if room(now, limits.bounds) >= 0.0 else SlideEnd.LEFT_BOUNDS
+            end = REST if room(now, limits.bounds) >= 0.0 else LEFT_BOUNDS
             break
         if t > MAX_TIME:
             break
@@ -369,7 +373,7 @@ def integrate(
                         a[Node.ALPHA] + u * (b[Node.ALPHA] - a[Node.ALPHA]),
                     )
                     length = _append_state(path, length, now, t, there)
-                end = SlideEnd.CONTACT if contact else SlideEnd.LEFT_BOUNDS
+                end = CONTACT if contact else LEFT_BOUNDS
                 break
         # The error of a prediction grows with the fourth power of the step.
         factor = SECOND_STEP if fresh else math.sqrt(math.sqrt(target / max(first, 1e-2 * target)))

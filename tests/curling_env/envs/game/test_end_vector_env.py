@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -263,3 +265,19 @@ def test_other_observations_come_in_batches(kind):
 def test_options_of_a_single_end_are_refused():
     with pytest.raises(InputError, match="render_mode"):
         make(2, render_mode="rgb_array")
+
+
+@pytest.mark.parametrize("many", [False, True])
+def test_an_end_that_was_put_aside_goes_on_as_it_would_have(many):
+    settings = {"opponent": "rulebased", "skill": "club"}
+    env = make(2, **settings) if many else gym.make("CurlingEnd-v0", **settings)
+    env.reset(seed=4)
+    action = np.zeros(env.action_space.shape, np.float32)
+    _, _, _, _, info = env.step(action)
+    copied = pickle.loads(pickle.dumps(env))
+    told = pickle.loads(pickle.dumps(info["shots"]))
+    assert list(told) == list(info["shots"])
+    for _ in range(3):
+        (seen, reward, *_), (again, same, *_) = env.step(action), copied.step(action)
+        assert np.array_equal(seen, again)
+        assert np.array_equal(reward, same)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import tracemalloc
 from dataclasses import replace
 
@@ -12,10 +13,13 @@ from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.physics.many_stones.batch import (
     RELEASE_DTYPE,
+    BatchEngine,
     play_batch,
     release_table,
     throw_batch,
 )
+from curling_env.physics.many_stones.engine import Engine
+from curling_env.physics.one_stone.aim import Aim
 from curling_env.physics.one_stone.slide import SlideEnd, is_beyond, play_bounds, slide
 from curling_env.physics.one_stone.tuning import FINE_TOLERANCE, QUICK_TOLERANCE
 from curling_env.sheet import RULE_BOOK_STONE, TEE_Y, Direction
@@ -201,3 +205,32 @@ def test_a_stone_on_the_very_line_stays_in_play() -> None:
     np.testing.assert_array_equal(run.xy[:, :2], on_it)
     with pytest.raises(InputError, match="outside the bounds"):
         play_batch(ice, on_it + 1e-6, [Throw(speed=1.9).release()], bounds=bounds)
+
+
+@pytest.mark.parametrize("tabulated", [False, True])
+def test_an_engine_plays_each_batch_as_if_it_were_the_first(tabulated: bool) -> None:
+    rng = np.random.default_rng(5)
+    ice = mapped(rng)
+    engine = BatchEngine(ice, tabulated=tabulated)
+    for stones in (4, 1, 4, 0):
+        places = np.full((30, stones, 2), np.nan)
+        places[:, :, 0] = np.linspace(-0.9, 0.9, stones) + rng.uniform(-0.05, 0.05, (30, stones))
+        places[:, :, 1] = TEE_Y + rng.uniform(-1.5, 1.5, (30, stones))
+        releases = some_releases(rng, 30)
+        again = engine.play(places, releases)
+        first = play_batch(ice, places, releases, tabulated=tabulated)
+        assert again.last.tobytes() == first.last.tobytes()
+        assert again.collisions.tolist() == first.collisions.tolist()
+    assert first.collisions.max() == 0
+
+
+@pytest.mark.parametrize("kind", [Engine, BatchEngine, Aim])
+def test_an_engine_takes_no_addresses_to_another_process(kind: type) -> None:
+    engine = kind(load_ice("standard"), tolerance=FINE_TOLERANCE)
+    law = engine.law if kind is Engine else engine._law
+    content = pickle.dumps(engine)
+    assert not any(address.tobytes() in content for address in law.kernels)
+    copied = pickle.loads(content)
+    assert copied.ice.effects == engine.ice.effects
+    if kind is Aim:
+        assert copied.draw(0.3, 0.1, 1.5) == engine.draw(0.3, 0.1, 1.5)
