@@ -17,7 +17,8 @@ from friction_estimation.discovery.evidence.mixture import mixture
 from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
 from friction_estimation.discovery.model.fit import FROZEN, SessionFit
 from friction_estimation.discovery.model.model import GLOBALS, Model
-from friction_estimation.discovery.model.noise import SessionNoise, whiten_session
+from friction_estimation.discovery.model.noise import SessionNoise
+from friction_estimation.discovery.model.whitening import whiten_session
 from friction_estimation.discovery.tuning import RELEASE_SIGMA, USUAL_SPIN_SIGMA
 
 DRAWS = 2000

@@ -10,7 +10,8 @@ import numpy as np
 
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.model.noise import SessionNoise, whiten_session
+from friction_estimation.discovery.model.noise import SessionNoise
+from friction_estimation.discovery.model.whitening import whiten_session
 from friction_estimation.discovery.tuning import RELEASE_SIGMA
 
 

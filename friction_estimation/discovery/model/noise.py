@@ -2,8 +2,6 @@
 
 The error of a row is white noise plus a part that fades over some tenths of a second, an
 Ornstein–Uhlenbeck process: a tracker's smoother, compression, a ripple of the calibration.
-Residuals are whitened by the Kalman filter of that process, which bridges lost frames. The result
-is independent and of unit variance, so that every frame counts once.
 
 The size is learnt from the part of the residuals that no slide can have, the part that no slow
 cosine follows. Slow residuals may be an effect that the model lacks, and must not pass for noise.
@@ -16,17 +14,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import exp
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize
 
-from curling_env.physics.compiled import compiled
 from curling_env.typing import Flags, Floats, Indices
 from friction_estimation.discovery.data.outliers import fast_series, robust_deviation, slow_basis
 from friction_estimation.discovery.data.session import Session
+from friction_estimation.discovery.model.whitening import restricted_square, whiten_series
 from friction_estimation.discovery.tuning import (
+    FEWEST_NOISE_ROWS,
     FILM_MEMORY_BOUNDS,
     LEAST_NOISE,
     LEAST_ROWS,
@@ -121,112 +119,6 @@ class SessionNoise:
     def table(self) -> Floats:
         """Columns white, fading and memory; rows x, y and theta; (3, 3), for the kernel."""
         return np.ascontiguousarray(np.array([self.white, self.fading, self.memory]).T)
-
-
-@compiled
-def _whiten(
-    columns: Any,
-    times: Any,
-    sigma: Any,
-    white: float,
-    fading: float,
-    memory: float,
-    state: Any,
-) -> float:
-    """Replace columns (n, m) by their innovations under the noise; returns Σ log variance.
-
-    In row i both parts of the noise are sigma[i] times as large.
-    """
-    n, m = columns.shape
-    for j in range(m):
-        state[j] = 0.0
-    log_variance = 0.0
-    prior = fading * fading
-    last = 0.0
-    started = False
-    for i in range(n):
-        if np.isnan(columns[i, m - 1]):
-            for j in range(m):
-                columns[i, j] = 0.0
-            continue
-        keep = 0.0
-        if started and fading > 0.0:
-            keep = exp(-(times[i] - last) / memory)
-        started = True
-        last = times[i]
-        # `prior` is the filter's variance of the fading part in the row before.
-        predicted = keep * keep * prior + fading * fading * (1.0 - keep * keep)
-        variance = predicted + white * white
-        gain = predicted / variance
-        scale = 1.0 / np.sqrt(variance)
-        for j in range(m):
-            expected = keep * state[j]
-            innovation = columns[i, j] / sigma[i] - expected
-            state[j] = expected + gain * innovation
-            columns[i, j] = innovation * scale
-        prior = (1.0 - gain) * predicted
-        log_variance += np.log(variance * sigma[i] * sigma[i])
-    return log_variance
-
-
-@compiled
-def _restricted(gram: Any) -> float:
-    """What is left of the last column's square beside the others, and the log determinant of these.
-
-    Parameters
-    ----------
-    gram : (k + 1, k + 1) products of whitened columns; it is overwritten
-    """
-    last = gram.shape[0] - 1
-    trace = 0.0
-    for i in range(last):
-        trace += gram[i, i]
-    log_determinant = 0.0
-    for i in range(last):
-        gram[i, i] += 1e-9 * trace
-    for i in range(last):
-        pivot = gram[i, i]
-        log_determinant += np.log(pivot)
-        for j in range(i + 1, last + 1):
-            share = gram[i, j] / pivot
-            for k in range(j, last + 1):
-                gram[j, k] -= share * gram[i, k]
-    return gram[last, last] + log_determinant
-
-
-@compiled
-def whiten_session(
-    columns: Any, times: Any, sigma: Any, starts: Any, table: Any, state: Any
-) -> float:
-    """Whiten columns of x, y, theta throw by throw, in place.
-
-    Rows whose last column is NaN (no heading) become zero and are not counted.
-
-    Parameters
-    ----------
-    columns : (rows, 3, m)
-    times, sigma, starts : as of `Session`
-    table : (3, 3) from `SessionNoise.table`
-    state : (m,) working memory
-
-    Returns
-    -------
-    Σ log variance of the innovations
-    """
-    total = 0.0
-    for i in range(starts.shape[0] - 1):
-        first, last = starts[i], starts[i + 1]
-        for channel in range(3):
-            total += _whiten(
-                columns[first:last, channel, :],
-                times[first:last],
-                sigma[first:last, channel // 2],
-                table[channel, 0],
-                table[channel, 1],
-                table[channel, 2],
-                state,
-            )
-    return total
 
 
 def fast_cosines(t: Floats) -> Floats:
@@ -334,13 +226,40 @@ def _estimate_channel(
     """White part, fading part and memory of some of the channels x, y, theta together."""
     least = LEAST_NOISE[channels[0] // 2]
     bounds = FILM_MEMORY_BOUNDS if slow else MEMORY_BOUNDS
+    lasting_turn = SLOW_HEADING_SHARE * session.claimed_turn if channels == (2,) else 0.0
+    usual = LEAST_ROWS if session.smoothed else 2 * LEAST_ROWS
+    series = _series_of(session, residuals, chosen, channels, slow, usual)
+    if not series and not session.smoothed:
+        series = _series_of(session, residuals, chosen, channels, slow, FEWEST_NOISE_ROWS)
+    if not series:
+        # Rows this few show no noise. Those of a film err by what they claim, for as long as
+        # its errors last.
+        claimed = session.claimed_turn if channels == (2,) else session.claimed
+        return least, claimed, bounds[1]
+    size = max(_rough_size(fast_part(session, residuals)[:, list(channels)], series), least)
+    white, fading, memory = likeliest_noise(series, size, memory=bounds, before=before)
+    if fading < lasting_turn:
+        # What lasts was projected out, and with it most of the error of a heading.
+        fading, memory = lasting_turn, bounds[1]
+    return max(white, 0.1 * least), fading, memory
+
+
+def _series_of(
+    session: Session,
+    residuals: Floats,
+    chosen: Indices,
+    channels: tuple[int, ...],
+    slow: bool,
+    least_rows: int,
+) -> list[Series]:
+    """The series of some channels that have rows enough, with what may be no noise."""
     series: list[Series] = []
     for i in chosen:
         rows = session.rows(int(i))
         for channel in channels:
             values = residuals[rows, channel]
             known = np.isfinite(values)
-            if known.sum() < (LEAST_ROWS if session.smoothed else 2 * LEAST_ROWS):
+            if known.sum() < least_rows:
                 continue
             t = session.times[rows][known]
             basis = slow_basis(t, SLOWEST_FILM_NOISE_PERIOD) if slow else slow_basis(t)
@@ -348,15 +267,25 @@ def _estimate_channel(
                 basis = np.column_stack([basis, fast_cosines(t)])
             sigma = session.sigma[rows, channel // 2][known]
             series.append(Series(t, sigma, np.column_stack([basis, values[known]])))
-    if not series:
-        return least, 0.0, 0.1
-    fast = fast_part(session, residuals)[:, list(channels)]
-    size = max(1.4826 * float(np.nanmedian(np.abs(fast))), least)
-    white, fading, memory = likeliest_noise(series, size, memory=bounds, before=before)
-    if channels == (2,) and fading < SLOW_HEADING_SHARE * session.claimed_turn:
-        # What lasts was projected out, and with it most of the error of a heading.
-        fading, memory = SLOW_HEADING_SHARE * session.claimed_turn, bounds[1]
-    return max(white, 0.1 * least), fading, memory
+    return series
+
+
+def _rough_size(fast: Floats, series: Sequence[Series]) -> float:
+    """Rough standard deviation of a noise, from which its search begins.
+
+    Parameters
+    ----------
+    fast : the part of the residuals that is faster than any slide; NaN where rows are few
+    series : coordinates with this noise
+    """
+    if np.isfinite(fast).any():
+        return 1.4826 * float(np.nanmedian(np.abs(fast)))
+    left = [
+        np.linalg.norm(c[:, -1] - c[:, :-1] @ np.linalg.lstsq(c[:, :-1], c[:, -1])[0])
+        / np.sqrt(len(c) - c.shape[1] + 1)
+        for c in (one.columns for one in series)
+    ]
+    return float(np.median(left))
 
 
 def likeliest_noise(
@@ -382,8 +311,10 @@ def likeliest_noise(
         total = 0.0
         for t, sigma, columns in series:
             work = columns.copy()
-            log_variance = _whiten(work, t, sigma, white, fading, lasts, np.empty(work.shape[1]))
-            total += log_variance + _restricted(work.T @ work)
+            log_variance = whiten_series(
+                work, t, sigma, white, fading, lasts, np.empty(work.shape[1])
+            )
+            total += log_variance + restricted_square(work.T @ work)
         outside = guess[2] - np.clip(guess[2], *np.log(memory))
         return total + 1e3 * outside**2
 

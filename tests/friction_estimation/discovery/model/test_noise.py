@@ -1,10 +1,13 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from friction_estimation.discovery.data.outliers import without_outliers
 from friction_estimation.discovery.data.session import open_session
-from friction_estimation.discovery.model.noise import SessionNoise, estimate_noise, whiten_session
+from friction_estimation.discovery.model.noise import SessionNoise, estimate_noise
+from friction_estimation.discovery.model.whitening import whiten_session
 
 
 def coloured(t, sigma, memory, rng):
@@ -59,3 +62,35 @@ def test_rows_off_by_centimetres_leave_and_others_stay(make_session, rng):
     cleaned = without_outliers(track)
     assert not np.isin(track.t[wild], cleaned.t).any()
     assert len(cleaned) > 0.97 * len(track)
+
+
+def test_rows_a_second_apart_show_their_noise(make_session, rng):
+    tracks = [
+        replace(t, t=t.t[::15], xy=t.xy[::15], theta=t.theta[::15], swept=t.swept[::15])
+        for t in make_session()
+    ]
+    session = open_session(tracks)
+    assert np.diff(session.starts).max() < 40
+    residual = rng.normal(0, (0.005, 0.005, 0.03), (len(session.times), 3))
+    noise = estimate_noise(session, residual)
+    assert np.allclose(noise.total / (0.005, 0.005, 0.03), 1, atol=0.2)
+
+
+def test_few_rows_of_a_film_err_by_what_they_claim(make_session, rng):
+    """A ceiling camera sees six seconds of a throw: eighteen rows that differ."""
+    smooth = [
+        replace(
+            track,
+            t=track.t[-90:],
+            xy=track.xy[-90:],
+            theta=track.theta[-90:],
+            swept=track.swept[-90:],
+            sigma_xy=np.full(90, 0.05),
+            sigma_theta=np.full(90, 0.1),
+        )
+        for track in make_session(throws=4)
+    ]
+    session = open_session(smooth)
+    assert session.smoothed
+    noise = estimate_noise(session, rng.normal(0, 1e-3, (len(session.times), 3)))
+    assert (noise.total >= (0.05, 0.05, 0.1)).all()

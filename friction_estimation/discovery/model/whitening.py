@@ -1,0 +1,120 @@
+"""Residuals are whitened by the Kalman filter of their noise, which bridges lost frames.
+
+The noise of a row is white plus an Ornstein–Uhlenbeck process. What leaves the filter is
+independent and of unit variance, so that every frame counts once.
+"""
+
+from __future__ import annotations
+
+from math import exp
+from typing import Any
+
+import numpy as np
+
+from curling_env.physics.compiled import compiled
+
+
+@compiled
+def whiten_series(
+    columns: Any,
+    times: Any,
+    sigma: Any,
+    white: float,
+    fading: float,
+    memory: float,
+    state: Any,
+) -> float:
+    """Replace columns (n, m) by their innovations under the noise; returns Σ log variance.
+
+    In row i both parts of the noise are sigma[i] times as large.
+    """
+    n, m = columns.shape
+    for j in range(m):
+        state[j] = 0.0
+    log_variance = 0.0
+    prior = fading * fading
+    last = 0.0
+    started = False
+    for i in range(n):
+        if np.isnan(columns[i, m - 1]):
+            for j in range(m):
+                columns[i, j] = 0.0
+            continue
+        keep = 0.0
+        if started and fading > 0.0:
+            keep = exp(-(times[i] - last) / memory)
+        started = True
+        last = times[i]
+        # `prior` is the filter's variance of the fading part in the row before.
+        predicted = keep * keep * prior + fading * fading * (1.0 - keep * keep)
+        variance = predicted + white * white
+        gain = predicted / variance
+        scale = 1.0 / np.sqrt(variance)
+        for j in range(m):
+            expected = keep * state[j]
+            innovation = columns[i, j] / sigma[i] - expected
+            state[j] = expected + gain * innovation
+            columns[i, j] = innovation * scale
+        prior = (1.0 - gain) * predicted
+        log_variance += np.log(variance * sigma[i] * sigma[i])
+    return log_variance
+
+
+@compiled
+def restricted_square(gram: Any) -> float:
+    """What is left of the last column's square beside the others, and the log determinant of these.
+
+    Parameters
+    ----------
+    gram : (k + 1, k + 1) products of whitened columns; it is overwritten
+    """
+    last = gram.shape[0] - 1
+    trace = 0.0
+    for i in range(last):
+        trace += gram[i, i]
+    log_determinant = 0.0
+    for i in range(last):
+        gram[i, i] += 1e-9 * trace
+    for i in range(last):
+        pivot = gram[i, i]
+        log_determinant += np.log(pivot)
+        for j in range(i + 1, last + 1):
+            share = gram[i, j] / pivot
+            for k in range(j, last + 1):
+                gram[j, k] -= share * gram[i, k]
+    return gram[last, last] + log_determinant
+
+
+@compiled
+def whiten_session(
+    columns: Any, times: Any, sigma: Any, starts: Any, table: Any, state: Any
+) -> float:
+    """Whiten columns of x, y, theta throw by throw, in place.
+
+    Rows whose last column is NaN (no heading) become zero and are not counted.
+
+    Parameters
+    ----------
+    columns : (rows, 3, m)
+    times, sigma, starts : as of `Session`
+    table : (3, 3) from `SessionNoise.table`
+    state : (m,) working memory
+
+    Returns
+    -------
+    Σ log variance of the innovations
+    """
+    total = 0.0
+    for i in range(starts.shape[0] - 1):
+        first, last = starts[i], starts[i + 1]
+        for channel in range(3):
+            total += whiten_series(
+                columns[first:last, channel, :],
+                times[first:last],
+                sigma[first:last, channel // 2],
+                table[channel, 0],
+                table[channel, 1],
+                table[channel, 2],
+                state,
+            )
+    return total
