@@ -4,8 +4,9 @@ numba makes of every function that another one calls machine code, an entry for 
 the cache, though only the outermost is ever called from Python. A `Part` ends as code that is
 linked into the kernels that call it. Besides, a kernel is compiled once for integers, not once for
 each constant that is passed for them; passes that find nothing in such kernels are left out; the
-many objects of a compilation are not searched for garbage in between; and numba compares the
-options of a kernel with each other by identity. What a kernel computes is the same to the last bit.
+many objects of a compilation are not searched for garbage in between; what types an operation has
+on the same kinds of operands is found once; and numba compares the options of a kernel with each
+other by identity. What a kernel computes is the same to the last bit.
 
 This reaches into numba. With a numba whose inside is not known here (`KNOWN`), kernels are compiled
 in its ordinary way, which takes longer.
@@ -28,6 +29,19 @@ KNOWN = numba.version_info[:2] in {(0, 68)}
 """Whether this numba's inside is known here."""
 _OPTIONS: dict[str, Any] = {"nopython": True, "nogil": True, "error_model": "numpy"}
 _NO_WRAPPERS: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+
+@contextmanager
+def quick_compilation() -> Generator[None]:
+    """Compile without searching for garbage, and with the types of each operation found once."""
+    with no_garbage_collection():
+        if not KNOWN:
+            yield
+            return
+        from curling_env.infrastructure.kernel_parts import remembered_types
+
+        with remembered_types():
+            yield
 
 
 @contextmanager

@@ -8,20 +8,53 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
+from contextlib import contextmanager
 from typing import Any
 
 from numba.core import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import LoweringPass, PassManager, register_pass
 from numba.core.dispatcher import _FunctionCompiler
 from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering
+from numba.core.types.functions import BaseFunction
 
-from curling_env.infrastructure.kernel_compiler import no_garbage_collection
+from curling_env.infrastructure.kernel_compiler import quick_compilation
 
 _NEEDLESS_PASSES = {"nopython_rewrites", "inline_closure_likes", "with_lifting"}
 """For expressions of whole arrays, closures and blocks of `with`, none of which a kernel has."""
+
+
+_find_types = BaseFunction.get_call_type
+_found: dict[tuple[int, tuple[Any, ...]], tuple[Any, Any]] = {}
+"""The types of operations, by the operation's identity and its operands; and the operation, so that
+its identity stays its own."""
+
+
+def _remember_types(operation: Any, context: Any, args: Any, kws: Any) -> Any:
+    """What numba's `get_call_type` says, which tries each way to read the operands each time."""
+    if kws:
+        return _find_types(operation, context, args, kws)
+    key = id(operation), tuple(args)
+    known = _found.get(key)
+    if known is None:
+        known = _found[key] = operation, _find_types(operation, context, args, kws)
+    return known[1]
+
+
+@contextmanager
+def remembered_types() -> Generator[None]:
+    """Let numba find once, and not for each operation anew, what types it has on such operands."""
+    with global_compiler_lock:
+        before = BaseFunction.get_call_type
+        BaseFunction.get_call_type = _remember_types
+        try:
+            yield
+        finally:
+            BaseFunction.get_call_type = before
 
 
 class _PartLibrary(JITCodeLibrary):
@@ -142,7 +175,7 @@ class Kernel(CPUDispatcher):
         self._compiler = _Compiler(py_func, self.targetdescr, targetoptions, {}, passes)
 
     def compile(self, sig: Any) -> Any:
-        with no_garbage_collection():
+        with quick_compilation():
             return super().compile(sig)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:

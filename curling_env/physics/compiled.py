@@ -24,7 +24,7 @@ from numba.core.ccallback import CFunc  # pyright: ignore[reportMissingTypeStubs
 from numba.extending import intrinsic  # pyright: ignore[reportMissingTypeStubs]
 
 from curling_env.infrastructure.kernel_cache import kernel_cache
-from curling_env.infrastructure.kernel_compiler import kernel, no_garbage_collection
+from curling_env.infrastructure.kernel_compiler import kernel, quick_compilation
 from curling_env.infrastructure.kernel_compiler import part as _part
 
 _DOUBLES = types.CPointer(types.float64)
@@ -136,7 +136,7 @@ class EffectKernel:
             options={"error_model": "numpy"},
         )
         made._cache = _cache_of(self.function)
-        with no_garbage_collection():
+        with quick_compilation():
             made.compile()
         return made
 

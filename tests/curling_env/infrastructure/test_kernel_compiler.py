@@ -9,6 +9,8 @@ import sys
 
 import numpy as np
 import pytest
+from numba.core.errors import TypingError
+from numba.core.types.functions import BaseFunction
 
 from curling_env.ice import load_ice
 from curling_env.infrastructure import kernel_compiler
@@ -60,6 +62,21 @@ def test_a_part_says_that_python_cannot_call_it(place):
             place(np.ones(3), 0)
         kernel(first, _nrt=False)(np.ones(3))
     assert place.py_func(np.ones(3), 0) == 1.1
+
+
+def test_numba_finds_types_in_its_own_way_again_whatever_came_of_a_compilation():
+    def sums(values):
+        return values[0] + values[1] + values[0]
+
+    def makes_no_sense(values):
+        return values.no_such_attribute + 1.0
+
+    before = BaseFunction.get_call_type
+    assert kernel(sums, _nrt=False)(np.array([2.0, 3.0])) == 7.0
+    assert kernel(sums, _nrt=False)(np.array([2, 3])) == 7
+    with pytest.raises(TypingError):
+        kernel(makes_no_sense, _nrt=False)(np.ones(2))
+    assert BaseFunction.get_call_type is before
 
 
 FIRST_STEP = """
