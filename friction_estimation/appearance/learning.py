@@ -26,7 +26,13 @@ from friction_estimation.appearance.crops import (
 from friction_estimation.appearance.fit import Appearance
 from friction_estimation.appearance.handle import find_handle, fit_headings
 from friction_estimation.appearance.model import StoneModel
-from friction_estimation.appearance.prior import SHAPE_BOUNDS, TURNED_ALIKE, UPRIGHT, ShapePrior
+from friction_estimation.appearance.prior import (
+    HANDLE_PREFIXES,
+    SHAPE_BOUNDS,
+    TURNED_ALIKE,
+    UPRIGHT,
+    ShapePrior,
+)
 from friction_estimation.appearance.profile import (
     refine_profile,
     shape_doubt,
@@ -38,6 +44,8 @@ from friction_estimation.appearance.tuning import (
     ENOUGH_CROPS,
     ENOUGH_PIXELS,
     MIN_NOISE,
+    OTHER_HANDLE,
+    REFINED_AGAIN,
     REFINEMENTS,
     TRIAL_SHADOW,
 )
@@ -80,16 +88,49 @@ def learn_appearance(
     spare = max(1, min(pixels // ENOUGH_PIXELS, len(crops) // ENOUGH_CROPS))
     prior = ShapePrior(typical=model)
     for every, rounds in REFINEMENTS:
-        some = ordered[:: max(every, spare)]
-        look = refine_profile(some, look, prior, rounds)
-        look = replace(look, noise=residual_noise(some, look))
-        if look.has_handle:
-            fit_headings(crops, look)
-        for crop in crops:
-            fit_pose(crop, look)
+        look = _refined(ordered, max(every, spare), look, prior, rounds)
     if not doubted:
         return look
+    again = _handle_sought_again(ordered, max(REFINED_AGAIN[0], spare), look, prior)
+    if again is not None:
+        fit_headings(crops, again)
+        every, rounds = REFINEMENTS[-1]
+        look = _refined(ordered, max(every, spare), again, prior, rounds)
     return _with_rival(ordered[::spare], look, prior)
+
+
+def _refined(
+    crops: Sequence[Crop], every: int, look: Appearance, prior: ShapePrior, rounds: int
+) -> Appearance:
+    """A look refined with every how manyth crop; the poses of all are found anew, in place."""
+    some = crops[::every]
+    look = refine_profile(some, look, prior, rounds)
+    look = replace(look, noise=residual_noise(some, look))
+    if look.has_handle:
+        fit_headings(crops, look)
+    for crop in crops:
+        fit_pose(crop, look)
+    return look
+
+
+def _handle_sought_again(
+    crops: Sequence[Crop], every: int, look: Appearance, prior: ShapePrior
+) -> Appearance | None:
+    """The look with another handle, if that explains the pictures far better.
+
+    A handle is first sought before the shadow is known, and shade, which does not turn with the
+    stone, may be taken for it.
+    """
+    if not look.has_handle:
+        return None
+    part = vars(prior.typical).items()
+    usual = {name: value for name, value in part if name.startswith(HANDLE_PREFIXES)}
+    some = [replace(crop, pose=crop.pose.copy()) for crop in crops[::every]]
+    now = total_misfit(some, look)
+    again = replace(look, has_handle=False, model=replace(look.model, **usual))
+    again = refine_profile(some, find_handle(some, again), prior, REFINED_AGAIN[1])
+    far_better = again.has_handle and total_misfit(some, again) < OTHER_HANDLE * now
+    return again if far_better else None
 
 
 def _with_rival(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> Appearance:

@@ -82,6 +82,11 @@ TRIAL_SHADOW = 0.1
 REFINEMENTS = ((3, 8), (2, 8), (1, 20))
 """Stages of the fit: every how manyth crop is used, and the greatest number of rounds. Noise and
 headings are found anew from all crops after each."""
+REFINED_AGAIN = (3, 5)
+"""The same for the look whose handle is sought again."""
+OTHER_HANDLE = 0.85
+"""Its squared misfit must be less than this share of the other's. Where the first handle was right,
+it came to 0.92 or more, and to 0.73 where that was shade."""
 ADAPTING_ROUNDS = 12
 """Greatest number of rounds in which a look is fitted to other crops."""
 ENOUGH_PIXELS = 24_000

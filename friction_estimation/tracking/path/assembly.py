@@ -122,7 +122,7 @@ def assemble_track(
     # Outliers keep their rows too, with the place that all other measurements give.
     kept = np.isfinite(xy[:, 0])
     theta = spin = sigma_theta = np.full(len(t), np.nan)
-    if appearance.has_handle and measured.lag_px < tuning.HANDLE_ERROR_PX:
+    if appearance.has_handle and measured.lag_px < tuning.HANDLE_LAG_PX:
         speed = np.hypot(smoothed[0].rate, smoothed[1].rate)
         theta, spin, sigma_theta = _heading(t, fits, speed, measured.views, known)
     place = np.column_stack([axis.value for axis in smoothed])
@@ -162,16 +162,20 @@ def _heading(
     sigma = np.array([np.nan if fit is None else np.sqrt(fit.covariance[2, 2]) for fit in fits])
     measured = np.array([np.nan if fit is None else fit.theta for fit in fits])
     curve = fit_heading_curve(views, t, speed, known)
-    theta = np.full(len(t), np.nan) if curve is None else headings_near(curve, t, measured)
+    nothing = np.full(len(t), np.nan)
+    if curve is None:
+        return nothing, nothing, nothing
+    theta, sigma = headings_near(curve, t, measured, sigma)
     if np.isfinite(theta).sum() < tuning.MIN_FITS:
-        nothing = np.full(len(t), np.nan)
         return nothing, nothing, nothing
     theta = theta - 2 * np.pi * np.round(theta[np.isfinite(theta)][0] / (2 * np.pi))
     result = smooth(t, theta, np.clip(sigma, 1e-3, 1.0))
     shown = t[np.isfinite(theta)]
     nearest = np.clip(np.searchsorted(shown, t), 1, len(shown) - 1)
     away = np.minimum(np.abs(t - shown[nearest - 1]), np.abs(t - shown[nearest]))
-    found = away <= tuning.MAX_HEADING_GAP / 2
+    # Between and beyond measured headings the smoother may leave what the pictures show together.
+    strayed = np.abs(np.angle(np.exp(1j * (result.value - curve.at(t)))))
+    found = (away <= tuning.MAX_HEADING_GAP / 2) & (strayed < tuning.HEADING_MATCH)
     return (
         np.where(found, result.value, np.nan),
         np.where(found, result.rate, np.nan),

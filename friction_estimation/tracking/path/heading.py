@@ -5,6 +5,8 @@ and its two ends look alike. But a stone rotates steadily, and ever more slowly 
 single pictures, a fraction of a second apart, say how well each heading fits, and the rotation is
 found that fits all of them best: first with a spin that falls as a power of the speed, then with a
 slow drift from it. Where another heading fits a stretch of the film better, no heading is given.
+Where the headings that were measured frame by frame have strayed from it, the single pictures' take
+their place.
 """
 
 from __future__ import annotations
@@ -72,6 +74,21 @@ class KnownHeading:
         return waves
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SeenHeadings:
+    """The headings that single pictures show near a curve.
+
+    Parameters
+    ----------
+    t : (n,) times of the pictures [s]
+    theta, sigma : (n,) unwrapped headings and their standard errors [rad]; NaN where none is shown
+    """
+
+    t: Floats
+    theta: Floats
+    sigma: Floats
+
+
 class HeadingCurve:
     """A stone's heading through a throw.
 
@@ -80,6 +97,7 @@ class HeadingCurve:
     times : (n,) increasing [s]
     headings : (n,) unwrapped [rad]
     trusted : (n,) whether the pictures around a time agree with the curve; None: they always do
+    seen : what single pictures show near it; None where that is not known
     """
 
     def __init__(
@@ -87,8 +105,10 @@ class HeadingCurve:
         times: Sequence[float] | Floats,
         headings: Sequence[float] | Floats,
         trusted: Flags | None = None,
+        seen: SeenHeadings | None = None,
     ) -> None:
         self._t, self._theta = np.asarray(times), np.asarray(headings)
+        self.seen = seen
         self._trusted = np.ones(len(self._t), dtype=bool) if trusted is None else trusted
         self._cubics = PchipInterpolator(self._t, self._theta).c
 
@@ -114,19 +134,37 @@ class HeadingCurve:
         return bool(np.mean(np.abs(miss[other._trusted]) > tuning.HEADING_MATCH / 2) > 0.1)
 
 
-def headings_near(curve: HeadingCurve, t: Floats, theta: Floats) -> Floats:
-    """Measured headings near a curve, unwrapped, (n,); NaN elsewhere and where it is not trusted.
+def headings_near(
+    curve: HeadingCurve, t: Floats, theta: Floats, sigma: Floats
+) -> tuple[Floats, Floats]:
+    """Measured headings near a curve, unwrapped, and their standard errors, each (n,).
+
+    A fit that starts at a wrong heading finds another one, and so does the next: where most frames
+    around one have strayed from the curve, the single pictures are asked. NaN where nothing is near
+    the curve, and where it is not trusted.
 
     Parameters
     ----------
-    t, theta : (n,) times [s] and measured headings modulo 2π [rad]; NaN where unknown
+    t, theta, sigma : (n,) times [s], measured headings modulo 2π and their standard errors [rad];
+        NaN where unknown
     """
     expected = curve.at(t)
     miss = np.angle(np.exp(1j * (theta - expected)))
-    trusted = (np.abs(miss) < tuning.HEADING_MATCH) & curve.trusted(t)
+    near = np.abs(miss) < tuning.HEADING_MATCH
+    around = (np.abs(t[:, None] - t) <= tuning.HEADING_NEIGHBOURS).astype(np.float64)
+    measured = np.isfinite(theta)
+    near &= around @ near >= tuning.LEAST_NEAR * (around @ measured)
+    found, error = np.where(near, expected + miss, np.nan), np.where(near, sigma, np.nan)
+    if curve.seen is not None:
+        at = np.searchsorted(t, curve.seen.t)
+        own = np.flatnonzero((at < len(t)) & np.isfinite(curve.seen.theta))
+        own = own[np.isclose(t[at[own]], curve.seen.t[own]) & ~near[at[own]]]
+        found[at[own]], error[at[own]] = curve.seen.theta[own], curve.seen.sigma[own]
+    trusted = np.isfinite(found) & curve.trusted(t)
     if not trusted.any():
-        return np.full(len(t), np.nan)
-    return np.where(_longest_stretch(t, trusted), expected + miss, np.nan)
+        return np.full(len(t), np.nan), np.full(len(t), np.nan)
+    kept = _longest_stretch(t, trusted)
+    return np.where(kept, found, np.nan), np.where(kept, error, np.nan)
 
 
 def _longest_stretch(t: Floats, trusted: Flags) -> Flags:
@@ -169,7 +207,8 @@ def fit_heading_curve(
     excess = _cost_at(waves, theta[:, None] + _ANGLES) - _cost_at(waves, theta)[:, None]
     rotation = float(np.abs(np.diff(theta)).sum()) / tuning.INDEPENDENT_VIEW
     independent = tuning.MIN_INDEPENDENT_VIEWS + min(np.ptp(times), rotation)
-    seen = excess if known is None else excess[1:]
+    own = slice(0 if known is None else 1, None)
+    seen = excess[own]
     others = [seen.mean(axis=1)]  # any heading
     if known is None:
         others.append(seen[:, 0])  # turned round
@@ -179,7 +218,27 @@ def fit_heading_curve(
     near = np.abs(times[:, None] - times) <= tuning.HEADING_NEIGHBOURS
     excess_nearby = near @ excess
     trusted = excess_nearby[:, np.abs(_ANGLES) > tuning.HEADING_MATCH].min(axis=1) > 0
-    return HeadingCurve(times, theta, trusted) if trusted.any() else None
+    if not trusted.any():
+        return None
+    return HeadingCurve(times, theta, trusted, _seen_near(times[own], waves[own], theta[own]))
+
+
+def _seen_near(times: Floats, waves: NDArray[np.complex128], theta: Floats) -> SeenHeadings:
+    """The heading near a curve that fits each picture best."""
+    off = np.linspace(-tuning.HEADING_MATCH, tuning.HEADING_MATCH, 29)
+    cost = _cost_at(waves, theta[:, None] + off)
+    at = np.argmin(cost, axis=1)
+    inside = np.clip(at, 1, len(off) - 2)
+    left, middle, right = (cost[np.arange(len(cost)), inside + k] for k in (-1, 0, 1))
+    bend = np.maximum(left - 2 * middle + right, 1e-9)
+    step = off[1] - off[0]
+    best = theta + off[inside] + step * np.clip((left - right) / (2 * bend), -1, 1)
+    shown = at == inside
+    return SeenHeadings(
+        t=times,
+        theta=np.where(shown, best, np.nan),
+        sigma=np.where(shown, step * np.sqrt(2 / bend), np.nan),
+    )
 
 
 def _cost_at(waves: NDArray[np.complex128], theta: Floats) -> Floats:

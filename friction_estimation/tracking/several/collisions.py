@@ -177,16 +177,13 @@ def _after(measured: Measurements, time: float) -> Measurements:
 
 
 def _unwrapped(pieces: Sequence[Floats]) -> Floats:
-    """Headings of pieces one after the other; a contact does not turn a stone at once.
-
-    A handle that is read end for end in a later piece is set right, too.
-    """
+    """Headings of pieces one after the other; a contact does not turn a stone at once."""
     found: list[Floats] = []
     before = np.nan
     for theta in pieces:
         known = theta[np.isfinite(theta)]
         if len(known) and np.isfinite(before):
-            theta = theta + np.pi * np.round((before - known[0]) / np.pi)
+            theta = theta + 2 * np.pi * np.round((before - known[0]) / (2 * np.pi))
         if len(known):
             before = float(theta[np.isfinite(theta)][-1])
         found.append(theta)

@@ -86,7 +86,8 @@ def test_headings_near_the_curve_are_kept_and_others_left_out():
     turn = HeadingCurve(moments, np.interp(moments, T, TRUTH))
     theta = TRUTH + rng.normal(0, 0.1, len(T))
     theta[30:40] += np.pi
-    found = headings_near(turn, T, np.angle(np.exp(1j * theta)))
+    found, sigma = headings_near(turn, T, np.angle(np.exp(1j * theta)), np.full(len(T), 0.1))
+    assert (np.isfinite(sigma) == np.isfinite(found)).all()
     assert np.isnan(found[30:40]).all()
     assert np.abs((found - TRUTH)[np.isfinite(found)]).max() < 0.7
     assert np.isfinite(found).sum() == len(T) - 10
@@ -96,10 +97,26 @@ def test_revolutions_are_not_counted_across_a_long_gap():
     """The stone may have turned once more than it seems while it was hidden."""
     moments = np.r_[np.arange(0, 7, 1.0), np.arange(10.5, 20, 1.0)]
     turn = HeadingCurve(moments, np.interp(moments, T, TRUTH) - 2 * np.pi * (moments > 8))
-    found = headings_near(turn, T, np.angle(np.exp(1j * TRUTH)))
+    found, _ = headings_near(turn, T, np.angle(np.exp(1j * TRUTH)), np.full(len(T), 0.1))
     known = np.isfinite(found)
     assert not known[T < 7].any()
     assert known[T > 10.5].mean() > 0.9
+
+
+def test_where_frames_lose_the_handle_single_pictures_show_it():
+    """From 9 s on each fit starts at the last one's wrong heading, which crosses the right one."""
+    rng = np.random.default_rng(7)
+    turn = fit_heading_curve(seen(rng, noise=0.5), T, SPEED)
+    theta = TRUTH + rng.normal(0, 0.1, len(T))
+    lost = T > 9
+    theta[lost] = TRUTH[lost] + 1.2 * (12 - T[lost])
+    found, sigma = headings_near(turn, T, np.angle(np.exp(1j * theta)), np.full(len(T), 0.1))
+    off = np.angle(np.exp(1j * (found - TRUTH)))
+    late = np.isfinite(found) & (T > 10)
+    assert np.abs(off[late]).max() < 0.5
+    assert np.isfinite(found[T < 7]).all()
+    assert np.diff(T[late]).max() < 0.4
+    assert (sigma[late] > 0).all()
 
 
 def test_a_curve_differs_from_another_one():

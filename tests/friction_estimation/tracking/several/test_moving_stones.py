@@ -69,7 +69,7 @@ def hit(tmp_path_factory):
     stones = [(0.08, -6.0, 0.3, 1), (-1.0, 2.0, 2.0, 2)]
     folder = tmp_path_factory.mktemp("hit")
     film, scene, truth, moments = filmed(
-        folder, "gantry", (960, 540), Throw(speed=2.0, spin=1.2), stones
+        folder, "gantry", (800, 450), Throw(speed=2.0, spin=1.2), stones
     )
     save_scene(scene, folder / "scene.json")
     return film, scene, truth, moments, track_film(film, scene)
@@ -101,6 +101,17 @@ def test_places_are_right_before_and_after_the_contact(hit):
     about = np.abs(thrown.t - moments[0]) < 0.25
     assert about.sum() > 8
     assert errors(thrown, truth[0])[about].max() < 0.02
+
+
+def test_headings_hold_until_the_stones_rest(hit):
+    """Fits that lose the handle after the contact do not lead the heading away."""
+    *_, truth, _, found = hit
+    for track in found.trajectories[:2]:
+        path = truth[track.stone]
+        miss = np.angle(np.exp(1j * (track.theta - np.interp(track.t, path.t, path.theta))))
+        assert np.isfinite(miss).mean() > 0.95
+        assert np.nanmax(np.abs(miss)) < 0.4
+        assert np.nanmax(np.abs(miss) / track.sigma_theta) < 3
 
 
 def test_friction_is_estimated_on_either_side_of_the_contact(hit):
