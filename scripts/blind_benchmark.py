@@ -158,7 +158,14 @@ def main() -> None:
     parser.add_argument(
         "--film", action="store_true", help="tracks that err as those from films do"
     )
-    parser.add_argument("--kinds", nargs="+", default=list(KINDS), choices=KINDS)
+    parser.add_argument(
+        "--kinds",
+        nargs="+",
+        metavar="KIND",
+        default=list(KINDS),
+        choices=KINDS,
+        help=f"families of sessions: {'; '.join(KINDS)}; all by default",
+    )
     parser.add_argument(
         "--no-draws", action="store_true", help="plan no draws on the ice that was found"
     )

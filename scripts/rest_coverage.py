@@ -113,15 +113,23 @@ def discovered(task: Task, seed: int) -> tuple[Ice, dict[str, Any]]:
 
 
 def table(judged: list[dict[str, Floats]]) -> str:
-    """How often draws rest within the intervals along the sheet, and how large these are."""
+    """How often draws rest within the intervals along the sheet, and how large these are.
+
+    Draws of one session share most of its errors: how sure a share is follows from the sessions'.
+    """
     off = np.concatenate([one["off"] for one in judged])[:, 1]
-    lines = [f"{len(off)} draws of {len(judged)} sessions, off by {_rms(off):.1f} mm rms along"]
+    sessions = "1 session" if len(judged) == 1 else f"{len(judged)} sessions"
+    lines = [f"{len(off)} draws of {sessions}, off by {_rms(off):.1f} mm rms along"]
     for name in ("independent", "common"):
         spread = np.concatenate([one[name] for one in judged])[:, 1]
-        share = (np.abs(off) < WITHIN * spread).mean()
+        inside = [np.abs(one["off"][:, 1]) < WITHIN * one[name][:, 1] for one in judged]
+        error = ""
+        if len(judged) > 1:
+            by_session = np.std([part.mean() for part in inside], ddof=1)
+            error = f" ± {100 * by_session / np.sqrt(len(judged)):.1f}"
         lines.append(
-            f"{name:12} σ {_rms(spread):5.1f} mm, {share:.1%} within 95 %, "
-            f"rms of errors over σ {float(np.sqrt(np.mean((off / spread) ** 2))):.2f}"
+            f"{name:12} σ {_rms(spread):5.1f} mm, {100 * np.concatenate(inside).mean():.1f}{error} "
+            f"% within 95 %, rms of errors over σ {np.sqrt(np.mean((off / spread) ** 2)):.2f}"
         )
     return "\n".join(lines)
 
@@ -136,15 +144,25 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--kinds", nargs="+", default=["model given", "map"], choices=KINDS)
+    parser.add_argument(
+        "--kinds",
+        nargs="+",
+        metavar="KIND",
+        default=["model given", "map"],
+        choices=KINDS,
+        help=f"families of sessions: {'; '.join(KINDS)}",
+    )
     parser.add_argument("--sessions", type=int, default=4, help="the first of each kind")
     arguments = parser.parse_args()
+    if arguments.sessions < 1:
+        parser.error("--sessions must be 1 or more")
     judged: list[dict[str, Floats]] = []
     for kind in arguments.kinds:
         for task in plan([kind], 1)[: arguments.sessions]:
             judged.append(judge(*discovered(task, arguments.seed)))
             print(task.name, table(judged[-1:]), sep="\n")
-    print("all", table(judged), sep="\n")
+    if len(judged) > 1:
+        print("all", table(judged), sep="\n")
 
 
 if __name__ == "__main__":
