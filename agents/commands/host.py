@@ -16,7 +16,7 @@ from curling_env.commands.cli import (
     Writes,
     conclude,
     say,
-    say_what_is_unknown,
+    say_what_is_lacking,
 )
 from curling_env.commands.terminal import shortened
 from curling_env.units import Units
@@ -214,7 +214,7 @@ def host(
         raise InputError("--key belongs to a --certificate")
     if certificate is not None and not web:
         raise InputError("--certificate is for --http and clients of version 4")
-    say_what_is_unknown(setting.ice)
+    say_what_is_lacking(setting.ice)
     players = [None if word in ("dc3", "dc4") else PlayerSeat(player_from(word)) for word in words]
     folder = None if output is None else make_directory(output)
 

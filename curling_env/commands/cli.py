@@ -52,7 +52,7 @@ __all__ = [
     "print_json",
     "progress_bar",
     "say",
-    "say_what_is_unknown",
+    "say_what_is_lacking",
 ]
 
 COMMAND_GROUP = "curling.commands"
@@ -215,12 +215,12 @@ def progress_bar(unit: str = "") -> Generator[Progress]:
             bar.close()
 
 
-def say_what_is_unknown(*ices: Ice) -> None:
-    """Say once on stderr if any of the ices lacks something that its tracks show."""
-    from curling_env.physics.ice_remarks import UNKNOWN, is_marked_unknown
+def say_what_is_lacking(*ices: Ice) -> None:
+    """Say on stderr, once for all of the ices, what they lack of what their tracks show."""
+    from curling_env.physics.ice_remarks import what_is_lacking
 
-    if any(map(is_marked_unknown, ices)):
-        say(UNKNOWN)
+    for remark in dict.fromkeys(remark for ice in ices for remark in what_is_lacking(ice)):
+        say(remark)
 
 
 class CommandError(CurlingError):

@@ -14,7 +14,7 @@ from curling_env.commands.cli import (
     JsonOption,
     UnitsOption,
     print_json,
-    say_what_is_unknown,
+    say_what_is_lacking,
 )
 from curling_env.units import Units, short_length, side
 
@@ -94,7 +94,7 @@ def throw(
         spread = rest_spread(known, thrown.release(end, delivery=begins))
         across, along = spread or (None, None)
         document |= {"rest_sigma_x_m": across, "rest_sigma_y_m": along}
-    say_what_is_unknown(known)
+    say_what_is_lacking(known)
     sentences = [_in_words(shot, end, units)]
     if spread is not None:
         along, across = (short_length(sigma, units) for sigma in reversed(spread))

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import JsonOption, conclude, say_what_is_unknown
+from curling_env.commands.cli import JsonOption, conclude, say_what_is_lacking
 
 
 def validate(
@@ -41,6 +41,6 @@ def validate(
 
     known = load_ice(ice)
     found = compare(known, preset_of(ice))
-    say_what_is_unknown(known)
+    say_what_is_lacking(known)
     document = {"ice": ice, "counts": counts(found), "rows": [c.as_dict() for c in found]}
     conclude(document, as_text(found), in_words(found), as_json=as_json)

@@ -30,6 +30,12 @@ def lacks_curl(ice: Ice) -> bool:
     return not felt and not ice.friction.observed.all()
 
 
+def what_is_lacking(ice: Ice) -> list[str]:
+    """What an ice lacks of what the tracks show that it was made from, in words."""
+    said = [UNKNOWN] if is_marked_unknown(ice) else []
+    return said + ([NO_CURL] if lacks_curl(ice) else [])
+
+
 def believed_effects(ice: Ice) -> dict[str, tuple[str, ...]]:
     """Effects that a stone feels, each with the parameters that are believed and not measured."""
     cards = catalogue()

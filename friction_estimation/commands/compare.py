@@ -14,7 +14,7 @@ from curling_env.commands.cli import (
     Writes,
     conclude,
     say,
-    say_what_is_unknown,
+    say_what_is_lacking,
 )
 from curling_env.errors import InputError
 from curling_env.units import Units, length
@@ -82,7 +82,7 @@ def compare(
         say(f"{folder}: throws.csv, paths.csv, comparison.png")
     for reason in comparison.skipped:
         say(f"left out: {reason}")
-    say_what_is_unknown(known)
+    say_what_is_lacking(known)
     summary = comparison.summary()
     summary["each"] = [{**each, **noted.get(each["throw"], {})} for each in summary["each"]]
     conclude(summary, _in_words(summary, units), as_json=as_json)

@@ -287,6 +287,8 @@ def estimate(
         say(f"{report}: {', '.join(names)}")
     if found.camera_bias is not None and found.camera_bias.found:
         say(found.camera_bias.words)
+    for remark in found.remarks:
+        say(remark)
     for reason in found.skipped:
         say(f"left out: {reason}")
     if checkpoints is not None:

@@ -146,14 +146,20 @@ def _change_in_words(change: Mapping[str, Any]) -> str:
     return f"the {parameter} of {name} is {after:.2g} and not {before:.2g}"
 
 
-def blind_spots(found: Discovery) -> list[str]:
-    """Sentences on what the session, as it was played, cannot show."""
+def blind_spots(found: Discovery, *, no_heading: str = NO_HEADING) -> list[str]:
+    """Sentences on what the session, as it was played, cannot show.
+
+    Parameters
+    ----------
+    found : the discovery
+    no_heading : what is said where no heading was measured
+    """
     sentences: list[str] = []
     states, turns = found.final.states, found.session.turns
     if len(np.unique(np.sign(states[:, State.VY]))) == 1:
         sentences.append(ONE_WAY)
     if not turns.any():
-        sentences.append(NO_HEADING)
+        sentences.append(no_heading)
     elif len(np.unique(np.sign(states[turns, State.OMEGA]))) == 1:
         sentences.append(ONE_SPIN)
     lens = [term for term in found.final.model.terms if term.name == LENS]

@@ -8,16 +8,22 @@ from typing import Any, Literal
 import numpy as np
 
 from curling_env.ice import Ice
+from curling_env.physics.ice_remarks import belief_in_words, believed_effects, what_is_lacking
 from curling_env.physics.state import State
 from curling_env.typing import Floats
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.model.noise import CoordinateNoise
+from friction_estimation.discovery.verdict import blind_spots
 from friction_estimation.estimation.camera_bias import CameraBias
 from friction_estimation.tracks.free_slide import FreeSlide
 
 Method = Literal["trajectory", "paper"]
 
+SPINS_BY_BENDS = (
+    "No heading was measured: to which side a stone turned is read from the bend of its path, and "
+    "how fast it turned is believed."
+)
 _NORMAL_95 = 1.959964
 """Standard errors on either side of the mean that hold 95 % of a normal distribution."""
 
@@ -100,6 +106,16 @@ class Estimate:
             return None
         crossed = int(self.ice.friction.observed.sum()) * self.ice.sheet.cell_size**2
         return float(np.sqrt(crossed / max(self.resolved, 1.0)))
+
+    @property
+    def remarks(self) -> list[str]:
+        """What the ice lacks, what of it is believed, and what the session could not show."""
+        said = what_is_lacking(self.ice)
+        said += [belief_in_words(name) for name in believed_effects(self.ice)]
+        remarks = [f"{words[0].upper()}{words[1:]}." for words in said]
+        if self.discovery is not None:
+            remarks += blind_spots(self.discovery, no_heading=SPINS_BY_BENDS)
+        return remarks
 
     def summary(self) -> dict[str, Any]:
         """The estimate in numbers, for JSON; an error that rounding has lost is null."""

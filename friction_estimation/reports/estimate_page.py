@@ -229,6 +229,7 @@ def _remarks(found: Estimate) -> str:
     bias = found.camera_bias
     if bias is not None and not bias.found:
         remarks = f"<p class=faint>{escape(bias.words.capitalize())}.</p>"
+    remarks += "".join(f"<p class=faint>{escape(remark)}</p>" for remark in found.remarks)
     if found.skipped:
         items = "".join(f"<li>{escape(reason)}</li>" for reason in found.skipped)
         remarks += f"<p class=faint>Left out:</p><ul class=faint>{items}</ul>"

@@ -12,12 +12,9 @@ from agents.app.sheet.forms import rounded
 from agents.coaching.lane_draws import LANES, LaneDraw, lane_draws
 from curling_env.ice import Ice
 from curling_env.physics.ice_remarks import (
-    NO_CURL,
-    UNKNOWN,
     belief_in_words,
     believed_effects,
-    is_marked_unknown,
-    lacks_curl,
+    what_is_lacking,
 )
 from curling_env.physics.ice_uncertainty import is_uncertain
 from curling_env.sheet import Direction
@@ -246,6 +243,4 @@ def change_of_maps(now: Ice, then: Ice) -> dict[str, Any] | None:
 
 
 def _remarks(ice: Ice) -> list[str]:
-    said = [UNKNOWN] if is_marked_unknown(ice) else []
-    said += [NO_CURL] if lacks_curl(ice) else []
-    return said + [belief_in_words(name) for name in believed_effects(ice)]
+    return what_is_lacking(ice) + [belief_in_words(name) for name in believed_effects(ice)]

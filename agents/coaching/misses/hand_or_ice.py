@@ -22,7 +22,7 @@ from agents.coaching.misses.throw_parts import ThrowParts
 from agents.coaching.throw_sheet import ALL_RIGHT, Hands
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.ice_remarks import NO_CURL, UNKNOWN, is_marked_unknown, lacks_curl
+from curling_env.physics.ice_remarks import what_is_lacking
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Progress, no_progress
 from friction_estimation.tracks.throw_list import NO_NOTES, ThrowNote
@@ -91,11 +91,7 @@ def _remarks(
     ice: Ice, believed: Ice | None, found: Sequence[ThrowCauses], shared: str | None
 ) -> tuple[str, ...]:
     """What a reader should know."""
-    remarks = [NOT_GIVEN] if believed is None else []
-    if lacks_curl(ice):
-        remarks.append(NO_CURL)
-    if is_marked_unknown(ice):
-        remarks.append(UNKNOWN)
+    remarks = [*([NOT_GIVEN] if believed is None else []), *what_is_lacking(ice)]
     if shared is not None:
         remarks.append(shared)
     if not found:

@@ -16,7 +16,7 @@ from curling_env.commands.cli import (
     print_json,
     progress_bar,
     say,
-    say_what_is_unknown,
+    say_what_is_lacking,
 )
 from curling_env.typing import with_progress
 from curling_env.units import Units
@@ -133,7 +133,7 @@ def play(
         sweeping=sweep,
         delivery=delivery_named(delivery),
     )
-    say_what_is_unknown(simulator.ice, simulator.known_ice)
+    say_what_is_lacking(simulator.ice, simulator.known_ice)
     match = Match(
         simulator,
         players,

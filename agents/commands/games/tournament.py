@@ -13,7 +13,7 @@ from curling_env.commands.cli import (
     SeedOption,
     print_json,
     progress_bar,
-    say_what_is_unknown,
+    say_what_is_lacking,
 )
 
 
@@ -80,7 +80,7 @@ def tournament(
         sweeping=sweep,
         delivery=delivery_named(delivery),
     )
-    say_what_is_unknown(simulator.ice)
+    say_what_is_lacking(simulator.ice)
     opponents = [player_from(name) for name in players]
     with progress_bar(unit="game") as progress:
         table = play_tournament(

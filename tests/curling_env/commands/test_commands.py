@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curling_env.ice import ActiveEffect, load_ice, save_ice
+from curling_env.ice import ActiveEffect, Ice, load_ice, save_ice
 from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import HOG_LINE_Y, PAPER_SHEET, TEE_Y, Direction
 from curling_env.throw import Release, Throw, read_releases, write_releases
@@ -87,6 +87,11 @@ def test_a_throw_on_ice_that_lacks_something_says_so(curling, tmp_path):
     assert result.json()["status"] == "rest"
     assert result.err.count("\n") == 1
     assert "lacks something" in result.err
+    friction = load_ice("paper").friction
+    bare = replace(friction, observed=np.zeros_like(friction.observed))
+    save_ice(Ice(friction=bare), tmp_path / "bare.json")
+    result = curling("throw", "--ice", tmp_path / "bare.json", "--speed", 1.5)
+    assert "no stone curls" in result.err
 
 
 @pytest.mark.parametrize(

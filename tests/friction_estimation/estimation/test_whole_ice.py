@@ -15,6 +15,8 @@ from curling_env.infrastructure.files.storage import write_table
 from curling_env.trajectory import read_tracks
 from friction_estimation.discovery.discover import discover
 from friction_estimation.discovery.report import document
+from friction_estimation.discovery.verdict import ONE_WAY
+from friction_estimation.estimation.estimate import SPINS_BY_BENDS
 from friction_estimation.estimation.whole_ice import estimate_ice
 
 
@@ -49,6 +51,8 @@ def test_three_throws_one_way_give_an_ice_that_curls(three_draws) -> None:
         assert abs(error) < 4 * effect.sigma[parameter] + 1e-4
     level = np.log(found.ice.friction.mu[found.ice.friction.observed]).mean()
     assert level == pytest.approx(np.log(numbers[MU]), abs=0.06)
+    assert ONE_WAY in found.remarks
+    assert SPINS_BY_BENDS not in found.remarks
 
 
 def test_without_headings_the_spin_is_believed(three_draws) -> None:
@@ -56,9 +60,12 @@ def test_without_headings_the_spin_is_believed(three_draws) -> None:
 
     tracks, _ = three_draws
     blind = [replace(track, theta=np.full(len(track), np.nan)) for track in tracks]
-    drag = estimate_ice(blind).ice.effect("spin_drag")
+    found = estimate_ice(blind)
+    drag = found.ice.effect("spin_drag")
     assert "rate" in drag.believed
     assert drag.sigma["rate"] > 0.7 * 0.006
+    assert SPINS_BY_BENDS in found.remarks
+    assert any("is believed, not measured: film more stones" in words for words in found.remarks)
 
 
 def test_a_map_and_curl_are_told_apart_and_both_sized(tmp_path) -> None:
