@@ -193,6 +193,9 @@ SIDE_SHIFTS = (*(-shift for shift in reversed(_SIDE_SHIFTS)), *_SIDE_SHIFTS)
 stones ran there may be a place that fits worse than either, where the map had taken a part."""
 PLACES_FITTED = 2
 """Most places of a side of a patch that are fitted: those that promise most."""
+SIDE_SIGMA = 1.0
+"""How far a side of a patch may lie from where it was placed, before it is fitted [m]: about a cell
+of the search for patches."""
 NARROWEST_PATCH = 0.15
 """Narrowest patch [m]: a stone's running band."""
 
@@ -283,5 +286,7 @@ MAP_SHARE = 0.9999
 """Part of the field's variance, where stones ran, that its patterns must hold."""
 MOST_MAP_PATTERNS = 120
 """Most patterns of a field."""
+ROUGH_MAP = 1.2
+"""Correlation length up to which a map may be the sides of a patch that was not found [m]."""
 BETTER_MAP = 1.0
 """Fall of −2 ln likelihood from which on a map of another length is taken."""

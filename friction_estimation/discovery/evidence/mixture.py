@@ -22,6 +22,9 @@ from friction_estimation.discovery.tuning import (
     USUAL_SPREAD,
 )
 
+NO_INFORMATION = 1e-100
+"""Of a parameter that no throw feels: its variance is huge, and still a number."""
+
 
 class Gaussian(NamedTuple):
     """The minimum of quadratics, as the Gaussian that they are −2 ln of.
@@ -97,7 +100,7 @@ def gaussian(totals: Floats) -> Gaussian:
     """
     inner, right = totals[..., :-1, :-1], totals[..., :-1, -1]
     diagonal = np.einsum("...jj->...j", inner)
-    scale = 1.0 / np.sqrt(np.maximum(diagonal, 1e-300))
+    scale = 1.0 / np.sqrt(np.maximum(diagonal, NO_INFORMATION))
     scaled = inner * scale[..., :, None] * scale[..., None, :]
     scaled = scaled + 1e-10 * np.eye(inner.shape[-1])
     inverse = np.linalg.inv(scaled)
@@ -114,7 +117,7 @@ def gaussian(totals: Floats) -> Gaussian:
 def levels_of(totals: Floats) -> Floats:
     """The level of the Gaussians of quadratics alone, (...); as of `gaussian`, but much faster."""
     diagonal = np.einsum("...jj->...j", totals[..., :-1, :-1])
-    scale = 1.0 / np.sqrt(np.maximum(diagonal, 1e-300))
+    scale = 1.0 / np.sqrt(np.maximum(diagonal, NO_INFORMATION))
     scaled = totals[..., :-1, :-1] * scale[..., :, None] * scale[..., None, :]
     root = np.linalg.cholesky(scaled + 1e-10 * np.eye(scaled.shape[-1]))
     right = np.linalg.solve(root, (scale * totals[..., :-1, -1])[..., None])[..., 0]

@@ -19,7 +19,7 @@ from friction_estimation.discovery.data.measurement import measurement_effects
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
 from friction_estimation.discovery.model.friction_field import FrictionField
-from friction_estimation.discovery.tuning import STILL_BELIEVED
+from friction_estimation.discovery.tuning import SIDE_SIGMA, STILL_BELIEVED
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,8 +87,18 @@ class Term:
         return replace(self, values={**self.values, **values})
 
     def freed(self, *names: str) -> Term:
-        """The same term with these parameters fitted as well."""
-        return replace(self, free=(*self.free, *(n for n in names if n not in self.free)))
+        """The same term with these parameters fitted as well.
+
+        The sides of an area lie near where the search placed them: where no stone ran nothing else
+        holds them.
+        """
+        more = tuple(name for name in names if name not in self.free)
+        sides = {
+            name: Belief(mean=self.values[name], sd=SIDE_SIGMA)
+            for name in more
+            if name in (self.card.search.area or ())
+        }
+        return replace(self, free=(*self.free, *more), beliefs={**self.beliefs, **sides})
 
     def effect(
         self,
@@ -101,6 +111,7 @@ class Term:
             name
             for name, belief in self.beliefs.items()
             if errors.get(name, 0.0) > STILL_BELIEVED * belief.sd
+            and name not in (self.card.search.area or ())
         )
         return ActiveEffect(
             name=self.name,

@@ -195,9 +195,9 @@ class Model:
         """The model with more terms."""
         return replace(self, terms=(*self.terms, *terms))
 
-    def without(self, label: str) -> Model:
-        """The model without one of its terms."""
-        return replace(self, terms=tuple(t for t in self.terms if t.label != label))
+    def without(self, *labels: str) -> Model:
+        """The model without some of its terms."""
+        return replace(self, terms=tuple(t for t in self.terms if t.label not in labels))
 
     def term(self, label: str) -> Term:
         """The term of that label."""

@@ -9,6 +9,7 @@ from curling_env.typing import Progress, no_progress
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.candidates import Term, candidates
 from friction_estimation.discovery.model.fit import SessionFit, fit, refit, releases_near
+from friction_estimation.discovery.model.friction_field import CARD
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.noise import SessionNoise, estimate_noise, outlying_rows
 from friction_estimation.discovery.model.sensitivity import sensitivities
@@ -25,6 +26,7 @@ from friction_estimation.discovery.tuning import (
     MOST_BETWEEN_THROWS_TRIALS,
     MOST_EFFECTS,
     MOST_TRIALS,
+    ROUGH_MAP,
 )
 
 FIRST_NOISE = SessionNoise(
@@ -159,7 +161,9 @@ def try_term(fitted: SessionFit, term: Term) -> Trial:
     elif later and fitted.deviance - trial.deviance > LEAST_LINEAR_GAIN:
         own = trial.model.term(term.label).freed(*later)
         shaped = refit(trial, trial.model.without(term.label).with_terms(own))
-        if trial.deviance - shaped.deviance > GAIN_PER_PARAMETER * len(later) * 0.5:
+        # Sides that were searched for are paid for: fitted, they have an error.
+        needed = 0.0 if searched else GAIN_PER_PARAMETER * len(later) * 0.5
+        if trial.deviance - shaped.deviance > needed:
             trial = shaped
             cost += 0 if searched else len(later)
     gain = fitted.deviance - trial.deviance
@@ -209,19 +213,24 @@ def select(base: SessionFit, *, progress: Progress = no_progress) -> Selection:
     progress : progress
     """
     present = base
+    kept = {term.label for term in base.model.terms}
     rounds: list[SelectionRound] = []
     for number in range(MOST_ADDITIONS + 1):
         progress("comparing candidates", number, MOST_ADDITIONS + 1)
         scores = score_candidates(present, candidates(present.session, present.model.terms))
         trials = best_trials(present, scores)
         good = [t for t in trials if t.gain > t.needed]
+        if not good and _has_rough_map(present, kept):
+            swapped = patch_before_map(present)
+            good = [swapped] if swapped and swapped.gain > swapped.needed else []
+            trials = [*good, *trials]
         unknown = number >= MOST_EFFECTS and not misfit_of(present).white
         if not good or unknown or number == MOST_ADDITIONS:
             rounds.append(SelectionRound(scores=scores, trials=trials, chosen=""))
             break
         rounds.append(SelectionRound(scores=scores, trials=trials, chosen=good[0].term.label))
         present = renew_map(refine(good[0].fit))
-        present = prune(present, {t.label for t in base.model.terms})
+        present = prune(present, kept)
         noise = estimate_noise(present.session, present.residuals, start=present.noise)
         present = replace(present, noise=noise)
         present = refit(present, present.model)
@@ -229,6 +238,13 @@ def select(base: SessionFit, *, progress: Progress = no_progress) -> Selection:
     return Selection(
         base=base, best=present, before=misfit_of(base), after=misfit_of(present), rounds=rounds
     )
+
+
+def _has_rough_map(fitted: SessionFit, kept: set[str]) -> bool:
+    """Whether a map that was added is as rough as the sides of a patch, and may be just that."""
+    field = fitted.model.map_field
+    given = kept & {CARD.name, *(patch.label for patch in _patches(fitted))}
+    return field is not None and field.length <= ROUGH_MAP and not given
 
 
 def refine(fitted: SessionFit) -> SessionFit:
@@ -284,12 +300,47 @@ def _without(fitted: SessionFit, term: Term) -> SessionFit:
     best = refit(fitted, fitted.model.without(term.label))
     if term.map_field is None:
         return best
-    for other in fitted.model.terms:
-        if other.card.search.area is None:
-            continue
-        bare = refit(best, best.model.without(other.label))
-        for patch in find_patches(bare):
-            if patch.name == other.name:
-                again = refine(try_term(bare, patch).fit)
+    for patch in _patches(fitted):
+        bare = refit(best, best.model.without(patch.label))
+        for sought in find_patches(bare):
+            if sought.name == patch.name:
+                again = refine(try_term(bare, sought).fit)
                 best = min(best, again, key=lambda fit: fit.deviance)
     return best
+
+
+def patch_before_map(fitted: SessionFit) -> Trial | None:
+    """A patch that is sought before the map, with the map that is then best beside it.
+
+    A map that came first has taken a part of the patch and is as rough as its sides. Beside such a
+    map a patch is too wide and too weak, or promises nothing, and no small step leads away from
+    there.
+
+    Parameters
+    ----------
+    fitted : fit of a model with a map, with or without a patch
+
+    Returns
+    -------
+    the best of them as a trial beside that fit; None where no patch promises anything
+    """
+    patches = _patches(fitted)
+    bare = refit(fitted, fitted.model.without(CARD.name, *(patch.label for patch in patches)))
+    best: Trial | None = None
+    for sought in find_patches(bare):
+        # Its sides stay sharp until there is a map: soft ones would copy that.
+        alone = try_term(bare, sought)
+        found = find_map(alone.fit)
+        if found is None:
+            continue
+        fit = renew_map(refine(try_term(alone.fit, found[0]).fit))
+        gain = fitted.deviance - fit.deviance
+        if best is None or gain > best.gain:
+            term, cost = fit.model.term(sought.label), 0 if patches else alone.cost
+            best = Trial(term=term, fit=fit, gain=gain, cost=cost)
+    return best
+
+
+def _patches(fitted: SessionFit) -> list[Term]:
+    """The terms of a fit that act within an area."""
+    return [term for term in fitted.model.terms if term.card.search.area is not None]

@@ -31,6 +31,17 @@ def test_a_quadratic_is_the_gaussian_of_least_squares():
     assert float(found.level) == pytest.approx(level, rel=1e-6)
 
 
+def test_of_what_no_throw_feels_the_error_is_huge_and_the_rest_as_it_was():
+    rng = np.random.default_rng(4)
+    whole = rng.normal(size=(20, 4))
+    whole[:, 1] = 0.0
+    felt, found = gaussian(whole[:, [0, 2, 3]].T @ whole[:, [0, 2, 3]]), gaussian(whole.T @ whole)
+    others = np.ix_([0, 2], [0, 2])
+    assert np.isfinite(found.covariance).all()
+    assert found.covariance[1, 1] > 1e50
+    assert found.covariance[others] == pytest.approx(felt.covariance, rel=1e-6)
+
+
 def test_levels_are_those_of_the_gaussians_for_many_at_once():
     rng = np.random.default_rng(3)
     wholes = rng.normal(size=(5, 20, 4)) * [1.0, 1e-3, 10.0, 1.0]

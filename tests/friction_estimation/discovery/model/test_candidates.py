@@ -117,3 +117,15 @@ def test_an_effect_of_the_measurement_that_a_user_registers_is_asked_for(tracks)
         assert "reflection" in labels(open_session(tracks))
     finally:
         unregister("reflection")
+
+
+def test_a_side_that_is_freed_stays_near_its_place_and_is_not_called_believed():
+    card = catalogue()["friction_patch"]
+    sides = {"x_min": -1.0, "x_max": 0.5, "y_min": 2.0, "y_max": 6.0}
+    term = Term(card=card, values=neutral_values(card, **sides), free=("factor",))
+    freed = term.freed("x_min", "edge")
+    assert freed.free == ("factor", "x_min", "edge")
+    assert set(freed.beliefs) == {"x_min"}
+    assert freed.beliefs["x_min"].mean == -1.0
+    # No stone ran there, so that its error is the one that was assumed.
+    assert freed.effect({"x_min": freed.beliefs["x_min"].sd}).believed == ()
