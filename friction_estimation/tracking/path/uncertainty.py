@@ -63,6 +63,7 @@ def systematic_sigma(
     edge_px = np.hypot(tuning.EDGE_ERROR_PX, tuning.SMALL_STONE_ERROR_PX / radius_px)
     edge_px = np.hypot(np.hypot(edge_px, loose_px), lag_px)
     variance += (edge_px[:, None] * metre) ** 2
+    variance += ((tuning.LOOK_ERROR_PX * model.radius / radius_px) ** 2)[:, None]
     if doubt is not None:
         variance += doubt.at(xy) ** 2
     least = tuning.LARGER_COORDINATE_SHARE * variance.max(axis=1)
