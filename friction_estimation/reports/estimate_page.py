@@ -21,6 +21,7 @@ from friction_estimation.reports.draw_weight import draw_facts
 from friction_estimation.reports.estimate_figures import paper_estimate, per_cent, write_pictures
 from friction_estimation.reports.html import facts, picture, table, write_page
 from friction_estimation.reports.throws_section import Notes, throws_section, write_measures
+from friction_estimation.tracks.plausible_friction import FRICTION_OF_ICE
 from friction_estimation.tracks.throw_list import NO_NOTES
 from friction_estimation.tracks.throw_table import throw_table
 
@@ -194,7 +195,7 @@ def row_table(found: Estimate) -> dict[str, ArrayLike]:
 
 def headline(found: Estimate) -> str:
     """The ice in one sentence."""
-    speed = "keen" if found.mu < 0.0075 else "heavy" if found.mu > 0.0095 else "of usual speed"
+    speed = _speed_in_words(found.mu)
     seen = found.ice.friction.observed
     if found.uniform or not seen.any():
         return f"This ice is {speed}: μ = {found.mu:.5f}."
@@ -204,6 +205,13 @@ def headline(found: Estimate) -> str:
         f"This ice is {speed}: μ = {found.mu:.5f}, and {per_cent(low / found.mu - 1)} to "
         f"{per_cent(high / found.mu - 1)} of that in 96 % of the cells that stones crossed."
     )
+
+
+def _speed_in_words(mu: float) -> str:
+    least, most = FRICTION_OF_ICE
+    if mu < least or mu > most:
+        return f"{'keener' if mu < least else 'heavier'} than any curling ice"
+    return "keen" if mu < 0.0075 else "heavy" if mu > 0.0095 else "of usual speed"
 
 
 def _facts(found: Estimate, units: Units) -> list[tuple[str, str]]:
