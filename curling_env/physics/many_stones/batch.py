@@ -36,6 +36,7 @@ from curling_env.physics.many_stones.tuning import MAX_COLLISIONS
 from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.one_stone.integrate import Delivery, Sampling, SlideEnd, integrate
 from curling_env.physics.one_stone.slide import edge_bounds
+from curling_env.physics.one_stone.slide_table import slide_table
 from curling_env.physics.one_stone.step import Workspace, new_workspace
 from curling_env.physics.one_stone.surroundings import NO_OBSTACLES, Limits
 from curling_env.physics.one_stone.tuning import MAX_TIME, QUICK_TOLERANCE
@@ -260,6 +261,7 @@ def _play_all(
     bounds: Any,
     position: PlayWorkspace,
     results: Any,
+    slides: Any,
 ) -> None:
     """Play each row; fill in `results`, arrays after, last, theta, time and collisions."""
     after, last, theta, time, collisions = results
@@ -279,7 +281,7 @@ def _play_all(
         identity[k] = row[_STONE]
         position.motion[ORDER] = row[_ORDER]
         delivery = Delivery(row[_CLOCK], row[_SWEEP], row[_SWEEP_END])
-        t, count = play(law, contact, position, k + 1, identity, delivery, bounds)
+        t, count = play(law, contact, position, k + 1, identity, delivery, bounds, slides)
         time[i] = t
         collisions[i] = -1 if count > MAX_COLLISIONS else count
         for s in range(k + 1):
@@ -300,8 +302,8 @@ class BatchEngine:
     ----------
     ice : the ice of all throws
     tolerance : how far the rest of a lone stone may be off on the roughest ice [m]
-    tabulated : whether the law is read from a table, for thousands of throws on one ice, see
-        `physics.law_table`
+    tabulated : whether the law, and on even ice whole slides, are read from a table, for thousands
+        of throws on one ice; see `physics.law_table` and `one_stone.slide_table`
 
     Raises
     ------
@@ -314,6 +316,7 @@ class BatchEngine:
         self.ice = ice
         self._settings = {"tolerance": tolerance, "tabulated": tabulated}
         self._law = compile_law(ice, tabulated=tabulated)
+        self._slides = slide_table(self._law) if tabulated else None
         self._contact = contact_law(ice.stone)
         self._workspaces: dict[int, PlayWorkspace] = {}
 
@@ -361,6 +364,7 @@ class BatchEngine:
                 limits,
                 self._workspace(k + 1, is_shared=workers > 1),
                 (after[part], last[part], theta[part], time[part], collisions[part]),
+                self._slides,
             )
 
         _share(play_some, n, workers)

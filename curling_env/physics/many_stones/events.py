@@ -38,6 +38,7 @@ from curling_env.physics.many_stones.tuning import (
 )
 from curling_env.physics.motion import MOTION_SIZE, STONE
 from curling_env.physics.one_stone.integrate import Delivery, Sampling, SlideEnd, integrate
+from curling_env.physics.one_stone.slide_table import slide_from_table
 from curling_env.physics.one_stone.step import Workspace, new_workspace
 from curling_env.physics.one_stone.surroundings import Limits, free_time, greatest_acceleration
 from curling_env.physics.one_stone.tuning import QUICK_TOLERANCE, StepControl, step_control
@@ -236,6 +237,7 @@ def play(
     identity: Any,
     delivery: Delivery,
     bounds: Any,
+    slides: Any,
 ) -> Any:
     """Let a throw among other stones run until all are at rest.
 
@@ -248,6 +250,7 @@ def play(
     identity : (count,) identifiers of the stones, for effects that depend on them
     delivery : clock, and sweep of the thrown stone
     bounds : (4,) x_min, x_max, y_min, y_max of centres [m]; a stone beyond is out of play
+    slides : the table of slides, see `slide_table`; None to follow each step by step
 
     Returns
     -------
@@ -292,9 +295,14 @@ def play(
             own = Delivery(delivery.clock, sweep_start, sweep_end)
             # Where only one stone moves, its path is not needed.
             path = position.paths[s] if moving > 1 else position.paths[s, :0]
-            end, at, _, length = integrate(
-                law, position.motion, own, limits, position.sampling, path, t, work
-            )
+            if slides is None:
+                end, at, _, length = integrate(
+                    law, position.motion, own, limits, position.sampling, path, t, work
+                )
+            else:
+                end, at, _, length = slide_from_table(
+                    slides, law, position.motion, own, limits, position.sampling, path, t, work
+                )
             if end == SlideEnd.NEVER_STOPS or length > position.paths.shape[1]:
                 return at, MAX_COLLISIONS + 1
             if length == 0:

@@ -173,7 +173,7 @@ def _sample(work: Workspace, n: int, times: Any, sampling: Sampling, count: int)
 
 
 @inlined
-def _append(path: Any, m: int, nodes: Any, k: int, t: float) -> int:
+def append_node(path: Any, m: int, nodes: Any, k: int, t: float) -> int:
     """Copy a node of the step that began at t to the path; returns the path's length then."""
     if path.shape[0] == 0:
         return 0
@@ -185,7 +185,7 @@ def _append(path: Any, m: int, nodes: Any, k: int, t: float) -> int:
 
 
 @inlined
-def _append_state(path: Any, m: int, state: Any, t: float, acceleration: Any) -> int:
+def append_state(path: Any, m: int, state: Any, t: float, acceleration: Any) -> int:
     """Add a state to the path; returns the path's length then."""
     if path.shape[0] == 0:
         return 0
@@ -266,7 +266,7 @@ def integrate(
             both = max(math.sqrt(speed * speed + rim * rim), MIN_SPEED)
             tail = both / max((speed * rate + rim * turn) / both, 1e-6)
             if length == 0:
-                length = _append_state(path, length, now, t, (ax, ay, at))
+                length = append_state(path, length, now, t, (ax, ay, at))
             way = _way_to_rest(speed, rate, tail)
             turning = _way_to_rest(rim, turn, tail)
             while count < sampling.rows.shape[0] and count * sampling.dt <= t + tail:
@@ -282,7 +282,7 @@ def integrate(
             now[State.THETA] += turning * spin
             now[State.VX] = now[State.VY] = now[State.OMEGA] = 0.0
             t += tail
-            length = _append_state(path, length, now, t, (0.0, 0.0, 0.0))
+            length = append_state(path, length, now, t, (0.0, 0.0, 0.0))
             # The last millimetres to rest are not watched.
             end = REST if room(now, limits.bounds) >= 0.0 else LEFT_BOUNDS
             break
@@ -357,7 +357,7 @@ def integrate(
             until = h if at_node < 0 else nodes[at_node, Node.T] + tau
             for k in range(n if at_node < 0 else at_node + 1):
                 if k > 0 or length == 0:
-                    length = _append(path, length, nodes, k, t)
+                    length = append_node(path, length, nodes, k, t)
             if at_node >= 0:
                 for k in range(6):
                     now[k] = work.probe[k]
@@ -372,7 +372,7 @@ def integrate(
                         a[Node.AY] + u * (b[Node.AY] - a[Node.AY]),
                         a[Node.ALPHA] + u * (b[Node.ALPHA] - a[Node.ALPHA]),
                     )
-                    length = _append_state(path, length, now, t, there)
+                    length = append_state(path, length, now, t, there)
                 end = CONTACT if contact else LEFT_BOUNDS
                 break
         # The error of a prediction grows with the fourth power of the step.
