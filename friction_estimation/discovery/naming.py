@@ -147,11 +147,19 @@ def _beside_unknown(
             or e.gain < left.excess
             or (not left.white and closes < LEAST_CLOSURE)
         ]
+    blind = not training.turns.any()
+    doubtful += [
+        term.label
+        for term in named.model.terms
+        # Where no heading was seen, the unknown may be curl, which pushes sideways too.
+        if term.at_a_limit or (blind and set(term.card.pushes) - {"along"})
+    ]
     if doubtful:
         # A proxy of the unknown must not be named: the rest is fitted without it.
         effects = [effect for effect in effects if effect.label not in doubtful]
         model = replace(
-            named.model, terms=tuple(t for t in named.model.terms if t.label not in doubtful)
+            named.model,
+            terms=tuple(t for t in named.model.terms if t.label in own or t.label not in doubtful),
         )
         named = refit(named, model)
         after = misfit_of(_without_pushes(named, training))

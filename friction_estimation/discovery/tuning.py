@@ -29,6 +29,8 @@ OUTLIER_DEVIATIONS = 4.5
 150 000."""
 LEAST_ROWS = 20
 """Rows below which a series is left as it is."""
+AT_LIMIT = 1e-6
+"""Part of the range of a parameter within which its value counts as the limit."""
 FEWEST_NOISE_ROWS = 8
 """Rows from which a raw series tells noise where no throw of the session has twice `LEAST_ROWS`."""
 LEAST_NOISE = (2e-4, 2e-4)

@@ -19,7 +19,7 @@ from friction_estimation.discovery.data.measurement import measurement_effects
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
 from friction_estimation.discovery.model.friction_field import FrictionField
-from friction_estimation.discovery.tuning import SIDE_SIGMA, STILL_BELIEVED
+from friction_estimation.discovery.tuning import AT_LIMIT, SIDE_SIGMA, STILL_BELIEVED
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,6 +81,17 @@ class Term:
     def wears_paths(self) -> bool:
         """Whether it acts where earlier stones ran."""
         return self.variant is not None and "runs over the same ice" in self.variant.needs
+
+    @property
+    def at_a_limit(self) -> bool:
+        """Whether a strength is as large as no ice has it: it has taken over something else."""
+        return any(
+            abs(self.values[p.name] - limit) <= AT_LIMIT * (p.high - p.low)
+            for p in self.card.parameters
+            if p.neutral is not None and p.name in self.free
+            for limit in (p.low, p.high)
+            if limit != p.neutral
+        )
 
     def with_values(self, **values: float) -> Term:
         """The same term with other values of some parameters."""

@@ -164,11 +164,14 @@ def fit(
     present: Point | None = None
     damping = 1.0
     for _ in range(iterations):
-        _, grams, reduced = linearise(model, session, noise, states, ln_factors)
-        if shared:
-            model = replace(model, spread=_likeliest_spread(model, reduced, ln_factors, spreads))
-        prior = prior_gram(model, reduced.shape[1] - 1)
-        here = _deviance(model, reduced, ln_factors, prior)
+        # Stones of a step too far may fly off until the numbers overflow; it is refused.
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            _, grams, reduced = linearise(model, session, noise, states, ln_factors)
+            if shared:
+                spread = _likeliest_spread(model, reduced, ln_factors, spreads)
+                model = replace(model, spread=spread)
+            prior = prior_gram(model, reduced.shape[1] - 1)
+            here = _deviance(model, reduced, ln_factors, prior)
         if present is not None and not here < present.deviance + 1e-6:
             damping *= 0.3
             # What is left to gain is no more than was lost, which does not count.
@@ -280,10 +283,14 @@ def _moved(grams: Floats, state_step: Floats, factor_step: Floats) -> Floats:
 
 
 def _deviance(model: Model, reduced: Floats, ln_factors: Floats, prior: Floats) -> float:
-    """The deviance at the present parameters, with releases and factors at their best."""
+    """The deviance at the present parameters, with releases and factors at their best.
+
+    It is infinite where the numbers overflow.
+    """
     grams, log_terms = eliminate_factor(reduced, ln_factors, model.spread)
     deviance = float(grams[:, -1, -1].sum() + log_terms.sum() + prior[-1, -1])
-    return deviance + integration_cost(model, grams.sum(axis=0))
+    deviance += integration_cost(model, grams.sum(axis=0))
+    return deviance if np.isfinite(deviance) else np.inf
 
 
 def _step(

@@ -45,3 +45,14 @@ def test_throws_that_scatter_more_than_those_on_one_ice_lack_something(make_sess
     found = discover(make_session([effect("curl", strength=0.005)], throws=10, scatter=0.03))
     assert [e.label for e in found.effects] == ["curl"]
     assert found.unknown
+
+
+def test_without_a_heading_nothing_that_pushes_sideways_is_named_beside_an_unknown(make_session):
+    """It may be curl, of which nothing can be said."""
+    tracks = [
+        replace(t, t=t.t[::7], xy=t.xy[::7], theta=np.nan * t.t[::7], swept=t.swept[::7])
+        for t in make_session([effect("curl", strength=0.008)], throws=8)
+    ]
+    found = discover(tracks)
+    assert found.unknown
+    assert not found.effects

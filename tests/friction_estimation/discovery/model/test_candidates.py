@@ -129,3 +129,14 @@ def test_a_side_that_is_freed_stays_near_its_place_and_is_not_called_believed():
     assert freed.beliefs["x_min"].mean == -1.0
     # No stone ran there, so that its error is the one that was assumed.
     assert freed.effect({"x_min": freed.beliefs["x_min"].sd}).believed == ()
+
+
+def test_a_strength_as_large_as_no_ice_has_it_is_at_a_limit():
+    card = catalogue()["slope"]
+    term = Term(card=card, values={"x": 1e-4, "y": -0.005}, free=("x", "y"))
+    assert term.at_a_limit
+    assert not term.with_values(y=-0.004).at_a_limit
+    assert not replace(term, free=("x",)).at_a_limit
+    drag = Term(card=catalogue()["air_drag"], values={"coefficient": 0.0}, free=("coefficient",))
+    assert not drag.at_a_limit
+    assert drag.with_values(coefficient=0.02).at_a_limit

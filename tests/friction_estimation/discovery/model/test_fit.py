@@ -13,6 +13,7 @@ from curling_env.sheet import Direction
 from curling_env.throw import Throw
 from friction_estimation.discovery.data.session import open_session
 from friction_estimation.discovery.evidence.intervals import standard_errors
+from friction_estimation.discovery.model import fit as fitting
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import Term, neutral_values
 from friction_estimation.discovery.model.fit import fit
@@ -120,3 +121,20 @@ def test_base_ice_is_scaled_to_the_throws(make_session):
     mu = fitted.model.improved_ice({}).friction.mu
     assert mu.shape == base.friction.mu.shape
     assert abs(mu[0, 0] / 0.009 - 1) < 0.01
+
+
+def test_a_step_after_which_the_numbers_overflow_is_refused(make_session, monkeypatch):
+    session = open_session(make_session(throws=3))
+    linearise, calls = fitting.linearise, []
+
+    def flying_off(*args):
+        calls.append(args)
+        predicted, grams, reduced = linearise(*args)
+        return predicted, grams, reduced if len(calls) == 1 else -1e250 * reduced
+
+    start = fit_with_noise(base_model(Ice.uniform(0.007), session), session)
+    monkeypatch.setattr(fitting, "linearise", flying_off)
+    found = fit(start.model, session, start.noise)
+    assert len(calls) > 1
+    assert np.isfinite(found.deviance)
+    assert np.isfinite(found.predicted).all()
