@@ -12,6 +12,7 @@ from friction_estimation.appearance.fit import Appearance, Channels, channels_of
 from friction_estimation.appearance.kernels.fit_kernels import robust_misfit
 from friction_estimation.appearance.model import PixelWindow, StoneModel, window_at
 from friction_estimation.appearance.painting import Planes, blurred, coloured, painted, shares
+from friction_estimation.appearance.shape import LIT, PARTS, SHADE, SIDE
 from friction_estimation.appearance.tuning import (
     COLOUR_NOISE_FACTOR,
     MARGIN_PX,
@@ -116,7 +117,7 @@ def trim(crop: Crop, look: Appearance) -> None:
         shadow=1.0,
         mirror=1.0,
     )
-    near = coverage(crop, replace(look, model=reach))[0].sum(axis=1) > 0
+    near = coverage(crop, replace(look, model=reach))[0, :, : SHADE + 1].sum(axis=1) > 0
     if near.any():
         window = crop.window
         within = np.zeros(window.shape, dtype=bool)
@@ -134,11 +135,20 @@ def coverage(crop: Crop, look: Appearance) -> Planes:
 
 def composite(cover: Planes, behind: Floats, colours: Floats) -> Floats:
     """The picture (n, 3) of a stone with these colours over the ice; see `coverage` for `cover`."""
-    per_channel = cover[[0, 1, 1]]  # brightness is sharp, both colour differences are not
-    parts = per_channel[:, :, :-1]
-    bare = 1 - parts.sum(axis=2).T
-    bare[:, 0] -= per_channel[0, :, -1]  # a shadow takes light, not colour
-    return behind * bare + np.einsum("cnk,kc->nc", parts, colours)
+    bare = 1 - cover[[0, 1, 1], :, : len(PARTS)].sum(axis=2).T
+    bare[:, 0] -= cover[0, :, SHADE]  # a shadow takes light, not colour
+    own = [light_of_parts(cover, channel) @ colours[:, channel] for channel in range(3)]
+    return behind * bare + np.column_stack(own)
+
+
+def light_of_parts(cover: Planes, channel: int) -> Planes:
+    """How much each part's colour adds to a pixel of a channel, (n, 5)."""
+    # Brightness is sharp, both colour differences are not.
+    parts = cover[min(channel, 1), :, : len(PARTS)]
+    if channel == 0:
+        parts = parts.copy()
+        parts[:, SIDE] += cover[0, :, LIT]
+    return parts
 
 
 def painted_planes(crop: Crop, look: Appearance) -> Planes:
@@ -190,7 +200,7 @@ def residual_noise(crops: Sequence[Crop], look: Appearance) -> Floats:
     for crop in crops:
         cover = coverage(crop, look)
         residual = crop.pixels - composite(cover, crop.background, look.colours)
-        left.append(residual[cover[0, :, :-1].sum(axis=1) > MIN_STONE_SHARE])
+        left.append(residual[cover[0, :, : len(PARTS)].sum(axis=1) > MIN_STONE_SHARE])
     spread = np.median(np.abs(np.concatenate(left)), axis=0)
     noise = np.maximum(1.4826 * spread, MIN_NOISE)
     return noise * np.array([1.0, COLOUR_NOISE_FACTOR, COLOUR_NOISE_FACTOR])

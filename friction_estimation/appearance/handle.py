@@ -22,6 +22,7 @@ from friction_estimation.appearance.crops import (
 from friction_estimation.appearance.fit import Appearance, Channels
 from friction_estimation.appearance.occlusion import PosedStone, set_among
 from friction_estimation.appearance.painting import turn_handle
+from friction_estimation.appearance.shape import PARTS
 from friction_estimation.appearance.tuning import (
     HANDLE_COLLARS,
     HANDLE_RISES,
@@ -161,7 +162,7 @@ def heading_costs(
     if hidden.any():
         body = replace(look, has_handle=False)
         cover = coverage(found[0], body)
-        share = cover[0, :, :-1].sum(axis=1)
+        share = cover[0, :, : len(PARTS)].sum(axis=1)
         if share[hidden].sum() > MAX_HIDDEN_HEADING * share.sum():
             return None
         shown = composite(cover, found[0].background, look.colours)

@@ -18,6 +18,7 @@ from friction_estimation.appearance.crops import (
     composite,
     coverage,
     fit_pose,
+    light_of_parts,
     residual_noise,
     robust_weights,
     total_misfit,
@@ -203,7 +204,9 @@ def adapt_appearance(
 def _body_colour(crops: Sequence[Crop], model: StoneModel) -> Floats:
     black = np.zeros((len(PARTS), 3))
     look = Appearance(model=model, colours=black, noise=np.ones(3), has_handle=False)
-    covered = np.concatenate([coverage(crop, look)[0, :, :-1].sum(axis=1) for crop in crops])
+    covered = np.concatenate(
+        [coverage(crop, look)[0, :, : len(PARTS)].sum(axis=1) for crop in crops]
+    )
     pixels = np.concatenate([crop.pixels for crop in crops])
     # A stone of a few pixels fills none of them.
     return np.median(pixels[covered > 0.9 * min(covered.max(), 1.0)], axis=0)
@@ -220,8 +223,8 @@ def colours_of(crops: Sequence[Crop], look: Appearance) -> Floats:
         for crop, cover in zip(crops, covers, strict=True):
             residual = crop.pixels - composite(cover, crop.background, colours)
             weight = robust_weights(residual, look.noise)
-            for channel, blur in enumerate((0, 1, 1)):
-                share = cover[blur, :, :active]
+            for channel in range(3):
+                share = light_of_parts(cover, channel)[:, :active]
                 rest = composite(cover, crop.background, np.zeros_like(colours))[:, channel]
                 target = crop.pixels[:, channel] - rest
                 normal[channel] += (share * weight[:, None]).T @ share

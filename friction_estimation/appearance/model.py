@@ -54,6 +54,8 @@ class StoneModel:
     mirror : strength of the stone's mirror image, relative to that in smooth ice
     neck_length : length along the heading of the post that carries the handle's back end [m]
     collar_radius, collar_rise : radius and height of the handle's round base on the flat top [m]
+    light_x, light_y : how much brighter the side is that faces along x and y, as a share of the
+        side's brightness
     """
 
     radius: float
@@ -82,9 +84,11 @@ class StoneModel:
     collar_rise: float = 0.008
     foot_roundness: float = 2.0
     neck_length: float = 0.02
+    light_x: float = 0.0
+    light_y: float = 0.0
 
     def shape(self) -> Floats:
-        """The parameters in the order of `SHAPE_PARAMETERS`, (26,)."""
+        """The parameters in the order of `SHAPE_PARAMETERS`, (28,)."""
         return self._shape.copy()
 
     @cached_property

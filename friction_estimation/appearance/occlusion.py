@@ -11,6 +11,7 @@ from curling_env.typing import Flags, Floats
 from friction_estimation.appearance.crops import Crop, composite, coverage
 from friction_estimation.appearance.fit import Appearance, Channels, StoneFit, cut_out, fit_window
 from friction_estimation.appearance.model import PixelWindow
+from friction_estimation.appearance.shape import PARTS
 from friction_estimation.appearance.tuning import (
     FILL_ROUNDS,
     HIDDEN_SHARE,
@@ -68,7 +69,7 @@ def measure_occluded(
     behind = own.background
     if not hidden.any():
         return fit_window(picture, behind, window, camera, appearance, start)
-    body = coverage(own, appearance)[0, :, :-1].sum(axis=1)
+    body = coverage(own, appearance)[0, :, : len(PARTS)].sum(axis=1)
     if body[hidden].sum() > MAX_HIDDEN * body.sum():
         return None
     fit: StoneFit | None = None
@@ -100,7 +101,7 @@ def set_among(crop: Crop, others: Sequence[PosedStone], camera: Camera) -> Flags
                 composite(cover, crop.background, other.look.colours)
             )
         if _distance(camera, other.pose) < distance:
-            hidden |= cover[0, :, :-1].sum(axis=1) > HIDDEN_SHARE
+            hidden |= cover[0, :, : len(PARTS)].sum(axis=1) > HIDDEN_SHARE
     return hidden
 
 

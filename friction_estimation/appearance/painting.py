@@ -14,7 +14,19 @@ from friction_estimation.appearance.kernels.paint_kernels import (
 )
 from friction_estimation.appearance.kernels.picture_kernels import blur, colour_planes
 from friction_estimation.appearance.model import PixelWindow
-from friction_estimation.appearance.shape import BLUR_PX, COLOUR_BLUR_PX, FINE, HANDLE, PLANES
+from friction_estimation.appearance.shape import (
+    BEVEL,
+    BLUR_PX,
+    COLOUR_BLUR_PX,
+    FINE,
+    FOOT,
+    HANDLE,
+    LIT,
+    PLANES,
+    SHADE,
+    SIDE,
+    TOP,
+)
 
 Planes = NDArray[np.float32]
 """Painted planes; single precision suffices for their accuracy of a tenth of a grey level."""
@@ -24,11 +36,11 @@ SHARP, SOFT = slice(0, 2), slice(2, 5)
 
 
 def painted(window: PixelWindow, shape: Floats, pose: Floats, *, with_handle: bool) -> Planes:
-    """A painted stone: its planes in fine pixels (`shape.PLANES`), (6, rows·FINE, columns·FINE).
+    """A painted stone: its planes in fine pixels (`shape.PLANES`), (7, rows·FINE, columns·FINE).
 
     Parameters
     ----------
-    shape : (26,) see `SHAPE_PARAMETERS`
+    shape : (28,) see `SHAPE_PARAMETERS`
     pose : (3,) x, y [m] and theta [rad]
     """
     rows, columns = window.shape
@@ -113,11 +125,12 @@ def shares(window: PixelWindow, shape: Floats, pose: Floats, *, with_handle: boo
 
     Returns
     -------
-    (2, rows·columns, 6) first as brightness is blurred, then as colour is; the lost light last
+    (2, rows·columns, 7) first as brightness is blurred, then as colour is: the parts, the light
+    that the ice loses, and the light from one side
     """
     rows, columns = window.shape
     planes = painted(window, shape, pose, with_handle=with_handle)
-    planes[[0, 1, 2, 3, 5]] *= 1 - planes[HANDLE]
+    planes[[FOOT, SIDE, BEVEL, TOP, SHADE, LIT]] *= 1 - planes[HANDLE]
     out = np.empty((2, rows * columns, PLANES), dtype=np.float32)
     seen = np.empty((PLANES, 3, rows, columns), dtype=np.float32)
     for channel, parameter in enumerate((BLUR_PX, COLOUR_BLUR_PX)):

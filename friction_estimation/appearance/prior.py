@@ -36,6 +36,8 @@ SHAPE_SPREAD = {
     "collar_rise": 0.006,
     "foot_roundness": 0.7,
     "neck_length": 0.015,
+    "light_x": 0.2,
+    "light_y": 0.2,
 }
 """Prior standard deviation of each shape parameter about its typical value (units of `StoneModel`).
 
@@ -64,6 +66,8 @@ SHAPE_BOUNDS = {
     "collar_rise": (0.0, 0.03),
     "foot_roundness": (1.0, 4.0),
     "neck_length": (0.0, 0.06),
+    "light_x": (-0.8, 0.8),
+    "light_y": (-0.8, 0.8),
 }
 """Least and greatest value of the shape parameters; the others are unbounded."""
 HANDLE_PREFIXES = ("handle", "collar", "neck")

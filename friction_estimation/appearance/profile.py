@@ -33,8 +33,10 @@ from friction_estimation.appearance.shape import (
     BLUR_PX,
     COLOUR_BLUR_PX,
     HANDLE,
+    LIT,
     PARTS,
     SHAPE_PARAMETERS,
+    SIDE,
 )
 from friction_estimation.appearance.tuning import (
     ALIKE_IN_FIT,
@@ -262,11 +264,14 @@ def _linearised(
         np.multiply(other - picture, 1 / (step * noise), out=jacobian[p])
     visible = planes * (1 - planes[HANDLE])
     visible[HANDLE] = planes[HANDLE]
+    lit = visible[:parts].copy()
+    lit[SIDE] += visible[LIT]  # light changes brightness, not colour
     of_parts = np.empty((parts, 3, rows, columns), dtype=np.float32)
     for channel in range(3):
         if channel < 2:
             sigma = shape[BLUR_PX if channel == 0 else COLOUR_BLUR_PX]
-            blur(visible[:parts], rows, columns, sigma, 0.0, 0.0, False, of_parts)
+            own = lit if channel == 0 else visible[:parts]
+            blur(own, rows, columns, sigma, 0.0, 0.0, False, of_parts)
         at = len(index) + 3 * np.arange(parts) + channel
         jacobian[at, channel] = of_parts[:, 0] / noise[channel]
     # A small movement of the stone only shifts its picture.

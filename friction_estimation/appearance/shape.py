@@ -4,9 +4,10 @@ from __future__ import annotations
 
 PARTS = ("foot", "side", "bevel", "top", "handle")
 """The parts of a stone that have a colour of their own, from the ice up."""
-FOOT, SIDE, BEVEL, TOP, HANDLE, SHADE = range(6)
-"""Planes of a painted stone: the share of each part, and the light that the ice loses."""
-PLANES = 6
+FOOT, SIDE, BEVEL, TOP, HANDLE, SHADE, LIT = range(7)
+"""Planes of a painted stone: the share of each part, the light that the ice loses, and the light
+that the stone has from one side, in units of its side's brightness."""
+PLANES = 7
 
 SHAPE_PARAMETERS = (
     "radius",
@@ -35,6 +36,8 @@ SHAPE_PARAMETERS = (
     "collar_rise",
     "foot_roundness",
     "neck_length",
+    "light_x",
+    "light_y",
 )
 """Names of the parameters of `StoneModel`, which explains them."""
 
@@ -65,6 +68,8 @@ SHAPE_PARAMETERS = (
     COLLAR_RISE,
     FOOT_ROUNDNESS,
     NECK_LENGTH,
+    LIGHT_X,
+    LIGHT_Y,
 ) = range(len(SHAPE_PARAMETERS))
 """Place of each parameter."""
 

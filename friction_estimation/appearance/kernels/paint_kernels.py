@@ -30,6 +30,9 @@ from friction_estimation.appearance.shape import (
     HANDLE_RISE,
     HANDLE_WIDTH,
     HEIGHT,
+    LIGHT_X,
+    LIGHT_Y,
+    LIT,
     MIRROR,
     NECK_LENGTH,
     RADIUS,
@@ -68,7 +71,7 @@ def _outline(shape, nodes, turned):
 
     Parameters
     ----------
-    shape : (26,) see `shape.SHAPE_PARAMETERS`
+    shape : (28,) see `shape.SHAPE_PARAMETERS`
     nodes : (NODES, 2) height and radius of the circles that bound its cones [m]
     turned : (NODES,) how far each cone is turned from upright, 0 to 1 within foot and bevel
     """
@@ -117,10 +120,10 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
     Parameters
     ----------
     x, y : place of the stone, sheet frame [m]
-    shape : (26,) see `shape.SHAPE_PARAMETERS`
+    shape : (28,) see `shape.SHAPE_PARAMETERS`
     ray_xy, ray_slope, scale, rows, columns : rays and size of a `PixelWindow`
-    planes : (6, rows·FINE, columns·FINE), of which foot, side, bevel and top are filled. The
-        body's mirror image in the ice counts as foot and side
+    planes : (7, rows·FINE, columns·FINE), of which foot, side, bevel, top and light from one
+        side are filled. The body's mirror image in the ice counts as foot and side
     """
     radius, height = shape[RADIUS], shape[HEIGHT]
     nodes, turned, slopes = np.empty((NODES, 2)), np.zeros(NODES), np.zeros(NODES)
@@ -133,6 +136,7 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
     top_z, top_r = nodes[NODES - 1, 0], nodes[NODES - 1, 1]
     surely_top = max(top_r - 2 * widest, 0.0)
     values = np.empty(NODES)
+    aslant = shape[LIGHT_X] != 0.0 or shape[LIGHT_Y] != 0.0
     for row in range(rows):
         below = min(row, rows - 2)
         for column in range(columns):
@@ -155,6 +159,7 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
                         planes[SIDE, i0 + m, j0 + n] = 0.0
                         planes[BEVEL, i0 + m, j0 + n] = 0.0
                         planes[TOP, i0 + m, j0 + n] = whole
+                        planes[LIT, i0 + m, j0 + n] = 0.0
                 continue
             for m in range(FINE):
                 down = row + (m + 0.5) / FINE - 0.5 - below
@@ -168,14 +173,15 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
                     c0, c1 = fx * fx + fy * fy, fx * lx + fy * ly
                     for k in range(TOP + 1):
                         planes[k, i, j] = 0.0
+                    planes[LIT, i, j] = 0.0
                     # Where the ray comes nearest to the stone's axis, within its height.
                     z = min(max(-c1 / (c2 + 1e-12), 0.0), height)
-                    cover, seen = 0.0, -1
+                    cover, seen, z_nearest = 0.0, -1, 0.0
                     if c0 + z * (2 * c1 + z * c2) < reach * reach:
                         for k in range(NODES):
                             z, r = nodes[k, 0], nodes[k, 1]
                             values[k] = c0 + z * (2 * c1 + z * c2) - r * r
-                        nearest, z_nearest, r_nearest, strip = 1e18, 0.0, 1.0, 0
+                        nearest, r_nearest, strip = 1e18, 1.0, 0
                         seen = NODES - 1 if values[NODES - 1] <= 0 else -1
                         for k in range(NODES - 2, -1, -1):
                             rise = nodes[k + 1, 0] - nodes[k, 0]
@@ -213,6 +219,21 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
                         rounded = BEVEL if strip > FOOT_STRIPS else FOOT
                         planes[rounded, i, j] = side * turned[strip]
                         planes[SIDE, i, j] = side * (1 - turned[strip])
+                        if aslant and side > 0.0:
+                            # Where the ray meets the cone that is seen, from above.
+                            z = z_nearest
+                            upper, slope = nodes[strip + 1, 0], slopes[strip]
+                            second = c2 - slope * slope
+                            rise = upper - nodes[strip, 0]
+                            if values[strip + 1] > 0.0 and rise > 1e-9:
+                                first = c1 + c2 * upper - slope * nodes[strip + 1, 1]
+                                root = first * first - second * values[strip + 1]
+                                if root > 0.0 and first + math.sqrt(root) > 1e-12:
+                                    z = upper - values[strip + 1] / (first + math.sqrt(root))
+                            dx, dy = fx + z * lx, fy + z * ly
+                            rho = math.sqrt(dx * dx + dy * dy) * math.sqrt(1.0 + slope * slope)
+                            towards = shape[LIGHT_X] * dx + shape[LIGHT_Y] * dy
+                            planes[LIT, i, j] = side * towards / (rho + 1e-9)
                     if cover < 1 and shape[MIRROR] > 0.0:
                         z = min(max(c1 / (c2 + 1e-12), 0.0), height)
                         if c0 - z * (2 * c1 - z * c2) < (reach + 2 * widest) ** 2:

@@ -11,6 +11,7 @@ from friction_estimation.appearance.shape import (
     BEVEL,
     FINE,
     FOOT,
+    LIT,
     SHADE,
     SIDE,
     SUMS_IN_ANY_ORDER,
@@ -47,7 +48,7 @@ def colour_planes(planes, handle, colours, coloured):
 
     Parameters
     ----------
-    planes : (6, height, width) planes that `paint_body` and `paint_shade` fill
+    planes : (7, height, width) planes that `paint_body` and `paint_shade` fill
     handle : (height, width) plane that `paint_handle` fills
     colours : (5, 3) colours of the parts
     coloured : (5, height, width), filled: the stone's brightness; the share of the ice's brightness
@@ -71,6 +72,10 @@ def colour_planes(planes, handle, colours, coloured):
             for j in range(handle.shape[1]):
                 own = foot[j] * a + side[j] * b + bevel[j] * c + top[j] * d
                 out[j] = (one - grip[j]) * own + grip[j] * e
+        # Light changes brightness, not colour.
+        luma, b = coloured[0, i], colours[1, 0]
+        for j in range(handle.shape[1]):
+            luma[j] += (one - grip[j]) * planes[LIT, i, j] * b
 
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)

@@ -12,6 +12,7 @@ from friction_estimation.appearance import Appearance, Crop, StoneModel, learn_a
 from friction_estimation.appearance.fit import fit_stone
 from friction_estimation.appearance.model import window_at
 from friction_estimation.appearance.painting import shares
+from friction_estimation.appearance.shape import LIT, PARTS, SIDE
 from friction_estimation.camera.camera import Camera
 
 CAMERA = Camera.looking_at(
@@ -38,7 +39,7 @@ ICE, SAMPLES, SLICES = 222.0, 8, 120
 
 
 def slices():
-    """Height, radius and brightness of thin discs from the ice to the top."""
+    """Height, radius, brightness and uprightness of thin discs from the ice to the top."""
     m, angle = MODEL, np.linspace(0, np.pi / 2, SLICES)
     foot_z = m.foot_height * (1 - np.cos(angle) ** (2 / m.foot_roundness))
     foot_r = m.radius - m.foot_inset * (1 - np.sin(angle) ** (2 / m.foot_roundness))
@@ -51,10 +52,12 @@ def slices():
     own = np.repeat([GREY[0], GREY[1], GREY[2]], SLICES)
     grey = GREY[1] + lying * (own - GREY[1])
     grey[-1] = GREY[3]
-    return z, r, grey
+    upright = np.sqrt(np.maximum(1 - lying**2, 0))
+    upright[-1] = 0.0
+    return z, r, grey, upright
 
 
-def drawn(window, xy):
+def drawn(window, xy, light=(0.0, 0.0)):
     rows, columns = window.shape
     u = (np.arange(columns * SAMPLES) + 0.5) / SAMPLES - 0.5 + window.origin_px[0]
     v = (np.arange(rows * SAMPLES) + 0.5) / SAMPLES - 0.5 + window.origin_px[1]
@@ -62,8 +65,12 @@ def drawn(window, xy):
     foot = CAMERA.on_plane(px, 0.0)
     lean = CAMERA.on_plane(px, 1.0) - foot
     picture = np.full(len(px), ICE)
-    for z, r, grey in zip(*slices(), strict=True):
-        picture[np.hypot(*(foot + z * lean - xy).T) <= r] = grey
+    for z, r, grey, upright in zip(*slices(), strict=True):
+        from_axis = foot + z * lean - xy
+        away = np.hypot(*from_axis.T)
+        seen = away <= r
+        lit = upright * GREY[1] * (from_axis[seen] @ light) / (away[seen] + 1e-9)
+        picture[seen] = grey + lit
     fine = picture.reshape(rows * SAMPLES, columns * SAMPLES)
     fine = gaussian_filter(fine, MODEL.blur_px * SAMPLES, mode="nearest")
     near = fine.reshape(rows, SAMPLES, columns, SAMPLES)
@@ -128,16 +135,33 @@ def test_what_is_learnt_does_not_depend_on_rounding(film_of_a_stone):
 def test_a_low_view_is_painted_to_a_grey_level(scene):
     xy, window, truth = scene
     out = shares(window, MODEL.shape(), np.array([*xy, 0.0]), with_handle=False)
-    painted = out[0, :, :-1] @ GREY + ICE * (1 - out[0].sum(axis=1))
+    painted = out[0, :, : len(PARTS)] @ GREY + ICE * (1 - out[0].sum(axis=1))
     assert np.abs(painted - truth).max() < 6.0
     assert np.sqrt(np.mean((painted - truth) ** 2)) < 0.8
 
 
+def test_light_from_one_side_is_painted_and_does_not_move_the_stone(scene):
+    xy, window, _ = scene
+    light = (0.3, -0.2)
+    truth, lit = drawn(window, xy, light), replace(MODEL, light_x=light[0], light_y=light[1])
+    out = shares(window, lit.shape(), np.array([*xy, 0.0]), with_handle=False)[0]
+    parts = out[:, : len(PARTS)]
+    painted = parts @ GREY + ICE * (1 - parts.sum(axis=1) - out[:, len(PARTS)])
+    painted += GREY[SIDE] * out[:, LIT]
+    assert np.ptp(GREY[SIDE] * out[:, LIT]) > 20
+    assert np.sqrt(np.mean((painted - truth) ** 2)) < 0.8
+    assert_placed(lit, truth, window, xy)
+
+
 def test_a_known_stone_is_placed_to_a_millimetre_in_a_low_view(scene):
     xy, window, truth = scene
+    assert_placed(MODEL, truth, window, xy)
+
+
+def assert_placed(model, truth, window, xy):
     colours = np.column_stack([GREY, np.zeros((5, 2))])
     look = Appearance(
-        model=MODEL, colours=colours, noise=np.array([2.0, 50.0, 50.0]), has_handle=False
+        model=model, colours=colours, noise=np.array([2.0, 50.0, 50.0]), has_handle=False
     )
     plain = np.zeros((len(truth), 2))
     picture = np.column_stack([truth, plain])
