@@ -45,7 +45,8 @@ def dataclass_from(kind: type[Kind], name: str, given: Any) -> Kind:
     if isinstance(given, kind):
         return given
     known = {field.name: field for field in fields(cast("Any", kind))}
-    accepted = f"a {kind.__name__} or a mapping of {', '.join(known)}"
+    article = "an" if kind.__name__[0] in "AEIOU" else "a"
+    accepted = f"{article} {kind.__name__} or a mapping of {', '.join(known)}"
     if not isinstance(given, Mapping):
         raise InputError(f"{name} must be {accepted}, got {brief(given)}")
     mapping = cast("Mapping[Any, Any]", given)
@@ -59,6 +60,9 @@ def dataclass_from(kind: type[Kind], name: str, given: Any) -> Kind:
     ]
     if missing:
         raise InputError(f"{name} lacks {missing[0]!r}; it must be {accepted}")
+    for key, value in mapping.items():
+        if isinstance(value, bool) and known[key].type in ("float", "int"):
+            raise InputError(f"{key} of {name} must be a number, got {value}")
     values: dict[str, Any] = {
         str(key): tuple(cast("list[Any]", value)) if isinstance(value, list) else value
         for key, value in mapping.items()

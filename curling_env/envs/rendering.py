@@ -28,6 +28,11 @@ def check_render_mode(render_mode: str | None) -> None:
         )
 
 
+def signed(value: float, unit: str) -> str:
+    """A number of the panel with its sign and unit: ``−2.86°``."""
+    return f"{value:+.2f}{unit}".replace("-", "−")
+
+
 class EnvRenderer:
     """Draws the sheet of an environment, and shows it in a window if asked to.
 

@@ -265,7 +265,8 @@ class CurlingEndEnv(gymnasium.Env[Any, Singles]):
         InputError : a power play that these rules do not allow, or a state to go on from that is
             none of this environment
         """
-        hammer = one_of("hammer", asked.get("hammer") or self._hammer, HAMMERS)
+        wanted = asked.get("hammer")
+        hammer = one_of("hammer", self._hammer if wanted is None else wanted, HAMMERS)
         state, power_play = asked.get("state"), asked.get("power_play")
         if power_play is not None:
             one_of("power_play", power_play, ("left", "right"))

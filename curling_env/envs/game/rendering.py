@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from curling_env.envs.rendering import FPS, EnvRenderer
+from curling_env.envs.rendering import FPS, EnvRenderer, signed
 from curling_env.game import GameState, PlayedShot
 from curling_env.game.rules import Game, count
 from curling_env.game.rules.delivery import Fault
@@ -58,10 +58,10 @@ def facts_of(game: Game, shot: PlayedShot | None) -> list[tuple[str, str]]:
         facts.append(("This end", "blank" if home == away else f"{home} : {away}"))
     if shot is not None:
         facts += [
-            ("Last stone", shot.team.label),
+            ("Thrown by", shot.team.label),
             ("Speed", f"{shot.thrown.speed:.2f} m/s"),
-            ("Line", f"{np.degrees(shot.thrown.angle):+.2f}°"),
-            ("Spin", f"{shot.thrown.spin:+.2f} rad/s"),
+            ("Line", signed(np.degrees(shot.thrown.angle), "°")),
+            ("Spin", signed(shot.thrown.spin, " rad/s")),
         ]
     return facts
 

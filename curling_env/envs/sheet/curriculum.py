@@ -15,6 +15,7 @@ import gymnasium
 import numpy as np
 from gymnasium.vector import VectorEnv, VectorWrapper
 
+from curling_env.envs.options import whole_number
 from curling_env.envs.sheet.env import CurlingSheetEnv
 from curling_env.envs.sheet.vector_env import CurlingSheetVectorEnv
 from curling_env.errors import InputError
@@ -44,10 +45,9 @@ class Curriculum:
     easier: float = 0.3
 
     def __post_init__(self) -> None:
-        if not (0 <= self.start <= 1 and 0 < self.step <= 1 and self.window >= 1):
-            raise InputError(
-                f"start and step must lie within 0 and 1, and window must be at least 1: {self}"
-            )
+        whole_number("window", self.window, least=1)
+        if not (0 <= self.start <= 1 and 0 < self.step <= 1):
+            raise InputError(f"start and step must lie within 0 and 1: {self}")
         if not 0 <= self.easier < self.harder <= 1:
             raise InputError(f"easier must lie below harder, both within 0 and 1: {self}")
 

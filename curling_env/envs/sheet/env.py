@@ -31,6 +31,7 @@ from curling_env.envs.sheet.reset import (
     ResetDistribution,
     StonesOption,
     TargetOption,
+    check_level_counts,
     reset_distribution,
 )
 from curling_env.envs.sheet.reward import Landing, RewardWeights, judge
@@ -140,6 +141,7 @@ class CurlingSheetEnv(gymnasium.Env[Singles, Singles]):
             "level": level,
         }
         self._distribution = reset_distribution(self._options, self.ice, self.task)
+        check_level_counts(self._options)
         resting = self._distribution.stone_count
         self.observation = SheetObservation(slots=resting + throws, width=self.ice.sheet.width)
         self.weights = self.task.weights

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from curling_env.envs.rendering import FPS, EnvRenderer
+from curling_env.envs.rendering import FPS, EnvRenderer, signed
 from curling_env.envs.sheet.reset import FIRST_OWN_STONE
 from curling_env.ice import Ice
 from curling_env.physics.many_stones.engine import Outcome, Status, StoneState
@@ -91,8 +91,8 @@ class Shown:
             throw, outcome = self.last.throw, self.last.outcome
             facts = [
                 ("Speed", f"{throw.speed:.2f} m/s"),
-                ("Line", _signed(np.degrees(throw.angle), "°")),
-                ("Spin", _signed(throw.spin, " rad/s")),
+                ("Line", signed(np.degrees(throw.angle), "°")),
+                ("Spin", signed(throw.spin, " rad/s")),
             ]
             came_of_it = [
                 ("Time", f"{outcome.time:.1f} s"),
@@ -152,10 +152,6 @@ class SheetEnvRenderer(EnvRenderer):
         window = self.window()
         for frame in self.frames(shown, PLAYBACK_SPEED):
             window.show(frame)
-
-
-def _signed(value: float, unit: str) -> str:
-    return f"{value:+.2f}{unit}".replace("-", "−")
 
 
 def _handle_colour(stone: int) -> Colour:

@@ -174,6 +174,22 @@ def reset_distribution(options: Mapping[str, Any], ice: Ice, task: Task) -> Rese
     )
 
 
+def check_level_counts(options: Mapping[str, Any]) -> None:
+    """Refuse a level where target and stones already say how every episode begins.
+
+    Raises
+    ------
+    InputError : it does so
+    """
+    target, stones = options["target"], options["stones"]
+    given = target is not None and not isinstance(target, str)
+    if options["level"] is not None and given and not (is_whole_number(stones) and stones):
+        raise InputError(
+            "a level says how far the target spreads and how many stones lie; with a target and no "
+            "number of stones it has no meaning"
+        )
+
+
 def _direction(direction: Any) -> Direction | None:
     if isinstance(direction, Direction):
         return direction

@@ -34,6 +34,8 @@ def test_a_curriculum_rises_with_success_and_falls_without():
     assert progress.update([False] * 200) == 0.0
     with pytest.raises(InputError, match="easier"):
         Curriculum(harder=0.2)
+    with pytest.raises(InputError, match="window must be a whole number"):
+        Curriculum(window=1.5)
 
 
 def test_sheets_go_through_a_curriculum():
