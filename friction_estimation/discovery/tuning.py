@@ -77,6 +77,10 @@ USUAL_SPIN = 1.5
 """Spin of a throw whose heading was never measured [rad/s]."""
 USUAL_SPIN_SIGMA = 0.6
 """Prior standard deviation of that spin [rad/s]: one to three turns."""
+LEAST_USUAL_SPIN = 0.3
+"""That spin stays on the side that the path's bend shows, and at least as fast [rad/s]. Where one
+near zero changes its sign, the path changes at once, and a fit that steps over it gets lost.
+"""
 USUAL_FRICTION = 0.009
 """μ from which a plain baseline is fitted: that of a draw of 25 s."""
 

@@ -43,6 +43,7 @@ from friction_estimation.discovery.model.sensitivity import sensitivities_by_thr
 from friction_estimation.discovery.tuning import (
     CONVERGED,
     LARGEST_LN_FACTOR,
+    LEAST_USUAL_SPIN,
     RELEASE_SIGMA,
     TRIED_SPREADS,
     USUAL_SPIN_SIGMA,
@@ -334,4 +335,9 @@ def _step(
     right = grams[:, :6, -1] - np.einsum("ijk,ik->ij", grams[:, :6, 6:-1], changes)
     scaled = inner * scale[:, :, None] * scale[:, None, :] + 1e-13 * np.eye(6)
     state_step = scale * np.linalg.solve(scaled, (scale * right)[:, :, None])[:, :, 0]
-    return replace(moved, spread=spread), states + state_step, ln_factors + shift
+    states = states + state_step
+    blind = ~session.turns
+    side = np.sign(session.usual_spins[blind])
+    spins = np.maximum(side * states[blind, State.OMEGA], LEAST_USUAL_SPIN)
+    states[blind, State.OMEGA] = side * spins
+    return replace(moved, spread=spread), states, ln_factors + shift

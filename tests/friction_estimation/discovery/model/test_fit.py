@@ -81,6 +81,22 @@ def test_a_spin_that_was_not_seen_stays_near_the_usual_one(make_session):
     assert np.abs(again.states[:, State.OMEGA]) == pytest.approx(spins, abs=0.05)
 
 
+def test_a_spin_that_was_not_seen_does_not_change_its_side():
+    """The end of a path that is off asks for any spin, and a fit that tries them gets lost."""
+    path = slide(Ice.uniform(0.0087), Throw(speed=2.13, spin=1.1).release(), fps=15).trajectory
+    share = path.t / path.t[-1]
+    off = np.column_stack([0 * share, -0.02 - 0.06 * share**8])
+    rng = np.random.default_rng(11)
+    seen = replace(
+        path,
+        xy=path.xy + off + rng.normal(0, 1e-4, path.xy.shape),
+        theta=np.full(len(path), np.nan),
+    )
+    session = open_session([seen])
+    fitted = fit_with_noise(base_model(None, session), session)
+    assert np.sign(session.usual_spins) * fitted.states[:, State.OMEGA] > 0.2
+
+
 def test_a_missing_effect_shows_as_slow_misfit(make_session):
     session = open_session(make_session([effect("slope", x=2e-4, y=0.0)]))
     left = misfit_of(fit_with_noise(base_model(None, session), session))
