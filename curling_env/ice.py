@@ -26,6 +26,7 @@ from curling_env.infrastructure.files.storage import read_json, write_json, writ
 from curling_env.infrastructure.files.versions import FileFormat
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
 from curling_env.typing import Flags, Floats
+from curling_env.worn_tracks import WornTracks
 
 ICE_FORMAT = FileFormat(name="curling-ice", what="an ice file")
 MAX_FRICTION = 1.0
@@ -164,6 +165,8 @@ class Ice:
     sheet : its size and cells
     effects : effects that act besides the friction of the map
     stone : the stone with which friction and effects were measured
+    tracks : where stones have run since the ice was as `friction` says; felt only where the effects
+        say so, and in no file. None before the first stone
     provenance : where its file says that it comes from (`infrastructure.provenance`); empty for an
         ice that was made, or changed, since
 
@@ -176,6 +179,7 @@ class Ice:
     sheet: Sheet = PAPER_SHEET
     effects: tuple[ActiveEffect, ...] = ()
     stone: Stone = RULE_BOOK_STONE
+    tracks: WornTracks | None = field(default=None, repr=False)
     provenance: Mapping[str, Any] = field(default_factory=dict[str, Any], compare=False, repr=False)
 
     def __post_init__(self) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.ice import ActiveEffect, Ice
+from curling_env.physics.wear import with_wear_in_map
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,7 +67,7 @@ def ice_for_game(ice: Ice, evolution: IceEvolution, seed: int, *, sweeping: bool
     seed : seed of the game; it decides the friction of each stone
     sweeping : whether stones may be swept; ice without that effect is given the standard one
     """
-    effects = list(ice.effects)
+    effects = list(with_wear_in_map(ice).effects)
     if evolution.wear:
         effects.append(ActiveEffect(name="pebble_wear", parameters={"along_path": evolution.wear}))
     if evolution.frost:

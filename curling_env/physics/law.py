@@ -14,10 +14,8 @@ not the weight; both components carry the minus sign (8a lacks it); γ = atan2(u
 quadrant of the slip; and the torque of equation 6 sums r_q × F_q over the contacts.
 
 Contacts at φ and π − φ slip equally fast, so a symmetric band's sideways forces cancel exactly and
-half the ring is summed. The band is summed as a continuous ring, which the paper's J contacts
-approach: a periodic trapezoid rule whose points crowd where the rim stands nearly still on the ice,
-within 7e-5 of the elliptic integrals where the rim is nearly as fast as the centre, within 2e-6
-everywhere else, with 8 to 32 contacts.
+half the ring is summed. `running_band` sums it. Where stones have worn tracks, each contact has the
+friction of the ice that it stands on.
 
 The law is linear in the friction of the map: acceleration = μ(x, y)·P + Q, where P and Q change
 smoothly along a path whatever the map looks like. `law_terms` gives P and Q, so that engines can
@@ -49,20 +47,16 @@ from curling_env.physics.motion import (
     ALONG,
     BEND,
     CLOCK,
-    CONTACT_FRICTION,
-    CONTACTS,
     FRICTION,
     GRAVITY,
     HEADING,
     LEFT,
-    LOG_SLIP,
     LOG_SPEED,
     MOTION_SIZE,
     ORDER,
     PUSH_SIZE,
     PUSH_X,
     PUSH_Y,
-    SLIP,
     SPEED,
     SPIN,
     STONE,
@@ -74,26 +68,13 @@ from curling_env.physics.motion import (
     X,
     Y,
 )
+from curling_env.physics.running_band import MIN_SPEED, band_on_tracks, running_band
+from curling_env.physics.wear import wear_under_contacts
 from curling_env.typing import Floats, Integers
+from curling_env.worn_tracks import WornTracks
 
-MIN_SPEED = 1e-9
-"""Directions and logarithms take lower speeds for this one [m/s]."""
-
-
-def _front_half(pairs: int, crowding: float) -> Floats:
-    """Contacts ahead of the centre: sine and cosine of φ and weight, (pairs, 3).
-
-    φ = π/2 + u − crowding·sin u: equal steps of u crowd the points where φ = π/2, the place of a
-    rim that moves against the travel.
-    """
-    u = np.pi * (np.arange(pairs) + 0.5) / pairs
-    beyond = u - crowding * np.sin(u)
-    return np.column_stack([np.cos(beyond), np.sin(beyond), (1 - crowding * np.cos(u)) / pairs])
-
-
-_POINT = np.array([[0.0, 0.0, 1.0]])
-_EIGHT = _front_half(4, 0.4)
-_SIXTEEN, _MOST = _front_half(8, 0.7), _front_half(16, 1.0)
+NO_TRACKS = np.zeros((1, 1, 1))
+"""Tracks of no stone."""
 
 
 class Law(NamedTuple):
@@ -115,6 +96,10 @@ class Law(NamedTuple):
     x_breaks, y_breaks : sorted coordinates at which an effect is not smooth [m]
     table : what the band and the first kernels come to, see `law_table`; or `NO_TABLE`
     tabled : number of kernels that are in the table
+    wear : change of ln μ under a contact by one pass of a stone; 0 where none is felt so
+    tracks : (layers, rows, columns) passes over each cell; the layer is RAN of the motion
+    track_x, track_y : centre of the first of these cells [m]
+    track_width, track_length : their sides along x and y [m]
     """
 
     mu: Floats
@@ -133,6 +118,12 @@ class Law(NamedTuple):
     y_breaks: Floats
     table: Floats
     tabled: int
+    wear: float = 0.0
+    tracks: Floats = NO_TRACKS
+    track_x: float = 0.0
+    track_y: float = 0.0
+    track_width: float = 1.0
+    track_length: float = 1.0
 
 
 def compile_law(ice: Ice, *, tabulated: bool = False) -> Law:
@@ -166,7 +157,8 @@ def compile_law(ice: Ice, *, tabulated: bool = False) -> Law:
     bilinear = ice.friction.interpolation == "bilinear"
     to_line = 0.0 if bilinear else -sheet.cell_size / 2
     ordered = [entry for group in groups.values() for entry in group]
-    tabulated = tabulated and all(fits for *_, fits in groups["contact_friction"])
+    wear = 0.0 if ice.tracks is None else wear_under_contacts(ice)
+    tabulated = tabulated and wear == 0.0 and all(fits for *_, fits in groups["contact_friction"])
     if tabulated:
         ordered.sort(key=lambda entry: not entry[2])  # contacts' kernels stay the first
     tabled = sum(fits for *_, fits in ordered) if tabulated else 0
@@ -189,6 +181,8 @@ def compile_law(ice: Ice, *, tabulated: bool = False) -> Law:
         table=NO_TABLE,
         tabled=tabled,
     )
+    if ice.tracks is not None and wear != 0.0:
+        law = on_tracks(law, ice.tracks, ice.tracks.passes[None], wear)
     if not tabulated:
         return law
     held = sum(sizes[:tabled])
@@ -201,6 +195,22 @@ def compile_law(ice: Ice, *, tabulated: bool = False) -> Law:
         tuple(law.theta[:held].tolist()),
     )
     return law._replace(table=table)
+
+
+def on_tracks(law: Law, tracks: WornTracks, layers: Floats, wear: float) -> Law:
+    """A law where contacts feel the tracks of earlier stones.
+
+    Parameters
+    ----------
+    law : law of the ice without them
+    tracks : the cells
+    layers : (layers, rows, columns) passes over each cell
+    wear : change of ln μ by one pass
+    """
+    (x, y), (width, length) = tracks.origin, tracks.spacing
+    return law._replace(
+        wear=wear, tracks=layers, track_x=x, track_y=y, track_width=width, track_length=length
+    )
 
 
 @inlined
@@ -241,62 +251,6 @@ def mu_of_map(law: Law, x: float, y: float) -> float:
 
 
 @inlined
-def _contact_factors(law: Law, contacts: int, motion: Any, push: Any) -> None:
-    """Fill in the factors on μ of contacts from their slips in `motion`."""
-    for q in range(contacts):
-        push[CONTACT_FRICTION + q] = 1.0
-    if law.per_contact > 0:
-        motion[CONTACTS] = contacts
-        for q in range(contacts):
-            motion[LOG_SLIP + q] = quick_log(motion[SLIP + q])
-        for k in range(law.per_contact):
-            call_kernel(law.kernels[k], motion, law.theta, law.offsets[k], push)
-
-
-@inlined
-def running_band(law: Law, speed: float, spin: float, motion: Any, push: Any) -> Any:
-    """Mean drag and torque of the band's contacts, per unit μ and load.
-
-    Parameters
-    ----------
-    law : the ice
-    speed : of the centre [m/s]
-    spin : counter-clockwise positive [rad/s]
-    motion, push : work arrays of MOTION_SIZE and PUSH_SIZE
-
-    Returns
-    -------
-    drag, torque : F/(μmg) against the travel and τ/(μmgr) counter-clockwise
-    """
-    rim = law.band_radius * math.fabs(spin)
-    # A point contact is a band of a single contact, which slips as fast as the centre.
-    front = _POINT
-    if rim >= MIN_SPEED:
-        ratio = min(rim, speed) / max(rim, speed)
-        front = _EIGHT  # fewer would not fill a vector register
-        if ratio > 0.85:
-            front = _MOST
-        elif ratio > 0.5:
-            front = _SIXTEEN
-    else:
-        rim = 0.0
-    # Contacts at φ and π − φ slip equally fast: each stands for both.
-    n = front.shape[0]
-    for q in range(n):
-        along = speed - rim * front[q, 0]
-        across = rim * front[q, 1]
-        motion[SLIP + q] = max(math.sqrt(along * along + across * across), MIN_SPEED)
-    _contact_factors(law, n, motion, push)
-    drag = 0.0
-    torque = 0.0
-    for q in range(n):
-        weight = front[q, 2] * push[CONTACT_FRICTION + q] / motion[SLIP + q]
-        drag += weight * (speed - rim * front[q, 0])
-        torque -= weight * (rim - speed * front[q, 0])
-    return drag, torque if spin > 0.0 else -torque
-
-
-@inlined
 def law_terms(
     law: Law,
     motion: Any,
@@ -323,7 +277,7 @@ def law_terms(
     travel_x = vx / max(speed, MIN_SPEED)
     travel_y = vy / max(speed, MIN_SPEED)
     first = law.per_contact
-    drag = torque = along = sideways = turn = 0.0
+    drag = aside = torque = along = sideways = turn = 0.0
     tabled = in_table(law.table, speed, spin)
     if tabled:
         drag, torque, along, sideways, turn = look_up(law.table, speed, spin)
@@ -336,7 +290,9 @@ def law_terms(
         motion[TRAVEL_X] = travel_x
         motion[TRAVEL_Y] = travel_y
         motion[SPIN] = spin
-    if not tabled:
+    if law.wear != 0.0:
+        drag, aside, torque = band_on_tracks(law, speed, spin, motion, push)
+    elif not tabled:
         drag, torque = running_band(law, speed, spin, motion, push)
     push[FRICTION] = 1.0
     push[BEND] = 1.0
@@ -349,8 +305,9 @@ def law_terms(
         call_kernel(law.kernels[k], motion, law.theta, law.offsets[k], push)
     brake = -GRAVITY * push[FRICTION] * drag
     left = push[LEFT] * push[BEND]
-    terms[0] = brake * travel_x
-    terms[1] = brake * travel_y
+    aside *= GRAVITY * push[FRICTION]
+    terms[0] = brake * travel_x - aside * travel_y
+    terms[1] = brake * travel_y + aside * travel_x
     terms[2] = law.turning * push[FRICTION] * torque
     terms[3] = push[ALONG] * travel_x - left * travel_y + push[PUSH_X]
     terms[4] = push[ALONG] * travel_y + left * travel_x + push[PUSH_Y]

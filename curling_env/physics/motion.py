@@ -46,7 +46,9 @@ SLIP = 14
 """Sliding speed of contact q over the ice at SLIP + q [m/s]: kernels that act per contact only."""
 LOG_SLIP = SLIP + MOST_CONTACTS
 """Natural logarithm of the slip in m/s of contact q at LOG_SLIP + q."""
-MOTION_SIZE = LOG_SLIP + MOST_CONTACTS
+RAN = LOG_SLIP + MOST_CONTACTS
+"""Which layer of the law's tracks is felt: as many stones of them had run before."""
+MOTION_SIZE = RAN + 1
 
 # --- push: what the effect does to it ---------------------------------------------------------
 FRICTION = 0

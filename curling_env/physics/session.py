@@ -10,10 +10,10 @@ from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.infrastructure.files import limits
 from curling_env.physics.one_stone.slide import Slide, slide
-from curling_env.physics.wear import PATH_FPS, wear_along_path, wear_of, worn
+from curling_env.physics.wear import PATH_FPS, IceInUse
 from curling_env.throw import Release, Throw
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Floats, Progress, no_progress, with_progress
+from curling_env.typing import Progress, no_progress, with_progress
 
 
 def simulate(
@@ -76,16 +76,14 @@ def slides_in_turn(ice: Ice, releases: Iterable[Release], *, fps: float) -> Iter
     ------
     InputError : a release that cannot be thrown; the error names the throw
     """
-    remembers = wear_along_path(ice) != 0.0
-    wear: Floats | None = None
+    in_use = IceInUse(ice)
+    asked_anew = in_use.remembers and fps != PATH_FPS
     for release in releases:
-        now = worn(ice, wear)
         try:
-            run = slide(now, release, fps=fps, throw=release.throw)
-            ran = slide(now, release, fps=PATH_FPS) if remembers and fps != PATH_FPS else run
+            run = slide(in_use.now, release, fps=fps, throw=release.throw)
+            ran = slide(in_use.now, release, fps=PATH_FPS) if asked_anew else run
         except InputError as error:
             raise InputError(error.problem, where=f"throw {release.throw}") from error
-        if remembers and ran.trajectory is not None:
-            added = wear_of(ice, [ran.trajectory.xy])
-            wear = added if wear is None else wear + added
+        if ran.trajectory is not None:
+            in_use.ran(ran.trajectory.xy)
         yield run

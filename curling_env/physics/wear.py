@@ -1,8 +1,9 @@
 """Wear of the ice along the paths of stones.
 
-The effect `pebble_wear` has two parameters. Its `rate` acts on the whole sheet and belongs to the
-force law. Its `along_path` acts where stones ran; it changes the friction map between throws, which
-is done here for games and for sessions of lone throws alike.
+The effect `pebble_wear` has three parameters. Its `rate` acts on the whole sheet and belongs to the
+force law. The others act where stones ran. `along_path` changes the friction map between throws,
+and a stone feels what lies under its centre. `under_contacts` is felt by each contact of the
+running band on its own, in the force law, which has to know where stones ran.
 """
 
 from __future__ import annotations
@@ -12,16 +13,14 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.ice import Ice
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats
+from curling_env.worn_tracks import WORN_WIDTH, WornTracks, area_covered
 
 PATH_FPS = 30.0
 """Samples per second of the paths that wear the ice; between them a path is straight."""
-WORN_WIDTH = 0.125
-"""Width of the track that a stone wears, that of its running band [m]."""
 STRIPS = 5
 """Parallel lines that stand for the band on wide cells; on narrow cells there are more."""
 
@@ -30,6 +29,15 @@ def wear_along_path(ice: Ice) -> float:
     """Change of ln μ by one pass of the band, from every `pebble_wear` of the ice."""
     return sum(
         effect.parameters.get("along_path", 0.0)
+        for effect in ice.effects
+        if effect.name == "pebble_wear"
+    )
+
+
+def wear_under_contacts(ice: Ice) -> float:
+    """Change of ln μ under a contact by one pass of the band, from every `pebble_wear`."""
+    return sum(
+        effect.parameters.get("under_contacts", 0.0)
         for effect in ice.effects
         if effect.name == "pebble_wear"
     )
@@ -60,9 +68,30 @@ def passes_over(sheet: Sheet, paths: Iterable[Floats]) -> Floats:
     paths : (n, 2) each, sheet frame [m]
     """
     covered = np.zeros(sheet.shape)
+    strips = STRIPS * math.ceil(2 * WORN_WIDTH / sheet.cell_size)
     for path in paths:
-        covered += _area_covered(sheet, path)
+        covered += area_covered(path, (sheet.width, sheet.length), sheet.shape, strips)
     return covered / sheet.cell_size**2
+
+
+def with_wear_in_map(ice: Ice) -> Ice:
+    """The same ice with all wear along paths kept in the cells of its map, as games keep it."""
+    if wear_under_contacts(ice) == 0.0:
+        return ice
+    effects = tuple(
+        replace(
+            effect,
+            parameters={
+                **{n: v for n, v in effect.parameters.items() if n != "under_contacts"},
+                "along_path": effect.parameters.get("along_path", 0.0)
+                + effect.parameters.get("under_contacts", 0.0),
+            },
+        )
+        if effect.name == "pebble_wear"
+        else effect
+        for effect in ice.effects
+    )
+    return replace(ice, effects=effects)
 
 
 def worn(ice: Ice, wear: Floats | None) -> Ice:
@@ -72,43 +101,36 @@ def worn(ice: Ice, wear: Floats | None) -> Ice:
     return replace(ice, friction=replace(ice.friction, mu=ice.friction.mu * np.exp(wear)))
 
 
-def _area_covered(sheet: Sheet, xy: Floats) -> Floats:
-    """Area of each cell that the band covered along a path (n, 2), (rows, columns) [m²]."""
-    steps = np.diff(xy, axis=0)
-    lengths = np.hypot(steps[:, 0], steps[:, 1])
-    moves = lengths > 0
-    starts, steps, lengths = xy[:-1][moves], steps[moves], lengths[moves]
-    area = np.zeros(sheet.shape)
-    across = (steps / lengths[:, None])[:, ::-1] * [1.0, -1.0]
-    strips = STRIPS * math.ceil(2 * WORN_WIDTH / sheet.cell_size)
-    for strip in range(strips):
-        beside = starts + ((strip + 0.5) / strips - 0.5) * WORN_WIDTH * across
-        step, share, middle = _pieces(sheet, beside, steps)
-        np.add.at(area, sheet.cell_of(middle), share * lengths[step] * WORN_WIDTH / strips)
-    return area
+class IceInUse:
+    """An ice on which stones are thrown one after the other.
 
+    Parameters
+    ----------
+    ice : before the first of them
 
-def _pieces(sheet: Sheet, starts: Floats, steps: Floats) -> tuple[NDArray[np.intp], Floats, Floats]:
-    """Cut straight steps (n, 2) where they cross the lines between cells.
-
-    Returns
-    -------
-    for each piece: the number of its step, its share of the step's length, and its middle (…, 2)
+    Attributes
+    ----------
+    remembers : whether it matters where they run
+    now : the ice as those so far have left it
     """
-    of_step, at = [np.arange(len(steps))], [np.zeros(len(steps))]
-    for axis, half in enumerate((sheet.width / 2, sheet.length / 2)):
-        begin = (starts[:, axis] + half) / sheet.cell_size
-        end = (starts[:, axis] + steps[:, axis] + half) / sheet.cell_size
-        low = np.floor(np.minimum(begin, end))
-        crossed = (np.floor(np.maximum(begin, end)) - low).astype(np.intp)
-        step = np.repeat(np.arange(len(steps)), crossed)
-        nth = np.arange(len(step)) - np.repeat(np.cumsum(crossed) - crossed, crossed)
-        line = low[step] + 1 + nth
-        of_step.append(step)
-        at.append((line - begin[step]) / (end - begin)[step])
-    step, place = np.concatenate(of_step), np.concatenate(at)
-    order = np.lexsort((place, step))
-    step, place = step[order], place[order]
-    until = np.where(np.diff(step, append=-1) == 0, np.roll(place, -1), 1.0)
-    middle = starts[step] + ((place + until) / 2)[:, None] * steps[step]
-    return step, until - place, middle
+
+    def __init__(self, ice: Ice) -> None:
+        self._first = ice
+        self._wear: Floats | None = None
+        self._under_contacts = wear_under_contacts(ice) != 0.0
+        self._in_map = wear_along_path(ice) != 0.0
+        self.remembers = self._under_contacts or self._in_map
+        self.now = ice
+
+    def ran(self, path: Floats) -> None:
+        """A stone ran along a path (n, 2), sheet frame [m]."""
+        if not self.remembers:
+            return
+        if self._in_map:
+            added = wear_of(self._first, [path])
+            self._wear = added if self._wear is None else self._wear + added
+        tracks = self.now.tracks
+        if self._under_contacts:
+            tracks = WornTracks.none(self._first.sheet) if tracks is None else tracks
+            tracks = tracks.after([path])
+        self.now = replace(worn(self._first, self._wear), tracks=tracks)

@@ -18,7 +18,7 @@ from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.infrastructure.files.storage import write_table
 from curling_env.physics.one_stone.slide import NO_BOUNDS, Slide, slide
-from curling_env.physics.wear import wear_along_path, wear_of, worn
+from curling_env.physics.wear import IceInUse
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Release
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Flags, Floats
@@ -204,12 +204,11 @@ def compare_tracks(
         )
     again: list[Rethrow] = []
     ices: list[Ice] = []
-    wear = np.zeros(ice.sheet.shape)
+    in_use = IceInUse(ice)
     for order, part in enumerate(slides):
-        ices.append(worn(ice, wear))
+        ices.append(in_use.now)
         again.append(rethrow(part, ices[-1], order, window))
-        if wear_along_path(ice):
-            wear += wear_of(ice, [again[-1].predicted])
+        in_use.ran(again[-1].predicted)
     noise = position_noise(again)
     rethrows = tuple(
         replace(throw, rest_sigma=rest_spread(throw, known, noise, heading_seen=has_heading(part)))

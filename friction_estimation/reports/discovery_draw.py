@@ -8,7 +8,7 @@ from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.one_stone.aim import Aim
 from curling_env.physics.one_stone.slide import NO_BOUNDS, slide
-from curling_env.physics.wear import wear_along_path, wear_of, worn
+from curling_env.physics.wear import IceInUse
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
 from curling_env.typing import Floats
@@ -72,8 +72,10 @@ def draw_shift(found: Discovery) -> DrawShift | None:
     session = found.session
 
     def as_it_was_left(model: Model) -> Ice:
-        ice = model.improved_ice({})
-        return worn(ice, wear_of(ice, session.wear_tracks.paths)) if wear_along_path(ice) else ice
+        in_use = IceInUse(model.improved_ice({}))
+        for ran in session.wear_tracks.paths:
+            in_use.ran(ran)
+        return in_use.now
 
     before, after = as_it_was_left(found.final_base.model), as_it_was_left(found.final.model)
     clock, order = float(session.clocks.max()) + 60.0, int(session.orders.max()) + 1

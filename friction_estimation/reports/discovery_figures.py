@@ -14,7 +14,7 @@ from curling_env.ice import Ice
 from curling_env.physics.effects.card import Push
 from curling_env.physics.law import acceleration
 from curling_env.physics.state import State
-from curling_env.physics.wear import worn
+from curling_env.physics.wear import wear_under_contacts, worn
 from curling_env.render.figures import (
     FAINT,
     INK,
@@ -286,13 +286,15 @@ def _law_accelerations(model: Model, after: SessionFit) -> Floats:
     """Accelerations of a model on the paths of a fit, as of `_accelerations`, (rows, 3)."""
     ice = model.improved_ice({})
     session, path = after.session, after.predicted
-    wear = model.wear(session)
-    unworn = ice
+    wear, under_contacts = model.wear(session), wear_under_contacts(ice) != 0.0
+    unworn, ran = ice, session.wear_tracks.before(session.orders)
     out = np.full((len(path), 3), np.nan)
     for i in range(len(session)):
         rows = np.arange(session.starts[i], session.starts[i + 1], EVERY_NTH_ROW)
         if wear.along_path != 0.0:
-            ice = worn(unworn, wear.along_path * wear.passes[wear.before[i]])
+            ice = worn(unworn, wear.along_path * wear.passes[ran[i]])
+        if under_contacts:
+            ice = replace(ice, tracks=session.wear_tracks.tracks_before(ran[i], ice.sheet))
         states = path[rows][:, [0, 1, 2, 3, 5]]
         a = np.empty((len(rows), 3))
         for swept in (False, True):

@@ -174,7 +174,7 @@ def hide(
         return {"along_path": q[WEAR_ALONG]}
     if name == "pebble_wear:under each contact":
         q[WEAR_UNDER] = sign * 0.02 * size
-        return {}
+        return {"under_contacts": q[WEAR_UNDER]}
     if name == "stone_bias":
         q[STONE], q[STONE_FACTOR] = rng.integers(0, 3), 1.0 + sign * 0.025 * size
         return {"stone": q[STONE], "factor": q[STONE_FACTOR]}

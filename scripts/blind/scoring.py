@@ -32,7 +32,7 @@ COMPARED = {
     "curl": ("strength", "speed_exponent"),
     "slope": ("x", "y"),
     "pebble_wear": ("rate",),
-    ALONG_PATHS: ("along_path",),
+    ALONG_PATHS: ("along_path", "under_contacts"),
     "stone_bias": ("factor", "curl_factor"),
     "sweeping": ("friction_factor",),
     "friction_patch": ("factor",),
@@ -170,6 +170,8 @@ def sizes(report: dict[str, Any], truth: dict[str, Any]) -> dict[str, Any]:
 
 def true_parameters(name: str, truth: dict[str, Any]) -> dict[str, float]:
     """Of a hidden effect, also where it is hidden in another form; empty if it is not hidden."""
+    if name == ALONG_PATHS and name not in truth["effects"]:
+        return truth["effects"].get("pebble_wear:under each contact", {})
     of_name = (p for key, p in truth["effects"].items() if key.partition(":")[0] == name)
     return truth["effects"].get(name) or next(of_name, {})
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from agents.coaching.tuning import DRAWS
 from curling_env.ice import Ice
 from curling_env.physics.ice_uncertainty import plausible_ices
-from curling_env.physics.wear import passes_over, wear_along_path, worn
+from curling_env.physics.wear import passes_over, wear_along_path, wear_under_contacts, worn
 from curling_env.typing import Floats
+from curling_env.worn_tracks import WornTracks
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,8 +42,9 @@ class SessionIce:
     def __init__(self, ice: Ice, rng: np.random.Generator, draws: int = DRAWS) -> None:
         self._now = IceBefore(ice=ice, others=plausible_ices(ice, draws, rng))
         self._first = self._now
-        self._wears = wear_along_path(ice) != 0.0
+        self._wears = wear_along_path(ice) != 0.0 or wear_under_contacts(ice) != 0.0
         self._passes = np.zeros(ice.sheet.shape)
+        self._tracks = WornTracks.none(ice.sheet)
 
     @property
     def now(self) -> IceBefore:
@@ -54,9 +56,11 @@ class SessionIce:
         if not self._wears:
             return
         self._passes += passes_over(self._first.ice.sheet, [xy])
+        self._tracks = self._tracks.after([xy])
 
         def after(ice: Ice) -> Ice:
-            return worn(ice, wear_along_path(ice) * self._passes)
+            now = worn(ice, wear_along_path(ice) * self._passes)
+            return replace(now, tracks=self._tracks)
 
         self._now = IceBefore(
             ice=after(self._first.ice), others=[after(ice) for ice in self._first.others]

@@ -10,7 +10,8 @@ from curling_env.physics.motion import FRICTION, ORDER
 
 @effect_kernel
 def _kernel(motion: Any, theta: Any, push: Any) -> None:
-    # Wear along paths is in the map by the time a stone is thrown: physics/wear.py puts it there.
+    # Wear along paths is in the map by the time a stone is thrown, or in the friction of each
+    # contact: see physics/wear.py.
     push[FRICTION] *= exp(theta[0] * motion[ORDER])
 
 
@@ -19,8 +20,9 @@ CARD = EffectCard(
     title="Pebble wear",
     readable="pebble that wears from throw to throw",
     formula="μ → μ·exp(rate·n + along_path·(s_1 + … + s_n)) after n throws, of which throw i "
-    "ran over the share s_i of the cell",
-    equation=r"\mu \to \mu \, \exp\left( r\,n + w \sum_{i=1}^{n} s_i \right)",
+    "ran over the share s_i of the cell; under_contacts likewise, for each contact of the band",
+    equation=r"\mu \to \mu \, \exp\left( r\,n + w \sum_{i=1}^{n} s_i \right), \quad "
+    r"\mu_q \to \mu_q \, \exp\left( c \sum_{i=1}^{n} s_{iq} \right)",
     parameters=(
         Parameter(
             name="rate",
@@ -41,6 +43,15 @@ CARD = EffectCard(
             high=0.1,
             default=0.0,
         ),
+        Parameter(
+            name="under_contacts",
+            symbol=r"c",
+            unit="1/pass",
+            meaning="the same, but each contact of the band feels the ice that it stands on",
+            low=-0.1,
+            high=0.1,
+            default=0.0,
+        ),
     ),
     source="0.2–0.5 % per pass at worn spots",
     validity="some tens of throws on one pebble; along paths wherever throws are played in turn",
@@ -52,8 +63,16 @@ CARD = EffectCard(
         shape=(),
         variants=(
             Variant(
-                parameter="along_path",
+                parameter="under_contacts",
                 readable="pebble that wears where stones have run",
+                evidence="friction follows how often stones have run over the place, and turns a "
+                "stone where one side is more worn",
+                needs=("runs over the same ice",),
+                shown_over="passes",
+            ),
+            Variant(
+                parameter="along_path",
+                readable="pebble that wears where stones have run, felt under their centres",
                 evidence="friction follows how often stones have run over the place",
                 needs=("runs over the same ice",),
                 shown_over="passes",
@@ -61,7 +80,7 @@ CARD = EffectCard(
         ),
     ),
     shown_over="order",
-    observed={"rate": 0.01, "along_path": 0.01},
+    observed={"rate": 0.01, "along_path": 0.01, "under_contacts": 0.01},
     observed_order=7,
     dissipative=True,
 )

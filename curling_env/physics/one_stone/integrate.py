@@ -43,6 +43,7 @@ from curling_env.physics.one_stone.tuning import (
     REPEAT_ABOVE,
     SECOND_STEP,
     SHORTEN_ABOVE,
+    TRACK_STEP,
 )
 from curling_env.physics.state import NODE_SIZE, Node, State
 from curling_env.typing import Floats
@@ -292,6 +293,8 @@ def integrate(
         h = min(share * time_left, MAX_STEP)
         if law.patterned:
             h = min(h, MAX_NODES / 8.0 * law.cell / max(speed, 1e-6))
+        if law.wear != 0.0:
+            h = min(h, TRACK_STEP / max(speed, 1e-6))
         if x_breaks.shape[0] > 0 or y_breaks.shape[0] > 0:
             x_ahead = _ahead(x_breaks, now[State.X], vx)
             y_ahead = _ahead(y_breaks, now[State.Y], vy)

@@ -59,6 +59,8 @@ MAX_STEP = 8.0
 """Longest step [s]."""
 MIN_STEP = 1e-4
 """A step this short is accepted as it is [s]."""
+TRACK_STEP = 0.2
+"""Longest step where stones have worn tracks [m]: contacts come and go between them."""
 REPEAT_ABOVE = 2.0
 """Error above which the law is evaluated again at the predicted states, over the target error."""
 SHORTEN_ABOVE = 15.0

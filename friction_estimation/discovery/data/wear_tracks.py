@@ -12,9 +12,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from curling_env.physics.wear import WORN_WIDTH, passes_over
+from curling_env.physics.wear import passes_over
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Indices
+from curling_env.worn_tracks import WORN_WIDTH, WornTracks
 
 POINT_SPACING = 0.2
 """Distance between the kept points of a path [m]. A measured stone at rest trembles, and must not
@@ -36,6 +37,7 @@ class WearTracks:
     orders: Indices = field(default_factory=lambda: np.empty(0, dtype=np.intp))
     paths: tuple[Floats, ...] = ()
     _passes: dict[Sheet, Floats] = field(default_factory=dict, repr=False)
+    _layers: dict[tuple[float, float], Floats] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(cls, measured: Iterable[tuple[int, Floats]]) -> WearTracks:
@@ -60,6 +62,27 @@ class WearTracks:
             each = [np.zeros(sheet.shape), *(passes_over(sheet, [path]) for path in self.paths)]
             self._passes[sheet] = np.cumsum(each, axis=0)
         return self._passes[sheet]
+
+    def tracks(self, sheet: Sheet) -> tuple[WornTracks, Floats]:
+        """Where bands passed, as contacts feel it.
+
+        Returns
+        -------
+        the cells, after no stone, and the passes over them by the first 0, 1, ... p stones,
+        (p + 1, rows, columns)
+        """
+        fresh = WornTracks.none(sheet)
+        size = sheet.width, sheet.length
+        if size not in self._layers:
+            layers = np.zeros((len(self.paths) + 1, *fresh.passes.shape))
+            for k, path in enumerate(self.paths):
+                layers[k + 1] = WornTracks(sheet, layers[k]).after([path]).passes
+            self._layers[size] = layers
+        return fresh, self._layers[size]
+
+    def tracks_before(self, stones: int, sheet: Sheet) -> WornTracks:
+        """Where the first stones ran."""
+        return WornTracks(sheet, self.tracks(sheet)[1][stones])
 
 
 def wear_refinement(sheet: Sheet) -> int:

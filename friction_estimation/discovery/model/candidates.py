@@ -78,9 +78,9 @@ class Term:
         return (self.variant or self.card).scope == "between throws"
 
     @property
-    def wears_paths(self) -> bool:
-        """Whether it acts where earlier stones ran."""
-        return self.variant is not None and "runs over the same ice" in self.variant.needs
+    def wears_map(self) -> bool:
+        """Whether earlier stones change the map that it acts by."""
+        return self.variant is not None and self.variant.parameter == "along_path"
 
     @property
     def at_a_limit(self) -> bool:

@@ -21,6 +21,7 @@ from curling_env.physics.motion import (
     MOTION_SIZE,
     ORDER,
     PUSH_SIZE,
+    RAN,
     STONE,
     SWEPT,
     T,
@@ -51,7 +52,6 @@ class Wear(NamedTuple):
     Parameters
     ----------
     passes : (p + 1, rows, columns) passes over each cell by the first 0, 1, ... p stones
-    before : (k,) how many stones had run before each throw
     along_path : change of ln μ by one pass
     origin_x, origin_y : centre of the first cell [m]
     cell : side of the cells [m]
@@ -59,7 +59,6 @@ class Wear(NamedTuple):
     """
 
     passes: Floats
-    before: Indices
     along_path: float
     origin_x: float
     origin_y: float
@@ -73,6 +72,7 @@ class ThrowInputs(NamedTuple):
     Parameters
     ----------
     orders, stones, clocks : (k,) throws played before, stone, and session time of the release [s]
+    ran : (k,) how many stones had worn the ice before
     swept_first : (k,) whether the stone is swept at first, 0 or 1
     switches : times at which sweeping begins or ends [s]
     switch_starts : (k+1,) index of the first switch of each throw
@@ -84,6 +84,7 @@ class ThrowInputs(NamedTuple):
     orders: Indices
     stones: Indices
     clocks: Floats
+    ran: Indices
     swept_first: Floats
     switches: Floats
     switch_starts: Indices
@@ -127,9 +128,8 @@ def _worn_cell(wear: Any, stones: int, i: int, j: int) -> float:
 
 
 @inlined
-def _worn(wear: Any, throw: int, x: float, y: float) -> float:
-    """Factor on the friction at a point before a throw."""
-    stones = wear.before[throw]
+def _worn(wear: Any, stones: int, x: float, y: float) -> float:
+    """Factor on the friction at a point after some stones."""
     u = (y - wear.origin_y) / wear.cell
     v = (x - wear.origin_x) / wear.cell
     if not wear.bilinear:
@@ -174,7 +174,7 @@ def _derivative(
     law_terms(law, motion, work.push, x, y, vx, vy, spin, parts)
     mu = mu_of_map(law, x, y)
     if wear.along_path != 0.0:
-        mu *= _worn(wear, throw, x, y)
+        mu *= _worn(wear, throws.ran[throw], x, y)
     pushed = _is_pushed(throws.pushes, throw)
     if pushed:
         _unknown_at(throws.pushes, throw, t, work.unknown)
@@ -208,6 +208,7 @@ def friction_of_session(
         _scale(mu, factors[i], law.mu)
         motion[ORDER] = throws.orders[i]
         motion[STONE] = throws.stones[i]
+        motion[RAN] = throws.ran[i]
         motion[SWEPT] = throws.swept_first[i]
         switch, last = throws.switch_starts[i], throws.switch_starts[i + 1]
         for row in range(throws.starts[i], throws.starts[i + 1]):
@@ -223,7 +224,7 @@ def friction_of_session(
             law_terms(law, motion, work.push, x, y, s[State.VX], s[State.VY], s[State.OMEGA], parts)
             local = mu_of_map(law, x, y)
             if wear.along_path != 0.0:
-                local *= _worn(wear, i, x, y)
+                local *= _worn(wear, throws.ran[i], x, y)
             if _is_pushed(throws.pushes, i):
                 _unknown_at(throws.pushes, i, t, work.unknown)
                 local *= exp(work.unknown[0])
@@ -280,7 +281,8 @@ def _slide_at(law: Any, wear: Any, throws: Any, throw: int, s: Any, out: Any, wo
     switches = throws.switches[throws.switch_starts[throw] : throws.switch_starts[throw + 1]]
     times = throws.times[throws.starts[throw] : throws.starts[throw + 1]]
     n = times.shape[0]
-    is_even = not law.patterned and wear.along_path == 0.0 and not _is_pushed(throws.pushes, throw)
+    is_even = not law.patterned and wear.along_path == 0.0 and law.wear == 0.0
+    is_even = is_even and not _is_pushed(throws.pushes, throw)
     longest = LONGEST_STEP if is_even else PATTERNED_STEP
     t = 0.0
     row = 0
@@ -365,5 +367,6 @@ def slide_session(
         _copy(states[i], s)
         work.motion[ORDER] = throws.orders[i]
         work.motion[STONE] = throws.stones[i]
+        work.motion[RAN] = throws.ran[i]
         work.motion[SWEPT] = throws.swept_first[i]
         _slide_at(law, wear, throws, i, s, out[throws.starts[i] : throws.starts[i + 1]], work)

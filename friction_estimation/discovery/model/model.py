@@ -10,9 +10,9 @@ import numpy as np
 
 from curling_env.common_errors import LevelError
 from curling_env.ice import Ice
-from curling_env.physics.law import Law, compile_law
+from curling_env.physics.law import Law, compile_law, on_tracks
 from curling_env.physics.state import State
-from curling_env.physics.wear import wear_along_path
+from curling_env.physics.wear import wear_along_path, wear_under_contacts
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
@@ -34,7 +34,7 @@ CameraField = SystematicError | CameraRipple
 GLOBALS = ("ln_mu", "ln_coupling")
 """Shared parameters of every model: logarithms of a factor on the friction of the whole map, and of
 one on m·r²/I, which says how friction turns a stone and is known to ten per cent at best."""
-NO_WEAR = Wear(np.zeros((1, 1, 1)), np.zeros(1, dtype=np.intp), 0.0, 0.0, 0.0, 1.0, True)
+NO_WEAR = Wear(np.zeros((1, 1, 1)), 0.0, 0.0, 0.0, 1.0, True)
 """Wear along the paths of earlier stones, where they wear nothing."""
 
 
@@ -223,6 +223,13 @@ class Model:
             turning=law.turning * float(np.exp(self.ln_coupling)),
         )
 
+    def law_in(self, session: Session) -> Law:
+        """The force law where the stones of a session have worn tracks."""
+        wear = wear_under_contacts(self._ice_with_terms)
+        if wear == 0.0:
+            return self.law
+        return on_tracks(self.law, *session.wear_tracks.tracks(self.ice.sheet), wear)
+
     @property
     def wear_refinement(self) -> int:
         """Into how many parts a cell's side is divided to keep wear along paths."""
@@ -242,7 +249,6 @@ class Model:
         sheet = self.wear_sheet
         return Wear(
             passes=session.wear_tracks.passes(sheet),
-            before=session.wear_tracks.before(session.orders),
             along_path=along_path,
             origin_x=float(sheet.x_centres[0]),
             origin_y=float(sheet.y_centres[0]),
@@ -271,7 +277,8 @@ class Model:
         """
         common = common or {}
         factor = float(np.exp(self.ln_mu))
-        worn = wear_along_path(self._ice_with_terms) != 0.0
+        with_terms = self._ice_with_terms
+        worn = wear_along_path(with_terms) != 0.0 or wear_under_contacts(with_terms) != 0.0
         ice = self.ice if map_sigma is None else self._mapped_ice(map_sigma)
         ice = ice.refined(self.wear_refinement) if worn else ice
         friction = ice.friction
@@ -340,7 +347,7 @@ def true_states(
 ) -> Floats:
     """True states at some times of every throw, (n, 6); `times` and `starts` as of `Session`."""
     out = np.empty((len(times), 6))
-    law = model.law
+    law = model.law_in(session)
     slide_session(
         law._replace(mu=np.empty_like(law.mu)),
         law.mu,
@@ -361,6 +368,7 @@ def throw_inputs(session: Session, times: Floats, starts: Indices) -> ThrowInput
         orders=session.orders,
         stones=session.stones,
         clocks=session.clocks,
+        ran=session.wear_tracks.before(session.orders),
         swept_first=swept_first,
         switches=switches,
         switch_starts=firsts,

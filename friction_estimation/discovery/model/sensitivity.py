@@ -85,7 +85,7 @@ def friction_along(
     model, session, ln_factors : as of `predict`
     paths : paths, with their instants
     """
-    law = model.law
+    law = model.law_in(session)
     friction = np.empty((len(paths.path), 3))
     friction_of_session(
         law._replace(mu=np.empty_like(law.mu)),

@@ -146,7 +146,7 @@ def fit_with_noise(
 def try_term(fitted: SessionFit, term: Term) -> Trial:
     """Fit a candidate beside the model: its strength first, then its shape."""
     trial = refit(fitted, fitted.model.with_terms(term))
-    if term.wears_paths:
+    if term.wears_map:
         trial = _on_own_cells(trial)
     later = [n for n in term.card.shape if n not in term.free]
     # The sides of an area were searched for: they count whether or not they are fitted.

@@ -17,6 +17,7 @@ from curling_env.physics.wear import (
     WORN_WIDTH,
     wear_along_path,
     wear_of,
+    wear_under_contacts,
     worn,
 )
 from curling_env.sheet import Direction, Sheet
@@ -102,9 +103,11 @@ def test_what_a_session_remembers_does_not_depend_on_how_often_it_is_asked():
     assert seldom == often
 
 
-def test_a_mirrored_session_ends_in_the_mirror_image():
+@pytest.mark.parametrize(("felt", "rounding"), [("along_path", 1e-9), ("under_contacts", 1e-4)])
+def test_a_mirrored_session_ends_in_the_mirror_image(felt, rounding):
     """Also the ice that it leaves behind: wear is fed back through six throws."""
-    ice = WEARING
+    effect = ActiveEffect(name="pebble_wear", parameters={felt: ALONG})
+    ice = load_ice("standard").with_effect(effect)
     rng = np.random.default_rng(4)
     mu = ice.friction.mu * np.exp(0.03 * rng.standard_normal(ice.friction.mu.shape))
     for flip_x, flip_y in ((-1, 1), (-1, -1)):
@@ -128,7 +131,9 @@ def test_a_mirrored_session_ends_in_the_mirror_image():
             strict=True,
         )
         for one, other in runs:
-            assert (flip_x * other.x, flip_y * other.y) == pytest.approx((one.x, one.y), abs=1e-9)
+            assert (flip_x * other.x, flip_y * other.y) == pytest.approx(
+                (one.x, one.y), abs=rounding
+            )
 
 
 def test_the_game_wears_its_ice_as_a_session_does():
@@ -159,6 +164,18 @@ def test_an_ice_that_wears_along_paths_does_so_in_a_game_that_is_otherwise_still
         wear_along_path(ice_for_game(WEARING, IceEvolution(wear=ALONG), 0, sweeping=False))
         == 2 * ALONG
     )
+
+
+def test_a_game_keeps_all_wear_in_its_map():
+    effect = ActiveEffect(name="pebble_wear", parameters={"under_contacts": ALONG})
+    ice = ice_for_game(
+        WEARING.without_effect("pebble_wear").with_effect(effect),
+        IceEvolution(wear=ALONG),
+        0,
+        sweeping=False,
+    )
+    assert wear_under_contacts(ice) == 0.0
+    assert wear_along_path(ice) == 2 * ALONG
 
 
 def test_ice_that_does_not_wear_along_paths_remembers_nothing():

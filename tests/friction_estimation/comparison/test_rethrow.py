@@ -68,11 +68,10 @@ def test_track_that_ends_early_has_no_rest_but_a_path(tracks, true_ice):
     assert totals["path_rms_m"] < 0.03
 
 
-def test_stones_run_on_the_ice_that_those_before_wore(rng):
-    worn = Ice.uniform(
-        MU,
-        effects=(ActiveEffect(name="pebble_wear", parameters={"rate": 0.0, "along_path": -0.05}),),
-    )
+@pytest.mark.parametrize(("felt", "wear"), [("along_path", -0.05), ("under_contacts", -0.0125)])
+def test_stones_run_on_the_ice_that_those_before_wore(rng, felt, wear):
+    effect = ActiveEffect(name="pebble_wear", parameters={"rate": 0.0, felt: wear})
+    worn = Ice.uniform(MU, effects=(effect,))
     throws = [Throw(speed=2.0, spin=1.0)] * 3
     tracks = [
         replace(k, xy=k.xy + rng.normal(0, 0.001, k.xy.shape)) for k in simulate(worn, throws)

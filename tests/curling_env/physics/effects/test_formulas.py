@@ -184,7 +184,11 @@ FORMAT = {
         "factor": (0.2, 5.0, None),
         "edge": (0.0, 5.0, 0.0),
     },
-    "pebble_wear": {"rate": (-0.1, 0.1, 0.0), "along_path": (-0.1, 0.1, 0.0)},
+    "pebble_wear": {
+        "rate": (-0.1, 0.1, 0.0),
+        "along_path": (-0.1, 0.1, 0.0),
+        "under_contacts": (-0.1, 0.1, 0.0),
+    },
     "residual": {
         "variable": (0.0, 5.0, None),
         "low": (-np.inf, np.inf, None),

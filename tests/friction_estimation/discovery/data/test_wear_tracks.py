@@ -9,7 +9,7 @@ import pytest
 
 from curling_env.ice import ActiveEffect, Ice
 from curling_env.physics.session import slides_in_turn
-from curling_env.physics.wear import wear_along_path
+from curling_env.physics.wear import wear_along_path, with_wear_in_map
 from curling_env.sheet import PAPER_SHEET, Direction
 from curling_env.throw import Throw
 from friction_estimation.discovery.data.session import open_session
@@ -25,9 +25,9 @@ ALONG = -0.012
 LABEL = "pebble_wear[along_path]"
 
 
-def wearing(along=ALONG, cell_size=0.1):
+def wearing(along=ALONG, cell_size=0.1, felt="along_path"):
     sheet = replace(PAPER_SHEET, cell_size=cell_size)
-    effect = ActiveEffect(name="pebble_wear", parameters={"along_path": along})
+    effect = ActiveEffect(name="pebble_wear", parameters={felt: along})
     return Ice.uniform(0.009, sheet, effects=(effect,))
 
 
@@ -75,9 +75,11 @@ def test_what_goes_further_than_a_stone_can_leaves_no_wear_track(rng):
     assert len(WearTracks.of([(0, rubbish), (1, np.zeros((0, 2)))]).paths) == 0
 
 
-@pytest.mark.parametrize("cell_size", [0.1, 0.5])
-def test_the_forward_model_runs_on_the_ice_that_stones_have_left(rng, cell_size):
-    ice = wearing(-0.03, cell_size)
+@pytest.mark.parametrize(
+    ("felt", "cell_size"), [("along_path", 0.1), ("along_path", 0.5), ("under_contacts", 0.5)]
+)
+def test_the_forward_model_runs_on_the_ice_that_stones_have_left(rng, felt, cell_size):
+    ice = wearing(-0.03, cell_size, felt)
     session = open_session(play(ice, rng, throws=6, sigma=0.0, scatter=0.0))
     exact = SessionNoise(white=(1e-3, 1e-3, 1e-2), fading=(0.0, 0.0, 0.0), memory=(0.1, 0.1, 0.1))
     model = base_model(ice, session)
@@ -88,18 +90,20 @@ def test_the_forward_model_runs_on_the_ice_that_stones_have_left(rng, cell_size)
     assert np.abs(plain.residuals[:, :2]).max() > 2e-2
 
 
-@pytest.mark.parametrize("cell_size", [0.1, 0.5])
-def test_wear_along_paths_is_named_sized_and_kept(rng, cell_size):
-    tracks = play(wearing(cell_size=cell_size), rng)
+@pytest.mark.parametrize(("felt", "kept"), [("along_path", 0.5), ("under_contacts", 0.1)])
+def test_wear_along_paths_is_named_sized_and_kept(rng, felt, kept):
+    """Felt under the centre of a stone in cells of 0.5 m, or by each contact on its own."""
+    tracks = play(wearing(cell_size=0.5, felt=felt), rng)
     found = discover(tracks)
     (effect,) = document(found)["effects"]
     assert effect["name"] == "pebble_wear"
-    along = effect["parameters"]["along_path"]
+    assert list(effect["parameters"]) == [felt]
+    along = effect["parameters"][felt]
     assert abs(along["value"] - ALONG) < max(3 * along["stderr"], 0.1 * abs(ALONG))
     assert "where stones have run" in document(found)["verdict"]
     ice = found.improved_ice()
-    assert wear_along_path(ice) == pytest.approx(along["value"], rel=1e-4)
-    assert ice.sheet.cell_size == pytest.approx(cell_size)
+    assert wear_along_path(with_wear_in_map(ice)) == pytest.approx(along["value"], rel=1e-4)
+    assert ice.sheet.cell_size == pytest.approx(kept)
     again = discover(tracks, ice)
     assert document(again)["effects"] == []
     # The simulation reads it: later throws of the same release run further on worn ice.
