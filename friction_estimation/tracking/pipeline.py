@@ -142,9 +142,7 @@ def _learn(film: SteadyFilm, scene: Scene, camera: Camera, stone: FoundStone) ->
     if not crops:
         raise InputError("the thrown stone is nowhere wholly in the image", source=film.path)
     appearance = learn_appearance(crops, stone.model, stone.background.noise)
-    grain = tuning.NOISE_IN_BRIGHTNESS * stone.background.noise
-    if stone.background.noise <= tuning.NOISY:
-        grain = 0.0
+    grain = stone.background.grain if stone.background.noise > tuning.NOISY else 0.0
     if unexplained_share(crops, appearance, grain) > tuning.MAX_UNEXPLAINED:
         raise InputError(
             "no thrown stone found: what slides along the ice does not look like a stone",

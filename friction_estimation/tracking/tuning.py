@@ -31,8 +31,6 @@ MIN_CONTRAST = 14.0
 """Least difference from the empty ice that counts as a blob, of 255 grey levels."""
 NOISY = 12.0
 """Pictures with more noise than this are blurred before blobs are looked for [grey levels]."""
-NOISE_IN_BRIGHTNESS = 0.5
-"""Noise of a pixel's brightness, as a share of that of its noisiest colour."""
 NOISE_AFTER_BLUR = 0.45
 """Share of the noise that a blur over three pixels leaves; compressed grain is not white."""
 CORE_CONTRAST_SHARE = 0.5

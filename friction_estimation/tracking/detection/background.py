@@ -29,12 +29,14 @@ class Background:
     ----------
     origin_px : column and row of the part's upper left pixel in a frame
     image : (rows, columns, 3) BGR, finer than whole grey levels where it is the mean of frames
-    noise : standard deviation of an uncovered pixel, of 255 grey levels
+    noise : standard deviation of an uncovered pixel in its noisiest colour, of 255 grey levels
+    grain : the same of its brightness
     """
 
     origin_px: tuple[int, int]
     image: NDArray[np.float32] | Image
     noise: float
+    grain: float = 0.0
 
     @cached_property
     def flat(self) -> Image:
@@ -110,9 +112,10 @@ def find_background(frames: Sequence[Image], region: tuple[slice, slice]) -> Bac
     """
     parts = [frame[region] for frame in frames]
     middle = median_picture(parts)
-    thinned = [cv2.absdiff(part[::3, ::3], middle[::3, ::3]) for part in parts]
-    spread = [float(np.median(_strongest(difference))) for difference in thinned]
+    few = middle[::3, ::3]
+    spread = [float(np.median(_strongest(cv2.absdiff(part[::3, ::3], few)))) for part in parts]
     noise = max(1.0, 1.4826 * float(np.median(spread)))
+    grains = [float(np.median(cv2.absdiff(_grey(part[::3, ::3]), _grey(few)))) for part in parts]
     limit = max(4.0, 3 * noise)
     total = np.zeros(middle.shape, dtype=np.float32)
     count = np.zeros(middle.shape[:2], dtype=np.uint8)
@@ -123,7 +126,16 @@ def find_background(frames: Sequence[Image], region: tuple[slice, slice]) -> Bac
     np.divide(total, count[..., None], out=total, where=count[..., None] > 0)
     nowhere = count == 0
     total[nowhere] = middle[nowhere]
-    return Background(origin_px=(region[1].start, region[0].start), image=total, noise=noise)
+    return Background(
+        origin_px=(region[1].start, region[0].start),
+        image=total,
+        noise=noise,
+        grain=1.4826 * float(np.median(grains)),
+    )
+
+
+def _grey(picture: Image) -> Image:
+    return cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
 
 
 def _strongest(difference: Image) -> Image:
