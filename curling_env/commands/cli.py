@@ -121,7 +121,7 @@ OutputFile = Annotated[
 TracksFile = Annotated[
     Path,
     typer.Option("-o", "--output", metavar="FILE", help="File for the result."),
-    Writes(kinds=("tracks",)),
+    Writes(kinds=("tracks",), added_by="append"),
 ]
 OutputDirectory = Annotated[
     Path,

@@ -43,12 +43,14 @@ class Writes:
     folder : whether it is a folder, which is made before the work
     rewrites : options whose file this may be on purpose, such as the ice that is updated
     beside : suffixes of files that are written beside it, and then rewritten with it
+    added_by : option with which the result is added to the file instead of replacing it
     """
 
     kinds: tuple[str, ...] = ()
     folder: bool = False
     rewrites: tuple[str, ...] = ()
     beside: tuple[str, ...] = ()
+    added_by: str | None = None
 
 
 def guarded(command: Command) -> Command:
@@ -113,7 +115,7 @@ def _admit(given: dict[str, Any], outputs: dict[str, Writes]) -> list[Path]:
             note_rewritten(path)
             for suffix in how.beside:
                 note_rewritten(path.with_suffix(suffix))
-        elif kind_of(path) is not None:
+        elif kind_of(path) is not None and not given.get(how.added_by or ""):
             earlier.append(path)
     names = [path.resolve() for name, path in chosen.items() if not outputs[name].folder]
     twice = next((path for path in names if names.count(path) > 1), None)

@@ -236,6 +236,8 @@ def track(
         write_tracks(output, [*earlier, *(track for one in tracked for track in one.tracks)])
     checkpoints.delete()
     noted = throws_beside(output)
+    done = f"{len(tracked)} throw{'s' * (len(tracked) != 1)}"
+    done += f" added to {output}" if earlier else f": {output}"
     conclude(
         [
             {
@@ -246,8 +248,7 @@ def track(
             }
             for one in tracked
         ],
-        f"{len(tracked)} throw{'s' * (len(tracked) != 1)}: {output}; `curling throws {output}` "
-        "shows what they were",
+        f"{done}; `curling throws {output}` shows what they were",
         as_json=as_json,
     )
 

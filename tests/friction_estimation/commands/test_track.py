@@ -32,9 +32,15 @@ def test_films_are_added_to_the_tracks_of_the_evening(curling, tmp_path, monkeyp
     monkeypatch.chdir(tmp_path)
     words = ("track", film, "--scene", scene, "--tracker", "ours_to_append:track", "-o")
     for throws in ([0], [0, 1], [0, 1, 2]):
-        assert curling(*words, tmp_path / "t.csv", "--append").status == 0
+        added = curling(*words, tmp_path / "t.csv", "--append")
+        assert added.status == 0
+        assert "was replaced" not in added.err
+        assert ("added to" in added.err) == (len(throws) > 1)
         assert [track.throw for track in read_tracks(tmp_path / "t.csv")] == throws
-    assert curling(*words, tmp_path / "t.csv").status == 0
+    assert (
+        "t.csv: the earlier file of this name was replaced"
+        in curling(*words, tmp_path / "t.csv").err
+    )
     assert [track.throw for track in read_tracks(tmp_path / "t.csv")] == [0]
     for harmed in (film, scene):
         assert "is read by this command" in curling(*words, harmed).complaint

@@ -198,7 +198,7 @@ def test_a_film_with_a_corrupt_end_gives_the_rows_before_it(clean, tmp_path):
 
 
 def test_grain_of_twenty_grey_levels_hides_no_stone(clean, tmp_path):
-    """Noise nearly as strong as a stone's contrast with the ice, in every pixel's brightness anew."""
+    """Noise nearly as strong as a stone's contrast with the ice, in every pixel's brightness."""
     rng = np.random.default_rng(0)
     frames = [
         np.clip(frame + rng.normal(0, 20, (*frame.shape[:2], 1)), 0, 255).astype(np.uint8)
