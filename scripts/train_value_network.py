@@ -13,8 +13,13 @@ is then fitted to the ends of the rounds so far: it predicts how an end is score
 batches of ends is held out: on these the network is compared with the one to begin with, and with
 the shares of the scores alone.
 
-Every batch of ends is kept in the folder, and a run that was stopped goes on from there. `--keep`
-puts the network into the package in the end. Needs the extra `train` (torch).
+Last, the positions of the last round's ends are learnt backwards, from the last stone of an end to
+its first, by what a good next stone leads to (`agents.playing.league.backwards`). `--outcomes-only`
+leaves that out.
+
+Every batch of ends and every part of these positions is kept in the folder, and a run that was
+stopped goes on from there. `--keep` puts the network into the package in the end. Needs the extra
+`train` (torch).
 """
 
 from __future__ import annotations
@@ -30,7 +35,13 @@ import torch
 from tqdm import tqdm
 
 from agents.learning.model_file import read_model, write_model
-from agents.playing.league.fit import fit_value_network, negative_log_likelihood
+from agents.playing.league.backwards import lesson_before
+from agents.playing.league.fit import (
+    Lesson,
+    fit_value_network,
+    lessons_of,
+    negative_log_likelihood,
+)
 from agents.playing.league.run import ends_document, ends_from
 from agents.playing.league.self_play import (
     Effort,
@@ -41,7 +52,13 @@ from agents.playing.league.self_play import (
     score_values,
     sigmas_of,
 )
-from agents.playing.league.tuning import ENDS_SIDE_BY_SIDE, LEAD_SPREAD, MAX_ENDS_LEFT
+from agents.playing.league.tuning import (
+    ENDS_SIDE_BY_SIDE,
+    LEAD_SPREAD,
+    MAX_ENDS_LEFT,
+    STAGE_EPOCHS,
+    STAGE_RATE,
+)
 from agents.playing.search import networks
 from agents.playing.search.networks import NETWORKS, LearntFor, network_named
 from agents.playing.search.positions import SCORES
@@ -92,6 +109,9 @@ def main() -> None:
         help="the package's network to begin with, by default standard",
     )
     parser.add_argument("--anew", action="store_true", help="begin with a heuristic")
+    parser.add_argument(
+        "--outcomes-only", action="store_true", help="learn from how ends were scored alone"
+    )
     parser.add_argument("--keep", action="store_true", help="put the network into the package")
     for option in ("ice", "rules", "delivery", "skill"):
         parser.add_argument(f"--{option}")
@@ -118,6 +138,16 @@ def main() -> None:
         workers=arguments.workers,
         seed=arguments.seed,
     )
+    if not arguments.outcomes_only:
+        network = learn_backwards(
+            learnt_for,
+            folder,
+            network,
+            round_number=len(arguments.ends),
+            epochs=arguments.epochs,
+            workers=arguments.workers,
+            seed=arguments.seed,
+        )
     save_network(folder / known.file, network)
     if arguments.keep:
         save_network(Path(networks.__file__).parent / known.file, network)
@@ -172,7 +202,12 @@ def learn(
         with progress_bar(unit="epoch") as progress:
             network = fit_value_network(
                 lines,
-                [played for k, played, _ in experience if k % HELD_OUT],
+                [
+                    lesson
+                    for k, played, _ in experience
+                    if k % HELD_OUT
+                    for lesson in lessons_of(played)
+                ],
                 np.random.default_rng((seed, number)),
                 epochs=epochs,
                 begin=begin,
@@ -189,6 +224,95 @@ def learn(
         print(f"    shares of scores in {len(scores)} level ends: {shares}", flush=True)
     assert network is not None
     return network
+
+
+def learn_backwards(
+    learnt_for: LearntFor,
+    folder: Path,
+    begin: ValueNetwork,
+    *,
+    round_number: int,
+    epochs: int,
+    workers: int,
+    seed: int,
+) -> ValueNetwork:
+    """Learn the positions of a round's ends backwards, from the last stone of an end to its first.
+
+    Parameters
+    ----------
+    learnt_for, folder : what it is learnt for, and the folder of `learn`
+    begin : network to begin with
+    round_number : the round whose ends are taken
+    epochs, workers, seed : passes through all positions, processes, seed of everything random
+    """
+    batches = sorted((folder / f"round-{round_number}").glob("batch-*.npz"))
+    taught = [batch for k, batch in enumerate(batches) if k % HELD_OUT]
+    simulator = end_simulator(learnt_for.ice, learnt_for.rules, learnt_for.delivery)
+    inside = make_directory(folder / "backwards")
+    network, lessons = begin, list[Lesson]()
+    with executor(workers) as pool:
+        for left in range(1, simulator.rules.deliveries):
+            parts = [
+                Part(learnt_for, batch, left, (seed, left, k), inside / f"{left:02d}-{batch.name}")
+                for k, batch in enumerate(taught)
+            ]
+            missing = [part for part in parts if not part.path.exists()]
+            done = pool.map(partial(learn_part, network), missing)
+            for _ in tqdm(done, f"{left} stones to come", total=len(missing), unit="batch"):
+                pass
+            fresh = [_read_lesson(part) for part in parts]
+            network = fit_value_network(
+                simulator.lines,
+                fresh,
+                np.random.default_rng((seed, 2**20 + left)),
+                epochs=STAGE_EPOCHS,
+                learning_rate=STAGE_RATE,
+                begin=network,
+            )
+            lessons += fresh
+    with progress_bar(unit="epoch") as progress:
+        network = fit_value_network(
+            simulator.lines,
+            lessons,
+            np.random.default_rng((seed, 2**20)),
+            epochs=epochs,
+            begin=begin,
+            progress=progress,
+        )
+    print(f"backwards: {sum(len(lesson.stones) for lesson in lessons)} positions")
+    held_out = [ends_from(read_model(batch)["ends"]) for batch in batches[::HELD_OUT]]
+    _report_errors(simulator.lines, held_out, network, begin)
+    return network
+
+
+class Part(NamedTuple):
+    """Positions of a batch of ends with so many stones to come, and the file that keeps them."""
+
+    learnt_for: LearntFor
+    batch: Path
+    left: int
+    seed: tuple[int, int, int]
+    path: Path
+
+
+def learn_part(network: ValueNetwork, part: Part) -> None:
+    """Keep what positions are worth, in the part's file."""
+    learnt_for = part.learnt_for
+    simulator = end_simulator(learnt_for.ice, learnt_for.rules, learnt_for.delivery)
+    lesson = lesson_before(
+        simulator,
+        network,
+        ends_from(read_model(part.batch)["ends"]),
+        part.left,
+        skill_named(learnt_for.skill),
+        np.random.default_rng(part.seed),
+    )
+    write_model(part.path, lesson._asdict())
+
+
+def _read_lesson(part: Part) -> Lesson:
+    document = read_model(part.path)
+    return Lesson(*(document[name] for name in Lesson._fields))
 
 
 def _report_errors(

@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("torch", reason="the extra train")
 
 import train_value_network
-from train_value_network import Batch, learn, play_batch
+from train_value_network import Batch, learn, learn_backwards, play_batch
 
 from agents.learning.model_file import read_model
 from agents.playing.league.run import ends_from
@@ -56,6 +56,29 @@ def test_a_run_that_was_stopped_ends_as_one_that_was_not(tmp_path, capsys):
         learnt(tmp_path / "begun", replace(DIGITAL_CURLING, ice="standard"))
     with pytest.raises(InputError, match="choose another folder"):
         learnt(tmp_path / "begun", effort=Effort(shots=8))
+
+
+def test_learning_backwards_goes_on_too_and_leaves_out_what_is_held_out(tmp_path, capsys):
+    begin = learnt(tmp_path)
+    capsys.readouterr()
+
+    def backwards() -> ValueNetwork:
+        return learn_backwards(
+            DIGITAL_CURLING, tmp_path, begin, round_number=1, epochs=1, workers=1, seed=3
+        )
+
+    whole = backwards()
+    parts = sorted((tmp_path / "backwards").iterdir())
+    # Two batches of two ends, one of them held out; 15 positions of each end.
+    assert [part.name for part in parts] == [f"{n:02d}-batch-001.npz" for n in range(1, 16)]
+    assert "backwards: 114 positions" in capsys.readouterr().out
+    for part in parts[6:]:
+        part.unlink()
+    again = backwards()
+    for a, b, c in zip(whole.layers, again.layers, begin.layers, strict=True):
+        np.testing.assert_array_equal(a[0], b[0])
+        np.testing.assert_array_equal(a[1], b[1])
+        assert (a[0] != c[0]).any()
 
 
 def test_mixed_doubles_begin_with_their_placed_stones(tmp_path, monkeypatch):

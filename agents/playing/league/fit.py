@@ -1,4 +1,4 @@
-"""A value network fitted to how ends were scored."""
+"""A value network fitted to positions and how ends are scored from them."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.playing.league.self_play import PlayedEnds
-from agents.playing.league.tuning import DELIVERIES_PER_STEP, NETWORK_WIDTHS
-from agents.playing.search.positions import MAX_POINTS, SCORES, SLOTS
+from agents.playing.league.self_play import PlayedEnds, shares_of
+from agents.playing.league.tuning import ENDS_SIDE_BY_SIDE, NETWORK_WIDTHS, ROWS_PER_STEP
+from agents.playing.search.positions import SCORES, SLOTS
 from agents.playing.search.value_network import (
     POSITION_FEATURES,
     STONE_FEATURES,
@@ -19,29 +19,40 @@ from agents.playing.search.value_network import (
     stone_features,
 )
 from curling_env.game.rules.lines import Lines
-from curling_env.typing import (
-    Flags,
-    Floats,
-    Indices,
-    Integers,
-    Progress,
-    no_progress,
-    with_progress,
-)
+from curling_env.typing import Floats, Indices, Progress, no_progress, with_progress
+
+
+class Lesson(NamedTuple):
+    """Positions with so many stones to come, and how ends are scored from them.
+
+    Parameters
+    ----------
+    left : stones to come
+    stones : (n, 16, 2) positions
+    score_values : (n, 13) value of each score to the team with the hammer
+    skill : (n,) skill of the players; see `value_network.skill_feature`
+    shares : (n, 13) how likely each score is; 1 for the score that came
+    """
+
+    left: int
+    stones: NDArray[np.float32]
+    score_values: Floats
+    skill: Floats
+    shares: Floats
 
 
 class _Row(NamedTuple):
-    """Features of a batch's positions after one delivery, and how the ends were scored."""
+    """Features of some positions, and how ends are scored from them."""
 
     stones: NDArray[np.float32]
     places: Indices
     positions: NDArray[np.float32]
-    score: Integers
+    shares: NDArray[np.float32]
 
 
 def fit_value_network(
     lines: Lines,
-    experience: Iterable[PlayedEnds],
+    lessons: Iterable[Lesson],
     rng: np.random.Generator,
     *,
     layers: Sequence[int] = NETWORK_WIDTHS,
@@ -50,7 +61,7 @@ def fit_value_network(
     begin: ValueNetwork | None = None,
     progress: Progress = no_progress,
 ) -> ValueNetwork:
-    """Fit the network that best predicts how ends were scored; each is also seen mirrored.
+    """Fit the network that best predicts how ends are scored; each position is also seen mirrored.
 
     The first weights are those of a network to begin with, or come from torch's own generator,
     which the caller seeds.
@@ -58,10 +69,10 @@ def fit_value_network(
     Parameters
     ----------
     lines : lines of the sheet
-    experience : ends that were played
+    lessons : positions and how ends are scored from them
     rng : source of the order of training
     layers : units of the hidden layers: two for a stone, two for the position
-    epochs : passes through the experience
+    epochs : passes through the lessons
     learning_rate : highest learning rate of the schedule
     begin : a network to begin with, whose layers have these units; None for random weights
     progress : called after each epoch
@@ -69,7 +80,7 @@ def fit_value_network(
     import torch
     from torch import nn
 
-    rows = [row for ends in experience for row in _rows_of(lines, ends)]
+    rows = [row for lesson in lessons for row in _rows_of(lines, lesson)]
     a, b, c, d = layers
     stone = nn.Sequential(nn.Linear(STONE_FEATURES, a), nn.ReLU(), nn.Linear(a, b), nn.ReLU())
     position = nn.Sequential(
@@ -82,23 +93,23 @@ def fit_value_network(
             for module, (weights, offset) in zip(linear, begin.layers, strict=True):
                 module.weight.copy_(torch.from_numpy(weights.T.copy()))
                 module.bias.copy_(torch.from_numpy(offset.copy()))
-    steps = epochs * -(-len(rows) // DELIVERIES_PER_STEP)
+    steps = epochs * -(-len(rows) // ROWS_PER_STEP)
     optimiser = torch.optim.AdamW([*stone.parameters(), *position.parameters()], weight_decay=1e-3)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, learning_rate, total_steps=steps + 1)
     for _ in with_progress(range(epochs), "learning", progress):
         order = rng.permutation(len(rows))
-        for first in range(0, len(rows), DELIVERIES_PER_STEP):
-            some = [rows[k] for k in order[first : first + DELIVERIES_PER_STEP]]
-            begins = np.cumsum([0, *(SLOTS * len(row.score) for row in some)])
+        for first in range(0, len(rows), ROWS_PER_STEP):
+            some = [rows[k] for k in order[first : first + ROWS_PER_STEP]]
+            begins = np.cumsum([0, *(SLOTS * len(row.shares) for row in some)])
             team = np.concatenate([r.places + at for r, at in zip(some, begins, strict=False)])
             team //= SLOTS // 2
-            ends = sum(len(row.score) for row in some)
+            ends = sum(len(row.shares) for row in some)
             looked = stone(torch.from_numpy(np.concatenate([row.stones for row in some])))
             teams = torch.zeros(2 * ends, b).index_add(0, torch.from_numpy(team), looked)
             whole = torch.from_numpy(np.concatenate([row.positions for row in some]))
             logits = position(torch.cat([teams.reshape(ends, -1), whole], dim=1))
-            score = torch.from_numpy(np.concatenate([row.score for row in some]))
-            loss = nn.functional.cross_entropy(logits, score)
+            shares = torch.from_numpy(np.concatenate([row.shares for row in some]))
+            loss = nn.functional.cross_entropy(logits, shares)
             optimiser.zero_grad()
             loss.backward()
             optimiser.step()
@@ -113,28 +124,31 @@ def fit_value_network(
 def negative_log_likelihood(network: ValueNetwork, lines: Lines, ends: PlayedEnds) -> float:
     """Mean over positions of minus the log of the probability of the score that came."""
     losses: list[Floats] = []
-    for left, stones, here, score in _positions_of(ends):
-        skill = np.broadcast_to(ends.skill, len(here))[here]
-        shares = network.score_probabilities(lines, stones, left, ends.score_values[here], skill)
-        losses.append(-np.log(shares[np.arange(len(score)), score] + 1e-9))
+    for left, stones, score_values, skill, came in lessons_of(ends):
+        there = stones.astype(np.float64)
+        shares = network.score_probabilities(lines, there, left, score_values, skill)
+        losses.append(-np.log((shares * came).sum(axis=1) + 1e-9))
     return float(np.concatenate(losses).mean())
 
 
-def _positions_of(ends: PlayedEnds) -> Iterator[tuple[int, Floats, Flags, Integers]]:
-    """After each delivery that was not random: stones left, positions, their ends and scores."""
-    deliveries = len(ends.stones)
-    score = np.clip(ends.score, -MAX_POINTS, MAX_POINTS) + MAX_POINTS
+def lessons_of(ends: PlayedEnds) -> Iterator[Lesson]:
+    """After each delivery that was not random: the positions, and the scores that came."""
+    deliveries, n = len(ends.stones), len(ends.score)
+    shares, skill = shares_of(ends.score), np.broadcast_to(ends.skill, n)
     for delivered in range(deliveries - 1):
-        here = np.broadcast_to(ends.greedy_from, len(score)) <= delivered
-        stones = ends.stones[delivered][here].astype(np.float64)
-        yield deliveries - 1 - delivered, stones, here, score[here]
+        here = np.broadcast_to(ends.greedy_from, n) <= delivered
+        stones = ends.stones[delivered][here]
+        left = deliveries - 1 - delivered
+        yield Lesson(left, stones, ends.score_values[here], skill[here], shares[here])
 
 
-def _rows_of(lines: Lines, ends: PlayedEnds) -> Iterator[_Row]:
-    for left, stones, here, score in _positions_of(ends):
-        skill = np.broadcast_to(ends.skill, len(here))[here]
+def _rows_of(lines: Lines, lesson: Lesson) -> Iterator[_Row]:
+    left, stones, score_values, skill, shares = lesson
+    for first in range(0, len(stones), ENDS_SIDE_BY_SIDE):
+        some = slice(first, first + ENDS_SIDE_BY_SIDE)
+        came = shares[some].astype(np.float32)
         for mirror in (1.0, -1.0):
-            mirrored = stones * np.array([mirror, 1.0])
+            mirrored = stones[some].astype(np.float64) * np.array([mirror, 1.0])
             features, places = stone_features(lines, mirrored)
-            whole = position_features(lines, mirrored, left, ends.score_values[here], skill)
-            yield _Row(features, places, whole, score)
+            whole = position_features(lines, mirrored, left, score_values[some], skill[some])
+            yield _Row(features, places, whole, came)

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from agents.learning.model_file import read_model, write_model
-from agents.playing.league.fit import fit_value_network
+from agents.playing.league.fit import fit_value_network, lessons_of
 from agents.playing.league.self_play import (
     Effort,
     PlayedEnds,
@@ -102,7 +102,7 @@ def run_league(
             torch.manual_seed(settings.seed + number)
             network = fit_value_network(
                 simulator.lines,
-                [*earlier, *fresh],
+                [lesson for ends in (*earlier, *fresh) for lesson in lessons_of(ends)],
                 np.random.default_rng((settings.seed, number, 2**21)),
                 layers=settings.layers,
                 epochs=settings.epochs,

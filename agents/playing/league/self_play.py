@@ -20,7 +20,13 @@ from agents.playing.league.tuning import (
     SIMULATED_SHOTS,
 )
 from agents.playing.search.aiming_table import AimingTable
-from agents.playing.search.positions import MAX_POINTS, SLOTS, EndSimulator, points_of
+from agents.playing.search.positions import (
+    MAX_POINTS,
+    SCORES,
+    SLOTS,
+    EndSimulator,
+    points_of,
+)
 from agents.playing.search.shots import Shots, shots_for
 from agents.playing.search.value_network import ValueNetwork
 from agents.playing.search.win_probability import WinProbability
@@ -158,8 +164,8 @@ def play_ends(
         greedy = greedy_from <= delivered
         if greedy.any():
             shots = shots[greedy[shots.position]]
-            decision = _Decision(simulator, players[team], stones, delivered, values, skills)
-            best = _best_by_simulation(decision, shots, sigma, effort, rng)
+            decision = Decision(simulator, players[team], stones, delivered, values, skills)
+            best = best_by_simulation(decision, shots, sigma, effort, rng)
             intended[best.position] = best.throws
         executed = intended + rng.standard_normal((n, 3)) * sigma
         stones = simulator.play(stones, delivered, executed)
@@ -188,8 +194,18 @@ def _first_positions(simulator: EndSimulator, n: int, rng: np.random.Generator) 
     return stones
 
 
-class _Decision(NamedTuple):
-    """Positions of ends side by side, before the same delivery of each."""
+class Decision(NamedTuple):
+    """Positions of ends side by side, before the same delivery of each.
+
+    Parameters
+    ----------
+    simulator : ice, rules and lines
+    player : values the positions that follow; None for the heuristic
+    stones : (n, 16, 2) positions
+    delivered : number of stones delivered in them
+    score_values : (n, 13) value of each score to the team with the hammer
+    skill : (n,) the players' skill as the network sees it
+    """
 
     simulator: EndSimulator
     player: ValueNetwork | None
@@ -198,37 +214,70 @@ class _Decision(NamedTuple):
     score_values: Floats
     skill: Floats
 
+    def after(self, shots: Shots, errors: Floats) -> Floats:
+        """Positions after each shot with its error, (m, 16, 2)."""
+        before = self.stones[shots.position]
+        return self.simulator.play(before, self.delivered, shots.throws + errors)
+
     def values(self, shots: Shots, errors: Floats) -> Floats:
-        """Value of each shot with its error, for the team that throws it, (n,)."""
-        at, simulator = shots.position, self.simulator
-        after = simulator.play(self.stones[at], self.delivered, shots.throws + errors)
+        """Value of each shot with its error, for the team that throws it, (m,)."""
+        after, simulator = self.after(shots, errors), self.simulator
         left = simulator.rules.deliveries - self.delivered - 1
-        by_score = self.score_values[at]
-        points = points_of(simulator.lines, after)
-        if left == 0:
-            capped = np.clip(points, -MAX_POINTS, MAX_POINTS)
-            value = by_score[np.arange(len(after)), capped + MAX_POINTS]
-        elif self.player is None:
+        by_score = self.score_values[shots.position]
+        if self.player is None and left > 0:
+            points = points_of(simulator.lines, after)
             value = _heuristic_values(simulator, after, points, left, by_score)
         else:
-            shares = self.player.score_probabilities(
-                simulator.lines, after, left, by_score, self.skill[at]
-            )
-            value = (shares * by_score).sum(axis=1)
+            value = (self.score_shares(after, shots.position) * by_score).sum(axis=1)
         return value if simulator.mover(self.delivered) == 0 else -value
 
+    def score_shares(self, after: Floats, position: Indices) -> Floats:
+        """How likely each score is in positions after the delivery, (m, 13), as the network says.
 
-def _best_by_simulation(
-    decision: _Decision, shots: Shots, sigma: Floats, effort: Effort, rng: np.random.Generator
+        After the last delivery the score is known.
+
+        Parameters
+        ----------
+        after : (m, 16, 2) positions
+        position : (m,) index of the position that each comes from
+        """
+        simulator = self.simulator
+        left = simulator.rules.deliveries - self.delivered - 1
+        if left == 0:
+            return shares_of(points_of(simulator.lines, after))
+        assert self.player is not None
+        return self.player.score_probabilities(
+            simulator.lines, after, left, self.score_values[position], self.skill[position]
+        )
+
+
+def shares_of(score: Integers) -> Floats:
+    """Scores (n,) as shares of each of `SCORES`, (n, 13): 1 for what came, 0 for all else."""
+    capped = np.clip(score, -MAX_POINTS, MAX_POINTS)
+    return np.eye(len(SCORES))[capped + MAX_POINTS]
+
+
+def best_by_simulation(
+    decision: Decision, shots: Shots, sigma: Floats, effort: Effort, rng: np.random.Generator
 ) -> Shots:
     """The best shot of each position: some are simulated once, the best of them again."""
-    shots = shots[_best(shots.position, rng.random(len(shots)), effort.shots)]
-    first = decision.values(shots, rng.standard_normal((len(shots), 3)) * sigma[shots.position])
-    best = _best(shots.position, first, effort.best)
+    shots = some_of_each(shots, effort.shots, rng)
+    first = decision.values(shots, errors_of(shots, sigma, rng))
+    best = best_of_each(shots.position, first, effort.best)
     again = shots[np.repeat(best, effort.repeats)]
-    more = decision.values(again, rng.standard_normal((len(again), 3)) * sigma[again.position])
+    more = decision.values(again, errors_of(again, sigma, rng))
     mean = (first[best] + more.reshape(-1, effort.repeats).sum(axis=1)) / (effort.repeats + 1)
-    return shots[best[_best(shots.position[best], mean, 1)]]
+    return shots[best[best_of_each(shots.position[best], mean, 1)]]
+
+
+def errors_of(shots: Shots, sigma: Floats, rng: np.random.Generator) -> Floats:
+    """Errors of execution, (m, 3), from the standard deviations (n, 3) of each position."""
+    return rng.standard_normal((len(shots), 3)) * sigma[shots.position]
+
+
+def some_of_each(shots: Shots, most: int, rng: np.random.Generator) -> Shots:
+    """At most so many shots of each position, by chance."""
+    return shots[best_of_each(shots.position, rng.random(len(shots)), most)]
 
 
 def _random_throws(
@@ -237,7 +286,7 @@ def _random_throws(
     """A random throw for each position, (n, 3): any shot, or a draw to the button."""
     # There are many more hits than draws, so the kind of shot is drawn first.
     rank = rng.random(len(shots)) ** np.bincount(shots.kind)[shots.kind]
-    any_shot = shots.throws[_best(shots.position, rank, 1)]
+    any_shot = shots.throws[best_of_each(shots.position, rank, 1)]
     n = len(button_share)
     button = table.draws(np.zeros(n), np.zeros(n), table.delivery.spin)
     draws = rng.random(n) < np.clip(2 * button_share - 0.6, 0, 1)
@@ -261,7 +310,7 @@ def _heuristic_values(
     return by_score[rows, k] * (1 - at + k) + by_score[rows, k + 1] * (at - k)
 
 
-def _best(position: Indices, value: Floats, most: int) -> Indices:
+def best_of_each(position: Indices, value: Floats, most: int) -> Indices:
     """Indices of the `most` best values of each position."""
     order = np.lexsort((-value, position))
     starts = np.r_[True, np.diff(position[order]) != 0]

@@ -10,9 +10,20 @@ MAX_ENDS_LEFT, LEAD_SPREAD = 8, 1.7
 """Ends are played as if up to so many were left, with leads of this standard deviation."""
 NETWORK_WIDTHS = (48, 32, 96, 64)
 """Units of the hidden layers: two for a stone, two for the position."""
-DELIVERIES_PER_STEP = 8
-"""Deliveries of a batch of ends that make one step of the optimiser."""
+ROWS_PER_STEP = 8
+"""So many times as many positions as ends are played at once make one step of the optimiser."""
 HEURISTIC_RADIUS = 0.7
 """Distance from the tee at which the heuristic counts a stone as 1/e [m]."""
 POWER_PLAY_SHARE = 0.2
 """Share of mixed doubles' ends that are power plays: each team may have one in a game of eight."""
+
+# --- backwards through an end ------------------------------------------------------------------
+
+REPLIES_ONCE, REPLIES_AGAIN, REPLY_REPEATS = 40, 6, 3
+"""Shots simulated once from a position; how many of the best again, and how often."""
+OUTCOMES = 6
+"""Outcomes of the best of them whose mean is what the position is worth."""
+PROMISING, ANY = 2, 1
+"""For each position of an end, how many others are learnt: after one of the best shots, and any."""
+STAGE_EPOCHS, STAGE_RATE = 6, 2e-3
+"""Passes through the positions with as many stones to come, and their highest learning rate."""

@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("torch")
 
 from agents.learning.model_file import read_model, write_model
-from agents.playing.league.fit import fit_value_network
+from agents.playing.league.fit import fit_value_network, lessons_of
 from agents.playing.league.run import run_league
 from agents.playing.league.self_play import PlayedEnds
 from agents.playing.league.settings import LeagueSettings, league_settings
@@ -92,7 +92,7 @@ def taught(ends: PlayedEnds) -> ValueNetwork:
 
     torch.manual_seed(0)
     rng = np.random.default_rng(0)
-    return fit_value_network(Lines(), [ends], rng, layers=TINY.layers, epochs=40)
+    return fit_value_network(Lines(), lessons_of(ends), rng, layers=TINY.layers, epochs=12)
 
 
 def test_positions_tell_how_ends_will_be_scored_and_chance_does_not() -> None:
