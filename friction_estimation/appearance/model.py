@@ -63,7 +63,7 @@ class StoneModel:
     foot_inset: float = 0.07
     foot_height: float = 0.035
     bevel_height: float = 0.025
-    bevel_inset: float = 0.025
+    bevel_inset: float = 0.04
     handle_rise: float = 0.045
     handle_back: float = -0.03
     handle_front: float = 0.11
