@@ -294,6 +294,20 @@ def _deviance(model: Model, reduced: Floats, ln_factors: Floats, prior: Floats) 
     return deviance if np.isfinite(deviance) else np.inf
 
 
+def _part_of_the_way(model: Model, foreseen: Model, part: float) -> Model:
+    """The model with amplitudes of its fields that go as far as a step towards foreseen ones.
+
+    Coefficients that are still large would not be believed at the small amplitude of a step's end,
+    and each shorter step would be refused for it.
+    """
+    if part == 1.0:
+        return foreseen
+    for which, (_, field) in enumerate(model.fields):
+        ratio = foreseen.fields[which][1].amplitude / field.amplitude
+        model = model.with_amplitude(which, field.amplitude * ratio**part)
+    return model
+
+
 def _step(
     point: Point, session: Session, damping: float, spreads: Floats, shared: bool
 ) -> tuple[Model, Floats, Floats]:
@@ -306,9 +320,10 @@ def _step(
         bands, _ = eliminate_factor(reduced, ln_factors, spread)
         total = bands.sum(axis=0)
         if model.fields:
-            model, _ = profile_amplitudes(model, total)
-            prior = prior_gram(model, len(total))
+            foreseen, _ = profile_amplitudes(model, total)
+            prior = prior_gram(foreseen, len(total))
             step, _ = solve_shared(total + prior)
+            model = _part_of_the_way(model, foreseen, damping)
         step = damping * bounded_step(total + prior, step, model)
     else:
         spread, step = model.spread, np.zeros(len(model.vector))
