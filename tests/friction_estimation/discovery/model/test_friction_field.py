@@ -9,6 +9,7 @@ import pytest
 
 from curling_env.sheet import PAPER_SHEET, Sheet
 from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery.model import fit as fitting
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import Term
 from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
@@ -29,6 +30,7 @@ from friction_estimation.discovery.model.quadratic import (
 from friction_estimation.discovery.model.response import MEASURED
 from friction_estimation.discovery.model.sensitivity import linearised_paths
 from friction_estimation.discovery.search.selection import fit_with_noise, refit
+from friction_estimation.discovery.tuning import TRIED_SPREADS
 
 
 @pytest.fixture(scope="module")
@@ -158,3 +160,27 @@ def test_an_earlier_map_holds_where_it_was_known() -> None:
     assert np.median(shown / expected[field.crossed]) > 0.95
     tried = fields_to_try(PAPER_SHEET, paths, known)
     assert len({f.amplitude for f in tried}) == 5
+
+
+@pytest.mark.parametrize("part", [0.3, 0.03])
+def test_a_short_step_towards_a_smaller_map_lowers_the_deviance(mapped, part) -> None:
+    """The size of the map goes no further than its coefficients, which are still large."""
+    fitted, _ = mapped
+    field = fitted.model.map_field
+    model = fitted.model.with_field(field.at(4.0 * field.values).with_amplitude(0.3))
+
+    def at(model, states, ln_factors):
+        _, grams, reduced = fitting.linearise(
+            model, fitted.session, fitted.noise, states, ln_factors
+        )
+        prior = prior_gram(model, reduced.shape[1] - 1)
+        deviance = fitting._deviance(model, reduced, ln_factors, prior)
+        return fitting.Point(model, states, ln_factors, grams, deviance)
+
+    begin = at(model, fitted.states, fitted.ln_factors)
+    whole, *_ = fitting._step(begin, fitted.session, 1.0, TRIED_SPREADS, True)
+    end = at(*fitting._step(begin, fitted.session, part, TRIED_SPREADS, True))
+    least = whole.map_field.amplitude
+    assert least < 0.25
+    assert end.model.map_field.amplitude == pytest.approx(0.3 ** (1 - part) * least**part)
+    assert end.deviance < begin.deviance
