@@ -1,8 +1,8 @@
 """What an agent is told of an ice, as numbers within ±1.
 
 The mean friction, its differences from place to place, and every parameter of every effect, as the
-effects' cards say. All is seen along the direction of play, so that what is learnt towards one end
-serves towards the other.
+effects' cards say: one number each, unless a card says that two act as one. All is seen along the
+direction of play, so that what is learnt towards one end serves towards the other.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def observed_parameters() -> list[tuple[EffectCard, Parameter, float]]:
         (card, parameter, _scale(card, parameter))
         for card in _cards(of_stones=False)
         for _ in range(card.observed_times)
-        for parameter in card.parameters
+        for parameter in card.told
     ]
 
 
@@ -64,7 +64,7 @@ def ice_names() -> tuple[str, ...]:
     for card in _cards(of_stones=False):
         for number in range(card.observed_times):
             name = card.name if number == 0 else f"{card.name} {number + 1}"
-            effects += [f"{name}.{parameter.name}" for parameter in card.parameters]
+            effects += [f"{name}.{parameter.name}" for parameter in card.told]
     bands = (f"friction of band {i + 1}, {lane}" for i in range(BANDS) for lane in LANES)
     return ("mean friction", *bands, *effects)
 
@@ -158,21 +158,25 @@ def _cards(*, of_stones: bool) -> list[EffectCard]:
 
 def _numbers(card: EffectCard, effects: list[ActiveEffect], direction: Direction) -> list[float]:
     """The parameters of the effects of one name; more than there are places for add to the last."""
-    rows = np.zeros((card.observed_times, len(card.parameters)))
+    rows = np.zeros((card.observed_times, len(card.told)))
     for number, effect in enumerate(effects):
         given = _values(card, effect)
         if direction is Direction.HOME:
             given = card.seen_from_the_other_end(given)
         rows[min(number, len(rows) - 1)] += [
-            (given[p.name] - (p.neutral or 0.0)) / _scale(card, p) for p in card.parameters
+            (given[p.name] - (p.neutral or 0.0)) / _scale(card, p) for p in card.told
         ]
     return rows.ravel().tolist()
 
 
 def _values(card: EffectCard, effect: ActiveEffect) -> Values:
-    """All parameters of an effect, those that its ice leaves out included."""
+    """All parameters of an effect as agents are told them, those that its ice leaves out too."""
     names = (parameter.name for parameter in card.parameters)
-    return dict(zip(names, card.theta(effect.parameters), strict=True))
+    given = dict(zip(names, card.theta(effect.parameters), strict=True))
+    for parameter in card.parameters:
+        if parameter.told_with:
+            given[parameter.told_with] += given[parameter.name]
+    return given
 
 
 def _scale(card: EffectCard, parameter: Parameter) -> float:
@@ -188,7 +192,7 @@ def _stone_parameters() -> list[tuple[EffectCard, Parameter]]:
     return [
         (card, parameter)
         for card in _cards(of_stones=True)
-        for parameter in card.parameters
+        for parameter in card.told
         if parameter.name != card.search.stone
     ]
 

@@ -60,6 +60,8 @@ class Parameter:
     usual : its value on the ice of a usual rink, for what every ice has; else None
     spread : standard deviation of the parameter among the ices of rinks, about the value that is
         given or usual; None where nothing is known of it
+    told_with : parameter of the same effect, in the same unit, with which agents are told it, as a
+        sum; empty for a number of its own
     """
 
     name: str
@@ -75,6 +77,7 @@ class Parameter:
     scales: Push | None = None
     usual: float | None = None
     spread: float | None = None
+    told_with: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -221,7 +224,10 @@ class EffectCard:
     turned: Turned | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        unknown = sorted((self.search.named | self.observed.keys()) - self._names)
+        spoken_of = (
+            self.search.named | self.observed.keys() | {p.told_with for p in self.parameters}
+        )
+        unknown = sorted(spoken_of - self._names - {""})
         if unknown:
             raise InputError(
                 f"the card of {self.name} speaks of {unknown[0]!r}, no parameter of it"
@@ -270,6 +276,11 @@ class EffectCard:
         if self.search.first is not None:
             return self.search.first
         return tuple(name for name in self.neutral if name not in self.shape)
+
+    @property
+    def told(self) -> list[Parameter]:
+        """Parameters that agents are told, each as a number of its own."""
+        return [parameter for parameter in self.parameters if not parameter.told_with]
 
     def seen_from_the_other_end(self, given: Values) -> Values:
         """Parameters of the same effect, after a half-turn of the sheet frame."""

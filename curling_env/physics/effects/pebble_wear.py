@@ -51,6 +51,7 @@ CARD = EffectCard(
             low=-0.1,
             high=0.1,
             default=0.0,
+            told_with="along_path",
         ),
     ),
     source="0.2–0.5 % per pass at worn spots",
@@ -80,7 +81,7 @@ CARD = EffectCard(
         ),
     ),
     shown_over="order",
-    observed={"rate": 0.01, "along_path": 0.01, "under_contacts": 0.01},
+    observed={"rate": 0.01, "along_path": 0.01},
     observed_order=7,
     dissipative=True,
 )

@@ -105,6 +105,13 @@ def test_a_table_over_the_sheet_is_read_backwards_from_the_other_end():
     )
 
 
+def test_wear_under_contacts_and_along_paths_are_told_as_one_sum_because_games_wear_by_the_sum():
+    both = named(with_effect("pebble_wear", along_path=-0.002, under_contacts=-0.001))
+    assert both == named(with_effect("pebble_wear", along_path=-0.003))
+    assert both["pebble_wear.along_path"] == pytest.approx(-0.3)
+    assert "pebble_wear.under_contacts" not in both
+
+
 def test_heavy_bands_are_seen_where_they_are():
     mu = np.full(PAPER_SHEET.shape, 0.0082)
     mu[60:, :4] *= 1.1

@@ -221,6 +221,8 @@ def test_a_card_that_contradicts_itself_is_refused() -> None:
     card = catalogue()["air_drag"]
     with pytest.raises(InputError, match="speaks of 'speed', no parameter"):
         replace(card, observed={"speed": 1.0})
+    with pytest.raises(InputError, match="speaks of 'speed', no parameter"):
+        replace(card, parameters=(replace(card.parameters[0], told_with="speed"),))
     with pytest.raises(InputError, match="wants a kernel"):
         replace(card, kernel=None)
     with pytest.raises(InputError, match="takes no kernel"):
