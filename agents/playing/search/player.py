@@ -24,6 +24,7 @@ from agents.playing.search.tuning import (
     KEPT_SHARE,
     NEIGHBOURS,
     REPLIES_AGAIN,
+    REPLIES_ALWAYS,
     REPLIES_ONCE,
     REPLY_FACTOR,
     REPLY_LEAST,
@@ -213,7 +214,7 @@ class _Search:
     ) -> None:
         end = end_of(view)
         self.view, self.table, self.evaluator = view, table, evaluator
-        replies = _replies_decide(view) and budget >= REPLY_LEAST
+        replies = _looks_up_replies(view, budget)
         self.budget = max(budget // REPLY_FACTOR, REPLY_ROOT) if replies else budget
         self.for_replies = budget - self.budget
         self.simulator = EndSimulator(
@@ -383,13 +384,21 @@ class _Search:
 
 def throws_before(view: PlayerView, budget: int) -> int:
     """How many throws a search with a budget simulates before the delivery that is to come."""
-    with_replies = REPLY_FACTOR * budget
-    return with_replies if _replies_decide(view) and with_replies >= REPLY_LEAST else budget
+    if budget >= REPLIES_ALWAYS or _to_come(view) > REPLY_STONES:
+        return budget
+    more = REPLY_FACTOR * budget
+    return more if _looks_up_replies(view, more) else budget
 
 
-def _replies_decide(view: PlayerView) -> bool:
-    """Whether the end is so far on that the opponent's replies are looked up."""
-    return 1 <= view.game.rules.deliveries - end_of(view).delivered - 1 <= REPLY_STONES
+def _looks_up_replies(view: PlayerView, budget: int) -> bool:
+    """Whether a search with so many throws looks up what the opponent can reply."""
+    to_come = _to_come(view)
+    return to_come > 0 and budget >= (REPLY_LEAST if to_come <= REPLY_STONES else REPLIES_ALWAYS)
+
+
+def _to_come(view: PlayerView) -> int:
+    """Number of stones to come in the end after the one that is to be thrown."""
+    return view.game.rules.deliveries - end_of(view).delivered - 1
 
 
 def _or(given: Indices | None, otherwise: Indices) -> Indices:

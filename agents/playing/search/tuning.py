@@ -39,8 +39,10 @@ LEAST_ERROR = np.array([0.0006, 0.00005, 0.005])
 
 REPLY_STONES = 1
 """Replies are looked up before deliveries after which at most so many stones are to come."""
+REPLIES_ALWAYS = 20_000
+"""A search with so many throws or more looks them up before every delivery but the last."""
 REPLY_FACTOR = 8
-"""A search with replies takes so many times the throws of others, where throws are counted."""
+"""One with fewer takes so many times its throws where it looks up replies."""
 REPLY_LEAST = 4000
 """Fewer throws than this are better spent without replies."""
 REPLY_ROOT = 1000

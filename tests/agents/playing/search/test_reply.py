@@ -8,10 +8,10 @@ from functools import partial
 import numpy as np
 import pytest
 
-from agents.playing.search import SearchPlayer
+from agents.playing.search import SearchPlayer, throws_before
 from agents.playing.search.player import _Search
 from agents.playing.search.reply import values_after_reply
-from agents.playing.search.tuning import REPLY_FACTOR, REPLY_LEAST
+from agents.playing.search.tuning import REPLIES_ALWAYS, REPLY_FACTOR, REPLY_LEAST
 from curling_env.game import GameSimulator, GameState, PlayerView
 from curling_env.game.rules import End, RestingStone, Team, rule_set
 
@@ -86,6 +86,18 @@ def test_replies_are_looked_up_before_the_last_stone_but_one():
     few = search_at(SIMULATOR.view(state_of(stones, 14)), REPLY_LEAST // REPLY_FACTOR - 1)
     assert few.looked_up == 0
     assert few.simulated < REPLY_LEAST // REPLY_FACTOR
+
+
+def test_a_long_search_looks_up_replies_before_every_delivery_but_the_last():
+    stones = (RestingStone(Team.HOME, 5, 0.4, 0.3),)
+    for delivered in (3, 13, 14, 15):
+        view = SIMULATOR.view(state_of(stones, delivered))
+        found = search_at(view, REPLIES_ALWAYS)
+        assert (found.looked_up > REPLIES_ALWAYS / 2) is (delivered < 15)
+        assert found.simulated < 1.02 * REPLIES_ALWAYS
+        assert throws_before(view, REPLIES_ALWAYS) == REPLIES_ALWAYS
+    assert throws_before(SIMULATOR.view(state_of(stones, 13)), 3000) == 3000
+    assert throws_before(SIMULATOR.view(state_of(stones, 14)), 3000) == REPLY_FACTOR * 3000
 
 
 def test_replies_take_no_more_throws_than_the_clock_allows():
