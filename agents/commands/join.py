@@ -90,8 +90,8 @@ def join(
 
     A server of version 3 has a port for each team: team 0 throws first, and team 1 has the hammer
     in the first end. The player compiles and plans before it says that it is ready. Then it thinks
-    for a share of the time that its clock leaves, `search` with up to 3,000 simulated throws for
-    each stone, or as many as you say (search:10000). With -o the game can be watched: open
+    for a share of the time that its clock leaves, `search` with up to 30,000 simulated throws for
+    each stone, or as many as you say (search:1000). With -o the game can be watched: open
     game.html, or make a film of it with `curling replay`. docs/digital-curling.md tells more.
 
     \b

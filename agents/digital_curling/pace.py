@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 
 from agents.playing.search import SearchPlayer, throws_before
+from agents.playing.search.tuning import BUDGET
 from curling_env.game import Call, Player, PlayerView
 from curling_env.game.opponents.draw import DrawPlayer
 
@@ -15,6 +16,8 @@ RESERVE = 0.1
 BUDGETS = (100, 300, 1000, 3000, 10_000, 30_000, 100_000)
 """Numbers of simulated throws to choose from. They are far apart, so that a clock that runs a
 little otherwise leads to the same choice, and so to the same game."""
+CLOCK_BUDGET = 30_000
+"""Simulated throws that the clock may allow `search` where no number is asked for."""
 FIRST_RATE = 5000.0
 """Throws a second that are assumed until the player has been measured, an old machine's."""
 
@@ -22,8 +25,9 @@ FIRST_RATE = 5000.0
 class Pace:
     """A player that keeps to a clock.
 
-    A search gets as many throws as its share of the time allows, up to its own number. Another
-    player thinks as it always does. Where not even that fits, the stone is drawn to the button.
+    A search gets as many throws as its share of the time allows, up to its own number, or to
+    `CLOCK_BUDGET` where none was asked for. Another player thinks as it always does. Where not even
+    that fits, the stone is drawn to the button.
 
     Parameters
     ----------
@@ -35,7 +39,10 @@ class Pace:
         self._rate = FIRST_RATE
         self._longest = 0.0
         self._quick = DrawPlayer()
-        self._most = player.budget if isinstance(player, SearchPlayer) else 0
+        self._most = 0
+        if isinstance(player, SearchPlayer):
+            unsaid = player.name == SearchPlayer.name and player.budget == BUDGET
+            self._most = CLOCK_BUDGET if unsaid else player.budget
 
     def call(self, view: PlayerView, seconds_left: float) -> Call:
         """What is thrown, decided in a share of the time left.

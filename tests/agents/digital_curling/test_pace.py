@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from agents.digital_curling.pace import BUDGETS, Pace, stones_to_come
+from agents.digital_curling.pace import BUDGETS, CLOCK_BUDGET, Pace, stones_to_come
 from agents.playing.search import SearchPlayer, throws_before
+from agents.playing.search.tuning import BUDGET
 from curling_env.game import Call, GameSimulator, PlayerView
 from curling_env.game.opponents.draw import DrawPlayer
 from curling_env.throw import FROM_HACK, Throw
@@ -72,11 +73,23 @@ def test_a_search_never_runs_out_of_time(view, clock, seconds, rate):
         assert clock[0] - begin > 0.03 * seconds  # and it uses the time that it has
 
 
-def test_nothing_more_than_asked_for_is_simulated(view, clock):
-    pace = Pace(player := CountingSearch(500, clock, 1e6))
+@pytest.mark.parametrize(("budget", "name"), [(500, "search:500"), (BUDGET, "search:3000")])
+def test_nothing_more_than_asked_for_is_simulated(view, clock, budget, name):
+    player = CountingSearch(budget, clock, 1e6)
+    player.name = name
+    pace = Pace(player)
     pace.prepare([view])
     pace.call(view, 1e5)
-    assert player.budgets[-1] == 500
+    assert player.budgets[-1] == budget
+
+
+def test_where_no_number_is_asked_for_a_long_clock_allows_thirty_thousand(view, clock):
+    player = CountingSearch(BUDGET, clock, 1e6)
+    player.name = SearchPlayer.name
+    pace = Pace(player)
+    pace.prepare([view])
+    pace.call(view, 1e5)
+    assert player.budgets[-1] == CLOCK_BUDGET == 30_000
 
 
 def test_where_no_time_is_left_the_stone_is_drawn(view, clock):
